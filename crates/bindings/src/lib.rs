@@ -1,0 +1,1 @@
+//! What Python holds: raycam._core.

@@ -1,0 +1,26 @@
+//! What there is: worlds made of triangles, their materials and lights, and the cameras that see them.
+//!
+//! Plain data, joined by index, and its mathematics. [`schema`] is what people write (world files and Python dicts);
+//! [`World`] is what it says, with files read and names resolved. Nothing here reads a file or traces a ray.
+
+pub mod camera;
+pub mod color;
+mod error;
+pub mod light;
+pub mod material;
+pub mod mesh;
+pub mod pose;
+pub mod primitive;
+pub mod refine;
+pub mod schema;
+pub mod texture;
+pub mod video;
+pub mod world;
+
+pub use camera::{Camera, PixelCenter};
+pub use error::SceneError;
+pub use light::Light;
+pub use material::{Material, Reflectance};
+pub use mesh::Mesh;
+pub use texture::{Texture, Wrap};
+pub use world::{Object, Up, World};

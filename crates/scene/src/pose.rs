@@ -1,0 +1,1 @@
+//! Locations and roll, pitch, yaw (ROS REP-103 body axes).

@@ -1,0 +1,1 @@
+//! Primitive shapes as meshes: box, plane, sphere, cylinder, cone, torus.

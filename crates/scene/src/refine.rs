@@ -1,0 +1,1 @@
+//! Subdivision of coarse meshes: Loop (1987) with sharp boundaries, and midpoint.

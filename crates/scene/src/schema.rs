@@ -1,0 +1,1 @@
+//! What people write: world files and Python dicts, unknown keys denied.

@@ -1,0 +1,5 @@
+//! Videos: orbits and keyframes, and the world at a time.
+
+/// What `[video]` says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Video {}
