@@ -1,1 +1,29 @@
-//! See Cargo.toml.
+//! What a camera sees: a [`World`](raycam_scene::World) is prepared once, then any camera renders it into a [`Frame`].
+//!
+//! ```text
+//! World ──prepare──> PreparedWorld ──render(Camera, Settings)──> tiles ──> truth + integrator ──> Frame
+//! ```
+//!
+//! The unit of work is a tile: a batch of rays that one thread traces, shades, lights and writes. No answer depends on
+//! the tile it came in, on the number of threads or on their order.
+
+#![forbid(unsafe_code)]
+
+mod channel;
+mod control;
+mod error;
+mod frame;
+mod prepare;
+pub mod queries;
+mod render;
+mod settings;
+pub mod threads;
+
+pub use channel::{Channel, Kind};
+pub use control::Control;
+pub use error::RenderError;
+pub use frame::{Frame, Plane};
+pub use prepare::PreparedWorld;
+pub use queries::RayHits;
+pub use render::render;
+pub use settings::{Filter, Integrator, Settings};

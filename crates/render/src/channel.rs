@@ -1,0 +1,101 @@
+//! The channels a frame may have: one table, a row per channel.
+
+/// What one pixel of a channel is stored as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// float32.
+    F32,
+    /// float64.
+    F64,
+    /// int32.
+    I32,
+}
+
+/// What a frame can say about each pixel. All but `Color` and `Coverage` describe the exact pixel-centre ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Channel {
+    /// Linear Rec. 709 radiance, filtered over the pixel's samples. Background: the sky's radiance, or black.
+    Color,
+    /// z along the camera's principal axis, in metres. Background: +inf.
+    Depth,
+    /// Length of the ray from the camera centre to the surface, in metres. Background: +inf.
+    Distance,
+    /// The surface point, in world coordinates. Background: NaN.
+    Position,
+    /// The unit normal of the triangle in the world, on the side that faces the camera. Background: 0.
+    Normal,
+    /// Index of the object. Background: -1.
+    Instance,
+    /// Index of the triangle within its object's mesh. Background: -1.
+    Triangle,
+    /// Weights of the triangle's three corners at the surface point; their sum is 1. Background: 0.
+    Barycentric,
+    /// The fraction of the pixel's samples that see the same object as the pixel-centre ray, the background counting as
+    /// one: 1 is a pure pixel.
+    Coverage,
+}
+
+/// A row of the channel table.
+struct Row {
+    channel: Channel,
+    name: &'static str,
+    kind: Kind,
+    components: usize,
+}
+
+const fn row(channel: Channel, name: &'static str, kind: Kind, components: usize) -> Row {
+    Row { channel, name, kind, components }
+}
+
+const TABLE: [Row; 9] = [
+    row(Channel::Color, "color", Kind::F32, 3),
+    row(Channel::Depth, "depth", Kind::F32, 1),
+    row(Channel::Distance, "distance", Kind::F32, 1),
+    row(Channel::Position, "position", Kind::F64, 3),
+    row(Channel::Normal, "normal", Kind::F32, 3),
+    row(Channel::Instance, "instance", Kind::I32, 1),
+    row(Channel::Triangle, "triangle", Kind::I32, 1),
+    row(Channel::Barycentric, "barycentric", Kind::F32, 3),
+    row(Channel::Coverage, "coverage", Kind::F32, 1),
+];
+
+impl Channel {
+    /// Every channel, in the order of the table.
+    pub fn all() -> impl Iterator<Item = Channel> {
+        TABLE.iter().map(|row| row.channel)
+    }
+
+    /// The channel of that name.
+    pub fn from_name(name: &str) -> Option<Channel> {
+        TABLE.iter().find(|row| row.name == name).map(|row| row.channel)
+    }
+
+    /// Its name in files and in Python.
+    pub fn name(self) -> &'static str {
+        TABLE[self as usize].name
+    }
+
+    /// What its values are stored as.
+    pub fn kind(self) -> Kind {
+        TABLE[self as usize].kind
+    }
+
+    /// Values per pixel.
+    pub fn components(self) -> usize {
+        TABLE[self as usize].components
+    }
+
+    /// Whether it comes from the exact ray through the pixel centre.
+    pub(crate) fn is_truth(self) -> bool {
+        self != Channel::Color
+    }
+
+    /// Bytes per pixel.
+    pub(crate) fn bytes(self) -> u64 {
+        let value = match self.kind() {
+            Kind::F32 | Kind::I32 => 4,
+            Kind::F64 => 8,
+        };
+        value * self.components() as u64
+    }
+}

@@ -1,0 +1,53 @@
+//! The threads that work: pools of our own, built on first use, that survive a fork.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::error::RenderError;
+
+/// The pools of one process. A forked child has none of its parent's threads, hence the process id.
+struct Pools {
+    process: u32,
+    by_threads: HashMap<usize, Arc<rayon::ThreadPool>>,
+}
+
+static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
+
+/// The most threads one may ask for.
+pub const MAX_THREADS: usize = 1024;
+
+/// Runs `f` with `threads` threads (`None`: as many as this process may use), on a pool kept for the next call.
+///
+/// Works in a forked child: pools belong to the process that built them.
+pub fn with_pool<T: Send>(threads: Option<usize>, f: impl FnOnce() -> T + Send) -> Result<T, RenderError> {
+    let available = || std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = threads.unwrap_or_else(available);
+    if !(1..=MAX_THREADS).contains(&threads) {
+        return Err(RenderError::Settings(format!("threads is {threads}; expected 1 to {MAX_THREADS}")));
+    }
+    Ok(pool(threads)?.install(f))
+}
+
+fn pool(threads: usize) -> Result<Arc<rayon::ThreadPool>, RenderError> {
+    let process = std::process::id();
+    {
+        let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+        if pools.as_ref().is_some_and(|p| p.process != process) {
+            // The parent's pools: their threads are not here, so that dropping them would wait for nobody.
+            std::mem::forget(pools.take());
+        }
+        let known = pools.as_ref().and_then(|p| p.by_threads.get(&threads));
+        if let Some(pool) = known {
+            return Ok(pool.clone());
+        }
+    }
+    // Built outside the lock, which is thus never held for long: a fork finds it free.
+    let built = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(|i| format!("raycam {i}"))
+        .build()
+        .map_err(|e| RenderError::Threads { threads, message: e.to_string() })?;
+    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+    let pools = pools.get_or_insert_with(|| Pools { process, by_threads: HashMap::new() });
+    Ok(pools.by_threads.entry(threads).or_insert_with(|| Arc::new(built)).clone())
+}
