@@ -1,1 +1,23 @@
-//! See Cargo.toml.
+//! What comes and goes: every reader of outside bytes, and every writer.
+//!
+//! This room is the trust boundary. A reader takes bytes and a [`Budget`] and gives plain data of `raycam_scene` or a
+//! [`FormatError`] that says where in which file; it never panics, never allocates what a file merely declares, and opens
+//! nothing outside the folder of the file it was asked for. What it skips or repairs it says in the world's notices.
+//!
+//! Writers give bytes; who puts them on a disk is not their concern.
+#![forbid(unsafe_code)]
+
+mod budget;
+mod error;
+pub mod exr;
+mod folder;
+mod load;
+pub mod png;
+mod texture;
+pub mod world_file;
+
+pub use budget::Budget;
+pub use error::{FormatError, Place};
+pub use folder::Folder;
+pub use load::load;
+pub use texture::read_texture;

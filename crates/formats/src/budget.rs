@@ -1,0 +1,76 @@
+//! Budgets: how much a file may make raycam read and keep.
+
+use std::path::Path;
+
+use crate::error::FormatError;
+
+/// The most that reading one world, with every file it names, may take.
+///
+/// Besides these limits every reader checks each declared count against the bytes that are left in the file before it
+/// allocates, so that memory stays proportional to the file: a few hundred bytes never ask for gigabytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Budget {
+    /// Bytes of all files together.
+    pub bytes: u64,
+    /// Vertices, face corners and parts of all meshes together.
+    pub elements: u64,
+    /// Pixels of all images together.
+    pub pixels: u64,
+    /// Steps spent on cutting polygons with reflex corners into triangles; bounds the time, which is quadratic in the
+    /// corners of one polygon.
+    pub steps: u64,
+}
+
+impl Default for Budget {
+    /// 8 GiB of files, 2³⁰ elements, 2²⁷ pixels (two textures of 8192 x 8192), 2³³ steps (some ten seconds).
+    fn default() -> Self {
+        Self {
+            bytes: 8 << 30,
+            elements: 1 << 30,
+            pixels: 1 << 27,
+            steps: 1 << 33,
+        }
+    }
+}
+
+impl Budget {
+    /// Takes `amount` bytes of `path`, or says that they are too many.
+    pub(crate) fn take_bytes(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
+        take(&mut self.bytes, path, "bytes", amount)
+    }
+
+    /// Takes `amount` vertices, corners or parts of `path`, or says that they are too many.
+    pub(crate) fn take_elements(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
+        take(
+            &mut self.elements,
+            path,
+            "vertices and face corners",
+            amount,
+        )
+    }
+
+    /// Takes `amount` pixels of `path`, or says that they are too many.
+    pub(crate) fn take_pixels(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
+        take(&mut self.pixels, path, "pixels", amount)
+    }
+
+    /// Takes `amount` steps of cutting up the polygons of `path`, or says that they are too many.
+    pub(crate) fn take_steps(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
+        take(&mut self.steps, path, "steps of triangulation", amount)
+    }
+}
+
+fn take(left: &mut u64, path: &Path, what: &'static str, amount: u64) -> Result<(), FormatError> {
+    match left.checked_sub(amount) {
+        Some(rest) => *left = rest,
+        None => {
+            return Err(FormatError::Budget {
+                path: path.into(),
+                what,
+                amount,
+                left: *left,
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,150 @@
+//! What can be wrong with a file, and where in it.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use raycam_scene::SceneError;
+
+/// Whose fault it is decides the variant; the message says where, what was found, what was expected and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum FormatError {
+    /// The file cannot be read; `source.kind()` says why (`NotFound`, `IsADirectory`, `PermissionDenied`, ...).
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's reason.
+        source: io::Error,
+    },
+    /// The file does not follow its format.
+    #[error("{}{place}: {message}", path.display())]
+    Syntax {
+        /// The file.
+        path: PathBuf,
+        /// Where in it.
+        place: Place,
+        /// What was found and what was expected.
+        message: String,
+    },
+    /// A world file says something that the schema does not allow.
+    #[error("{}:{line}: {}{message}", path.display(), prefix(key))]
+    Schema {
+        /// The world file.
+        path: PathBuf,
+        /// Counted from 1.
+        line: usize,
+        /// As `object[2].diffuse`; empty at the top.
+        key: String,
+        /// What was expected, with the nearest valid name.
+        message: String,
+    },
+    /// The file asks for more than the budget allows.
+    #[error("{}: {amount} {what}, but the budget has {left} left; raise it if you trust the file", path.display())]
+    Budget {
+        /// The file.
+        path: PathBuf,
+        /// What there is too much of.
+        what: &'static str,
+        /// How much the file asks for.
+        amount: u64,
+        /// How much may still be used.
+        left: u64,
+    },
+    /// A valid file of a kind, or with a feature, that raycam does not read.
+    #[error("{}: {message}", path.display())]
+    Unsupported {
+        /// The file.
+        path: PathBuf,
+        /// What it is and what is read instead.
+        message: String,
+    },
+    /// A name inside a file points to where files may not come from.
+    #[error("file name {reference:?}: {message}")]
+    Reference {
+        /// The name as written.
+        reference: String,
+        /// Why it is refused.
+        message: String,
+    },
+    /// The file is well-formed, but what it describes cannot be.
+    #[error("{}: {source}", path.display())]
+    Scene {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: SceneError,
+    },
+    /// Pixels that do not fit the image they are to become.
+    #[error("{0}")]
+    Encode(String),
+}
+
+/// Where in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Of a text file, counted from 1.
+    Line(usize),
+    /// Of a binary file, counted from 0.
+    Byte(u64),
+    /// The file as a whole.
+    Whole,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, ":{line}"),
+            Self::Byte(byte) => write!(f, ": byte {byte}"),
+            Self::Whole => Ok(()),
+        }
+    }
+}
+
+fn prefix(key: &str) -> String {
+    if key.is_empty() {
+        String::new()
+    } else {
+        format!("{key}: ")
+    }
+}
+
+impl FormatError {
+    pub(crate) fn line(path: &Path, line: usize, message: impl Into<String>) -> Self {
+        Self::Syntax {
+            path: path.into(),
+            place: Place::Line(line),
+            message: message.into(),
+        }
+    }
+
+    pub(crate) fn byte(path: &Path, byte: usize, message: impl Into<String>) -> Self {
+        Self::Syntax {
+            path: path.into(),
+            place: Place::Byte(byte as u64),
+            message: message.into(),
+        }
+    }
+
+    pub(crate) fn whole(path: &Path, message: impl Into<String>) -> Self {
+        Self::Syntax {
+            path: path.into(),
+            place: Place::Whole,
+            message: message.into(),
+        }
+    }
+
+    pub(crate) fn io(path: &Path, source: io::Error) -> Self {
+        Self::Io {
+            path: path.into(),
+            source,
+        }
+    }
+
+    pub(crate) fn unsupported(path: &Path, message: impl Into<String>) -> Self {
+        Self::Unsupported {
+            path: path.into(),
+            message: message.into(),
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! OpenEXR out: all channels of a frame in one part, lossless.
+
+use ::exr::image::write::WritableImage;
+use ::exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer as Part};
+use ::exr::meta::attribute::{AttributeValue, LineOrder, Text};
+use ::exr::meta::header::{ImageAttributes, LayerAttributes};
+use ::exr::prelude::{Compression, IntegerBounds, Vec2};
+use half::f16;
+use raycam_scene::Camera;
+
+use crate::error::FormatError;
+
+/// One channel of a frame: an EXR layer.
+#[derive(Clone, Copy, Debug)]
+pub struct Layer<'a> {
+    /// `color`, `depth`, `normal`, ...; unique within the file.
+    pub name: &'a str,
+    /// Values per pixel.
+    pub components: usize,
+    /// Row-major from the top left, components together.
+    pub samples: Samples<'a>,
+}
+
+/// The values of a layer, and how they are stored.
+#[derive(Clone, Copy, Debug)]
+pub enum Samples<'a> {
+    /// Stored as float32, exactly.
+    F32(&'a [f32]),
+    /// Stored as float16, rounded to nearest even; beyond 65504 it becomes infinite.
+    F16(&'a [f32]),
+    /// Ids, stored as EXR's uint32 with the same bits, so that none is ever rounded: -1 (background) is 4294967295,
+    /// and NumPy's `.view("int32")` gives the ids back.
+    Id(&'a [i32]),
+}
+
+impl Samples<'_> {
+    fn len(&self) -> usize {
+        match self {
+            Self::F32(v) | Self::F16(v) => v.len(),
+            Self::Id(v) => v.len(),
+        }
+    }
+
+    /// One component of every pixel.
+    fn plane(&self, component: usize, components: usize) -> FlatSamples {
+        fn every<T: Copy>(data: &[T], first: usize, step: usize) -> impl Iterator<Item = T> + '_ {
+            data.iter().skip(first).step_by(step).copied()
+        }
+        match self {
+            Self::F32(v) => FlatSamples::F32(every(v, component, components).collect()),
+            Self::F16(v) => {
+                FlatSamples::F16(every(v, component, components).map(f16::from_f32).collect())
+            }
+            Self::Id(v) => FlatSamples::U32(
+                every(v, component, components)
+                    .map(|id| id.cast_unsigned())
+                    .collect(),
+            ),
+        }
+    }
+}
+
+/// The EXR channel names of a layer: `color` is R, G, B, A without prefix, so that every viewer shows it; `depth.Z`,
+/// `distance.Z`; ids `instance.id`; other single values `coverage.V`; two are U and V, more are X, Y, Z, W.
+pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>, FormatError> {
+    let name = layer.name;
+    let letters: &[&str] = match (name, layer.components, &layer.samples) {
+        ("color", 1..=4, _) => &["R", "G", "B", "A"],
+        ("depth" | "distance", 1, _) => &["Z"],
+        (_, 1, Samples::Id(_)) => &["id"],
+        (_, 1, _) => &["V"],
+        (_, 2, _) => &["U", "V"],
+        (_, 3 | 4, _) => &["X", "Y", "Z", "W"],
+        (_, n, _) => {
+            return Err(FormatError::Encode(format!(
+                "EXR: layer {name:?} has {n} components, expected 1 to 4"
+            )));
+        }
+    };
+    let prefix = if name == "color" {
+        String::new()
+    } else {
+        format!("{name}.")
+    };
+    Ok(letters[..layer.components]
+        .iter()
+        .map(|letter| format!("{prefix}{letter}"))
+        .collect())
+}
+
+/// An EXR file of `size` (columns, rows): one part of scan lines, ZIP-compressed, the same bytes for the same input.
+///
+/// The header carries, with a camera, `raycam.K` and `raycam.R` (m33d, row-major), `raycam.C` (v3d), `raycam.P` (m44d:
+/// the 3 x 4 matrix and a row 0 0 0 1) and `raycam.pixelCenter` (`integer` or `half`); always `raycam.version` and
+/// `raycam.conventions`; and every `(key, value)` of `notes`, as strings.
+///
+/// # Errors
+/// When a layer does not have columns x rows x components values, two layers have the same channels, there is none, or
+/// a name is empty or not plain text.
+pub fn encode(
+    size: [u32; 2],
+    layers: &[Layer<'_>],
+    camera: Option<&Camera>,
+    notes: &[(&str, &str)],
+) -> Result<Vec<u8>, FormatError> {
+    let _ = camera;
+    let [columns, rows] = size.map(|side| side as usize);
+    if columns == 0 || rows == 0 || layers.is_empty() {
+        return Err(FormatError::Encode(format!(
+            "EXR: {} layers of {columns} x {rows} pixels, expected at least one of each",
+            layers.len()
+        )));
+    }
+    let mut channels = Vec::new();
+    for layer in layers {
+        let expected = columns * rows * layer.components;
+        if layer.samples.len() != expected {
+            return Err(FormatError::Encode(format!(
+                "EXR: layer {:?} has {} values, expected {columns} x {rows} x {} = {expected}",
+                layer.name,
+                layer.samples.len(),
+                layer.components
+            )));
+        }
+        for (component, name) in channel_names(layer)?.iter().enumerate() {
+            channels.push(AnyChannel {
+                name: text(name)?,
+                sample_data: layer.samples.plane(component, layer.components),
+                quantize_linearly: false,
+                sampling: Vec2(1, 1),
+            });
+        }
+    }
+    channels.sort_by(|a, b| a.name.cmp(&b.name));
+    if let Some(twice) = channels
+        .windows(2)
+        .find(|pair| pair[0].name == pair[1].name)
+    {
+        return Err(FormatError::Encode(format!(
+            "EXR: two channels are named {}",
+            twice[0].name
+        )));
+    }
+
+    let mut attributes = ImageAttributes::new(IntegerBounds::from_dimensions((columns, rows)));
+    for (key, value) in notes {
+        attributes
+            .other
+            .insert(text(key)?, AttributeValue::Text(Text::from(*value)));
+    }
+    let image = Image {
+        attributes,
+        layer_data: Part {
+            channel_data: AnyChannels {
+                list: channels.into(),
+            },
+            attributes: LayerAttributes::default(),
+            size: Vec2(columns, rows),
+            encoding: Encoding {
+                compression: Compression::ZIP16,
+                blocks: Blocks::ScanLines,
+                line_order: LineOrder::Increasing,
+            },
+        },
+    };
+    let mut file = std::io::Cursor::new(Vec::new());
+    // Not parallel: the crate's threads come from rayon's global pool, which does not survive a fork.
+    image
+        .write()
+        .non_parallel()
+        .to_buffered(&mut file)
+        .map_err(|e| FormatError::Encode(format!("EXR: {e}")))?;
+    Ok(file.into_inner())
+}
+
+fn text(name: &str) -> Result<Text, FormatError> {
+    let printable = !name.is_empty() && name.bytes().all(|b| b.is_ascii_graphic() || b == b' ');
+    let text = if printable {
+        Text::new_or_none(name)
+    } else {
+        None
+    };
+    text.ok_or_else(|| {
+        FormatError::Encode(format!(
+            "EXR: {name:?} cannot be a name: expected printable ASCII"
+        ))
+    })
+}

@@ -1,0 +1,63 @@
+//! PNG out (W3C PNG, third edition), always marked as sRGB.
+
+use crate::error::FormatError;
+
+/// The samples of an image, row-major from the top left, channels together.
+#[derive(Clone, Copy, Debug)]
+pub enum Samples<'a> {
+    /// 8 bits a channel.
+    U8(&'a [u8]),
+    /// 16 bits a channel.
+    U16(&'a [u16]),
+}
+
+/// A PNG file of `size` (columns, rows) with 1 (grey), 2 (grey and alpha), 3 (RGB) or 4 (RGBA) channels.
+///
+/// The samples are stored as they are; colour is expected in sRGB, and the file says so. Ids and depths may use it too:
+/// grey of 16 bits.
+///
+/// # Errors
+/// When the number of samples is not columns x rows x channels, a side is 0, or `channels` is none of these.
+pub fn encode(
+    size: [u32; 2],
+    channels: usize,
+    samples: Samples<'_>,
+) -> Result<Vec<u8>, FormatError> {
+    let color = match channels {
+        1 => png::ColorType::Grayscale,
+        2 => png::ColorType::GrayscaleAlpha,
+        3 => png::ColorType::Rgb,
+        4 => png::ColorType::Rgba,
+        _ => {
+            return Err(FormatError::Encode(format!(
+                "PNG: {channels} channels, expected 1, 2, 3 or 4"
+            )));
+        }
+    };
+    let (count, depth, bytes);
+    let big_endian: Vec<u8>;
+    match samples {
+        Samples::U8(data) => (count, depth, bytes) = (data.len(), png::BitDepth::Eight, data),
+        Samples::U16(data) => {
+            big_endian = data.iter().flat_map(|v| v.to_be_bytes()).collect();
+            (count, depth, bytes) = (data.len(), png::BitDepth::Sixteen, &big_endian[..]);
+        }
+    }
+    let [columns, rows] = size;
+    let expected = u64::from(columns) * u64::from(rows) * channels as u64;
+    if expected == 0 || count as u64 != expected {
+        return Err(FormatError::Encode(format!(
+            "PNG: {count} samples for {columns} x {rows} pixels of {channels} channels, expected {expected} and more than 0"
+        )));
+    }
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, columns, rows);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    let failed = |e: png::EncodingError| FormatError::Encode(format!("PNG: {e}"));
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(bytes).map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(file)
+}
