@@ -5,12 +5,20 @@ pub type Rgb = [f32; 3];
 
 /// One sRGB channel in 0..=1 to linear (IEC 61966-2-1).
 pub fn linear_from_srgb(v: f32) -> f32 {
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+    if v <= 0.04045 {
+        v / 12.92
+    } else {
+        ((v + 0.055) / 1.055).powf(2.4)
+    }
 }
 
 /// One linear channel to sRGB in 0..=1 (IEC 61966-2-1); the argument is not clamped.
 pub fn srgb_from_linear(v: f32) -> f32 {
-    if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+    if v <= 0.003_130_8 {
+        v * 12.92
+    } else {
+        1.055 * v.powf(1.0 / 2.4) - 0.055
+    }
 }
 
 /// An 8-bit sRGB colour to linear.

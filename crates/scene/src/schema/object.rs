@@ -1,0 +1,207 @@
+//! `[[object]]`.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::words::{Color, Refine, Splat, Wraps};
+
+/// An object: exactly one shape (`box`, `plane`, `sphere`, `cylinder`, `cone`, `torus`, `mesh`, `vertices` with
+/// `triangles`, or `instance_of`), where it stands and what it is made of.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ObjectSpec {
+    /// Unique in the world; made from the shape where not given.
+    pub name: Option<String>,
+    /// A class, for data sets.
+    pub category: Option<String>,
+
+    /// A box centred at the origin.
+    #[serde(rename = "box")]
+    pub box_: Option<BoxShape>,
+    /// A rectangle in the xy plane that faces +z.
+    pub plane: Option<PlaneShape>,
+    /// A sphere around the origin.
+    pub sphere: Option<SphereShape>,
+    /// A closed cylinder around the z axis.
+    pub cylinder: Option<CylinderShape>,
+    /// A closed cone around the z axis, its tip up.
+    pub cone: Option<ConeShape>,
+    /// A torus around the z axis.
+    pub torus: Option<TorusShape>,
+    /// A mesh file beside the world file: OBJ, PLY, STL or OFF.
+    pub mesh: Option<String>,
+    /// Corner positions, with `triangles`.
+    pub vertices: Option<Vec<[f64; 3]>>,
+    /// Corner indices from 0, counter-clockwise seen from outside.
+    pub triangles: Option<Vec<[u32; 3]>>,
+    /// The name of an earlier object whose mesh (and, where nothing else is said, material) this one shares.
+    pub instance_of: Option<String>,
+
+    /// Subdivision: a number of levels of Loop's scheme, or { levels, scheme = "loop" or "midpoint" }.
+    pub refine: Option<Refine>,
+    /// Linear colours per triangle (before `refine`), each 0..=1.
+    pub face_colors: Option<Vec<[f32; 3]>>,
+    /// Linear colours per vertex, interpolated, each 0..=1.
+    pub vertex_colors: Option<Vec<[f32; 3]>>,
+    /// Texture coordinates per vertex; v = 0 is the top row of the image, as in glTF.
+    pub uvs: Option<Vec<[f32; 2]>>,
+    /// Shading normals per vertex, of any length but 0.
+    pub normals: Option<Vec<[f32; 3]>>,
+
+    /// Where its origin stands in the world.
+    pub location: Option<[f64; 3]>,
+    /// Turn about the forward axis (x of a z-up world) in degrees, first.
+    pub roll: Option<f64>,
+    /// Turn about the left axis (y of a z-up world) in degrees, second.
+    pub pitch: Option<f64>,
+    /// Turn about the up axis in degrees, last; positive turns left.
+    pub yaw: Option<f64>,
+    /// One factor, or one per axis, before turning; negative ones mirror.
+    pub scale: Option<Splat<3>>,
+    /// Instead of location, angles and scale: the affine transform world_from_mesh, 3x4 or 4x4.
+    pub matrix: Option<Vec<[f64; 4]>>,
+
+    /// The model of reflection; the lecture's `diffuse`, `specular` and `shininess` where not given.
+    #[serde(rename = "type")]
+    pub type_: Option<MaterialType>,
+    /// The base colour: linear red, green, blue in 0..=1, or "#rrggbb" in 8-bit sRGB. White where the mesh has colours of
+    /// its own, which it multiplies, and light grey (0.8) where it has none.
+    pub color: Option<Color>,
+    /// An image file beside the world file, which multiplies the base colour.
+    pub texture: Option<String>,
+    /// What the texture does beyond 0..1: "repeat", "clamp" or "mirror", or one of them for u and one for v.
+    pub wrap: Option<Wraps>,
+    /// The share of light reflected equally everywhere, times the base colour: 0..=1, 1 where not given.
+    pub diffuse: Option<f32>,
+    /// The share of light reflected around the mirror direction, 0..=1: a number or linear RGB; 0 where not given.
+    pub specular: Option<Splat<3>>,
+    /// The Phong exponent of the specular share, >= 0: larger is sharper; 32 where not given.
+    pub shininess: Option<f32>,
+}
+
+/// A box.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct BoxShape {
+    /// Edge lengths along x, y, z, or one for all; 1 where not given.
+    pub size: Splat<3>,
+}
+
+/// A rectangle.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlaneShape {
+    /// Edge lengths along x and y, or one for both; 1 where not given.
+    pub size: Splat<2>,
+}
+
+/// A sphere.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SphereShape {
+    /// The radius; 0.5 where not given.
+    pub radius: f64,
+    /// How often the 20 faces of an icosahedron are split in four, 0..=9; 4 (5120 triangles) where not given.
+    pub level: u32,
+}
+
+/// A cylinder.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct CylinderShape {
+    /// The radius; 0.5 where not given.
+    pub radius: f64,
+    /// The height; 1 where not given.
+    pub height: f64,
+    /// Corners around, 3..=4096; 64 where not given.
+    pub segments: u32,
+}
+
+/// A cone.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ConeShape {
+    /// The radius of its base; 0.5 where not given.
+    pub radius: f64,
+    /// The height; 1 where not given.
+    pub height: f64,
+    /// Corners around, 3..=4096; 64 where not given.
+    pub segments: u32,
+}
+
+/// A torus.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TorusShape {
+    /// From its centre to the middle of the tube; 0.5 where not given.
+    pub radius: f64,
+    /// The radius of the tube; 0.2 where not given.
+    pub tube: f64,
+    /// Corners around the axis, 3..=2048, half as many around the tube (at least 3); 64 where not given.
+    pub segments: u32,
+}
+
+impl Default for BoxShape {
+    fn default() -> Self {
+        Self {
+            size: Splat([1.0; 3]),
+        }
+    }
+}
+
+impl Default for PlaneShape {
+    fn default() -> Self {
+        Self {
+            size: Splat([1.0; 2]),
+        }
+    }
+}
+
+impl Default for SphereShape {
+    fn default() -> Self {
+        Self {
+            radius: 0.5,
+            level: 4,
+        }
+    }
+}
+
+impl Default for CylinderShape {
+    fn default() -> Self {
+        Self {
+            radius: 0.5,
+            height: 1.0,
+            segments: 64,
+        }
+    }
+}
+
+impl Default for ConeShape {
+    fn default() -> Self {
+        Self {
+            radius: 0.5,
+            height: 1.0,
+            segments: 64,
+        }
+    }
+}
+
+impl Default for TorusShape {
+    fn default() -> Self {
+        Self {
+            radius: 0.5,
+            tube: 0.2,
+            segments: 64,
+        }
+    }
+}
+
+/// The models of reflection that have a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum MaterialType {
+    /// Diffuse alone.
+    Matte,
+    /// The base colour itself, whatever the light.
+    Unlit,
+}

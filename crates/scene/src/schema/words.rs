@@ -1,0 +1,226 @@
+//! Values that may be written in more than one way.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+
+use crate::color::{Rgb, linear_from_srgb8};
+use crate::texture::Wrap;
+
+/// `N` numbers, or one that stands for all of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Splat<const N: usize>(pub [f64; N]);
+
+/// A colour: linear red, green, blue in 0..=1, or "#rrggbb" in 8-bit sRGB. Always linear here.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Color(pub Rgb);
+
+/// Subdivision of the mesh: a number of levels, or `{ levels, scheme }`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refine {
+    /// Each level makes four triangles of one.
+    pub levels: u32,
+    /// How the new vertices are placed.
+    pub scheme: Scheme,
+}
+
+/// How subdivision places new vertices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Scheme {
+    /// Loop (1987): towards a smooth surface, with boundary edges kept sharp.
+    #[default]
+    Loop,
+    /// At the middle of the edges: the same surface in smaller triangles.
+    Midpoint,
+}
+
+/// Wrap modes of u and v.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wraps(pub [Wrap; 2]);
+
+impl<'de, const N: usize> Deserialize<'de> for Splat<N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct SplatVisitor<const N: usize>;
+        impl<'de, const N: usize> Visitor<'de> for SplatVisitor<N> {
+            type Value = Splat<N>;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                write!(f, "a number or a list of {N} numbers")
+            }
+
+            fn visit_f64<E: Error>(self, v: f64) -> Result<Splat<N>, E> {
+                Ok(Splat([v; N]))
+            }
+
+            fn visit_i64<E: Error>(self, v: i64) -> Result<Splat<N>, E> {
+                Ok(Splat([v as f64; N]))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Splat<N>, A::Error> {
+                let mut values = [0.0; N];
+                for (i, value) in values.iter_mut().enumerate() {
+                    *value = seq
+                        .next_element()?
+                        .ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                }
+                Ok(Splat(values))
+            }
+        }
+        deserializer.deserialize_any(SplatVisitor::<N>)
+    }
+}
+
+impl<const N: usize> JsonSchema for Splat<N> {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        format!("NumberOr{N}").into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "anyOf": [
+            { "type": "number" },
+            { "type": "array", "items": { "type": "number" }, "minItems": N, "maxItems": N },
+        ] })
+    }
+}
+
+impl<'de> Deserialize<'de> for Color {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct ColorVisitor;
+        impl<'de> Visitor<'de> for ColorVisitor {
+            type Value = Color;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a list of 3 numbers (linear, 0..=1) or \"#rrggbb\" (8-bit sRGB)")
+            }
+
+            fn visit_str<E: Error>(self, v: &str) -> Result<Color, E> {
+                let hex = v.strip_prefix('#').filter(|hex| hex.len() == 6);
+                let byte = |i| hex.and_then(|hex| u8::from_str_radix(hex.get(i..i + 2)?, 16).ok());
+                match [byte(0), byte(2), byte(4)] {
+                    [Some(r), Some(g), Some(b)] if !v.contains('+') => {
+                        Ok(Color(linear_from_srgb8([r, g, b])))
+                    }
+                    _ => Err(E::invalid_value(serde::de::Unexpected::Str(v), &self)),
+                }
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Color, A::Error> {
+                let mut rgb = [0.0; 3];
+                for (i, value) in rgb.iter_mut().enumerate() {
+                    *value = seq
+                        .next_element()?
+                        .ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                }
+                Ok(Color(rgb))
+            }
+        }
+        deserializer.deserialize_any(ColorVisitor)
+    }
+}
+
+impl JsonSchema for Color {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Color".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "anyOf": [
+            { "type": "array", "items": { "type": "number", "minimum": 0, "maximum": 1 }, "minItems": 3, "maxItems": 3 },
+            { "type": "string", "pattern": "^#[0-9a-fA-F]{6}$" },
+        ] })
+    }
+}
+
+/// `{ levels, scheme }`.
+#[derive(serde::Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct RefineTable {
+    /// Each level makes four triangles of one.
+    levels: u32,
+    /// How the new vertices are placed.
+    #[serde(default)]
+    scheme: Scheme,
+}
+
+impl<'de> Deserialize<'de> for Refine {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct RefineVisitor;
+        impl<'de> Visitor<'de> for RefineVisitor {
+            type Value = Refine;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a whole number of levels or a table { levels, scheme }")
+            }
+
+            fn visit_i64<E: Error>(self, v: i64) -> Result<Refine, E> {
+                let levels = u32::try_from(v)
+                    .map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;
+                Ok(Refine {
+                    levels,
+                    scheme: Scheme::default(),
+                })
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Refine, A::Error> {
+                let RefineTable { levels, scheme } =
+                    Deserialize::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(Refine { levels, scheme })
+            }
+        }
+        deserializer.deserialize_any(RefineVisitor)
+    }
+}
+
+impl JsonSchema for Refine {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Refine".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let table = generator.subschema_for::<RefineTable>();
+        schemars::json_schema!({ "anyOf": [{ "type": "integer", "minimum": 0 }, table] })
+    }
+}
+
+impl<'de> Deserialize<'de> for Wraps {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct WrapsVisitor;
+        impl<'de> Visitor<'de> for WrapsVisitor {
+            type Value = Wraps;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("\"repeat\", \"clamp\" or \"mirror\", or a list of two of them")
+            }
+
+            fn visit_str<E: Error>(self, v: &str) -> Result<Wraps, E> {
+                let wrap = Wrap::deserialize(serde::de::value::StrDeserializer::new(v))?;
+                Ok(Wraps([wrap; 2]))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Wraps, A::Error> {
+                let mut wraps = [Wrap::default(); 2];
+                for (i, wrap) in wraps.iter_mut().enumerate() {
+                    *wrap = seq
+                        .next_element()?
+                        .ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                }
+                Ok(Wraps(wraps))
+            }
+        }
+        deserializer.deserialize_any(WrapsVisitor)
+    }
+}
+
+impl JsonSchema for Wraps {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Wraps".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let wrap = generator.subschema_for::<Wrap>();
+        schemars::json_schema!({ "anyOf": [wrap, { "type": "array", "items": wrap, "minItems": 2, "maxItems": 2 }] })
+    }
+}
