@@ -4,8 +4,21 @@
 //! [`Scene`] places meshes; a query answers a slice of rays on the calling thread, and its answers depend neither on
 //! the batch it came in, nor on threads, nor on the instruction set.
 
+// Loops over axes and lanes read several arrays by one index.
+#![allow(clippy::needless_range_loop)]
+
+mod block;
+mod build;
+mod dispatch;
+mod error;
+mod mesh;
 mod ray;
 mod scene;
+mod simd;
+mod traverse;
 
+pub use dispatch::InstructionSet;
+pub use error::BuildError;
+pub use mesh::{BuildOptions, Bvh, Quality, TRIANGLE_LIMIT};
 pub use ray::{Coherence, ExactHit, ExactRay, Hit, NOTHING, Ray};
-pub use scene::{BuildError, BuildOptions, Bvh, ExactTriangles, Instance, Quality, Scene};
+pub use scene::{ExactTriangles, Instance, Scene};

@@ -36,7 +36,13 @@ pub struct Hit {
 
 impl Hit {
     /// The answer of a ray that meets nothing.
-    pub const MISS: Hit = Hit { t: f32::INFINITY, u: 0.0, v: 0.0, instance: NOTHING, triangle: NOTHING };
+    pub const MISS: Hit = Hit {
+        t: f32::INFINITY,
+        u: 0.0,
+        v: 0.0,
+        instance: NOTHING,
+        triangle: NOTHING,
+    };
 }
 
 /// A float64 ray in world coordinates, for answers that must be those of exact geometry.
@@ -67,8 +73,13 @@ pub struct ExactHit {
 
 impl ExactHit {
     /// The answer of a ray that meets nothing.
-    pub const MISS: ExactHit =
-        ExactHit { t: f64::INFINITY, u: 0.0, v: 0.0, instance: NOTHING, triangle: NOTHING };
+    pub const MISS: ExactHit = ExactHit {
+        t: f64::INFINITY,
+        u: 0.0,
+        v: 0.0,
+        instance: NOTHING,
+        triangle: NOTHING,
+    };
 }
 
 /// What the caller knows of a batch. It changes the speed of an answer, never the answer.

@@ -1,94 +1,15 @@
-//! Meshes and the scene that places them.
+//! The scene: placed meshes, and the queries over them.
 
 use std::sync::Arc;
 
+use crate::block::{Block, LEAF, NO_CHILD, Node};
+use crate::build::{self, BuildItem, Leaves};
+use crate::dispatch::{InstructionSet, Machine};
+use crate::error::BuildError;
+use crate::mesh::{Bvh, scale_of};
 use crate::ray::{Coherence, ExactHit, ExactRay, Hit, Ray};
-
-/// How much time a build may take for faster rays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Quality {
-    /// For geometry that changes every frame.
-    Fast,
-    /// Binned surface-area heuristic.
-    #[default]
-    Default,
-    /// For geometry that is traced very often.
-    High,
-}
-
-/// How a mesh is built.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BuildOptions {
-    /// Time against speed.
-    pub quality: Quality,
-}
-
-/// Why a mesh or a scene could not be built.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum BuildError {
-    /// A triangle names a vertex that is not there.
-    IndexOutOfRange {
-        /// The triangle.
-        triangle: usize,
-        /// The index it gives.
-        index: u32,
-        /// The vertices there are.
-        vertices: usize,
-    },
-    /// A vertex or a transform is NaN or infinite.
-    NotFinite {
-        /// `vertex 12` or `instance 3`.
-        what: String,
-    },
-    /// More triangles or instances than 32-bit indices hold.
-    TooLarge {
-        /// `triangles` or `instances`.
-        what: &'static str,
-        /// How many were given.
-        given: usize,
-        /// How many there may be.
-        limit: usize,
-    },
-}
-
-impl std::fmt::Display for BuildError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::IndexOutOfRange { triangle, index, vertices } => {
-                write!(f, "triangle {triangle} names vertex {index}, but there are {vertices} vertices")
-            }
-            Self::NotFinite { what } => write!(f, "{what} is NaN or infinite"),
-            Self::TooLarge { what, given, limit } => write!(f, "{given} {what} given, at most {limit} fit"),
-        }
-    }
-}
-
-impl std::error::Error for BuildError {}
-
-/// One mesh, ready to be traced: mesh-local float32 coordinates.
-#[derive(Debug)]
-pub struct Bvh {
-    corners: Vec<[[f32; 3]; 3]>,
-}
-
-impl Bvh {
-    /// Builds over indexed triangles. Zero-area triangles are kept and never hit.
-    ///
-    /// Runs in parallel on the rayon pool it is called in; the result does not depend on that pool.
-    pub fn build(
-        vertices: &[[f32; 3]],
-        triangles: &[[u32; 3]],
-        _options: &BuildOptions,
-    ) -> Result<Self, BuildError> {
-        let corners = triangles.iter().map(|t| t.map(|i| vertices[i as usize])).collect();
-        Ok(Self { corners })
-    }
-
-    /// How many triangles the mesh has.
-    pub fn triangle_count(&self) -> usize {
-        self.corners.len()
-    }
-}
+use crate::traverse;
+use crate::traverse::local::EPS;
 
 /// A placed mesh: `world_from_mesh` maps mesh-local to scene-local coordinates, rows of a 3 x 4 matrix.
 #[derive(Clone, Debug)]
@@ -100,22 +21,153 @@ pub struct Instance {
 }
 
 /// Where [`Scene::closest_exact`] finds a triangle's corners in float64 world coordinates.
+///
+/// The mesh and transform given to [`Scene::build`] must be these rounded to float32: the search is padded for that
+/// rounding and no more.
 pub trait ExactTriangles {
     /// The three corners of a triangle of an instance.
     fn corners(&self, instance: u32, triangle: u32) -> [[f64; 3]; 3];
 }
 
-/// Placed meshes, ready to be traced. Scene-local coordinates are world coordinates less `origin`.
+/// A mesh in its place, as rays see it.
 #[derive(Debug)]
-pub struct Scene {
-    instances: Vec<Instance>,
-    origin: [f64; 3],
+pub(crate) struct Placed {
+    pub bvh: Arc<Bvh>,
+    /// From scaled scene coordinates to those of the mesh's tree.
+    pub mesh_from_scene: [[f32; 4]; 3],
+    /// How much longer that makes a vector at most.
+    pub stretch: f32,
 }
+
+/// Placed meshes, ready to be traced. Scene-local coordinates are world coordinates less `origin`.
+pub struct Scene {
+    pub(crate) placed: Vec<Placed>,
+    origin: [f64; 3],
+    /// Scene coordinates are multiplied by this power of two before anything else; 1 for all but extreme scenes.
+    pub(crate) unit: f64,
+    /// Nodes over the instances.
+    blocks: Vec<Block>,
+    pub(crate) root: u32,
+    /// Box of everything, scaled.
+    pub(crate) lower: [f32; 3],
+    pub(crate) upper: [f32; 3],
+    /// Largest coordinate at hand, scaled; with the condition of the worst transform it bounds rounding.
+    pub(crate) reach: f32,
+    pub(crate) condition: f32,
+    /// The scene is one mesh, placed where it was made: rays need neither transform nor the nodes above.
+    pub(crate) direct: bool,
+    machine: Machine,
+}
+
+impl std::fmt::Debug for Scene {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "Scene of {} instances for {}",
+            self.placed.len(),
+            self.machine.isa().name()
+        )
+    }
+}
+
+/// The most instances of a scene.
+const INSTANCE_LIMIT: usize = (1 << 31) - 2;
+
+const IDENTITY: [[f32; 4]; 3] = [
+    [1.0, 0.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0, 0.0],
+    [0.0, 0.0, 1.0, 0.0],
+];
 
 impl Scene {
     /// Places meshes. An instance whose transform is singular is kept and never hit.
     pub fn build(instances: Vec<Instance>, origin: [f64; 3]) -> Result<Self, BuildError> {
-        Ok(Self { instances, origin })
+        if instances.len() > INSTANCE_LIMIT {
+            return Err(BuildError::TooLarge {
+                what: "instances",
+                given: instances.len(),
+                limit: INSTANCE_LIMIT,
+            });
+        }
+        let finite = |i: &Instance| i.world_from_mesh.iter().flatten().all(|x| x.is_finite());
+        if let Some(at) = instances.iter().position(|i| !finite(i)) {
+            return Err(BuildError::NotFinite {
+                what: format!("instance {at}"),
+            });
+        }
+        if !origin.iter().all(|x| x.is_finite()) {
+            return Err(BuildError::NotFinite {
+                what: "the scene's origin".into(),
+            });
+        }
+        let direct = instances.len() == 1 && instances[0].world_from_mesh == IDENTITY;
+        let boxes: Vec<_> = instances.iter().map(world_box).collect();
+        let reach64 = boxes
+            .iter()
+            .flatten()
+            .flat_map(|(l, u)| l.iter().chain(u))
+            .fold(0.0, |r: f64, x| r.max(x.abs()));
+        let unit = f64::from(if direct {
+            instances[0].bvh.scale()
+        } else {
+            scale_of64(reach64)
+        });
+        let mut scene = Self {
+            placed: Vec::with_capacity(instances.len()),
+            origin,
+            unit,
+            blocks: vec![],
+            root: NO_CHILD,
+            lower: [0.0; 3],
+            upper: [0.0; 3],
+            reach: 0.0,
+            condition: 1.0,
+            direct,
+            machine: Machine::best(),
+        };
+        let mut items = vec![];
+        for (instance, bounds) in instances.into_iter().zip(boxes) {
+            let id = scene.placed.len() as u32;
+            let scale = f64::from(instance.bvh.scale());
+            let forward = instance.world_from_mesh.map(|row| row.map(f64::from));
+            let inverse = inverse(&forward);
+            let mesh_from_scene = inverse.map(|m| {
+                m.map(|r| {
+                    [
+                        r[0] * scale / unit,
+                        r[1] * scale / unit,
+                        r[2] * scale / unit,
+                        r[3] * scale,
+                    ]
+                })
+                .map(|row| row.map(|x| x as f32))
+            });
+            let usable = mesh_from_scene.filter(|m| m.iter().flatten().all(|x| x.is_finite()));
+            if let (Some(matrix), Some((lower, upper))) = (usable, bounds) {
+                // Rows sums bound how far the largest coordinate grows.
+                let stretch = norm(&matrix.map(|row| row.map(f64::from)));
+                let shrink = norm(&forward) * unit / scale;
+                let mesh_reach = f64::from(instance.bvh.reach()) * shrink;
+                scene.condition = scene.condition.max((stretch * shrink) as f32);
+                let farthest = lower
+                    .iter()
+                    .chain(&upper)
+                    .fold(mesh_reach, |r, x| r.max(mesh_reach + (x * unit).abs()));
+                scene.reach = scene.reach.max(farthest as f32);
+                let lower = lower.map(|x| ((x * unit) as f32).next_down());
+                let upper = upper.map(|x| ((x * unit) as f32).next_up());
+                items.push(BuildItem::new(lower, upper, id));
+            }
+            scene.placed.push(Placed {
+                bvh: instance.bvh,
+                mesh_from_scene: usable.unwrap_or([[0.0; 4]; 3]),
+                stretch: usable.map_or(0.0, |m| norm(&m.map(|row| row.map(f64::from))) as f32),
+            });
+        }
+        let tree = build::build(items, &Instances);
+        (scene.blocks, scene.root, scene.lower, scene.upper) =
+            (tree.blocks, tree.root, tree.lower, tree.upper);
+        Ok(scene)
     }
 
     /// The world coordinates of the scene-local origin.
@@ -123,52 +175,126 @@ impl Scene {
         self.origin
     }
 
+    /// The instruction set that queries run with.
+    pub fn instruction_set(&self) -> InstructionSet {
+        self.machine.isa()
+    }
+
+    /// Makes queries run with a certain instruction set; false, and nothing changes, where the machine lacks it.
+    /// The answers are the same.
+    pub fn set_instruction_set(&mut self, isa: InstructionSet) -> bool {
+        let machine = Machine::with(isa);
+        self.machine = machine.unwrap_or(self.machine);
+        machine.is_some()
+    }
+
     /// The nearest hit of every ray, on the calling thread. `hits` is as long as `rays`.
-    pub fn closest(&self, _rays: &[Ray], _hits: &mut [Hit], _coherence: Coherence) {
-        unimplemented!("placeholder until the kernel lands")
+    pub fn closest(&self, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
+        assert_eq!(rays.len(), hits.len(), "as many hits as rays");
+        traverse::closest(self.machine, self, rays, hits, coherence);
     }
 
     /// Whether anything lies on each ray, on the calling thread. `dark` is as long as `rays`.
-    pub fn occluded(&self, _rays: &[Ray], _dark: &mut [bool], _coherence: Coherence) {
-        unimplemented!("placeholder until the kernel lands")
+    pub fn occluded(&self, rays: &[Ray], dark: &mut [bool], coherence: Coherence) {
+        assert_eq!(rays.len(), dark.len(), "as many answers as rays");
+        traverse::occluded(self.machine, self, rays, dark, coherence);
     }
 
     /// The nearest hit of every ray by float64 arithmetic on the float64 corners: ties and edges are decided as exact
-    /// geometry decides them, up to float64 rounding.
+    /// geometry decides them, up to float64 rounding. On the calling thread; `hits` is as long as `rays`.
     pub fn closest_exact<T: ExactTriangles>(
         &self,
         rays: &[ExactRay],
         triangles: &T,
         hits: &mut [ExactHit],
     ) {
-        // Brute force: the placeholder of the traversal that lands with the kernel.
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = ExactHit::MISS;
-            for (i, instance) in self.instances.iter().enumerate() {
-                for t in 0..instance.bvh.corners.len() {
-                    let found = intersect(ray, triangles.corners(i as u32, t as u32));
-                    if let Some((t_hit, u, v)) = found
-                        && t_hit < hit.t
-                        && t_hit <= ray.t_max
-                    {
-                        *hit = ExactHit { t: t_hit, u, v, instance: i as u32, triangle: t as u32 };
-                    }
-                }
-            }
-        }
+        assert_eq!(rays.len(), hits.len(), "as many hits as rays");
+        traverse::closest_exact(self.machine, self, rays, triangles, hits);
+    }
+
+    /// A node above the instances.
+    #[inline(always)]
+    pub(crate) fn node(&self, at: u32) -> &Node {
+        debug_assert!(at & LEAF == 0 && (at as usize) < self.blocks.len());
+        // SAFETY: references come from this tree, whose blocks are all nodes.
+        unsafe { &self.blocks.get_unchecked(at as usize).node }
+    }
+
+    /// By how much boxes of instances must be padded for a ray that starts within `distance` of the scene's origin:
+    /// a transformed ray is off by no more.
+    #[inline(always)]
+    pub(crate) fn slack(&self, distance: f32) -> f32 {
+        64.0 * EPS * self.condition * (distance + self.reach)
     }
 }
 
-fn intersect(ray: &ExactRay, [a, b, c]: [[f64; 3]; 3]) -> Option<(f64, f64, f64)> {
-    let sub = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+/// Leaves of the tree over instances: their number.
+struct Instances;
+
+impl Leaves for Instances {
+    const IN_BLOCKS: bool = false;
+    const BINARY_LEAF: usize = 1;
+
+    fn fit(&self, items: &[BuildItem]) -> bool {
+        items.len() == 1
+    }
+
+    fn emit(&self, items: &[BuildItem], _first: usize, _blocks: &mut Vec<Block>) -> u32 {
+        LEAF | items[0].id
+    }
+}
+
+fn scale_of64(reach: f64) -> f32 {
+    scale_of((reach as f32).min(f32::MAX))
+}
+
+/// The largest sum of the absolute values of a row of the linear part.
+fn norm(m: &[[f64; 4]; 3]) -> f64 {
+    m.iter()
+        .map(|r| r[0].abs() + r[1].abs() + r[2].abs())
+        .fold(0.0, f64::max)
+}
+
+/// The box of an instance in the scene; `None` for an empty mesh.
+fn world_box(instance: &Instance) -> Option<([f64; 3], [f64; 3])> {
+    if instance.bvh.triangle_count() == 0 {
+        return None;
+    }
+    let (lower, upper) = instance.bvh.bounds();
+    let scale = f64::from(instance.bvh.scale());
+    let m = instance.world_from_mesh.map(|row| row.map(f64::from));
+    let (mut low, mut high) = ([0.0; 3], [0.0; 3]);
+    for axis in 0..3 {
+        low[axis] = m[axis][3];
+        high[axis] = m[axis][3];
+        for k in 0..3 {
+            let (a, b) = (
+                m[axis][k] * f64::from(lower[k]) / scale,
+                m[axis][k] * f64::from(upper[k]) / scale,
+            );
+            low[axis] += a.min(b);
+            high[axis] += a.max(b);
+        }
+    }
+    Some((low, high))
+}
+
+/// The inverse of an affine map; `None` where it is singular.
+fn inverse(m: &[[f64; 4]; 3]) -> Option<[[f64; 4]; 3]> {
+    let cofactor = |r: usize, c: usize| {
+        let (r1, r2, c1, c2) = ((r + 1) % 3, (r + 2) % 3, (c + 1) % 3, (c + 2) % 3);
+        m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1]
     };
-    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let (e1, e2, s) = (sub(b, a), sub(c, a), sub(ray.origin, a));
-    let p = cross(ray.direction, e2);
-    let det = dot(e1, p);
-    let q = cross(s, e1);
-    let (u, v, t) = (dot(s, p) / det, dot(ray.direction, q) / det, dot(e2, q) / det);
-    (det != 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0).then_some((t, u, v))
+    let det = (0..3).map(|c| m[0][c] * cofactor(0, c)).sum::<f64>();
+    if det == 0.0 {
+        return None;
+    }
+    let mut inverse = [[0.0; 4]; 3];
+    for (r, row) in inverse.iter_mut().enumerate() {
+        for c in 0..3 {
+            row[c] = cofactor(c, r) / det;
+        }
+        row[3] = -(0..3).map(|c| row[c] * m[c][3]).sum::<f64>();
+    }
+    Some(inverse)
 }

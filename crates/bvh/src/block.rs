@@ -1,0 +1,108 @@
+//! What a tree is made of: 256-byte blocks, each an inner node of eight children or a leaf of sixteen triangles.
+
+/// Set in a child reference that leads to a leaf; the other bits are an index into the blocks (or, in the tree over
+/// instances, the instance).
+pub const LEAF: u32 = 1 << 31;
+
+/// The child reference of an empty tree and of an unused child.
+pub const NO_CHILD: u32 = u32::MAX;
+
+/// The most triangles, and the most different vertices, in a leaf.
+pub const LEAF_SIZE: usize = 16;
+
+/// Eight boxes and what they hold. An unused child has an inverted box, which no ray meets.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug)]
+pub struct Node {
+    /// Lower x, upper x, lower y, upper y, lower z, upper z of the children.
+    pub bounds: [[f32; 8]; 6],
+    /// Block index, with [`LEAF`] for leaves.
+    pub child: [u32; 8],
+    /// How many children are used; they are the first ones.
+    pub children: u32,
+    _pad: [u32; 7],
+}
+
+impl Node {
+    /// A node without children.
+    pub const EMPTY: Node = Node {
+        bounds: {
+            let (lower, upper) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
+            [lower, upper, lower, upper, lower, upper]
+        },
+        child: [NO_CHILD; 8],
+        children: 0,
+        _pad: [0; 7],
+    };
+
+    /// Adds a child.
+    pub fn push(&mut self, lower: [f32; 3], upper: [f32; 3], child: u32) {
+        let lane = self.children as usize;
+        for axis in 0..3 {
+            self.bounds[2 * axis][lane] = lower[axis];
+            self.bounds[2 * axis + 1][lane] = upper[axis];
+        }
+        self.child[lane] = child;
+        self.children += 1;
+    }
+}
+
+/// Up to sixteen triangles that share up to sixteen vertices.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug)]
+pub struct Leaf {
+    /// x, y and z of the vertices; unused ones repeat the first.
+    pub vertex: [[f32; 16]; 3],
+    /// First, second and third corners, packed by [`crate::simd::pack_index`].
+    pub corner: [u64; 3],
+    /// Where the ids of the triangles start in the mesh's list of ids.
+    pub first: u32,
+    /// How many triangles there are.
+    pub count: u32,
+    /// Bit i: triangle i has an area (in float32) and can be hit.
+    pub solid: u32,
+    _pad: [u32; 7],
+}
+
+impl Leaf {
+    /// Packs triangles, given as corner indices into `vertices`.
+    pub fn new(vertices: &[[f32; 3]], corners: &[[u8; 3]], first: u32) -> Leaf {
+        let vertex = std::array::from_fn(|axis| {
+            std::array::from_fn(|i| vertices.get(i).unwrap_or(&vertices[0])[axis])
+        });
+        let corner = std::array::from_fn(|k| {
+            crate::simd::pack_index(&std::array::from_fn(|i| corners.get(i).map_or(0, |c| c[k])))
+        });
+        let solid = corners.iter().enumerate().fold(0, |bits, (i, c)| {
+            bits | u32::from(has_area(c.map(|k| vertices[k as usize]))) << i
+        });
+        Leaf {
+            vertex,
+            corner,
+            first,
+            count: corners.len() as u32,
+            solid,
+            _pad: [0; 7],
+        }
+    }
+}
+
+/// Whether three points span an area, decided in float64.
+fn has_area(p: [[f32; 3]; 3]) -> bool {
+    let e = |i: usize, axis: usize| f64::from(p[i][axis]) - f64::from(p[0][axis]);
+    (0..3).any(|x| {
+        let y = (x + 1) % 3;
+        e(1, x) * e(2, y) != e(1, y) * e(2, x)
+    })
+}
+
+/// A node or a leaf; the reference that leads to it says which.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub union Block {
+    pub node: Node,
+    pub leaf: Leaf,
+}
+
+const _: () =
+    assert!(size_of::<Node>() == 256 && size_of::<Leaf>() == 256 && size_of::<Block>() == 256);

@@ -1,0 +1,201 @@
+//! From boxes to blocks: a binary tree by the surface-area heuristic, folded into eight-wide nodes.
+//!
+//! The tree is cut into treelets of at most [`TREELET`] items, which depends on the items alone. Above them, the
+//! boxes are binned in parallel; each treelet is built and folded by one thread while it lies in that core's cache.
+
+mod binned;
+mod collapse;
+
+use rayon::prelude::*;
+
+use crate::block::{Block, LEAF, NO_CHILD, Node};
+use binned::{Item, Range};
+use collapse::{Binary, collapse};
+
+pub use binned::Item as BuildItem;
+
+/// The most items of a part that is built by one thread.
+const TREELET: usize = 1 << 14;
+
+/// No path from the root is longer, in binary splits and therefore in nodes: where the heuristic would dig deeper,
+/// the items are halved. It bounds the stack of every traversal.
+pub const MAX_DEPTH: usize = 56;
+
+/// What becomes of a few items that the tree does not separate further.
+pub trait Leaves: Sync {
+    /// Whether the items fit into one leaf. A single item always does.
+    fn fit(&self, items: &[Item]) -> bool;
+    /// The child reference of a leaf of `items`, which start at `first` in the final order. It may push blocks.
+    fn emit(&self, items: &[Item], first: usize, blocks: &mut Vec<Block>) -> u32;
+    /// Whether the reference [`Leaves::emit`] returns counts from the start of `blocks`.
+    const IN_BLOCKS: bool;
+    /// The most items in a binary leaf.
+    const BINARY_LEAF: usize;
+}
+
+/// A finished tree.
+pub struct Tree {
+    /// Nodes and leaves.
+    pub blocks: Vec<Block>,
+    /// The reference of the root; [`NO_CHILD`] where there is nothing.
+    pub root: u32,
+    /// Item ids in the order of the leaves.
+    pub ids: Vec<u32>,
+    /// The box of everything.
+    pub lower: [f32; 3],
+    pub upper: [f32; 3],
+}
+
+/// Builds over `items`.
+pub fn build<L: Leaves>(mut items: Vec<Item>, leaves: &L) -> Tree {
+    if items.is_empty() {
+        return Tree {
+            blocks: vec![],
+            root: NO_CHILD,
+            ids: vec![],
+            lower: [0.0; 3],
+            upper: [0.0; 3],
+        };
+    }
+    let whole = Range::of(&items);
+    let (lower, upper) = (whole.lower(), whole.upper());
+    let top = split_top(&mut items, whole, 0, 0, leaves);
+    let ids = items.par_iter().map(|item| item.id).collect();
+    drop(items);
+    let mut treelets = vec![];
+    let mut binary = vec![];
+    flatten(top, &mut binary, &mut treelets);
+    let (blocks, root) = join::<L>(&binary, treelets);
+    Tree {
+        blocks,
+        root,
+        ids,
+        lower,
+        upper,
+    }
+}
+
+/// The tree above the treelets.
+enum Top {
+    Split(Range, Box<[Top; 2]>),
+    Treelet(Treelet),
+}
+
+/// A part of the tree, with references that count from its own start.
+struct Treelet {
+    range: Range,
+    blocks: Vec<Block>,
+    root: u32,
+}
+
+fn split_top<L: Leaves>(
+    items: &mut [Item],
+    range: Range,
+    first: usize,
+    depth: usize,
+    leaves: &L,
+) -> Top {
+    if items.len() <= TREELET {
+        let mut blocks = vec![];
+        let root = collapse::treelet(items, range, first, depth, leaves, &mut blocks);
+        blocks.shrink_to_fit();
+        return Top::Treelet(Treelet {
+            range,
+            blocks,
+            root,
+        });
+    }
+    let (middle, left, right) = binned::split(items, &range, depth, true);
+    let (a, b) = items.split_at_mut(middle);
+    let (a, b) = rayon::join(
+        || split_top(a, left, first, depth + 1, leaves),
+        || split_top(b, right, first + middle, depth + 1, leaves),
+    );
+    Top::Split(range, Box::new([a, b]))
+}
+
+/// Lists the binary nodes above the treelets, parents before children.
+fn flatten(top: Top, binary: &mut Vec<Binary>, treelets: &mut Vec<Treelet>) {
+    let mut open = vec![(top, 0)];
+    binary.push(Binary::default());
+    while let Some((top, at)) = open.pop() {
+        match top {
+            Top::Split(range, children) => {
+                let child = binary.len();
+                binary.push(Binary::default());
+                binary.push(Binary::default());
+                binary[at] = Binary::inner(range, child as u32);
+                let [a, b] = *children;
+                open.push((b, child + 1));
+                open.push((a, child));
+            }
+            Top::Treelet(treelet) => {
+                binary[at] = Binary::leaf(treelet.range, treelets.len() as u32, 1);
+                treelets.push(treelet);
+            }
+        }
+    }
+}
+
+/// Folds the top of the tree and appends the treelets, whose references move along.
+fn join<L: Leaves>(binary: &[Binary], treelets: Vec<Treelet>) -> (Vec<Block>, u32) {
+    let mut top = vec![];
+    let mut roots: Vec<u32> = vec![];
+    let unit = |_: &Binary| false;
+    let mut decisions = binary.to_vec();
+    collapse(&mut decisions, unit);
+    // Where each treelet will stand is known once the size of the top is: fold it with the treelets' numbers first.
+    let root = collapse::emit(&decisions, 0, &mut top, &mut |node, _| LEAF | node.first);
+    let mut base = top.len();
+    for treelet in &treelets {
+        roots.push(moved::<L>(treelet.root, base as u32));
+        base += treelet.blocks.len();
+    }
+    let resolve = |child: u32| {
+        if child != NO_CHILD && child & LEAF != 0 {
+            roots[(child & !LEAF) as usize]
+        } else {
+            child
+        }
+    };
+    let root = resolve(root);
+    let mut blocks = Vec::with_capacity(base);
+    for mut block in top {
+        // SAFETY: the top is made of nodes only.
+        let node: &mut Node = unsafe { &mut block.node };
+        node.child = node.child.map(resolve);
+        blocks.push(block);
+    }
+    for treelet in treelets {
+        let base = blocks.len() as u32;
+        blocks.extend_from_slice(&treelet.blocks);
+        if base > 0 && treelet.root & LEAF == 0 {
+            relocate::<L>(&mut blocks, treelet.root + base, base);
+        }
+    }
+    (blocks, root)
+}
+
+/// A reference of a treelet whose blocks stand `base` further.
+fn moved<L: Leaves>(child: u32, base: u32) -> u32 {
+    if child & LEAF != 0 && !L::IN_BLOCKS {
+        child
+    } else {
+        child + base
+    }
+}
+
+/// Moves every reference at and below a node.
+fn relocate<L: Leaves>(blocks: &mut [Block], node: u32, base: u32) {
+    let mut open = vec![node];
+    while let Some(at) = open.pop() {
+        // SAFETY: only references without `LEAF` are opened, and these lead to nodes.
+        let node: &mut Node = unsafe { &mut blocks[at as usize].node };
+        for child in &mut node.child[..node.children as usize] {
+            *child = moved::<L>(*child, base);
+            if *child & LEAF == 0 {
+                open.push(*child);
+            }
+        }
+    }
+}

@@ -1,0 +1,261 @@
+//! One mesh, ready to be traced.
+
+use rayon::prelude::*;
+
+use crate::block::{Block, LEAF, LEAF_SIZE, Leaf, NO_CHILD, Node};
+use crate::build::{self, BuildItem, Leaves};
+use crate::error::BuildError;
+use crate::traverse::local::REACH_LIMIT;
+
+/// How much time a build may take for faster rays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quality {
+    /// For geometry that changes every frame.
+    Fast,
+    /// Binned surface-area heuristic.
+    #[default]
+    Default,
+    /// For geometry that is traced very often.
+    High,
+}
+
+/// How a mesh is built.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BuildOptions {
+    /// Time against speed.
+    pub quality: Quality,
+}
+
+/// The most triangles of a mesh: block indices have 31 bits, and a triangle takes at most two blocks.
+pub const TRIANGLE_LIMIT: usize = 1 << 30;
+
+/// One mesh, ready to be traced: mesh-local float32 coordinates.
+pub struct Bvh {
+    blocks: Vec<Block>,
+    root: u32,
+    ids: Vec<u32>,
+    lower: [f32; 3],
+    upper: [f32; 3],
+    scale: f32,
+}
+
+impl std::fmt::Debug for Bvh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "Bvh of {} triangles in {} blocks",
+            self.ids.len(),
+            self.blocks.len()
+        )
+    }
+}
+
+impl Bvh {
+    /// Builds over indexed triangles. Zero-area triangles are kept and never hit.
+    ///
+    /// Runs in parallel on the rayon pool it is called in; the result does not depend on that pool.
+    pub fn build(
+        vertices: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        _options: &BuildOptions,
+    ) -> Result<Self, BuildError> {
+        check(vertices, triangles)?;
+        let reach = vertices
+            .par_iter()
+            .with_min_len(1 << 14)
+            .map(|v| v[0].abs().max(v[1].abs()).max(v[2].abs()))
+            .reduce(|| 0.0, f32::max);
+        let scale = scale_of(reach);
+        let mesh = Triangles {
+            vertices,
+            triangles,
+            scale,
+        };
+        let items = (0..triangles.len())
+            .into_par_iter()
+            .with_min_len(1 << 14)
+            .map(|t| mesh.item(t))
+            .collect();
+        let tree = build::build(items, &mesh);
+        Ok(Self {
+            blocks: tree.blocks,
+            root: tree.root,
+            ids: tree.ids,
+            lower: tree.lower,
+            upper: tree.upper,
+            scale,
+        })
+    }
+
+    /// How many triangles the mesh has.
+    pub fn triangle_count(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// Bytes held by the tree, leaves and ids included.
+    pub fn byte_count(&self) -> usize {
+        self.blocks.capacity() * size_of::<Block>() + self.ids.capacity() * size_of::<u32>()
+    }
+
+    /// Coordinates in the tree are mesh coordinates times this power of two.
+    pub(crate) fn scale(&self) -> f32 {
+        self.scale
+    }
+
+    /// The box of everything, in the tree's coordinates.
+    pub(crate) fn bounds(&self) -> ([f32; 3], [f32; 3]) {
+        (self.lower, self.upper)
+    }
+
+    /// The largest coordinate in the tree.
+    pub(crate) fn reach(&self) -> f32 {
+        (0..3).fold(0.0, |r, a| {
+            self.lower[a].abs().max(self.upper[a].abs()).max(r)
+        })
+    }
+
+    pub(crate) fn root(&self) -> u32 {
+        self.root
+    }
+
+    /// The node that a reference without [`LEAF`] leads to.
+    #[inline(always)]
+    pub(crate) fn node(&self, at: u32) -> &Node {
+        debug_assert!(at & LEAF == 0 && (at as usize) < self.blocks.len());
+        // SAFETY: references come from this tree: they are in range, and say whether a block is a node or a leaf.
+        unsafe { &self.blocks.get_unchecked(at as usize).node }
+    }
+
+    /// The leaf that a reference with [`LEAF`] leads to.
+    #[inline(always)]
+    pub(crate) fn leaf(&self, at: u32) -> &Leaf {
+        debug_assert!(at & LEAF != 0 && at != NO_CHILD);
+        // SAFETY: as in `node`.
+        unsafe { &self.blocks.get_unchecked((at & !LEAF) as usize).leaf }
+    }
+
+    /// The triangle at a position in the order of the leaves.
+    #[inline(always)]
+    pub(crate) fn id(&self, slot: u32) -> u32 {
+        debug_assert!((slot as usize) < self.ids.len());
+        // SAFETY: slots come from the leaves of this tree, whose triangles all have an id.
+        unsafe { *self.ids.get_unchecked(slot as usize) }
+    }
+}
+
+/// A power of two that brings `reach` into range; 1 for all but extreme scenes.
+pub(crate) fn scale_of(reach: f32) -> f32 {
+    if reach == 0.0 || (1.0 / (1 << 20) as f32..=REACH_LIMIT).contains(&reach) {
+        return 1.0;
+    }
+    let power = f64::from_bits(f64::from(reach).to_bits() & (0x7ff << 52));
+    (1.0 / power).min(f64::from(2f32.powi(126))) as f32
+}
+
+fn check(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<(), BuildError> {
+    if triangles.len() > TRIANGLE_LIMIT {
+        return Err(BuildError::TooLarge {
+            what: "triangles",
+            given: triangles.len(),
+            limit: TRIANGLE_LIMIT,
+        });
+    }
+    let bad = |v: &[f32; 3]| !(v[0].is_finite() && v[1].is_finite() && v[2].is_finite());
+    if let Some(at) = vertices
+        .par_iter()
+        .with_min_len(1 << 14)
+        .position_first(bad)
+    {
+        return Err(BuildError::NotFinite {
+            what: format!("vertex {at}"),
+        });
+    }
+    let outside = |t: &[u32; 3]| t.iter().any(|&i| i as usize >= vertices.len());
+    if let Some(triangle) = triangles
+        .par_iter()
+        .with_min_len(1 << 14)
+        .position_first(outside)
+    {
+        let index = triangles[triangle]
+            .into_iter()
+            .find(|&i| i as usize >= vertices.len())
+            .unwrap_or(u32::MAX);
+        return Err(BuildError::IndexOutOfRange {
+            triangle,
+            index,
+            vertices: vertices.len(),
+        });
+    }
+    Ok(())
+}
+
+/// The triangles as the builder sees them.
+struct Triangles<'a> {
+    vertices: &'a [[f32; 3]],
+    triangles: &'a [[u32; 3]],
+    scale: f32,
+}
+
+impl Triangles<'_> {
+    #[inline(always)]
+    fn vertex(&self, index: u32) -> [f32; 3] {
+        debug_assert!((index as usize) < self.vertices.len());
+        // SAFETY: `check` has seen every index of every triangle.
+        unsafe { self.vertices.get_unchecked(index as usize) }.map(|x| x * self.scale)
+    }
+
+    fn item(&self, t: usize) -> BuildItem {
+        let [a, b, c] = self.triangles[t].map(|i| self.vertex(i));
+        let lower = std::array::from_fn(|i| a[i].min(b[i]).min(c[i]));
+        let upper = std::array::from_fn(|i| a[i].max(b[i]).max(c[i]));
+        BuildItem::new(lower, upper, t as u32)
+    }
+
+    /// The different vertices of some triangles and each triangle's corners among them; `None` where they are too many.
+    fn share(
+        &self,
+        items: &[BuildItem],
+    ) -> Option<([u32; LEAF_SIZE], usize, [[u8; 3]; LEAF_SIZE])> {
+        let (mut vertices, mut n) = ([0; LEAF_SIZE], 0);
+        let mut corners = [[0; 3]; LEAF_SIZE];
+        for (item, corner) in items.iter().zip(&mut corners) {
+            for (index, place) in self.triangles[item.id as usize].iter().zip(corner) {
+                *place = match vertices[..n].iter().position(|v| v == index) {
+                    Some(known) => known as u8,
+                    None if n == LEAF_SIZE => return None,
+                    None => {
+                        vertices[n] = *index;
+                        n += 1;
+                        n as u8 - 1
+                    }
+                };
+            }
+        }
+        Some((vertices, n, corners))
+    }
+}
+
+impl Leaves for Triangles<'_> {
+    const IN_BLOCKS: bool = true;
+    const BINARY_LEAF: usize = 4;
+
+    fn fit(&self, items: &[BuildItem]) -> bool {
+        items.len() <= LEAF_SIZE && self.share(items).is_some()
+    }
+
+    fn emit(&self, items: &[BuildItem], first: usize, blocks: &mut Vec<Block>) -> u32 {
+        // A binary leaf has at most 4 triangles and so 12 vertices; anything larger was asked for by `fit`.
+        let Some((indices, n, corners)) = self.share(items) else {
+            unreachable!("a leaf that does not fit")
+        };
+        let mut vertices = [[0.0; 3]; LEAF_SIZE];
+        for (vertex, &index) in vertices.iter_mut().zip(&indices[..n]) {
+            *vertex = self.vertex(index);
+        }
+        let index = blocks.len() as u32;
+        blocks.push(Block {
+            leaf: Leaf::new(&vertices[..n], &corners[..items.len()], first as u32),
+        });
+        index | LEAF
+    }
+}

@@ -1,0 +1,111 @@
+//! AVX-512: vectors of 16; those of 8 are AVX2's.
+
+use std::arch::x86_64::*;
+
+use super::avx2::Ymm;
+use super::{Isa, Vector};
+
+/// x86-64 with AVX-512 F, VL, DQ and BW.
+#[derive(Clone, Copy)]
+pub struct Avx512;
+
+/// Sixteen floats in a zmm register.
+#[derive(Clone, Copy)]
+pub struct Zmm(pub __m512);
+
+/// An intrinsic, which needs the instruction set; see the module for why it is there.
+macro_rules! on_avx512 {
+    ($e:expr) => {{
+        // SAFETY: kernels over `Avx512` run only where the machine has AVX-512 F, VL, DQ and BW (see `simd`).
+        unsafe { $e }
+    }};
+}
+
+impl Vector for Zmm {
+    type Mask = u16;
+
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        on_avx512!(Self(_mm512_set1_ps(x)))
+    }
+    #[inline(always)]
+    unsafe fn load(from: *const f32) -> Self {
+        on_avx512!(Self(_mm512_loadu_ps(from)))
+    }
+    #[inline(always)]
+    unsafe fn store(self, to: *mut f32) {
+        on_avx512!(_mm512_storeu_ps(to, self.0))
+    }
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        on_avx512!(Self(_mm512_add_ps(self.0, b.0)))
+    }
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        on_avx512!(Self(_mm512_sub_ps(self.0, b.0)))
+    }
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        on_avx512!(Self(_mm512_mul_ps(self.0, b.0)))
+    }
+    #[inline(always)]
+    fn div(self, b: Self) -> Self {
+        on_avx512!(Self(_mm512_div_ps(self.0, b.0)))
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        on_avx512!(Self(_mm512_min_ps(self.0, b.0)))
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        on_avx512!(Self(_mm512_max_ps(self.0, b.0)))
+    }
+    #[inline(always)]
+    fn mul_sub_loose(self, b: Self, c: Self) -> Self {
+        on_avx512!(Self(_mm512_fmsub_ps(self.0, b.0, c.0)))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        on_avx512!(Self(_mm512_abs_ps(self.0)))
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> u16 {
+        on_avx512!(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, b.0))
+    }
+    #[inline(always)]
+    fn eq(self, b: Self) -> u16 {
+        on_avx512!(_mm512_cmp_ps_mask::<_CMP_EQ_OQ>(self.0, b.0))
+    }
+    #[inline(always)]
+    fn and(a: u16, b: u16) -> u16 {
+        a & b
+    }
+    #[inline(always)]
+    fn or(a: u16, b: u16) -> u16 {
+        a | b
+    }
+    #[inline(always)]
+    fn bits(mask: u16) -> u32 {
+        u32::from(mask)
+    }
+}
+
+impl Isa for Avx512 {
+    type F8 = Ymm;
+    type F16 = Zmm;
+    type Index = __m512i;
+
+    #[inline(always)]
+    fn index(packed: u64) -> __m512i {
+        on_avx512!({
+            let shifts =
+                _mm512_setr_epi32(0, 0, 4, 4, 8, 8, 12, 12, 16, 16, 20, 20, 24, 24, 28, 28);
+            _mm512_srlv_epi32(_mm512_set1_epi64(packed as i64), shifts)
+        })
+    }
+    #[inline(always)]
+    fn lookup(table: Zmm, index: __m512i) -> Zmm {
+        // The permutation reads the low four bits of each index.
+        on_avx512!(Zmm(_mm512_permutexvar_ps(index, table.0)))
+    }
+}

@@ -1,0 +1,80 @@
+//! Vectors of 8 and 16 floats behind one trait, so that every kernel is written once.
+//!
+//! A kernel is generic over [`Isa`] and `#[inline(always)]`; [`crate::dispatch`] instantiates it inside a function that
+//! enables the instruction set, after the machine was asked for it. The vector types never leave the crate, so no code
+//! names an instruction set the machine lacks: that is the safety argument of every intrinsic below this module.
+//!
+//! Only `+ - * /`, comparisons and selects reach an answer, all correctly rounded: the bits do not depend on the
+//! instruction set. [`Vector::mul_sub_loose`] may or may not fuse; it serves bounds that are padded for either.
+
+mod array;
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+#[cfg(target_arch = "aarch64")]
+mod neon;
+mod pair;
+
+pub use array::Portable;
+#[cfg(target_arch = "x86_64")]
+pub use avx2::Avx2;
+#[cfg(target_arch = "x86_64")]
+pub use avx512::Avx512;
+#[cfg(target_arch = "aarch64")]
+pub use neon::Neon;
+
+/// Floats that are computed together.
+pub trait Vector: Copy {
+    /// One truth value per lane.
+    type Mask: Copy;
+
+    fn splat(x: f32) -> Self;
+    /// Reads as many floats as there are lanes.
+    ///
+    /// # Safety
+    /// `from` must be readable for all lanes; no alignment is needed.
+    unsafe fn load(from: *const f32) -> Self;
+    /// Writes as many floats as there are lanes.
+    ///
+    /// # Safety
+    /// `to` must be writable for all lanes; no alignment is needed.
+    unsafe fn store(self, to: *mut f32);
+    fn add(self, b: Self) -> Self;
+    fn sub(self, b: Self) -> Self;
+    fn mul(self, b: Self) -> Self;
+    fn div(self, b: Self) -> Self;
+    /// `if self < b { self } else { b }`.
+    fn min(self, b: Self) -> Self;
+    /// `if self > b { self } else { b }`.
+    fn max(self, b: Self) -> Self;
+    /// `self * b - c`, rounded once or twice.
+    fn mul_sub_loose(self, b: Self, c: Self) -> Self;
+    fn abs(self) -> Self;
+    fn le(self, b: Self) -> Self::Mask;
+    fn eq(self, b: Self) -> Self::Mask;
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Lane i is bit i.
+    fn bits(mask: Self::Mask) -> u32;
+}
+
+/// An instruction set.
+pub trait Isa: Copy + 'static {
+    type F8: Vector;
+    type F16: Vector;
+    /// Sixteen indices into sixteen lanes.
+    type Index: Copy;
+
+    /// Spreads sixteen packed 4-bit indices: that of lane i stands in bits `4 * (i / 2)` of 32-bit word `i % 2`.
+    fn index(packed: u64) -> Self::Index;
+    /// `table[index]`, lane by lane.
+    fn lookup(table: Self::F16, index: Self::Index) -> Self::F16;
+}
+
+/// Packs sixteen indices below 16 as [`Isa::index`] reads them.
+pub fn pack_index(lanes: &[u8; 16]) -> u64 {
+    (0..16).fold(0, |word, i| {
+        word | u64::from(lanes[i]) << (32 * (i % 2) + 4 * (i / 2))
+    })
+}

@@ -1,0 +1,129 @@
+//! NEON: vectors of 4, in pairs of pairs.
+
+use std::arch::aarch64::*;
+
+use super::pair::Pair;
+use super::{Isa, Vector};
+
+/// aarch64 with NEON.
+#[derive(Clone, Copy)]
+pub struct Neon;
+
+/// Four floats in a register.
+#[derive(Clone, Copy)]
+pub struct Quad(pub float32x4_t);
+
+/// An intrinsic, which needs the instruction set; see the module for why it is there.
+macro_rules! on_neon {
+    ($e:expr) => {{
+        // SAFETY: kernels over `Neon` run only where the machine has NEON (see `simd`).
+        #[allow(unused_unsafe)]
+        unsafe {
+            $e
+        }
+    }};
+}
+
+impl Vector for Quad {
+    type Mask = uint32x4_t;
+
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        on_neon!(Self(vdupq_n_f32(x)))
+    }
+    #[inline(always)]
+    unsafe fn load(from: *const f32) -> Self {
+        on_neon!(Self(vld1q_f32(from)))
+    }
+    #[inline(always)]
+    unsafe fn store(self, to: *mut f32) {
+        on_neon!(vst1q_f32(to, self.0))
+    }
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        on_neon!(Self(vaddq_f32(self.0, b.0)))
+    }
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        on_neon!(Self(vsubq_f32(self.0, b.0)))
+    }
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        on_neon!(Self(vmulq_f32(self.0, b.0)))
+    }
+    #[inline(always)]
+    fn div(self, b: Self) -> Self {
+        on_neon!(Self(vdivq_f32(self.0, b.0)))
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        on_neon!(Self(vbslq_f32(vcltq_f32(self.0, b.0), self.0, b.0)))
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        on_neon!(Self(vbslq_f32(vcgtq_f32(self.0, b.0), self.0, b.0)))
+    }
+    #[inline(always)]
+    fn mul_sub_loose(self, b: Self, c: Self) -> Self {
+        on_neon!(Self(vfmaq_f32(vnegq_f32(c.0), self.0, b.0)))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        on_neon!(Self(vabsq_f32(self.0)))
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> uint32x4_t {
+        on_neon!(vcleq_f32(self.0, b.0))
+    }
+    #[inline(always)]
+    fn eq(self, b: Self) -> uint32x4_t {
+        on_neon!(vceqq_f32(self.0, b.0))
+    }
+    #[inline(always)]
+    fn and(a: uint32x4_t, b: uint32x4_t) -> uint32x4_t {
+        on_neon!(vandq_u32(a, b))
+    }
+    #[inline(always)]
+    fn or(a: uint32x4_t, b: uint32x4_t) -> uint32x4_t {
+        on_neon!(vorrq_u32(a, b))
+    }
+    #[inline(always)]
+    fn bits(mask: uint32x4_t) -> u32 {
+        const PLACES: [u32; 4] = [1, 2, 4, 8];
+        on_neon!(vaddvq_u32(vandq_u32(mask, vld1q_u32(PLACES.as_ptr()))))
+    }
+}
+
+type Eight = Pair<Quad, 4>;
+
+impl Isa for Neon {
+    type F8 = Eight;
+    type F16 = Pair<Eight, 8>;
+    type Index = [uint8x16_t; 4];
+
+    #[inline(always)]
+    fn index(packed: u64) -> Self::Index {
+        std::array::from_fn(|quarter| {
+            let mut bytes = [0; 16];
+            for (i, byte) in bytes.iter_mut().enumerate() {
+                let lane = 4 * quarter + i / 4;
+                let k = (packed >> (32 * (lane % 2) + 4 * (lane / 2))) as u8 & 15;
+                *byte = 4 * k + (i % 4) as u8;
+            }
+            on_neon!(vld1q_u8(bytes.as_ptr()))
+        })
+    }
+    #[inline(always)]
+    fn lookup(table: Self::F16, index: Self::Index) -> Self::F16 {
+        on_neon!({
+            let bytes = uint8x16x4_t(
+                vreinterpretq_u8_f32(table.0.0.0),
+                vreinterpretq_u8_f32(table.0.1.0),
+                vreinterpretq_u8_f32(table.1.0.0),
+                vreinterpretq_u8_f32(table.1.1.0),
+            );
+            let [a, b, c, d] = index.map(|i| Quad(vreinterpretq_f32_u8(vqtbl4q_u8(bytes, i))));
+            Pair(Pair(a, b), Pair(c, d))
+        })
+    }
+}

@@ -1,0 +1,299 @@
+//! The nearest hit as float64 geometry has it: float32 boxes find the candidates, float64 corners decide.
+//!
+//! Every float32 quantity on the way (the ray, the vertices, the transform) is off by a bounded length; boxes and
+//! triangles are padded by that length, so nothing that float64 would hit is passed by. What is found is decided from
+//! [`ExactTriangles::corners`] alone. A ray that starts far away is first moved, in float64, to where it enters the
+//! scene's box: the bound counts from there.
+
+use super::local::{EPS, LocalRay};
+use super::single::{Stack, enter_children};
+use crate::block::{LEAF, Leaf, NO_CHILD};
+use crate::ray::{ExactHit, ExactRay};
+use crate::scene::{ExactTriangles, Placed, Scene};
+use crate::simd::{Isa, Vector};
+
+/// The relative error of a few float64 roundings.
+const EPS64: f64 = 1.0 / (1u64 << 50) as f64;
+
+#[inline(always)]
+pub fn closest_exact_batch<I: Isa>(
+    scene: &Scene,
+    rays: &[ExactRay],
+    triangles: &dyn ExactTriangles,
+    hits: &mut [ExactHit],
+) {
+    for (ray, hit) in rays.iter().zip(hits) {
+        *hit = match Moved::new(scene, ray) {
+            Some(moved) => through_scene::<I>(scene, moved, triangles),
+            None => ExactHit::MISS,
+        };
+    }
+}
+
+/// A ray that was moved to the scene's box.
+struct Moved {
+    /// Start in the world and direction as given, but scaled to a largest component of 1 to 2.
+    origin: [f64; 3],
+    direction: [f64; 3],
+    /// The given t is the t along `direction` divided by this power of two.
+    power: f64,
+    /// Start in scaled scene coordinates, `forward` along `direction`, which is in them as well.
+    start: [f64; 3],
+    forward: f64,
+    /// What `start` may be off by.
+    drift: f64,
+    /// The nearest hit so far, `t` along `direction`.
+    best: ExactHit,
+}
+
+impl Moved {
+    fn new(scene: &Scene, ray: &ExactRay) -> Option<Moved> {
+        let steepest = ray.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        let finite = ray
+            .origin
+            .iter()
+            .chain(&ray.direction)
+            .all(|x| x.is_finite());
+        // Also left here: subnormal directions, whose scaling would not be exact, and a t_max that is NaN.
+        if !finite
+            || steepest < f64::MIN_POSITIVE
+            || ray.t_max.is_nan()
+            || ray.t_max < 0.0
+            || scene.root == NO_CHILD
+        {
+            return None;
+        }
+        let power = f64::from_bits(steepest.to_bits() & (0x7ff << 52));
+        let direction = ray.direction.map(|d| d / power);
+        let world = scene.origin();
+        let far: [f64; 3] = std::array::from_fn(|a| (ray.origin[a] - world[a]) * scene.unit);
+        let scale = scene.unit;
+        // In scaled scene coordinates the direction is `scale` times as long, and t the same.
+        let along = direction.map(|d| d * scale);
+        let fat = f64::from(scene.slack(scene.reach)) * 2.0 + 1e-5 * f64::from(scene.reach);
+        let (mut enter, mut leave) = (0.0f64, ray.t_max * power);
+        let offset = (0..3).fold(0.0, |m: f64, a| {
+            m.max(far[a].abs()).max((world[a] * scale).abs())
+        });
+        let drift = EPS64 * (offset + f64::from(scene.reach));
+        for axis in 0..3 {
+            let lower = f64::from(scene.lower[axis]) - fat - drift - far[axis];
+            let upper = f64::from(scene.upper[axis]) + fat + drift - far[axis];
+            if along[axis] == 0.0 {
+                if lower > 0.0 || upper < 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = (lower / along[axis], upper / along[axis]);
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        // `enter` is rounded: what it moves too far is covered by the fat.
+        if enter > leave {
+            return None;
+        }
+        let start = std::array::from_fn(|a| far[a] + enter * along[a]);
+        let best = ExactHit {
+            t: ray.t_max * power,
+            ..ExactHit::MISS
+        };
+        Some(Moved {
+            origin: ray.origin,
+            direction,
+            power,
+            start,
+            forward: enter,
+            drift,
+            best,
+        })
+    }
+
+    /// How far boxes need to be looked at, in t from `start`.
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        let limit = self.best.t - self.forward + EPS64 * self.forward;
+        (limit as f32).next_up().max(0.0)
+    }
+
+    /// Takes a triangle if it is hit before the best one.
+    #[inline(always)]
+    fn decide(&mut self, corners: [[f64; 3]; 3], instance: u32, triangle: u32) {
+        let Some((t, u, v)) = meet(self.origin, self.direction, corners) else {
+            return;
+        };
+        let best = &self.best;
+        let first = best.triangle == crate::NOTHING
+            || (instance, triangle) < (best.instance, best.triangle);
+        if t < best.t || t == best.t && first {
+            self.best = ExactHit {
+                t,
+                u,
+                v,
+                instance,
+                triangle,
+            };
+        }
+    }
+}
+
+#[inline(always)]
+fn through_scene<I: Isa>(
+    scene: &Scene,
+    mut ray: Moved,
+    triangles: &dyn ExactTriangles,
+) -> ExactHit {
+    let start = ray.start.map(|x| x as f32);
+    let direction = ray.direction.map(|d| (d * scene.unit) as f32);
+    let distance = start[0].abs().max(start[1].abs()).max(start[2].abs());
+    let slack = 2.0 * scene.slack(distance) + ray.drift as f32 * 2.0;
+    let mut stack = Stack::new();
+    let mut enter = [0.0; 8];
+    let mut at = scene.root;
+    if let Some(outer) = LocalRay::new(start, direction, scene.reach, slack) {
+        loop {
+            if at & LEAF == 0 {
+                let node = scene.node(at);
+                let limit = outer.inner_t(ray.limit()).next_up();
+                let into = enter_children::<I>(node, &outer, limit, &mut enter);
+                if into != 0 {
+                    at = stack.push_children(node, &enter, into);
+                    continue;
+                }
+            } else {
+                through_mesh::<I>(scene, at & !LEAF, &mut ray, distance, triangles);
+            }
+            match stack.pop(outer.inner_t(ray.limit()).next_up()) {
+                Some(next) => at = next,
+                None => break,
+            }
+        }
+    }
+    if ray.best.triangle == crate::NOTHING {
+        return ExactHit::MISS;
+    }
+    ExactHit {
+        t: ray.best.t / ray.power,
+        ..ray.best
+    }
+}
+
+#[inline(always)]
+fn through_mesh<I: Isa>(
+    scene: &Scene,
+    instance: u32,
+    ray: &mut Moved,
+    distance: f32,
+    triangles: &dyn ExactTriangles,
+) {
+    let placed: &Placed = &scene.placed[instance as usize];
+    let mesh = &*placed.bvh;
+    let matrix = placed.mesh_from_scene.map(|row| row.map(f64::from));
+    let turned = |v: [f64; 3], row: usize| (0..3).map(|k| matrix[row][k] * v[k]).sum::<f64>();
+    let origin = std::array::from_fn(|row| (turned(ray.start, row) + matrix[row][3]) as f32);
+    let direction =
+        std::array::from_fn(|row| turned(ray.direction.map(|d| d * scene.unit), row) as f32);
+    // Ray, matrix and vertices were rounded to float32, at the size they have in the scene or in the mesh.
+    let off = placed.stretch * (32.0 * EPS * (distance + scene.reach) + ray.drift as f32 * 2.0)
+        + 8.0 * EPS * mesh.reach();
+    let Some(local) = LocalRay::new(origin, direction, mesh.reach(), off) else {
+        return;
+    };
+    let off = off + 8.0 * EPS * local.magnitude;
+    let mut stack = Stack::new();
+    let mut enter = [0.0; 8];
+    let mut at = mesh.root();
+    loop {
+        if at & LEAF == 0 {
+            let node = mesh.node(at);
+            let into = enter_children::<I>(
+                node,
+                &local,
+                local.inner_t(ray.limit()).next_up(),
+                &mut enter,
+            );
+            if into != 0 {
+                at = stack.push_children(node, &enter, into);
+                continue;
+            }
+        } else {
+            let leaf = mesh.leaf(at);
+            let mut near = may_meet::<I>(leaf, &local, off);
+            while near != 0 {
+                let lane = near.trailing_zeros();
+                near &= near - 1;
+                let triangle = mesh.id(leaf.first + lane);
+                ray.decide(triangles.corners(instance, triangle), instance, triangle);
+            }
+        }
+        match stack.pop(local.inner_t(ray.limit()).next_up()) {
+            Some(next) => at = next,
+            None => return,
+        }
+    }
+}
+
+/// Bit i: the ray might meet triangle i if ray and corners are off by at most `off`.
+///
+/// The shear adds to that at most the error along its axis, so a sheared corner is off by e = 2 `off`; an edge function
+/// x1 y2 - y1 x2 then by e (|x1| + |y1| + |x2| + |y2|) + 2 e^2, and rounding, which `off` exceeds by far, by less than
+/// that again.
+#[inline(always)]
+fn may_meet<I: Isa>(leaf: &Leaf, ray: &LocalRay, off: f32) -> u32 {
+    let [kx, ky, kz] = ray.axes;
+    // SAFETY: each row of `vertex` holds 16 floats.
+    let relative = |axis: usize| {
+        unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) }.sub(I::F16::splat(ray.origin[axis]))
+    };
+    let (rx, ry, rz) = (relative(kx), relative(ky), relative(kz));
+    let px = rx.sub(I::F16::splat(ray.shear[0]).mul(rz));
+    let py = ry.sub(I::F16::splat(ray.shear[1]).mul(rz));
+    let size = px.abs().add(py.abs());
+    let index = leaf.corner.map(|packed| I::index(packed));
+    let x = index.map(|i| I::lookup(px, i));
+    let y = index.map(|i| I::lookup(py, i));
+    let size = index.map(|i| I::lookup(size, i));
+    let e = I::F16::splat(4.0 * off);
+    let square = I::F16::splat(16.0 * off * off);
+    let zero = I::F16::splat(0.0);
+    let edge = |a: usize, b: usize| {
+        let value = x[b].mul(y[a]).sub(y[b].mul(x[a]));
+        let slack = e.mul(size[a].add(size[b])).add(square);
+        (value.add(slack), value.sub(slack))
+    };
+    let (u, v, w) = (edge(1, 2), edge(2, 0), edge(0, 1));
+    let inside = <I::F16 as Vector>::or(
+        zero.le(u.0.min(v.0).min(w.0)),
+        u.1.max(v.1).max(w.1).le(zero),
+    );
+    <I::F16 as Vector>::bits(inside) & ((1u32 << leaf.count) - 1)
+}
+
+/// Where a ray meets a triangle: the test of [`super::triangle`] in float64; (t, u, v).
+fn meet(origin: [f64; 3], direction: [f64; 3], corners: [[f64; 3]; 3]) -> Option<(f64, f64, f64)> {
+    let size = direction.map(f64::abs);
+    let z = if size[0] >= size[1] && size[0] >= size[2] {
+        0
+    } else if size[1] >= size[2] {
+        1
+    } else {
+        2
+    };
+    let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+    let (sx, sy) = (direction[x] / direction[z], direction[y] / direction[z]);
+    let [a, b, c] = corners.map(|p| {
+        let r: [f64; 3] = std::array::from_fn(|k| p[k] - origin[k]);
+        [r[x] - sx * r[z], r[y] - sy * r[z], r[z] / direction[z]]
+    });
+    let u = c[0] * b[1] - c[1] * b[0];
+    let v = a[0] * c[1] - a[1] * c[0];
+    let w = b[0] * a[1] - b[1] * a[0];
+    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+    let det = u + v + w;
+    if !inside || det == 0.0 {
+        return None;
+    }
+    let (wa, wb, wc) = (u / det, v / det, w / det);
+    let t = wa * a[2] + wb * b[2] + wc * c[2];
+    (t >= 0.0).then_some((t, wb, wc))
+}

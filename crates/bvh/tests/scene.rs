@@ -1,0 +1,208 @@
+//! Queries against float64 brute force, and against each other.
+
+mod common;
+
+use common::*;
+use raycam_bvh::{
+    Coherence, ExactHit, ExactRay, ExactTriangles, Hit, NOTHING, Quality, Ray, Scene,
+};
+
+fn closest(scene: &Scene, rays: &[Ray]) -> Vec<Hit> {
+    let mut hits = vec![Hit::MISS; rays.len()];
+    scene.closest(rays, &mut hits, Coherence::Unknown);
+    hits
+}
+
+fn exact_hits(scene: &Scene, rays: &[ExactRay], world: &World) -> Vec<ExactHit> {
+    let mut hits = vec![ExactHit::MISS; rays.len()];
+    scene.closest_exact(rays, world, &mut hits);
+    hits
+}
+
+/// Rotation, shear, mirror and an offset.
+fn transforms(rng: &mut Rng, n: usize, spread: f64) -> Vec<[[f64; 4]; 3]> {
+    (0..n)
+        .map(|_| {
+            std::array::from_fn(|_| {
+                let [x, y, z] = rng.vector().map(f64::from);
+                [x, y, z, spread * f64::from(rng.signed())]
+            })
+        })
+        .collect()
+}
+
+#[test]
+fn closest_is_brute_force_up_to_rounding() {
+    let mut rng = Rng(1);
+    for (n, size) in [(1, 1.0), (7, 0.7), (100, 0.3), (3000, 0.05)] {
+        let mesh = soup(n, size, &mut rng);
+        let (world, scene) = (World::of(&mesh), mesh.scene(Quality::Default));
+        let rays = rays(2000, 1.2, &mut rng);
+        let mut met = 0;
+        for (ray, hit) in rays.iter().zip(closest(&scene, &rays)) {
+            let (t, _, triangle, next) = world.nearest(&exact(ray));
+            met += u32::from(triangle != NOTHING);
+            if next - t > 1e-5 && hit.triangle != triangle {
+                // Only rays that graze an edge may differ.
+                let other = world.nearest(&ExactRay {
+                    t_max: f64::INFINITY,
+                    ..exact(ray)
+                });
+                panic!("{n} triangles, {ray:?}: {hit:?}, brute force {triangle} at {t}, {other:?}");
+            }
+            if hit.triangle == triangle && triangle != NOTHING {
+                assert!(
+                    (f64::from(hit.t) - t).abs() <= 2e-6 * (1.0 + t),
+                    "{hit:?} {t}"
+                );
+            }
+        }
+        assert!(met > 50, "{met} of 2000 rays met {n} triangles");
+    }
+}
+
+#[test]
+fn occluded_is_closest() {
+    let mut rng = Rng(2);
+    let mesh = soup(2000, 0.1, &mut rng);
+    let scene = mesh.scene(Quality::Default);
+    let rays = rays(20_000, 1.2, &mut rng);
+    let mut dark = vec![false; rays.len()];
+    scene.occluded(&rays, &mut dark, Coherence::Unknown);
+    for (hit, dark) in closest(&scene, &rays).iter().zip(dark) {
+        assert_eq!(hit.triangle != NOTHING, dark);
+    }
+}
+
+#[test]
+fn instances_are_brute_force() {
+    let mut rng = Rng(3);
+    for offset in [0.0, 1e6] {
+        let placed = transforms(&mut rng, 9, 3.0).into_iter().map(|mut matrix| {
+            matrix.iter_mut().for_each(|row| row[3] += offset);
+            let mesh = sphere(9, &mut rng);
+            (
+                mesh.vertices
+                    .iter()
+                    .map(|v| v.map(|x| f64::from(x) + 1e-9))
+                    .collect(),
+                mesh.triangles,
+                matrix,
+            )
+        });
+        let world = World {
+            placed: placed.collect(),
+            origin: [offset; 3],
+        };
+        let scene = world.scene(Quality::Default);
+        let rays = rays(4000, 4.0, &mut rng);
+        let exact: Vec<_> = rays
+            .iter()
+            .map(|r| {
+                let mut e = exact(r);
+                e.origin.iter_mut().for_each(|x| *x += offset);
+                e
+            })
+            .collect();
+        let (near, far) = (closest(&scene, &rays), exact_hits(&scene, &exact, &world));
+        let mut differ = 0;
+        for i in 0..rays.len() {
+            let (t, instance, triangle, next) = world.nearest(&exact[i]);
+            if next - t > 1e-9 * t || next.is_infinite() {
+                assert_eq!(
+                    (far[i].instance, far[i].triangle),
+                    (instance, triangle),
+                    "ray {i}: {:?} {t} {next}",
+                    far[i]
+                );
+            }
+            differ += u32::from((near[i].instance, near[i].triangle) != (instance, triangle));
+        }
+        assert!(differ <= 4, "{differ} float32 answers differ");
+    }
+}
+
+#[test]
+fn exact_is_brute_force_also_far_away() {
+    let mut rng = Rng(4);
+    for (offset, back) in [(0.0, 0.0), (1e6, 0.0), (-3e4, 1e5), (0.0, 1e9)] {
+        let mesh = soup(800, 0.2, &mut rng);
+        let mut world = World::of(&mesh);
+        world.origin = [offset; 3];
+        for v in &mut world.placed[0].0 {
+            *v = v.map(|x| x * 1.000_000_1);
+        }
+        (0..3).for_each(|a| world.placed[0].2[a][3] += offset);
+        let scene = world.scene(Quality::Default);
+        let rays: Vec<_> = rays(3000, 1.2, &mut rng)
+            .iter()
+            .map(|r| {
+                let mut e = exact(r);
+                for a in 0..3 {
+                    e.origin[a] += offset - back * e.direction[a];
+                }
+                e.t_max += back;
+                e
+            })
+            .collect();
+        for (ray, hit) in rays.iter().zip(exact_hits(&scene, &rays, &world)) {
+            let (t, _, triangle, next) = world.nearest(ray);
+            if next - t > 1e-9 * t {
+                assert_eq!(hit.triangle, triangle, "{ray:?} {hit:?} {t} {next}");
+            }
+        }
+    }
+}
+
+#[test]
+fn ties_go_to_the_smallest_instance_and_triangle() {
+    let mut mesh = grid(8);
+    let copies = mesh.triangles.clone();
+    mesh.triangles.extend(copies);
+    let world = World {
+        placed: vec![(vec![], vec![], [[0.0; 4]; 3]); 3],
+        origin: [0.0; 3],
+    };
+    let mut world = world;
+    for place in &mut world.placed {
+        *place = World::of(&mesh).placed.remove(0);
+    }
+    let scene = world.scene(Quality::Default);
+    // Through every vertex, edge centre and diagonal.
+    let rays: Vec<_> = (0..17 * 17)
+        .map(|k| Ray {
+            origin: [(k % 17) as f32 / 2.0, (k / 17) as f32 / 2.0, 5.0],
+            direction: [0.0, 0.0, -1.0],
+            t_max: f32::INFINITY,
+        })
+        .collect();
+    let exact: Vec<_> = rays.iter().map(exact).collect();
+    for ((ray, hit), far) in rays
+        .iter()
+        .zip(closest(&scene, &rays))
+        .zip(exact_hits(&scene, &exact, &world))
+    {
+        let first = (0..mesh.triangles.len() as u32)
+            .find(|&k| meet(&common::exact(ray), world.corners(0, k)).is_some())
+            .unwrap();
+        assert_eq!((hit.t, hit.instance, hit.triangle), (5.0, 0, first));
+        assert_eq!((far.t, far.instance, far.triangle), (5.0, 0, first));
+    }
+}
+
+#[test]
+fn every_instruction_set_and_quality_gives_the_same_bits() {
+    let mut rng = Rng(5);
+    let mesh = soup(3000, 0.2, &mut rng);
+    let rays = rays(20_000, 1.2, &mut rng);
+    let expected = closest(&mesh.scene(Quality::Default), &rays);
+    for quality in QUALITIES {
+        let mut scene = mesh.scene(quality);
+        for isa in available() {
+            assert!(scene.set_instruction_set(isa));
+            for (i, (a, b)) in expected.iter().zip(closest(&scene, &rays)).enumerate() {
+                assert_eq!(*a, b, "ray {i}, {} {quality:?}", isa.name());
+            }
+        }
+    }
+}
