@@ -1,5 +1,7 @@
 //! Colour: linear Rec. 709 float32 inside, sRGB bytes outside.
 
+use std::sync::LazyLock;
+
 /// Linear Rec. 709 red, green, blue.
 pub type Rgb = [f32; 3];
 
@@ -23,7 +25,9 @@ pub fn srgb_from_linear(v: f32) -> f32 {
 
 /// An 8-bit sRGB colour to linear.
 pub fn linear_from_srgb8(rgb: [u8; 3]) -> Rgb {
-    rgb.map(|v| linear_from_srgb(f32::from(v) / 255.0))
+    static LINEAR: LazyLock<[f32; 256]> =
+        LazyLock::new(|| std::array::from_fn(|v| linear_from_srgb(v as f32 / 255.0)));
+    rgb.map(|v| LINEAR[usize::from(v)])
 }
 
 /// A linear colour to 8-bit sRGB, rounded to nearest, out-of-range values at the ends.

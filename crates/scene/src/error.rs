@@ -12,7 +12,7 @@ pub enum SceneError {
     #[error("{0}")]
     World(String),
     /// A description (world file or dict) that the schema does not allow.
-    #[error("{path}: {message}")]
+    #[error("{}{message}", prefix(path))]
     Schema {
         /// The key, as `object[2].diffuse`; empty at the top.
         path: String,
@@ -21,4 +21,63 @@ pub enum SceneError {
         /// Where in the text, in bytes, when it came from one.
         span: Option<Range<usize>>,
     },
+}
+
+fn prefix(path: &str) -> String {
+    if path.is_empty() {
+        String::new()
+    } else {
+        format!("{path}: ")
+    }
+}
+
+impl SceneError {
+    /// The error of a key of a description.
+    pub fn schema(path: impl Into<String>, message: impl Into<String>) -> Self {
+        Self::Schema {
+            path: path.into(),
+            message: message.into(),
+            span: None,
+        }
+    }
+
+    /// The same error seen from outside: that of something at `parent` in a description.
+    #[must_use]
+    pub fn within(self, parent: &str) -> Self {
+        match self {
+            Self::Camera(message) | Self::World(message) => Self::schema(parent, message),
+            Self::Schema {
+                path,
+                message,
+                span,
+            } => {
+                let joint = if path.is_empty() || path.starts_with('[') {
+                    ""
+                } else {
+                    "."
+                };
+                Self::Schema {
+                    path: format!("{parent}{joint}{path}"),
+                    message,
+                    span,
+                }
+            }
+        }
+    }
+}
+
+/// `; did you mean "name"?` with the candidate nearest to a misspelt name, or the valid ones where none is near.
+pub fn suggestion<'a>(given: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    let given = given.to_lowercase();
+    let near = |candidate: &&&str| strsim::jaro_winkler(&given, &candidate.to_lowercase());
+    let nearest = candidates.iter().max_by(|a, b| near(a).total_cmp(&near(b)));
+    match nearest {
+        Some(nearest) if near(&nearest) >= 0.8 => format!("; did you mean {nearest:?}?"),
+        Some(_) if candidates.len() <= 40 => {
+            let names: Vec<String> = candidates.iter().map(|name| format!("{name:?}")).collect();
+            format!("; expected one of {}", names.join(", "))
+        }
+        _ => String::new(),
+    }
 }

@@ -21,7 +21,7 @@ pub mod video;
 pub mod world;
 
 pub use camera::{Camera, PixelCenter};
-pub use error::SceneError;
+pub use error::{SceneError, suggestion};
 pub use light::Light;
 pub use material::{Material, Reflectance};
 pub use mesh::Mesh;

@@ -1,8 +1,10 @@
 //! Lights, in radiometric units.
 
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::color::Rgb;
 use crate::error::SceneError;
 
 /// The closed set of lights, as written in world files and dicts: `{ type = "sun", ... }`.
@@ -46,6 +48,59 @@ impl Light {
     /// [`SceneError::World`]: values that are negative or not finite, a direction of length 0, a bulb that has not
     /// exactly one of power and intensity.
     pub fn validate(&self) -> Result<(), SceneError> {
-        Ok(())
+        let fail = |message: String| Err(SceneError::World(message));
+        match self {
+            Light::Sun {
+                direction,
+                irradiance,
+            } => {
+                if DVec3::from_array(*direction).try_normalize().is_none() {
+                    return fail(format!(
+                        "a sun of direction {direction:?}: expected three finite numbers, not all 0: the way its \
+                         light travels"
+                    ));
+                }
+                check_rgb("irradiance", *irradiance)
+            }
+            Light::Bulb {
+                position,
+                power,
+                intensity,
+                radius,
+            } => {
+                if !DVec3::from_array(*position).is_finite() {
+                    return fail(format!(
+                        "a bulb at {position:?}: its position must be finite"
+                    ));
+                }
+                if !(radius.is_finite() && *radius >= 0.0) {
+                    return fail(format!(
+                        "a bulb of radius {radius}: expected a finite number >= 0"
+                    ));
+                }
+                match (power, intensity) {
+                    (Some(power), None) => check_rgb("power", *power),
+                    (None, Some(intensity)) => check_rgb("intensity", *intensity),
+                    (None, None) => fail(
+                        "a bulb without power or intensity: give one of them, power in W over all directions or \
+                         intensity in W/sr"
+                            .into(),
+                    ),
+                    (Some(_), Some(_)) => fail(
+                        "a bulb with both power and intensity: give one of them (intensity = power / 4π)".into(),
+                    ),
+                }
+            }
+            Light::Sky { radiance } => check_rgb("radiance", *radiance),
+        }
     }
+}
+
+fn check_rgb(name: &str, rgb: Rgb) -> Result<(), SceneError> {
+    if rgb.iter().all(|v| v.is_finite() && *v >= 0.0) {
+        return Ok(());
+    }
+    Err(SceneError::World(format!(
+        "{name} {rgb:?}: expected red, green, blue that are finite and >= 0"
+    )))
 }

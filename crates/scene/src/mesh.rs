@@ -1,6 +1,6 @@
 //! A mesh: indexed triangles in float64, with what its corners and faces carry.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use crate::color::Rgb;
 use crate::error::SceneError;
@@ -14,7 +14,7 @@ pub struct Mesh {
     pub vertices: Vec<DVec3>,
     /// Corner indices, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Shading normals, unit length, per vertex.
+    /// Shading normals per vertex, of length 1, or 0 where a vertex has none and the triangle's own is meant.
     pub normals: Option<Vec<[f32; 3]>>,
     /// Texture coordinates per vertex; v = 0 is the top row of the image, as in glTF.
     pub uvs: Option<Vec<[f32; 2]>>,
@@ -26,23 +26,209 @@ pub struct Mesh {
     pub material_slots: Option<Vec<u16>>,
 }
 
+/// The most triangles of a mesh: ids are int32.
+pub const MAX_TRIANGLES: usize = i32::MAX as usize;
+
 impl Mesh {
     /// Whether everything fits together.
     ///
     /// # Errors
     /// [`SceneError::World`]: no triangles, vertices that are not finite, indices out of range, arrays of the wrong
-    /// length, colours outside 0..=1.
+    /// length, normals or texture coordinates that are not finite, colours outside 0..=1.
     pub fn validate(&self) -> Result<(), SceneError> {
+        let fail = |message: String| Err(SceneError::World(message));
+        let (vertices, triangles) = (self.vertices.len(), self.triangles.len());
+        if triangles == 0 {
+            return fail(format!(
+                "a mesh of {vertices} vertices without triangles: nothing to see"
+            ));
+        }
+        if triangles > MAX_TRIANGLES {
+            return fail(format!(
+                "a mesh of {triangles} triangles: at most {MAX_TRIANGLES} are possible"
+            ));
+        }
+        if let Some(i) = self.vertices.iter().position(|v| !v.is_finite()) {
+            return fail(format!(
+                "vertex {i} is {}: coordinates must be finite",
+                self.vertices[i]
+            ));
+        }
+        if let Some(i) = self
+            .triangles
+            .iter()
+            .position(|t| t.iter().any(|&v| v as usize >= vertices))
+        {
+            let triangle = self.triangles[i];
+            return fail(format!(
+                "triangle {i} has corners {triangle:?}, but there are {vertices} vertices: indices are 0..={}",
+                vertices.saturating_sub(1)
+            ));
+        }
+        check_numbers(
+            "normals",
+            self.normals.as_deref(),
+            vertices,
+            "vertices",
+            f32::is_finite,
+            "finite",
+        )?;
+        check_numbers(
+            "uvs",
+            self.uvs.as_deref(),
+            vertices,
+            "vertices",
+            f32::is_finite,
+            "finite",
+        )?;
+        let share = |v: f32| (0.0..=1.0).contains(&v);
+        check_numbers(
+            "vertex_colors",
+            self.vertex_colors.as_deref(),
+            vertices,
+            "vertices",
+            share,
+            "in 0..=1",
+        )?;
+        check_numbers(
+            "face_colors",
+            self.face_colors.as_deref(),
+            triangles,
+            "triangles",
+            share,
+            "in 0..=1",
+        )?;
+        if let Some(slots) = &self.material_slots {
+            check_length("material_slots", slots.len(), triangles, "triangles")?;
+        }
         Ok(())
     }
 
     /// How many triangles have no area: they are kept, and never hit.
     pub fn degenerate_count(&self) -> usize {
-        0
+        let flat = |&[a, b, c]: &[u32; 3]| {
+            let [a, b, c] = [a, b, c].map(|i| self.vertices[i as usize]);
+            (b - a).cross(c - a) == DVec3::ZERO
+        };
+        self.triangles
+            .iter()
+            .filter(|triangle| flat(triangle))
+            .count()
     }
 
     /// The smallest and largest corner of the vertices that triangles use; `None` without triangles.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        None
+        self.bounds_in(DAffine3::IDENTITY)
     }
+
+    /// [`Mesh::bounds`] of the mesh placed by a transform, as tight as without.
+    pub fn bounds_in(&self, world_from_mesh: DAffine3) -> Option<(DVec3, DVec3)> {
+        let mut used = vec![false; self.vertices.len()];
+        for &i in self.triangles.as_flattened() {
+            used[i as usize] = true;
+        }
+        let corners = self.vertices.iter().zip(used).filter(|(_, used)| *used);
+        corners
+            .map(|(&vertex, _)| world_from_mesh.transform_point3(vertex))
+            .fold(None, |bounds, point| {
+                let (low, high) = bounds.unwrap_or((point, point));
+                Some((low.min(point), high.max(point)))
+            })
+    }
+
+    /// Adds the vertices and triangles of another mesh, whose triangles get these material slots.
+    pub(crate) fn append(&mut self, other: &Mesh, slots: Vec<u16>) {
+        let [before, after] = [self.vertices.len(), other.vertices.len()];
+        let [triangles, more] = [self.triangles.len(), other.triangles.len()];
+        let offset = before as u32;
+        join(
+            &mut self.normals,
+            other.normals.as_deref(),
+            before,
+            after,
+            [0.0; 3],
+        );
+        join(&mut self.uvs, other.uvs.as_deref(), before, after, [0.0; 2]);
+        join(
+            &mut self.vertex_colors,
+            other.vertex_colors.as_deref(),
+            before,
+            after,
+            [1.0; 3],
+        );
+        join(
+            &mut self.face_colors,
+            other.face_colors.as_deref(),
+            triangles,
+            more,
+            [1.0; 3],
+        );
+        join(&mut self.material_slots, Some(&slots), triangles, more, 0);
+        self.vertices.extend_from_slice(&other.vertices);
+        self.triangles.extend(
+            other
+                .triangles
+                .iter()
+                .map(|triangle| triangle.map(|v| v + offset)),
+        );
+    }
+
+    /// How many material slots its triangles use: one more than the largest.
+    pub fn slot_count(&self) -> usize {
+        self.material_slots
+            .iter()
+            .flatten()
+            .max()
+            .map_or(1, |&slot| usize::from(slot) + 1)
+    }
+}
+
+/// Joins two arrays of these lengths; where only one is there, the other is all `neutral`.
+fn join<T: Clone>(
+    all: &mut Option<Vec<T>>,
+    other: Option<&[T]>,
+    before: usize,
+    more: usize,
+    neutral: T,
+) {
+    if all.is_none() && other.is_none() {
+        return;
+    }
+    let all = all.get_or_insert_with(|| vec![neutral.clone(); before]);
+    match other {
+        Some(other) => all.extend_from_slice(other),
+        None => all.resize(before + more, neutral),
+    }
+}
+
+/// Checks the length and the numbers of a per-vertex or per-triangle array.
+fn check_numbers<const N: usize>(
+    name: &str,
+    values: Option<&[[f32; N]]>,
+    count: usize,
+    what: &str,
+    valid: impl Fn(f32) -> bool,
+    expected: &str,
+) -> Result<(), SceneError> {
+    let Some(values) = values else { return Ok(()) };
+    check_length(name, values.len(), count, what)?;
+    match values
+        .iter()
+        .position(|value| !value.iter().all(|&v| valid(v)))
+    {
+        Some(i) => Err(SceneError::World(format!(
+            "{name}[{i}] is {:?}: expected numbers {expected}",
+            values[i]
+        ))),
+        None => Ok(()),
+    }
+}
+
+fn check_length(name: &str, length: usize, count: usize, what: &str) -> Result<(), SceneError> {
+    if length == count {
+        return Ok(());
+    }
+    Err(SceneError::World(format!(
+        "{name} has {length} entries, expected one for each of the {count} {what}"
+    )))
 }

@@ -71,9 +71,47 @@ impl Files for NoFiles {
 impl Model {
     /// All parts as one mesh, with the materials of its slots as indices into [`Model::materials`].
     ///
+    /// A part that lacks a per-vertex or per-triangle array which another has gets the value that changes nothing:
+    /// white colours, texture coordinates (0, 0), and no normals.
+    ///
     /// # Errors
-    /// [`SceneError::World`] where there is no triangle, or there are more than 2^32 vertices or 2^16 materials.
+    /// [`SceneError::World`] where there are more vertices or materials than indices can count.
     pub fn merged(&self) -> Result<(Mesh, Vec<usize>), SceneError> {
-        Err(SceneError::World("merging is not built yet".into()))
+        let vertices: usize = self.parts.iter().map(|part| part.mesh.vertices.len()).sum();
+        let slots: usize = self.parts.iter().map(|part| part.materials.len()).sum();
+        if vertices > u32::MAX as usize || slots > usize::from(u16::MAX) {
+            return Err(SceneError::World(format!(
+                "{vertices} vertices with {slots} materials: too many for a mesh"
+            )));
+        }
+        let mut merged = Mesh::default();
+        let mut materials: Vec<usize> = Vec::new();
+        for part in &self.parts {
+            let mesh = &part.mesh;
+            let slot_of: Vec<u16> = part
+                .materials
+                .iter()
+                .map(|material| {
+                    let slot = materials
+                        .iter()
+                        .position(|m| m == material)
+                        .unwrap_or_else(|| {
+                            materials.push(*material);
+                            materials.len() - 1
+                        });
+                    slot as u16
+                })
+                .collect();
+            let slots = match &mesh.material_slots {
+                Some(slots) => slots
+                    .iter()
+                    .map(|&slot| slot_of[usize::from(slot)])
+                    .collect(),
+                None => vec![slot_of[0]; mesh.triangles.len()],
+            };
+            merged.append(mesh, slots);
+        }
+        merged.material_slots = merged.material_slots.filter(|_| materials.len() > 1);
+        Ok((merged, materials))
     }
 }

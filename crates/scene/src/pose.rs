@@ -33,6 +33,13 @@ pub fn rotation_from_rpy(roll: f64, pitch: f64, yaw: f64) -> DMat3 {
     )
 }
 
+/// The rotation world_from_mesh of an object turned by angles in degrees: about the world's forward, left and up axes.
+/// All zero leaves vertices as they are.
+pub fn object_rotation(roll: f64, pitch: f64, yaw: f64, up: Up) -> DMat3 {
+    let world_from_reference = world_from_reference(up);
+    world_from_reference * rotation_from_rpy(roll, pitch, yaw) * world_from_reference.transpose()
+}
+
 /// Roll, pitch and yaw in degrees of a rotation: pitch in -90..=90, the others in -180..=180.
 ///
 /// Looking straight up or down (gimbal lock: pitch is ±90 and only one combination of roll and yaw is determined), roll

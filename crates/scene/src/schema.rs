@@ -6,10 +6,13 @@
 
 mod build;
 mod camera;
+mod keys;
 mod node;
 mod object;
+mod place;
 mod read;
 mod render;
+mod style;
 mod video;
 mod words;
 
@@ -23,7 +26,7 @@ pub use object::{
     TorusShape,
 };
 pub use read::from_node;
-pub use render::{FilterName, IntegratorName, RenderSpec};
+pub use render::{AmbientOcclusion, FilterName, IntegratorName, RenderSpec};
 pub use video::{Interpolation, KeyframeSpec, OrbitSpec, VideoSpec};
 pub use words::{Color, Refine, Scheme, Splat, Wraps};
 

@@ -1,24 +1,121 @@
 //! Videos: orbits and keyframes, and the world at a time.
 
+mod track;
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+
+use self::track::Track;
 use crate::camera::Camera;
 use crate::error::SceneError;
-use crate::schema::VideoSpec;
-use crate::world::World;
+use crate::pose;
+use crate::schema::{Interpolation, KeyframeSpec, OrbitSpec, VideoSpec};
+use crate::world::{Object, Up, World};
 
-/// A `[video]` whose object names are resolved and keyframes are in order.
+/// The most frames of a video: more than nine hours at 30 a second.
+pub const MAX_FRAMES: f64 = 1_000_000.0;
+
+/// A `[video]` whose object names are resolved and whose keyframes are in order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Video {
     fps: f64,
     seconds: f64,
+    up: Up,
+    orbit: Option<OrbitSpec>,
+    camera: Motion,
+    /// By object id.
+    objects: Vec<(usize, Motion)>,
+}
+
+/// What keyframes say of one mover. `rotation` is world_from_body, body axes x forward, y left, z up.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Motion {
+    location: Track<DVec3>,
+    rotation: Track<DQuat>,
+    target: Track<DVec3>,
 }
 
 impl Video {
     /// A video of this world.
     ///
     /// # Errors
-    /// [`SceneError::Schema`] where times are not in order, an object is unknown, or values make no sense.
-    pub fn new(_spec: &VideoSpec, _world: &World) -> Result<Self, SceneError> {
-        Err(SceneError::World("not built yet".into()))
+    /// [`SceneError::Schema`] where keyframes of one mover are not in order of time, say nothing or contradict each
+    /// other, an object is unknown, or values make no sense.
+    pub fn new(spec: &VideoSpec, world: &World) -> Result<Self, SceneError> {
+        let fail = |key: &str, message: String| Err(SceneError::schema(key, message));
+        let mut camera = Mover::default();
+        let mut objects: Vec<(usize, Mover)> = Vec::new();
+        for (i, key) in spec.keyframe.iter().enumerate() {
+            let place = format!("keyframe[{i}]");
+            let mover = match &key.object {
+                None => &mut camera,
+                Some(name) => {
+                    let id = world
+                        .find_object(name)
+                        .map_err(|error| error.within(&format!("{place}.object")))?;
+                    let found = objects
+                        .iter()
+                        .position(|(object, _)| *object == id)
+                        .unwrap_or_else(|| {
+                            objects.push((id, Mover::default()));
+                            objects.len() - 1
+                        });
+                    &mut objects[found].1
+                }
+            };
+            mover
+                .add(key, world.up, spec.interpolation)
+                .map_err(|error| error.within(&place))?;
+        }
+        if spec.orbit.is_some() && camera.time.is_some() {
+            return fail(
+                "orbit",
+                "keyframes of the camera are given too: expected one of the two".into(),
+            );
+        }
+        if let Some(orbit) = &spec.orbit
+            && !(DVec3::from_array(orbit.target).is_finite() && orbit.degrees.is_finite())
+        {
+            return fail(
+                "orbit",
+                format!(
+                    "target {:?}, degrees {}: expected finite numbers",
+                    orbit.target, orbit.degrees
+                ),
+            );
+        }
+        let last = objects
+            .iter()
+            .filter_map(|(_, mover)| mover.time)
+            .chain(camera.time)
+            .fold(0.0, f64::max);
+        let (fps, seconds) = (
+            spec.fps,
+            spec.seconds.unwrap_or(if last > 0.0 { last } else { 4.0 }),
+        );
+        if !(fps.is_finite() && fps > 0.0) {
+            return fail(
+                "fps",
+                format!("{fps}: expected a finite number greater than 0"),
+            );
+        }
+        if !(seconds.is_finite() && seconds > 0.0 && fps * seconds <= MAX_FRAMES) {
+            return fail(
+                "seconds",
+                format!("{seconds}: expected more than 0, and at most {MAX_FRAMES} frames"),
+            );
+        }
+        let objects = objects
+            .into_iter()
+            .map(|(id, mover)| (id, mover.motion))
+            .collect();
+        Ok(Self {
+            fps,
+            seconds,
+            up: world.up,
+            orbit: spec.orbit.clone(),
+            camera: camera.motion,
+            objects,
+        })
     }
 
     /// Frames per second.
@@ -36,7 +133,7 @@ impl Video {
         ((self.fps * self.seconds).round() as usize).max(1)
     }
 
-    /// When a frame is, in seconds.
+    /// When a frame is, in seconds: `frame / fps`, so that an orbit of 360 degrees repeats without a stop.
     pub fn time(&self, frame: usize) -> f64 {
         frame as f64 / self.fps
     }
@@ -45,17 +142,156 @@ impl Video {
     ///
     /// # Errors
     /// [`SceneError::Camera`] where it has to look straight up or down at its target.
-    pub fn camera_at(&self, _base: &Camera, _time: f64) -> Result<Camera, SceneError> {
-        Err(SceneError::World("not built yet".into()))
+    pub fn camera_at(&self, base: &Camera, time: f64) -> Result<Camera, SceneError> {
+        let (k, size, pixel_center) = (base.k(), base.size(), base.pixel_center());
+        if let Some(orbit) = &self.orbit {
+            let angle = orbit.degrees * (time / self.seconds);
+            if angle == 0.0 {
+                return Ok(base.clone());
+            }
+            let turn = DMat3::from_axis_angle(self.up.axis(), angle.to_radians());
+            let target = DVec3::from_array(orbit.target);
+            let eye = target + turn * (base.c() - target);
+            return Camera::new(k, base.r() * turn.transpose(), eye, size, pixel_center);
+        }
+        let location = self.camera.location.at(time);
+        let eye = location.unwrap_or(base.c());
+        if let Some(target) = self.camera.target.at(time) {
+            return Camera::look_at(eye, target, self.up.axis(), k, size, pixel_center);
+        }
+        match (self.camera.rotation.at(time), location) {
+            (None, None) => Ok(base.clone()),
+            (None, Some(eye)) => Camera::new(k, base.r(), eye, size, pixel_center),
+            (Some(rotation), _) => {
+                let body_from_world = DMat3::from_quat(rotation).transpose();
+                Camera::new(
+                    k,
+                    pose::CAMERA_FROM_BODY * body_from_world,
+                    eye,
+                    size,
+                    pixel_center,
+                )
+            }
+        }
     }
 }
 
 impl World {
-    /// The world at a time of its video in seconds: objects moved, geometry shared.
+    /// The world at a time of its video in seconds: objects moved, geometry shared. Cameras are as they are; see
+    /// [`Video::camera_at`].
     ///
     /// # Errors
-    /// [`SceneError::World`] where an object has to look straight up or down at its target.
-    pub fn at(&self, _time: f64) -> Result<World, SceneError> {
-        Ok(self.clone())
+    /// [`SceneError::World`] where an object has to face a point straight above or below it, or its own location.
+    pub fn at(&self, time: f64) -> Result<World, SceneError> {
+        let mut moved = self.clone();
+        for (id, motion) in self.video.iter().flat_map(|video| &video.objects) {
+            if let Some(object) = moved.objects.get_mut(*id) {
+                object.world_from_mesh = motion.place(object, self.up, time)?;
+            }
+        }
+        Ok(moved)
+    }
+}
+
+impl Motion {
+    /// Where an object is at a time.
+    fn place(&self, object: &Object, up: Up, time: f64) -> Result<DAffine3, SceneError> {
+        let location = self
+            .location
+            .at(time)
+            .unwrap_or(object.world_from_mesh.translation);
+        let world_from_body = match (self.target.at(time), self.rotation.at(time)) {
+            (Some(target), _) => pose::rotation_towards(target - location, up.axis()).ok_or_else(|| {
+                SceneError::World(format!(
+                    "object {:?} at {location} cannot face {target} at {time} s: it is there, or straight above or \
+                     below it",
+                    object.name
+                ))
+            })?,
+            (None, Some(rotation)) => DMat3::from_quat(rotation),
+            (None, None) => {
+                return Ok(DAffine3 { translation: location, ..object.world_from_mesh });
+            }
+        };
+        // At zero roll, pitch and yaw the body's axes are the reference axes, and the object is as its mesh is.
+        let rotation = world_from_body * pose::world_from_reference(up).transpose();
+        Ok(DAffine3::from_mat3_translation(
+            rotation * object.shape,
+            location,
+        ))
+    }
+}
+
+/// The keyframes of one mover, as they come in.
+#[derive(Default)]
+struct Mover {
+    /// Of the last keyframe so far.
+    time: Option<f64>,
+    motion: Motion,
+}
+
+impl Mover {
+    fn add(
+        &mut self,
+        key: &KeyframeSpec,
+        up: Up,
+        interpolation: Interpolation,
+    ) -> Result<(), SceneError> {
+        let fail = |key: &str, message: String| Err(SceneError::schema(key, message));
+        let time = key.time;
+        if !(time.is_finite() && time >= 0.0) {
+            return fail("time", format!("{time}: expected finite seconds >= 0"));
+        }
+        if let Some(last) = self.time.replace(time)
+            && time <= last
+        {
+            return fail(
+                "time",
+                format!("{time} comes after {last}: keyframes of one mover go in order of time"),
+            );
+        }
+        let interpolation = key.interpolation.unwrap_or(interpolation);
+        let angles = [key.roll, key.pitch, key.yaw];
+        let numbers = [key.location, key.target]
+            .into_iter()
+            .flatten()
+            .flatten()
+            .chain(angles.into_iter().flatten());
+        if let Some(number) = numbers.into_iter().find(|number| !number.is_finite()) {
+            return fail(
+                "",
+                format!("{number}: locations, targets and angles must be finite"),
+            );
+        }
+        if let Some(location) = key.location {
+            self.motion
+                .location
+                .push(time, DVec3::from_array(location), interpolation);
+        }
+        if let Some(target) = key.target {
+            self.motion
+                .target
+                .push(time, DVec3::from_array(target), interpolation);
+        }
+        if angles.iter().any(Option::is_some) {
+            let [roll, pitch, yaw] = angles.map(Option::unwrap_or_default);
+            let rotation =
+                pose::world_from_reference(up) * pose::rotation_from_rpy(roll, pitch, yaw);
+            self.motion
+                .rotation
+                .push(time, DQuat::from_mat3(&rotation), interpolation);
+        } else if key.location.is_none() && key.target.is_none() {
+            return fail(
+                "",
+                "it says nothing: give location, roll, pitch and yaw, or target".into(),
+            );
+        }
+        if !(self.motion.rotation.is_empty() || self.motion.target.is_empty()) {
+            return fail(
+                "",
+                "one mover has both angles and targets: give all its keyframes one of them".into(),
+            );
+        }
+        Ok(())
     }
 }

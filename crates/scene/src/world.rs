@@ -1,13 +1,14 @@
 //! The world: everything there is, by index.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{BVec3, DAffine3, DMat3, DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::camera::Camera;
-use crate::error::SceneError;
+use crate::camera::{Camera, PixelCenter, intrinsics_from_fov};
+use crate::error::{SceneError, suggestion};
 use crate::light::Light;
 use crate::material::Material;
 use crate::mesh::Mesh;
@@ -24,6 +25,16 @@ pub enum Up {
     Z,
     /// y up, as in glTF.
     Y,
+}
+
+impl Up {
+    /// The unit vector that points up.
+    pub fn axis(self) -> DVec3 {
+        match self {
+            Up::Z => DVec3::Z,
+            Up::Y => DVec3::Y,
+        }
+    }
 }
 
 /// A placed mesh: what the ground truth calls an instance. Its id is its index in [`World::objects`].
@@ -84,6 +95,8 @@ pub struct World {
     pub materials: Vec<Material>,
     /// Placed meshes.
     pub objects: Vec<Object>,
+    /// The objects' names.
+    pub names: Names,
     /// All lights.
     pub lights: Vec<Light>,
     /// Named cameras, the default one first.
@@ -103,12 +116,94 @@ impl World {
         self.meshes.len() - 1
     }
 
+    /// Adds an image for materials and returns its index.
+    pub fn add_texture(&mut self, texture: Texture) -> usize {
+        self.textures.push(Arc::new(texture));
+        self.textures.len() - 1
+    }
+
+    /// Adds a material and returns its index, with a notice where it reflects more light than arrives.
+    ///
+    /// # Errors
+    /// Those of [`Material::validate`], and a texture that there is not.
+    pub fn add_material(&mut self, material: Material) -> Result<usize, SceneError> {
+        material.validate()?;
+        if let Some(texture) = material
+            .texture
+            .filter(|&texture| texture >= self.textures.len())
+        {
+            return Err(SceneError::World(format!(
+                "texture {texture} of {}",
+                self.textures.len()
+            )));
+        }
+        if let Some(total) = material.excess_reflectance() {
+            let name = if material.name.is_empty() {
+                String::new()
+            } else {
+                format!(" {:?}", material.name)
+            };
+            self.notices.push(format!(
+                "material{name} reflects {total} of the light that arrives (diffuse * color + specular), more than \
+                 all of it"
+            ));
+        }
+        self.materials.push(material);
+        Ok(self.materials.len() - 1)
+    }
+
     /// Adds an object and returns its id. A name that is taken gets a number; an empty one becomes `object`.
     ///
     /// # Errors
     /// [`SceneError::World`] where an index is out of range, the transform is singular or not finite, or there are
     /// fewer materials than slots.
-    pub fn add_object(&mut self, object: Object) -> Result<usize, SceneError> {
+    pub fn add_object(&mut self, mut object: Object) -> Result<usize, SceneError> {
+        let fail = |message: String| Err(SceneError::World(message));
+        let Some(mesh) = self.meshes.get(object.mesh) else {
+            return fail(format!(
+                "object {:?} has mesh {} of {}",
+                object.name,
+                object.mesh,
+                self.meshes.len()
+            ));
+        };
+        if mesh.slot_count() > object.materials.len() {
+            return fail(format!(
+                "object {:?} has {} materials, its mesh uses {} slots",
+                object.name,
+                object.materials.len(),
+                mesh.slot_count()
+            ));
+        }
+        if let Some(material) = object
+            .materials
+            .iter()
+            .find(|&&material| material >= self.materials.len())
+        {
+            return fail(format!(
+                "object {:?} has material {material} of {}",
+                object.name,
+                self.materials.len()
+            ));
+        }
+        let transform = object.world_from_mesh;
+        if !transform.is_finite() {
+            return fail(format!(
+                "object {:?} is placed by {transform:?}: every number must be finite",
+                object.name
+            ));
+        }
+        if !transform.inverse().is_finite() {
+            return fail(format!(
+                "object {:?} is placed by {transform:?}, which is singular: it flattens the object",
+                object.name
+            ));
+        }
+        object.name = self.names.claim(if object.name.is_empty() {
+            "object"
+        } else {
+            &object.name
+        });
         self.objects.push(object);
         Ok(self.objects.len() - 1)
     }
@@ -125,24 +220,64 @@ impl World {
 
     /// Adds a camera under a name, made unique, and returns its index.
     pub fn add_camera(&mut self, name: &str, camera: Camera) -> usize {
+        let mut names = Names::default();
+        for camera in &self.cameras {
+            names.claim(&camera.name);
+        }
         self.cameras.push(NamedCamera {
-            name: name.into(),
+            name: names.claim(name),
             camera,
         });
         self.cameras.len() - 1
     }
 
-    /// The smallest and largest corner of all objects in the world; `None` when there is nothing.
+    /// The smallest and largest corner of all objects in the world, as tight as their vertices; `None` when there is
+    /// nothing.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        None
+        self.objects
+            .iter()
+            .filter_map(|object| self.meshes[object.mesh].bounds_in(object.world_from_mesh))
+            .reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))
     }
 
-    /// The first camera, or one that frames everything from the front left above. `size` is for the latter.
+    /// The first camera, or one of 45 degrees that frames everything from the front right above. `size` is for the
+    /// latter.
     ///
     /// # Errors
     /// [`SceneError`] where there is neither a camera nor anything to frame, or the size is out of range.
-    pub fn default_camera(&self, _size: [u32; 2]) -> Result<Camera, SceneError> {
-        Err(SceneError::World("not built yet".into()))
+    pub fn default_camera(&self, size: [u32; 2]) -> Result<Camera, SceneError> {
+        if let Some(first) = self.cameras.first() {
+            return Ok(first.camera.clone());
+        }
+        let Some((low, high)) = self.bounds() else {
+            return Err(SceneError::World(
+                "the world has no objects: there is nothing to look at".into(),
+            ));
+        };
+        let pixel_center = PixelCenter::default();
+        let k = intrinsics_from_fov(45.0, size, pixel_center)?;
+        let away = match self.up {
+            Up::Z => DVec3::new(1.0, -2.0, 1.0),
+            Up::Y => DVec3::new(1.0, 1.0, 2.0),
+        };
+        let center = (low + high) / 2.0;
+        let facing = Camera::look_at(away, DVec3::ZERO, self.up.axis(), k, size, pixel_center)?;
+        // Near enough for every corner of the bounds to lie within nine tenths of the picture.
+        let reach =
+            0.9 * DVec2::new(
+                f64::from(size[0]) / k.x_axis.x,
+                f64::from(size[1]) / k.y_axis.y,
+            ) / 2.0;
+        let distance = (0..8)
+            .map(|i| {
+                let corner = DVec3::select(BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low);
+                let seen = facing.r() * (corner - center);
+                (seen.truncate().abs() / reach).max_element() - seen.z
+            })
+            .fold(0.0, f64::max);
+        let distance = if distance > 0.0 { distance } else { 1.0 };
+        let eye = center - distance * facing.forward();
+        Camera::new(k, facing.r(), eye, size, pixel_center)
     }
 
     /// The camera of this name.
@@ -153,7 +288,32 @@ impl World {
         self.cameras
             .iter()
             .find(|camera| camera.name == name)
-            .ok_or_else(|| SceneError::World(format!("no camera {name:?}")))
+            .ok_or_else(|| {
+                let names = self.cameras.iter().map(|camera| camera.name.as_str());
+                let count = self.cameras.len();
+                SceneError::World(format!(
+                    "no camera {name:?} among {count}{}",
+                    suggestion(name, names)
+                ))
+            })
+    }
+
+    /// The id of the object of this name.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] with the nearest name.
+    pub fn find_object(&self, name: &str) -> Result<usize, SceneError> {
+        self.objects
+            .iter()
+            .position(|object| object.name == name)
+            .ok_or_else(|| {
+                let names = self.objects.iter().map(|object| object.name.as_str());
+                let count = self.objects.len();
+                SceneError::World(format!(
+                    "no object {name:?} among {count}{}",
+                    suggestion(name, names)
+                ))
+            })
     }
 
     /// Gives a world without lights a white sky and a notice that says so; whether it did.
@@ -169,7 +329,51 @@ impl World {
 
     /// What it holds, in numbers.
     pub fn counts(&self) -> Counts {
-        Counts::default()
+        let sum = |of: fn(&Mesh) -> usize| self.meshes.iter().map(|mesh| of(mesh)).sum();
+        Counts {
+            meshes: self.meshes.len(),
+            objects: self.objects.len(),
+            mesh_triangles: sum(|mesh| mesh.triangles.len()),
+            object_triangles: self
+                .objects
+                .iter()
+                .map(|object| self.meshes[object.mesh].triangles.len())
+                .sum(),
+            degenerate_triangles: sum(Mesh::degenerate_count),
+            vertices: sum(|mesh| mesh.vertices.len()),
+            materials: self.materials.len(),
+            textures: self.textures.len(),
+            lights: self.lights.len(),
+            cameras: self.cameras.len(),
+        }
+    }
+}
+
+/// Names in use.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Names {
+    /// For each name in use, the number to try next where it is wanted again.
+    next: HashMap<String, usize>,
+}
+
+impl Names {
+    /// The name where it is free, or else with the first free number after it: `box`, `box-2`, `box-3`.
+    pub fn claim(&mut self, wanted: &str) -> String {
+        let Some(next) = self.next.get(wanted).copied() else {
+            self.next.insert(wanted.into(), 2);
+            return wanted.into();
+        };
+        let mut number = next;
+        let name = loop {
+            let name = format!("{wanted}-{number}");
+            number += 1;
+            if !self.next.contains_key(&name) {
+                break name;
+            }
+        };
+        self.next.insert(wanted.into(), number);
+        self.next.insert(name.clone(), 2);
+        name
     }
 }
 

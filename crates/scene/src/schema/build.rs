@@ -1,26 +1,71 @@
-//! From what people wrote to the world it means.
+//! From a world file to the world it means.
 
 use crate::error::SceneError;
 use crate::model::Files;
-use crate::schema::{ObjectSpec, WorldFile};
+use crate::schema::WorldFile;
+use crate::video::Video;
 use crate::world::World;
+
+/// What stopped the building: the description, or a file that it names.
+pub enum Failure<E> {
+    /// The description.
+    Scene(SceneError),
+    /// A file.
+    File(E),
+}
+
+impl<E> From<SceneError> for Failure<E> {
+    fn from(error: SceneError) -> Self {
+        Self::Scene(error)
+    }
+}
+
+impl<E: From<SceneError>> Failure<E> {
+    /// As the error of whoever reads the files.
+    pub fn into_error(self) -> E {
+        match self {
+            Self::Scene(error) => error.into(),
+            Self::File(error) => error,
+        }
+    }
+}
 
 impl WorldFile {
     /// The world it describes. `files` reads the meshes and textures it names.
     ///
     /// # Errors
     /// [`SceneError::Schema`] with the path of the key at fault, and whatever `files` says.
-    pub fn build<F: Files>(self, _files: &mut F) -> Result<World, F::Error> {
-        Err(SceneError::World("not built yet".into()).into())
-    }
-}
-
-impl ObjectSpec {
-    /// Adds the object it describes to a world, with its mesh and material, and returns its id.
-    ///
-    /// # Errors
-    /// [`SceneError`] where shape, transform or material make no sense, and whatever `files` says.
-    pub fn build<F: Files>(self, _world: &mut World, _files: &mut F) -> Result<usize, F::Error> {
-        Err(SceneError::World("not built yet".into()).into())
+    pub fn build<F: Files>(self, files: &mut F) -> Result<World, F::Error> {
+        let mut world = World {
+            up: self.up,
+            ..World::default()
+        };
+        for (i, object) in self.object.into_iter().enumerate() {
+            object
+                .place(&mut world, files)
+                .map_err(|failure| match failure {
+                    Failure::Scene(error) => error.within(&format!("object[{i}]")).into(),
+                    Failure::File(error) => error,
+                })?;
+        }
+        for (i, light) in self.light.into_iter().enumerate() {
+            world
+                .add_light(light)
+                .map_err(|error| error.within(&format!("light[{i}]")))?;
+        }
+        for (i, spec) in self.camera.iter().enumerate() {
+            let camera = spec
+                .build(self.up)
+                .map_err(|error| error.within(&format!("camera[{i}]")))?;
+            world.add_camera(spec.name.as_deref().unwrap_or("camera"), camera);
+        }
+        self.render
+            .validate()
+            .map_err(|error| error.within("render"))?;
+        world.render = self.render;
+        if let Some(spec) = &self.video {
+            world.video = Some(Video::new(spec, &world).map_err(|error| error.within("video"))?);
+        }
+        Ok(world)
     }
 }

@@ -1,10 +1,12 @@
 //! `[camera]`.
 
+use glam::{DMat3, DVec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::keys::Keys;
 use super::words::Splat;
-use crate::camera::{Camera, PixelCenter};
+use crate::camera::{Camera, PixelCenter, intrinsics_from_focal, intrinsics_from_fov};
 use crate::error::SceneError;
 use crate::world::Up;
 
@@ -54,12 +56,122 @@ pub struct CameraSpec {
     pub t: Option<[f64; 3]>,
 }
 
+/// The keys that say what the camera's intrinsics are; the first four each say all of it.
+const INTRINSICS: [&str; 6] = ["focal", "fov", "K", "matrix", "skew", "principal_point"];
+/// The keys that say where the camera is; the first six do without `R`.
+const POSE: [&str; 9] = [
+    "location", "roll", "pitch", "yaw", "target", "up", "R", "C", "t",
+];
+
 impl CameraSpec {
     /// The camera it describes.
     ///
     /// # Errors
     /// [`SceneError`] where intrinsics or pose are missing or given twice, and those of [`Camera`]'s constructors.
-    pub fn build(&self, _up: Up) -> Result<Camera, SceneError> {
-        Err(SceneError::World("not built yet".into()))
+    pub fn build(&self, up: Up) -> Result<Camera, SceneError> {
+        let size = self.size.unwrap_or([640, 480]);
+        let keys = self.keys();
+        if let Some(matrix) = self.matrix {
+            let others = INTRINSICS
+                .iter()
+                .chain(&POSE)
+                .filter(|key| **key != "matrix")
+                .copied()
+                .collect::<Vec<_>>();
+            keys.refuse(
+                &others,
+                "\"matrix\" is given too, and says it already: give one of them",
+            )?;
+            return Camera::from_matrix(matrix, size, self.pixel_center)
+                .map_err(|error| error.within("matrix"));
+        }
+        let k = self.intrinsics(size, &keys)?;
+        if let Some(r) = self.r {
+            keys.refuse(
+                &POSE[..6],
+                "\"R\" is given too: expected R with C or t alone",
+            )?;
+            let r = DMat3::from_cols_array_2d(&r).transpose();
+            let c = match keys.exactly_one("position beside R", &["C", "t"])? {
+                "C" => DVec3::from_array(self.c.unwrap_or_default()),
+                _ => -(r.transpose() * DVec3::from_array(self.t.unwrap_or_default())),
+            };
+            return Camera::new(k, r, c, size, self.pixel_center);
+        }
+        keys.refuse(
+            &["C", "t"],
+            "it goes with \"R\", which is missing; with angles or a target it is \"location\"",
+        )?;
+        let Some(location) = self.location.map(DVec3::from_array) else {
+            let message = "no pose: expected location with roll, pitch, yaw or target, or R with C or t, or matrix";
+            return Err(SceneError::schema("", message));
+        };
+        if let Some(target) = self.target {
+            keys.refuse(
+                &["roll", "pitch", "yaw"],
+                "\"target\" is given too: expected angles or a target",
+            )?;
+            let up = self.up.map_or(up.axis(), DVec3::from_array);
+            return Camera::look_at(
+                location,
+                DVec3::from_array(target),
+                up,
+                k,
+                size,
+                self.pixel_center,
+            );
+        }
+        keys.refuse(
+            &["up"],
+            "it goes with \"target\", which is missing; with angles, roll leans the camera",
+        )?;
+        let [roll, pitch, yaw] = [self.roll, self.pitch, self.yaw].map(Option::unwrap_or_default);
+        Camera::from_pose(location, roll, pitch, yaw, up, k, size, self.pixel_center)
+    }
+
+    fn intrinsics(&self, size: [u32; 2], keys: &Keys<15>) -> Result<DMat3, SceneError> {
+        keys.exactly_one("intrinsics", &INTRINSICS[..4])?;
+        if let Some(k) = self.k {
+            keys.refuse(
+                &["skew", "principal_point"],
+                "\"K\" is given too, and says it already",
+            )?;
+            return Ok(DMat3::from_cols_array_2d(&k).transpose());
+        }
+        let mut k = match (self.fov, self.focal) {
+            (Some(fov), _) => intrinsics_from_fov(fov, size, self.pixel_center)
+                .map_err(|error| error.within("fov"))?,
+            (None, focal) => {
+                let [fx, fy] = focal.unwrap_or(Splat([1.0; 2])).0;
+                let mut k = intrinsics_from_focal(fx, size, self.pixel_center);
+                k.y_axis.y = fy;
+                k
+            }
+        };
+        k.y_axis.x = self.skew.unwrap_or(0.0);
+        if let Some([cx, cy]) = self.principal_point {
+            (k.z_axis.x, k.z_axis.y) = (cx, cy);
+        }
+        Ok(k)
+    }
+
+    fn keys(&self) -> Keys<15> {
+        Keys([
+            ("focal", self.focal.is_some()),
+            ("fov", self.fov.is_some()),
+            ("K", self.k.is_some()),
+            ("matrix", self.matrix.is_some()),
+            ("skew", self.skew.is_some()),
+            ("principal_point", self.principal_point.is_some()),
+            ("location", self.location.is_some()),
+            ("roll", self.roll.is_some()),
+            ("pitch", self.pitch.is_some()),
+            ("yaw", self.yaw.is_some()),
+            ("target", self.target.is_some()),
+            ("up", self.up.is_some()),
+            ("R", self.r.is_some()),
+            ("C", self.c.is_some()),
+            ("t", self.t.is_some()),
+        ])
     }
 }

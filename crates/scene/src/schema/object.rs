@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::keys::Keys;
 use super::words::{Color, Refine, Splat, Wraps};
 
 /// An object: exactly one shape (`box`, `plane`, `sphere`, `cylinder`, `cone`, `torus`, `mesh`, `vertices` with
@@ -77,6 +78,45 @@ pub struct ObjectSpec {
     pub specular: Option<Splat<3>>,
     /// The Phong exponent of the specular share, >= 0: larger is sharper; 32 where not given.
     pub shininess: Option<f32>,
+}
+
+/// How many optional keys [`ObjectSpec`] has, besides name and category.
+pub(super) const KEYS: usize = 28;
+
+impl ObjectSpec {
+    /// Which keys were written.
+    pub(super) fn keys(&self) -> Keys<KEYS> {
+        Keys([
+            ("box", self.box_.is_some()),
+            ("plane", self.plane.is_some()),
+            ("sphere", self.sphere.is_some()),
+            ("cylinder", self.cylinder.is_some()),
+            ("cone", self.cone.is_some()),
+            ("torus", self.torus.is_some()),
+            ("mesh", self.mesh.is_some()),
+            ("vertices", self.vertices.is_some()),
+            ("triangles", self.triangles.is_some()),
+            ("instance_of", self.instance_of.is_some()),
+            ("refine", self.refine.is_some()),
+            ("face_colors", self.face_colors.is_some()),
+            ("vertex_colors", self.vertex_colors.is_some()),
+            ("uvs", self.uvs.is_some()),
+            ("normals", self.normals.is_some()),
+            ("location", self.location.is_some()),
+            ("roll", self.roll.is_some()),
+            ("pitch", self.pitch.is_some()),
+            ("yaw", self.yaw.is_some()),
+            ("scale", self.scale.is_some()),
+            ("matrix", self.matrix.is_some()),
+            ("type", self.type_.is_some()),
+            ("color", self.color.is_some()),
+            ("texture", self.texture.is_some()),
+            ("wrap", self.wrap.is_some()),
+            ("diffuse", self.diffuse.is_some()),
+            ("specular", self.specular.is_some()),
+            ("shininess", self.shininess.is_some()),
+        ])
+    }
 }
 
 /// A box.

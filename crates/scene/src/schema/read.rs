@@ -1,14 +1,549 @@
 //! Reads the schema's structs from nodes: a serde deserialiser whose errors know their place.
+//!
+//! It differs from others in what people may write: an enum with fields is a table with a `type`, a table stands for a
+//! list of one, a key whose value is null is absent, and whole floats are whole numbers.
 
-use serde::de::DeserializeOwned;
+use std::fmt::{self, Display};
+use std::ops::Range;
 
-use super::node::Node;
-use crate::error::SceneError;
+use serde::de::value::StrDeserializer;
+use serde::de::{
+    DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, Error, Expected, IntoDeserializer,
+    MapAccess, SeqAccess, Unexpected, VariantAccess, Visitor,
+};
+use serde::forward_to_deserialize_any;
+
+use super::node::{Entry, Node, Value};
+use crate::error::{SceneError, suggestion};
+
+/// The key that names the variant of an enum with fields.
+const TAG: &str = "type";
 
 /// Reads a `T` from a description.
 ///
 /// # Errors
 /// [`SceneError::Schema`] with the path of the value, its place in the text, what was expected and the nearest name.
-pub fn from_node<T: DeserializeOwned>(_node: &Node) -> Result<T, SceneError> {
-    Err(SceneError::World("not built yet".into()))
+pub fn from_node<T: DeserializeOwned>(node: &Node) -> Result<T, SceneError> {
+    T::deserialize(Source::Node(node)).map_err(
+        |Fault {
+             path,
+             message,
+             span,
+         }| {
+            let path = path.iter().rev().map(String::as_str).collect::<String>();
+            SceneError::Schema {
+                path: path.trim_start_matches('.').into(),
+                message,
+                span,
+            }
+        },
+    )
+}
+
+/// What is wrong and where, from the inside out.
+#[derive(Debug)]
+struct Fault {
+    /// `.key` and `[index]`, the innermost first.
+    path: Vec<String>,
+    message: String,
+    span: Option<Range<usize>>,
+}
+
+impl Fault {
+    /// The same, seen from the table or list around it.
+    fn within(mut self, segment: String, span: &Option<Range<usize>>) -> Self {
+        self.path.push(segment);
+        self.span = self.span.or_else(|| span.clone());
+        self
+    }
+}
+
+impl Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Fault {}
+
+impl Error for Fault {
+    fn custom<T: Display>(message: T) -> Self {
+        Self {
+            path: Vec::new(),
+            message: message.to_string(),
+            span: None,
+        }
+    }
+
+    fn invalid_type(given: Unexpected, expected: &dyn Expected) -> Self {
+        Self::custom(format_args!(
+            "{}: expected {}",
+            described(given),
+            plain(expected)
+        ))
+    }
+
+    fn invalid_value(given: Unexpected, expected: &dyn Expected) -> Self {
+        Self::invalid_type(given, expected)
+    }
+
+    fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
+        Self::custom(format_args!(
+            "a list of {length}: expected {}",
+            plain(expected)
+        ))
+    }
+
+    fn unknown_variant(given: &str, expected: &'static [&'static str]) -> Self {
+        Self::custom(format_args!(
+            "unknown name {given:?}{}",
+            suggestion(given, expected.iter().copied())
+        ))
+    }
+
+    fn unknown_field(given: &str, expected: &'static [&'static str]) -> Self {
+        Self::custom(format_args!(
+            "unknown key {given:?}{}",
+            suggestion(given, expected.iter().copied())
+        ))
+    }
+
+    fn missing_field(field: &'static str) -> Self {
+        Self::custom(format_args!("the key {field:?} is missing"))
+    }
+
+    fn duplicate_field(field: &'static str) -> Self {
+        Self::custom(format_args!("the key {field:?} is there twice"))
+    }
+}
+
+/// What was given, in people's words.
+fn described(given: Unexpected) -> String {
+    match given {
+        Unexpected::Bool(v) => v.to_string(),
+        Unexpected::Unsigned(v) => v.to_string(),
+        Unexpected::Signed(v) => v.to_string(),
+        Unexpected::Float(v) => v.to_string(),
+        Unexpected::Str(v) => format!("{v:?}"),
+        Unexpected::Unit => "nothing".into(),
+        Unexpected::Seq => "a list".into(),
+        Unexpected::Map => "a table".into(),
+        other => other.to_string(),
+    }
+}
+
+/// What serde says it expected, in people's words.
+fn plain(expected: &dyn Expected) -> String {
+    let expected = expected.to_string();
+    match expected.as_str() {
+        "f32" | "f64" => "a number".into(),
+        "u16" | "u32" | "u64" | "usize" => "a whole number >= 0".into(),
+        "i32" | "i64" => "a whole number".into(),
+        "a boolean" => "true or false".into(),
+        "a sequence" => "a list".into(),
+        other => match other.strip_prefix("an array of length ") {
+            Some(length) => format!("a list of {length}"),
+            None if other.starts_with("struct ") => "a table".into(),
+            None => expected,
+        },
+    }
+}
+
+/// Something to read: a node, or a part of an array of numbers.
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    Node(&'a Node),
+    Array {
+        shape: &'a [usize],
+        numbers: Numbers<'a>,
+    },
+}
+
+#[derive(Clone, Copy)]
+enum Numbers<'a> {
+    Floats(&'a [f64]),
+    Integers(&'a [i64]),
+}
+
+impl<'a> Numbers<'a> {
+    fn len(self) -> usize {
+        match self {
+            Numbers::Floats(data) => data.len(),
+            Numbers::Integers(data) => data.len(),
+        }
+    }
+
+    fn first(self) -> Option<Scalar> {
+        match self {
+            Numbers::Floats(data) => data.first().copied().map(Scalar::Float),
+            Numbers::Integers(data) => data.first().copied().map(Scalar::Integer),
+        }
+    }
+
+    fn slice(self, range: Range<usize>) -> Option<Self> {
+        Some(match self {
+            Numbers::Floats(data) => Numbers::Floats(data.get(range)?),
+            Numbers::Integers(data) => Numbers::Integers(data.get(range)?),
+        })
+    }
+}
+
+impl<'a> Source<'a> {
+    fn span(self) -> Option<Range<usize>> {
+        match self {
+            Source::Node(node) => node.span.clone(),
+            Source::Array { .. } => None,
+        }
+    }
+
+    /// Its number, where it is one.
+    fn scalar(self) -> Option<Scalar> {
+        match (self, self.array()) {
+            (_, Some(([], numbers))) => numbers.first(),
+            (
+                Source::Node(Node {
+                    value: Value::Integer(v),
+                    ..
+                }),
+                _,
+            ) => Some(Scalar::Integer(*v)),
+            (
+                Source::Node(Node {
+                    value: Value::Float(v),
+                    ..
+                }),
+                _,
+            ) => Some(Scalar::Float(*v)),
+            _ => None,
+        }
+    }
+
+    /// The array it is, where it is one.
+    fn array(self) -> Option<(&'a [usize], Numbers<'a>)> {
+        match self {
+            Source::Array { shape, numbers } => Some((shape, numbers)),
+            Source::Node(Node {
+                value: Value::Floats { shape, data },
+                ..
+            }) => Some((shape, Numbers::Floats(data))),
+            Source::Node(Node {
+                value: Value::Integers { shape, data },
+                ..
+            }) => Some((shape, Numbers::Integers(data))),
+            Source::Node(_) => None,
+        }
+    }
+
+    /// Adds the place to an error that has none yet.
+    fn placed<T>(self, result: Result<T, Fault>) -> Result<T, Fault> {
+        result.map_err(|fault| Fault {
+            span: fault.span.or_else(|| self.span()),
+            ..fault
+        })
+    }
+
+    /// Visits a list, and sees that the visitor wanted all of it.
+    fn list<'de, V: Visitor<'de>>(
+        self,
+        length: usize,
+        item: impl Fn(usize) -> Source<'a>,
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        let mut list = List {
+            item,
+            length,
+            next: 0,
+        };
+        let value = visitor.visit_seq(&mut list)?;
+        if list.next < length {
+            let wanted = list.next;
+            return Err(Fault::custom(format_args!(
+                "a list of {length}: expected a list of {wanted}"
+            )));
+        }
+        Ok(value)
+    }
+
+    fn any<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        match self.scalar() {
+            Some(Scalar::Integer(v)) => return visitor.visit_i64(v),
+            Some(Scalar::Float(v)) => return visitor.visit_f64(v),
+            None => {}
+        }
+        if let Some((shape, numbers)) = self.array() {
+            let size = shape
+                .iter()
+                .try_fold(1_usize, |size, &length| size.checked_mul(length));
+            let Some((&length, rest)) = shape.split_first().filter(|_| size == Some(numbers.len()))
+            else {
+                let count = numbers.len();
+                return Err(Fault::custom(format_args!(
+                    "an array of shape {shape:?} with {count} numbers"
+                )));
+            };
+            let stride = numbers.len().checked_div(length).unwrap_or(0);
+            // In range, as length * stride is the number of numbers.
+            let item = |i: usize| Source::Array {
+                shape: rest,
+                numbers: numbers
+                    .slice(i * stride..(i + 1) * stride)
+                    .unwrap_or(Numbers::Floats(&[])),
+            };
+            return self.list(length, item, visitor);
+        }
+        let Source::Node(node) = self else {
+            return visitor.visit_unit();
+        };
+        match &node.value {
+            Value::Bool(v) => visitor.visit_bool(*v),
+            Value::String(v) => visitor.visit_str(v),
+            Value::List(items) => self.list(items.len(), |i| Source::Node(&items[i]), visitor),
+            Value::Table(entries) => visitor.visit_map(Table {
+                entries,
+                next: 0,
+                tagged: false,
+            }),
+            _ => visitor.visit_unit(),
+        }
+    }
+}
+
+enum Scalar {
+    Integer(i64),
+    Float(f64),
+}
+
+impl<'de> Deserializer<'de> for Source<'_> {
+    type Error = Fault;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        self.placed(self.any(visitor))
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        match self {
+            Source::Node(Node {
+                value: Value::Null, ..
+            }) => visitor.visit_none(),
+            _ => visitor.visit_some(self),
+        }
+    }
+
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        match self {
+            Source::Node(Node {
+                value: Value::Table(_),
+                ..
+            }) => self.placed(self.list(1, |_| self, visitor)),
+            _ => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        self.placed(match self {
+            Source::Node(Node {
+                value: Value::String(name),
+                ..
+            }) => visitor.visit_enum(IntoDeserializer::<Fault>::into_deserializer(name.as_str())),
+            Source::Node(Node {
+                value: Value::Table(entries),
+                ..
+            }) => visitor.visit_enum(Tagged { entries, variants }),
+            _ => self.any(OneOf(variants)).map(|never| match never {}),
+        })
+    }
+
+    // A whole float is a whole number: NumPy and TOML writers do not always know the difference.
+    fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        match self.scalar() {
+            Some(Scalar::Float(v)) if v == v.trunc() && v.abs() < 9.0e15 => {
+                self.placed(visitor.visit_i64(v as i64))
+            }
+            _ => self.deserialize_any(visitor),
+        }
+    }
+
+    fn deserialize_u8<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        self.deserialize_u64(visitor)
+    }
+
+    fn deserialize_u16<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        self.deserialize_u64(visitor)
+    }
+
+    fn deserialize_u32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+        self.deserialize_u64(visitor)
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u128 f32 f64 char str string bytes byte_buf unit unit_struct tuple tuple_struct map
+        struct identifier ignored_any
+    }
+}
+
+/// Refuses what is not a name, naming those that there are.
+struct OneOf(&'static [&'static str]);
+
+impl Visitor<'_> for OneOf {
+    type Value = std::convert::Infallible;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let names: Vec<String> = self.0.iter().map(|name| format!("{name:?}")).collect();
+        write!(f, "one of {}", names.join(", "))
+    }
+}
+
+/// The items of a list in order.
+struct List<F> {
+    item: F,
+    length: usize,
+    next: usize,
+}
+
+impl<'a, 'de, F: Fn(usize) -> Source<'a>> SeqAccess<'de> for &mut List<F> {
+    type Error = Fault;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, Fault> {
+        if self.next == self.length {
+            return Ok(None);
+        }
+        let i = self.next;
+        self.next += 1;
+        let item = (self.item)(i);
+        seed.deserialize(item)
+            .map(Some)
+            .map_err(|fault| fault.within(format!("[{i}]"), &item.span()))
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.length - self.next)
+    }
+}
+
+/// The entries of a table in order, without those that are null, and without the tag where it has been read.
+struct Table<'a> {
+    entries: &'a [Entry],
+    next: usize,
+    tagged: bool,
+}
+
+impl<'de> MapAccess<'de> for Table<'_> {
+    type Error = Fault;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, Fault> {
+        let skipped =
+            |entry: &Entry| entry.node.value == Value::Null || (self.tagged && entry.key == TAG);
+        while self.entries.get(self.next).is_some_and(skipped) {
+            self.next += 1;
+        }
+        let Some(entry) = self.entries.get(self.next) else {
+            return Ok(None);
+        };
+        let key: StrDeserializer<Fault> = entry.key.as_str().into_deserializer();
+        seed.deserialize(key)
+            .map(Some)
+            .map_err(|fault| fault.within(format!(".{}", entry.key), &entry.key_span))
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Fault> {
+        let Some(entry) = self.entries.get(self.next) else {
+            return Err(Fault::custom("a value was asked for before its key"));
+        };
+        self.next += 1;
+        let segment = || format!(".{}", entry.key);
+        let span = if entry.node.span.is_some() {
+            &entry.node.span
+        } else {
+            &entry.key_span
+        };
+        seed.deserialize(Source::Node(&entry.node))
+            .map_err(|fault| fault.within(segment(), span))
+    }
+}
+
+/// A table whose `type` says which variant of an enum it is.
+struct Tagged<'a> {
+    entries: &'a [Entry],
+    variants: &'static [&'static str],
+}
+
+impl<'a, 'de> EnumAccess<'de> for Tagged<'a> {
+    type Error = Fault;
+    type Variant = Table<'a>;
+
+    fn variant_seed<V: DeserializeSeed<'de>>(
+        self,
+        seed: V,
+    ) -> Result<(V::Value, Table<'a>), Fault> {
+        let names = || {
+            self.variants
+                .iter()
+                .map(|name| format!("{name:?}"))
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        let Some(tag) = self.entries.iter().find(|entry| entry.key == TAG) else {
+            return Err(Fault::custom(format_args!(
+                "the key {TAG:?} is missing: one of {}",
+                names()
+            )));
+        };
+        let variant = seed
+            .deserialize(Source::Node(&tag.node))
+            .map_err(|fault| fault.within(format!(".{TAG}"), &tag.node.span))?;
+        Ok((
+            variant,
+            Table {
+                entries: self.entries,
+                next: 0,
+                tagged: true,
+            },
+        ))
+    }
+}
+
+impl<'de> VariantAccess<'de> for Table<'_> {
+    type Error = Fault;
+
+    fn unit_variant(mut self) -> Result<(), Fault> {
+        match self.next_key_seed(std::marker::PhantomData::<String>)? {
+            Some(key) => Err(Fault::unknown_field(&key, &[]).within(format!(".{key}"), &None)),
+            None => Ok(()),
+        }
+    }
+
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, _: T) -> Result<T::Value, Fault> {
+        Err(Fault::custom("a table: expected a name"))
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, Fault> {
+        Err(Fault::custom("a table: expected a name"))
+    }
+
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        visitor.visit_map(self)
+    }
 }

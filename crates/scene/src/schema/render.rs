@@ -1,7 +1,12 @@
 //! `[render]`.
 
+use std::fmt;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde::de::{Deserializer, Error, Visitor};
+
+use crate::error::SceneError;
 
 /// How to render; everything may be left out, and what the command line or the call says goes first.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
@@ -17,10 +22,52 @@ pub struct RenderSpec {
     pub seed: Option<u64>,
     /// Threads; all of the machine's where not given.
     pub threads: Option<usize>,
-    /// Dims the sky in corners: true, or the distance up to which surfaces count.
-    pub ambient_occlusion: Option<bool>,
+    /// Dims the sky in corners and under objects: true, or the distance in metres up to which surfaces count.
+    pub ambient_occlusion: Option<AmbientOcclusion>,
     /// Stops of brightness of PNG pictures and videos: +1 doubles.
     pub exposure: Option<f64>,
+}
+
+/// `true`, `false` or a distance.
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema)]
+#[schemars(untagged)]
+pub enum AmbientOcclusion {
+    /// Whether surfaces at any distance count.
+    Switch(bool),
+    /// Surfaces up to this distance in metres count.
+    Distance(f64),
+}
+
+impl<'de> Deserialize<'de> for AmbientOcclusion {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct AmbientOcclusionVisitor;
+        impl Visitor<'_> for AmbientOcclusionVisitor {
+            type Value = AmbientOcclusion;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("true, false or a distance in metres")
+            }
+
+            fn visit_bool<E: Error>(self, v: bool) -> Result<AmbientOcclusion, E> {
+                Ok(AmbientOcclusion::Switch(v))
+            }
+
+            fn visit_i64<E: Error>(self, v: i64) -> Result<AmbientOcclusion, E> {
+                self.visit_f64(v as f64)
+            }
+
+            fn visit_f64<E: Error>(self, v: f64) -> Result<AmbientOcclusion, E> {
+                if v > 0.0 {
+                    Ok(AmbientOcclusion::Distance(v))
+                } else {
+                    Err(E::custom(format_args!(
+                        "{v}: expected a distance greater than 0"
+                    )))
+                }
+            }
+        }
+        deserializer.deserialize_any(AmbientOcclusionVisitor)
+    }
 }
 
 /// The closed set of integrators.
@@ -41,4 +88,32 @@ pub enum FilterName {
     Box,
     /// Blackman-Harris, smooth, with a radius of 1.5 pixels.
     BlackmanHarris,
+}
+
+impl RenderSpec {
+    /// Whether its values make sense.
+    ///
+    /// # Errors
+    /// [`SceneError::Schema`]: no samples, no threads, or an exposure that is not finite.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        if self.samples == Some(0) {
+            return Err(SceneError::schema(
+                "samples",
+                "0: expected a whole number >= 1",
+            ));
+        }
+        if self.threads == Some(0) {
+            return Err(SceneError::schema(
+                "threads",
+                "0: expected a whole number >= 1",
+            ));
+        }
+        match self.exposure {
+            Some(exposure) if !exposure.is_finite() => Err(SceneError::schema(
+                "exposure",
+                format!("{exposure}: expected a finite number of stops"),
+            )),
+            _ => Ok(()),
+        }
+    }
 }

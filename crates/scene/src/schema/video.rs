@@ -15,7 +15,7 @@ pub struct VideoSpec {
     pub orbit: Option<OrbitSpec>,
     /// Poses at times, of the camera or of objects, each in order of time.
     pub keyframe: Vec<KeyframeSpec>,
-    /// Between keyframes: "smooth" (Catmull-Rom) or "linear".
+    /// Between keyframes: "smooth" (Catmull-Rom, starting and ending at rest) or "linear".
     pub interpolation: Interpolation,
 }
 
@@ -49,6 +49,8 @@ pub struct KeyframeSpec {
     pub yaw: Option<f64>,
     /// A point to look at (objects: with their x axis in a z-up world), instead of angles.
     pub target: Option<[f64; 3]>,
+    /// From this keyframe to the next; the video's where not given.
+    pub interpolation: Option<Interpolation>,
 }
 
 /// What happens between keyframes.
@@ -57,7 +59,7 @@ pub struct KeyframeSpec {
 pub enum Interpolation {
     /// Straight lines at constant speed.
     Linear,
-    /// Catmull-Rom curves: no corners, no jumps in speed.
+    /// Catmull-Rom curves that start and end at rest: no corners, no jumps in speed.
     #[default]
     Smooth,
 }

@@ -1,0 +1,43 @@
+//! Which keys of a table were written, for the rules about what goes with what.
+
+use crate::error::SceneError;
+
+/// The optional keys of a table, each with whether it is there.
+pub struct Keys<const N: usize>(pub [(&'static str, bool); N]);
+
+impl<const N: usize> Keys<N> {
+    /// Those of some keys that are there.
+    pub fn given(&self, keys: &[&str]) -> Vec<&'static str> {
+        self.0
+            .iter()
+            .filter(|(key, given)| *given && keys.contains(key))
+            .map(|(key, _)| *key)
+            .collect()
+    }
+
+    /// Refuses some keys, for a reason.
+    pub fn refuse(&self, keys: &[&str], reason: &str) -> Result<(), SceneError> {
+        match self.given(keys).first() {
+            Some(key) => Err(SceneError::schema(*key, reason)),
+            None => Ok(()),
+        }
+    }
+
+    /// The one of some keys that is there.
+    pub fn exactly_one(&self, what: &str, keys: &[&str]) -> Result<&'static str, SceneError> {
+        match self.given(keys)[..] {
+            [key] => Ok(key),
+            [] => Err(SceneError::schema(
+                "",
+                format!("no {what}: expected one of {}", keys.join(", ")),
+            )),
+            [first, second, ..] => Err(SceneError::schema(
+                second,
+                format!(
+                    "{first:?} is given too: expected one {what}, of {}",
+                    keys.join(", ")
+                ),
+            )),
+        }
+    }
+}

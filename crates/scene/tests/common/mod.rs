@@ -1,0 +1,70 @@
+//! What several tests need.
+#![allow(dead_code, reason = "each test uses some of it")]
+
+use raycam_scene::schema::{Entry, Node, Value};
+use raycam_scene::{Files, Model, SceneError, Texture, Wrap};
+
+/// A description from JSON text, in which it is shortest to write.
+pub fn node(json: &str) -> Node {
+    from_json(&serde_json::from_str(json).expect("valid JSON"))
+}
+
+fn from_json(json: &serde_json::Value) -> Node {
+    use serde_json::Value as Json;
+    Node::from(match json {
+        Json::Null => Value::Null,
+        Json::Bool(v) => Value::Bool(*v),
+        Json::Number(v) => v
+            .as_i64()
+            .map_or(Value::Float(v.as_f64().expect("a float")), Value::Integer),
+        Json::String(v) => Value::String(v.clone()),
+        Json::Array(items) => Value::List(items.iter().map(from_json).collect()),
+        Json::Object(entries) => Value::Table(
+            entries
+                .iter()
+                .map(|(key, value)| Entry {
+                    key: key.clone(),
+                    key_span: None,
+                    node: from_json(value),
+                })
+                .collect(),
+        ),
+    })
+}
+
+/// Files that are always the same: a model, and an image of one red texel.
+pub struct FakeFiles(pub Model);
+
+impl Files for FakeFiles {
+    type Error = SceneError;
+
+    fn mesh(&mut self, _: &str) -> Result<Model, SceneError> {
+        Ok(self.0.clone())
+    }
+
+    fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, SceneError> {
+        Ok(Texture {
+            name: file.into(),
+            size: [1, 1],
+            texels: vec![[255, 0, 0]],
+            wrap,
+        })
+    }
+}
+
+/// Numbers in 0..1 that are the same each time (splitmix64).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+}
