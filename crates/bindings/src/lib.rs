@@ -1,1 +1,48 @@
-//! What Python holds: raycam._core.
+//! What Python holds: `raycam._core`. It converts arrays and errors and releases the GIL; the public names, their
+//! defaults and their documentation are in the Python package.
+
+#![forbid(unsafe_code)]
+
+mod arrays;
+mod camera;
+mod encode;
+mod error;
+mod frame;
+mod node;
+mod watch;
+mod world;
+
+use pyo3::prelude::*;
+
+/// The Rust core of raycam, private: use the package `raycam`.
+#[pymodule(name = "_core")]
+mod core {
+    use super::*;
+
+    #[pymodule_export]
+    use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov};
+    #[pymodule_export]
+    use crate::encode::{encode_exr, encode_png, linear_from_srgb8, srgb_from_linear};
+    #[pymodule_export]
+    use crate::frame::{channels, merge};
+    #[pymodule_export]
+    use crate::world::World;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+
+    /// The JSON Schema of a world file, as text.
+    #[pyfunction]
+    fn json_schema() -> PyResult<String> {
+        serde_json::to_string_pretty(&raycam_scene::schema::json_schema())
+            .map_err(|e| error::raycam_error(e.to_string()))
+    }
+
+    /// How many threads this process may use, as the operating system and its control groups say.
+    #[pyfunction]
+    fn available_threads() -> usize {
+        std::thread::available_parallelism().map_or(1, usize::from)
+    }
+}

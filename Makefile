@@ -1,0 +1,87 @@
+# make demo    pictures and a video in demo/
+# make test    lint, then all tests            (what CI runs)
+# make lint    formatting, clippy, ruff, mypy, stubs; warnings are errors
+# make bench   the figures in benchmarks/results/
+# make docs    the documentation in docs/_build/html
+# make wheel   a wheel and the source archive in dist/
+# make clean   removes everything that was made
+#
+# Each target installs what it needs into .venv. PYTHON chooses the interpreter the .venv is made from.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+DONE := $(VENV)/done
+
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+
+# One interpreter for every build, or cargo builds the bindings anew for each.
+export PYO3_PYTHON := $(abspath $(BIN)/python)
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+# Whatever builds something is preceded by .ci/prerequisites, which says here what toolchain to use.
+ifneq ($(filter-out help clean,$(MAKECMDGOALS)),)
+include $(DONE)/toolchain.mk
+endif
+
+RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+
+.PHONY: help demo test lint bench docs wheel clean
+
+help:
+	@sed -n 's/^# \{0,1\}//p;/^$$/q' Makefile
+
+demo: $(DONE)/build
+	$(BIN)/raycam demo demo
+
+test: lint
+	cargo test --locked
+	$(BIN)/python -m pytest -n 2
+
+lint: $(DONE)/build $(DONE)/develop
+	cargo fmt --check
+	cargo clippy --locked --workspace --all-targets -- -D warnings
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest raycam._core
+
+bench: $(DONE)/build $(DONE)/develop
+	@for script in benchmarks/bench_*.py; do echo "== $$script"; $(BIN)/python $$script; done
+
+docs: $(DONE)/build $(DONE)/documentation
+	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+
+wheel: $(DONE)/builder
+	rm -rf dist
+	$(BIN)/maturin build --release --locked --sdist --out dist
+
+clean:
+	rm -rf $(VENV) target dist docs/_build docs/_generated demo python/raycam/*.so
+	find . -name __pycache__ -prune -exec rm -rf {} +
+
+# What is installed, each behind a stamp so that it happens once.
+
+$(DONE)/toolchain.mk: .ci/prerequisites Cargo.toml
+	@PYTHON=$(PYTHON) .ci/prerequisites $(VENV)
+
+$(DONE)/builder: $(DONE)/toolchain.mk pyproject.toml
+	$(BIN)/python -m pip install -q --upgrade 'pip>=25.1'
+	$(BIN)/python -m pip install -q --group build
+	@touch $@
+
+$(DONE)/develop: $(DONE)/builder
+	$(BIN)/python -m pip install -q --group dev
+	@touch $@
+
+$(DONE)/documentation: $(DONE)/builder
+	$(BIN)/python -m pip install -q --group docs
+	@touch $@
+
+$(DONE)/build: $(DONE)/builder $(RUST_SOURCES)
+	rm -f python/raycam/_core*.so
+	$(BIN)/maturin develop -q --release --locked
+	@touch $@

@@ -1,0 +1,47 @@
+//! Arrays in and out. Python hands in C-contiguous arrays of the right type and shape: it has checked them.
+
+use glam::{DMat3, DVec3};
+use numpy::{
+    Element, IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
+};
+use pyo3::prelude::*;
+
+use crate::error::settings_error;
+
+/// A read-only float64 array.
+pub(crate) type Floats<'py> = PyReadonlyArrayDyn<'py, f64>;
+
+/// An array of this shape, without copying.
+pub(crate) fn array<'py, T: Element>(
+    py: Python<'py>,
+    data: Vec<T>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    data.into_pyarray(py).reshape(shape)
+}
+
+/// The rows of an array [..., N], in order.
+pub(crate) fn rows<'a, T: Element, const N: usize>(
+    array: &'a PyReadonlyArrayDyn<'_, T>,
+    name: &str,
+) -> PyResult<&'a [[T; N]]> {
+    let last = array.shape().last().copied().unwrap_or(0);
+    let slice = array.as_slice().ok().filter(|_| last == N);
+    let rows = slice.map(|slice| slice.as_chunks().0);
+    rows.ok_or_else(|| settings_error(format!("{name}: expected a C-contiguous array [..., {N}]")))
+}
+
+/// A 3 x 3 matrix.
+pub(crate) fn matrix3(m: [[f64; 3]; 3]) -> DMat3 {
+    DMat3::from_cols_array_2d(&m).transpose()
+}
+
+/// The rows of a 3 x 3 matrix.
+pub(crate) fn rows_of(m: DMat3) -> [[f64; 3]; 3] {
+    m.transpose().to_cols_array_2d()
+}
+
+/// A point or vector.
+pub(crate) fn vector(v: [f64; 3]) -> DVec3 {
+    DVec3::from_array(v)
+}

@@ -1,0 +1,192 @@
+//! Cameras.
+
+use glam::{DMat4, DVec2};
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use raycam_scene::{PixelCenter, SceneError, Up, camera};
+
+use crate::arrays::{Floats, array, matrix3, rows, rows_of, vector};
+use crate::error::{IntoPyErr, settings_error};
+
+/// "z" or "y".
+pub(crate) fn up(name: &str) -> PyResult<Up> {
+    match name {
+        "z" => Ok(Up::Z),
+        "y" => Ok(Up::Y),
+        _ => Err(settings_error(format!("up is {name:?}; expected \"z\" or \"y\""))),
+    }
+}
+
+/// "z" or "y".
+pub(crate) fn up_name(up: Up) -> &'static str {
+    match up {
+        Up::Z => "z",
+        Up::Y => "y",
+    }
+}
+
+/// "integer" or "half".
+pub(crate) fn pixel_center(name: &str) -> PyResult<PixelCenter> {
+    match name {
+        "integer" => Ok(PixelCenter::Integer),
+        "half" => Ok(PixelCenter::Half),
+        _ => Err(settings_error(format!(
+            "pixel_center is {name:?}; expected \"integer\" (OpenCV: the centre of the first pixel is (0, 0)) or \
+             \"half\" (COLMAP, OpenGL: (0.5, 0.5))"
+        ))),
+    }
+}
+
+/// What a constructor gives.
+fn made(camera: Result<camera::Camera, SceneError>) -> PyResult<Camera> {
+    camera.map(|inner| Camera { inner }).map_err(IntoPyErr::into_py_err)
+}
+
+type Matrix3 = [[f64; 3]; 3];
+type Vector = [f64; 3];
+
+/// A pinhole camera.
+#[pyclass(frozen, module = "raycam._core")]
+pub(crate) struct Camera {
+    /// What it wraps.
+    pub(crate) inner: camera::Camera,
+}
+
+#[pymethods]
+impl Camera {
+    #[new]
+    fn new(k: Matrix3, r: Matrix3, c: Vector, size: [u32; 2], pixel_center: &str) -> PyResult<Self> {
+        let center = self::pixel_center(pixel_center)?;
+        made(camera::Camera::new(matrix3(k), matrix3(r), vector(c), size, center))
+    }
+
+    #[staticmethod]
+    fn from_matrix(p: [[f64; 4]; 3], size: [u32; 2], pixel_center: &str) -> PyResult<Self> {
+        made(camera::Camera::from_matrix(p, size, self::pixel_center(pixel_center)?))
+    }
+
+    #[staticmethod]
+    fn from_pose(
+        location: Vector,
+        roll_pitch_yaw: Vector,
+        up: &str,
+        k: Matrix3,
+        size: [u32; 2],
+        pixel_center: &str,
+    ) -> PyResult<Self> {
+        let [roll, pitch, yaw] = roll_pitch_yaw;
+        let (up, center) = (self::up(up)?, self::pixel_center(pixel_center)?);
+        made(camera::Camera::from_pose(vector(location), roll, pitch, yaw, up, matrix3(k), size, center))
+    }
+
+    #[staticmethod]
+    fn look_at(
+        eye: Vector,
+        target: Vector,
+        up: Vector,
+        k: Matrix3,
+        size: [u32; 2],
+        pixel_center: &str,
+    ) -> PyResult<Self> {
+        let center = self::pixel_center(pixel_center)?;
+        made(camera::Camera::look_at(vector(eye), vector(target), vector(up), matrix3(k), size, center))
+    }
+
+    #[staticmethod]
+    fn from_opencv(k: Matrix3, rvec: Vector, t: Vector, size: [u32; 2], pixel_center: &str) -> PyResult<Self> {
+        let center = self::pixel_center(pixel_center)?;
+        made(camera::Camera::from_opencv(matrix3(k), vector(rvec), vector(t), size, center))
+    }
+
+    #[staticmethod]
+    fn from_opengl(
+        k: Matrix3,
+        world_from_camera: [[f64; 4]; 4],
+        size: [u32; 2],
+        pixel_center: &str,
+    ) -> PyResult<Self> {
+        let center = self::pixel_center(pixel_center)?;
+        let pose = DMat4::from_cols_array_2d(&world_from_camera).transpose();
+        made(camera::Camera::from_opengl(matrix3(k), pose, size, center))
+    }
+
+    #[getter]
+    fn k(&self) -> Matrix3 {
+        rows_of(self.inner.k())
+    }
+
+    #[getter]
+    fn r(&self) -> Matrix3 {
+        rows_of(self.inner.r())
+    }
+
+    #[getter]
+    fn c(&self) -> Vector {
+        self.inner.c().to_array()
+    }
+
+    #[getter]
+    fn t(&self) -> Vector {
+        self.inner.t().to_array()
+    }
+
+    #[getter]
+    fn p(&self) -> [[f64; 4]; 3] {
+        self.inner.p()
+    }
+
+    #[getter]
+    fn size(&self) -> (u32, u32) {
+        self.inner.size().into()
+    }
+
+    #[getter]
+    fn pixel_center(&self) -> &'static str {
+        match self.inner.pixel_center() {
+            PixelCenter::Integer => "integer",
+            PixelCenter::Half => "half",
+        }
+    }
+
+    fn roll_pitch_yaw(&self, up: &str) -> PyResult<Vector> {
+        Ok(self.inner.roll_pitch_yaw(self::up(up)?))
+    }
+
+    /// Pixels [n, 2] and in_front [n] of points [n, 3].
+    #[allow(clippy::type_complexity, reason = "two arrays")]
+    fn project<'py>(
+        &self,
+        py: Python<'py>,
+        points: Floats<'py>,
+    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<bool>>)> {
+        let points = rows::<f64, 3>(&points, "points")?;
+        let (pixels, in_front): (Vec<_>, Vec<_>) = py.detach(|| {
+            let project = |p: &[f64; 3]| self.inner.project(vector(*p));
+            points.iter().map(project).map(|(pixel, front)| (pixel.to_array(), front)).unzip()
+        });
+        let n = points.len();
+        Ok((array(py, pixels.into_flattened(), &[n, 2])?, array(py, in_front, &[n])?))
+    }
+
+    /// Unit directions [n, 3] of pixels [n, 2].
+    fn directions<'py>(&self, py: Python<'py>, pixels: Floats<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let pixels = rows::<f64, 2>(&pixels, "pixels")?;
+        let directions: Vec<_> = py.detach(|| {
+            pixels.iter().map(|p| self.inner.ray(DVec2::from_array(*p)).1.to_array()).collect()
+        });
+        array(py, directions.into_flattened(), &[pixels.len(), 3])
+    }
+}
+
+/// K of a vertical field of view in degrees.
+#[pyfunction]
+pub(crate) fn intrinsics_from_fov(fov: f64, size: [u32; 2], pixel_center: &str) -> PyResult<Matrix3> {
+    let k = camera::intrinsics_from_fov(fov, size, self::pixel_center(pixel_center)?);
+    k.map(rows_of).map_err(IntoPyErr::into_py_err)
+}
+
+/// K of a focal length in pixels.
+#[pyfunction]
+pub(crate) fn intrinsics_from_focal(focal: f64, size: [u32; 2], pixel_center: &str) -> PyResult<Matrix3> {
+    Ok(rows_of(camera::intrinsics_from_focal(focal, size, self::pixel_center(pixel_center)?)))
+}

@@ -1,0 +1,122 @@
+//! Pictures as bytes: colours, PNG and EXR.
+
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use raycam_formats::{exr, png};
+use raycam_scene::color;
+
+use crate::arrays::array;
+use crate::camera::Camera;
+use crate::error::{IntoPyErr, caught, settings_error};
+
+/// Any array of plain numbers.
+#[derive(FromPyObject)]
+enum Numbers<'py> {
+    U8(PyReadonlyArrayDyn<'py, u8>),
+    U16(PyReadonlyArrayDyn<'py, u16>),
+    F32(PyReadonlyArrayDyn<'py, f32>),
+    F64(PyReadonlyArrayDyn<'py, f64>),
+    I32(PyReadonlyArrayDyn<'py, i32>),
+}
+
+/// Linear float32 of 8-bit sRGB, of the same shape.
+#[pyfunction]
+pub(crate) fn linear_from_srgb8<'py>(
+    py: Python<'py>,
+    bytes: PyReadonlyArrayDyn<'py, u8>,
+) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    let table: Vec<f32> = (0..=255).map(|v| color::linear_from_srgb8([v; 3])[0]).collect();
+    let linear = contiguous(&bytes)?.iter().map(|&v| table[usize::from(v)]).collect();
+    array(py, linear, bytes.shape())
+}
+
+/// sRGB integers of `bits` 8 or 16 of linear float32 times `scale`, of the same shape. NaN becomes 0.
+#[pyfunction]
+pub(crate) fn srgb_from_linear<'py>(
+    py: Python<'py>,
+    linear: PyReadonlyArrayDyn<'py, f32>,
+    scale: f32,
+    bits: u8,
+) -> PyResult<Bound<'py, PyAny>> {
+    let values = contiguous(&linear)?;
+    // `as` takes NaN to 0 and saturates.
+    if bits == 16 {
+        let encode = |&v: &f32| (color::srgb_from_linear((v * scale).clamp(0.0, 1.0)) * 65535.0).round() as u16;
+        let data = py.detach(|| values.iter().map(encode).collect());
+        return Ok(array::<u16>(py, data, linear.shape())?.into_any());
+    }
+    let data = py.detach(|| {
+        let (rgb, rest) = values.as_chunks::<3>();
+        let mut bytes = Vec::with_capacity(values.len());
+        bytes.extend(rgb.iter().flat_map(|rgb| color::srgb8_from_linear(rgb.map(|v| v * scale))));
+        bytes.extend(rest.iter().map(|&v| color::srgb8_from_linear([v * scale; 3])[0]));
+        bytes
+    });
+    Ok(array::<u8>(py, data, linear.shape())?.into_any())
+}
+
+/// A PNG file of an array [height, width] or [height, width, channels] of uint8 or uint16.
+#[pyfunction]
+pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: Numbers<'py>) -> PyResult<Bound<'py, PyBytes>> {
+    let (shape, samples) = match &pixels {
+        Numbers::U8(a) => (a.shape(), png::Samples::U8(contiguous(a)?)),
+        Numbers::U16(a) => (a.shape(), png::Samples::U16(contiguous(a)?)),
+        _ => return Err(settings_error("a PNG holds uint8 or uint16".into())),
+    };
+    let (size, channels) = size_of(shape)?;
+    let bytes = py.detach(|| caught(|| png::encode(size, channels, samples)))?;
+    Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
+}
+
+/// An EXR file of (name, array [height, width] or [height, width, components]) in float32, float64 (stored as float32)
+/// or int32; with `half`, floats become float16.
+#[pyfunction]
+pub(crate) fn encode_exr<'py>(
+    py: Python<'py>,
+    layers: Vec<(String, Numbers<'py>)>,
+    half: bool,
+    camera: Option<&Camera>,
+    notes: Vec<(String, String)>,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let mut size = [0; 2];
+    let mut narrowed = Vec::new();
+    for (_, numbers) in &layers {
+        narrowed.push(match numbers {
+            Numbers::F64(a) => contiguous(a)?.iter().map(|&v| v as f32).collect(),
+            _ => Vec::new(),
+        });
+    }
+    let mut list = Vec::new();
+    for ((name, numbers), narrowed) in layers.iter().zip(&narrowed) {
+        let floats = |values| if half { exr::Samples::F16(values) } else { exr::Samples::F32(values) };
+        let (shape, samples) = match numbers {
+            Numbers::F32(a) => (a.shape(), floats(contiguous(a)?)),
+            Numbers::F64(a) => (a.shape(), floats(&narrowed[..])),
+            Numbers::I32(a) => (a.shape(), exr::Samples::Id(contiguous(a)?)),
+            _ => return Err(settings_error(format!("EXR: {name} is neither of floats nor of int32"))),
+        };
+        let components;
+        (size, components) = size_of(shape)?;
+        list.push(exr::Layer { name, components, samples });
+    }
+    let notes: Vec<_> = notes.iter().map(|(key, value)| (&key[..], &value[..])).collect();
+    let camera = camera.map(|camera| &camera.inner);
+    let bytes = py.detach(|| caught(|| exr::encode(size, &list, camera, &notes)))?;
+    Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
+}
+
+/// The values of an array in C order.
+fn contiguous<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<&'a [T]> {
+    array.as_slice().map_err(|_| settings_error("expected a C-contiguous array".into()))
+}
+
+/// Columns, rows and components of [height, width] or [height, width, components].
+fn size_of(shape: &[usize]) -> PyResult<([u32; 2], usize)> {
+    let side = |side: usize| u32::try_from(side).map_err(|_| settings_error(format!("{side} pixels are too many")));
+    match *shape {
+        [height, width] => Ok(([side(width)?, side(height)?], 1)),
+        [height, width, components] => Ok(([side(width)?, side(height)?], components)),
+        _ => Err(settings_error(format!("expected an array [height, width, ...], not {shape:?}"))),
+    }
+}

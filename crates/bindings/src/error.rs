@@ -1,0 +1,105 @@
+//! Errors of the rooms as Python exceptions.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use pyo3::exceptions::{PyMemoryError, PyOSError};
+use pyo3::prelude::*;
+use raycam_formats::FormatError;
+use raycam_render::RenderError;
+use raycam_scene::SceneError;
+
+mod python {
+    pyo3::import_exception!(raycam.errors, Error);
+    pyo3::import_exception!(raycam.errors, WorldError);
+    pyo3::import_exception!(raycam.errors, CameraError);
+    pyo3::import_exception!(raycam.errors, FormatError);
+    pyo3::import_exception!(raycam.errors, SettingsError);
+}
+
+/// `raycam.Error`.
+pub(crate) fn raycam_error(message: String) -> PyErr {
+    python::Error::new_err(message)
+}
+
+/// `raycam.SettingsError`.
+pub(crate) fn settings_error(message: String) -> PyErr {
+    python::SettingsError::new_err(message)
+}
+
+/// `raycam.WorldError`.
+pub(crate) fn world_error(message: String) -> PyErr {
+    python::WorldError::new_err(message)
+}
+
+/// A scene error; `place` (a file name and a colon, or nothing) goes in front of its message.
+fn scene_error(error: &SceneError, place: &str) -> PyErr {
+    match error {
+        SceneError::Camera(message) => python::CameraError::new_err(format!("{place}{message}")),
+        SceneError::World(message) => world_error(format!("{place}{message}")),
+        SceneError::Schema { path, message, .. } if path.is_empty() => world_error(format!("{place}{message}")),
+        SceneError::Schema { .. } => world_error(format!("{place}{error}")),
+    }
+}
+
+/// The exception that says the same.
+pub(crate) trait IntoPyErr {
+    /// Converts.
+    fn into_py_err(self) -> PyErr;
+}
+
+impl IntoPyErr for SceneError {
+    fn into_py_err(self) -> PyErr {
+        scene_error(&self, "")
+    }
+}
+
+impl IntoPyErr for FormatError {
+    fn into_py_err(self) -> PyErr {
+        match self {
+            // OSError picks its subclass (FileNotFoundError, ...) by the number.
+            FormatError::Io { path, source } => match source.raw_os_error() {
+                Some(number) => {
+                    // The system's words without Rust's "(os error 2)", which Python's number says already.
+                    let text = source.to_string();
+                    let text = text.split(" (os error").next().unwrap_or(&text).to_owned();
+                    PyOSError::new_err((number, text, path.display().to_string()))
+                }
+                None => PyOSError::new_err(format!("{}: {source}", path.display())),
+            },
+            FormatError::Scene { path, source } => scene_error(&source, &format!("{}: ", path.display())),
+            FormatError::Schema { .. } => world_error(self.to_string()),
+            _ => python::FormatError::new_err(self.to_string()),
+        }
+    }
+}
+
+impl IntoPyErr for RenderError {
+    fn into_py_err(self) -> PyErr {
+        let message = self.to_string();
+        match self {
+            RenderError::Settings(_) | RenderError::TooLarge { .. } => settings_error(message),
+            RenderError::World(_) | RenderError::Build { .. } => world_error(message),
+            RenderError::Threads { .. } => PyOSError::new_err(message),
+            RenderError::Cancelled => raycam_error(message),
+        }
+    }
+}
+
+/// Runs `f`; a panic in it, which is a bug, becomes an exception that says so.
+pub(crate) fn caught<T>(f: impl FnOnce() -> T) -> PyResult<T> {
+    catch_unwind(AssertUnwindSafe(f)).map_err(|payload| from_panic(&*payload))
+}
+
+/// The exception of a panic.
+pub(crate) fn from_panic(payload: &(dyn Any + Send)) -> PyErr {
+    let text = payload
+        .downcast_ref::<&str>()
+        .map(|text| (*text).to_owned())
+        .or_else(|| payload.downcast_ref::<String>().cloned())
+        .unwrap_or_default();
+    if text.contains("memory allocation") || text.contains("capacity overflow") {
+        return PyMemoryError::new_err(text);
+    }
+    raycam_error(format!("internal error, a bug in raycam: {text}"))
+}

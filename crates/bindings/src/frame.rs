@@ -1,0 +1,82 @@
+//! Frames: planes of pixels as arrays.
+
+use numpy::{PyArrayMethods, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raycam_render::{Channel, Frame, Kind, Plane};
+
+use crate::arrays::array;
+use crate::error::{IntoPyErr, caught, settings_error};
+
+/// (name, dtype, components) of every channel.
+#[pyfunction]
+pub(crate) fn channels() -> Vec<(&'static str, &'static str, usize)> {
+    let dtype = |kind| match kind {
+        Kind::F32 => "float32",
+        Kind::F64 => "float64",
+        Kind::I32 => "int32",
+    };
+    Channel::all().map(|c| (c.name(), dtype(c.kind()), c.components())).collect()
+}
+
+/// The channel of a name.
+pub(crate) fn channel(name: &str) -> PyResult<Channel> {
+    Channel::from_name(name).ok_or_else(|| settings_error(format!("unknown channel {name:?}")))
+}
+
+/// The planes of a frame by name: [height, width] or [height, width, components]; its region; its notices.
+pub(crate) type Parts<'py> = (Bound<'py, PyDict>, [u32; 4], Vec<String>);
+
+/// A frame as Python has it.
+pub(crate) fn parts(py: Python<'_>, frame: Frame) -> PyResult<Parts<'_>> {
+    let planes = PyDict::new(py);
+    let [_, _, width, height] = frame.region.map(|side| side as usize);
+    for (channel, plane) in frame.planes {
+        let shape = [height, width, channel.components()];
+        let shape = if channel.components() == 1 { &shape[..2] } else { &shape[..] };
+        let pixels = match plane {
+            Plane::F32 { data, .. } => array(py, data, shape)?.into_any(),
+            Plane::F64 { data, .. } => array(py, data, shape)?.into_any(),
+            Plane::I32 { data, .. } => array(py, data, shape)?.into_any(),
+        };
+        planes.set_item(channel.name(), pixels)?;
+    }
+    Ok((planes, frame.region, frame.notices))
+}
+
+/// Joins disjoint parts (size, region, planes) of one picture.
+#[pyfunction]
+#[allow(clippy::type_complexity, reason = "a list of frames taken apart")]
+pub(crate) fn merge<'py>(
+    py: Python<'py>,
+    frames: Vec<([u32; 2], [u32; 4], Bound<'py, PyDict>)>,
+) -> PyResult<Parts<'py>> {
+    let frames = frames
+        .into_iter()
+        .map(|(size, region, planes)| {
+            let planes = planes
+                .iter()
+                .map(|(name, pixels)| {
+                    let channel = channel(&name.extract::<String>()?)?;
+                    Ok((channel, plane(channel, &pixels)?))
+                })
+                .collect::<PyResult<_>>()?;
+            Ok(Frame { size, region, planes, notices: Vec::new() })
+        })
+        .collect::<PyResult<_>>()?;
+    let merged = py.detach(|| caught(|| Frame::merge(frames)))?;
+    parts(py, merged.map_err(IntoPyErr::into_py_err)?)
+}
+
+fn plane(channel: Channel, pixels: &Bound<'_, PyAny>) -> PyResult<Plane> {
+    fn data<T: numpy::Element>(pixels: &Bound<'_, PyAny>) -> PyResult<Vec<T>> {
+        let pixels: PyReadonlyArrayDyn<'_, T> = pixels.extract()?;
+        pixels.to_vec().map_err(|_| settings_error("expected a C-contiguous array".into()))
+    }
+    let components = channel.components();
+    Ok(match channel.kind() {
+        Kind::F32 => Plane::F32 { components, data: data(pixels)? },
+        Kind::F64 => Plane::F64 { components, data: data(pixels)? },
+        Kind::I32 => Plane::I32 { components, data: data(pixels)? },
+    })
+}

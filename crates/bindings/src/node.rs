@@ -1,0 +1,110 @@
+//! Python's dicts, lists and arrays as the schema's nodes.
+
+use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use raycam_scene::color;
+use raycam_scene::schema::{Entry, Node, Value};
+
+use crate::error::world_error;
+
+/// Deeper descriptions mean nothing, and a list may contain itself.
+const DEEPEST: usize = 16;
+/// Where an array of uint8 is sRGB.
+const COLORS: [&str; 3] = ["color", "face_colors", "vertex_colors"];
+
+/// The node of any Python value; `path` names it in errors.
+pub(crate) fn node(value: &Bound<'_, PyAny>, path: &str) -> PyResult<Node> {
+    convert(value, path, 0).map(Node::from)
+}
+
+fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value> {
+    let fail = |message: String| {
+        let colon = if path.is_empty() { "" } else { ": " };
+        Err(world_error(format!("{path}{colon}{message}")))
+    };
+    if depth > DEEPEST {
+        return fail(format!("nested more than {DEEPEST} deep"));
+    }
+    if value.is_none() {
+        return Ok(Value::Null);
+    }
+    if let Ok(v) = value.cast::<PyBool>() {
+        return Ok(Value::Bool(v.is_true()));
+    }
+    if let Ok(v) = value.cast::<PyFloat>() {
+        return Ok(Value::Float(v.value()));
+    }
+    if value.is_instance_of::<PyInt>() {
+        return match value.extract() {
+            Ok(v) => Ok(Value::Integer(v)),
+            Err(_) => fail(format!("{value} does not fit into 64 bits")),
+        };
+    }
+    if let Ok(v) = value.cast::<PyString>() {
+        return Ok(Value::String(v.to_str()?.to_owned()));
+    }
+    if let Ok(array) = value.cast::<PyUntypedArray>() {
+        return of_array(array, path);
+    }
+    if let Ok(dict) = value.cast::<PyDict>() {
+        let mut entries = Vec::with_capacity(dict.len());
+        for (key, value) in dict {
+            let Ok(key) = key.extract::<String>() else {
+                return fail(format!("the key {key} is no string"));
+            };
+            let dot = if path.is_empty() { "" } else { "." };
+            let node = convert(&value, &format!("{path}{dot}{key}"), depth + 1)?.into();
+            entries.push(Entry { key, key_span: None, node });
+        }
+        return Ok(Value::Table(entries));
+    }
+    let items = match (value.cast::<PyList>(), value.cast::<PyTuple>()) {
+        (Ok(list), _) => Some(list.iter().collect::<Vec<_>>()),
+        (_, Ok(tuple)) => Some(tuple.iter().collect()),
+        _ => None,
+    };
+    if let Some(items) = items {
+        let convert = |(i, item)| convert(&item, &format!("{path}[{i}]"), depth + 1).map(Node::from);
+        return Ok(Value::List(items.into_iter().enumerate().map(convert).collect::<PyResult<_>>()?));
+    }
+    // NumPy's scalars, and what else is a number or a path.
+    if let Ok(scalar) = value.call_method0("item") {
+        return convert(&scalar, path, depth + 1);
+    }
+    if let Ok(text) = value.call_method0("__fspath__") {
+        return convert(&text, path, depth + 1);
+    }
+    fail(format!(
+        "{} is not a number, text, list, dict or array",
+        value.get_type().name().map_err(|_| PyTypeError::new_err("a value of unknown type"))?
+    ))
+}
+
+fn of_array(array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<Value> {
+    let shape = array.shape().to_vec();
+    let kind = array.dtype().kind();
+    let last = path.rsplit('.').next().unwrap_or(path);
+    if COLORS.contains(&last)
+        && let Ok(bytes) = array.cast::<PyArrayDyn<u8>>()
+    {
+        let linear = |v| f64::from(color::linear_from_srgb8([v; 3])[0]);
+        let table: Vec<f64> = (0..=255).map(linear).collect();
+        let data = bytes.to_owned_array().iter().map(|&v| table[usize::from(v)]).collect();
+        return Ok(Value::Floats { shape, data });
+    }
+    // `astype` brings every width and byte order to one; C order, whatever the strides.
+    let values = |dtype| array.call_method1("astype", (dtype,));
+    match kind {
+        b'f' => {
+            let data = values("float64")?.cast_into::<PyArrayDyn<f64>>()?.to_owned_array();
+            Ok(Value::Floats { shape, data: data.iter().copied().collect() })
+        }
+        b'i' | b'u' => {
+            let data = values("int64")?.cast_into::<PyArrayDyn<i64>>()?.to_owned_array();
+            Ok(Value::Integers { shape, data: data.iter().copied().collect() })
+        }
+        _ => Err(world_error(format!("{path}: an array of dtype {}, expected numbers", array.dtype()))),
+    }
+}

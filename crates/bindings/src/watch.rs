@@ -1,0 +1,67 @@
+//! Long work: without the GIL, on its own thread, while the calling one listens to signals.
+
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+use pyo3::prelude::*;
+use raycam_render::{Control, RenderError};
+
+use crate::error::{IntoPyErr, from_panic, raycam_error};
+
+/// How long Ctrl-C and the progress bar may wait.
+const INTERVAL: Duration = Duration::from_millis(20);
+
+/// Runs `work` while looking for signals and telling `progress(done, total)` how far it is. An exception of either
+/// (Ctrl-C: `KeyboardInterrupt`) stops the work and is raised.
+pub(crate) fn watched<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Py<PyAny>>,
+    work: impl FnOnce(&Control) -> Result<T, RenderError> + Send,
+) -> PyResult<T> {
+    let control = Control::new();
+    let look = || {
+        Python::attach(|py| {
+            py.check_signals()?;
+            match (progress, control.total()) {
+                (Some(progress), total) if total > 0 => {
+                    progress.call1(py, (control.done().min(total), total)).map(drop)
+                }
+                _ => Ok(()),
+            }
+        })
+    };
+    py.detach(|| {
+        std::thread::scope(|scope| {
+            let (sender, receiver) = channel();
+            let control = &control;
+            let worker = scope.spawn(move || {
+                // The receiver waits for as long as this thread lives.
+                let _ = sender.send(work(control));
+            });
+            let mut stopped = None;
+            let result = loop {
+                match receiver.recv_timeout(INTERVAL) {
+                    Ok(result) => break Some(result),
+                    Err(RecvTimeoutError::Disconnected) => break None,
+                    Err(RecvTimeoutError::Timeout) if stopped.is_none() => {
+                        if let Err(error) = look() {
+                            control.cancel();
+                            stopped = Some(error);
+                        }
+                    }
+                    Err(RecvTimeoutError::Timeout) => {}
+                }
+            };
+            if let Err(payload) = worker.join() {
+                return Err(from_panic(&*payload));
+            }
+            if let Some(error) = stopped {
+                return Err(error);
+            }
+            let result = result.ok_or_else(|| raycam_error("the work ended without a result".into()))?;
+            let value = result.map_err(IntoPyErr::into_py_err)?;
+            look()?;
+            Ok(value)
+        })
+    })
+}

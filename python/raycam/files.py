@@ -1,0 +1,84 @@
+"""The one way a file is written: a final name means a complete file."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+__all__ = ["atomic_path", "check_writable", "write"]
+
+
+@contextlib.contextmanager
+def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A temporary path beside `path`, which becomes `path` when the block ends.
+
+    The file written there is synced to the disk, renamed over `path`, and the folder is synced: whoever sees
+    `path` sees all of it, after a crash too. When the block raises, nothing is left behind and an existing
+    file stays as it was. The temporary name begins with a dot and keeps the ending of `path`.
+
+    Raises `OSError` as `check_writable` does, and whatever the disk says.
+    """
+    target = Path(path)
+    check_writable(target)
+    temporary = target.with_name(f".{target.stem}.{secrets.token_hex(4)}{target.suffix}")
+    try:
+        yield temporary
+        _sync(temporary)
+        # A rename keeps the mode of the new file; one that replaces another should not change who may read it.
+        if target.exists():
+            shutil.copymode(target, temporary)
+        os.replace(temporary, target)
+    except BaseException:
+        with contextlib.suppress(FileNotFoundError):
+            temporary.unlink()
+        raise
+    _sync(target.parent)
+
+
+def write(path: str | os.PathLike[str], data: bytes) -> None:
+    """Writes a whole file by `atomic_path`."""
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(data)
+
+
+def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
+    """Whether a file of about `size` bytes can be written to `path`: asked before long work, not after.
+
+    Raises `FileNotFoundError` or `NotADirectoryError` where there is no such folder, `IsADirectoryError` where
+    `path` is a folder, `PermissionError` where the folder may not be written to, and `OSError` (ENOSPC) where
+    the disk has too little room.
+    """
+    target = Path(path)
+    folder = target.parent
+    if not target.name:
+        raise IsADirectoryError(errno.EISDIR, "this is a folder, expected the name of a file", str(path))
+    if not folder.exists():
+        raise FileNotFoundError(
+            errno.ENOENT, f"there is no folder {str(folder)!r} to write to; make it first", str(path)
+        )
+    if not folder.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, f"{str(folder)!r} is a file, not a folder", str(path))
+    if target.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "this is a folder, expected the name of a file", str(path))
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, f"the folder {str(folder)!r} may not be written to", str(path))
+    free = shutil.disk_usage(folder).free
+    # One block even for an empty file: a full disk is full for every file.
+    if free < max(size, 1):
+        raise OSError(
+            errno.ENOSPC, f"the disk has {free} bytes free, about {max(size, 1)} are needed", str(path)
+        )
+
+
+def _sync(path: Path) -> None:
+    """Waits until a file or a folder is on the disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
