@@ -6,14 +6,16 @@ use pyo3::prelude::*;
 use raycam_scene::{PixelCenter, SceneError, Up, camera};
 
 use crate::arrays::{Floats, array, matrix3, rows, rows_of, vector};
-use crate::error::{IntoPyErr, settings_error};
+use crate::error::{IntoPyErr, camera_error};
 
 /// "z" or "y".
 pub(crate) fn up(name: &str) -> PyResult<Up> {
     match name {
         "z" => Ok(Up::Z),
         "y" => Ok(Up::Y),
-        _ => Err(settings_error(format!("up is {name:?}; expected \"z\" or \"y\""))),
+        _ => Err(camera_error(format!(
+            "up is {name:?}; expected \"z\" or \"y\""
+        ))),
     }
 }
 
@@ -30,7 +32,7 @@ pub(crate) fn pixel_center(name: &str) -> PyResult<PixelCenter> {
     match name {
         "integer" => Ok(PixelCenter::Integer),
         "half" => Ok(PixelCenter::Half),
-        _ => Err(settings_error(format!(
+        _ => Err(camera_error(format!(
             "pixel_center is {name:?}; expected \"integer\" (OpenCV: the centre of the first pixel is (0, 0)) or \
              \"half\" (COLMAP, OpenGL: (0.5, 0.5))"
         ))),
@@ -39,7 +41,9 @@ pub(crate) fn pixel_center(name: &str) -> PyResult<PixelCenter> {
 
 /// What a constructor gives.
 fn made(camera: Result<camera::Camera, SceneError>) -> PyResult<Camera> {
-    camera.map(|inner| Camera { inner }).map_err(IntoPyErr::into_py_err)
+    camera
+        .map(|inner| Camera { inner })
+        .map_err(IntoPyErr::into_py_err)
 }
 
 type Matrix3 = [[f64; 3]; 3];
@@ -55,14 +59,30 @@ pub(crate) struct Camera {
 #[pymethods]
 impl Camera {
     #[new]
-    fn new(k: Matrix3, r: Matrix3, c: Vector, size: [u32; 2], pixel_center: &str) -> PyResult<Self> {
+    fn new(
+        k: Matrix3,
+        r: Matrix3,
+        c: Vector,
+        size: [u32; 2],
+        pixel_center: &str,
+    ) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
-        made(camera::Camera::new(matrix3(k), matrix3(r), vector(c), size, center))
+        made(camera::Camera::new(
+            matrix3(k),
+            matrix3(r),
+            vector(c),
+            size,
+            center,
+        ))
     }
 
     #[staticmethod]
     fn from_matrix(p: [[f64; 4]; 3], size: [u32; 2], pixel_center: &str) -> PyResult<Self> {
-        made(camera::Camera::from_matrix(p, size, self::pixel_center(pixel_center)?))
+        made(camera::Camera::from_matrix(
+            p,
+            size,
+            self::pixel_center(pixel_center)?,
+        ))
     }
 
     #[staticmethod]
@@ -76,7 +96,16 @@ impl Camera {
     ) -> PyResult<Self> {
         let [roll, pitch, yaw] = roll_pitch_yaw;
         let (up, center) = (self::up(up)?, self::pixel_center(pixel_center)?);
-        made(camera::Camera::from_pose(vector(location), roll, pitch, yaw, up, matrix3(k), size, center))
+        made(camera::Camera::from_pose(
+            vector(location),
+            roll,
+            pitch,
+            yaw,
+            up,
+            matrix3(k),
+            size,
+            center,
+        ))
     }
 
     #[staticmethod]
@@ -89,13 +118,32 @@ impl Camera {
         pixel_center: &str,
     ) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
-        made(camera::Camera::look_at(vector(eye), vector(target), vector(up), matrix3(k), size, center))
+        made(camera::Camera::look_at(
+            vector(eye),
+            vector(target),
+            vector(up),
+            matrix3(k),
+            size,
+            center,
+        ))
     }
 
     #[staticmethod]
-    fn from_opencv(k: Matrix3, rvec: Vector, t: Vector, size: [u32; 2], pixel_center: &str) -> PyResult<Self> {
+    fn from_opencv(
+        k: Matrix3,
+        rvec: Vector,
+        t: Vector,
+        size: [u32; 2],
+        pixel_center: &str,
+    ) -> PyResult<Self> {
         let center = self::pixel_center(pixel_center)?;
-        made(camera::Camera::from_opencv(matrix3(k), vector(rvec), vector(t), size, center))
+        made(camera::Camera::from_opencv(
+            matrix3(k),
+            vector(rvec),
+            vector(t),
+            size,
+            center,
+        ))
     }
 
     #[staticmethod]
@@ -162,17 +210,31 @@ impl Camera {
         let points = rows::<f64, 3>(&points, "points")?;
         let (pixels, in_front): (Vec<_>, Vec<_>) = py.detach(|| {
             let project = |p: &[f64; 3]| self.inner.project(vector(*p));
-            points.iter().map(project).map(|(pixel, front)| (pixel.to_array(), front)).unzip()
+            points
+                .iter()
+                .map(project)
+                .map(|(pixel, front)| (pixel.to_array(), front))
+                .unzip()
         });
         let n = points.len();
-        Ok((array(py, pixels.into_flattened(), &[n, 2])?, array(py, in_front, &[n])?))
+        Ok((
+            array(py, pixels.into_flattened(), &[n, 2])?,
+            array(py, in_front, &[n])?,
+        ))
     }
 
     /// Unit directions [n, 3] of pixels [n, 2].
-    fn directions<'py>(&self, py: Python<'py>, pixels: Floats<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn directions<'py>(
+        &self,
+        py: Python<'py>,
+        pixels: Floats<'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let pixels = rows::<f64, 2>(&pixels, "pixels")?;
         let directions: Vec<_> = py.detach(|| {
-            pixels.iter().map(|p| self.inner.ray(DVec2::from_array(*p)).1.to_array()).collect()
+            pixels
+                .iter()
+                .map(|p| self.inner.ray(DVec2::from_array(*p)).1.to_array())
+                .collect()
         });
         array(py, directions.into_flattened(), &[pixels.len(), 3])
     }
@@ -180,13 +242,25 @@ impl Camera {
 
 /// K of a vertical field of view in degrees.
 #[pyfunction]
-pub(crate) fn intrinsics_from_fov(fov: f64, size: [u32; 2], pixel_center: &str) -> PyResult<Matrix3> {
+pub(crate) fn intrinsics_from_fov(
+    fov: f64,
+    size: [u32; 2],
+    pixel_center: &str,
+) -> PyResult<Matrix3> {
     let k = camera::intrinsics_from_fov(fov, size, self::pixel_center(pixel_center)?);
     k.map(rows_of).map_err(IntoPyErr::into_py_err)
 }
 
 /// K of a focal length in pixels.
 #[pyfunction]
-pub(crate) fn intrinsics_from_focal(focal: f64, size: [u32; 2], pixel_center: &str) -> PyResult<Matrix3> {
-    Ok(rows_of(camera::intrinsics_from_focal(focal, size, self::pixel_center(pixel_center)?)))
+pub(crate) fn intrinsics_from_focal(
+    focal: f64,
+    size: [u32; 2],
+    pixel_center: &str,
+) -> PyResult<Matrix3> {
+    Ok(rows_of(camera::intrinsics_from_focal(
+        focal,
+        size,
+        self::pixel_center(pixel_center)?,
+    )))
 }

@@ -26,8 +26,13 @@ pub(crate) fn linear_from_srgb8<'py>(
     py: Python<'py>,
     bytes: PyReadonlyArrayDyn<'py, u8>,
 ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
-    let table: Vec<f32> = (0..=255).map(|v| color::linear_from_srgb8([v; 3])[0]).collect();
-    let linear = contiguous(&bytes)?.iter().map(|&v| table[usize::from(v)]).collect();
+    let table: Vec<f32> = (0..=255)
+        .map(|v| color::linear_from_srgb8([v; 3])[0])
+        .collect();
+    let linear = contiguous(&bytes)?
+        .iter()
+        .map(|&v| table[usize::from(v)])
+        .collect();
     array(py, linear, bytes.shape())
 }
 
@@ -42,15 +47,23 @@ pub(crate) fn srgb_from_linear<'py>(
     let values = contiguous(&linear)?;
     // `as` takes NaN to 0 and saturates.
     if bits == 16 {
-        let encode = |&v: &f32| (color::srgb_from_linear((v * scale).clamp(0.0, 1.0)) * 65535.0).round() as u16;
+        let encode = |&v: &f32| {
+            (color::srgb_from_linear((v * scale).clamp(0.0, 1.0)) * 65535.0).round() as u16
+        };
         let data = py.detach(|| values.iter().map(encode).collect());
         return Ok(array::<u16>(py, data, linear.shape())?.into_any());
     }
     let data = py.detach(|| {
         let (rgb, rest) = values.as_chunks::<3>();
         let mut bytes = Vec::with_capacity(values.len());
-        bytes.extend(rgb.iter().flat_map(|rgb| color::srgb8_from_linear(rgb.map(|v| v * scale))));
-        bytes.extend(rest.iter().map(|&v| color::srgb8_from_linear([v * scale; 3])[0]));
+        bytes.extend(
+            rgb.iter()
+                .flat_map(|rgb| color::srgb8_from_linear(rgb.map(|v| v * scale))),
+        );
+        bytes.extend(
+            rest.iter()
+                .map(|&v| color::srgb8_from_linear([v * scale; 3])[0]),
+        );
         bytes
     });
     Ok(array::<u8>(py, data, linear.shape())?.into_any())
@@ -58,7 +71,10 @@ pub(crate) fn srgb_from_linear<'py>(
 
 /// A PNG file of an array [height, width] or [height, width, channels] of uint8 or uint16.
 #[pyfunction]
-pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: Numbers<'py>) -> PyResult<Bound<'py, PyBytes>> {
+pub(crate) fn encode_png<'py>(
+    py: Python<'py>,
+    pixels: Numbers<'py>,
+) -> PyResult<Bound<'py, PyBytes>> {
     let (shape, samples) = match &pixels {
         Numbers::U8(a) => (a.shape(), png::Samples::U8(contiguous(a)?)),
         Numbers::U16(a) => (a.shape(), png::Samples::U16(contiguous(a)?)),
@@ -89,18 +105,35 @@ pub(crate) fn encode_exr<'py>(
     }
     let mut list = Vec::new();
     for ((name, numbers), narrowed) in layers.iter().zip(&narrowed) {
-        let floats = |values| if half { exr::Samples::F16(values) } else { exr::Samples::F32(values) };
+        let floats = |values| {
+            if half {
+                exr::Samples::F16(values)
+            } else {
+                exr::Samples::F32(values)
+            }
+        };
         let (shape, samples) = match numbers {
             Numbers::F32(a) => (a.shape(), floats(contiguous(a)?)),
             Numbers::F64(a) => (a.shape(), floats(&narrowed[..])),
             Numbers::I32(a) => (a.shape(), exr::Samples::Id(contiguous(a)?)),
-            _ => return Err(settings_error(format!("EXR: {name} is neither of floats nor of int32"))),
+            _ => {
+                return Err(settings_error(format!(
+                    "EXR: {name} is neither of floats nor of int32"
+                )));
+            }
         };
         let components;
         (size, components) = size_of(shape)?;
-        list.push(exr::Layer { name, components, samples });
+        list.push(exr::Layer {
+            name,
+            components,
+            samples,
+        });
     }
-    let notes: Vec<_> = notes.iter().map(|(key, value)| (&key[..], &value[..])).collect();
+    let notes: Vec<_> = notes
+        .iter()
+        .map(|(key, value)| (&key[..], &value[..]))
+        .collect();
     let camera = camera.map(|camera| &camera.inner);
     let bytes = py.detach(|| caught(|| exr::encode(size, &list, camera, &notes)))?;
     Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
@@ -108,15 +141,21 @@ pub(crate) fn encode_exr<'py>(
 
 /// The values of an array in C order.
 fn contiguous<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>) -> PyResult<&'a [T]> {
-    array.as_slice().map_err(|_| settings_error("expected a C-contiguous array".into()))
+    array
+        .as_slice()
+        .map_err(|_| settings_error("expected a C-contiguous array".into()))
 }
 
 /// Columns, rows and components of [height, width] or [height, width, components].
 fn size_of(shape: &[usize]) -> PyResult<([u32; 2], usize)> {
-    let side = |side: usize| u32::try_from(side).map_err(|_| settings_error(format!("{side} pixels are too many")));
+    let side = |side: usize| {
+        u32::try_from(side).map_err(|_| settings_error(format!("{side} pixels are too many")))
+    };
     match *shape {
         [height, width] => Ok(([side(width)?, side(height)?], 1)),
         [height, width, components] => Ok(([side(width)?, side(height)?], components)),
-        _ => Err(settings_error(format!("expected an array [height, width, ...], not {shape:?}"))),
+        _ => Err(settings_error(format!(
+            "expected an array [height, width, ...], not {shape:?}"
+        ))),
     }
 }

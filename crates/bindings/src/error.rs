@@ -27,6 +27,11 @@ pub(crate) fn settings_error(message: String) -> PyErr {
     python::SettingsError::new_err(message)
 }
 
+/// `raycam.CameraError`.
+pub(crate) fn camera_error(message: String) -> PyErr {
+    python::CameraError::new_err(message)
+}
+
 /// `raycam.WorldError`.
 pub(crate) fn world_error(message: String) -> PyErr {
     python::WorldError::new_err(message)
@@ -35,9 +40,11 @@ pub(crate) fn world_error(message: String) -> PyErr {
 /// A scene error; `place` (a file name and a colon, or nothing) goes in front of its message.
 fn scene_error(error: &SceneError, place: &str) -> PyErr {
     match error {
-        SceneError::Camera(message) => python::CameraError::new_err(format!("{place}{message}")),
+        SceneError::Camera(message) => camera_error(format!("{place}{message}")),
         SceneError::World(message) => world_error(format!("{place}{message}")),
-        SceneError::Schema { path, message, .. } if path.is_empty() => world_error(format!("{place}{message}")),
+        SceneError::Schema { path, message, .. } if path.is_empty() => {
+            world_error(format!("{place}{message}"))
+        }
         SceneError::Schema { .. } => world_error(format!("{place}{error}")),
     }
 }
@@ -67,7 +74,9 @@ impl IntoPyErr for FormatError {
                 }
                 None => PyOSError::new_err(format!("{}: {source}", path.display())),
             },
-            FormatError::Scene { path, source } => scene_error(&source, &format!("{}: ", path.display())),
+            FormatError::Scene { path, source } => {
+                scene_error(&source, &format!("{}: ", path.display()))
+            }
             FormatError::Schema { .. } => world_error(self.to_string()),
             _ => python::FormatError::new_err(self.to_string()),
         }

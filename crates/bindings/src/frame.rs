@@ -16,7 +16,9 @@ pub(crate) fn channels() -> Vec<(&'static str, &'static str, usize)> {
         Kind::F64 => "float64",
         Kind::I32 => "int32",
     };
-    Channel::all().map(|c| (c.name(), dtype(c.kind()), c.components())).collect()
+    Channel::all()
+        .map(|c| (c.name(), dtype(c.kind()), c.components()))
+        .collect()
 }
 
 /// The channel of a name.
@@ -33,7 +35,11 @@ pub(crate) fn parts(py: Python<'_>, frame: Frame) -> PyResult<Parts<'_>> {
     let [_, _, width, height] = frame.region.map(|side| side as usize);
     for (channel, plane) in frame.planes {
         let shape = [height, width, channel.components()];
-        let shape = if channel.components() == 1 { &shape[..2] } else { &shape[..] };
+        let shape = if channel.components() == 1 {
+            &shape[..2]
+        } else {
+            &shape[..]
+        };
         let pixels = match plane {
             Plane::F32 { data, .. } => array(py, data, shape)?.into_any(),
             Plane::F64 { data, .. } => array(py, data, shape)?.into_any(),
@@ -61,7 +67,12 @@ pub(crate) fn merge<'py>(
                     Ok((channel, plane(channel, &pixels)?))
                 })
                 .collect::<PyResult<_>>()?;
-            Ok(Frame { size, region, planes, notices: Vec::new() })
+            Ok(Frame {
+                size,
+                region,
+                planes,
+                notices: Vec::new(),
+            })
         })
         .collect::<PyResult<_>>()?;
     let merged = py.detach(|| caught(|| Frame::merge(frames)))?;
@@ -71,12 +82,23 @@ pub(crate) fn merge<'py>(
 fn plane(channel: Channel, pixels: &Bound<'_, PyAny>) -> PyResult<Plane> {
     fn data<T: numpy::Element>(pixels: &Bound<'_, PyAny>) -> PyResult<Vec<T>> {
         let pixels: PyReadonlyArrayDyn<'_, T> = pixels.extract()?;
-        pixels.to_vec().map_err(|_| settings_error("expected a C-contiguous array".into()))
+        pixels
+            .to_vec()
+            .map_err(|_| settings_error("expected a C-contiguous array".into()))
     }
     let components = channel.components();
     Ok(match channel.kind() {
-        Kind::F32 => Plane::F32 { components, data: data(pixels)? },
-        Kind::F64 => Plane::F64 { components, data: data(pixels)? },
-        Kind::I32 => Plane::I32 { components, data: data(pixels)? },
+        Kind::F32 => Plane::F32 {
+            components,
+            data: data(pixels)?,
+        },
+        Kind::F64 => Plane::F64 {
+            components,
+            data: data(pixels)?,
+        },
+        Kind::I32 => Plane::I32 {
+            components,
+            data: data(pixels)?,
+        },
     })
 }

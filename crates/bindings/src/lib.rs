@@ -9,6 +9,8 @@ mod encode;
 mod error;
 mod frame;
 mod node;
+mod settings;
+mod triangles;
 mod watch;
 mod world;
 

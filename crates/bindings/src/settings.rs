@@ -1,0 +1,93 @@
+//! What is asked of a picture.
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raycam_render::{Filter, Integrator, Settings};
+use raycam_scene::schema::{FilterName, IntegratorName, RenderSpec};
+
+use crate::error::settings_error;
+use crate::frame::channel;
+
+/// A dict of everything that [`Settings`] holds, with names for the members of enums.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Request {
+    integrator: String,
+    samples: u32,
+    filter: String,
+    seed: u64,
+    frame: u32,
+    channels: Vec<String>,
+    ambient_occlusion: Option<f64>,
+    region: Option<[u32; 4]>,
+    threads: Option<usize>,
+}
+
+impl Request {
+    /// Whether lights matter, so that a world without any gets a sky.
+    pub(crate) fn lit(&self) -> bool {
+        self.integrator != "flat" && self.channels.iter().any(|name| name == "color")
+    }
+
+    /// As `render` wants it.
+    pub(crate) fn settings(&self) -> PyResult<Settings> {
+        let unknown = |what, name: &str| settings_error(format!("unknown {what} {name:?}"));
+        Ok(Settings {
+            integrator: match &self.integrator[..] {
+                "flat" => Integrator::Flat,
+                "direct" => Integrator::Direct,
+                name => return Err(unknown("integrator", name)),
+            },
+            samples: self.samples,
+            filter: match &self.filter[..] {
+                "box" => Filter::Box,
+                "blackman-harris" => Filter::BlackmanHarris,
+                name => return Err(unknown("filter", name)),
+            },
+            seed: self.seed,
+            frame: self.frame,
+            channels: self
+                .channels
+                .iter()
+                .map(|name| channel(name))
+                .collect::<PyResult<_>>()?,
+            ambient_occlusion: self.ambient_occlusion,
+            region: self.region,
+            threads: self.threads,
+        })
+    }
+}
+
+/// What `[render]` of a world file says, and nothing that it does not.
+pub(crate) fn written<'py>(py: Python<'py>, spec: &RenderSpec) -> PyResult<Bound<'py, PyDict>> {
+    fn put<'py>(
+        dict: &Bound<'py, PyDict>,
+        key: &str,
+        value: Option<impl IntoPyObject<'py>>,
+    ) -> PyResult<()> {
+        value.map_or(Ok(()), |value| dict.set_item(key, value))
+    }
+    let dict = PyDict::new(py);
+    put(
+        &dict,
+        "integrator",
+        spec.integrator.map(|name| match name {
+            IntegratorName::Flat => "flat",
+            IntegratorName::Direct => "direct",
+        }),
+    )?;
+    put(&dict, "samples", spec.samples)?;
+    put(
+        &dict,
+        "filter",
+        spec.filter.map(|name| match name {
+            FilterName::Box => "box",
+            FilterName::BlackmanHarris => "blackman-harris",
+        }),
+    )?;
+    put(&dict, "seed", spec.seed)?;
+    put(&dict, "threads", spec.threads)?;
+    put(&dict, "ambient_occlusion", spec.ambient_occlusion)?;
+    put(&dict, "exposure", spec.exposure)?;
+    Ok(dict)
+}

@@ -1,0 +1,74 @@
+//! A world as a plain list of triangles in the order of (instance, triangle), for those who trace by themselves.
+
+use raycam_scene::color::Rgb;
+use raycam_scene::{Mesh, Object, World};
+
+/// Corners in the world.
+pub(crate) fn corners(world: &World) -> Vec<[[f64; 3]; 3]> {
+    let of_object = |object: &Object, mesh: &Mesh| {
+        let placed: Vec<_> = mesh
+            .vertices
+            .iter()
+            .map(|&vertex| object.world_from_mesh.transform_point3(vertex).to_array())
+            .collect();
+        let corners = |triangle: &[u32; 3]| triangle.map(|i| placed[i as usize]);
+        mesh.triangles.iter().map(corners).collect()
+    };
+    each(world, of_object)
+}
+
+/// Instance and triangle.
+pub(crate) fn ids(world: &World) -> Vec<[i32; 2]> {
+    let count = |object: &Object| world.meshes[object.mesh].triangles.len();
+    let ids = world
+        .objects
+        .iter()
+        .enumerate()
+        .flat_map(|(instance, object)| {
+            (0..count(object)).map(move |triangle| [instance as i32, triangle as i32])
+        });
+    ids.collect()
+}
+
+/// One linear base colour each: the material's, times the face's, times the mean of the corners', times the texture in
+/// the middle.
+pub(crate) fn colors(world: &World) -> Vec<Rgb> {
+    let times = |a: Rgb, b: Rgb| [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
+    each(world, |object, mesh| {
+        let color = |(t, corners): (usize, &[u32; 3])| {
+            let slot = mesh
+                .material_slots
+                .as_ref()
+                .map_or(0, |slots| usize::from(slots[t]));
+            let material = &world.materials[object.materials[slot]];
+            let mut rgb = material.color;
+            if let Some(colors) = &mesh.face_colors {
+                rgb = times(rgb, colors[t]);
+            }
+            if let Some(colors) = &mesh.vertex_colors {
+                rgb = times(rgb, mean(corners.map(|i| colors[i as usize])));
+            }
+            if let (Some(texture), Some(uvs)) = (material.texture, &mesh.uvs) {
+                rgb = times(
+                    rgb,
+                    world.textures[texture].lookup(mean(corners.map(|i| uvs[i as usize]))),
+                );
+            }
+            rgb
+        };
+        mesh.triangles.iter().enumerate().map(color).collect()
+    })
+}
+
+/// What `f` says of each object, one after the other.
+fn each<T>(world: &World, f: impl Fn(&Object, &Mesh) -> Vec<T>) -> Vec<T> {
+    world
+        .objects
+        .iter()
+        .flat_map(|object| f(object, &world.meshes[object.mesh]))
+        .collect()
+}
+
+fn mean<const N: usize>([a, b, c]: [[f32; N]; 3]) -> [f32; N] {
+    std::array::from_fn(|i| (a[i] + b[i] + c[i]) / 3.0)
+}

@@ -1,0 +1,492 @@
+//! Worlds: built, asked, prepared once and rendered.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raycam_formats::{Budget, Folder, FormatError};
+use raycam_render::{PreparedWorld, queries, render};
+use raycam_scene::schema::{ObjectSpec, WorldFile, from_node};
+use raycam_scene::{Light, World as Inner};
+
+use crate::arrays::{Floats, array, rows};
+use crate::camera::{Camera, up, up_name};
+use crate::error::{IntoPyErr, caught, world_error};
+use crate::frame::{Parts, parts};
+use crate::node::node;
+use crate::settings::Request;
+use crate::triangles;
+use crate::watch::watched;
+
+/// A world as written, and as it was last prepared.
+#[derive(Clone, Default)]
+struct State {
+    world: Arc<Inner>,
+    prepared: Option<Arc<PreparedWorld>>,
+    /// Whether `prepared` is of `world` as it is now, and with which lights.
+    current: Option<Lights>,
+}
+
+/// With or without the sky that a world without lights gets.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Lights {
+    AsWritten,
+    AtLeastSky,
+}
+
+/// A world.
+#[pyclass(frozen, module = "raycam._core")]
+pub(crate) struct World {
+    /// Locked only while the GIL is held, and never for long: a fork finds it free.
+    state: Mutex<State>,
+    /// Where the files lie that descriptions name.
+    folder: PathBuf,
+}
+
+impl World {
+    fn of(world: Inner, folder: PathBuf) -> Self {
+        let state = State {
+            world: Arc::new(world),
+            ..State::default()
+        };
+        Self {
+            state: Mutex::new(state),
+            folder,
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The world as it is now.
+    fn snapshot(&self) -> Arc<Inner> {
+        self.state().world.clone()
+    }
+
+    /// Changes the world; when that fails, it is as before.
+    fn change<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
+        let mut state = self.state();
+        let world = Arc::make_mut(&mut state.world);
+        let before = [
+            world.meshes.len(),
+            world.textures.len(),
+            world.materials.len(),
+            world.objects.len(),
+            world.lights.len(),
+            world.cameras.len(),
+            world.notices.len(),
+        ];
+        let changed = caught(|| change(world)).and_then(|result| result);
+        if changed.is_err() {
+            let [
+                meshes,
+                textures,
+                materials,
+                objects,
+                lights,
+                cameras,
+                notices,
+            ] = before;
+            world.meshes.truncate(meshes);
+            world.textures.truncate(textures);
+            world.materials.truncate(materials);
+            world.objects.truncate(objects);
+            world.lights.truncate(lights);
+            world.cameras.truncate(cameras);
+            world.notices.truncate(notices);
+        } else {
+            state.current = None;
+        }
+        changed
+    }
+
+    /// The world ready to be traced; builds only what is not built yet.
+    fn prepared(
+        &self,
+        py: Python<'_>,
+        lights: Lights,
+        threads: Option<usize>,
+    ) -> PyResult<Arc<PreparedWorld>> {
+        let State {
+            world,
+            prepared,
+            current,
+        } = self.state().clone();
+        // With lights of its own a world needs no sky, and both are the same.
+        let lights = if world.lights.is_empty() {
+            lights
+        } else {
+            Lights::AsWritten
+        };
+        if let Some(prepared) = prepared.clone().filter(|_| current == Some(lights)) {
+            return Ok(prepared);
+        }
+        let lit = match lights {
+            Lights::AsWritten => world.clone(),
+            Lights::AtLeastSky => {
+                let mut lit = Inner::clone(&world);
+                lit.add_default_light();
+                Arc::new(lit)
+            }
+        };
+        let built = watched(py, None, |control| {
+            PreparedWorld::new(&lit, prepared.as_deref(), threads, control)
+        })?;
+        let built = Arc::new(built);
+        let mut state = self.state();
+        // Another thread may have changed the world meanwhile.
+        if Arc::ptr_eq(&state.world, &world) {
+            state.prepared = Some(built.clone());
+            state.current = Some(lights);
+        }
+        Ok(built)
+    }
+}
+
+/// What a world holds, for `objects`: name, category, mesh, triangles, world_from_mesh.
+type ObjectParts = (String, Option<String>, usize, usize, [[f64; 4]; 4]);
+
+#[pymethods]
+impl World {
+    #[new]
+    fn new(up: &str, folder: PathBuf) -> PyResult<Self> {
+        Ok(Self::of(
+            Inner {
+                up: self::up(up)?,
+                ..Inner::default()
+            },
+            folder,
+        ))
+    }
+
+    #[staticmethod]
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let world = py.detach(|| caught(|| raycam_formats::load(&path, &Budget::default())))?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        world
+            .map(|world| Self::of(world, folder))
+            .map_err(IntoPyErr::into_py_err)
+    }
+
+    #[staticmethod]
+    fn from_dict(description: &Bound<'_, PyAny>, folder: PathBuf) -> PyResult<Self> {
+        let node = node(description, "")?;
+        let build = || -> Result<Inner, FormatError> {
+            let mut files = Folder::new(&folder, &Budget::default());
+            from_node::<WorldFile>(&node)?.build(&mut files)
+        };
+        let world = description.py().detach(|| caught(build))?;
+        world
+            .map(|world| Self::of(world, folder))
+            .map_err(IntoPyErr::into_py_err)
+    }
+
+    fn add_object(&self, description: &Bound<'_, PyAny>) -> PyResult<usize> {
+        let node = node(description, "")?;
+        self.change(|world| {
+            let mut files = Folder::new(&self.folder, &Budget::default());
+            let spec: ObjectSpec = from_node(&node).map_err(IntoPyErr::into_py_err)?;
+            spec.build(world, &mut files)
+                .map_err(IntoPyErr::into_py_err)
+        })
+    }
+
+    fn add_light(&self, description: &Bound<'_, PyAny>) -> PyResult<usize> {
+        let node = node(description, "")?;
+        self.change(|world| {
+            let light = from_node(&node).map_err(IntoPyErr::into_py_err)?;
+            world.add_light(light).map_err(IntoPyErr::into_py_err)
+        })
+    }
+
+    fn add_camera(&self, name: &str, camera: &Camera) -> PyResult<usize> {
+        self.change(|world| Ok(world.add_camera(name, camera.inner.clone())))
+    }
+
+    #[getter]
+    fn up(&self) -> &'static str {
+        up_name(self.snapshot().up)
+    }
+
+    #[getter]
+    fn notices(&self) -> Vec<String> {
+        self.snapshot().notices.clone()
+    }
+
+    /// Whether it has no lights of its own.
+    #[getter]
+    fn unlit(&self) -> bool {
+        self.snapshot().lights.is_empty()
+    }
+
+    #[getter]
+    fn bounds(&self) -> Option<[[f64; 3]; 2]> {
+        self.snapshot()
+            .bounds()
+            .map(|(low, high)| [low.to_array(), high.to_array()])
+    }
+
+    #[getter]
+    fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let counts = self.snapshot().counts();
+        let dict = PyDict::new(py);
+        dict.set_item("objects", counts.objects)?;
+        dict.set_item("meshes", counts.meshes)?;
+        dict.set_item("triangles", counts.object_triangles)?;
+        dict.set_item("mesh_triangles", counts.mesh_triangles)?;
+        dict.set_item("zero_area_triangles", counts.degenerate_triangles)?;
+        dict.set_item("vertices", counts.vertices)?;
+        dict.set_item("materials", counts.materials)?;
+        dict.set_item("textures", counts.textures)?;
+        dict.set_item("lights", counts.lights)?;
+        dict.set_item("cameras", counts.cameras)?;
+        Ok(dict)
+    }
+
+    #[getter]
+    fn objects(&self) -> Vec<ObjectParts> {
+        let world = self.snapshot();
+        let parts = world.objects.iter().map(|object| {
+            let rows = glam::DMat4::from(object.world_from_mesh)
+                .transpose()
+                .to_cols_array_2d();
+            let triangles = world.meshes[object.mesh].triangles.len();
+            (
+                object.name.clone(),
+                object.category.clone(),
+                object.mesh,
+                triangles,
+                rows,
+            )
+        });
+        parts.collect()
+    }
+
+    #[getter]
+    fn lights<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        self.snapshot()
+            .lights
+            .iter()
+            .map(|light| light_dict(py, light))
+            .collect()
+    }
+
+    #[getter]
+    fn cameras(&self) -> Vec<(String, Camera)> {
+        let world = self.snapshot();
+        world
+            .cameras
+            .iter()
+            .map(|c| {
+                (
+                    c.name.clone(),
+                    Camera {
+                        inner: c.camera.clone(),
+                    },
+                )
+            })
+            .collect()
+    }
+
+    /// The camera of a name, with the nearest name in the error.
+    fn camera(&self, name: &str) -> PyResult<Camera> {
+        let world = self.snapshot();
+        let found = world.find_camera(name).map_err(IntoPyErr::into_py_err)?;
+        Ok(Camera {
+            inner: found.camera.clone(),
+        })
+    }
+
+    fn default_camera(&self, size: [u32; 2]) -> PyResult<Camera> {
+        let inner = self
+            .snapshot()
+            .default_camera(size)
+            .map_err(IntoPyErr::into_py_err)?;
+        Ok(Camera { inner })
+    }
+
+    /// What `[render]` says, by the names of `raycam.render`.
+    #[getter]
+    fn render_settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        crate::settings::written(py, &self.snapshot().render)
+    }
+
+    /// (fps, seconds, frames) of `[video]`.
+    #[getter]
+    fn video(&self) -> Option<(f64, f64, usize)> {
+        let world = self.snapshot();
+        world
+            .video
+            .as_ref()
+            .map(|video| (video.fps(), video.seconds(), video.frame_count()))
+    }
+
+    /// `base` as `[video]` moves it.
+    fn video_camera(&self, base: &Camera, time: f64) -> PyResult<Camera> {
+        let world = self.snapshot();
+        let video = world
+            .video
+            .as_ref()
+            .ok_or_else(|| world_error("the world has no [video]".into()))?;
+        let inner = video
+            .camera_at(&base.inner, time)
+            .map_err(IntoPyErr::into_py_err)?;
+        Ok(Camera { inner })
+    }
+
+    /// The world at a time of its video; it shares what is built.
+    fn at(&self, time: f64) -> PyResult<Self> {
+        let State {
+            world, prepared, ..
+        } = self.state().clone();
+        let moved = caught(|| world.at(time))?.map_err(IntoPyErr::into_py_err)?;
+        let state = State {
+            world: Arc::new(moved),
+            prepared,
+            current: None,
+        };
+        Ok(Self {
+            state: Mutex::new(state),
+            folder: self.folder.clone(),
+        })
+    }
+
+    /// Corners [n, 3, 3] in the world, in the order of (instance, triangle).
+    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let world = self.snapshot();
+        let corners = py.detach(|| caught(|| triangles::corners(&world)))?;
+        let n = corners.len();
+        array(py, corners.into_flattened().into_flattened(), &[n, 3, 3])
+    }
+
+    /// (instance, triangle) [n, 2].
+    fn triangle_ids<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i32>>> {
+        let ids = triangles::ids(&self.snapshot());
+        let n = ids.len();
+        array(py, ids.into_flattened(), &[n, 2])
+    }
+
+    /// One linear colour [n, 3] a triangle.
+    fn triangle_colors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        let world = self.snapshot();
+        let colors = py.detach(|| caught(|| triangles::colors(&world)))?;
+        let n = colors.len();
+        array(py, colors.into_flattened(), &[n, 3])
+    }
+
+    /// Builds what rendering needs, which it does by itself when it is first asked.
+    fn prepare(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<()> {
+        self.prepared(py, Lights::AsWritten, threads).map(drop)
+    }
+
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        camera: &Camera,
+        request: Request,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Parts<'py>> {
+        let settings = request.settings()?;
+        let lights = if request.lit() {
+            Lights::AtLeastSky
+        } else {
+            Lights::AsWritten
+        };
+        let prepared = self.prepared(py, lights, settings.threads)?;
+        let frame = watched(py, progress.as_ref(), |control| {
+            render(&prepared, &camera.inner, &settings, control)
+        })?;
+        parts(py, frame)
+    }
+
+    #[pyo3(signature = (origins, directions, coherent=None, threads=None))]
+    fn cast_rays<'py>(
+        &self,
+        py: Python<'py>,
+        origins: Floats<'py>,
+        directions: Floats<'py>,
+        coherent: Option<bool>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (origins, directions) = (rows(&origins, "origins")?, rows(&directions, "directions")?);
+        let prepared = self.prepared(py, Lights::AsWritten, threads)?;
+        let hits = watched(py, None, |control| {
+            queries::cast_rays(&prepared, origins, directions, coherent, threads, control)
+        })?;
+        let n = origins.len();
+        let dict = PyDict::new(py);
+        dict.set_item("t", array(py, hits.t, &[n])?)?;
+        dict.set_item("instance", array(py, hits.instance, &[n])?)?;
+        dict.set_item("triangle", array(py, hits.triangle, &[n])?)?;
+        dict.set_item(
+            "barycentric",
+            array(py, hits.barycentric.into_flattened(), &[n, 3])?,
+        )?;
+        dict.set_item("normal", array(py, hits.normal.into_flattened(), &[n, 3])?)?;
+        dict.set_item(
+            "position",
+            array(py, hits.position.into_flattened(), &[n, 3])?,
+        )?;
+        Ok(dict)
+    }
+
+    #[pyo3(signature = (origins, directions, t_max, coherent=None, threads=None))]
+    fn occluded<'py>(
+        &self,
+        py: Python<'py>,
+        origins: Floats<'py>,
+        directions: Floats<'py>,
+        t_max: Floats<'py>,
+        coherent: Option<bool>,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+        let (origins, directions) = (rows(&origins, "origins")?, rows(&directions, "directions")?);
+        let t_max = rows::<f64, 1>(&t_max, "t_max")?.as_flattened();
+        let prepared = self.prepared(py, Lights::AsWritten, threads)?;
+        let dark = watched(py, None, |control| {
+            queries::occluded(
+                &prepared, origins, directions, t_max, coherent, threads, control,
+            )
+        })?;
+        array(py, dark, &[origins.len()])
+    }
+}
+
+/// A light as it is written.
+fn light_dict<'py>(py: Python<'py>, light: &Light) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    match light {
+        Light::Sun {
+            direction,
+            irradiance,
+        } => {
+            dict.set_item("type", "sun")?;
+            dict.set_item("direction", direction)?;
+            dict.set_item("irradiance", irradiance)?;
+        }
+        Light::Bulb {
+            position,
+            power,
+            intensity,
+            radius,
+        } => {
+            dict.set_item("type", "bulb")?;
+            dict.set_item("position", position)?;
+            if let Some(power) = power {
+                dict.set_item("power", power)?;
+            }
+            if let Some(intensity) = intensity {
+                dict.set_item("intensity", intensity)?;
+            }
+            dict.set_item("radius", radius)?;
+        }
+        Light::Sky { radiance } => {
+            dict.set_item("type", "sky")?;
+            dict.set_item("radiance", radiance)?;
+        }
+    }
+    Ok(dict)
+}

@@ -1,0 +1,63 @@
+"""Arguments that are arrays: any numbers of the right shape, or an error that names the argument."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import Error, SettingsError
+
+__all__ = ["Bools", "Floats", "floats", "size_of", "whole"]
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+
+def floats(
+    name: str,
+    value: npt.ArrayLike,
+    *shapes: tuple[int | str, ...],
+    error: type[Error] = SettingsError,
+) -> Floats:
+    """`value` as a C-contiguous float64 array of one of `shapes`, where a text stands for any length.
+
+    Takes lists and arrays of any width, byte order and strides; copies only where it has to.
+    Raises `error` with the name, what was given and what was expected.
+    """
+    wanted = " or ".join("[" + ", ".join(map(str, shape)) + "]" for shape in shapes)
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError) as fault:
+        raise error(f"{name} must be numbers {wanted}: {fault}") from None
+    if array.dtype.kind not in "fiu" and array.size:
+        raise error(f"{name} must be numbers {wanted}, not of dtype {array.dtype}")
+    for shape in shapes:
+        if len(shape) == array.ndim and all(
+            isinstance(want, str) or want == got for want, got in zip(shape, array.shape, strict=True)
+        ):
+            return np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
+    raise error(f"{name} must have the shape {wanted}, not {list(array.shape)}")
+
+
+def whole(name: str, value: object, low: int, high: int, *, error: type[Error] = SettingsError) -> int:
+    """`value` as an int between `low` and `high`, both included; raises `error` with the name."""
+    if isinstance(value, bool) or not hasattr(value, "__index__"):
+        raise error(f"{name} must be a whole number, not {value!r}")
+    number = int(value.__index__())
+    if not low <= number <= high:
+        raise error(f"{name} is {number}, expected {low} to {high}")
+    return number
+
+
+def size_of(
+    value: Sequence[int] | npt.NDArray[np.integer], *, error: type[Error] = SettingsError
+) -> tuple[int, int]:
+    """`value` as (width, height) in pixels; raises `error` where it is no such pair."""
+    try:
+        width, height = value
+    except (TypeError, ValueError):
+        raise error(f"size must be (width, height) in pixels, not {value!r}") from None
+    limit = (1 << 32) - 1  # what the core takes; its own limits are lower and say why
+    return whole("width", width, 0, limit, error=error), whole("height", height, 0, limit, error=error)

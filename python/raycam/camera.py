@@ -1,0 +1,382 @@
+"""The camera: `P = K R [I | -C]`, in the conventions of OpenCV and of Hartley and Zisserman."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .arrays import Bools, Floats, floats, size_of
+from .errors import CameraError
+
+__all__ = ["Camera"]
+
+PixelCenter = Literal["integer", "half"]
+Up = Literal["z", "y"]
+Size = Sequence[int]
+
+
+class Camera:
+    """A pinhole camera, immutable; all numbers are float64.
+
+    Camera axes are x right, y down, z forward. A world point X projects to the pixel x = P X with
+    `P = K R [I | -C]`; pixel coordinates (u, v) run right and down, and the centre of the first pixel is (0, 0)
+    for `pixel_center="integer"` (OpenCV) or (0.5, 0.5) for `"half"` (COLMAP, OpenGL).
+
+    `K` [3, 3] is upper triangular with focal lengths > 0, in pixels: `[[fx, skew, cx], [0, fy, cy], [0, 0, 1]]`.
+    `R` [3, 3] is the rotation camera_from_world, `C` [3] the centre in the world. `size` is (width, height).
+    `skew` may be given apart from a K that has none. `up` ("z" or "y") matters to `roll_pitch_yaw` alone.
+
+    Raises `CameraError` where K is not such a matrix, R is no rotation (and says by how much), a number is not
+    finite, or the size is 0 or more than 65536 a side or 2^28 pixels.
+
+    Source: Hartley and Zisserman, Multiple View Geometry, 2nd edition, chapter 6.
+    """
+
+    __slots__ = ("_core", "_recipe", "_up")
+
+    def __init__(
+        self,
+        K: npt.ArrayLike,
+        R: npt.ArrayLike,
+        C: npt.ArrayLike,
+        size: Size,
+        *,
+        skew: float | None = None,
+        pixel_center: PixelCenter = "integer",
+        up: Up = "z",
+    ) -> None:
+        k = _matrix("K", K)
+        if skew is not None:
+            if k[0, 1] != 0.0:
+                raise CameraError(f"skew is given twice: {skew} and K[0, 1] = {k[0, 1]}")
+            k[0, 1] = skew
+        made = _make("", k.tolist(), _matrix("R", R).tolist(), _vector("C", C), size, pixel_center)
+        self._set(made, up)
+
+    def _set(self, made: tuple[_core.Camera, tuple[Any, ...]], up: str) -> None:
+        self._core, self._recipe = made
+        self._up = _up(up)
+
+    @classmethod
+    def _of(cls, made: tuple[_core.Camera, tuple[Any, ...]], up: str) -> Camera:
+        camera = cls.__new__(cls)
+        camera._set(made, up)
+        return camera
+
+    @classmethod
+    def _wrap(cls, core: _core.Camera, up: str) -> Camera:
+        """The camera of a world, which may have come from a matrix: P brings it back to the last digits."""
+        recipe = ("from_matrix", core.p, core.size, core.pixel_center)
+        return cls._of((core, recipe), up)
+
+    @classmethod
+    def from_matrix(
+        cls, P: npt.ArrayLike, size: Size, *, pixel_center: PixelCenter = "integer", up: Up = "z"
+    ) -> Camera:
+        """A camera from its 3x4 matrix, of any scale and sign, by RQ decomposition.
+
+        The centre is the null vector of P; the third row of its left 3x3 part, times the sign of that part's
+        determinant, points forward. Raises `CameraError` where the rank is below 3 or the centre at infinity.
+
+        Source: Hartley and Zisserman, sections 6.2.3 and 6.2.4.
+        """
+        p = floats("P", P, (3, 4), error=CameraError)
+        return cls._of(_make("from_matrix", p.tolist(), size, pixel_center), up)
+
+    @classmethod
+    def from_pose(
+        cls,
+        location: npt.ArrayLike,
+        roll: float = 0.0,
+        pitch: float = 0.0,
+        yaw: float = 0.0,
+        *,
+        size: Size = (640, 480),
+        focal: float | Sequence[float] | None = None,
+        fov: float | None = None,
+        K: npt.ArrayLike | None = None,
+        skew: float | None = None,
+        principal_point: npt.ArrayLike | None = None,
+        pixel_center: PixelCenter = "integer",
+        up: Up = "z",
+    ) -> Camera:
+        """A camera at `location` [3], turned by `roll`, `pitch`, `yaw` in degrees.
+
+        ROS REP-103 body axes (x forward, y left, z up), R_world_from_body = Rz(yaw) Ry(pitch) Rx(roll): all zero
+        looks along +x of a z-up world (along -z where `up` is "y"), positive yaw turns left, positive pitch looks
+        down. Intrinsics are exactly one of `focal` (pixels: one or (fx, fy)), `fov` (vertical, degrees) and `K`;
+        `skew` and `principal_point` (default: the centre of the image) go with the first two.
+        """
+        k = _intrinsics(size, focal, fov, K, skew, principal_point, pixel_center)
+        angles = [_number(name, v) for name, v in (("roll", roll), ("pitch", pitch), ("yaw", yaw))]
+        place = _vector("location", location)
+        return cls._of(_make("from_pose", place, angles, _up(up), k, size, pixel_center), up)
+
+    @classmethod
+    def look_at(
+        cls,
+        eye: npt.ArrayLike,
+        target: npt.ArrayLike,
+        up: npt.ArrayLike | Up = "z",
+        *,
+        size: Size = (640, 480),
+        focal: float | Sequence[float] | None = None,
+        fov: float | None = None,
+        K: npt.ArrayLike | None = None,
+        skew: float | None = None,
+        principal_point: npt.ArrayLike | None = None,
+        pixel_center: PixelCenter = "integer",
+    ) -> Camera:
+        """A camera at `eye` [3] that sees `target` [3] at its principal point.
+
+        `up` is what points upwards in the picture: "z", "y", or a vector [3] not parallel to the view. Intrinsics
+        as in `from_pose`; the vertical field of view is 45 degrees where nothing is said.
+        """
+        if focal is None and fov is None and K is None:
+            fov = 45.0
+        k = _intrinsics(size, focal, fov, K, skew, principal_point, pixel_center)
+        if isinstance(up, str):
+            axis = _up(up)
+            vector = [0.0, 0.0, 1.0] if axis == "z" else [0.0, 1.0, 0.0]
+        else:
+            vector = _vector("up", up)
+            axis = "y" if vector[0] == vector[2] == 0.0 and vector[1] > 0.0 else "z"
+        ends = (_vector("eye", eye), _vector("target", target))
+        return cls._of(_make("look_at", *ends, vector, k, size, pixel_center), axis)
+
+    @classmethod
+    def from_opencv(
+        cls,
+        K: npt.ArrayLike,
+        rvec: npt.ArrayLike,
+        tvec: npt.ArrayLike,
+        size: Size,
+        distortion: npt.ArrayLike | None = None,
+        *,
+        pixel_center: PixelCenter = "integer",
+        up: Up = "z",
+    ) -> Camera:
+        """A camera from what `cv2.calibrateCamera` and `cv2.solvePnP` return.
+
+        `rvec` is the rotation camera_from_world as a Rodrigues vector [3], [3, 1] or [1, 3] (axis times angle in
+        radians) or as a matrix [3, 3]; `tvec` [3], [3, 1] or [1, 3] is t = -R C. This camera is a pinhole:
+        `distortion` coefficients other than 0 are an error, so undistort the picture or the points first.
+        """
+        if distortion is not None and np.any(np.asarray(distortion, dtype=np.float64) != 0.0):
+            raise CameraError(
+                f"distortion {np.asarray(distortion).ravel().tolist()}: a pinhole camera has none; undistort first "
+                "(cv2.undistort with cv2.getOptimalNewCameraMatrix) and give its new K"
+            )
+        k = _matrix("K", K).tolist()
+        shapes: tuple[tuple[int | str, ...], ...] = ((3,), (3, 1), (1, 3))
+        t = floats("tvec", tvec, *shapes, error=CameraError).ravel()
+        r = floats("rvec", rvec, *shapes, (3, 3), error=CameraError)
+        if r.shape == (3, 3):
+            made = _make("", k, r.tolist(), (-r.T @ t).tolist(), size, pixel_center)
+        else:
+            made = _make("from_opencv", k, r.ravel().tolist(), t.tolist(), size, pixel_center)
+        return cls._of(made, up)
+
+    @classmethod
+    def from_opengl(
+        cls,
+        K: npt.ArrayLike,
+        world_from_camera: npt.ArrayLike,
+        size: Size,
+        *,
+        pixel_center: PixelCenter = "integer",
+        up: Up = "z",
+    ) -> Camera:
+        """A camera from the pose matrix [4, 4] of OpenGL, Blender, pyrender and NeRF.
+
+        Its camera axes are x right, y up, z backward, and it maps camera to world. `K` is in pixels, as everywhere.
+        """
+        pose = floats("world_from_camera", world_from_camera, (4, 4), error=CameraError)
+        k = _matrix("K", K).tolist()
+        return cls._of(_make("from_opengl", k, pose.tolist(), size, pixel_center), up)
+
+    @property
+    def K(self) -> Floats:
+        """Intrinsics [3, 3] in pixels, `K[2, 2]` = 1."""
+        return np.array(self._core.k)
+
+    @property
+    def R(self) -> Floats:
+        """The rotation camera_from_world [3, 3]."""
+        return np.array(self._core.r)
+
+    @property
+    def C(self) -> Floats:
+        """The centre [3] in the world."""
+        return np.array(self._core.c)
+
+    @property
+    def t(self) -> Floats:
+        """The translation -R C [3]."""
+        return np.array(self._core.t)
+
+    @property
+    def P(self) -> Floats:
+        """The camera matrix K R [I | -C], [3, 4]."""
+        return np.array(self._core.p)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) in pixels."""
+        return self._core.size
+
+    @property
+    def pixel_center(self) -> PixelCenter:
+        """Where the centre of the first pixel lies: "integer" at (0, 0), "half" at (0.5, 0.5)."""
+        return self._core.pixel_center
+
+    @property
+    def up(self) -> Up:
+        """The axis of the world that `roll_pitch_yaw` calls up: "z" or "y"."""
+        return self._up
+
+    @property
+    def forward(self) -> Floats:
+        """The principal axis [3] in the world, of unit length: the third row of R."""
+        return np.array(self._core.r[2])
+
+    @property
+    def roll_pitch_yaw(self) -> Floats:
+        """Roll, pitch and yaw [3] in degrees, as `from_pose` takes them; pitch lies in -90..90.
+
+        Straight up or down roll is 0 and yaw carries the whole turn.
+        """
+        return np.array(self._core.roll_pitch_yaw(self._up))
+
+    def project(self, points: npt.ArrayLike) -> tuple[Floats, Bools]:
+        """The pixels [n, 2] of world points [n, 3], and whether each lies in front of the camera [n].
+
+        A single point [3] gives a pixel [2] and a bool. Behind the camera (depth < 0) the pixel is where the line
+        through point and centre meets the image; at depth 0 it is not finite.
+        """
+        array = floats("points", points, ("n", 3), (3,))
+        pixels, in_front = self._core.project(array.reshape(-1, 3))
+        return pixels.reshape(*array.shape[:-1], 2), in_front.reshape(array.shape[:-1])[()]
+
+    def rays(self, pixels: npt.ArrayLike | None = None) -> tuple[Floats, Floats]:
+        """Origins and unit directions [n, 3] in the world of pixels [n, 2]: the inverse of `project`.
+
+        A single pixel [2] gives two vectors [3]; without `pixels`, the centres of all of them: [height, width, 3].
+        """
+        if pixels is None:
+            width, height = self.size
+            offset = 0.5 if self.pixel_center == "half" else 0.0
+            array = np.empty((height, width, 2))
+            array[..., 0] = np.arange(width) + offset
+            array[..., 1] = (np.arange(height) + offset)[:, None]
+        else:
+            array = floats("pixels", pixels, ("n", 2), (2,))
+        shape = (*array.shape[:-1], 3)
+        directions = self._core.directions(array.reshape(-1, 2)).reshape(shape)
+        return np.broadcast_to(self.C, shape).copy(), directions
+
+    def __eq__(self, other: object) -> bool:
+        """Whether every number is the same."""
+        if not isinstance(other, Camera):
+            return NotImplemented
+        return self._identity() == other._identity()
+
+    def __hash__(self) -> int:
+        """Equal cameras have equal hashes."""
+        return hash(self._identity())
+
+    def _identity(self) -> tuple[object, ...]:
+        core = self._core
+        numbers = (self.K, self.R, self.C, self.P)
+        return (core.size, core.pixel_center, self._up, *(array.tobytes() for array in numbers))
+
+    def __reduce__(self) -> tuple[Callable[..., Camera], tuple[Any, ...]]:
+        """Pickles as the call that made it."""
+        return _rebuild, (self._up, *self._recipe)
+
+    def __repr__(self) -> str:
+        """Size, K, R, C and the angles, for people."""
+        with np.printoptions(precision=6, suppress=True, floatmode="maxprec"):
+            indent = " " * 8
+            k, r = (str(m).replace("\n", "\n" + indent) for m in (self.K, self.R))
+            angles = ", ".join(f"{angle:.6g}" for angle in self.roll_pitch_yaw)
+            width, height = self.size
+            return (
+                f'Camera {width} x {height}, pixel_center="{self.pixel_center}"\n'
+                f"    K = {k}\n    R = {r}\n    C = {self.C}\n"
+                f"    roll, pitch, yaw = {angles} degrees ({self._up} up)"
+            )
+
+
+def _make(constructor: str, *args: Any) -> tuple[_core.Camera, tuple[Any, ...]]:
+    """A core camera, and the call that made it: the name of the constructor ("" for the class) and its arguments."""
+    *numbers, size, pixel_center = args
+    if pixel_center not in ("integer", "half"):
+        raise CameraError(
+            f'pixel_center is {pixel_center!r}; expected "integer" (OpenCV: the centre of the first pixel is (0, 0)) '
+            'or "half" (COLMAP, OpenGL: (0.5, 0.5))'
+        )
+    arguments = (*numbers, size_of(size, error=CameraError), pixel_center)
+    make = getattr(_core.Camera, constructor) if constructor else _core.Camera
+    return make(*arguments), (constructor, *arguments)
+
+
+def _rebuild(up: str, constructor: str, *args: Any) -> Camera:
+    return Camera._of(_make(constructor, *args), up)
+
+
+def _matrix(name: str, value: npt.ArrayLike) -> Floats:
+    return floats(name, value, (3, 3), error=CameraError).copy()
+
+
+def _vector(name: str, value: npt.ArrayLike) -> list[float]:
+    return [float(v) for v in floats(name, value, (3,), error=CameraError)]
+
+
+def _number(name: str, value: float) -> float:
+    return float(floats(name, value, (), error=CameraError))
+
+
+def _up(up: str) -> Up:
+    if up == "z":
+        return "z"
+    if up == "y":
+        return "y"
+    raise CameraError(f'up is {up!r}; expected "z" or "y"')
+
+
+def _intrinsics(
+    size: Size,
+    focal: float | Sequence[float] | None,
+    fov: float | None,
+    K: npt.ArrayLike | None,
+    skew: float | None,
+    principal_point: npt.ArrayLike | None,
+    pixel_center: str,
+) -> list[list[float]]:
+    """K from exactly one of focal, fov and K."""
+    given = [name for name, value in (("focal", focal), ("fov", fov), ("K", K)) if value is not None]
+    if len(given) != 1:
+        raise CameraError(
+            f"intrinsics: exactly one of focal, fov and K is needed, {' and '.join(given) or 'none'} given"
+        )
+    pair = size_of(size, error=CameraError)
+    if K is not None:
+        if skew is not None or principal_point is not None:
+            raise CameraError("skew and principal_point are part of K: give them there")
+        return [[float(v) for v in row] for row in _matrix("K", K)]
+    if fov is not None:
+        k = _core.intrinsics_from_fov(_number("fov", fov), pair, pixel_center)
+    else:
+        values = floats("focal", focal if focal is not None else 0.0, (), (2,), error=CameraError)
+        k = _core.intrinsics_from_focal(float(values.flat[0]), pair, pixel_center)
+        k[1][1] = float(values.flat[-1])
+    if skew is not None:
+        k[0][1] = _number("skew", skew)
+    if principal_point is not None:
+        k[0][2], k[1][2] = map(float, floats("principal_point", principal_point, (2,), error=CameraError))
+    return k

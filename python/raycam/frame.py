@@ -1,0 +1,219 @@
+"""Frames: what a camera saw, channel by channel, and the files it is saved to."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core, files
+from .camera import Camera
+from .errors import FormatError, SettingsError, nearest
+
+__all__ = ["CHANNELS", "Frame", "check_save"]
+
+CHANNELS = {name: (np.dtype(dtype), components) for name, dtype, components in _core.channels()}
+"""The dtype and the number of components of every channel there is."""
+
+Channels = dict[str, npt.NDArray[Any]]
+
+
+class Frame(Mapping[str, npt.NDArray[Any]]):
+    """A picture with its ground truth: a mapping from channel names to arrays, row 0 at the top.
+
+    =========== ======= ============= ================================================================= ==========
+    channel     dtype   shape                                                                           background
+    =========== ======= ============= ================================================================= ==========
+    color       float32 [h, w, 3]     linear Rec. 709 radiance, filtered over the pixel                 sky, or 0
+    depth       float32 [h, w]        z along the principal axis, metres                                +inf
+    distance    float32 [h, w]        length of the ray, metres                                         +inf
+    position    float64 [h, w, 3]     the surface point in the world, metres                            NaN
+    normal      float32 [h, w, 3]     the triangle's unit normal in the world, facing the camera        0
+    instance    int32   [h, w]        number of the object                                              -1
+    triangle    int32   [h, w]        number of the triangle in its mesh                                -1
+    barycentric float32 [h, w, 3]     weights of the triangle's corners                                 0
+    coverage    float32 [h, w]        share of the samples that see the same object as the pixel centre
+    =========== ======= ============= ================================================================= ==========
+
+    All but `color` and `coverage` describe the exact ray through the pixel's centre: they are never filtered.
+    """
+
+    def __init__(
+        self,
+        channels: Channels,
+        *,
+        camera: Camera | None,
+        size: tuple[int, int],
+        region: tuple[int, int, int, int] | None = None,
+        exposure: float = 0.0,
+        notices: Iterable[str] = (),
+    ) -> None:
+        self._channels = channels
+        self.camera = camera
+        """The camera that saw it; None where frames of several were merged."""
+        self.size = size
+        """(width, height) of the whole picture."""
+        self.region = region or (0, 0, *size)
+        """(x, y, width, height) of the part that the arrays hold."""
+        self.exposure = exposure
+        """Stops of brightness of pictures in sRGB: each one doubles. The arrays are not touched by it."""
+        self.notices = list(notices)
+        """What the one who looks at it should know."""
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The names of the channels it has."""
+        return tuple(self._channels)
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        """The array of a channel."""
+        try:
+            return self._channels[name]
+        except KeyError:
+            if name in CHANNELS:
+                have = ", ".join(self._channels)
+                raise KeyError(f"{name}: this frame has {have}; render it with channels=[..., {name!r}]") from None
+            raise KeyError(nearest("channel", name, list(CHANNELS))) from None
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of the channels."""
+        return iter(self._channels)
+
+    def __len__(self) -> int:
+        """How many channels it has."""
+        return len(self._channels)
+
+    def to_srgb8(self, exposure: float | None = None) -> npt.NDArray[np.uint8]:
+        """The colour as 8-bit sRGB [h, w, 3]: what PNG and video show, out-of-range values at the ends.
+
+        `exposure` replaces the frame's own, in stops.
+        """
+        return self._srgb(8, exposure)
+
+    def _srgb(self, bits: int, exposure: float | None) -> npt.NDArray[Any]:
+        if "color" not in self._channels:
+            raise SettingsError(f"no picture without the channel color; this frame has {', '.join(self._channels)}")
+        stops = self.exposure if exposure is None else exposure
+        linear = np.ascontiguousarray(self._channels["color"], dtype=np.float32)
+        return _core.srgb_from_linear(linear, 2.0**stops, bits)
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        bits: int | None = None,
+        half: bool | None = None,
+        exposure: float | None = None,
+    ) -> None:
+        """Writes the frame to a .png, .exr or .npz file, which is complete or not there.
+
+        PNG: the colour in sRGB with `bits` 8 (default) or 16 and `exposure` in stops. EXR: all channels as named
+        layers in linear float32 (`half=True`: float16), ids as uint32, with camera and conventions in the header;
+        `position` is rounded to float32. NPZ: all channels exactly, with K, R, C, P, size, region, pixel_center.
+
+        Raises `FormatError` for other endings, `SettingsError` for options that the format does not have or a PNG
+        without colour, and `OSError` where the file cannot be written.
+        """
+        target = Path(path)
+        options = {"bits": bits, "half": half, "exposure": exposure}
+        options = {name: value for name, value in options.items() if value is not None}
+        allowed = _check(target, self._channels)
+        for name in options:
+            if name not in allowed:
+                raise SettingsError(f"{name} is not an option of {target.suffix} files")
+        files.write(target, SAVERS[target.suffix.lower()][0](self, **options))
+
+    def _png(self, bits: int = 8, exposure: float | None = None) -> bytes:
+        if bits not in (8, 16):
+            raise SettingsError(f"bits is {bits}, a PNG has 8 or 16")
+        return _core.encode_png(self._srgb(bits, exposure))
+
+    def _exr(self, half: bool = False) -> bytes:
+        layers = [(name, np.ascontiguousarray(array)) for name, array in self._channels.items()]
+        notes = [("raycam.region", " ".join(map(str, self.region))), ("raycam.size", "{} {}".format(*self.size))]
+        return _core.encode_exr(layers, half, self.camera._core if self.camera else None, notes)
+
+    def _npz(self) -> bytes:
+        import io
+
+        arrays: dict[str, Any] = dict(self._channels)
+        if self.camera is not None:
+            camera = self.camera
+            arrays |= {"K": camera.K, "R": camera.R, "C": camera.C, "P": camera.P}
+            arrays["pixel_center"] = np.array(camera.pixel_center)
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, size=np.array(self.size), region=np.array(self.region), **arrays)
+        return buffer.getvalue()
+
+    def _repr_png_(self) -> bytes | None:
+        """What a notebook shows: the picture, where there is one."""
+        return self._png() if "color" in self._channels else None
+
+    @staticmethod
+    def merge(frames: Iterable[Frame]) -> Frame:
+        """Joins disjoint parts of one picture, which must fill a rectangle: bit for bit as if rendered in one.
+
+        Raises `SettingsError` where they overlap, leave a gap, or differ in size or channels.
+        """
+        parts = list(frames)
+        taken = [
+            (part.size, part.region, {name: np.ascontiguousarray(array) for name, array in part.items()})
+            for part in parts
+        ]
+        channels, region, _ = _core.merge(taken)
+        first = parts[0]
+        same = all(part.camera == first.camera for part in parts)
+        notices = dict.fromkeys(notice for part in parts for notice in part.notices)
+        return Frame(
+            channels,
+            camera=first.camera if same else None,
+            size=first.size,
+            region=region,
+            exposure=first.exposure,
+            notices=notices,
+        )
+
+    def __repr__(self) -> str:
+        """Size and channels, for people."""
+        _, _, width, height = self.region
+        part = "" if (width, height) == self.size else " of {} x {}".format(*self.size)
+        return f"Frame {width} x {height}{part}: {', '.join(self._channels)}"
+
+
+# Ending: how it is written, and its options. Adding a format is adding a row.
+SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
+    ".png": (Frame._png, {"bits", "exposure"}),
+    ".exr": (Frame._exr, {"half"}),
+    ".npz": (Frame._npz, set()),
+}
+
+
+def check_save(path: str | os.PathLike[str], channels: Iterable[str], size: tuple[int, int]) -> None:
+    """Whether a frame of `size` with `channels` can be saved to `path`: asked before it is rendered.
+
+    Raises what `Frame.save` would.
+    """
+    target = Path(path)
+    names = list(channels)
+    _check(target, names)
+    if target.suffix.lower() == ".png":
+        names = ["color"]
+    each = sum(CHANNELS[name][0].itemsize * CHANNELS[name][1] for name in names)
+    files.check_writable(target, each * size[0] * size[1])
+
+
+def _check(target: Path, channels: Iterable[str]) -> set[str]:
+    """The options of the format that `target` ends with."""
+    ending = target.suffix.lower()
+    if ending not in SAVERS:
+        guess = f"an ending {target.suffix!r}" if ending else "no ending"
+        raise FormatError(f"{target}: {guess}; pictures are written to {', '.join(SAVERS)}")
+    if ending == ".png" and "color" not in channels:
+        raise SettingsError(
+            f"{target}: a PNG shows the channel color, this has {', '.join(channels)}; save it as .exr or .npz"
+        )
+    return SAVERS[ending][1]

@@ -1,0 +1,155 @@
+"""Rendering: a world, a camera and what is asked of the picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
+
+from .arrays import whole
+from .camera import Camera
+from .errors import SettingsError, nearest
+from .frame import CHANNELS, Frame
+from .world import World
+
+__all__ = ["DEFAULT_CHANNELS", "FILTERS", "INTEGRATORS", "channel_names", "render"]
+
+INTEGRATORS = ["flat", "direct", "reference"]
+FILTERS = ["box", "blackman-harris"]
+DEFAULT_CHANNELS = ("color", "depth", "instance", "triangle")
+DEFAULT_SAMPLES = 16
+
+Integrator = Literal["flat", "direct", "reference"]
+Filter = Literal["box", "blackman-harris"]
+Region = Sequence[int]
+Progress = Callable[[int, int], object]
+
+
+def render(
+    world: World,
+    camera: Camera | None = None,
+    *,
+    integrator: Integrator | None = None,
+    samples: int | None = None,
+    filter: Filter | None = None,
+    channels: Sequence[str] | str = DEFAULT_CHANNELS,
+    seed: int | None = None,
+    frame: int = 0,
+    ambient_occlusion: bool | float | None = None,
+    region: Region | None = None,
+    exposure: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Frame:
+    """What `camera` (default: the world's first, or one that frames everything) sees of `world`.
+
+    What is not given is what `[render]` of the world's file says, or else the default:
+
+    * `integrator` ("direct"): "flat" is the colour of the closest triangle, unlit; "direct" adds lights, shadows
+      and reflectances (a world without lights gets a sky, and the frame says so in its notices); "reference" is
+      "flat" by the lecture's procedure in NumPy, brute force and slow: the oracle.
+    * `samples` (16) rays per pixel; with 1, the ray through the pixel's centre. `filter` ("box") or
+      "blackman-harris" weighs them. `channels` names what the frame holds, "all" for everything there is.
+    * `seed` (0) and `frame` (0) choose the random numbers. The same call gives the same bytes on any number of
+      `threads` (default: all that the process may use).
+    * `ambient_occlusion` (off): True, or a distance in metres up to which surfaces darken the sky of others.
+    * `region` (x, y, width, height) renders a part; `Frame.merge` joins parts. `exposure` (0) in stops is for
+      pictures in sRGB.
+    * `progress(done, total)` is called some 50 times a second; an exception it raises stops the rendering, as
+      Ctrl-C does.
+
+    Raises `SettingsError` for arguments that make no sense, with the nearest valid name, `WorldError`, and
+    `CameraError` where the world has no camera and nothing to frame.
+    """
+    given = {
+        "integrator": integrator,
+        "samples": samples,
+        "filter": filter,
+        "seed": seed,
+        "threads": threads,
+        "ambient_occlusion": ambient_occlusion,
+        "exposure": exposure,
+    }
+    chosen = {name: value for name, value in given.items() if value is not None}
+    if camera is None:
+        camera = world.default_camera()
+    names = channel_names(channels)
+    if chosen.get("integrator") == "reference":
+        unused = (chosen.keys() - {"integrator", "exposure"}) | ({"region"} if region is not None else set())
+        return _reference(world, camera, names, sorted(unused), float(chosen.get("exposure", 0.0)))
+
+    settings: dict[str, Any] = {"integrator": "direct", "samples": DEFAULT_SAMPLES, "filter": "box", "seed": 0}
+    settings |= {"threads": None, "ambient_occlusion": False, "exposure": 0.0}
+    settings |= world.render_settings | chosen
+    stops = _stops(settings.pop("exposure"))
+    request = {
+        "integrator": _name("integrator", settings["integrator"], INTEGRATORS),
+        "samples": whole("samples", settings["samples"], 1, (1 << 32) - 1),
+        "filter": _name("filter", settings["filter"], FILTERS),
+        "seed": whole("seed", settings["seed"], 0, (1 << 64) - 1),
+        "frame": whole("frame", frame, 0, (1 << 32) - 1),
+        "channels": names,
+        "ambient_occlusion": _occlusion(settings["ambient_occlusion"]),
+        "region": None if region is None else _region(region),
+        "threads": None if settings["threads"] is None else whole("threads", settings["threads"], 1, 1 << 16),
+    }
+    planes, area, notices = world._core.render(camera._core, request, progress)
+    return Frame(planes, camera=camera, size=camera.size, region=area, exposure=stops, notices=notices)
+
+
+def channel_names(channels: Sequence[str] | str) -> list[str]:
+    """The names of channels, each once; "all" is every one there is. Raises `SettingsError`."""
+    if isinstance(channels, str):
+        channels = list(CHANNELS) if channels == "all" else [channels]
+    names = [_name("channel", name, list(CHANNELS)) for name in channels]
+    if not names:
+        raise SettingsError(f"channels is empty; there are {', '.join(CHANNELS)}")
+    return list(dict.fromkeys(names))
+
+
+def _reference(world: World, camera: Camera, names: list[str], unused: list[str], exposure: float) -> Frame:
+    """The picture of the oracle."""
+    from . import reference
+
+    if unused:
+        raise SettingsError(f"{', '.join(unused)}: the reference traces one ray through each pixel's centre, plainly")
+    seen = reference.render(world, camera)
+    missing = [name for name in names if name not in seen]
+    if missing:
+        known = ", ".join(name for name in CHANNELS if name in seen)
+        raise SettingsError(f"the reference has no channel {', '.join(missing)}, only {known}")
+    planes = {name: seen[name].astype(CHANNELS[name][0]) for name in names}
+    return Frame(planes, camera=camera, size=camera.size, exposure=exposure)
+
+
+def _name(what: str, given: object, valid: list[str]) -> str:
+    if not isinstance(given, str):
+        raise SettingsError(f"{what} must be one of {', '.join(valid)}, not {given!r}")
+    if given not in valid:
+        raise SettingsError(nearest(what, given, valid))
+    return given
+
+
+def _occlusion(value: object) -> float | None:
+    """The distance up to which surfaces count."""
+    if isinstance(value, bool):
+        return math.inf if value else None
+    if isinstance(value, int | float) and value > 0:
+        return float(value)
+    raise SettingsError(f"ambient_occlusion must be True, False or a distance > 0, not {value!r}")
+
+
+def _stops(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 100:
+        raise SettingsError(f"exposure must be a number of stops from -100 to 100, not {value!r}")
+    return float(value)
+
+
+def _region(value: Region) -> list[int]:
+    try:
+        sides = [whole("region", side, 0, (1 << 32) - 1) for side in value]
+    except TypeError:
+        sides = []
+    if len(sides) != 4:
+        raise SettingsError(f"region must be (x, y, width, height) in pixels, not {value!r}")
+    return sides

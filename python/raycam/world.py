@@ -1,0 +1,365 @@
+"""Worlds: loaded from a file, or built by hand."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .arrays import Bools, Floats, floats, size_of
+from .camera import Camera
+from .errors import SettingsError, WorldError
+
+__all__ = ["Object", "Video", "World", "load"]
+
+
+@dataclass(frozen=True)
+class Object:
+    """A placed mesh of a world: what the ground truth calls an instance."""
+
+    id: int
+    """Its number in the channel `instance`."""
+    name: str
+    """Unique within the world."""
+    category: str | None
+    """Its class, for data sets."""
+    mesh: int
+    """The number of its mesh, which other objects may share."""
+    triangles: int
+    """How many triangles its mesh has."""
+    matrix: Floats
+    """The affine transform world_from_mesh [4, 4]."""
+
+
+@dataclass(frozen=True)
+class Video:
+    """What `[video]` of a world says: frame n shows `world.at(n / fps)`."""
+
+    fps: float
+    """Frames per second."""
+    seconds: float
+    """Its length."""
+    frames: int
+    """How many frames it has."""
+
+
+def load(path: str | os.PathLike[str]) -> World:
+    """The world in a file: a world file (.toml) or a mesh (.obj .ply .stl .off).
+
+    Vertices are used exactly as given, never rotated or scaled; the parts of a mesh file become objects. Files that
+    a file names are read from its own folder and from nowhere else. What was skipped or repaired is in
+    `World.notices`.
+
+    Raises `FileNotFoundError` and other `OSError`s, `FormatError` where the file does not follow its format, and
+    `WorldError` or `CameraError` where what it describes cannot be, each with file, line and key.
+    """
+    return World._of(_core.World.load(os.fspath(path)))
+
+
+class World:
+    """Meshes placed as objects, lights and cameras.
+
+    `up` ("z" or "y") matters to roll, pitch and yaw, orbits and the sky; vertices are never turned. Files that
+    objects name (meshes, textures) are looked for in `folder`, the current one where not given.
+
+    A world is prepared for tracing when it is first asked, and again after it has changed: what did not change is
+    not built again. It may be used by several threads at a time.
+    """
+
+    __slots__ = ("_core",)
+
+    def __init__(self, up: Literal["z", "y"] = "z", *, folder: str | os.PathLike[str] = ".") -> None:
+        self._core = _core.World(up, os.fspath(Path(folder).absolute()))
+
+    @classmethod
+    def _of(cls, core: _core.World) -> World:
+        world = cls.__new__(cls)
+        world._core = core
+        return world
+
+    @classmethod
+    def from_dict(cls, description: Mapping[str, Any], *, folder: str | os.PathLike[str] = ".") -> World:
+        """A world from a dict with the keys of a world file: `up`, `camera`, `object`, `light`, `render`, `video`.
+
+        Lists of numbers may be NumPy arrays. Raises what `load` raises, without file and line.
+        """
+        return cls._of(_core.World.from_dict(_plain(description), os.fspath(Path(folder).absolute())))
+
+    # Building ---------------------------------------------------------------------------------------------
+
+    def add_mesh(
+        self,
+        vertices: npt.ArrayLike,
+        faces: npt.ArrayLike,
+        *,
+        name: str | None = None,
+        face_colors: npt.ArrayLike | None = None,
+        vertex_colors: npt.ArrayLike | None = None,
+        uvs: npt.ArrayLike | None = None,
+        normals: npt.ArrayLike | None = None,
+        material: Mapping[str, Any] | None = None,
+        **placement: Any,
+    ) -> int:
+        """Adds a mesh as an object and returns its id, its number in the channel `instance`.
+
+        `vertices` [n, 3] are float64 in metres, `faces` [m, 3] indices from 0, counter-clockwise seen from outside.
+        `face_colors` [m, 3] and `vertex_colors` [n, 3] (interpolated) are linear in 0..1 where floats, sRGB where
+        uint8; `uvs` [n, 2] have v = 0 at the top row of the texture; `normals` [n, 3] are for shading. `material`
+        has the keys `color`, `diffuse`, `specular`, `shininess`, `texture`, `wrap` and `type` of the schema,
+        `placement` the keys `location`, `roll`, `pitch`, `yaw`, `scale` or `matrix`, `category` and `refine`.
+
+        Raises `WorldError`: no faces, numbers that are not finite, indices out of range, arrays of the wrong
+        shape, colours outside 0..1, unknown keys.
+        """
+        corners = floats("vertices", vertices, ("n", 3), error=WorldError)
+        optional = {
+            "face_colors": _array("face_colors", face_colors, 3),
+            "vertex_colors": _array("vertex_colors", vertex_colors, 3),
+            "uvs": _array("uvs", uvs, 2),
+            "normals": _array("normals", normals, 3),
+        }
+        description: dict[str, Any] = {"vertices": corners, "triangles": _indices("faces", faces)}
+        description |= {key: value for key, value in optional.items() if value is not None}
+        for part in ({"name": name} if name is not None else {}, material or {}, placement):
+            twice = description.keys() & part.keys()
+            if twice:
+                raise WorldError(f"{', '.join(sorted(twice))}: given twice")
+            description |= part
+        return self._core.add_object(_plain(description))
+
+    def add_object(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> int:
+        """Adds an object as `[[object]]` of a world file describes it, and returns its id.
+
+        Takes a dict, keywords, or both: `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`,
+        `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`.
+        Raises `WorldError` with the key and the nearest valid name, and what `load` raises for files.
+        """
+        return self._core.add_object(_plain({**(description or {}), **keys}))
+
+    def add_light(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> int:
+        """Adds a light as `[[light]]` of a world file describes it, and returns its number.
+
+        Takes a dict, keywords, or both: `{"type": "sun", "direction": [-1, -1, -2], "irradiance": [3, 3, 3]}`,
+        `{"type": "bulb", "position": [0, 0, 3], "power": [60, 60, 60], "radius": 0.05}`,
+        `{"type": "sky", "radiance": [1, 1, 1]}`. Raises `WorldError`.
+        """
+        return self._core.add_light(_plain({**(description or {}), **keys}))
+
+    def add_camera(self, camera: Camera, name: str = "camera") -> None:
+        """Adds a camera under a name, which gets a number where it is taken; the first is the default camera."""
+        self._core.add_camera(name, camera._core)
+
+    # What there is ----------------------------------------------------------------------------------------
+
+    @property
+    def up(self) -> Literal["z", "y"]:
+        """The axis that points up."""
+        return self._core.up
+
+    @property
+    def objects(self) -> list[Object]:
+        """All objects, by id."""
+        return [
+            Object(number, name, category, mesh, triangles, np.array(matrix))
+            for number, (name, category, mesh, triangles, matrix) in enumerate(self._core.objects)
+        ]
+
+    @property
+    def lights(self) -> list[dict[str, Any]]:
+        """All lights as the dicts that `add_light` takes."""
+        return self._core.lights
+
+    @property
+    def cameras(self) -> dict[str, Camera]:
+        """The cameras by name, the default one first."""
+        return {name: Camera._wrap(camera, self.up) for name, camera in self._core.cameras}
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many objects, meshes, triangles, mesh_triangles, zero_area_triangles, vertices, materials, ... it has.
+
+        `triangles` count once per object that shows them; the zero-area ones are kept and never hit.
+        """
+        return self._core.counts
+
+    @property
+    def bounds(self) -> Floats | None:
+        """The smallest and the largest corner of everything, [2, 3]; None where there is nothing."""
+        bounds = self._core.bounds
+        return None if bounds is None else np.array(bounds)
+
+    @property
+    def notices(self) -> list[str]:
+        """What reading and building it had to say: skipped, repaired, assumed. Never silent."""
+        return self._core.notices
+
+    @property
+    def render_settings(self) -> dict[str, Any]:
+        """What `[render]` of its file says, as arguments of `raycam.render`, which go before it."""
+        return self._core.render_settings
+
+    def camera(self, name: str) -> Camera:
+        """The camera of that name; raises `WorldError` with the nearest one."""
+        return Camera._wrap(self._core.camera(name), self.up)
+
+    def default_camera(self, size: Iterable[int] = (640, 480)) -> Camera:
+        """The first camera, or one that frames everything in a picture of `size` (width, height)."""
+        return Camera._wrap(self._core.default_camera(size_of(tuple(size))), self.up)
+
+    # Time -------------------------------------------------------------------------------------------------
+
+    @property
+    def video(self) -> Video | None:
+        """What `[video]` says, or None."""
+        video = self._core.video
+        return None if video is None else Video(*video)
+
+    def at(self, time: float) -> World:
+        """The world at a time of its video in seconds: objects moved, geometry and what is built of it shared."""
+        return World._of(self._core.at(float(time)))
+
+    def camera_at(self, camera: Camera, time: float) -> Camera:
+        """`camera` as the video moves it, at a time in seconds; raises `WorldError` where there is no video."""
+        return Camera._wrap(self._core.video_camera(camera._core, float(time)), self.up)
+
+    # Rays -------------------------------------------------------------------------------------------------
+
+    def cast_rays(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        *,
+        coherent: bool | None = None,
+        threads: int | None = None,
+    ) -> dict[str, npt.NDArray[Any]]:
+        """What each ray `origin + t * direction`, t >= 0, meets first.
+
+        `origins` and `directions` are [..., 3] in the world; one of them may be a single [3]. Directions need no
+        normalisation. `coherent` says that neighbours run alike (None: they are looked at): it changes the speed,
+        never the answer. Returns arrays of the shape of the rays:
+
+        =========== ================ =====================================================================  =====
+        t           float64 [...]    in lengths of the direction                                            +inf
+        instance    int32 [...]      number of the object                                                   -1
+        triangle    int32 [...]      number of the triangle in its mesh                                     -1
+        barycentric float32 [..., 3] weights of the triangle's corners                                      0
+        normal      float32 [..., 3] the triangle's unit normal, on the side that the ray comes from        0
+        position    float64 [..., 3] the point met, in the world                                            NaN
+        =========== ================ =====================================================================  =====
+
+        The last column is the value of a miss. Rays that are not finite or have a zero direction are misses.
+        """
+        starts, ways, shape = _rays(origins, directions)
+        hits = self._core.cast_rays(starts, ways, coherent, threads)
+        return {name: array.reshape(*shape, *array.shape[1:]) for name, array in hits.items()}
+
+    def occluded(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        t_max: npt.ArrayLike = np.inf,
+        *,
+        coherent: bool | None = None,
+        threads: int | None = None,
+    ) -> Bools:
+        """Whether anything lies on each ray at 0 <= t <= `t_max` (one for all, or [...] one for each)."""
+        starts, ways, shape = _rays(origins, directions)
+        limit = np.asarray(t_max)
+        if limit.dtype.kind not in "fiu" or limit.shape not in ((), shape):
+            raise SettingsError(
+                f"t_max must be a number or have the shape of the rays {list(shape)}, not {list(limit.shape)}"
+            )
+        limits = np.ascontiguousarray(limit, dtype=np.float64).reshape(-1, 1)
+        return self._core.occluded(starts, ways, limits, coherent, threads).reshape(shape)
+
+    # Plain triangles --------------------------------------------------------------------------------------
+
+    def triangles(self) -> Floats:
+        """The corners of all triangles in the world, float64 [n, 3, 3], in the order of (instance, triangle)."""
+        return self._core.triangles()
+
+    def triangle_ids(self) -> npt.NDArray[np.int32]:
+        """(instance, triangle) of each of `triangles`, int32 [n, 2]."""
+        return self._core.triangle_ids()
+
+    def triangle_colors(self) -> npt.NDArray[np.float32]:
+        """One linear base colour for each of `triangles`, float32 [n, 3].
+
+        That of the material times the face's, the mean of the corners', and the texture in the middle.
+        """
+        return self._core.triangle_colors()
+
+    def prepare(self, *, threads: int | None = None) -> World:
+        """Builds what tracing needs now, not at the first picture; returns the world."""
+        self._core.prepare(threads)
+        return self
+
+    def __repr__(self) -> str:
+        """Counts, for people."""
+        counts = self.counts
+        return (
+            f'World(up="{self.up}"): {counts["objects"]} objects, {counts["triangles"]} triangles, '
+            f"{counts['lights']} lights, {counts['cameras']} cameras"
+        )
+
+
+def _plain(value: Any) -> Any:
+    """Other mappings than dict as dicts, all the way down."""
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple) and any(isinstance(item, Mapping) for item in value):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _array(name: str, value: npt.ArrayLike | None, columns: int) -> npt.NDArray[Any] | None:
+    """Colours keep uint8, which is sRGB; everything else becomes float64."""
+    if value is None:
+        return None
+    if isinstance(value, np.ndarray) and value.dtype == np.uint8 and name.endswith("colors"):
+        if value.ndim != 2 or value.shape[1] != columns:
+            raise WorldError(f"{name} must have the shape [n, {columns}], not {list(value.shape)}")
+        return value
+    return floats(name, value, ("n", columns), error=WorldError)
+
+
+def _indices(name: str, value: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError) as fault:
+        raise WorldError(f"{name} must be whole numbers [m, 3]: {fault}") from None
+    if array.size and array.dtype.kind not in "iu":
+        raise WorldError(f"{name} must be whole numbers [m, 3], not of dtype {array.dtype}")
+    if array.size == 0:
+        raise WorldError(f"{name} is empty: a mesh needs at least one triangle")
+    if array.ndim != 2 or array.shape[1] != 3:
+        hint = "; cut polygons into triangles first" if array.ndim == 2 else ""
+        raise WorldError(f"{name} must have the shape [m, 3], not {list(array.shape)}{hint}")
+    return np.asarray(array, dtype=np.int64)
+
+
+def _rays(origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Floats, Floats, tuple[int, ...]]:
+    """Two arrays [n, 3], and the shape of the rays."""
+    pair = []
+    for name, value in (("origins", origins), ("directions", directions)):
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiu" or array.ndim == 0 or array.shape[-1] != 3:
+            raise SettingsError(
+                f"{name} must be numbers of the shape [..., 3], not {list(array.shape)} of dtype {array.dtype}"
+            )
+        pair.append(array)
+    if pair[0].shape != pair[1].shape and 1 not in (pair[0].ndim, pair[1].ndim):
+        raise SettingsError(
+            f"origins {list(pair[0].shape)} and directions {list(pair[1].shape)} must have the same shape, "
+            "or one of them [3]"
+        )
+    starts, ways = np.broadcast_arrays(*pair)
+    shape = starts.shape[:-1]
+    flat = [np.ascontiguousarray(array, dtype=np.float64).reshape(-1, 3) for array in (starts, ways)]
+    return flat[0], flat[1], shape
