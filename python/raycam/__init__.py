@@ -1,8 +1,8 @@
 """Virtual worlds made of triangles, seen through any camera matrix.
 
-    world = raycam.load("room.toml")
-    frame = raycam.render(world)
-    frame.save("room.png")
+world = raycam.load("room.toml")
+frame = raycam.render(world)
+frame.save("room.png")
 """
 
 from __future__ import annotations

@@ -76,7 +76,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         except KeyError:
             if name in CHANNELS:
                 have = ", ".join(self._channels)
-                raise KeyError(f"{name}: this frame has {have}; render it with channels=[..., {name!r}]") from None
+                raise KeyError(
+                    f"{name}: this frame has {have}; render it with channels=[..., {name!r}]"
+                ) from None
             raise KeyError(nearest("channel", name, list(CHANNELS))) from None
 
     def __iter__(self) -> Iterator[str]:
@@ -96,7 +98,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
     def _srgb(self, bits: int, exposure: float | None) -> npt.NDArray[Any]:
         if "color" not in self._channels:
-            raise SettingsError(f"no picture without the channel color; this frame has {', '.join(self._channels)}")
+            raise SettingsError(
+                f"no picture without the channel color; this frame has {', '.join(self._channels)}"
+            )
         stops = self.exposure if exposure is None else exposure
         linear = np.ascontiguousarray(self._channels["color"], dtype=np.float32)
         return _core.srgb_from_linear(linear, 2.0**stops, bits)
@@ -134,7 +138,10 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
     def _exr(self, half: bool = False) -> bytes:
         layers = [(name, np.ascontiguousarray(array)) for name, array in self._channels.items()]
-        notes = [("raycam.region", " ".join(map(str, self.region))), ("raycam.size", "{} {}".format(*self.size))]
+        notes = [
+            ("raycam.region", " ".join(map(str, self.region))),
+            ("raycam.size", "{} {}".format(*self.size)),
+        ]
         return _core.encode_exr(layers, half, self.camera._core if self.camera else None, notes)
 
     def _npz(self) -> bytes:

@@ -78,7 +78,12 @@ def render(
         unused = (chosen.keys() - {"integrator", "exposure"}) | ({"region"} if region is not None else set())
         return _reference(world, camera, names, sorted(unused), float(chosen.get("exposure", 0.0)))
 
-    settings: dict[str, Any] = {"integrator": "direct", "samples": DEFAULT_SAMPLES, "filter": "box", "seed": 0}
+    settings: dict[str, Any] = {
+        "integrator": "direct",
+        "samples": DEFAULT_SAMPLES,
+        "filter": "box",
+        "seed": 0,
+    }
     settings |= {"threads": None, "ambient_occlusion": False, "exposure": 0.0}
     settings |= world.render_settings | chosen
     stops = _stops(settings.pop("exposure"))
@@ -112,7 +117,9 @@ def _reference(world: World, camera: Camera, names: list[str], unused: list[str]
     from . import reference
 
     if unused:
-        raise SettingsError(f"{', '.join(unused)}: the reference traces one ray through each pixel's centre, plainly")
+        raise SettingsError(
+            f"{', '.join(unused)}: the reference traces one ray through each pixel's centre, plainly"
+        )
     seen = reference.render(world, camera)
     missing = [name for name in names if name not in seen]
     if missing:

@@ -12,7 +12,7 @@ use crate::error::{IntoPyErr, caught, settings_error};
 
 /// Any array of plain numbers.
 #[derive(FromPyObject)]
-enum Numbers<'py> {
+pub(crate) enum Numbers<'py> {
     U8(PyReadonlyArrayDyn<'py, u8>),
     U16(PyReadonlyArrayDyn<'py, u16>),
     F32(PyReadonlyArrayDyn<'py, f32>),

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::{Filter, Integrator, Settings};
-use raycam_scene::schema::{FilterName, IntegratorName, RenderSpec};
+use raycam_scene::schema::{AmbientOcclusion, FilterName, IntegratorName, RenderSpec};
 
 use crate::error::settings_error;
 use crate::frame::channel;
@@ -87,7 +87,13 @@ pub(crate) fn written<'py>(py: Python<'py>, spec: &RenderSpec) -> PyResult<Bound
     )?;
     put(&dict, "seed", spec.seed)?;
     put(&dict, "threads", spec.threads)?;
-    put(&dict, "ambient_occlusion", spec.ambient_occlusion)?;
+    match spec.ambient_occlusion {
+        Some(AmbientOcclusion::Switch(on)) => dict.set_item("ambient_occlusion", on)?,
+        Some(AmbientOcclusion::Distance(distance)) => {
+            dict.set_item("ambient_occlusion", distance)?
+        }
+        None => {}
+    }
     put(&dict, "exposure", spec.exposure)?;
     Ok(dict)
 }

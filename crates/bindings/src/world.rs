@@ -6,10 +6,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_formats::{Budget, Folder, FormatError};
+use raycam_formats::Budget;
 use raycam_render::{PreparedWorld, queries, render};
 use raycam_scene::schema::{ObjectSpec, WorldFile, from_node};
-use raycam_scene::{Light, World as Inner};
+use raycam_scene::{Light, NoFiles, SceneError, World as Inner};
 
 use crate::arrays::{Floats, array, rows};
 use crate::camera::{Camera, up, up_name};
@@ -174,8 +174,8 @@ impl World {
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, folder: PathBuf) -> PyResult<Self> {
         let node = node(description, "")?;
-        let build = || -> Result<Inner, FormatError> {
-            let mut files = Folder::new(&folder, &Budget::default());
+        let build = || -> Result<Inner, SceneError> {
+            let mut files = NoFiles;
             from_node::<WorldFile>(&node)?.build(&mut files)
         };
         let world = description.py().detach(|| caught(build))?;
@@ -187,7 +187,7 @@ impl World {
     fn add_object(&self, description: &Bound<'_, PyAny>) -> PyResult<usize> {
         let node = node(description, "")?;
         self.change(|world| {
-            let mut files = Folder::new(&self.folder, &Budget::default());
+            let mut files = NoFiles;
             let spec: ObjectSpec = from_node(&node).map_err(IntoPyErr::into_py_err)?;
             spec.build(world, &mut files)
                 .map_err(IntoPyErr::into_py_err)
@@ -214,12 +214,6 @@ impl World {
     #[getter]
     fn notices(&self) -> Vec<String> {
         self.snapshot().notices.clone()
-    }
-
-    /// Whether it has no lights of its own.
-    #[getter]
-    fn unlit(&self) -> bool {
-        self.snapshot().lights.is_empty()
     }
 
     #[getter]
@@ -402,7 +396,7 @@ impl World {
         parts(py, frame)
     }
 
-    #[pyo3(signature = (origins, directions, coherent=None, threads=None))]
+    #[pyo3(signature = (origins, directions, coherent, threads))]
     fn cast_rays<'py>(
         &self,
         py: Python<'py>,
@@ -433,7 +427,7 @@ impl World {
         Ok(dict)
     }
 
-    #[pyo3(signature = (origins, directions, t_max, coherent=None, threads=None))]
+    #[pyo3(signature = (origins, directions, t_max, coherent, threads))]
     fn occluded<'py>(
         &self,
         py: Python<'py>,
