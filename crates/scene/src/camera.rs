@@ -396,14 +396,12 @@ fn checked_rotation(r: DMat3) -> Result<DMat3, SceneError> {
                 .into(),
         );
     }
-    // Newton-Schulz iteration towards the orthogonal polar factor: the error squares each time.
-    let mut r = r;
-    for _ in 0..3 {
-        if deviation(r) > 1e-14 {
-            r = r * (DMat3::IDENTITY * 3.0 - r.transpose() * r) * 0.5;
-        }
+    if off <= 1e-14 {
+        return Ok(r);
     }
-    Ok(r)
+    // Newton-Schulz iteration towards the orthogonal polar factor: the error squares each time.
+    let step = |r: DMat3| r * (DMat3::IDENTITY * 3.0 - r.transpose() * r) * 0.5;
+    Ok(step(step(step(r))))
 }
 
 /// The largest entry of `|R Rᵀ - I|`.

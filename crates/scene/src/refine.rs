@@ -96,7 +96,14 @@ impl Refined {
         let mut edge_points = vec![0; edges.ends.len()];
         for (own, shared) in edges.of_triangle.iter().zip(&point_edges.of_triangle) {
             for side in 0..3 {
-                edge_points[own[side] as usize] = self.points.len() as u32 + shared[side];
+                // An edge from a point to itself is that point still.
+                let [a, b] = point_edges.ends[shared[side] as usize];
+                let middle = if a == b {
+                    a
+                } else {
+                    self.points.len() as u32 + shared[side]
+                };
+                edge_points[own[side] as usize] = middle;
             }
         }
         self.point_of.extend(edge_points);
@@ -212,8 +219,6 @@ fn loop_points(points: &[DVec3], surface: &[[u32; 3]], edges: &Edges) -> Vec<DVe
         .zip(edges.triangle_count.iter().zip(&opposite))
     {
         moved.push(match count {
-            // An edge without length stays one.
-            _ if a == b => moved[a as usize],
             2 => (at(a) + at(b)) * 0.375 + corners * 0.125,
             _ => at(a).midpoint(at(b)),
         });

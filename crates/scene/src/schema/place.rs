@@ -66,6 +66,12 @@ impl ObjectSpec {
     ) -> Result<usize, Failure<F::Error>> {
         let keys = self.keys();
         let kind = keys.exactly_one("shape", &SHAPES)?;
+        if kind != "vertices" {
+            keys.refuse(
+                &["triangles"],
+                "it goes with \"vertices\", which is missing",
+            )?;
+        }
         self.check_style(&keys)?;
         let (world_from_mesh, shape) = self.transform(world.up, &keys)?;
         let name = self.chosen_name(kind)?;

@@ -339,6 +339,23 @@ impl<'de> Deserializer<'de> for Source<'_> {
         }
     }
 
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Fault> {
+        match self {
+            Source::Node(Node {
+                value: Value::Table(_),
+                ..
+            }) => self.deserialize_any(visitor),
+            _ => self
+                .placed(self.any(Refuse("a table".into())))
+                .map(|never| match never {}),
+        }
+    }
+
     fn deserialize_newtype_struct<V: Visitor<'de>>(
         self,
         _: &'static str,
@@ -362,7 +379,9 @@ impl<'de> Deserializer<'de> for Source<'_> {
                 value: Value::Table(entries),
                 ..
             }) => visitor.visit_enum(Tagged { entries, variants }),
-            _ => self.any(OneOf(variants)).map(|never| match never {}),
+            _ => self
+                .any(Refuse(format!("one of {}", quoted(variants))))
+                .map(|never| match never {}),
         })
     }
 
@@ -390,20 +409,27 @@ impl<'de> Deserializer<'de> for Source<'_> {
 
     forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u128 f32 f64 char str string bytes byte_buf unit unit_struct tuple tuple_struct map
-        struct identifier ignored_any
+        identifier ignored_any
     }
 }
 
-/// Refuses what is not a name, naming those that there are.
-struct OneOf(&'static [&'static str]);
+/// Refuses whatever it visits: this was expected instead.
+struct Refuse(String);
 
-impl Visitor<'_> for OneOf {
+impl Visitor<'_> for Refuse {
     type Value = std::convert::Infallible;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let names: Vec<String> = self.0.iter().map(|name| format!("{name:?}")).collect();
-        write!(f, "one of {}", names.join(", "))
+        f.write_str(&self.0)
     }
+}
+
+fn quoted(names: &[&str]) -> String {
+    names
+        .iter()
+        .map(|name| format!("{name:?}"))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 /// The items of a list in order.
@@ -494,17 +520,10 @@ impl<'a, 'de> EnumAccess<'de> for Tagged<'a> {
         self,
         seed: V,
     ) -> Result<(V::Value, Table<'a>), Fault> {
-        let names = || {
-            self.variants
-                .iter()
-                .map(|name| format!("{name:?}"))
-                .collect::<Vec<_>>()
-                .join(", ")
-        };
         let Some(tag) = self.entries.iter().find(|entry| entry.key == TAG) else {
+            let names = quoted(self.variants);
             return Err(Fault::custom(format_args!(
-                "the key {TAG:?} is missing: one of {}",
-                names()
+                "the key {TAG:?} is missing: one of {names}"
             )));
         };
         let variant = seed

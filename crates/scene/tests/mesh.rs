@@ -1,0 +1,104 @@
+//! Meshes: what fits together and what does not.
+
+use glam::{DAffine3, DVec3};
+use raycam_scene::{Mesh, Model, Part, primitive};
+
+fn message(change: impl FnOnce(&mut Mesh)) -> String {
+    let mut mesh = primitive::plane([1.0, 1.0]).unwrap();
+    mesh.validate().unwrap();
+    change(&mut mesh);
+    mesh.validate().expect_err("an error").to_string()
+}
+
+#[test]
+fn what_is_wrong_with_a_mesh_is_said() {
+    assert!(message(|m| m.triangles.clear()).contains("without triangles"));
+    assert!(message(|m| *m = Mesh::default()).contains("a mesh of 0 vertices without triangles"));
+    assert!(message(|m| m.vertices[2].y = f64::NAN).contains("vertex 2 is [0.5, NaN, 0]"));
+    assert!(message(|m| m.vertices[0].y = f64::INFINITY).contains("must be finite"));
+    let out_of_range = message(|m| m.triangles[1][2] = 4);
+    assert_eq!(
+        out_of_range,
+        "triangle 1 has corners [0, 2, 4], but there are 4 vertices: indices are 0..=3"
+    );
+    assert!(
+        message(|m| m.uvs = Some(vec![]))
+            .contains("uvs has 0 entries, expected one for each of the 4 vertices")
+    );
+    assert!(
+        message(|m| m.normals = Some(vec![[f32::NAN; 3]; 4]))
+            .contains("normals[0] is [NaN, NaN, NaN]")
+    );
+    assert!(
+        message(|m| m.face_colors = Some(vec![[1.5; 3]; 2]))
+            .contains("face_colors[0] is [1.5, 1.5, 1.5]")
+    );
+    assert!(
+        message(|m| m.face_colors = Some(vec![[0.5; 3]; 3])).contains("each of the 2 triangles")
+    );
+    assert!(
+        message(|m| m.vertex_colors = Some(vec![[-0.1; 3]; 4]))
+            .contains("expected numbers in 0..=1")
+    );
+    assert!(
+        message(|m| m.vertex_colors = Some(vec![[f32::NAN; 3]; 4]))
+            .contains("expected numbers in 0..=1")
+    );
+    assert!(message(|m| m.material_slots = Some(vec![0])).contains("material_slots has 1 entries"));
+}
+
+#[test]
+fn triangles_without_area_are_counted_and_kept() {
+    let mut mesh = primitive::plane([1.0, 1.0]).unwrap();
+    mesh.triangles.extend([[0, 0, 1], [0, 1, 1]]);
+    mesh.vertices.push(DVec3::ZERO);
+    mesh.triangles.push([0, 4, 2]);
+    mesh.uvs = None;
+    mesh.validate().unwrap();
+    assert_eq!(mesh.degenerate_count(), 3);
+}
+
+#[test]
+fn bounds_are_those_of_the_triangles_and_tight_when_turned() {
+    let mut mesh = primitive::box_([1.0, 2.0, 3.0]).unwrap();
+    mesh.vertices.push(DVec3::splat(100.0));
+    assert_eq!(
+        mesh.bounds(),
+        Some((DVec3::new(-0.5, -1.0, -1.5), DVec3::new(0.5, 1.0, 1.5)))
+    );
+    let sphere = primitive::sphere(1.0, 3).unwrap();
+    let (low, high) = sphere.bounds_in(DAffine3::from_rotation_z(0.7)).unwrap();
+    assert!(high.max_element() <= 1.0 + 1e-12 && low.min_element() >= -1.0 - 1e-12);
+    assert_eq!(Mesh::default().bounds(), None);
+}
+
+#[test]
+fn the_parts_of_a_model_become_one_mesh() {
+    let part = |mesh: Mesh, materials: Vec<usize>| Part {
+        name: String::new(),
+        mesh,
+        materials,
+    };
+    let mut first = primitive::plane([1.0, 1.0]).unwrap();
+    first.material_slots = Some(vec![1, 0]);
+    let mut second = primitive::box_([1.0; 3]).unwrap();
+    second.uvs = None;
+    second.vertex_colors = Some(vec![[0.5; 3]; 24]);
+    let model = Model {
+        parts: vec![part(first, vec![7, 3]), part(second, vec![3])],
+        ..Model::default()
+    };
+    let (mesh, materials) = model.merged().unwrap();
+    mesh.validate().unwrap();
+    assert_eq!(materials, [7, 3]);
+    assert_eq!(mesh.material_slots.as_ref().unwrap()[..3], [1, 0, 1]);
+    assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (28, 14));
+    assert_eq!(
+        mesh.triangles[2],
+        primitive::box_([1.0; 3]).unwrap().triangles[0].map(|v| v + 4)
+    );
+    let colors = mesh.vertex_colors.unwrap();
+    assert_eq!((colors[3], colors[4]), ([1.0; 3], [0.5; 3]));
+    assert_eq!(mesh.uvs.unwrap()[27], [0.0; 2]);
+    assert!(mesh.normals.is_none());
+}

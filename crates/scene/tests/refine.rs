@@ -1,0 +1,253 @@
+//! Subdivision: the surfaces that it should tend to, and what the new triangles inherit.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::DVec3;
+use raycam_scene::refine::{loop_subdivide, midpoint};
+use raycam_scene::{Mesh, primitive};
+
+fn bits(v: DVec3) -> [u64; 3] {
+    v.to_array().map(|x| (x + 0.0).to_bits())
+}
+
+/// Edges between coordinates, and how many triangles each has.
+fn edges(mesh: &Mesh) -> HashMap<[[u64; 3]; 2], usize> {
+    let mut edges = HashMap::new();
+    for &[a, b, c] in &mesh.triangles {
+        let [a, b, c] = [a, b, c].map(|v| bits(mesh.vertices[v as usize]));
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            *edges.entry([from.min(to), from.max(to)]).or_default() += 1;
+        }
+    }
+    edges
+}
+
+fn positions(mesh: &Mesh) -> HashSet<[u64; 3]> {
+    mesh.vertices.iter().map(|&v| bits(v)).collect()
+}
+
+/// A regular triangular grid, n by n rhombi.
+fn grid(n: u32) -> Mesh {
+    let index = |i: u32, j: u32| i * (n + 1) + j;
+    let mut mesh = Mesh::default();
+    for i in 0..=n {
+        for j in 0..=n {
+            let (x, y) = (
+                f64::from(i) + 0.5 * f64::from(j),
+                0.75_f64.sqrt() * f64::from(j),
+            );
+            mesh.vertices.push(DVec3::new(x, y, 0.0));
+        }
+    }
+    for i in 0..n {
+        for j in 0..n {
+            let [a, b, c, d] = [
+                index(i, j),
+                index(i + 1, j),
+                index(i + 1, j + 1),
+                index(i, j + 1),
+            ];
+            mesh.triangles.extend([[a, b, d], [b, c, d]]);
+        }
+    }
+    mesh
+}
+
+#[test]
+fn an_octahedron_goes_one_step_by_the_book() {
+    // Valence 4: beta = 1/4 (5/8 - (3/8 + 1/4 cos 90°)^2) = 31/256; the neighbours of a corner sum to 0.
+    let corners = [
+        DVec3::X,
+        DVec3::Y,
+        -DVec3::X,
+        -DVec3::Y,
+        DVec3::Z,
+        -DVec3::Z,
+    ];
+    let mut mesh = Mesh {
+        vertices: corners.to_vec(),
+        ..Mesh::default()
+    };
+    for i in 0..4 {
+        mesh.triangles
+            .extend([[i, (i + 1) % 4, 4], [(i + 1) % 4, i, 5]]);
+    }
+    let refined = loop_subdivide(&mesh, 1).unwrap();
+    assert_eq!((refined.vertices.len(), refined.triangles.len()), (18, 32));
+    for i in 0..6 {
+        assert!((refined.vertices[i] - corners[i] * (1.0 - 4.0 * 31.0 / 256.0)).length() < 1e-15);
+    }
+    // 3/8 of both ends; the opposite corners cancel.
+    for vertex in &refined.vertices[6..] {
+        let mut sorted = vertex.abs().to_array();
+        sorted.sort_by(f64::total_cmp);
+        assert!(
+            (sorted[0], sorted[1], sorted[2]) == (0.0, 0.375, 0.375),
+            "{vertex}"
+        );
+    }
+}
+
+#[test]
+fn a_corner_tends_to_its_limit() {
+    // The limit of a vertex: weight 1 / (n + 3 / (8 beta)) for each neighbour (Loop 1987).
+    let mesh = primitive::sphere(1.0, 0).unwrap();
+    let (n, beta) = (5.0, {
+        let c: f64 = 0.375 + 0.25 * (std::f64::consts::TAU / 5.0).cos();
+        (0.625 - c * c) / 5.0
+    });
+    let weight = 1.0 / (n + 3.0 / (8.0 * beta));
+    let neighbours = 5.0 * 0.2_f64.sqrt();
+    let limit = 1.0 - n * weight + weight * neighbours;
+    let refined = loop_subdivide(&mesh, 7).unwrap();
+    let top = refined.vertices.iter().map(|v| v.z).fold(0.0, f64::max);
+    assert!((top - limit).abs() < 1e-5, "{top} {limit}");
+    let normals = refined.normals.unwrap();
+    for (vertex, normal) in refined.vertices.iter().zip(normals) {
+        let normal = DVec3::from_array(normal.map(f64::from));
+        assert!(
+            normal.dot(vertex.normalize()) > 0.99,
+            "the surface is nearly a sphere"
+        );
+    }
+}
+
+#[test]
+fn a_regular_plane_keeps_its_inside_and_its_straight_sides() {
+    let mesh = grid(4);
+    let refined = loop_subdivide(&mesh, 2).unwrap();
+    let exact = midpoint(&mesh, 2).unwrap();
+    assert_eq!(refined.triangles, exact.triangles);
+    for (found, expected) in refined.vertices.iter().zip(&exact.vertices) {
+        assert_eq!(found.z, 0.0);
+        // Away from the corners nothing moves: the rules reproduce linear functions.
+        let (j, inset) = (expected.y / 0.75_f64.sqrt(), 1.5);
+        let i = expected.x - 0.5 * j;
+        let at_corner = (i < inset || i > 4.0 - inset) && (j < inset || j > 4.0 - inset);
+        assert!(
+            at_corner || (*found - *expected).length() < 1e-14,
+            "{expected} went to {found}"
+        );
+    }
+}
+
+#[test]
+fn a_boundary_is_a_spline_of_itself() {
+    // 1/8 3/4 1/8 on the corner of a triangle.
+    let mesh = Mesh {
+        vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
+        triangles: vec![[0, 1, 2]],
+        ..Mesh::default()
+    };
+    let refined = loop_subdivide(&mesh, 1).unwrap();
+    assert_eq!(refined.vertices[0], DVec3::new(0.125, 0.125, 0.0));
+    assert_eq!(refined.vertices[1], DVec3::new(0.75, 0.125, 0.0));
+    assert!(refined.vertices[3..].contains(&DVec3::new(0.5, 0.5, 0.0)));
+}
+
+#[test]
+fn where_many_sharp_edges_meet_the_corner_stays() {
+    // Three sheets on one edge: the edge is sharp, and each of its ends has more than two sharp edges.
+    let mesh = Mesh {
+        vertices: vec![DVec3::ZERO, DVec3::Z, DVec3::X, DVec3::Y, -DVec3::X],
+        triangles: vec![[0, 1, 2], [0, 1, 3], [0, 1, 4]],
+        ..Mesh::default()
+    };
+    let refined = loop_subdivide(&mesh, 3).unwrap();
+    assert_eq!(refined.vertices[..2], [DVec3::ZERO, DVec3::Z]);
+}
+
+#[test]
+fn seams_do_not_tear() {
+    for mesh in [
+        primitive::box_([1.0, 2.0, 3.0]).unwrap(),
+        primitive::cylinder(1.0, 1.0, 12).unwrap(),
+        primitive::sphere(1.0, 1).unwrap(),
+    ] {
+        for refined in [
+            loop_subdivide(&mesh, 3).unwrap(),
+            midpoint(&mesh, 3).unwrap(),
+        ] {
+            refined.validate().unwrap();
+            assert_eq!(refined.triangles.len(), 64 * mesh.triangles.len());
+            assert!(
+                edges(&refined).values().all(|&count| count == 2),
+                "still closed"
+            );
+            assert_eq!(refined.degenerate_count(), 0);
+        }
+    }
+}
+
+#[test]
+fn midpoint_keeps_the_surface() {
+    let mesh = primitive::box_([1.0, 2.0, 3.0]).unwrap();
+    let refined = midpoint(&mesh, 3).unwrap();
+    assert!(positions(&mesh).is_subset(&positions(&refined)));
+    let (low, high) = mesh.bounds().unwrap();
+    assert_eq!(refined.bounds(), Some((low, high)));
+    let on_surface = |v: &DVec3| (*v - low).min(high - *v).abs().min_element() == 0.0;
+    assert!(refined.vertices.iter().all(on_surface));
+}
+
+#[test]
+fn triangles_inherit() {
+    let mut mesh = primitive::box_([1.0; 3]).unwrap();
+    mesh.face_colors = Some((0..12).map(|i| [i as f32 / 12.0; 3]).collect());
+    mesh.material_slots = Some((0..12).collect());
+    mesh.vertex_colors = Some(
+        mesh.vertices
+            .iter()
+            .map(|v| (*v + 0.5).as_vec3().to_array())
+            .collect(),
+    );
+    let refined = midpoint(&mesh, 2).unwrap();
+    for (i, triangle) in refined.triangles.iter().enumerate() {
+        assert_eq!(
+            refined.face_colors.as_ref().unwrap()[i],
+            [(i / 16) as f32 / 12.0; 3]
+        );
+        assert_eq!(
+            usize::from(refined.material_slots.as_ref().unwrap()[i]),
+            i / 16
+        );
+        for &v in triangle {
+            // Colours and texture coordinates were linear over each face, and still are.
+            let position = (refined.vertices[v as usize] + 0.5).as_vec3().to_array();
+            assert_eq!(
+                refined.vertex_colors.as_ref().unwrap()[v as usize],
+                position
+            );
+        }
+    }
+    let sphere = midpoint(&primitive::sphere(1.0, 1).unwrap(), 1).unwrap();
+    for normal in sphere.normals.unwrap() {
+        let length = DVec3::from_array(normal.map(f64::from)).length();
+        assert!((length - 1.0).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn triangles_without_area_stay_without_and_disturb_nobody() {
+    let clean = primitive::sphere(1.0, 1).unwrap();
+    let mut mesh = clean.clone();
+    let [a, b, _] = mesh.triangles[0];
+    mesh.triangles.push([a, a, b]);
+    let refined = loop_subdivide(&mesh, 2).unwrap();
+    let expected = loop_subdivide(&clean, 2).unwrap();
+    assert_eq!(refined.degenerate_count(), 16);
+    assert_eq!(positions(&refined), positions(&expected));
+}
+
+#[test]
+fn too_many_triangles_are_refused_before_they_are_made() {
+    let mesh = primitive::box_([1.0; 3]).unwrap();
+    for levels in [11, 31, u32::MAX] {
+        let error = loop_subdivide(&mesh, levels).unwrap_err().to_string();
+        assert!(
+            error.contains("make more than 33554432 triangles of 12"),
+            "{error}"
+        );
+    }
+    assert_eq!(midpoint(&mesh, 0).unwrap(), mesh);
+}
