@@ -1,0 +1,225 @@
+//! Text in bytes: lines, words and numbers, without copying.
+
+use std::path::Path;
+
+use crate::error::FormatError;
+
+/// The lines of a text with their numbers from 1; ends are `\n`, `\r\n` or `\r`.
+#[derive(Clone)]
+pub(crate) struct Lines<'a> {
+    rest: &'a [u8],
+    number: usize,
+    ended: bool,
+}
+
+impl<'a> Lines<'a> {
+    pub(crate) fn new(text: &'a [u8]) -> Self {
+        Self { rest: text, number: 0, ended: true }
+    }
+
+    /// Whether the last line read had a line end; a file that stops in the middle of one may be cut off.
+    pub(crate) fn ended(&self) -> bool {
+        self.ended
+    }
+
+    /// How many bytes have not been read yet.
+    pub(crate) fn left(&self) -> usize {
+        self.rest.len()
+    }
+}
+
+impl<'a> Iterator for Lines<'a> {
+    type Item = (usize, &'a [u8]);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let end = self.rest.iter().position(|&b| b == b'\n' || b == b'\r');
+        self.ended = end.is_some();
+        let end = end.unwrap_or(self.rest.len());
+        let line = &self.rest[..end];
+        let skip = match &self.rest[end..] {
+            [b'\r', b'\n', ..] => 2,
+            [] => 0,
+            _ => 1,
+        };
+        self.rest = &self.rest[end + skip..];
+        self.number += 1;
+        Some((self.number, line))
+    }
+}
+
+/// The text of a file that must not be UTF-16, without a byte order mark.
+pub(crate) fn plain<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8], FormatError> {
+    let utf16 = bytes.starts_with(&[0xff, 0xfe])
+        || bytes.starts_with(&[0xfe, 0xff])
+        || matches!(bytes, [0, b, ..] | [b, 0, ..] if *b != 0);
+    if utf16 {
+        return Err(FormatError::unsupported(path, "UTF-16 text; save it as UTF-8 or ASCII"));
+    }
+    Ok(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes))
+}
+
+fn is_space(b: u8) -> bool {
+    matches!(b, b' ' | b'\t' | 0x0b | 0x0c)
+}
+
+/// Without white space at either end.
+pub(crate) fn trim(mut text: &[u8]) -> &[u8] {
+    while let [first, rest @ ..] = text
+        && is_space(*first)
+    {
+        text = rest;
+    }
+    while let [rest @ .., last] = text
+        && is_space(*last)
+    {
+        text = rest;
+    }
+    text
+}
+
+/// The first word and what follows it.
+pub(crate) fn split_word(text: &[u8]) -> (&[u8], &[u8]) {
+    let start = text.iter().position(|&b| !is_space(b)).unwrap_or(text.len());
+    let text = &text[start..];
+    let end = text.iter().position(|&b| is_space(b)).unwrap_or(text.len());
+    (&text[..end], &text[end..])
+}
+
+/// The words of a line up to a comment, which starts with `#`.
+#[derive(Clone)]
+pub(crate) struct Words<'a>(pub(crate) &'a [u8]);
+
+impl<'a> Iterator for Words<'a> {
+    type Item = &'a [u8];
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        let (word, rest) = split_word(self.0);
+        self.0 = rest;
+        (!word.is_empty() && word[0] != b'#').then_some(word)
+    }
+}
+
+/// A word as shown in a message: at most 40 characters, whatever the bytes.
+pub(crate) fn shown(word: &[u8]) -> String {
+    let text = String::from_utf8_lossy(word);
+    let mut short: String = text.chars().take(40).collect();
+    if short.len() < text.len() {
+        short.push_str("...");
+    }
+    format!("{short:?}")
+}
+
+/// A name as text; bytes that are not UTF-8 are replaced.
+pub(crate) fn name(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(trim(bytes)).into_owned()
+}
+
+/// The nearest float64 to a decimal number; also `inf` and `nan`, which the caller has to judge.
+pub(crate) fn number(word: &[u8]) -> Option<f64> {
+    exact_number(word).or_else(|| std::str::from_utf8(word).ok()?.parse().ok())
+}
+
+/// The common case, where one rounding of an exact product is the nearest number (Clinger 1990): at most 15 digits and
+/// a power of ten up to 22, all exact in float64.
+fn exact_number(word: &[u8]) -> Option<f64> {
+    const POWERS: [f64; 23] = [
+        1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+        1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+    ];
+    let (negative, digits) = match word {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        _ => (false, word),
+    };
+    if digits.len() > 16 {
+        return None;
+    }
+    let (mut mantissa, mut after_point, mut point) = (0_u64, 0, false);
+    for &b in digits {
+        match b {
+            b'0'..=b'9' => {
+                mantissa = mantissa * 10 + u64::from(b - b'0');
+                after_point += usize::from(point);
+            }
+            b'.' if !point => point = true,
+            _ => return None,
+        }
+    }
+    if digits.len() == usize::from(point) || (digits.len() == 16 && !point) {
+        return None;
+    }
+    let value = mantissa as f64 / POWERS[after_point];
+    Some(if negative { -value } else { value })
+}
+
+/// A decimal integer.
+pub(crate) fn integer(word: &[u8]) -> Option<i64> {
+    if word.len() > 18 {
+        return std::str::from_utf8(word).ok()?.parse().ok();
+    }
+    let (negative, digits) = match word {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        _ => (false, word),
+    };
+    if digits.is_empty() {
+        return None;
+    }
+    let mut value = 0_i64;
+    for &b in digits {
+        if !b.is_ascii_digit() {
+            return None;
+        }
+        value = value * 10 + i64::from(b - b'0');
+    }
+    Some(if negative { -value } else { value })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_end_as_on_every_system() {
+        let lines: Vec<_> = Lines::new(b"a\nb\r\n\rc\n\n").map(|(n, l)| (n, l.to_vec())).collect();
+        let expected: [(usize, &[u8]); 5] = [(1, b"a"), (2, b"b"), (3, b""), (4, b"c"), (5, b"")];
+        assert_eq!(lines, expected.map(|(n, l)| (n, l.to_vec())));
+    }
+
+    #[test]
+    fn numbers_are_the_nearest_float64() {
+        let words = "0 -0 1 +1 .5 5. -1.25 0.1 0.30000001192092896 123456789012345 1234567890123456 \
+                     9007199254740993 12345678.9012345 1e3 1E-7 2.2250738585072014e-308 \
+                     0.000000000000001 -.0000000001 999999999999999 0.999999999999999 4.35 inf -INF nan";
+        for word in words.split_whitespace() {
+            let (ours, std) = (number(word.as_bytes()).unwrap(), word.parse::<f64>().unwrap());
+            assert_eq!(ours.to_bits(), std.to_bits(), "{word}");
+        }
+        // A walk over many digits, against the standard library.
+        let mut state = 1_u64;
+        for _ in 0..200_000 {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            let digits = 1 + (state >> 60) as i32;
+            let integer = (state >> 8) % 10_u64.pow(digits as u32);
+            let places = ((state >> 4) % 16) as i32;
+            let word = format!("{:.*}", places as usize, integer as f64 / 10_f64.powi(places));
+            let (ours, std) = (number(word.as_bytes()).unwrap(), word.parse::<f64>().unwrap());
+            assert_eq!(ours.to_bits(), std.to_bits(), "{word}");
+        }
+    }
+
+    #[test]
+    fn words_that_are_no_numbers() {
+        for word in ["", "+", "-", ".", "1.2.3", "1,5", "0x10", "1/2", "--1", "1-", "e", "1e", "\u{661}"] {
+            assert_eq!(number(word.as_bytes()), None, "{word}");
+        }
+        for word in ["", "+", "1.0", "99999999999999999999", "0x1", " 1"] {
+            assert_eq!(integer(word.as_bytes()), None, "{word}");
+        }
+        assert_eq!(integer(b"-9223372036854775808"), Some(i64::MIN));
+        assert_eq!(integer(b"+012"), Some(12));
+    }
+}
