@@ -22,7 +22,8 @@ pub struct Budget {
 }
 
 impl Default for Budget {
-    /// 8 GiB of files, 2³⁰ elements, 2²⁷ pixels (two textures of 8192 x 8192), 2³³ steps (some ten seconds).
+    /// 8 GiB of files, 2³⁰ elements, 2²⁷ pixels (two textures of 8192 x 8192), 2³³ steps (some ten
+    /// seconds).
     fn default() -> Self {
         Self {
             bytes: 8 << 30,
@@ -52,11 +53,6 @@ impl Budget {
     /// Takes `amount` pixels of `path`, or says that they are too many.
     pub(crate) fn take_pixels(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
         take(&mut self.pixels, path, "pixels", amount)
-    }
-
-    /// Takes `amount` steps of cutting up the polygons of `path`, or says that they are too many.
-    pub(crate) fn take_steps(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
-        take(&mut self.steps, path, "steps of triangulation", amount)
     }
 }
 

@@ -67,11 +67,11 @@ pub enum FormatError {
         /// Why it is refused.
         message: String,
     },
-    /// The file is well-formed, but what it describes cannot be.
-    #[error("{}: {source}", path.display())]
+    /// What is described is well-formed, but cannot be.
+    #[error("{}{source}", path.as_ref().map(|p| format!("{}: ", p.display())).unwrap_or_default())]
     Scene {
-        /// The file.
-        path: PathBuf,
+        /// The file, where there is one.
+        path: Option<PathBuf>,
         /// What is wrong with it.
         source: SceneError,
     },
@@ -134,17 +134,16 @@ impl FormatError {
         }
     }
 
-    pub(crate) fn io(path: &Path, source: io::Error) -> Self {
-        Self::Io {
-            path: path.into(),
-            source,
-        }
-    }
-
     pub(crate) fn unsupported(path: &Path, message: impl Into<String>) -> Self {
         Self::Unsupported {
             path: path.into(),
             message: message.into(),
         }
+    }
+}
+
+impl From<SceneError> for FormatError {
+    fn from(source: SceneError) -> Self {
+        Self::Scene { path: None, source }
     }
 }

@@ -1,32 +1,141 @@
 //! The folder that a world may read from.
 
-use std::path::{Path, PathBuf};
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Component, Path, PathBuf};
+
+use raycam_scene::{Files, Model, Texture, Wrap};
 
 use crate::budget::Budget;
+use crate::error::FormatError;
+use crate::load;
+use crate::texture;
 
 /// A folder and what may still be read from it: names in files lead only to regular files inside.
 #[derive(Debug)]
 pub struct Folder {
     root: PathBuf,
-    budget: Budget,
+    pub(crate) budget: Budget,
+    notices: Vec<String>,
+}
+
+/// A file in memory.
+#[derive(Debug)]
+pub(crate) struct Source {
+    /// As shown in errors; its folder is where the names in it start from.
+    pub(crate) path: PathBuf,
+    pub(crate) bytes: Vec<u8>,
 }
 
 impl Folder {
-    /// Everything inside `root`, symbolic links resolved, within `budget`.
+    /// Everything inside `root`, symbolic links resolved, within `budget`. An empty `root` is the current folder.
     pub fn new(root: &Path, budget: &Budget) -> Self {
-        Self {
-            root: root.into(),
-            budget: *budget,
-        }
+        let root = if root.as_os_str().is_empty() { Path::new(".") } else { root };
+        Self { root: root.into(), budget: *budget, notices: Vec::new() }
     }
 
-    /// Where it is.
-    pub fn root(&self) -> &Path {
-        &self.root
+    /// The folder around a file that was asked for by its path: wherever that is, it may be read.
+    pub(crate) fn around(path: &Path, budget: &Budget) -> Self {
+        Self::new(path.parent().unwrap_or(Path::new("")), budget)
     }
 
     /// What is left of the budget.
     pub fn budget(&self) -> &Budget {
         &self.budget
+    }
+
+    /// What reading images had to say since it was last asked; a [`Model`] has its own notices.
+    pub fn take_notices(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notices)
+    }
+
+    /// The bytes of a file asked for by its path.
+    pub(crate) fn read(&mut self, path: &Path) -> Result<Source, FormatError> {
+        let bytes = self.read_bytes(path, path)?;
+        Ok(Source { path: path.into(), bytes })
+    }
+
+    /// The bytes of the file that `reference` names, as written in the file `from`.
+    pub(crate) fn follow(&mut self, from: &Path, reference: &str) -> Result<Source, FormatError> {
+        let refused = |message: &str| FormatError::Reference {
+            reference: reference.into(),
+            message: message.into(),
+        };
+        let folder = from.parent().unwrap_or(Path::new(""));
+        let folder = folder.strip_prefix(&self.root).unwrap_or(folder);
+        let inside = normalize(folder, reference).map_err(refused)?;
+        let path = if self.root == Path::new(".") { inside.clone() } else { self.root.join(&inside) };
+        let io = |source| FormatError::Io { path: path.clone(), source };
+        let root = self.root.canonicalize().map_err(io)?;
+        let real = root.join(&inside).canonicalize().map_err(io)?;
+        if !real.starts_with(&root) {
+            return Err(refused("it leads out of the folder of the world file; copy it there"));
+        }
+        let bytes = self.read_bytes(&real, &path)?;
+        Ok(Source { path, bytes })
+    }
+
+    /// Reads `path`, called `shown` in errors.
+    fn read_bytes(&mut self, path: &Path, shown: &Path) -> Result<Vec<u8>, FormatError> {
+        let io = |source| FormatError::Io { path: shown.into(), source };
+        let kind = |kind, message| io(io::Error::new(kind, message));
+        // Asked before it is opened: opening a pipe would wait for a writer.
+        let status = fs::metadata(path).map_err(io)?;
+        if status.is_dir() {
+            return Err(kind(io::ErrorKind::IsADirectory, "a folder, expected a file"));
+        }
+        if !status.is_file() {
+            let message = "a device, pipe or socket, expected a regular file";
+            return Err(kind(io::ErrorKind::InvalidInput, message));
+        }
+        let file = File::open(path).map_err(io)?;
+        let size = file.metadata().map_err(io)?.len();
+        self.budget.take_bytes(shown, size)?;
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(size as usize).map_err(|e| io(e.into()))?;
+        file.take(size + 1).read_to_end(&mut bytes).map_err(io)?;
+        if bytes.len() as u64 != size {
+            return Err(kind(io::ErrorKind::InvalidData, "changed its size while it was read"));
+        }
+        Ok(bytes)
+    }
+}
+
+/// The path of `reference` inside the folder, `folder` being where it starts; or why there is none.
+fn normalize(folder: &Path, reference: &str) -> Result<PathBuf, &'static str> {
+    if reference.is_empty() || reference.contains('\0') {
+        return Err("expected a file name");
+    }
+    if reference.contains('\\') {
+        return Err("expected / between folders, not \\");
+    }
+    let scheme = reference.split('/').next().is_some_and(|start| start.contains(':'));
+    if scheme || reference.starts_with('/') {
+        return Err("expected a path relative to the file that names it, without a scheme or a drive");
+    }
+    let mut path = PathBuf::new();
+    for component in folder.components().chain(Path::new(reference).components()) {
+        match component {
+            Component::Normal(name) => path.push(name),
+            Component::CurDir => {}
+            Component::ParentDir if path.pop() => {}
+            _ => return Err("it leads out of the folder of the world file; copy it there"),
+        }
+    }
+    Ok(path)
+}
+
+impl Files for Folder {
+    type Error = FormatError;
+
+    fn mesh(&mut self, file: &str) -> Result<Model, FormatError> {
+        let reader = load::model_reader(Path::new(file))?;
+        let source = self.follow(Path::new(""), file)?;
+        reader(&source, self)
+    }
+
+    fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, FormatError> {
+        let source = self.follow(Path::new(""), file)?;
+        texture::decode(&source, wrap, &mut self.budget, &mut self.notices)
     }
 }

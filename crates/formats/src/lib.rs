@@ -8,16 +8,29 @@
 #![forbid(unsafe_code)]
 
 mod budget;
+mod companion;
+mod corners;
 mod error;
 pub mod exr;
 mod folder;
 mod load;
+mod mtl;
+mod obj;
+mod obj_model;
+mod off;
+mod ply;
+mod ply_header;
 pub mod png;
+mod polygon;
+mod polygons;
+mod single;
+mod stl;
+mod text;
 mod texture;
 pub mod world_file;
 
 pub use budget::Budget;
 pub use error::{FormatError, Place};
 pub use folder::Folder;
-pub use load::load;
+pub use load::{extensions, load, read_model};
 pub use texture::read_texture;

@@ -1,0 +1,89 @@
+//! Corners with attributes of their own to vertices: a position is repeated only where its attributes differ.
+
+use std::collections::HashMap;
+
+/// A corner of a face: indices of a position, of texture coordinates and of a normal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Corner {
+    pub(crate) position: u32,
+    /// Or [`NONE`].
+    pub(crate) uv: u32,
+    /// Or [`NONE`].
+    pub(crate) normal: u32,
+}
+
+/// No such attribute.
+pub(crate) const NONE: u32 = u32::MAX;
+/// A vertex that no corner has claimed yet.
+const FREE: u32 = u32::MAX - 1;
+/// Past this many vertices at one position they are looked up, so that no file makes it slow.
+const CROWD: usize = 32;
+
+/// The vertices of one mesh as they are found.
+pub(crate) struct Vertices {
+    /// What each vertex is made of; `uv` is above every index where no corner uses it.
+    pub(crate) made_of: Vec<Corner>,
+    /// The next vertex at the same position.
+    next: Vec<u32>,
+    /// The first vertex of each position.
+    first: Vec<u32>,
+    crowded: HashMap<(u32, u32, u32), u32>,
+}
+
+impl Vertices {
+    /// For positions below `count`.
+    pub(crate) fn new(count: usize) -> Self {
+        Self { made_of: Vec::new(), next: Vec::new(), first: vec![NONE; count], crowded: HashMap::new() }
+    }
+
+    /// Begins another mesh.
+    pub(crate) fn clear(&mut self) {
+        for corner in self.made_of.drain(..) {
+            self.first[corner.position as usize] = NONE;
+        }
+        self.next.clear();
+        self.crowded.clear();
+    }
+
+    /// Gives these positions the next vertices, in this order, so that a mesh without seams keeps the file's order.
+    pub(crate) fn reserve(&mut self, positions: impl Iterator<Item = u32>) {
+        for position in positions {
+            if self.first[position as usize] == NONE {
+                self.first[position as usize] = self.push(Corner { position, uv: FREE, normal: FREE });
+            }
+        }
+    }
+
+    fn push(&mut self, corner: Corner) -> u32 {
+        self.made_of.push(corner);
+        self.next.push(NONE);
+        (self.made_of.len() - 1) as u32
+    }
+
+    /// The vertex of a corner whose position is reserved.
+    pub(crate) fn vertex(&mut self, corner: Corner) -> u32 {
+        let mut vertex = self.first[corner.position as usize];
+        for _ in 0..CROWD {
+            let found = &mut self.made_of[vertex as usize];
+            if found.uv == FREE {
+                *found = corner;
+            }
+            if *found == corner {
+                return vertex;
+            }
+            if self.next[vertex as usize] == NONE {
+                let new = self.push(corner);
+                self.next[vertex as usize] = new;
+                return new;
+            }
+            vertex = self.next[vertex as usize];
+        }
+        let key = (corner.position, corner.uv, corner.normal);
+        if let Some(&known) = self.crowded.get(&key) {
+            return known;
+        }
+        let new = self.push(corner);
+        self.crowded.insert(key, new);
+        new
+    }
+}

@@ -1,0 +1,283 @@
+//! OFF (Geomview, "OFF Files"): text, with the prefixes ST, C and N for texture coordinates, colours and normals.
+//!
+//! Colours of a file are 0..=255 in sRGB where all are whole numbers, else 0..=1 and linear; whole numbers that never
+//! pass 1 count as the latter. Texture coordinates have their origin at the bottom left in the file and at the top left
+//! here.
+
+use std::path::Path;
+
+use glam::DVec3;
+use raycam_scene::color::{Rgb, linear_from_srgb};
+use raycam_scene::{Mesh, Model};
+
+use crate::error::FormatError;
+use crate::folder::{Folder, Source};
+use crate::polygons::Polygons;
+use crate::single;
+use crate::text::{self, Lines, Words};
+
+/// What the first word says that vertices have, in this order.
+#[derive(Clone, Copy, Debug, Default)]
+struct Kind {
+    normals: bool,
+    colors: bool,
+    uvs: bool,
+}
+
+/// The model in an OFF file: one part.
+pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
+    let path = &source.path;
+    let mut rows = Rows { path, lines: Lines::new(text::plain(path, &source.bytes)?), line: 0 };
+    let (kind, counts) = rows.header()?;
+    let [vertices, faces] = counts;
+    // Three digits, spaces and line ends each, at least.
+    let left = rows.lines.left() + 1;
+    if vertices.checked_mul(6).is_none_or(|n| n > left) || faces.checked_mul(4).is_none_or(|n| n > left) {
+        let message = format!("{vertices} vertices and {faces} faces declared, but only {left} bytes follow");
+        return Err(rows.error(message));
+    }
+    folder.budget.take_elements(path, vertices as u64)?;
+
+    let mut mesh = Mesh::default();
+    let (mut normals, mut uvs) = (Vec::new(), Vec::new());
+    let (mut vertex_colors, mut face_colors) = (Colors::default(), Colors::default());
+    for number in 0..vertices {
+        let mut words = rows.next("vertices", number, vertices)?;
+        mesh.vertices.push(DVec3::from(rows.numbers(&mut words, "vertex", number)?));
+        if kind.normals {
+            let normal = DVec3::from(rows.numbers(&mut words, "normal", number)?);
+            normals.push(normal.normalize_or_zero().as_vec3().to_array());
+        }
+        let rest: Vec<&[u8]> = words.collect();
+        let (color, uv) = rest.split_at(rest.len() - if kind.uvs { rest.len().min(2) } else { 0 });
+        // Colours without the prefix are common.
+        if kind.colors || !color.is_empty() {
+            vertex_colors.add(&rows, number, color)?;
+        }
+        if kind.uvs {
+            let [u, v] = uv[..] else {
+                return Err(rows.error(format!("vertex {number} has no texture coordinates")));
+            };
+            let uv = [rows.number(u, "vertex", number)?, rows.number(v, "vertex", number)?];
+            uvs.push([uv[0] as f32, (1.0 - uv[1]) as f32]);
+        }
+    }
+
+    let mut polygons = Polygons::new();
+    for number in 0..faces {
+        let mut words = rows.next("faces", number, faces)?;
+        let size = words.next().and_then(text::integer).unwrap_or(-1);
+        if size < 3 {
+            let message = format!("face {number}: expected a number of corners, at least 3");
+            return Err(rows.error(message));
+        }
+        for corner in 0..size {
+            let Some(word) = words.next() else {
+                return Err(rows.error(format!("face {number} ends after {corner} of {size} corners")));
+            };
+            match text::integer(word).and_then(|i| usize::try_from(i).ok()) {
+                Some(index) if index < vertices => polygons.corner(index as u32),
+                _ => {
+                    let message = format!(
+                        "face {number}: vertex {}, but the file has {vertices} vertices (from 0)",
+                        text::shown(word)
+                    );
+                    return Err(rows.error(message));
+                }
+            }
+        }
+        polygons.end();
+        let color: Vec<&[u8]> = words.collect();
+        face_colors.add(&rows, number, &color)?;
+    }
+
+    let mut notices = Vec::new();
+    if rows.lines.any(|(_, text)| Words(text).next().is_some()) {
+        notices.push(format!("{}: the lines after the last face are not used", path.display()));
+    } else if !rows.lines.ended() {
+        let path = path.display();
+        notices.push(format!("{path}: the last line has no line end; the file may be cut off"));
+    }
+    if faces == 0 {
+        return Err(FormatError::whole(path, format!("no faces, only {vertices} vertices: nothing to see")));
+    }
+    if normals.contains(&[0.0; 3]) {
+        let path = path.display();
+        notices.push(format!("{path}: normals without a direction; all normals are ignored"));
+        normals.clear();
+    }
+    let face_colors = face_colors.linear("faces", path, &mut notices)?;
+    let mut colors = Vec::new();
+    let position = |c: u32| mesh.vertices[c as usize];
+    polygons.triangles(0..faces, path, &mut folder.budget, position, |polygon, triangle| {
+        mesh.triangles.push(triangle);
+        colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
+    })?;
+    mesh.face_colors = face_colors.map(|_| colors);
+    mesh.vertex_colors = vertex_colors.linear("vertices", path, &mut notices)?;
+    mesh.normals = (!normals.is_empty()).then_some(normals);
+    mesh.uvs = kind.uvs.then_some(uvs);
+    Ok(single::model(mesh, notices))
+}
+
+/// The lines that say something, one by one.
+struct Rows<'a> {
+    path: &'a Path,
+    lines: Lines<'a>,
+    line: usize,
+}
+
+impl<'a> Rows<'a> {
+    fn error(&self, message: impl Into<String>) -> FormatError {
+        FormatError::line(self.path, self.line, message)
+    }
+
+    fn words(&mut self) -> Option<Words<'a>> {
+        let (line, text) = self.lines.find(|(_, text)| Words(text).next().is_some())?;
+        self.line = line;
+        Some(Words(text))
+    }
+
+    fn next(&mut self, what: &str, number: usize, declared: usize) -> Result<Words<'a>, FormatError> {
+        let end = format!("the file ends after {number} of {declared} {what}");
+        self.words().ok_or_else(|| self.error(end))
+    }
+
+    /// The kind and the numbers of vertices and faces; that of edges may be missing and is not used.
+    fn header(&mut self) -> Result<(Kind, [usize; 2]), FormatError> {
+        let mut words = self.words().ok_or_else(|| self.error("empty, expected an OFF file"))?;
+        let mut kind = Kind::default();
+        let first = words.clone().next().unwrap_or_default();
+        // The word may be missing.
+        if text::integer(first).is_none() {
+            words.next();
+            let Some(mut prefix) = first.strip_suffix(b"OFF") else {
+                return Err(self.error(format!("{}: not an OFF file", text::shown(first))));
+            };
+            for (letters, has) in [
+                (&b"ST"[..], &mut kind.uvs),
+                (b"C", &mut kind.colors),
+                (b"N", &mut kind.normals),
+            ] {
+                if let Some(rest) = prefix.strip_prefix(letters) {
+                    *has = true;
+                    prefix = rest;
+                }
+            }
+            if !prefix.is_empty() {
+                let message = format!("{}: only three dimensions are read", text::shown(first));
+                return Err(FormatError::unsupported(self.path, message));
+            }
+            match words.clone().next() {
+                Some(b"BINARY") => {
+                    return Err(FormatError::unsupported(self.path, "binary OFF; save it as text"));
+                }
+                Some(_) => {}
+                None => words = self.words().ok_or_else(|| self.error("no numbers of vertices and faces"))?,
+            }
+        }
+        let mut count = || words.next().and_then(text::integer).and_then(|n| usize::try_from(n).ok());
+        match (count(), count()) {
+            (Some(vertices), Some(faces)) => Ok((kind, [vertices, faces])),
+            _ => Err(self.error("expected the numbers of vertices, faces and edges")),
+        }
+    }
+
+    fn number(&self, word: &[u8], what: &str, number: usize) -> Result<f64, FormatError> {
+        text::number(word).filter(|v| v.is_finite()).ok_or_else(|| {
+            self.error(format!("{what} {number}: {} is not a finite number", text::shown(word)))
+        })
+    }
+
+    fn numbers(&self, words: &mut Words<'_>, what: &str, number: usize) -> Result<[f64; 3], FormatError> {
+        let mut values = [0.0; 3];
+        for value in &mut values {
+            let word = words.next().ok_or_else(|| self.error(format!("{what} {number}: expected 3 numbers")))?;
+            *value = self.number(word, what, number)?;
+        }
+        Ok(values)
+    }
+}
+
+/// Colours whose unit is known when all have been seen.
+#[derive(Default)]
+struct Colors {
+    /// NaN where there is none.
+    values: Vec<[f64; 3]>,
+    missing: usize,
+    /// Indices of a colour map.
+    mapped: usize,
+    fractions: bool,
+    translucent: usize,
+    /// The largest value, with its line.
+    largest: (f64, usize),
+}
+
+impl Colors {
+    fn add(&mut self, rows: &Rows<'_>, number: usize, words: &[&[u8]]) -> Result<(), FormatError> {
+        match words.len() {
+            3 | 4 => {}
+            count @ (0 | 1) => {
+                self.missing += 1;
+                self.mapped += count;
+                self.values.push([f64::NAN; 3]);
+                return Ok(());
+            }
+            count => {
+                let message = format!("{count} numbers after {number}, expected a colour of 3 or 4");
+                return Err(rows.error(message));
+            }
+        }
+        let mut rgba = [0.0, 0.0, 0.0, f64::NAN];
+        for (value, word) in rgba.iter_mut().zip(words) {
+            *value = rows.number(word, "colour", number)?;
+            self.fractions |= text::integer(word).is_none();
+            if *value < 0.0 {
+                return Err(rows.error(format!("colour {}: expected at least 0", text::shown(word))));
+            }
+            if *value > self.largest.0 {
+                self.largest = (*value, rows.line);
+            }
+        }
+        let [r, g, b, a] = rgba;
+        self.translucent += usize::from(a < 1.0 || !self.fractions && a < 255.0);
+        self.values.push([r, g, b]);
+        Ok(())
+    }
+
+    /// Linear colours, white where there is none; `None` where there is none at all.
+    fn linear(
+        self,
+        what: &str,
+        path: &Path,
+        notices: &mut Vec<String>,
+    ) -> Result<Option<Vec<Rgb>>, FormatError> {
+        let shown = path.display();
+        if self.mapped > 0 {
+            notices.push(format!("{shown}: {} {what} with a colour map index are white", self.mapped));
+        }
+        if self.missing == self.values.len() {
+            return Ok(None);
+        }
+        if self.missing > self.mapped {
+            let missing = self.missing - self.mapped;
+            notices.push(format!("{shown}: {missing} {what} without a colour are white"));
+        }
+        if self.translucent > 0 {
+            notices.push(format!("{shown}: the transparency of {} {what} is dropped", self.translucent));
+        }
+        let (largest, line) = self.largest;
+        let bytes = !self.fractions && largest > 1.0;
+        let one = if bytes { 255.0 } else { 1.0 };
+        if largest > one {
+            let message = format!("colour {largest} outside 0..={one}");
+            return Err(FormatError::line(path, line, message));
+        }
+        let linear = |c: f64| match (c.is_nan(), bytes) {
+            (true, _) => 1.0,
+            (false, true) => linear_from_srgb((c / 255.0) as f32),
+            (false, false) => c as f32,
+        };
+        Ok(Some(self.values.into_iter().map(|rgb| rgb.map(linear)).collect()))
+    }
+}

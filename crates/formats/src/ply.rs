@@ -1,0 +1,390 @@
+//! PLY (Turk, "The PLY Polygon File Format", 1994): text and binary of both byte orders.
+//!
+//! Read are `vertex` (x y z, nx ny nz, red green blue, s t or u v), `face` (vertex_indices, colours, texcoord as MeshLab
+//! writes it) and `tristrips`; other elements and properties are passed over. Whole-number colours are sRGB, of 8 bits
+//! or, as ushort, 16; floating-point colours are linear. Texture coordinates have their origin at the bottom left in the
+//! file and at the top left here.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use glam::DVec3;
+use raycam_scene::color::{Rgb, linear_from_srgb};
+use raycam_scene::{Mesh, Model, Wrap};
+
+use crate::corners::{Corner, NONE, Vertices};
+use crate::error::FormatError;
+use crate::folder::{Folder, Source};
+use crate::ply_header::{self, Body, Element, Header, Kind};
+use crate::polygons::Polygons;
+use crate::{companion, single};
+
+/// The model in a PLY file: one part.
+pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
+    let path = &source.path;
+    let (header, mut body) = ply_header::parse(path, &source.bytes)?;
+    let declared = |name| header.elements.iter().filter(|e| e.name == name).map(|e| e.count).sum();
+    let vertices: usize = declared("vertex");
+    folder.budget.take_elements(path, vertices as u64)?;
+
+    let mut ply = Ply::new(path, vertices);
+    for element in &header.elements {
+        match &element.name[..] {
+            "vertex" => ply.vertices(element, &mut body)?,
+            "face" => ply.faces(element, &mut body)?,
+            "tristrips" => ply.strips(element, &mut body)?,
+            _ => ply.pass(element, &mut body)?,
+        }
+    }
+    ply.notices.extend(body.ending());
+    ply.model(&header, folder)
+}
+
+/// What a column means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Meaning {
+    X,
+    Y,
+    Z,
+    NormalX,
+    NormalY,
+    NormalZ,
+    Red,
+    Green,
+    Blue,
+    Alpha,
+    U,
+    V,
+    /// The image of a face.
+    Image,
+    /// A list of vertices.
+    Corners,
+    /// A list of texture coordinates, two for each corner.
+    CornerUvs,
+    Nothing,
+}
+
+use Meaning::{Alpha, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
+
+impl Meaning {
+    fn of(name: &str, list: bool) -> Self {
+        match (name, list) {
+            ("x", false) => X,
+            ("y", false) => Y,
+            ("z", false) => Z,
+            ("nx", false) => NormalX,
+            ("ny", false) => NormalY,
+            ("nz", false) => NormalZ,
+            ("red" | "r" | "diffuse_red", false) => Red,
+            ("green" | "g" | "diffuse_green", false) => Green,
+            ("blue" | "b" | "diffuse_blue", false) => Blue,
+            ("alpha" | "a" | "diffuse_alpha", false) => Alpha,
+            ("s" | "u" | "texture_u" | "texcoord_u", false) => U,
+            ("t" | "v" | "texture_v" | "texcoord_v", false) => V,
+            ("texnumber", false) => Self::Image,
+            ("vertex_indices" | "vertex_index", true) => Self::Corners,
+            ("texcoord", true) => Self::CornerUvs,
+            _ => Self::Nothing,
+        }
+    }
+}
+
+/// One row of a table: its numbers by meaning, and its lists.
+#[derive(Default)]
+struct Row {
+    numbers: [f64; Meaning::Nothing as usize + 1],
+    corners: Vec<f64>,
+    uvs: Vec<f64>,
+}
+
+/// The columns of an element.
+struct Columns<'a> {
+    element: &'a Element,
+    meanings: Vec<Meaning>,
+    /// The kind of its colours.
+    color: Kind,
+}
+
+impl<'a> Columns<'a> {
+    fn new(element: &'a Element) -> Self {
+        let meaning = |p: &ply_header::Property| Meaning::of(&p.name, p.list.is_some());
+        let meanings: Vec<_> = element.properties.iter().map(meaning).collect();
+        let red = meanings.iter().position(|&m| m == Red);
+        Self { element, color: red.map_or(Kind::U8, |i| element.properties[i].kind), meanings }
+    }
+
+    fn have(&self, wanted: &[Meaning]) -> bool {
+        wanted.iter().all(|meaning| self.meanings.contains(meaning))
+    }
+
+    fn read(&self, body: &mut Body<'_>, row: &mut Row) -> Result<(), FormatError> {
+        row.corners.clear();
+        row.uvs.clear();
+        body.row()?;
+        for (property, &meaning) in self.element.properties.iter().zip(&self.meanings) {
+            let Some(list) = property.list else {
+                row.numbers[meaning as usize] = body.value(property.kind)?;
+                continue;
+            };
+            for _ in 0..body.length(list)? {
+                let value = body.value(property.kind)?;
+                match meaning {
+                    Meaning::Corners => row.corners.push(value),
+                    Meaning::CornerUvs => row.uvs.push(value),
+                    _ => {}
+                }
+            }
+        }
+        body.end_row()
+    }
+
+    /// The linear colour of a row.
+    fn color(&self, body: &Body<'_>, row: &Row, number: usize) -> Result<Rgb, FormatError> {
+        let given = [Red, Green, Blue].map(|m| row.numbers[m as usize]);
+        let one = self.white();
+        if given.iter().all(|c| (0.0..=one).contains(c)) {
+            let share = given.map(|c| (c / one) as f32);
+            return Ok(if self.color.is_float() { share } else { share.map(linear_from_srgb) });
+        }
+        let name = &self.element.name;
+        Err(body.error(format!("{name} {number}: colour {given:?} outside 0..={one}")))
+    }
+
+    /// The largest value of a colour.
+    fn white(&self) -> f64 {
+        match self.color {
+            Kind::F32 | Kind::F64 => 1.0,
+            Kind::U16 => 65535.0,
+            _ => 255.0,
+        }
+    }
+
+    fn opaque(&self, row: &Row) -> bool {
+        !self.have(&[Alpha]) || row.numbers[Alpha as usize] >= self.white()
+    }
+}
+
+struct Ply<'a> {
+    path: &'a Path,
+    /// How many vertices there will be.
+    declared: usize,
+    mesh: Mesh,
+    polygons: Polygons<Corner>,
+    face_colors: Option<Vec<Rgb>>,
+    corner_uvs: Vec<[f32; 2]>,
+    translucent: bool,
+    images: BTreeSet<i64>,
+    notices: Vec<String>,
+}
+
+impl<'a> Ply<'a> {
+    fn new(path: &'a Path, declared: usize) -> Self {
+        Self {
+            path,
+            declared,
+            mesh: Mesh::default(),
+            polygons: Polygons::new(),
+            face_colors: None,
+            corner_uvs: Vec::new(),
+            translucent: false,
+            images: BTreeSet::new(),
+            notices: Vec::new(),
+        }
+    }
+
+    fn vertices(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+        let columns = Columns::new(element);
+        if !columns.have(&[X, Y, Z]) {
+            return Err(FormatError::whole(self.path, "element vertex has no x, y and z"));
+        }
+        if !self.mesh.vertices.is_empty() {
+            return Err(FormatError::whole(self.path, "a second element vertex"));
+        }
+        let mut normals = columns.have(&[NormalX, NormalY, NormalZ]).then(Vec::new);
+        let mut colors = columns.have(&[Red, Green, Blue]).then(Vec::new);
+        let mut uvs = columns.have(&[U, V]).then(Vec::new);
+        let mut row = Row::default();
+        for number in 0..element.count {
+            columns.read(body, &mut row)?;
+            let vector = |names: [Meaning; 3]| DVec3::from(names.map(|m| row.numbers[m as usize]));
+            let position = vector([X, Y, Z]);
+            if !position.is_finite() {
+                let [x, y, z] = position.to_array();
+                return Err(body.error(format!("vertex {number} is not finite: ({x}, {y}, {z})")));
+            }
+            self.mesh.vertices.push(position);
+            if let Some(normals) = &mut normals {
+                normals.push(vector([NormalX, NormalY, NormalZ]).normalize_or_zero());
+            }
+            if let Some(colors) = &mut colors {
+                colors.push(columns.color(body, &row, number)?);
+                self.translucent |= !columns.opaque(&row);
+            }
+            if let Some(uvs) = &mut uvs {
+                uvs.push(self.uv(body, row.numbers[U as usize], row.numbers[V as usize])?);
+            }
+        }
+        // A vertex without a direction has no normal; a mesh with one such is taken as flat.
+        let directionless = normals.iter().flatten().filter(|n| **n == DVec3::ZERO).count();
+        if directionless > 0 {
+            let path = self.path.display();
+            self.notices.push(format!(
+                "{path}: {directionless} normals without a direction; all normals are ignored"
+            ));
+            normals = None;
+        }
+        self.mesh.normals = normals.map(|n| n.iter().map(|n| n.as_vec3().to_array()).collect());
+        self.mesh.vertex_colors = colors;
+        self.mesh.uvs = uvs;
+        Ok(())
+    }
+
+    fn uv(&self, body: &Body<'_>, u: f64, v: f64) -> Result<[f32; 2], FormatError> {
+        if u.is_finite() && v.is_finite() {
+            return Ok([u as f32, (1.0 - v) as f32]);
+        }
+        Err(body.error(format!("texture coordinate ({u}, {v}) is not finite")))
+    }
+
+    fn position(&self, body: &Body<'_>, face: usize, index: f64) -> Result<u32, FormatError> {
+        if index >= 0.0 && index < self.declared as f64 {
+            return Ok(index as u32);
+        }
+        let count = self.declared;
+        let message = format!("face {face}: vertex {index}, but the file has {count} vertices (from 0)");
+        Err(body.error(message))
+    }
+
+    fn faces(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+        let columns = Columns::new(element);
+        if !columns.have(&[Meaning::Corners]) {
+            return Err(FormatError::whole(self.path, "element face has no list vertex_indices"));
+        }
+        if self.polygons.len() > 0 {
+            return Err(FormatError::whole(self.path, "a second element with faces"));
+        }
+        let mut colors = columns.have(&[Red, Green, Blue]).then(Vec::new);
+        let mut row = Row::default();
+        for number in 0..element.count {
+            columns.read(body, &mut row)?;
+            let own_uvs = !row.uvs.is_empty();
+            if own_uvs && row.uvs.len() != 2 * row.corners.len() {
+                let (uvs, corners) = (row.uvs.len(), row.corners.len());
+                let message = format!("face {number}: {uvs} texture coordinates for {corners} corners");
+                return Err(body.error(message));
+            }
+            for (i, &index) in row.corners.iter().enumerate() {
+                let mut uv = NONE;
+                if own_uvs {
+                    uv = self.corner_uvs.len() as u32;
+                    self.corner_uvs.push(self.uv(body, row.uvs[2 * i], row.uvs[2 * i + 1])?);
+                }
+                let position = self.position(body, number, index)?;
+                self.polygons.corner(Corner { position, uv, normal: NONE });
+            }
+            if self.polygons.end() < 3 {
+                return Err(body.error(format!("face {number} has fewer than 3 corners")));
+            }
+            if let Some(colors) = &mut colors {
+                colors.push(columns.color(body, &row, number)?);
+                self.translucent |= !columns.opaque(&row);
+            }
+            if columns.have(&[Meaning::Image]) {
+                self.images.insert(row.numbers[Meaning::Image as usize] as i64);
+            }
+        }
+        self.face_colors = colors;
+        Ok(())
+    }
+
+    /// Strips of triangles that turn in alternation; -1 begins another.
+    fn strips(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+        let columns = Columns::new(element);
+        if self.polygons.len() > 0 {
+            return Err(FormatError::whole(self.path, "a second element with faces"));
+        }
+        let mut row = Row::default();
+        for number in 0..element.count {
+            columns.read(body, &mut row)?;
+            for strip in row.corners.split(|&index| index == -1.0) {
+                let strip: Result<Vec<u32>, _> =
+                    strip.iter().map(|&index| self.position(body, number, index)).collect();
+                for (i, triangle) in strip?.windows(3).enumerate() {
+                    let &[mut a, mut b, c] = triangle else { continue };
+                    // Repeated corners only lead the strip on.
+                    if a == b || b == c || c == a {
+                        continue;
+                    }
+                    if i % 2 == 1 {
+                        std::mem::swap(&mut a, &mut b);
+                    }
+                    for position in [a, b, c] {
+                        self.polygons.corner(Corner { position, uv: NONE, normal: NONE });
+                    }
+                    self.polygons.end();
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads over an element without a use.
+    fn pass(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+        let columns = Columns::new(element);
+        let mut row = Row::default();
+        (0..element.count).try_for_each(|_| columns.read(body, &mut row))
+    }
+
+    fn model(mut self, header: &Header, folder: &mut Folder) -> Result<Model, FormatError> {
+        let path = self.path;
+        if self.polygons.len() == 0 {
+            let message = format!("no faces, only {} vertices: nothing to see", self.declared);
+            return Err(FormatError::whole(path, message));
+        }
+        if self.mesh.vertices.len() != self.declared {
+            return Err(FormatError::whole(path, "more than one element vertex"));
+        }
+        if self.translucent {
+            self.notices.push(format!("{}: its transparency is dropped", path.display()));
+        }
+        let Self { mesh, polygons, face_colors, corner_uvs, .. } = &mut self;
+        let mut vertices = Vertices::new(mesh.vertices.len());
+        vertices.reserve(0..mesh.vertices.len() as u32);
+        let (mut triangles, mut colors) = (Vec::new(), Vec::new());
+        let position = |c: Corner| mesh.vertices[c.position as usize];
+        let all = 0..polygons.len();
+        polygons.triangles(all, path, &mut folder.budget, position, |polygon, corners| {
+            triangles.push(corners.map(|corner| vertices.vertex(corner)));
+            colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
+        })?;
+        mesh.triangles = triangles;
+        mesh.face_colors = face_colors.is_some().then_some(colors);
+        if !corner_uvs.is_empty() {
+            let of = |c: &Corner| corner_uvs.get(c.uv as usize).copied().unwrap_or([0.0; 2]);
+            let origin = |c: &Corner| c.position as usize;
+            let made_of = &vertices.made_of;
+            mesh.uvs = Some(made_of.iter().map(of).collect());
+            mesh.vertices = made_of.iter().map(|c| mesh.vertices[origin(c)]).collect();
+            let normals = mesh.normals.take();
+            mesh.normals = normals.map(|n| made_of.iter().map(|c| n[origin(c)]).collect());
+            let colors = mesh.vertex_colors.take();
+            mesh.vertex_colors = colors.map(|n| made_of.iter().map(|c| n[origin(c)]).collect());
+        }
+        let textured = self.mesh.uvs.is_some();
+        let mut model = single::model(self.mesh, self.notices);
+        if let Some(file) = header.textures.first().filter(|_| textured) {
+            let texture = companion::texture(path, file, Wrap::Repeat, folder, &mut model)?;
+            if texture.is_some() {
+                model.materials[0].texture = texture;
+                model.materials[0].color = [1.0; 3];
+            }
+            if self.images.len() > 1 || header.textures.len() > 1 {
+                model.notices.push(format!(
+                    "{}: several images; all faces have the first, {file:?}",
+                    path.display()
+                ));
+            }
+        }
+        Ok(model)
+    }
+}

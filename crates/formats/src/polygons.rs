@@ -1,0 +1,85 @@
+//! The polygons of a file, and the triangles they become.
+
+use std::ops::Range;
+use std::path::Path;
+
+use glam::DVec3;
+
+use crate::budget::Budget;
+use crate::error::FormatError;
+use crate::polygon;
+
+/// Polygons as one flat list of corners of any kind.
+#[derive(Clone, Debug)]
+pub(crate) struct Polygons<C> {
+    corners: Vec<C>,
+    /// Where each polygon ends in `corners`.
+    ends: Vec<usize>,
+}
+
+impl<C: Copy> Polygons<C> {
+    pub(crate) fn new() -> Self {
+        Self { corners: Vec::new(), ends: Vec::new() }
+    }
+
+    /// How many polygons there are.
+    pub(crate) fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Adds a corner to the polygon under way.
+    pub(crate) fn corner(&mut self, corner: C) {
+        self.corners.push(corner);
+    }
+
+    /// Ends the polygon under way; how many corners it has.
+    pub(crate) fn end(&mut self) -> usize {
+        let size = self.corners.len() - self.ends.last().copied().unwrap_or(0);
+        self.ends.push(self.corners.len());
+        size
+    }
+
+    /// The corners of a polygon.
+    pub(crate) fn get(&self, polygon: usize) -> &[C] {
+        let start = if polygon == 0 { 0 } else { self.ends[polygon - 1] };
+        &self.corners[start..self.ends[polygon]]
+    }
+
+    /// Cuts a range of the polygons, of at least 3 corners each, and shows every triangle with the number of its
+    /// polygon, in order. Corners and work are taken from the budget.
+    pub(crate) fn triangles(
+        &self,
+        range: Range<usize>,
+        path: &Path,
+        budget: &mut Budget,
+        position: impl Fn(C) -> DVec3,
+        mut triangle: impl FnMut(usize, [C; 3]),
+    ) -> Result<(), FormatError> {
+        let corners: usize = range.clone().map(|polygon| self.get(polygon).len()).sum();
+        budget.take_elements(path, corners as u64)?;
+        let before = budget.steps;
+        let (mut points, mut cut) = (Vec::new(), Vec::new());
+        for polygon in range {
+            let corners = self.get(polygon);
+            if let [a, b, c] = *corners {
+                triangle(polygon, [a, b, c]);
+                continue;
+            }
+            points.clear();
+            points.extend(corners.iter().map(|&c| position(c)));
+            cut.clear();
+            polygon::triangulate(&points, &mut budget.steps, &mut cut).map_err(|_| {
+                FormatError::Budget {
+                    path: path.into(),
+                    what: "steps to cut its polygons into triangles, and more",
+                    amount: before,
+                    left: 0,
+                }
+            })?;
+            for corner in &cut {
+                triangle(polygon, corner.map(|i| corners[i as usize]));
+            }
+        }
+        Ok(())
+    }
+}
