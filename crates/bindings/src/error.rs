@@ -75,7 +75,8 @@ impl IntoPyErr for FormatError {
                 None => PyOSError::new_err(format!("{}: {source}", path.display())),
             },
             FormatError::Scene { path, source } => {
-                scene_error(&source, &format!("{}: ", path.display()))
+                let place = path.map(|path| format!("{}: ", path.display()));
+                scene_error(&source, &place.unwrap_or_default())
             }
             FormatError::Schema { .. } => world_error(self.to_string()),
             _ => python::FormatError::new_err(self.to_string()),

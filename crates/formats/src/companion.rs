@@ -41,7 +41,9 @@ pub(crate) fn texture(
     match texture::decode(&source, [wrap; 2], &mut folder.budget, &mut model.notices) {
         Ok(texture) => model.textures.push(texture),
         Err(error @ FormatError::Unsupported { .. }) => {
-            model.notices.push(format!("{}: left out: {error}", from.display()));
+            model
+                .notices
+                .push(format!("{}: left out: {error}", from.display()));
             return Ok(None);
         }
         Err(error) => return Err(error),

@@ -33,7 +33,12 @@ pub(crate) struct Vertices {
 impl Vertices {
     /// For positions below `count`.
     pub(crate) fn new(count: usize) -> Self {
-        Self { made_of: Vec::new(), next: Vec::new(), first: vec![NONE; count], crowded: HashMap::new() }
+        Self {
+            made_of: Vec::new(),
+            next: Vec::new(),
+            first: vec![NONE; count],
+            crowded: HashMap::new(),
+        }
     }
 
     /// Begins another mesh.
@@ -49,7 +54,11 @@ impl Vertices {
     pub(crate) fn reserve(&mut self, positions: impl Iterator<Item = u32>) {
         for position in positions {
             if self.first[position as usize] == NONE {
-                self.first[position as usize] = self.push(Corner { position, uv: FREE, normal: FREE });
+                self.first[position as usize] = self.push(Corner {
+                    position,
+                    uv: FREE,
+                    normal: FREE,
+                });
             }
         }
     }

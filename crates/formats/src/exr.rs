@@ -5,8 +5,9 @@ use ::exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image
 use ::exr::meta::attribute::{AttributeValue, LineOrder, Text};
 use ::exr::meta::header::{ImageAttributes, LayerAttributes};
 use ::exr::prelude::{Compression, IntegerBounds, Vec2};
+use glam::DMat3;
 use half::f16;
-use raycam_scene::Camera;
+use raycam_scene::{Camera, PixelCenter};
 
 use crate::error::FormatError;
 
@@ -103,7 +104,6 @@ pub fn encode(
     camera: Option<&Camera>,
     notes: &[(&str, &str)],
 ) -> Result<Vec<u8>, FormatError> {
-    let _ = camera;
     let [columns, rows] = size.map(|side| side as usize);
     if columns == 0 || rows == 0 || layers.is_empty() {
         return Err(FormatError::Encode(format!(
@@ -143,10 +143,16 @@ pub fn encode(
     }
 
     let mut attributes = ImageAttributes::new(IntegerBounds::from_dimensions((columns, rows)));
-    for (key, value) in notes {
-        attributes
-            .other
-            .insert(text(key)?, AttributeValue::Text(Text::from(*value)));
+    let mut header = camera.map_or(Vec::new(), camera_attributes);
+    header.push(("raycam.version", string(env!("CARGO_PKG_VERSION"))));
+    header.push(("raycam.conventions", string(CONVENTIONS)));
+    header.extend(notes.iter().map(|(key, value)| (*key, string(value))));
+    for (key, value) in header {
+        if attributes.other.insert(text(key)?, value).is_some() {
+            return Err(FormatError::Encode(format!(
+                "EXR: the header has {key} twice"
+            )));
+        }
     }
     let image = Image {
         attributes,
@@ -171,6 +177,47 @@ pub fn encode(
         .to_buffered(&mut file)
         .map_err(|e| FormatError::Encode(format!("EXR: {e}")))?;
     Ok(file.into_inner())
+}
+
+/// What a reader has to know to use the channels.
+const CONVENTIONS: &str = "P = K R [I | -C], camera axes x right, y down, z forward; pixel (u, v) from the top left, \
+    the centre of the first one at (0, 0) where pixelCenter is integer, (0.5, 0.5) where it is half; depth is z along \
+    the principal axis, distance the length of the ray, both +inf in the background; ids are int32 in uint32 bits, \
+    4294967295 (-1) in the background; color is linear Rec. 709";
+
+fn camera_attributes(camera: &Camera) -> Vec<(&'static str, AttributeValue)> {
+    let row_major = |m: DMat3| m.transpose().to_cols_array();
+    let p = camera
+        .p()
+        .into_iter()
+        .chain([[0.0, 0.0, 0.0, 1.0]])
+        .flatten()
+        .collect::<Vec<_>>();
+    let center = match camera.pixel_center() {
+        PixelCenter::Integer => "integer",
+        PixelCenter::Half => "half",
+    };
+    vec![
+        ("raycam.K", doubles("m33d", &row_major(camera.k()))),
+        ("raycam.R", doubles("m33d", &row_major(camera.r()))),
+        ("raycam.C", doubles("v3d", &camera.c().to_array())),
+        ("raycam.P", doubles("m44d", &p)),
+        ("raycam.pixelCenter", string(center)),
+    ]
+}
+
+/// An attribute of one of OpenEXR's types of float64, which the crate writes as bytes.
+fn doubles(kind: &str, values: &[f64]) -> AttributeValue {
+    let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+    AttributeValue::Custom {
+        kind: Text::from(kind),
+        bytes,
+    }
+}
+
+/// A string attribute, in UTF-8.
+fn string(value: &str) -> AttributeValue {
+    AttributeValue::Text(Text::from_bytes_unchecked(value.bytes().collect()))
 }
 
 fn text(name: &str) -> Result<Text, FormatError> {

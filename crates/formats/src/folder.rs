@@ -30,8 +30,16 @@ pub(crate) struct Source {
 impl Folder {
     /// Everything inside `root`, symbolic links resolved, within `budget`. An empty `root` is the current folder.
     pub fn new(root: &Path, budget: &Budget) -> Self {
-        let root = if root.as_os_str().is_empty() { Path::new(".") } else { root };
-        Self { root: root.into(), budget: *budget, notices: Vec::new() }
+        let root = if root.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            root
+        };
+        Self {
+            root: root.into(),
+            budget: *budget,
+            notices: Vec::new(),
+        }
     }
 
     /// The folder around a file that was asked for by its path: wherever that is, it may be read.
@@ -52,7 +60,10 @@ impl Folder {
     /// The bytes of a file asked for by its path.
     pub(crate) fn read(&mut self, path: &Path) -> Result<Source, FormatError> {
         let bytes = self.read_bytes(path, path)?;
-        Ok(Source { path: path.into(), bytes })
+        Ok(Source {
+            path: path.into(),
+            bytes,
+        })
     }
 
     /// The bytes of the file that `reference` names, as written in the file `from`.
@@ -64,12 +75,21 @@ impl Folder {
         let folder = from.parent().unwrap_or(Path::new(""));
         let folder = folder.strip_prefix(&self.root).unwrap_or(folder);
         let inside = normalize(folder, reference).map_err(refused)?;
-        let path = if self.root == Path::new(".") { inside.clone() } else { self.root.join(&inside) };
-        let io = |source| FormatError::Io { path: path.clone(), source };
+        let path = if self.root == Path::new(".") {
+            inside.clone()
+        } else {
+            self.root.join(&inside)
+        };
+        let io = |source| FormatError::Io {
+            path: path.clone(),
+            source,
+        };
         let root = self.root.canonicalize().map_err(io)?;
         let real = root.join(&inside).canonicalize().map_err(io)?;
         if !real.starts_with(&root) {
-            return Err(refused("it leads out of the folder of the world file; copy it there"));
+            return Err(refused(
+                "it leads out of the folder of the world file; copy it there",
+            ));
         }
         let bytes = self.read_bytes(&real, &path)?;
         Ok(Source { path, bytes })
@@ -77,14 +97,14 @@ impl Folder {
 
     /// Reads `path`, called `shown` in errors.
     fn read_bytes(&mut self, path: &Path, shown: &Path) -> Result<Vec<u8>, FormatError> {
-        let io = |source| FormatError::Io { path: shown.into(), source };
+        let io = |source| FormatError::Io {
+            path: shown.into(),
+            source,
+        };
         let kind = |kind, message| io(io::Error::new(kind, message));
-        // Asked before it is opened: opening a pipe would wait for a writer.
+        // Asked before it is opened: opening a pipe would wait for a writer. A folder fails by itself when it is read.
         let status = fs::metadata(path).map_err(io)?;
-        if status.is_dir() {
-            return Err(kind(io::ErrorKind::IsADirectory, "a folder, expected a file"));
-        }
-        if !status.is_file() {
+        if !status.is_file() && !status.is_dir() {
             let message = "a device, pipe or socket, expected a regular file";
             return Err(kind(io::ErrorKind::InvalidInput, message));
         }
@@ -92,10 +112,15 @@ impl Folder {
         let size = file.metadata().map_err(io)?.len();
         self.budget.take_bytes(shown, size)?;
         let mut bytes = Vec::new();
-        bytes.try_reserve_exact(size as usize).map_err(|e| io(e.into()))?;
+        bytes
+            .try_reserve_exact(size as usize)
+            .map_err(|e| io(e.into()))?;
         file.take(size + 1).read_to_end(&mut bytes).map_err(io)?;
         if bytes.len() as u64 != size {
-            return Err(kind(io::ErrorKind::InvalidData, "changed its size while it was read"));
+            return Err(kind(
+                io::ErrorKind::InvalidData,
+                "changed its size while it was read",
+            ));
         }
         Ok(bytes)
     }
@@ -109,9 +134,14 @@ fn normalize(folder: &Path, reference: &str) -> Result<PathBuf, &'static str> {
     if reference.contains('\\') {
         return Err("expected / between folders, not \\");
     }
-    let scheme = reference.split('/').next().is_some_and(|start| start.contains(':'));
+    let scheme = reference
+        .split('/')
+        .next()
+        .is_some_and(|start| start.contains(':'));
     if scheme || reference.starts_with('/') {
-        return Err("expected a path relative to the file that names it, without a scheme or a drive");
+        return Err(
+            "expected a path relative to the file that names it, without a scheme or a drive",
+        );
     }
     let mut path = PathBuf::new();
     for component in folder.components().chain(Path::new(reference).components()) {
@@ -129,9 +159,8 @@ impl Files for Folder {
     type Error = FormatError;
 
     fn mesh(&mut self, file: &str) -> Result<Model, FormatError> {
-        let reader = load::model_reader(Path::new(file))?;
         let source = self.follow(Path::new(""), file)?;
-        reader(&source, self)
+        load::model(source, self)
     }
 
     fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, FormatError> {

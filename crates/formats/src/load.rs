@@ -18,20 +18,33 @@ struct Loader {
     read: Reader,
 }
 
-type ModelReader = fn(&Source, &mut Folder) -> Result<Model, FormatError>;
-
 enum Reader {
     World(fn(&Source, &mut Folder) -> Result<World, FormatError>),
-    Model(ModelReader),
+    Model(fn(&Source, &mut Folder) -> Result<Model, FormatError>),
 }
 
 /// Every kind.
 const LOADERS: &[Loader] = &[
-    Loader { extension: "toml", read: Reader::World(world_file::read) },
-    Loader { extension: "obj", read: Reader::Model(obj::read) },
-    Loader { extension: "ply", read: Reader::Model(ply::read) },
-    Loader { extension: "stl", read: Reader::Model(stl::read) },
-    Loader { extension: "off", read: Reader::Model(off::read) },
+    Loader {
+        extension: "toml",
+        read: Reader::World(world_file::read),
+    },
+    Loader {
+        extension: "obj",
+        read: Reader::Model(obj::read),
+    },
+    Loader {
+        extension: "ply",
+        read: Reader::Model(ply::read),
+    },
+    Loader {
+        extension: "stl",
+        read: Reader::Model(stl::read),
+    },
+    Loader {
+        extension: "off",
+        read: Reader::Model(off::read),
+    },
 ];
 
 /// The extensions of the files that [`load`] reads, in small letters and without the dot.
@@ -49,10 +62,7 @@ pub fn load(path: &Path, budget: &Budget) -> Result<World, FormatError> {
     let mut folder = Folder::around(path, budget);
     match find(path)? {
         Reader::World(read) => read(&folder.read(path)?, &mut folder),
-        Reader::Model(read) => {
-            let source = folder.read(path)?;
-            world(read(&source, &mut folder)?, path)
-        }
+        Reader::Model(_) => world(model(folder.read(path)?, &mut folder)?, path),
     }
 }
 
@@ -62,21 +72,33 @@ pub fn load(path: &Path, budget: &Budget) -> Result<World, FormatError> {
 /// See [`FormatError`].
 pub fn read_model(path: &Path, budget: &Budget) -> Result<Model, FormatError> {
     let mut folder = Folder::around(path, budget);
-    let read = model_reader(path)?;
-    let source = folder.read(path)?;
-    read(&source, &mut folder)
+    find(path)?;
+    model(folder.read(path)?, &mut folder)
 }
 
-/// The reader of a mesh file of this name.
-pub(crate) fn model_reader(path: &Path) -> Result<ModelReader, FormatError> {
-    match find(path)? {
-        Reader::Model(read) => Ok(*read),
-        Reader::World(_) => Err(FormatError::unsupported(path, "a world file, expected a mesh file")),
+/// The model in a mesh file that has been read: everything in it fits together.
+pub(crate) fn model(source: Source, folder: &mut Folder) -> Result<Model, FormatError> {
+    let Reader::Model(read) = find(&source.path)? else {
+        let message = "a world file, expected a mesh file";
+        return Err(FormatError::unsupported(&source.path, message));
+    };
+    let model = read(&source, folder)?;
+    for part in &model.parts {
+        let valid = part.mesh.validate();
+        valid.map_err(|error| FormatError::Scene {
+            path: Some(source.path.clone()),
+            source: error,
+        })?;
     }
+    Ok(model)
 }
 
 fn find(path: &Path) -> Result<&'static Reader, FormatError> {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let extension = path
+        .extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_lowercase();
     if let Some(loader) = LOADERS.iter().find(|loader| loader.extension == extension) {
         return Ok(&loader.read);
     }
@@ -84,22 +106,44 @@ fn find(path: &Path) -> Result<&'static Reader, FormatError> {
     if let Err(source) = std::fs::metadata(path)
         && source.kind() == io::ErrorKind::NotFound
     {
-        return Err(FormatError::Io { path: path.into(), source });
+        return Err(FormatError::Io {
+            path: path.into(),
+            source,
+        });
     }
-    let known: Vec<_> = extensions().map(|extension| format!(".{extension}")).collect();
+    let known: Vec<_> = extensions()
+        .map(|extension| format!(".{extension}"))
+        .collect();
     let known = known.join(", ");
-    Err(FormatError::unsupported(path, format!("unknown kind of file; known are {known}")))
+    Err(FormatError::unsupported(
+        path,
+        format!("unknown kind of file; known are {known}"),
+    ))
 }
 
 /// The world of a mesh file: each part an object, named after the file where it has no name.
 fn world(model: Model, path: &Path) -> Result<World, FormatError> {
-    let scene = |source| FormatError::Scene { path: Some(path.into()), source };
-    let mut world = World { materials: model.materials, notices: model.notices, ..World::default() };
-    world.textures = model.textures.into_iter().map(Into::into).collect();
+    let scene = |source| FormatError::Scene {
+        path: Some(path.into()),
+        source,
+    };
+    let mut world = World {
+        notices: model.notices,
+        ..World::default()
+    };
+    for texture in model.textures {
+        world.add_texture(texture);
+    }
+    for material in model.materials {
+        world.add_material(material).map_err(scene)?;
+    }
     for part in model.parts {
-        part.mesh.validate().map_err(scene)?;
         let name = match &part.name[..] {
-            "" => path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            "" => path
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
             name => name.to_owned(),
         };
         let mesh = world.add_mesh(part.mesh);

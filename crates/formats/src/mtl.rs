@@ -32,14 +32,14 @@ pub(crate) struct Map {
 }
 
 impl MtlMaterial {
-    /// What `usemtl` without a definition means: grey.
-    pub(crate) fn grey(name: &str) -> Self {
+    /// Before its first statement.
+    fn grey(name: &str) -> Self {
         Self {
             name: name.into(),
             line: 0,
             diffuse: [0.8; 3],
             specular: [0.0; 3],
-            shininess: 0.0,
+            shininess: 32.0,
             illumination: 2,
             map: None,
         }
@@ -52,7 +52,11 @@ impl MtlMaterial {
         texture: Option<usize>,
         notices: &mut Vec<String>,
     ) -> Material {
-        let wanted = if self.illumination < 2 { [0.0; 3] } else { self.specular };
+        let wanted = if self.illumination < 2 {
+            [0.0; 3]
+        } else {
+            self.specular
+        };
         let mut specular = wanted;
         for (ks, kd) in specular.iter_mut().zip(self.diffuse) {
             *ks = ks.min(1.0 - kd);
@@ -69,7 +73,11 @@ impl MtlMaterial {
             name: self.name.clone(),
             color: self.diffuse,
             texture,
-            reflectance: Reflectance::Lecture { diffuse: 1.0, specular, shininess: self.shininess },
+            reflectance: Reflectance::Lecture {
+                diffuse: 1.0,
+                specular,
+                shininess: self.shininess,
+            },
         }
     }
 }
@@ -89,7 +97,17 @@ pub(crate) fn parse(
             continue;
         }
         if key.eq_ignore_ascii_case(b"newmtl") {
-            materials.push(MtlMaterial { line, ..MtlMaterial::grey(&text::name(rest)) });
+            if materials.len() == 1 << 16 {
+                return Err(FormatError::line(
+                    path,
+                    line,
+                    "more than 65536 materials in one file",
+                ));
+            }
+            materials.push(MtlMaterial {
+                line,
+                ..MtlMaterial::grey(&text::name(rest))
+            });
             continue;
         }
         let Some(material) = materials.last_mut() else {
@@ -105,11 +123,21 @@ pub(crate) fn parse(
                 Err(Reason::Value) => {
                     let key = text::shown(key);
                     let value = text::shown(text::trim(rest));
-                    return fail(format!("{key} is {value}, expected 1 or 3 numbers in 0..=1"));
+                    return fail(format!(
+                        "{key} is {value}, expected 1 or 3 numbers in 0..=1"
+                    ));
                 }
             },
             b"ns" => match Words(rest).next().and_then(text::number) {
                 Some(value) if (0.0..=1e6).contains(&value) => material.shininess = value as f32,
+                // Blender wrote -1.96 for a hardness of 0.
+                Some(value) if (-2.0..0.0).contains(&value) => {
+                    material.shininess = 0.0;
+                    notices.push(format!(
+                        "{}:{line}: Ns is {value}, taken as 0",
+                        path.display()
+                    ));
+                }
                 _ => {
                     let value = text::shown(text::trim(rest));
                     return fail(format!("Ns is {value}, expected a number in 0..=1000000"));
@@ -128,7 +156,10 @@ pub(crate) fn parse(
         }
     }
     if !unused.is_empty() {
-        let keys: Vec<_> = unused.iter().map(|(line, key)| format!("{key} (line {line})")).collect();
+        let keys: Vec<_> = unused
+            .iter()
+            .map(|(line, key)| format!("{key} (line {line})"))
+            .collect();
         notices.push(format!("{}: not used: {}", path.display(), keys.join(", ")));
     }
     Ok(materials)
@@ -136,7 +167,9 @@ pub(crate) fn parse(
 
 /// Notes each key once, and no more than a few of them.
 fn notice_once(unused: &mut Vec<(usize, String)>, line: usize, key: &[u8]) {
-    let key = String::from_utf8_lossy(&key[..key.len().min(40)]).escape_debug().to_string();
+    let key = String::from_utf8_lossy(&key[..key.len().min(40)])
+        .escape_debug()
+        .to_string();
     if unused.len() < 12 && unused.iter().all(|(_, known)| *known != key) {
         unused.push((line, key));
     }
@@ -170,7 +203,9 @@ fn color(rest: &[u8]) -> Result<Rgb, Reason> {
         if count == 0 && (word == b"spectral" || word == b"xyz") {
             return Err(Reason::Kind);
         }
-        let value = text::number(word).filter(|v| (0.0..=1.0).contains(v)).ok_or(Reason::Value)?;
+        let value = text::number(word)
+            .filter(|v| (0.0..=1.0).contains(v))
+            .ok_or(Reason::Value)?;
         *values.get_mut(count).ok_or(Reason::Value)? = value as f32;
         count += 1;
     }
@@ -206,7 +241,9 @@ fn map(
         while values.len() < most {
             let (word, then) = text::split_word(after);
             let optional = values.len() >= least;
-            if word.is_empty() || optional && (text::number(word).is_none() || text::trim(then).is_empty()) {
+            if word.is_empty()
+                || optional && (text::number(word).is_none() || text::trim(then).is_empty())
+            {
                 break;
             }
             values.push(word);
@@ -223,7 +260,10 @@ fn map(
             }
             b"-s" => values.iter().all(|v| text::number(v) == Some(1.0)),
             b"-o" | b"-t" => values.iter().all(|v| text::number(v) == Some(0.0)),
-            b"-mm" => values.iter().map(|v| text::number(v)).eq([Some(0.0), Some(1.0)]),
+            b"-mm" => values
+                .iter()
+                .map(|v| text::number(v))
+                .eq([Some(0.0), Some(1.0)]),
             b"-cc" => !values[0].eq_ignore_ascii_case(b"on"),
             // How to filter, and what bump maps need: nothing that changes a colour looked up.
             b"-imfchan" => false,
@@ -239,8 +279,14 @@ fn map(
         rest = text::trim(after);
     }
     if rest.is_empty() {
-        notices.push(format!("{}:{line}: map_Kd without a file name", path.display()));
+        notices.push(format!(
+            "{}:{line}: map_Kd without a file name",
+            path.display()
+        ));
         return Ok(None);
     }
-    Ok(Some(Map { file: text::name(rest), clamp }))
+    Ok(Some(Map {
+        file: text::name(rest),
+        clamp,
+    }))
 }

@@ -67,8 +67,8 @@ struct Parser<'a> {
     colored: usize,
     /// The largest index of a position, texture coordinates and a normal, with its line: they may come after the faces.
     highest: [(i64, usize); 3],
-    /// Statements that are passed over: keyword, first line, how often.
-    skipped: Vec<(Vec<u8>, usize, usize)>,
+    /// Keywords of statements that are passed over, with their first lines.
+    skipped: Vec<(Vec<u8>, usize)>,
 }
 
 impl<'a> Parser<'a> {
@@ -81,7 +81,11 @@ impl<'a> Parser<'a> {
                 uvs: Vec::new(),
                 normals: Vec::new(),
                 polygons: Polygons::new(),
-                runs: vec![Run { start: 0, part: None, material: None }],
+                runs: vec![Run {
+                    start: 0,
+                    part: None,
+                    material: None,
+                }],
                 materials: Vec::new(),
                 parts: Vec::new(),
                 libraries: Vec::new(),
@@ -134,7 +138,9 @@ impl<'a> Parser<'a> {
             }
             b"vn" => {
                 let normal = DVec3::from(self.numbers(line, rest, "vn", 3)?);
-                self.obj.normals.push(normal.normalize_or_zero().as_vec3().to_array());
+                self.obj
+                    .normals
+                    .push(normal.normalize_or_zero().as_vec3().to_array());
                 Ok(())
             }
             b"f" | b"fo" => self.face(line, rest),
@@ -178,7 +184,12 @@ impl<'a> Parser<'a> {
         for word in Words(rest) {
             let value = text::number(word)
                 .filter(|v| v.is_finite())
-                .ok_or_else(|| self.error(line, format!("{key}: {} is not a finite number", text::shown(word))))?;
+                .ok_or_else(|| {
+                    self.error(
+                        line,
+                        format!("{key}: {} is not a finite number", text::shown(word)),
+                    )
+                })?;
             match values.get_mut(count) {
                 Some(slot) => *slot = value,
                 None => return Err(self.error(line, format!("{key} has more than 3 numbers"))),
@@ -196,9 +207,14 @@ impl<'a> Parser<'a> {
         let mut values = [0.0; 7];
         let mut count = 0;
         for word in Words(rest) {
-            let value = text::number(word).filter(|v| v.is_finite() || count >= 3).ok_or_else(|| {
-                self.error(line, format!("v: coordinate {} is not a finite number", text::shown(word)))
-            })?;
+            let value = text::number(word)
+                .filter(|v| v.is_finite() || count >= 3)
+                .ok_or_else(|| {
+                    self.error(
+                        line,
+                        format!("v: coordinate {} is not a finite number", text::shown(word)),
+                    )
+                })?;
             match values.get_mut(count) {
                 Some(slot) => *slot = value,
                 None => return Err(self.error(line, "v has more than 7 numbers")),
@@ -212,7 +228,9 @@ impl<'a> Parser<'a> {
                 let rgb = [r, g, b];
                 if rgb.iter().all(|c| (0.0..=1.0).contains(c)) {
                     self.obj.colors.resize(self.obj.positions.len(), [1.0; 3]);
-                    self.obj.colors.push(rgb.map(|c| linear_from_srgb(c as f32)));
+                    self.obj
+                        .colors
+                        .push(rgb.map(|c| linear_from_srgb(c as f32)));
                     self.colored += 1;
                 } else {
                     self.bad_color.get_or_insert(line);
@@ -232,7 +250,8 @@ impl<'a> Parser<'a> {
             let mut indices = [NONE; 3];
             for (kind, index) in word.split(|&b| b == b'/').enumerate() {
                 if kind == 3 {
-                    let message = format!("f: corner {} has more than 3 indices", text::shown(word));
+                    let message =
+                        format!("f: corner {} has more than 3 indices", text::shown(word));
                     return Err(self.error(line, message));
                 }
                 if !index.is_empty() {
@@ -244,7 +263,11 @@ impl<'a> Parser<'a> {
                 let message = format!("f: corner {} has no vertex", text::shown(word));
                 return Err(self.error(line, message));
             }
-            self.obj.polygons.corner(Corner { position, uv, normal });
+            self.obj.polygons.corner(Corner {
+                position,
+                uv,
+                normal,
+            });
         }
         match self.obj.polygons.end() {
             0..3 => Err(self.error(line, "f: a face needs at least 3 corners")),
@@ -330,14 +353,17 @@ impl<'a> Parser<'a> {
     /// Passes over a statement, to say so once.
     fn skip(&mut self, line: usize, key: &[u8]) -> Result<(), FormatError> {
         let key = &key[..key.len().min(40)];
-        if let Some((_, _, times)) = self.skipped.iter_mut().find(|(known, _, _)| known == key) {
-            *times += 1;
-        } else if self.skipped.len() == 32 {
-            let message = format!("{}: the 33rd unknown keyword; is this an OBJ file?", text::shown(key));
-            return Err(self.error(line, message));
-        } else {
-            self.skipped.push((key.into(), line, 1));
+        if self.skipped.iter().any(|(known, _)| known == key) {
+            return Ok(());
         }
+        if self.skipped.len() == 32 {
+            let message = format!(
+                "{}: the 33rd unknown keyword; is this an OBJ file?",
+                text::shown(key)
+            );
+            return Err(self.error(line, message));
+        }
+        self.skipped.push((key.into(), line));
         Ok(())
     }
 
@@ -345,8 +371,13 @@ impl<'a> Parser<'a> {
         let path = self.path.display();
         let obj = &mut self.obj;
         let counts = [obj.positions.len(), obj.uvs.len(), obj.normals.len()];
-        let names = [("vertex", "vertices"), ("texture coordinate", "texture coordinates"), ("normal", "normals")];
-        for (((value, line), count), (one, many)) in self.highest.into_iter().zip(counts).zip(names) {
+        let names = [
+            ("vertex", "vertices"),
+            ("texture coordinate", "texture coordinates"),
+            ("normal", "normals"),
+        ];
+        for (((value, line), count), (one, many)) in self.highest.into_iter().zip(counts).zip(names)
+        {
             if value > count as i64 {
                 let message = format!("f: {one} {value}, but the file has {count} {many}");
                 return Err(FormatError::line(self.path, line, message));
@@ -365,20 +396,30 @@ impl<'a> Parser<'a> {
         } else if self.colored > 0 {
             let without = obj.positions.len() - self.colored;
             if without > 0 {
-                obj.notices.push(format!("{path}: {without} vertices without a colour are white"));
+                obj.notices.push(format!(
+                    "{path}: {without} vertices without a colour are white"
+                ));
             }
             obj.colors.resize(obj.positions.len(), [1.0; 3]);
         }
-        for (key, line, times) in &self.skipped {
-            let what = match &key[..] {
-                b"p" => "points",
-                b"l" => "lines",
-                b"s" if !obj.normals.is_empty() => continue,
-                b"s" => "smoothing groups (only vn makes it smooth):",
-                _ => "statements",
+        let has_normals = !obj.normals.is_empty();
+        // With normals, smoothing groups have nothing to add.
+        self.skipped
+            .retain(|(key, _)| !(has_normals && key == b"s"));
+        if !self.skipped.is_empty() {
+            let what = |key: &[u8]| match key {
+                b"p" => " (points)",
+                b"l" => " (lines)",
+                b"s" => " (smoothing groups; only vn makes it smooth)",
+                _ => "",
             };
-            let key = String::from_utf8_lossy(key).escape_debug().to_string();
-            obj.notices.push(format!("{path}:{line}: {times} {what} {key:?} not used"));
+            let skipped: Vec<_> = self
+                .skipped
+                .iter()
+                .map(|(key, line)| format!("{}{} (line {line})", key.escape_ascii(), what(key)))
+                .collect();
+            obj.notices
+                .push(format!("{path}: not used: {}", skipped.join(", ")));
         }
         Ok(self.obj)
     }

@@ -13,20 +13,28 @@ use crate::error::FormatError;
 use crate::folder::Folder;
 use crate::mtl::{self, Map, MtlMaterial};
 use crate::obj::{Obj, Run};
-use crate::single::plain_material;
 
 /// One part for each `o` that has faces.
 pub(crate) fn build(mut obj: Obj, path: &Path, folder: &mut Folder) -> Result<Model, FormatError> {
     let elements = obj.positions.len() + obj.uvs.len() + obj.normals.len();
     folder.budget.take_elements(path, elements as u64)?;
-    obj.runs.push(Run { start: obj.polygons.len(), part: None, material: None });
+    obj.runs.push(Run {
+        start: obj.polygons.len(),
+        part: None,
+        material: None,
+    });
 
-    let mut model = Model { notices: std::mem::take(&mut obj.notices), ..Model::default() };
+    let mut model = Model {
+        notices: std::mem::take(&mut obj.notices),
+        ..Model::default()
+    };
     let materials = Materials::read(&obj, path, folder, &mut model)?;
     let mut vertices = Vertices::new(obj.positions.len());
     let mut runs = 0;
     while runs + 1 < obj.runs.len() {
-        let same = obj.runs[runs..obj.runs.len() - 1].iter().take_while(|r| r.part == obj.runs[runs].part);
+        let same = obj.runs[runs..obj.runs.len() - 1]
+            .iter()
+            .take_while(|r| r.part == obj.runs[runs].part);
         let end = runs + same.count();
         let [start, stop] = [runs, end].map(|run| obj.runs[run].start);
         if start < stop {
@@ -34,8 +42,10 @@ pub(crate) fn build(mut obj: Obj, path: &Path, folder: &mut Folder) -> Result<Mo
             if stop - start == obj.polygons.len() {
                 vertices.reserve(0..obj.positions.len() as u32);
             } else {
-                let mut used: Vec<u32> =
-                    (start..stop).flat_map(|p| obj.polygons.get(p)).map(|c| c.position).collect();
+                let mut used: Vec<u32> = (start..stop)
+                    .flat_map(|p| obj.polygons.get(p))
+                    .map(|c| c.position)
+                    .collect();
                 used.sort_unstable();
                 vertices.reserve(used.into_iter());
             }
@@ -60,40 +70,64 @@ fn part(
     let any = |has: fn(&Corner) -> bool| range.clone().flat_map(|p| obj.polygons.get(p)).any(has);
     let (has_uvs, has_normals) = (any(|c| c.uv != NONE), any(|c| c.normal != NONE));
 
-    let Obj { positions, colors, uvs, normals, polygons, runs: all_runs, parts, .. } = obj;
+    let Obj {
+        positions,
+        colors,
+        uvs,
+        normals,
+        polygons,
+        runs: all_runs,
+        parts,
+        ..
+    } = obj;
     let mut mesh = Mesh::default();
     let (mut slots, mut slot_of, mut used) = (Vec::new(), HashMap::new(), Vec::new());
     let (mut run, mut slot) = (runs.start, None);
     let mut flat = None;
     let position = |c: Corner| positions[c.position as usize];
-    polygons.triangles(range, path, &mut folder.budget, position, |polygon, mut corners| {
-        while run + 1 < runs.end && all_runs[run + 1].start <= polygon {
-            run += 1;
-            slot = None;
-        }
-        let slot = *slot.get_or_insert_with(|| {
-            let material = all_runs[run].material.map_or(materials.none, |m| materials.named[m]);
-            *slot_of.entry(material).or_insert_with(|| {
-                used.push(material);
-                used.len() - 1
-            })
-        });
-        if has_normals {
-            for corner in &mut corners {
-                if corner.normal == NONE || normals[corner.normal as usize] == [0.0; 3] {
-                    // Flat there: a corner of this polygon alone.
-                    let (known, normal) = flat.unwrap_or((usize::MAX, NONE));
-                    corner.normal = if known == polygon { normal } else { normals.len() as u32 };
-                    if known != polygon {
-                        normals.push(flat_normal(polygons.get(polygon).iter().map(|&c| position(c))));
-                        flat = Some((polygon, corner.normal));
+    polygons.triangles(
+        range,
+        path,
+        &mut folder.budget,
+        position,
+        |polygon, mut corners| {
+            while run + 1 < runs.end && all_runs[run + 1].start <= polygon {
+                run += 1;
+                slot = None;
+            }
+            let slot = *slot.get_or_insert_with(|| {
+                let material = all_runs[run]
+                    .material
+                    .map_or(materials.none, |m| materials.named[m]);
+                *slot_of.entry(material).or_insert_with(|| {
+                    used.push(material);
+                    used.len() - 1
+                })
+            });
+            if has_normals {
+                for corner in &mut corners {
+                    if corner.normal == NONE || normals[corner.normal as usize] == [0.0; 3] {
+                        // Flat there: a corner of this polygon alone.
+                        let (known, normal) = flat.unwrap_or((usize::MAX, NONE));
+                        corner.normal = if known == polygon {
+                            normal
+                        } else {
+                            normals.len() as u32
+                        };
+                        if known != polygon {
+                            normals.push(flat_normal(
+                                polygons.get(polygon).iter().map(|&c| position(c)),
+                            ));
+                            flat = Some((polygon, corner.normal));
+                        }
                     }
                 }
             }
-        }
-        mesh.triangles.push(corners.map(|corner| vertices.vertex(corner)));
-        slots.push(slot as u16);
-    })?;
+            mesh.triangles
+                .push(corners.map(|corner| vertices.vertex(corner)));
+            slots.push(slot as u16);
+        },
+    )?;
 
     let made_of = &vertices.made_of;
     mesh.vertices = made_of.iter().map(|&c| position(c)).collect();
@@ -102,17 +136,33 @@ fn part(
         mesh.uvs = Some(made_of.iter().map(uv).collect());
     }
     if has_normals {
-        let normal = |c: &Corner| normals.get(c.normal as usize).copied().unwrap_or([0.0, 0.0, 1.0]);
+        let normal = |c: &Corner| {
+            normals
+                .get(c.normal as usize)
+                .copied()
+                .unwrap_or([0.0, 0.0, 1.0])
+        };
         mesh.normals = Some(made_of.iter().map(normal).collect());
     }
     if !colors.is_empty() {
-        mesh.vertex_colors = Some(made_of.iter().map(|c| colors[c.position as usize]).collect());
+        mesh.vertex_colors = Some(
+            made_of
+                .iter()
+                .map(|c| colors[c.position as usize])
+                .collect(),
+        );
     }
     if used.len() > 1 {
         mesh.material_slots = Some(slots);
     }
-    let name = all_runs[runs.start].part.map_or(String::new(), |part| parts[part].clone());
-    Ok(Part { name, mesh, materials: used })
+    let name = all_runs[runs.start]
+        .part
+        .map_or(String::new(), |part| parts[part].clone());
+    Ok(Part {
+        name,
+        mesh,
+        materials: used,
+    })
 }
 
 /// The direction of a polygon's area vector; up where it has none.
@@ -123,7 +173,10 @@ fn flat_normal(mut corners: impl Iterator<Item = DVec3>) -> [f32; 3] {
         area += before.cross(corner - origin);
         before = corner - origin;
     }
-    area.try_normalize().unwrap_or(DVec3::Z).as_vec3().to_array()
+    area.try_normalize()
+        .unwrap_or(DVec3::Z)
+        .as_vec3()
+        .to_array()
 }
 
 /// The materials that faces use.
@@ -150,10 +203,17 @@ impl Materials {
                 defined.insert(material.name.clone(), (source.path.clone(), material));
             }
         }
-        let mut materials = Self { named: vec![usize::MAX; obj.materials.len()], none: usize::MAX };
+        let mut materials = Self {
+            named: vec![usize::MAX; obj.materials.len()],
+            none: usize::MAX,
+        };
         let mut textures: HashMap<Map, Option<usize>> = HashMap::new();
         let mut undefined = Vec::new();
-        for runs in obj.runs.windows(2).filter(|runs| runs[0].start < runs[1].start) {
+        for runs in obj
+            .runs
+            .windows(2)
+            .filter(|runs| runs[0].start < runs[1].start)
+        {
             let number = match runs[0].material {
                 Some(name) => &mut materials.named[name],
                 None => &mut materials.none,
@@ -170,7 +230,8 @@ impl Materials {
                             Some(known) => *known,
                             None => {
                                 let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
-                                let texture = companion::texture(library, &map.file, wrap, folder, model)?;
+                                let texture =
+                                    companion::texture(library, &map.file, wrap, folder, model)?;
                                 *textures.entry(map.clone()).or_insert(texture)
                             }
                         },
@@ -182,7 +243,13 @@ impl Materials {
                 None => {
                     undefined.extend(name.filter(|name| !name.is_empty()));
                     let name = name.unwrap_or_default().to_owned();
-                    model.materials.push(Material { name, ..plain_material(!obj.colors.is_empty()) });
+                    // What a mesh with or without colours looks like when nothing else is said.
+                    let colors = (!obj.colors.is_empty()).then(Vec::new);
+                    let plain = Material::plain(&Mesh {
+                        vertex_colors: colors,
+                        ..Mesh::default()
+                    });
+                    model.materials.push(Material { name, ..plain });
                 }
             }
         }

@@ -27,13 +27,20 @@ struct Kind {
 /// The model in an OFF file: one part.
 pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
     let path = &source.path;
-    let mut rows = Rows { path, lines: Lines::new(text::plain(path, &source.bytes)?), line: 0 };
+    let mut rows = Rows {
+        path,
+        lines: Lines::new(text::plain(path, &source.bytes)?),
+        line: 0,
+    };
     let (kind, counts) = rows.header()?;
     let [vertices, faces] = counts;
     // Three digits, spaces and line ends each, at least.
     let left = rows.lines.left() + 1;
-    if vertices.checked_mul(6).is_none_or(|n| n > left) || faces.checked_mul(4).is_none_or(|n| n > left) {
-        let message = format!("{vertices} vertices and {faces} faces declared, but only {left} bytes follow");
+    if vertices.checked_mul(6).is_none_or(|n| n > left)
+        || faces.checked_mul(4).is_none_or(|n| n > left)
+    {
+        let message =
+            format!("{vertices} vertices and {faces} faces declared, but only {left} bytes follow");
         return Err(rows.error(message));
     }
     folder.budget.take_elements(path, vertices as u64)?;
@@ -43,7 +50,8 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
     let (mut vertex_colors, mut face_colors) = (Colors::default(), Colors::default());
     for number in 0..vertices {
         let mut words = rows.next("vertices", number, vertices)?;
-        mesh.vertices.push(DVec3::from(rows.numbers(&mut words, "vertex", number)?));
+        mesh.vertices
+            .push(DVec3::from(rows.numbers(&mut words, "vertex", number)?));
         if kind.normals {
             let normal = DVec3::from(rows.numbers(&mut words, "normal", number)?);
             normals.push(normal.normalize_or_zero().as_vec3().to_array());
@@ -58,7 +66,10 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
             let [u, v] = uv[..] else {
                 return Err(rows.error(format!("vertex {number} has no texture coordinates")));
             };
-            let uv = [rows.number(u, "vertex", number)?, rows.number(v, "vertex", number)?];
+            let uv = [
+                rows.number(u, "vertex", number)?,
+                rows.number(v, "vertex", number)?,
+            ];
             uvs.push([uv[0] as f32, (1.0 - uv[1]) as f32]);
         }
     }
@@ -73,7 +84,9 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
         }
         for corner in 0..size {
             let Some(word) = words.next() else {
-                return Err(rows.error(format!("face {number} ends after {corner} of {size} corners")));
+                return Err(rows.error(format!(
+                    "face {number} ends after {corner} of {size} corners"
+                )));
             };
             match text::integer(word).and_then(|i| usize::try_from(i).ok()) {
                 Some(index) if index < vertices => polygons.corner(index as u32),
@@ -93,26 +106,42 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
 
     let mut notices = Vec::new();
     if rows.lines.any(|(_, text)| Words(text).next().is_some()) {
-        notices.push(format!("{}: the lines after the last face are not used", path.display()));
+        notices.push(format!(
+            "{}: the lines after the last face are not used",
+            path.display()
+        ));
     } else if !rows.lines.ended() {
         let path = path.display();
-        notices.push(format!("{path}: the last line has no line end; the file may be cut off"));
+        notices.push(format!(
+            "{path}: the last line has no line end; the file may be cut off"
+        ));
     }
     if faces == 0 {
-        return Err(FormatError::whole(path, format!("no faces, only {vertices} vertices: nothing to see")));
+        return Err(FormatError::whole(
+            path,
+            format!("no faces, only {vertices} vertices: nothing to see"),
+        ));
     }
     if normals.contains(&[0.0; 3]) {
         let path = path.display();
-        notices.push(format!("{path}: normals without a direction; all normals are ignored"));
+        notices.push(format!(
+            "{path}: normals without a direction; all normals are ignored"
+        ));
         normals.clear();
     }
     let face_colors = face_colors.linear("faces", path, &mut notices)?;
     let mut colors = Vec::new();
     let position = |c: u32| mesh.vertices[c as usize];
-    polygons.triangles(0..faces, path, &mut folder.budget, position, |polygon, triangle| {
-        mesh.triangles.push(triangle);
-        colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
-    })?;
+    polygons.triangles(
+        0..faces,
+        path,
+        &mut folder.budget,
+        position,
+        |polygon, triangle| {
+            mesh.triangles.push(triangle);
+            colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
+        },
+    )?;
     mesh.face_colors = face_colors.map(|_| colors);
     mesh.vertex_colors = vertex_colors.linear("vertices", path, &mut notices)?;
     mesh.normals = (!normals.is_empty()).then_some(normals);
@@ -138,14 +167,21 @@ impl<'a> Rows<'a> {
         Some(Words(text))
     }
 
-    fn next(&mut self, what: &str, number: usize, declared: usize) -> Result<Words<'a>, FormatError> {
+    fn next(
+        &mut self,
+        what: &str,
+        number: usize,
+        declared: usize,
+    ) -> Result<Words<'a>, FormatError> {
         let end = format!("the file ends after {number} of {declared} {what}");
         self.words().ok_or_else(|| self.error(end))
     }
 
     /// The kind and the numbers of vertices and faces; that of edges may be missing and is not used.
     fn header(&mut self) -> Result<(Kind, [usize; 2]), FormatError> {
-        let mut words = self.words().ok_or_else(|| self.error("empty, expected an OFF file"))?;
+        let mut words = self
+            .words()
+            .ok_or_else(|| self.error("empty, expected an OFF file"))?;
         let mut kind = Kind::default();
         let first = words.clone().next().unwrap_or_default();
         // The word may be missing.
@@ -170,13 +206,25 @@ impl<'a> Rows<'a> {
             }
             match words.clone().next() {
                 Some(b"BINARY") => {
-                    return Err(FormatError::unsupported(self.path, "binary OFF; save it as text"));
+                    return Err(FormatError::unsupported(
+                        self.path,
+                        "binary OFF; save it as text",
+                    ));
                 }
                 Some(_) => {}
-                None => words = self.words().ok_or_else(|| self.error("no numbers of vertices and faces"))?,
+                None => {
+                    words = self
+                        .words()
+                        .ok_or_else(|| self.error("no numbers of vertices and faces"))?
+                }
             }
         }
-        let mut count = || words.next().and_then(text::integer).and_then(|n| usize::try_from(n).ok());
+        let mut count = || {
+            words
+                .next()
+                .and_then(text::integer)
+                .and_then(|n| usize::try_from(n).ok())
+        };
         match (count(), count()) {
             (Some(vertices), Some(faces)) => Ok((kind, [vertices, faces])),
             _ => Err(self.error("expected the numbers of vertices, faces and edges")),
@@ -185,14 +233,24 @@ impl<'a> Rows<'a> {
 
     fn number(&self, word: &[u8], what: &str, number: usize) -> Result<f64, FormatError> {
         text::number(word).filter(|v| v.is_finite()).ok_or_else(|| {
-            self.error(format!("{what} {number}: {} is not a finite number", text::shown(word)))
+            self.error(format!(
+                "{what} {number}: {} is not a finite number",
+                text::shown(word)
+            ))
         })
     }
 
-    fn numbers(&self, words: &mut Words<'_>, what: &str, number: usize) -> Result<[f64; 3], FormatError> {
+    fn numbers(
+        &self,
+        words: &mut Words<'_>,
+        what: &str,
+        number: usize,
+    ) -> Result<[f64; 3], FormatError> {
         let mut values = [0.0; 3];
         for value in &mut values {
-            let word = words.next().ok_or_else(|| self.error(format!("{what} {number}: expected 3 numbers")))?;
+            let word = words
+                .next()
+                .ok_or_else(|| self.error(format!("{what} {number}: expected 3 numbers")))?;
             *value = self.number(word, what, number)?;
         }
         Ok(values)
@@ -224,7 +282,8 @@ impl Colors {
                 return Ok(());
             }
             count => {
-                let message = format!("{count} numbers after {number}, expected a colour of 3 or 4");
+                let message =
+                    format!("{count} numbers after {number}, expected a colour of 3 or 4");
                 return Err(rows.error(message));
             }
         }
@@ -233,7 +292,9 @@ impl Colors {
             *value = rows.number(word, "colour", number)?;
             self.fractions |= text::integer(word).is_none();
             if *value < 0.0 {
-                return Err(rows.error(format!("colour {}: expected at least 0", text::shown(word))));
+                return Err(
+                    rows.error(format!("colour {}: expected at least 0", text::shown(word)))
+                );
             }
             if *value > self.largest.0 {
                 self.largest = (*value, rows.line);
@@ -254,17 +315,25 @@ impl Colors {
     ) -> Result<Option<Vec<Rgb>>, FormatError> {
         let shown = path.display();
         if self.mapped > 0 {
-            notices.push(format!("{shown}: {} {what} with a colour map index are white", self.mapped));
+            notices.push(format!(
+                "{shown}: {} {what} with a colour map index are white",
+                self.mapped
+            ));
         }
         if self.missing == self.values.len() {
             return Ok(None);
         }
         if self.missing > self.mapped {
             let missing = self.missing - self.mapped;
-            notices.push(format!("{shown}: {missing} {what} without a colour are white"));
+            notices.push(format!(
+                "{shown}: {missing} {what} without a colour are white"
+            ));
         }
         if self.translucent > 0 {
-            notices.push(format!("{shown}: the transparency of {} {what} is dropped", self.translucent));
+            notices.push(format!(
+                "{shown}: the transparency of {} {what} is dropped",
+                self.translucent
+            ));
         }
         let (largest, line) = self.largest;
         let bytes = !self.fractions && largest > 1.0;
@@ -278,6 +347,8 @@ impl Colors {
             (false, true) => linear_from_srgb((c / 255.0) as f32),
             (false, false) => c as f32,
         };
-        Ok(Some(self.values.into_iter().map(|rgb| rgb.map(linear)).collect()))
+        Ok(Some(
+            self.values.into_iter().map(|rgb| rgb.map(linear)).collect(),
+        ))
     }
 }

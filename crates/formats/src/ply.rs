@@ -23,7 +23,14 @@ use crate::{companion, single};
 pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
     let path = &source.path;
     let (header, mut body) = ply_header::parse(path, &source.bytes)?;
-    let declared = |name| header.elements.iter().filter(|e| e.name == name).map(|e| e.count).sum();
+    let declared = |name| {
+        header
+            .elements
+            .iter()
+            .filter(|e| e.name == name)
+            .map(|e| e.count)
+            .sum()
+    };
     let vertices: usize = declared("vertex");
     folder.budget.take_elements(path, vertices as u64)?;
 
@@ -110,7 +117,11 @@ impl<'a> Columns<'a> {
         let meaning = |p: &ply_header::Property| Meaning::of(&p.name, p.list.is_some());
         let meanings: Vec<_> = element.properties.iter().map(meaning).collect();
         let red = meanings.iter().position(|&m| m == Red);
-        Self { element, color: red.map_or(Kind::U8, |i| element.properties[i].kind), meanings }
+        Self {
+            element,
+            color: red.map_or(Kind::U8, |i| element.properties[i].kind),
+            meanings,
+        }
     }
 
     fn have(&self, wanted: &[Meaning]) -> bool {
@@ -144,10 +155,16 @@ impl<'a> Columns<'a> {
         let one = self.white();
         if given.iter().all(|c| (0.0..=one).contains(c)) {
             let share = given.map(|c| (c / one) as f32);
-            return Ok(if self.color.is_float() { share } else { share.map(linear_from_srgb) });
+            return Ok(if self.color.is_float() {
+                share
+            } else {
+                share.map(linear_from_srgb)
+            });
         }
         let name = &self.element.name;
-        Err(body.error(format!("{name} {number}: colour {given:?} outside 0..={one}")))
+        Err(body.error(format!(
+            "{name} {number}: colour {given:?} outside 0..={one}"
+        )))
     }
 
     /// The largest value of a colour.
@@ -195,7 +212,10 @@ impl<'a> Ply<'a> {
     fn vertices(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
         let columns = Columns::new(element);
         if !columns.have(&[X, Y, Z]) {
-            return Err(FormatError::whole(self.path, "element vertex has no x, y and z"));
+            return Err(FormatError::whole(
+                self.path,
+                "element vertex has no x, y and z",
+            ));
         }
         if !self.mesh.vertices.is_empty() {
             return Err(FormatError::whole(self.path, "a second element vertex"));
@@ -225,7 +245,11 @@ impl<'a> Ply<'a> {
             }
         }
         // A vertex without a direction has no normal; a mesh with one such is taken as flat.
-        let directionless = normals.iter().flatten().filter(|n| **n == DVec3::ZERO).count();
+        let directionless = normals
+            .iter()
+            .flatten()
+            .filter(|n| **n == DVec3::ZERO)
+            .count();
         if directionless > 0 {
             let path = self.path.display();
             self.notices.push(format!(
@@ -251,14 +275,18 @@ impl<'a> Ply<'a> {
             return Ok(index as u32);
         }
         let count = self.declared;
-        let message = format!("face {face}: vertex {index}, but the file has {count} vertices (from 0)");
+        let message =
+            format!("face {face}: vertex {index}, but the file has {count} vertices (from 0)");
         Err(body.error(message))
     }
 
     fn faces(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
         let columns = Columns::new(element);
         if !columns.have(&[Meaning::Corners]) {
-            return Err(FormatError::whole(self.path, "element face has no list vertex_indices"));
+            return Err(FormatError::whole(
+                self.path,
+                "element face has no list vertex_indices",
+            ));
         }
         if self.polygons.len() > 0 {
             return Err(FormatError::whole(self.path, "a second element with faces"));
@@ -270,17 +298,23 @@ impl<'a> Ply<'a> {
             let own_uvs = !row.uvs.is_empty();
             if own_uvs && row.uvs.len() != 2 * row.corners.len() {
                 let (uvs, corners) = (row.uvs.len(), row.corners.len());
-                let message = format!("face {number}: {uvs} texture coordinates for {corners} corners");
+                let message =
+                    format!("face {number}: {uvs} texture coordinates for {corners} corners");
                 return Err(body.error(message));
             }
             for (i, &index) in row.corners.iter().enumerate() {
                 let mut uv = NONE;
                 if own_uvs {
                     uv = self.corner_uvs.len() as u32;
-                    self.corner_uvs.push(self.uv(body, row.uvs[2 * i], row.uvs[2 * i + 1])?);
+                    self.corner_uvs
+                        .push(self.uv(body, row.uvs[2 * i], row.uvs[2 * i + 1])?);
                 }
                 let position = self.position(body, number, index)?;
-                self.polygons.corner(Corner { position, uv, normal: NONE });
+                self.polygons.corner(Corner {
+                    position,
+                    uv,
+                    normal: NONE,
+                });
             }
             if self.polygons.end() < 3 {
                 return Err(body.error(format!("face {number} has fewer than 3 corners")));
@@ -290,7 +324,8 @@ impl<'a> Ply<'a> {
                 self.translucent |= !columns.opaque(&row);
             }
             if columns.have(&[Meaning::Image]) {
-                self.images.insert(row.numbers[Meaning::Image as usize] as i64);
+                self.images
+                    .insert(row.numbers[Meaning::Image as usize] as i64);
             }
         }
         self.face_colors = colors;
@@ -307,10 +342,14 @@ impl<'a> Ply<'a> {
         for number in 0..element.count {
             columns.read(body, &mut row)?;
             for strip in row.corners.split(|&index| index == -1.0) {
-                let strip: Result<Vec<u32>, _> =
-                    strip.iter().map(|&index| self.position(body, number, index)).collect();
+                let strip: Result<Vec<u32>, _> = strip
+                    .iter()
+                    .map(|&index| self.position(body, number, index))
+                    .collect();
                 for (i, triangle) in strip?.windows(3).enumerate() {
-                    let &[mut a, mut b, c] = triangle else { continue };
+                    let &[mut a, mut b, c] = triangle else {
+                        continue;
+                    };
                     // Repeated corners only lead the strip on.
                     if a == b || b == c || c == a {
                         continue;
@@ -319,7 +358,11 @@ impl<'a> Ply<'a> {
                         std::mem::swap(&mut a, &mut b);
                     }
                     for position in [a, b, c] {
-                        self.polygons.corner(Corner { position, uv: NONE, normal: NONE });
+                        self.polygons.corner(Corner {
+                            position,
+                            uv: NONE,
+                            normal: NONE,
+                        });
                     }
                     self.polygons.end();
                 }
@@ -345,18 +388,31 @@ impl<'a> Ply<'a> {
             return Err(FormatError::whole(path, "more than one element vertex"));
         }
         if self.translucent {
-            self.notices.push(format!("{}: its transparency is dropped", path.display()));
+            self.notices
+                .push(format!("{}: its transparency is dropped", path.display()));
         }
-        let Self { mesh, polygons, face_colors, corner_uvs, .. } = &mut self;
+        let Self {
+            mesh,
+            polygons,
+            face_colors,
+            corner_uvs,
+            ..
+        } = &mut self;
         let mut vertices = Vertices::new(mesh.vertices.len());
         vertices.reserve(0..mesh.vertices.len() as u32);
         let (mut triangles, mut colors) = (Vec::new(), Vec::new());
         let position = |c: Corner| mesh.vertices[c.position as usize];
         let all = 0..polygons.len();
-        polygons.triangles(all, path, &mut folder.budget, position, |polygon, corners| {
-            triangles.push(corners.map(|corner| vertices.vertex(corner)));
-            colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
-        })?;
+        polygons.triangles(
+            all,
+            path,
+            &mut folder.budget,
+            position,
+            |polygon, corners| {
+                triangles.push(corners.map(|corner| vertices.vertex(corner)));
+                colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
+            },
+        )?;
         mesh.triangles = triangles;
         mesh.face_colors = face_colors.is_some().then_some(colors);
         if !corner_uvs.is_empty() {

@@ -80,23 +80,48 @@ pub(crate) struct Body<'a> {
 
 enum Form<'a> {
     /// One row a line.
-    Text { lines: Lines<'a>, words: Words<'a>, header: usize, line: usize },
-    Binary { bytes: &'a [u8], at: usize, big_endian: bool },
+    Text {
+        lines: Lines<'a>,
+        words: Words<'a>,
+        header: usize,
+        line: usize,
+    },
+    Binary {
+        bytes: &'a [u8],
+        at: usize,
+        big_endian: bool,
+    },
 }
 
 /// Reads the header.
-pub(crate) fn parse<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Header, Body<'a>), FormatError> {
+pub(crate) fn parse<'a>(
+    path: &'a Path,
+    bytes: &'a [u8],
+) -> Result<(Header, Body<'a>), FormatError> {
     // In a header whose lines end in a bare \r, a \n after the last belongs to the data.
-    let end = if bytes.starts_with(b"ply\r") && bytes.get(4) != Some(&b'\n') { b'\r' } else { b'\n' };
+    let end = if bytes.starts_with(b"ply\r") && bytes.get(4) != Some(&b'\n') {
+        b'\r'
+    } else {
+        b'\n'
+    };
     let fail = |line, message: &str| Err(FormatError::line(path, line, message));
     let (mut elements, mut textures) = (Vec::<Element>::new(), Vec::new());
     let (mut form, mut at, mut line) = (None, 0, 0);
     loop {
         line += 1;
         let Some(length) = bytes[at..].iter().position(|&b| b == end) else {
-            return fail(line, if line == 1 { "not a PLY file" } else { "no end_header" });
+            return fail(
+                line,
+                if line == 1 {
+                    "not a PLY file"
+                } else {
+                    "no end_header"
+                },
+            );
         };
-        let text = bytes[at..at + length].strip_suffix(b"\r").unwrap_or(&bytes[at..at + length]);
+        let text = bytes[at..at + length]
+            .strip_suffix(b"\r")
+            .unwrap_or(&bytes[at..at + length]);
         at += length + 1;
         let (key, rest) = text::split_word(text);
         let mut words = Words(rest);
@@ -108,25 +133,42 @@ pub(crate) fn parse<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Header, Body
                     (Some(b"ascii"), Some(b"1.0")) => None,
                     (Some(b"binary_little_endian"), Some(b"1.0")) => Some(false),
                     (Some(b"binary_big_endian"), Some(b"1.0")) => Some(true),
-                    _ => return fail(line, "expected format ascii, binary_little_endian or binary_big_endian 1.0"),
+                    _ => {
+                        return fail(
+                            line,
+                            "expected format ascii, binary_little_endian or binary_big_endian 1.0",
+                        );
+                    }
                 });
             }
-            b"comment" if words.next() == Some(b"TextureFile") => textures.push(text::name(words.0)),
+            b"comment" if words.next() == Some(b"TextureFile") => {
+                textures.push(text::name(words.0))
+            }
             b"comment" | b"obj_info" | b"" => {}
             b"element" => {
                 let name = words.next().map(text::name);
-                let count = words.next().and_then(text::integer).and_then(|n| usize::try_from(n).ok());
+                let count = words
+                    .next()
+                    .and_then(text::integer)
+                    .and_then(|n| usize::try_from(n).ok());
                 let (Some(name), Some(count)) = (name, count) else {
                     return fail(line, "expected element NAME COUNT");
                 };
-                elements.push(Element { name, count, properties: Vec::new() });
+                elements.push(Element {
+                    name,
+                    count,
+                    properties: Vec::new(),
+                });
             }
             b"property" => {
                 let Some(element) = elements.last_mut() else {
                     return fail(line, "a property before the first element");
                 };
                 let Some(property) = property(words) else {
-                    return fail(line, "expected property KIND NAME or property list KIND KIND NAME");
+                    return fail(
+                        line,
+                        "expected property KIND NAME or property list KIND KIND NAME",
+                    );
                 };
                 element.properties.push(property);
             }
@@ -135,16 +177,35 @@ pub(crate) fn parse<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Header, Body
         }
     }
     let body = &bytes[at..];
-    let Some(form) = form else { return fail(line, "no format line before end_header") };
-    let form = match form {
-        None => Form::Text { lines: Lines::new(body), words: Words(&[]), header: line, line },
-        Some(big_endian) => Form::Binary { bytes, at, big_endian },
+    let Some(form) = form else {
+        return fail(line, "no format line before end_header");
     };
-    for Element { name, count, properties } in &elements {
+    let form = match form {
+        None => Form::Text {
+            lines: Lines::new(body),
+            words: Words(&[]),
+            header: line,
+            line,
+        },
+        Some(big_endian) => Form::Binary {
+            bytes,
+            at,
+            big_endian,
+        },
+    };
+    for Element {
+        name,
+        count,
+        properties,
+    } in &elements
+    {
         // At least a digit and a space or line end for each value of a text.
         let row: usize = match form {
             Form::Text { .. } => 2 * properties.len(),
-            Form::Binary { .. } => properties.iter().map(|p| p.list.unwrap_or(p.kind).bytes()).sum(),
+            Form::Binary { .. } => properties
+                .iter()
+                .map(|p| p.list.unwrap_or(p.kind).bytes())
+                .sum(),
         };
         let needed = count.checked_mul(row);
         if *count > 0 && (row == 0 || needed.is_none_or(|needed| needed > body.len() + 1)) {
@@ -161,13 +222,20 @@ pub(crate) fn parse<'a>(path: &'a Path, bytes: &'a [u8]) -> Result<(Header, Body
 fn property(mut words: Words<'_>) -> Option<Property> {
     let first = words.next()?;
     let (list, kind) = match first {
-        b"list" => (Some(Kind::parse(words.next()?)?), Kind::parse(words.next()?)?),
+        b"list" => (
+            Some(Kind::parse(words.next()?)?),
+            Kind::parse(words.next()?)?,
+        ),
         kind => (None, Kind::parse(kind)?),
     };
     if list.is_some_and(Kind::is_float) {
         return None;
     }
-    Some(Property { name: text::name(words.next()?), list, kind })
+    Some(Property {
+        name: text::name(words.next()?),
+        list,
+        kind,
+    })
 }
 
 impl Body<'_> {
@@ -185,9 +253,17 @@ impl Body<'_> {
 
     /// Begins a row.
     pub(crate) fn row(&mut self) -> Result<(), FormatError> {
-        if let Form::Text { lines, words, header, line } = &mut self.form {
+        if let Form::Text {
+            lines,
+            words,
+            header,
+            line,
+        } = &mut self.form
+        {
             let next = lines.find(|(_, text)| !text::trim(text).is_empty());
-            let Some((number, text)) = next else { return Err(self.cut()) };
+            let Some((number, text)) = next else {
+                return Err(self.cut());
+            };
             *line = *header + number;
             *words = Words(text);
         }
@@ -199,7 +275,10 @@ impl Body<'_> {
         if let Form::Text { words, .. } = &mut self.form
             && let Some(word) = words.next()
         {
-            let message = format!("{} after the values that the header declares", text::shown(word));
+            let message = format!(
+                "{} after the values that the header declares",
+                text::shown(word)
+            );
             return Err(self.error(message));
         }
         Ok(())
@@ -215,14 +294,24 @@ impl Body<'_> {
                 match text::number(word) {
                     Some(value) if kind.is_float() || value.fract() == 0.0 => Ok(value),
                     _ => {
-                        let expected = if kind.is_float() { "a number" } else { "a whole number" };
+                        let expected = if kind.is_float() {
+                            "a number"
+                        } else {
+                            "a whole number"
+                        };
                         Err(self.error(format!("{} is not {expected}", text::shown(word))))
                     }
                 }
             }
-            Form::Binary { bytes, at, big_endian } => {
+            Form::Binary {
+                bytes,
+                at,
+                big_endian,
+            } => {
                 let size = kind.bytes();
-                let Some(found) = bytes.get(*at..*at + size) else { return Err(self.cut()) };
+                let Some(found) = bytes.get(*at..*at + size) else {
+                    return Err(self.cut());
+                };
                 let mut raw = [0; 8];
                 raw[..size].copy_from_slice(found);
                 if *big_endian {
@@ -248,7 +337,11 @@ impl Body<'_> {
     pub(crate) fn length(&mut self, kind: Kind) -> Result<usize, FormatError> {
         let length = self.value(kind)?;
         // The items are read one by one, so that a length alone takes no memory.
-        if length < 0.0 { Err(self.error(format!("a list of {length} items"))) } else { Ok(length as usize) }
+        if length < 0.0 {
+            Err(self.error(format!("a list of {length} items")))
+        } else {
+            Ok(length as usize)
+        }
     }
 
     /// What is wrong with how the file ends, once all rows are read.
@@ -259,8 +352,9 @@ impl Body<'_> {
                 if lines.any(|(_, text)| !text::trim(text).is_empty()) {
                     return Some(format!("{path}: the lines after the last row are not used"));
                 }
-                (!lines.ended())
-                    .then(|| format!("{path}: the last line has no line end; the file may be cut off"))
+                (!lines.ended()).then(|| {
+                    format!("{path}: the last line has no line end; the file may be cut off")
+                })
             }
             Form::Binary { bytes, at, .. } => {
                 let left = bytes.len() - *at;

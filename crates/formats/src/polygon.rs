@@ -31,11 +31,23 @@ pub(crate) fn triangulate(
 /// The corners in their best plane, turning to the left; `None` where there is no such plane.
 fn project(corners: &[DVec3]) -> Option<Vec<DVec2>> {
     let origin = corners[0];
-    let area: DVec3 = corners.windows(2).map(|w| (w[0] - origin).cross(w[1] - origin)).sum();
+    let area: DVec3 = corners
+        .windows(2)
+        .map(|w| (w[0] - origin).cross(w[1] - origin))
+        .sum();
     let normal = area.try_normalize()?;
     let (x, y) = normal.any_orthonormal_pair();
-    let (x, y) = if x.cross(y).dot(normal) > 0.0 { (x, y) } else { (y, x) };
-    Some(corners.iter().map(|&p| DVec2::new((p - origin).dot(x), (p - origin).dot(y))).collect())
+    let (x, y) = if x.cross(y).dot(normal) > 0.0 {
+        (x, y)
+    } else {
+        (y, x)
+    };
+    Some(
+        corners
+            .iter()
+            .map(|&p| DVec2::new((p - origin).dot(x), (p - origin).dot(y)))
+            .collect(),
+    )
 }
 
 /// Twice the signed area of a triangle: positive where it turns to the left.
@@ -78,7 +90,9 @@ impl Ears {
         let mut left = self.flat.len();
         let (mut corner, mut tried) = (0, 0);
         while left > 3 {
-            *steps = steps.checked_sub(1 + self.reflex.len() as u64).ok_or(OutOfSteps)?;
+            *steps = steps
+                .checked_sub(1 + self.reflex.len() as u64)
+                .ok_or(OutOfSteps)?;
             if !self.is_ear(corner) {
                 corner = self.next[corner as usize];
                 tried += 1;
@@ -112,7 +126,11 @@ impl Ears {
 
     fn turn_at(&self, corner: u32) -> f64 {
         let (before, after) = self.neighbours(corner);
-        turn(self.flat[before as usize], self.flat[corner as usize], self.flat[after as usize])
+        turn(
+            self.flat[before as usize],
+            self.flat[corner as usize],
+            self.flat[after as usize],
+        )
     }
 
     fn is_ear(&self, corner: u32) -> bool {
@@ -135,7 +153,8 @@ impl Ears {
 
     /// The first convex corner from `start` on, else the one that turns to the right the least.
     fn least_bad(&self, start: u32, left: usize) -> u32 {
-        let ring = || std::iter::successors(Some(start), |&c| Some(self.next[c as usize])).take(left);
+        let ring =
+            || std::iter::successors(Some(start), |&c| Some(self.next[c as usize])).take(left);
         ring()
             .find(|&c| !self.is_reflex[c as usize])
             .or_else(|| ring().max_by(|&a, &b| self.turn_at(a).total_cmp(&self.turn_at(b))))

@@ -19,7 +19,10 @@ pub(crate) struct Polygons<C> {
 
 impl<C: Copy> Polygons<C> {
     pub(crate) fn new() -> Self {
-        Self { corners: Vec::new(), ends: Vec::new() }
+        Self {
+            corners: Vec::new(),
+            ends: Vec::new(),
+        }
     }
 
     /// How many polygons there are.
@@ -41,7 +44,11 @@ impl<C: Copy> Polygons<C> {
 
     /// The corners of a polygon.
     pub(crate) fn get(&self, polygon: usize) -> &[C] {
-        let start = if polygon == 0 { 0 } else { self.ends[polygon - 1] };
+        let start = if polygon == 0 {
+            0
+        } else {
+            self.ends[polygon - 1]
+        };
         &self.corners[start..self.ends[polygon]]
     }
 

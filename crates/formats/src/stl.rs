@@ -8,11 +8,10 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::{Mesh, Model, Part};
+use raycam_scene::{Material, Mesh, Model, Part};
 
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
-use crate::single;
 use crate::text::{self, Lines, Words};
 
 /// Before the facets of a binary file: 80 bytes of anything and their number.
@@ -32,14 +31,24 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
     let parts: Vec<Part> = solids
         .into_iter()
         .filter(|solid| !solid.mesh.triangles.is_empty())
-        .map(|solid| Part { name: solid.name, mesh: solid.mesh, materials: vec![0] })
+        .map(|solid| Part {
+            name: solid.name,
+            mesh: solid.mesh,
+            materials: vec![0],
+        })
         .collect();
     if parts.is_empty() {
         return Err(FormatError::whole(path, "no facets: nothing to see"));
     }
     let corners: usize = parts.iter().map(|part| 3 * part.mesh.triangles.len()).sum();
     folder.budget.take_elements(path, corners as u64)?;
-    Ok(Model { parts, materials: vec![single::plain_material(false)], textures: Vec::new(), notices })
+    let materials = vec![Material::plain(&parts[0].mesh)];
+    Ok(Model {
+        parts,
+        materials,
+        textures: Vec::new(),
+        notices,
+    })
 }
 
 /// The triangles of a solid, with corners at the same place made one.
@@ -68,7 +77,11 @@ impl Solid {
 }
 
 fn declared(bytes: &[u8]) -> Option<usize> {
-    bytes.get(80..HEADER)?.try_into().ok().map(|count| u32::from_le_bytes(count) as usize)
+    bytes
+        .get(80..HEADER)?
+        .try_into()
+        .ok()
+        .map(|count| u32::from_le_bytes(count) as usize)
 }
 
 fn is_binary(bytes: &[u8]) -> bool {
@@ -77,7 +90,9 @@ fn is_binary(bytes: &[u8]) -> bool {
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let start = bytes.trim_ascii_start();
-    let solid = start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    let solid = start
+        .get(..5)
+        .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     // No text has a zero byte.
     !solid || bytes.contains(&0)
 }
@@ -87,7 +102,10 @@ fn binary(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<Solid,
         let message = "neither \"solid\" nor the 84 bytes before the facets of a binary STL file";
         return Err(FormatError::whole(path, message));
     };
-    let (held, extra) = ((bytes.len() - HEADER) / FACET, (bytes.len() - HEADER) % FACET);
+    let (held, extra) = (
+        (bytes.len() - HEADER) / FACET,
+        (bytes.len() - HEADER) % FACET,
+    );
     // Programs that write without going back leave one of these in the place of the number.
     let unknown = extra == 0 && (count == 0 || count == u32::MAX as usize);
     if count > held && !unknown {
@@ -98,19 +116,38 @@ fn binary(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<Solid,
     if count < held && extra != 0 {
         used = count;
         let left = bytes.len() - HEADER - FACET * count;
-        notices.push(format!("{}: {left} bytes after the last facet are not used", path.display()));
+        notices.push(format!(
+            "{}: {left} bytes after the last facet are not used",
+            path.display()
+        ));
     } else if count != held {
         notices.push(format!(
             "{}: {count} facets declared, {held} found and used",
             path.display()
         ));
     } else if extra != 0 {
-        notices.push(format!("{}: {extra} bytes after the last facet are not used", path.display()));
+        notices.push(format!(
+            "{}: {extra} bytes after the last facet are not used",
+            path.display()
+        ));
     }
 
     let mut solid = Solid::default();
-    for (number, facet) in bytes[HEADER..].as_chunks::<FACET>().0.iter().take(used).enumerate() {
-        let float = |at: usize| f64::from(f32::from_le_bytes([facet[at], facet[at + 1], facet[at + 2], facet[at + 3]]));
+    for (number, facet) in bytes[HEADER..]
+        .as_chunks::<FACET>()
+        .0
+        .iter()
+        .take(used)
+        .enumerate()
+    {
+        let float = |at: usize| {
+            f64::from(f32::from_le_bytes([
+                facet[at],
+                facet[at + 1],
+                facet[at + 2],
+                facet[at + 3],
+            ]))
+        };
         let corners = [12, 24, 36].map(|at| DVec3::new(float(at), float(at + 4), float(at + 8)));
         if !corners.iter().all(|corner| corner.is_finite()) {
             let message = format!("facet {number} has a corner that is not finite");
@@ -145,9 +182,16 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
             (same, b"") => same,
             (Expect::Solid, b"solid") => {
                 if solids.len() == 1 << 16 {
-                    return Err(FormatError::line(path, line, "more than 65536 solids in one file"));
+                    return Err(FormatError::line(
+                        path,
+                        line,
+                        "more than 65536 solids in one file",
+                    ));
                 }
-                solids.push(Solid { name: text::name(rest), ..Solid::default() });
+                solids.push(Solid {
+                    name: text::name(rest),
+                    ..Solid::default()
+                });
                 Expect::Facet
             }
             // The normal follows from the corners.
@@ -157,7 +201,11 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
             (Expect::Vertex, b"vertex") => {
                 corners[count] = corner(path, line, rest)?;
                 count += 1;
-                if count == 3 { Expect::EndLoop } else { Expect::Vertex }
+                if count == 3 {
+                    Expect::EndLoop
+                } else {
+                    Expect::Vertex
+                }
             }
             (Expect::EndLoop, b"endloop") => Expect::EndFacet,
             (Expect::EndFacet, b"endfacet") => {
@@ -168,7 +216,11 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
                 Expect::Facet
             }
             (expected, _) => {
-                let message = format!("expected {}, found {}", name(expected), text::shown(text::trim(text)));
+                let message = format!(
+                    "expected {}, found {}",
+                    name(expected),
+                    text::shown(text::trim(text))
+                );
                 return Err(FormatError::line(path, line, message));
             }
         };
@@ -176,7 +228,11 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
     if expect == Expect::Solid {
         return Ok(solids);
     }
-    Err(FormatError::line(path, last, format!("the file ends where {} is expected", name(expect))))
+    Err(FormatError::line(
+        path,
+        last,
+        format!("the file ends where {} is expected", name(expect)),
+    ))
 }
 
 fn name(expect: Expect) -> &'static str {
@@ -194,10 +250,18 @@ fn corner(path: &Path, line: usize, rest: &[u8]) -> Result<DVec3, FormatError> {
     let mut words = Words(rest);
     let mut values = [0.0; 3];
     for value in &mut values {
-        *value = words.next().and_then(text::number).filter(|v| v.is_finite()).ok_or_else(|| {
-            let found = text::shown(text::trim(rest));
-            FormatError::line(path, line, format!("vertex {found}: expected three finite numbers"))
-        })?;
+        *value = words
+            .next()
+            .and_then(text::number)
+            .filter(|v| v.is_finite())
+            .ok_or_else(|| {
+                let found = text::shown(text::trim(rest));
+                FormatError::line(
+                    path,
+                    line,
+                    format!("vertex {found}: expected three finite numbers"),
+                )
+            })?;
     }
     if let Some(word) = words.next() {
         let message = format!("vertex: {} after three numbers", text::shown(word));

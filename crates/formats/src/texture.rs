@@ -47,14 +47,22 @@ pub(crate) fn decode(
             if let Ok(Some(gamma)) = decoder.gamma_value()
                 && (gamma - 1.0 / 2.2).abs() > 0.01
             {
-                notices.push(format!("{}: its gamma of {gamma} is not applied: read as sRGB", path.display()));
+                notices.push(format!(
+                    "{}: its gamma of {gamma} is not applied: read as sRGB",
+                    path.display()
+                ));
             }
             pixels(path, decoder, budget, notices)?
         }
         Ok(ImageFormat::Jpeg) => {
             whole_jpeg(path, bytes)?;
             let decoder = JpegDecoder::new(Cursor::new(bytes));
-            pixels(path, decoder.map_err(|e| refused(path, e))?, budget, notices)?
+            pixels(
+                path,
+                decoder.map_err(|e| refused(path, e))?,
+                budget,
+                notices,
+            )?
         }
         _ => return Err(FormatError::unsupported(path, "not a PNG or JPEG image")),
     };
@@ -63,7 +71,12 @@ pub(crate) fn decode(
     }
     let size = [image.width(), image.height()];
     let texels = image.into_rgb8().into_raw().as_chunks::<3>().0.to_vec();
-    Ok(Texture { name: path.display().to_string(), size, texels, wrap })
+    Ok(Texture {
+        name: path.display().to_string(),
+        size,
+        texels,
+        wrap,
+    })
 }
 
 /// The decoded image, if the budget has room for it.
@@ -75,7 +88,10 @@ fn pixels(
 ) -> Result<DynamicImage, FormatError> {
     let (columns, rows) = decoder.dimensions();
     if columns == 0 || rows == 0 {
-        return Err(FormatError::whole(path, format!("an image of {columns} x {rows} pixels")));
+        return Err(FormatError::whole(
+            path,
+            format!("an image of {columns} x {rows} pixels"),
+        ));
     }
     budget.take_pixels(path, u64::from(columns) * u64::from(rows))?;
     if let Ok(Some(profile)) = decoder.icc_profile()
@@ -83,7 +99,10 @@ fn pixels(
         && !profile.windows(4).any(|w| w == b"sRGB")
         && !profile.windows(7).any(|w| w == b"s\0R\0G\0B")
     {
-        notices.push(format!("{}: its colour profile is not applied: read as sRGB", path.display()));
+        notices.push(format!(
+            "{}: its colour profile is not applied: read as sRGB",
+            path.display()
+        ));
     }
     DynamicImage::from_decoder(decoder).map_err(|e| refused(path, e))
 }
@@ -114,5 +133,9 @@ fn whole_jpeg(path: &Path, bytes: &[u8]) -> Result<(), FormatError> {
         };
     }
     // In a scan every 0xff of the data is followed by a 0.
-    if bytes[at..].windows(2).any(|w| w == [0xff, 0xd9]) { Ok(()) } else { Err(cut()) }
+    if bytes[at..].windows(2).any(|w| w == [0xff, 0xd9]) {
+        Ok(())
+    } else {
+        Err(cut())
+    }
 }

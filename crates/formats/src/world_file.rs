@@ -16,7 +16,12 @@ use crate::folder::{Folder, Source};
 ///
 /// # Errors
 /// See [`FormatError`]; one in the text itself has the line and the key.
-pub fn parse(text: &str, folder: &Path, path: &Path, budget: &Budget) -> Result<World, FormatError> {
+pub fn parse(
+    text: &str,
+    folder: &Path,
+    path: &Path,
+    budget: &Budget,
+) -> Result<World, FormatError> {
     build(text, path, &mut Folder::new(folder, budget))
 }
 
@@ -32,8 +37,11 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<World, Format
 
 fn build(text: &str, path: &Path, folder: &mut Folder) -> Result<World, FormatError> {
     let node = node(text, path)?;
-    let file: WorldFile = schema::from_node(&node).map_err(|e| located(e.into(), &node, text, path))?;
-    let mut world = file.build(folder).map_err(|error| located(error, &node, text, path))?;
+    let file: WorldFile =
+        schema::from_node(&node).map_err(|e| located(e.into(), &node, text, path))?;
+    let mut world = file
+        .build(folder)
+        .map_err(|error| located(error, &node, text, path))?;
     world.notices.extend(folder.take_notices());
     Ok(world)
 }
@@ -42,7 +50,11 @@ fn build(text: &str, path: &Path, folder: &mut Folder) -> Result<World, FormatEr
 fn node(text: &str, path: &Path) -> Result<Node, FormatError> {
     let table = DeTable::parse(text).map_err(|error| {
         let at = error.span().map_or(text.len(), |span| span.start);
-        FormatError::line(path, line_of(text.as_bytes(), at), error.message().trim_end())
+        FormatError::line(
+            path,
+            line_of(text.as_bytes(), at),
+            error.message().trim_end(),
+        )
     })?;
     table_node(&table, path, text)
 }
@@ -51,14 +63,25 @@ fn table_node(table: &Spanned<DeTable<'_>>, path: &Path, text: &str) -> Result<N
     let mut entries = Vec::new();
     for (key, value) in table.get_ref() {
         let node = value_node(value, path, text)?;
-        entries.push(Entry { key: key.get_ref().to_string(), key_span: Some(key.span()), node });
+        entries.push(Entry {
+            key: key.get_ref().to_string(),
+            key_span: Some(key.span()),
+            node,
+        });
     }
     // As written, not by name.
     entries.sort_by_key(|entry| entry.key_span.as_ref().map(|span| span.start));
-    Ok(Node { value: Value::Table(entries), span: Some(table.span()) })
+    Ok(Node {
+        value: Value::Table(entries),
+        span: Some(table.span()),
+    })
 }
 
-fn value_node(spanned: &Spanned<DeValue<'_>>, path: &Path, text: &str) -> Result<Node, FormatError> {
+fn value_node(
+    spanned: &Spanned<DeValue<'_>>,
+    path: &Path,
+    text: &str,
+) -> Result<Node, FormatError> {
     let fail = |message: String| {
         let line = line_of(text.as_bytes(), spanned.span().start);
         Err(FormatError::line(path, line, message))
@@ -76,29 +99,56 @@ fn value_node(spanned: &Spanned<DeValue<'_>>, path: &Path, text: &str) -> Result
         },
         DeValue::Datetime(_) => return fail("a date; expected text in quotes".into()),
         DeValue::Array(items) => {
-            let items: Result<_, _> = items.iter().map(|item| value_node(item, path, text)).collect();
+            let items: Result<_, _> = items
+                .iter()
+                .map(|item| value_node(item, path, text))
+                .collect();
             Value::List(items?)
         }
         DeValue::Table(table) => {
             return table_node(&Spanned::new(spanned.span(), table.clone()), path, text);
         }
     };
-    Ok(Node { value, span: Some(spanned.span()) })
+    Ok(Node {
+        value,
+        span: Some(spanned.span()),
+    })
 }
 
 /// An error of the schema with the line it is about.
 fn located(error: FormatError, node: &Node, text: &str, file: &Path) -> FormatError {
     match error {
-        FormatError::Scene { path: None, source: SceneError::Schema { path: key, message, span } } => {
-            let at = span.or_else(|| node.span_at(&key)).map_or(0, |span| span.start);
-            FormatError::Schema { path: file.into(), line: line_of(text.as_bytes(), at), key, message }
+        FormatError::Scene {
+            path: None,
+            source:
+                SceneError::Schema {
+                    path: key,
+                    message,
+                    span,
+                },
+        } => {
+            let at = span
+                .or_else(|| node.span_at(&key))
+                .map_or(0, |span| span.start);
+            FormatError::Schema {
+                path: file.into(),
+                line: line_of(text.as_bytes(), at),
+                key,
+                message,
+            }
         }
-        FormatError::Scene { path: None, source } => FormatError::Scene { path: Some(file.into()), source },
+        FormatError::Scene { path: None, source } => FormatError::Scene {
+            path: Some(file.into()),
+            source,
+        },
         other => other,
     }
 }
 
 /// The number, from 1, of the line with this byte.
 fn line_of(text: &[u8], at: usize) -> usize {
-    1 + text[..at.min(text.len())].iter().filter(|&&b| b == b'\n').count()
+    1 + text[..at.min(text.len())]
+        .iter()
+        .filter(|&&b| b == b'\n')
+        .count()
 }
