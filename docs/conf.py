@@ -1,0 +1,45 @@
+"""Sphinx settings. Pages under `_generated` are made anew from the code at every build."""
+
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+
+import commands  # noqa: E402
+import figures  # noqa: E402
+import worldfile  # noqa: E402
+
+import raycam  # noqa: E402
+
+project = "raycam"
+version = release = raycam.__version__
+copyright = "The raycam contributors"  # noqa: A001
+extensions = ["myst_parser", "sphinx.ext.autodoc"]
+exclude_patterns = ["_build", "_generated"]
+myst_enable_extensions = ["dollarmath", "amsmath"]
+myst_heading_anchors = 3
+nitpicky = False
+pygments_style = "friendly"
+
+html_theme = "furo"
+html_title = "raycam"
+html_copy_source = False
+html_show_sphinx = False
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_default_options = {"members": True, "show-inheritance": True}
+
+
+def generate(app: object) -> None:
+    """Make what the pages include: figures, the world-file tables, the commands' help."""
+    folder = HERE / "_generated"
+    folder.mkdir(exist_ok=True)
+    for maker in (worldfile, commands, figures):
+        maker.write(folder)
+
+
+def setup(app: object) -> None:
+    """Called by Sphinx."""
+    app.connect("builder-inited", generate)  # type: ignore[attr-defined]
