@@ -8,13 +8,12 @@ sys.path.insert(0, str(HERE))
 
 import commands  # noqa: E402
 import figures  # noqa: E402
-import worldfile  # noqa: E402
-
 import raycam  # noqa: E402
+import worldfile  # noqa: E402
 
 project = "raycam"
 version = release = raycam.__version__
-copyright = "The raycam contributors"  # noqa: A001
+copyright = "The raycam contributors"
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
 exclude_patterns = ["_build", "_generated"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
