@@ -1,0 +1,16 @@
+"""The command-line reference: what `--help` prints, for every command."""
+
+import argparse
+from pathlib import Path
+
+from raycam import cli
+
+
+def write(folder: Path) -> None:
+    """Make `commands.md`."""
+    parser = cli.parser()
+    commands = next(action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+    lines = ["```text", parser.format_help().rstrip(), "```", ""]
+    for name, command in commands.choices.items():
+        lines += [f"## raycam {name}", "", "```text", command.format_help().rstrip(), "```", ""]
+    (folder / "commands.md").write_text("\n".join(lines), encoding="utf-8")

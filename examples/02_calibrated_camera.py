@@ -1,0 +1,32 @@
+"""A camera calibrated with OpenCV: its K, rvec and tvec go in, and the picture has every point where OpenCV says.
+
+Needs `pip install opencv-python-headless`. Writes overlay.png.
+"""
+
+import cv2
+import numpy as np
+import raycam
+
+# What cv2.calibrateCamera and cv2.solvePnP gave for this camera; a principal point off the centre is no trouble.
+K = np.array([[812.3, 0, 333.1], [0, 809.7, 251.8], [0, 0, 1]])
+rvec = np.array([1.85, -0.62, 0.48])
+tvec = np.array([-0.1, 0.05, 3.6])
+
+world = raycam.World()
+world.add({"box": {"size": [1, 1, 1]}, "color": "#d98c2b"})
+world.add({"plane": {"size": [3, 3]}, "location": [0, 0, -0.5], "color": "#557a95"})
+world.add_light({"type": "sun", "direction": [-1, 2, -3], "irradiance": [3, 3, 3]})
+
+camera = raycam.Camera.from_opencv(K, rvec, tvec, (640, 480))
+frame = raycam.render(world, camera, integrator="direct", samples=16)
+
+corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+expected = cv2.projectPoints(corners, rvec, tvec, K, None)[0][:, 0]
+pixels, _ = camera.project(corners)
+print(f"largest difference to cv2.projectPoints: {np.abs(pixels - expected).max():.1e} px")
+assert np.abs(pixels - expected).max() < 1e-9
+
+picture = np.ascontiguousarray(frame.to_srgb8()[..., ::-1])  # OpenCV keeps blue first
+for u, v in expected:
+    cv2.circle(picture, (round(u * 16), round(v * 16)), 6 * 16, (255, 255, 255), 1, cv2.LINE_AA, shift=4)
+cv2.imwrite("overlay.png", picture)

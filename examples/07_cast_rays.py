@@ -1,0 +1,37 @@
+"""Rays of your own: a spinning scanner of 32 beams in a room, and the points that it measures.
+
+Writes points.ply.
+"""
+
+import numpy as np
+import raycam
+
+world = raycam.World()
+world.add({"plane": {"size": [20, 20]}, "name": "floor"})
+for k in range(12):
+    place = [6 * np.cos(k * np.pi / 6), 6 * np.sin(k * np.pi / 6), 1]
+    world.add({"cylinder": {"radius": 0.4, "height": 2}, "location": place, "name": f"column {k}"})
+wagon = world.add({"box": {"size": [3, 1.6, 1.4]}, "location": [3, -1, 0.7], "yaw": 20, "name": "wagon"})
+
+azimuth, elevation = np.radians(np.meshgrid(np.arange(0, 360, 0.4), np.linspace(-25, 10, 32)))
+directions = np.stack(
+    [np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)], -1
+).reshape(-1, 3)
+origins = np.tile([0.0, 0.0, 1.5], (len(directions), 1))
+
+hits = world.cast_rays(origins, directions)
+met = np.isfinite(hits["t"])
+on_wagon = (hits["instance"] == wagon).sum()
+print(f"{met.sum()} of {len(met)} beams come back, {on_wagon} of them from the wagon, farthest {hits['t'][met].max():.2f} m")
+
+# What stands between each measured point and a lamp under the ceiling?
+points = hits["position"][met]
+lamp = np.array([0.0, 0.0, 4.0])
+above = points + 1e-6 * hits["normal"][met]  # a little off the surface that it lies on
+dark = world.occluded(above, lamp - above, t_max=1.0)
+print(f"{dark.mean():.0%} of the points lie in the lamp's shadow")
+
+with open("points.ply", "w", encoding="ascii") as file:
+    file.write(f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n")
+    file.write("property float x\nproperty float y\nproperty float z\nend_header\n")
+    np.savetxt(file, points, fmt="%.4f")
