@@ -1,4 +1,4 @@
-"""The world-file reference: tables of keys out of the JSON Schema that the structs of `scene::schema` generate."""
+"""The world-file reference: tables of keys out of the JSON Schema of the structs in `scene::schema`."""
 
 import json
 from pathlib import Path
@@ -20,7 +20,9 @@ def kind(schema: Schema) -> str:
         return " or ".join(f"`{json.dumps(value)}`" for value in schema["enum"] if value is not None)
     for key in ("anyOf", "oneOf", "allOf"):
         if key in schema:
-            return " or ".join(dict.fromkeys(kind(part) for part in schema[key] if part.get("type") != "null"))
+            return " or ".join(
+                dict.fromkeys(kind(part) for part in schema[key] if part.get("type") != "null")
+            )
     names = schema.get("type", "anything")
     names = [name for name in ([names] if isinstance(names, str) else names) if name != "null"]
     return " or ".join(array(schema) if name == "array" else name for name in names)

@@ -1,4 +1,4 @@
-"""A camera calibrated with OpenCV: its K, rvec and tvec go in, and the picture has every point where OpenCV says.
+"""A camera calibrated with OpenCV: K, rvec and tvec go in; every point is seen where OpenCV says.
 
 Needs `pip install opencv-python-headless`. Writes overlay.png.
 """
@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import raycam
 
-# What cv2.calibrateCamera and cv2.solvePnP gave for this camera; a principal point off the centre is no trouble.
+# What cv2.calibrateCamera and cv2.solvePnP gave; the principal point need not be at the centre.
 K = np.array([[812.3, 0, 333.1], [0, 809.7, 251.8], [0, 0, 1]])
 rvec = np.array([1.85, -0.62, 0.48])
 tvec = np.array([-0.1, 0.05, 3.6])

@@ -1,4 +1,4 @@
-"""Ground truth: depth, positions, normals and ids of every pixel, exact at its centre, beside the smooth colour.
+"""Ground truth: depth, positions, normals and ids, exact at every pixel centre, beside the smooth colour.
 
 Writes truth.exr, truth.npz and depth.png.
 """
@@ -8,11 +8,23 @@ import raycam
 
 world = raycam.World()
 world.add({"torus": {"radius": 1, "tube": 0.35}, "name": "ring", "color": "#b03a2e"})
-world.add({"sphere": {"radius": 0.5}, "name": "ball", "refine": 2, "location": [0, 0, 0.2], "color": "#f5b041"})
+world.add(
+    {"sphere": {"radius": 0.5}, "name": "ball", "refine": 2, "location": [0, 0, 0.2], "color": "#f5b041"}
+)
 world.add({"plane": {"size": [6, 6]}, "name": "floor", "location": [0, 0, -0.4]})
 
 camera = raycam.Camera.look_at([2.5, -3, 2.5], [0, 0, 0], [0, 0, 1], size=(640, 480), fov=35)
-channels = ["color", "depth", "distance", "position", "normal", "instance", "triangle", "barycentric", "coverage"]
+channels = [
+    "color",
+    "depth",
+    "distance",
+    "position",
+    "normal",
+    "instance",
+    "triangle",
+    "barycentric",
+    "coverage",
+]
 frame = raycam.render(world, camera, samples=16, channels=channels)
 frame.save("truth.exr")  # named layers, float32, the camera matrix in the header
 frame.save("truth.npz")  # the same arrays for NumPy

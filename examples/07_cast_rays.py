@@ -22,7 +22,8 @@ origins = np.tile([0.0, 0.0, 1.5], (len(directions), 1))
 hits = world.cast_rays(origins, directions)
 met = np.isfinite(hits["t"])
 on_wagon = (hits["instance"] == wagon).sum()
-print(f"{met.sum()} of {len(met)} beams come back, {on_wagon} of them from the wagon, farthest {hits['t'][met].max():.2f} m")
+print(f"{met.sum()} of {len(met)} beams come back, {on_wagon} of them from the wagon")
+print(f"the farthest measures {hits['t'][met].max():.2f} m")
 
 # What stands between each measured point and a lamp under the ceiling?
 points = hits["position"][met]

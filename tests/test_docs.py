@@ -1,7 +1,7 @@
-"""The documentation does what it says: every block of code on every page runs, in order, in an empty folder.
+"""The documentation does what it says: every block of code on every page runs, in order, in its own folder.
 
-`pycon` blocks are compared with their printed answers, `python` blocks run, `toml` blocks whose first line names a
-file are written to it and loaded, and `raycam` lines of `sh` blocks are typed.
+`pycon` blocks are compared with their printed answers, `python` blocks run, `toml` blocks whose first line
+names a file are written to it and loaded, and `raycam` lines of `sh` blocks are typed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Every numbered example runs in an empty folder, is short, and leaves the files that it names in its first lines."""
+"""Every numbered example runs in an empty folder, is short, and leaves the files that its docstring names."""
 
 from __future__ import annotations
 
