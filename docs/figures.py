@@ -45,17 +45,17 @@ def colored_box(world: raycam.World, **placement: object) -> int:
     """The box of the lecture, two triangles to a side, each with its own colour."""
     palette = ["#d7263d", "#f46036", "#2e294e", "#5b4b8a", "#1b998b", "#38c7b4"]
     palette += ["#e2c044", "#f2dc7e", "#2364aa", "#73a9de", "#7d3c98", "#b57bd0"]
-    return world.add({"box": {"size": [1, 1, 1]}, "face_colors": palette, "name": "box", **placement})
+    return world.add_object(box={"size": 1}, face_colors=palette, name="box", **placement)
 
 
 def still_life() -> raycam.World:
     """A few solids on a floor: what the lecture looks at."""
     world = raycam.World()
-    world.add({"plane": {"size": [7, 7]}, "color": "#d9d4c7", "name": "floor"})
+    world.add_object(plane={"size": [7, 7]}, color="#d9d4c7", name="floor")
     colored_box(world, location=[-0.9, 0.5, 0.5], yaw=25)
-    world.add({"sphere": {"radius": 0.5}, "refine": 3, "location": [0.5, 0.2, 0.5], "color": "#2e86c1"})
-    world.add({"cone": {"radius": 0.45, "height": 1.1}, "location": [1.5, 1.1, 0.55], "color": "#e0a526"})
-    world.add({"torus": {"radius": 0.4, "tube": 0.14}, "location": [0.4, -1.0, 0.14], "color": "#b03a2e"})
+    world.add_object(sphere={"radius": 0.5}, refine=3, location=[0.5, 0.2, 0.5], color="#2e86c1")
+    world.add_object(cone={"radius": 0.45, "height": 1.1}, location=[1.5, 1.1, 0.55], color="#e0a526")
+    world.add_object(torus={"radius": 0.4, "tube": 0.14}, location=[0.4, -1.0, 0.14], color="#b03a2e")
     return world
 
 
@@ -90,7 +90,7 @@ def refine() -> Image:
     images = []
     for levels in range(4):
         world = raycam.World()
-        world.add({"mesh": CONTROL, "refine": levels, "color": "#e8b796", "roll": 90})
+        world.add_object(mesh=CONTROL, refine=levels, color="#e8b796", roll=90)
         world.add_light(SUN)
         world.add_light(SKY)
         images.append(wireframe(world, look((3.0, -3.4, 1.3), (0, 0, 0.05), (440, 520), 25)))
@@ -112,7 +112,7 @@ def colors() -> Image:
     images = []
     for way in ways:
         world = raycam.World()
-        world.add({**way, **STAND})
+        world.add_object(**way, **STAND)
         world.add_light({"type": "sky", "radiance": [1, 1, 1]})
         images.append(picture(world, look((-3.0, -3.4, 2.0), (0, 0, 0.8), (220, 260), 27)))
     return row(*images)
@@ -180,7 +180,7 @@ def outside() -> Image:
         (hit, 0.06, "#e02020"),
         (on_plane(*pixel), 0.04, "#e02020"),
     ):
-        world.add({"sphere": {"radius": radius}, "refine": 2, "location": place, "color": color})
+        world.add_object(sphere={"radius": radius}, refine=2, location=place, color=color)
     world.add_light(SUN)
     world.add_light(SKY)
     observer = look((7.0, -4.4, 4.0), (1.2, -1.7, 1.1), (760, 430), 36)
@@ -239,7 +239,7 @@ def reflectance() -> Image:
                 "location": [across, 0, -down],
                 "color": "#d3543c",
             }
-            world.add(ball | {"diffuse": 1 - specular, "specular": specular, "shininess": shininess})
+            world.add_object(ball | {"diffuse": 1 - specular, "specular": specular, "shininess": shininess})
     world.add_light({"type": "sun", "direction": [0.7, 1, -0.9], "irradiance": [3, 3, 3]})
     world.add_light({"type": "sky", "radiance": [0.12, 0.13, 0.15]})
     camera = raycam.Camera.look_at([1.5, -12, -1.5], [1.5, 0, -1.5], Z, size=(480, 480), fov=19)
@@ -249,8 +249,8 @@ def reflectance() -> Image:
 def orbit() -> Image:
     """Six frames around a cow."""
     world = raycam.World()
-    world.add({"mesh": SPOT, **STAND})
-    world.add({"plane": {"size": [9, 9]}, "color": "#cfd8dc"})
+    world.add_object(mesh=SPOT, **STAND)
+    world.add_object(plane={"size": [9, 9]}, color="#cfd8dc")
     world.add_light(SUN)
     world.add_light(SKY)
     images = []

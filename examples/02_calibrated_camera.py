@@ -13,8 +13,8 @@ rvec = np.array([1.85, -0.62, 0.48])
 tvec = np.array([-0.1, 0.05, 3.6])
 
 world = raycam.World()
-world.add({"box": {"size": [1, 1, 1]}, "color": "#d98c2b"})
-world.add({"plane": {"size": [3, 3]}, "location": [0, 0, -0.5], "color": "#557a95"})
+world.add_object(box={"size": 1}, color="#d98c2b")
+world.add_object(plane={"size": [3, 3]}, location=[0, 0, -0.5], color="#557a95")
 world.add_light({"type": "sun", "direction": [-1, 2, -3], "irradiance": [3, 3, 3]})
 
 camera = raycam.Camera.from_opencv(K, rvec, tvec, (640, 480))

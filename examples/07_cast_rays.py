@@ -7,11 +7,11 @@ import numpy as np
 import raycam
 
 world = raycam.World()
-world.add({"plane": {"size": [20, 20]}, "name": "floor"})
+world.add_object(plane={"size": [20, 20]}, name="floor")
 for k in range(12):
     place = [6 * np.cos(k * np.pi / 6), 6 * np.sin(k * np.pi / 6), 1]
-    world.add({"cylinder": {"radius": 0.4, "height": 2}, "location": place, "name": f"column {k}"})
-wagon = world.add({"box": {"size": [3, 1.6, 1.4]}, "location": [3, -1, 0.7], "yaw": 20, "name": "wagon"})
+    world.add_object(cylinder={"radius": 0.4, "height": 2}, location=place, name=f"column {k}")
+wagon = world.add_object(box={"size": [3, 1.6, 1.4]}, location=[3, -1, 0.7], yaw=20, name="wagon")
 
 azimuth, elevation = np.radians(np.meshgrid(np.arange(0, 360, 0.4), np.linspace(-25, 10, 32)))
 directions = np.stack(

@@ -83,11 +83,17 @@ def dependencies(table: dict[str, object]) -> set[str]:
     return names
 
 
+def is_for_types(node: ast.AST) -> bool:
+    """Whether it is an `if TYPE_CHECKING:`, whose imports never happen."""
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+
+
 def imports(path: Path, *, top_level_only: bool = False) -> set[str]:
     """The packages that a Python file imports; relative imports are named with a leading dot."""
-    tree = ast.parse(text_of(path))
+    body = [node for node in ast.parse(text_of(path)).body if not is_for_types(node)]
     found = set()
-    for node in tree.body if top_level_only else ast.walk(tree):
+    walk = (inner for node in body for inner in ast.walk(node))
+    for node in body if top_level_only else walk:
         if isinstance(node, ast.Import):
             found |= {name.name.split(".")[0] for name in node.names}
         elif isinstance(node, ast.ImportFrom) and node.level:
@@ -121,7 +127,7 @@ def sources_that_reach(root: Path) -> list[str]:
     offences = []
     for room, allowed in ROOMS.items():
         for path in rust_files(root, room):
-            for name in sorted(set(re.findall(r"\braycam_(\w+?)\b", code_of(path)))):
+            for name in sorted(set(re.findall(rf"\braycam_({'|'.join(ROOMS)})\b", code_of(path)))):
                 if name not in allowed | {room}:
                     offences.append(f"{path.relative_to(root)} uses raycam_{name}")
             text = text_of(path)
@@ -189,10 +195,10 @@ def long_files(root: Path) -> list[str]:
 
 def vague_names(root: Path) -> list[str]:
     """A file is named after its concept."""
-    paths = [path for room in ROOMS for path in rust_files(root, room)] + python_files(root)
+    paths = [path for room in ROOMS for path in (root / "crates" / room / "src").rglob("*.rs")]
     return [
         f"{path.relative_to(root)} has a name that says nothing"
-        for path in paths
+        for path in sorted(paths) + python_files(root)
         if VAGUE_NAMES & {path.stem, *path.relative_to(root).parts}
     ]
 
@@ -214,6 +220,12 @@ def undocumented_python(root: Path) -> list[str]:
     return offences
 
 
+def concepts(path: Path) -> set[str]:
+    """The names under which a test may cover a file: its own, its folders', and `ply` for `ply_header`."""
+    parts = path.with_suffix("").parts
+    return {*parts, *(part.split("_")[0] for part in parts)}
+
+
 def untested_concepts(root: Path) -> list[str]:
     """One concept, one file, one same-named test: inline, in the room's tests, or in tests/ for Python."""
     offences = []
@@ -221,13 +233,13 @@ def untested_concepts(root: Path) -> list[str]:
         folder = root / "crates" / room
         tests = {path.stem for path in (folder / "tests").rglob("*.rs")}
         for path in sorted((folder / "src").rglob("*.rs")):
-            names = set(path.relative_to(folder / "src").with_suffix("").parts)
+            names = concepts(path.relative_to(folder / "src"))
             inline = "#[cfg(test)]" in text_of(path)
             if not (inline or path.stem in PLAIN_RUST or names & tests):
                 offences.append(f"{path.relative_to(root)} has no test of its name")
     tests = {path.stem.removeprefix("test_") for path in (root / "tests").glob("test_*.py")}
     for path in python_files(root):
-        if path.stem not in tests | PLAIN_PYTHON:
+        if not concepts(Path(path.name)) & (tests | PLAIN_PYTHON):
             offences.append(f"{path.relative_to(root)} has no test of its name")
     return offences
 
