@@ -83,7 +83,7 @@ def raycam_picture(vertices: np.ndarray, faces: np.ndarray) -> Picture:
     import raycam
 
     world = raycam.World()
-    world.add_mesh(vertices, faces, color=[0.6, 0.5, 0.4])
+    world.add_mesh(vertices, faces, material={"color": [0.6, 0.5, 0.4]})
     K, camera_from_world = camera_matrices()
     camera = raycam.Camera(K, R=camera_from_world[:3, :3], C=EYE, size=SIZE)
     return lambda: raycam.render(world, camera, channels=["color", "depth", "instance", "triangle"])

@@ -8,8 +8,8 @@ import raycam
 
 Image = np.ndarray  # [height, width, 3] sRGB bytes
 WORLDS = Path(__file__).parent.parent / "examples" / "worlds"
-SPOT = str(WORLDS / "spot" / "spot.obj")
-CONTROL = str(WORLDS / "spot" / "spot_control_mesh.obj")
+SPOT = "spot/spot.obj"
+CONTROL = "spot/spot_control_mesh.obj"
 Z = (0, 0, 1)
 SKY = {"type": "sky", "radiance": [0.75, 0.82, 0.95]}
 SUN = {"type": "sun", "direction": [-0.6, 1, -1.2], "irradiance": [2.2, 2.0, 1.7]}
@@ -43,9 +43,13 @@ def lit(world: raycam.World, camera: raycam.Camera, samples: int = 16, **setting
 
 def colored_box(world: raycam.World, **placement: object) -> int:
     """The box of the lecture, two triangles to a side, each with its own colour."""
-    palette = ["#d7263d", "#f46036", "#2e294e", "#5b4b8a", "#1b998b", "#38c7b4"]
-    palette += ["#e2c044", "#f2dc7e", "#2364aa", "#73a9de", "#7d3c98", "#b57bd0"]
-    return world.add_object(box={"size": 1}, face_colors=palette, name="box", **placement)
+    corners = [[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]
+    sides = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
+    sides += [[2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+    palette = ["d7263d", "f46036", "2364aa", "73a9de", "1b998b", "58d0bd"]
+    palette += ["7d3c98", "b57bd0", "2e294e", "5b4b8a", "e2c044", "f5e08a"]
+    colors = np.array([list(bytes.fromhex(color)) for color in palette], np.uint8)
+    return world.add_mesh(corners, sides, face_colors=colors, name="box", **placement)
 
 
 def still_life() -> raycam.World:
@@ -53,7 +57,7 @@ def still_life() -> raycam.World:
     world = raycam.World()
     world.add_object(plane={"size": [7, 7]}, color="#d9d4c7", name="floor")
     colored_box(world, location=[-0.9, 0.5, 0.5], yaw=25)
-    world.add_object(sphere={"radius": 0.5}, refine=3, location=[0.5, 0.2, 0.5], color="#2e86c1")
+    world.add_object(sphere={"radius": 0.5, "level": 5}, location=[0.5, 0.2, 0.5], color="#2e86c1")
     world.add_object(cone={"radius": 0.45, "height": 1.1}, location=[1.5, 1.1, 0.55], color="#e0a526")
     world.add_object(torus={"radius": 0.4, "tube": 0.14}, location=[0.4, -1.0, 0.14], color="#b03a2e")
     return world
@@ -89,7 +93,7 @@ def refine() -> Image:
     """Loop subdivision of a coarse cow."""
     images = []
     for levels in range(4):
-        world = raycam.World()
+        world = raycam.World(folder=WORLDS)
         world.add_object(mesh=CONTROL, refine=levels, color="#e8b796", roll=90)
         world.add_light(SUN)
         world.add_light(SKY)
@@ -99,7 +103,7 @@ def refine() -> Image:
 
 def colors() -> Image:
     """One colour per object, per triangle, per vertex, and a texture."""
-    corners = raycam.load(SPOT).triangles()
+    corners = raycam.load(WORLDS / SPOT).triangles()
     vertices, faces = corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
     span = (vertices - vertices.min(0)) / np.ptp(vertices, axis=0)
     hues = np.random.default_rng(5).uniform(0.1, 0.9, (len(faces), 3))
@@ -111,7 +115,7 @@ def colors() -> Image:
     )
     images = []
     for way in ways:
-        world = raycam.World()
+        world = raycam.World(folder=WORLDS)
         world.add_object(**way, **STAND)
         world.add_light({"type": "sky", "radiance": [1, 1, 1]})
         images.append(picture(world, look((-3.0, -3.4, 2.0), (0, 0, 0.8), (220, 260), 27)))
@@ -180,7 +184,7 @@ def outside() -> Image:
         (hit, 0.06, "#e02020"),
         (on_plane(*pixel), 0.04, "#e02020"),
     ):
-        world.add_object(sphere={"radius": radius}, refine=2, location=place, color=color)
+        world.add_object(sphere={"radius": radius}, location=place, color=color)
     world.add_light(SUN)
     world.add_light(SKY)
     observer = look((7.0, -4.4, 4.0), (1.2, -1.7, 1.1), (760, 430), 36)
@@ -234,8 +238,7 @@ def reflectance() -> Image:
     for down, specular in enumerate((0.0, 0.2, 0.5, 0.8)):
         for across, shininess in enumerate((5, 20, 80, 320)):
             ball = {
-                "sphere": {"radius": 0.45},
-                "refine": 4,
+                "sphere": {"radius": 0.45, "level": 6},
                 "location": [across, 0, -down],
                 "color": "#d3543c",
             }
@@ -248,7 +251,7 @@ def reflectance() -> Image:
 
 def orbit() -> Image:
     """Six frames around a cow."""
-    world = raycam.World()
+    world = raycam.World(folder=WORLDS)
     world.add_object(mesh=SPOT, **STAND)
     world.add_object(plane={"size": [9, 9]}, color="#cfd8dc")
     world.add_light(SUN)

@@ -11,7 +11,7 @@ def room() -> raycam.World:
     world = raycam.World()
     world.add_object(plane={"size": [12, 12]}, color=[0.6, 0.6, 0.58], name="floor")
     world.add_object(box={"size": 1}, location=[-1.2, 0.6, 0.5], yaw=30, color="#c0392b")
-    ball = {"sphere": {"radius": 0.6}, "refine": 3, "location": [0.3, -0.2, 0.6], "color": "#2e86c1"}
+    ball = {"sphere": {"radius": 0.6, "level": 5}, "location": [0.3, -0.2, 0.6], "color": "#2e86c1"}
     world.add_object(ball | {"diffuse": 0.6, "specular": 0.35, "shininess": 80})
     world.add_object(cone={"radius": 0.5, "height": 1.4}, location=[1.6, 0.8, 0.7], color="#d4ac0d")
     return world
