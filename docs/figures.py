@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import raycam
+from raycam import _core, files
 
 Image = np.ndarray  # [height, width, 3] sRGB bytes
 WORLDS = Path(__file__).parent.parent / "examples" / "worlds"
@@ -31,14 +32,14 @@ def look(
     return raycam.Camera.look_at(eye, target, Z, size=size, fov=fov)
 
 
-def picture(world: raycam.World, camera: raycam.Camera, samples: int = 16, **settings: object) -> Image:
-    """What the camera sees, as sRGB bytes."""
-    return raycam.render(world, camera, samples=samples, **settings).to_srgb8()
+def flat(world: raycam.World, camera: raycam.Camera) -> Image:
+    """The lecture's picture, as sRGB bytes."""
+    return raycam.render(world, camera, integrator="flat").to_srgb8()
 
 
 def lit(world: raycam.World, camera: raycam.Camera, samples: int = 16, **settings: object) -> Image:
     """What the camera sees by the light of the world's lights."""
-    return picture(world, camera, samples, integrator="direct", **settings)
+    return raycam.render(world, camera, samples=samples, **settings).to_srgb8()
 
 
 def colored_box(world: raycam.World, **placement: object) -> int:
@@ -69,14 +70,12 @@ def box() -> Image:
     colored_box(world)
     world.add_light({"type": "sky", "radiance": [1, 1, 1]})
     eyes = ((1.9, -2.5, 1.5), (-1.9, 2.5, -1.5))
-    return row(*(picture(world, look(eye, (0, 0, 0), (380, 300), 28)) for eye in eyes))
+    return row(*(flat(world, look(eye, (0, 0, 0), (380, 300), 28)) for eye in eyes))
 
 
 def wireframe(world: raycam.World, camera: raycam.Camera) -> Image:
     """A lit picture with dark lines where a barycentric coordinate is close to zero, four pixels made one."""
-    frame = raycam.render(
-        world, camera, integrator="direct", samples=4, channels=["color", "barycentric", "instance"]
-    )
+    frame = raycam.render(world, camera, samples=4, channels=["color", "barycentric", "instance"])
     near = frame["barycentric"].min(axis=2)
     step = np.hypot(*np.gradient(near)) + 1e-6
     line = np.clip(1.6 - near / step, 0, 1) * (frame["instance"] >= 0)
@@ -118,7 +117,7 @@ def colors() -> Image:
         world = raycam.World(folder=WORLDS)
         world.add_object(**way, **STAND)
         world.add_light({"type": "sky", "radiance": [1, 1, 1]})
-        images.append(picture(world, look((-3.0, -3.4, 2.0), (0, 0, 0.8), (220, 260), 27)))
+        images.append(flat(world, look((-3.0, -3.4, 2.0), (0, 0, 0.8), (220, 260), 27)))
     return row(*images)
 
 
@@ -132,7 +131,7 @@ def pose() -> Image:
         angles = {"roll": 0, "pitch": 15, "yaw": 90}
         angles |= {name: angles[name] + by for name, by in turn.items()}
         camera = raycam.Camera.from_pose([0.2, -5.5, 2.0], **angles, size=(240, 180), focal=230)
-        images.append(picture(world, camera))
+        images.append(flat(world, camera))
     return row(*images)
 
 
@@ -153,7 +152,7 @@ def outside() -> Image:
     camera = look((2.6, -4.2, 2.6), (0.1, 0.2, 0.35), (40, 30), 38)
     pixel = np.array([12.0, 14.0])
     world = still_life()
-    seen = raycam.render(world, camera, samples=16, channels=["color", "position"])
+    seen = raycam.render(world, camera, integrator="flat", channels=["color", "position"])
 
     def on_plane(u: float, v: float) -> np.ndarray:
         origins, directions = camera.rays([[u, v]])
@@ -198,7 +197,7 @@ def channels() -> Image:
     world.add_light(SKY)
     camera = look((2.6, -4.2, 2.6), (0.1, 0.2, 0.35), (240, 180), 38)
     names = ["color", "depth", "instance", "triangle", "normal"]
-    frame = raycam.render(world, camera, integrator="direct", samples=16, channels=names)
+    frame = raycam.render(world, camera, channels=names)
     met = frame["instance"] >= 0
     near, far = frame["depth"][met].min(), frame["depth"][met].max()
     depth = np.where(met, 1 - 0.9 * (np.where(met, frame["depth"], far) - near) / (far - near), 0)
@@ -279,4 +278,4 @@ FIGURES: list[Callable[[], Image]] = [
 def write(folder: Path) -> None:
     """Make all figures, and one explained pixel as text and as a drawing."""
     for figure in FIGURES:
-        raycam.save_png(folder / f"{figure.__name__}.png", figure())
+        files.write(folder / f"{figure.__name__}.png", _core.encode_png(figure()))

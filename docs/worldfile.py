@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-import raycam
+from raycam import _core
 
 Schema = dict[str, Any]
 
@@ -70,7 +70,7 @@ def section(name: str, schema: Schema, level: int = 2) -> list[str]:
 
 def write(folder: Path) -> None:
     """Make `worldfile.md` and the schema itself, for editors."""
-    schema = raycam.world_schema()
+    schema = json.loads(_core.json_schema())
     lines = section("World file", schema)
     for name, part in schema.get("$defs", {}).items():
         lines += section(name, part)

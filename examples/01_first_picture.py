@@ -20,5 +20,5 @@ world = raycam.World()
 world.add_mesh(corners, triangles, name="box", face_colors=colors)
 
 camera = raycam.Camera.from_pose([2.4, -3.2, 1.9], roll=0, pitch=25, yaw=127, size=(640, 480), focal=900)
-frame = raycam.render(world, camera, samples=16)
+frame = raycam.render(world, camera, integrator="flat")
 frame.save("box.png")

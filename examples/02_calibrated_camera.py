@@ -18,7 +18,7 @@ world.add_object(plane={"size": [3, 3]}, location=[0, 0, -0.5], color="#557a95")
 world.add_light({"type": "sun", "direction": [-1, 2, -3], "irradiance": [3, 3, 3]})
 
 camera = raycam.Camera.from_opencv(K, rvec, tvec, (640, 480))
-frame = raycam.render(world, camera, integrator="direct", samples=16)
+frame = raycam.render(world, camera)
 
 corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 expected = cv2.projectPoints(corners, rvec, tvec, K, None)[0][:, 0]

@@ -1,6 +1,6 @@
 """Ground truth: depth, positions, normals and ids, exact at every pixel centre, beside the smooth colour.
 
-Writes truth.exr, truth.npz and depth.png.
+Writes truth.exr and truth.npz.
 """
 
 import numpy as np
@@ -39,6 +39,3 @@ assert np.allclose(z, frame["depth"][v, u], rtol=1e-6)
 
 pure = frame["coverage"] == 1
 print(f"{pure.mean():.1%} of the pixels show one object alone")
-near, far = frame["depth"][v, u].min(), frame["depth"][v, u].max()
-gray = np.where(frame["instance"] >= 0, 1 - 0.9 * (frame["depth"] - near) / (far - near), 0)
-raycam.save_png("depth.png", (gray * 255).round().astype(np.uint8))
