@@ -18,7 +18,7 @@ extensions = ["myst_parser", "sphinx.ext.autodoc"]
 exclude_patterns = ["_build", "_generated"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
-nitpicky = False
+default_role = "code"  # docstrings write `name` as Markdown does
 pygments_style = "friendly"
 
 html_theme = "furo"

@@ -12,18 +12,7 @@ world.add_object(sphere={"radius": 0.5}, name="ball", location=[0, 0, 0.2], colo
 world.add_object(plane={"size": [6, 6]}, name="floor", location=[0, 0, -0.4])
 
 camera = raycam.Camera.look_at([2.5, -3, 2.5], [0, 0, 0], [0, 0, 1], size=(640, 480), fov=35)
-channels = [
-    "color",
-    "depth",
-    "distance",
-    "position",
-    "normal",
-    "instance",
-    "triangle",
-    "barycentric",
-    "coverage",
-]
-frame = raycam.render(world, camera, samples=16, channels=channels)
+frame = raycam.render(world, camera, channels="all")
 frame.save("truth.exr")  # named layers, float32, the camera matrix in the header
 frame.save("truth.npz")  # the same arrays for NumPy
 

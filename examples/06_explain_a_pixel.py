@@ -1,0 +1,25 @@
+"""Why does this pixel have this colour? Every step of the lecture for one pixel, in numbers and as a drawing.
+
+Writes explain.txt and explain.svg.
+"""
+
+from pathlib import Path
+
+import raycam
+
+world = raycam.World()
+world.add_object(box={"size": 1}, name="box", color="#d7263d", yaw=20)
+world.add_object(cone={"radius": 0.6, "height": 1.2, "segments": 12}, name="cone", location=[1.2, 1.4, 0.1])
+camera = raycam.Camera.look_at([3, -4, 2], [0.2, 0.3, 0], [0, 0, 1], size=(640, 480), fov=35)
+
+explanation = raycam.explain(world, camera, pixel=(300, 230))
+print(explanation)
+Path("explain.txt").write_text(str(explanation), encoding="utf-8")
+explanation.save_figure("explain.svg")
+
+# Its numbers can be used: the winner's plane, solved once more for the ray.
+winner = explanation.winner
+t = winner.n @ (winner.a - explanation.C) / (winner.n @ explanation.r)
+frame = raycam.render(world, camera, channels=["triangle", "depth"])
+assert abs(t - winner.t) <= 1e-12 * t
+assert frame["triangle"][230, 300] == winner.triangle

@@ -1,0 +1,36 @@
+"""A mesh file with its texture, and a texture of your own on a mesh of your own, several times over.
+
+Writes herd.png.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import raycam
+
+# Files that a world names lie in its folder or below.
+world = raycam.World(folder=Path(__file__).parent / "worlds")
+world.add_object(mesh="spot/spot.obj", name="spot", roll=90, yaw=-30, location=[0, 0, 0.737])
+
+# The same mesh again, in other places and sizes: the triangles are kept once.
+for k in range(5):
+    angle = np.radians(72 * k + 40)
+    place = [2.2 * np.cos(angle), 2.2 * np.sin(angle), 0.737 * 0.4]
+    world.add_object(instance_of="spot", name=f"calf {k}", roll=90, yaw=72 * k, scale=0.4, location=place)
+
+# A hill from a grid of heights, with the same image as its texture: uvs say which part of it is where.
+x, y = np.meshgrid(np.linspace(-6, 6, 61), np.linspace(-6, 6, 61))
+height = 0.25 * np.maximum(0, np.hypot(x, y) - 3.2) ** 1.5
+vertices = np.stack([x, y, height], -1).reshape(-1, 3)
+index = np.arange(61 * 61).reshape(61, 61)
+a, b, c, d = (corner.ravel() for corner in (index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]))
+faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+uvs = 0.02 + 0.06 * np.stack([x, y], -1).reshape(-1, 2) / 12
+grass = {"texture": "spot/spot_texture.png", "color": "#88aa66"}
+world.add_mesh(vertices, faces, uvs=uvs, material=grass, name="hill")
+
+world.add_light(type="sun", direction=[1, 1, -1.4], irradiance=[2.8, 2.6, 2.2])
+world.add_light(type="sky", radiance=[0.35, 0.42, 0.5])
+camera = raycam.Camera.look_at([-4.2, -6.0, 3.6], [0, 0, 0.5], [0, 0, 1], size=(640, 480), fov=32)
+raycam.render(world, camera, ambient_occlusion=True).save("herd.png")
+print(world)
