@@ -1,6 +1,7 @@
 """The world-file reference: tables of keys out of the JSON Schema of the structs in `scene::schema`."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,70 +10,94 @@ from raycam import _core
 Schema = dict[str, Any]
 
 
-def kind(schema: Schema) -> str:
-    """A type in words, with links to the tables of other types."""
-    if "$ref" in schema:
-        name = schema["$ref"].rsplit("/", 1)[1]
-        return f"[{name}](#{name.lower()})"
-    if "const" in schema:
-        return f"`{json.dumps(schema['const'])}`"
-    if "enum" in schema:
-        return " or ".join(f"`{json.dumps(value)}`" for value in schema["enum"] if value is not None)
-    for key in ("anyOf", "oneOf", "allOf"):
-        if key in schema:
-            return " or ".join(
-                dict.fromkeys(kind(part) for part in schema[key] if part.get("type") != "null")
+class Reference:
+    """Sections for the tables and the named choices of a schema, in the order in which they are first needed."""
+
+    def __init__(self, schema: Schema) -> None:
+        """All of `schema`."""
+        self.parts: dict[str, Schema] = schema.get("$defs", {})
+        self.needed: list[str] = []
+        self.lines = self.section("World file", schema)
+        for name in self.needed:  # which grows meanwhile
+            self.lines += self.section(title(name), self.parts[name])
+
+    def kind(self, schema: Schema) -> str:
+        """A type in words, with links to what has a section of its own."""
+        if "$ref" in schema:
+            name = schema["$ref"].rsplit("/", 1)[1]
+            if not has_section(self.parts[name]):
+                return self.kind(self.parts[name])
+            if name not in self.needed:
+                self.needed.append(name)
+            return f"[{title(name)}](#{anchor(title(name))})"
+        if "const" in schema:
+            return f"`{json.dumps(schema['const'])}`"
+        if "enum" in schema:
+            return either(f"`{json.dumps(value)}`" for value in schema["enum"] if value is not None)
+        for key in ("anyOf", "oneOf", "allOf"):
+            if key in schema:
+                return either(self.kind(part) for part in schema[key] if part.get("type") != "null")
+        names = schema.get("type", "anything")
+        names = [names] if isinstance(names, str) else [name for name in names if name != "null"]
+        return either(self.array(schema) if name == "array" else name for name in names)
+
+    def array(self, schema: Schema) -> str:
+        """A list in words: how many of what."""
+        items = schema["prefixItems"][0] if "prefixItems" in schema else schema.get("items", {})
+        least, most = schema.get("minItems"), schema.get("maxItems")
+        count = f"{least} x " if least is not None and least == most else "list of "
+        return count + self.kind(items)
+
+    def table(self, schema: Schema) -> list[str]:
+        """One row per key."""
+        lines = ["| key | value | default | meaning |", "|---|---|---|---|"]
+        for key, value in schema["properties"].items():
+            default = value.get("default")
+            shown = "" if default is None else f"`{json.dumps(default)}`"
+            shown = "required" if key in schema.get("required", []) else shown
+            cells = (f"`{key}`", self.kind(value), shown, value.get("description", ""))
+            lines.append(
+                "| " + " | ".join(" ".join(cell.split()).replace("|", "\\|") for cell in cells) + " |"
             )
-    names = schema.get("type", "anything")
-    names = [name for name in ([names] if isinstance(names, str) else names) if name != "null"]
-    return " or ".join(array(schema) if name == "array" else name for name in names)
+        return [*lines, ""]
+
+    def section(self, heading: str, schema: Schema) -> list[str]:
+        """A heading, what it is, and its keys or its choices."""
+        lines = [f"({anchor(heading)})=", f"## {heading}", "", schema.get("description", ""), ""]
+        if "properties" in schema:
+            lines += self.table(schema)
+        for form in schema.get("oneOf", []):
+            if "properties" in form:
+                tag = next(value["const"] for value in form["properties"].values() if "const" in value)
+                lines += [f"**`{tag}`**: {form.get('description', '')}", "", *self.table(form)]
+            else:
+                lines += [f"- {self.kind(form)}: {form.get('description', '')}"]
+        return [*lines, ""]
 
 
-def array(schema: Schema) -> str:
-    """A list in words: how many of what."""
-    items = schema.get("items", {})
-    if "prefixItems" in schema:
-        items = schema["prefixItems"][0]
-    least, most = schema.get("minItems"), schema.get("maxItems")
-    count = f"{least} x " if least is not None and least == most else "list of "
-    return count + kind(items)
+def has_section(schema: Schema) -> bool:
+    """Whether there is more to say than fits into a cell."""
+    return "properties" in schema or any("description" in form for form in schema.get("oneOf", []))
 
 
-def cell(text: str) -> str:
-    """Text that may stand in a table."""
-    return " ".join(text.split()).replace("|", "\\|")
+def either(kinds: Any) -> str:
+    """Each once, joined by "or"."""
+    return " or ".join(dict.fromkeys(kinds))
 
 
-def table(schema: Schema) -> list[str]:
-    """One row per key."""
-    lines = ["| key | value | default | meaning |", "|---|---|---|---|"]
-    required = schema.get("required", [])
-    for key, value in schema["properties"].items():
-        default = value.get("default")
-        shown = "required" if key in required else "" if default is None else f"`{json.dumps(default)}`"
-        lines.append(f"| `{key}` | {cell(kind(value))} | {shown} | {cell(value.get('description', ''))} |")
-    return lines
+def title(name: str) -> str:
+    """The name of a struct as a heading: `CameraSpec` is camera, `PixelCenter` is pixel center."""
+    words = re.sub(r"(?<=[a-z])(Spec|Shape|Name|Type|Table)$", "", name)
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", words).lower()
 
 
-def section(name: str, schema: Schema, level: int = 2) -> list[str]:
-    """A heading, what it is, and its keys, for each of its forms."""
-    lines = [f"({name.lower()})=", f"{'#' * level} {name}", "", schema.get("description", ""), ""]
-    if "properties" in schema:
-        lines += [*table(schema), ""]
-    for form in schema.get("oneOf", schema.get("anyOf", [])):
-        if "properties" in form:
-            tag = next((value["const"] for value in form["properties"].values() if "const" in value), "")
-            lines += [f"**`{tag}`**: " if tag else "", form.get("description", ""), "", *table(form), ""]
-        elif "const" in form or "enum" in form or form.get("description"):
-            lines += [f"- {kind(form)}: {form.get('description', '')}"]
-    return [*lines, ""]
+def anchor(heading: str) -> str:
+    """What a link to a heading is called."""
+    return "world-" + heading.lower().replace(" ", "-")
 
 
 def write(folder: Path) -> None:
     """Make `worldfile.md` and the schema itself, for editors."""
-    schema = json.loads(_core.json_schema())
-    lines = section("World file", schema)
-    for name, part in schema.get("$defs", {}).items():
-        lines += section(name, part)
-    (folder / "worldfile.md").write_text("\n".join(lines), encoding="utf-8")
-    (folder / "world.schema.json").write_text(json.dumps(schema, indent=2), encoding="utf-8")
+    text = _core.json_schema()
+    (folder / "worldfile.md").write_text("\n".join(Reference(json.loads(text)).lines), encoding="utf-8")
+    (folder / "world.schema.json").write_text(text, encoding="utf-8")
