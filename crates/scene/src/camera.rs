@@ -1,11 +1,15 @@
 //! The finite projective camera, P = K R [I | -C] (Hartley and Zisserman, Multiple View Geometry, chapter 6).
 
 mod decompose;
+mod intrinsics;
+
+pub use intrinsics::{intrinsics_from_focal, intrinsics_from_fov};
 
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use self::intrinsics::checked_intrinsics;
 use crate::error::SceneError;
 use crate::pose;
 use crate::world::Up;
@@ -298,34 +302,6 @@ impl Camera {
     }
 }
 
-/// Intrinsics with square pixels of a vertical field of view in degrees, the principal point at the image's centre.
-///
-/// # Errors
-/// [`SceneError::Camera`] where the field of view is not between 0 and 180 degrees.
-pub fn intrinsics_from_fov(
-    fov_vertical: f64,
-    size: [u32; 2],
-    pixel_center: PixelCenter,
-) -> Result<DMat3, SceneError> {
-    if !(fov_vertical > 0.0 && fov_vertical < 180.0) {
-        return Err(SceneError::Camera(format!(
-            "a vertical field of view of {fov_vertical}: expected degrees between 0 and 180, both excluded"
-        )));
-    }
-    let focal = f64::from(size[1]) / 2.0 / (fov_vertical.to_radians() / 2.0).tan();
-    Ok(intrinsics_from_focal(focal, size, pixel_center))
-}
-
-/// Intrinsics with square pixels of a focal length in pixels, the principal point at the image's centre.
-pub fn intrinsics_from_focal(focal: f64, size: [u32; 2], pixel_center: PixelCenter) -> DMat3 {
-    let [cx, cy] = size.map(|side| f64::from(side) / 2.0 - 0.5 + pixel_center.offset());
-    DMat3::from_cols(
-        DVec3::new(focal, 0.0, 0.0),
-        DVec3::new(0.0, focal, 0.0),
-        DVec3::new(cx, cy, 1.0),
-    )
-}
-
 fn check_size(size: [u32; 2]) -> Result<(), SceneError> {
     let [width, height] = size;
     if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
@@ -339,41 +315,6 @@ fn check_size(size: [u32; 2]) -> Result<(), SceneError> {
         )));
     }
     Ok(())
-}
-
-/// `k / K[2][2]`, or what is wrong with it.
-fn checked_intrinsics(k: DMat3) -> Result<DMat3, SceneError> {
-    let fail = |message: String| Err(SceneError::Camera(format!("K = {}: {message}", rows(k))));
-    if !k.is_finite() {
-        return fail("every value must be finite".into());
-    }
-    let below = [k.x_axis.y, k.x_axis.z, k.y_axis.z]
-        .into_iter()
-        .fold(0.0, |a: f64, v| a.max(v.abs()));
-    if below > 1e-12 * k.z_axis.z.abs() {
-        return fail("it must be upper triangular, [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]; is it transposed?".into());
-    }
-    if k.z_axis.z == 0.0 || !(k * (1.0 / k.z_axis.z)).is_finite() {
-        return fail("K[2][2] must not be 0; it is 1 in pixels".into());
-    }
-    let s = k.z_axis.z;
-    let (fx, fy) = (k.x_axis.x / s, k.y_axis.y / s);
-    if fx == 0.0 || fy == 0.0 {
-        return fail(format!(
-            "focal lengths must be greater than 0, got {fx} and {fy}; K is not invertible"
-        ));
-    }
-    if fx < 0.0 || fy < 0.0 {
-        return fail(format!(
-            "focal lengths must be greater than 0, got {fx} and {fy}: a negative one mirrors the image, and the \
-             forward direction of P would contradict the third row of R; turn the axes of R instead"
-        ));
-    }
-    Ok(DMat3::from_cols(
-        DVec3::new(fx, 0.0, 0.0),
-        DVec3::new(k.y_axis.x / s, fy, 0.0),
-        DVec3::new(k.z_axis.x / s, k.z_axis.y / s, 1.0),
-    ))
 }
 
 /// The rotation nearest to `r`, which must be within 1e-6 of one.

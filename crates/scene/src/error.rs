@@ -70,10 +70,17 @@ impl SceneError {
 pub fn suggestion<'a>(given: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     let given = given.to_lowercase();
-    let near = |candidate: &&&str| strsim::jaro_winkler(&given, &candidate.to_lowercase());
-    let nearest = candidates.iter().max_by(|a, b| near(a).total_cmp(&near(b)));
+    let likeness = |candidate: &str| strsim::jaro_winkler(&given, &candidate.to_lowercase());
+    // One slip in a short word is a misspelling as well, though it makes a large difference.
+    let is_near = |candidate: &str| {
+        let slips = strsim::damerau_levenshtein(&given, &candidate.to_lowercase());
+        likeness(candidate) >= 0.8 || slips == 1 && given.len() > 1
+    };
+    let nearest = candidates
+        .iter()
+        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
     match nearest {
-        Some(nearest) if near(&nearest) >= 0.8 => format!("; did you mean {nearest:?}?"),
+        Some(nearest) if is_near(nearest) => format!("; did you mean {nearest:?}?"),
         Some(_) if candidates.len() <= 40 => {
             let names: Vec<String> = candidates.iter().map(|name| format!("{name:?}")).collect();
             format!("; expected one of {}", names.join(", "))

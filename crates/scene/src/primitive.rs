@@ -93,9 +93,9 @@ pub fn sphere(radius: f64, level: u32) -> Result<Mesh, SceneError> {
             .filter(|&i| !pole[i])
             .map(|i| u[i])
             .fold(0.0, f64::max);
-        for i in 0..3 {
-            if east - u[i] > 0.5 {
-                u[i] += 1.0;
+        for u in &mut u {
+            if east - *u > 0.5 {
+                *u += 1.0;
             }
         }
         if let Some(i) = pole.iter().position(|&pole| pole) {

@@ -74,8 +74,8 @@ fn an_octahedron_goes_one_step_by_the_book() {
     }
     let refined = loop_subdivide(&mesh, 1).unwrap();
     assert_eq!((refined.vertices.len(), refined.triangles.len()), (18, 32));
-    for i in 0..6 {
-        assert!((refined.vertices[i] - corners[i] * (1.0 - 4.0 * 31.0 / 256.0)).length() < 1e-15);
+    for (found, corner) in refined.vertices.iter().zip(corners) {
+        assert!((*found - corner * (1.0 - 4.0 * 31.0 / 256.0)).length() < 1e-15);
     }
     // 3/8 of both ends; the opposite corners cancel.
     for vertex in &refined.vertices[6..] {

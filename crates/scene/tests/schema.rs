@@ -386,7 +386,7 @@ fn colours_shine_through() {
         color(r##"{ "box": {}, "color": "#ff8000" }"##),
         linear_from_srgb8([255, 128, 0])
     );
-    let faces = format!("[{}]", vec!["[1, 0, 0]"; 12].join(","));
+    let faces = format!("[{}]", ["[1, 0, 0]"; 12].join(","));
     assert_eq!(
         color(&format!(r#"{{ "box": {{}}, "face_colors": {faces} }}"#)),
         [1.0; 3]

@@ -3,18 +3,19 @@
 //! It differs from others in what people may write: an enum with fields is a table with a `type`, a table stands for a
 //! list of one, a key whose value is null is absent, and whole floats are whole numbers.
 
-use std::fmt::{self, Display};
+mod access;
+mod fault;
+
+use std::fmt;
 use std::ops::Range;
 
-use serde::de::value::StrDeserializer;
-use serde::de::{
-    DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, Error, Expected, IntoDeserializer,
-    MapAccess, SeqAccess, Unexpected, VariantAccess, Visitor,
-};
+use serde::de::{DeserializeOwned, Deserializer, Error, IntoDeserializer, Visitor};
 use serde::forward_to_deserialize_any;
 
-use super::node::{Entry, Node, Value};
-use crate::error::{SceneError, suggestion};
+use self::access::{List, Table, Tagged};
+use self::fault::{Fault, quoted};
+use super::node::{Node, Value};
+use crate::error::SceneError;
 
 /// The key that names the variant of an enum with fields.
 const TAG: &str = "type";
@@ -38,115 +39,6 @@ pub fn from_node<T: DeserializeOwned>(node: &Node) -> Result<T, SceneError> {
             }
         },
     )
-}
-
-/// What is wrong and where, from the inside out.
-#[derive(Debug)]
-struct Fault {
-    /// `.key` and `[index]`, the innermost first.
-    path: Vec<String>,
-    message: String,
-    span: Option<Range<usize>>,
-}
-
-impl Fault {
-    /// The same, seen from the table or list around it.
-    fn within(mut self, segment: String, span: &Option<Range<usize>>) -> Self {
-        self.path.push(segment);
-        self.span = self.span.or_else(|| span.clone());
-        self
-    }
-}
-
-impl Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for Fault {}
-
-impl Error for Fault {
-    fn custom<T: Display>(message: T) -> Self {
-        Self {
-            path: Vec::new(),
-            message: message.to_string(),
-            span: None,
-        }
-    }
-
-    fn invalid_type(given: Unexpected, expected: &dyn Expected) -> Self {
-        Self::custom(format_args!(
-            "{}: expected {}",
-            described(given),
-            plain(expected)
-        ))
-    }
-
-    fn invalid_value(given: Unexpected, expected: &dyn Expected) -> Self {
-        Self::invalid_type(given, expected)
-    }
-
-    fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
-        Self::custom(format_args!(
-            "a list of {length}: expected {}",
-            plain(expected)
-        ))
-    }
-
-    fn unknown_variant(given: &str, expected: &'static [&'static str]) -> Self {
-        Self::custom(format_args!(
-            "unknown name {given:?}{}",
-            suggestion(given, expected.iter().copied())
-        ))
-    }
-
-    fn unknown_field(given: &str, expected: &'static [&'static str]) -> Self {
-        Self::custom(format_args!(
-            "unknown key {given:?}{}",
-            suggestion(given, expected.iter().copied())
-        ))
-    }
-
-    fn missing_field(field: &'static str) -> Self {
-        Self::custom(format_args!("the key {field:?} is missing"))
-    }
-
-    fn duplicate_field(field: &'static str) -> Self {
-        Self::custom(format_args!("the key {field:?} is there twice"))
-    }
-}
-
-/// What was given, in people's words.
-fn described(given: Unexpected) -> String {
-    match given {
-        Unexpected::Bool(v) => v.to_string(),
-        Unexpected::Unsigned(v) => v.to_string(),
-        Unexpected::Signed(v) => v.to_string(),
-        Unexpected::Float(v) => v.to_string(),
-        Unexpected::Str(v) => format!("{v:?}"),
-        Unexpected::Unit => "nothing".into(),
-        Unexpected::Seq => "a list".into(),
-        Unexpected::Map => "a table".into(),
-        other => other.to_string(),
-    }
-}
-
-/// What serde says it expected, in people's words.
-fn plain(expected: &dyn Expected) -> String {
-    let expected = expected.to_string();
-    match expected.as_str() {
-        "f32" | "f64" => "a number".into(),
-        "u16" | "u32" | "u64" | "usize" => "a whole number >= 0".into(),
-        "i32" | "i64" => "a whole number".into(),
-        "a boolean" => "true or false".into(),
-        "a sequence" => "a list".into(),
-        other => match other.strip_prefix("an array of length ") {
-            Some(length) => format!("a list of {length}"),
-            None if other.starts_with("struct ") => "a table".into(),
-            None => expected,
-        },
-    }
 }
 
 /// Something to read: a node, or a part of an array of numbers.
@@ -421,148 +313,5 @@ impl Visitor<'_> for Refuse {
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(&self.0)
-    }
-}
-
-fn quoted(names: &[&str]) -> String {
-    names
-        .iter()
-        .map(|name| format!("{name:?}"))
-        .collect::<Vec<_>>()
-        .join(", ")
-}
-
-/// The items of a list in order.
-struct List<F> {
-    item: F,
-    length: usize,
-    next: usize,
-}
-
-impl<'a, 'de, F: Fn(usize) -> Source<'a>> SeqAccess<'de> for &mut List<F> {
-    type Error = Fault;
-
-    fn next_element_seed<T: DeserializeSeed<'de>>(
-        &mut self,
-        seed: T,
-    ) -> Result<Option<T::Value>, Fault> {
-        if self.next == self.length {
-            return Ok(None);
-        }
-        let i = self.next;
-        self.next += 1;
-        let item = (self.item)(i);
-        seed.deserialize(item)
-            .map(Some)
-            .map_err(|fault| fault.within(format!("[{i}]"), &item.span()))
-    }
-
-    fn size_hint(&self) -> Option<usize> {
-        Some(self.length - self.next)
-    }
-}
-
-/// The entries of a table in order, without those that are null, and without the tag where it has been read.
-struct Table<'a> {
-    entries: &'a [Entry],
-    next: usize,
-    tagged: bool,
-}
-
-impl<'de> MapAccess<'de> for Table<'_> {
-    type Error = Fault;
-
-    fn next_key_seed<K: DeserializeSeed<'de>>(
-        &mut self,
-        seed: K,
-    ) -> Result<Option<K::Value>, Fault> {
-        let skipped =
-            |entry: &Entry| entry.node.value == Value::Null || (self.tagged && entry.key == TAG);
-        while self.entries.get(self.next).is_some_and(skipped) {
-            self.next += 1;
-        }
-        let Some(entry) = self.entries.get(self.next) else {
-            return Ok(None);
-        };
-        let key: StrDeserializer<Fault> = entry.key.as_str().into_deserializer();
-        seed.deserialize(key)
-            .map(Some)
-            .map_err(|fault| fault.within(format!(".{}", entry.key), &entry.key_span))
-    }
-
-    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Fault> {
-        let Some(entry) = self.entries.get(self.next) else {
-            return Err(Fault::custom("a value was asked for before its key"));
-        };
-        self.next += 1;
-        let segment = || format!(".{}", entry.key);
-        let span = if entry.node.span.is_some() {
-            &entry.node.span
-        } else {
-            &entry.key_span
-        };
-        seed.deserialize(Source::Node(&entry.node))
-            .map_err(|fault| fault.within(segment(), span))
-    }
-}
-
-/// A table whose `type` says which variant of an enum it is.
-struct Tagged<'a> {
-    entries: &'a [Entry],
-    variants: &'static [&'static str],
-}
-
-impl<'a, 'de> EnumAccess<'de> for Tagged<'a> {
-    type Error = Fault;
-    type Variant = Table<'a>;
-
-    fn variant_seed<V: DeserializeSeed<'de>>(
-        self,
-        seed: V,
-    ) -> Result<(V::Value, Table<'a>), Fault> {
-        let Some(tag) = self.entries.iter().find(|entry| entry.key == TAG) else {
-            let names = quoted(self.variants);
-            return Err(Fault::custom(format_args!(
-                "the key {TAG:?} is missing: one of {names}"
-            )));
-        };
-        let variant = seed
-            .deserialize(Source::Node(&tag.node))
-            .map_err(|fault| fault.within(format!(".{TAG}"), &tag.node.span))?;
-        Ok((
-            variant,
-            Table {
-                entries: self.entries,
-                next: 0,
-                tagged: true,
-            },
-        ))
-    }
-}
-
-impl<'de> VariantAccess<'de> for Table<'_> {
-    type Error = Fault;
-
-    fn unit_variant(mut self) -> Result<(), Fault> {
-        match self.next_key_seed(std::marker::PhantomData::<String>)? {
-            Some(key) => Err(Fault::unknown_field(&key, &[]).within(format!(".{key}"), &None)),
-            None => Ok(()),
-        }
-    }
-
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, _: T) -> Result<T::Value, Fault> {
-        Err(Fault::custom("a table: expected a name"))
-    }
-
-    fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, Fault> {
-        Err(Fault::custom("a table: expected a name"))
-    }
-
-    fn struct_variant<V: Visitor<'de>>(
-        self,
-        _: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, Fault> {
-        visitor.visit_map(self)
     }
 }

@@ -1,0 +1,126 @@
+//! Errors of reading, in people's words.
+
+use std::fmt::{self, Display};
+use std::ops::Range;
+
+use serde::de::{Error, Expected, Unexpected};
+
+use crate::error::suggestion;
+
+/// What is wrong and where, from the inside out.
+#[derive(Debug)]
+pub struct Fault {
+    /// `.key` and `[index]`, the innermost first.
+    pub path: Vec<String>,
+    pub message: String,
+    pub span: Option<Range<usize>>,
+}
+
+impl Fault {
+    /// The same, seen from the table or list around it.
+    pub fn within(mut self, segment: String, span: &Option<Range<usize>>) -> Self {
+        self.path.push(segment);
+        self.span = self.span.or_else(|| span.clone());
+        self
+    }
+}
+
+impl Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Fault {}
+
+impl Error for Fault {
+    fn custom<T: Display>(message: T) -> Self {
+        Self {
+            path: Vec::new(),
+            message: message.to_string(),
+            span: None,
+        }
+    }
+
+    fn invalid_type(given: Unexpected, expected: &dyn Expected) -> Self {
+        Self::custom(format_args!(
+            "{}: expected {}",
+            described(given),
+            plain(expected)
+        ))
+    }
+
+    fn invalid_value(given: Unexpected, expected: &dyn Expected) -> Self {
+        Self::invalid_type(given, expected)
+    }
+
+    fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
+        Self::custom(format_args!(
+            "a list of {length}: expected {}",
+            plain(expected)
+        ))
+    }
+
+    fn unknown_variant(given: &str, expected: &'static [&'static str]) -> Self {
+        Self::custom(format_args!(
+            "unknown name {given:?}{}",
+            suggestion(given, expected.iter().copied())
+        ))
+    }
+
+    fn unknown_field(given: &str, expected: &'static [&'static str]) -> Self {
+        Self::custom(format_args!(
+            "unknown key {given:?}{}",
+            suggestion(given, expected.iter().copied())
+        ))
+    }
+
+    fn missing_field(field: &'static str) -> Self {
+        Self::custom(format_args!("the key {field:?} is missing"))
+    }
+
+    fn duplicate_field(field: &'static str) -> Self {
+        Self::custom(format_args!("the key {field:?} is there twice"))
+    }
+}
+
+/// What was given, in people's words.
+fn described(given: Unexpected) -> String {
+    match given {
+        Unexpected::Bool(v) => v.to_string(),
+        Unexpected::Unsigned(v) => v.to_string(),
+        Unexpected::Signed(v) => v.to_string(),
+        Unexpected::Float(v) => v.to_string(),
+        Unexpected::Str(v) => format!("{v:?}"),
+        Unexpected::Unit => "nothing".into(),
+        Unexpected::Seq => "a list".into(),
+        Unexpected::Map => "a table".into(),
+        other => other.to_string(),
+    }
+}
+
+/// What serde says it expected, in people's words.
+fn plain(expected: &dyn Expected) -> String {
+    let expected = expected.to_string();
+    match expected.as_str() {
+        "f32" | "f64" => "a number".into(),
+        "u16" | "u32" | "u64" | "usize" => "a whole number >= 0".into(),
+        "i32" | "i64" => "a whole number".into(),
+        "a boolean" => "true or false".into(),
+        "a sequence" => "a list".into(),
+        other => match other.strip_prefix("an array of length ") {
+            Some(length) => format!("a list of {length}"),
+            None if other.starts_with("struct ") => "a table".into(),
+            None => expected,
+        },
+    }
+}
+
+/// Names in quotes.
+pub fn quoted(names: &[&str]) -> String {
+    names
+        .iter()
+        .map(|name| format!("{name:?}"))
+        .collect::<Vec<_>>()
+        .join(", ")
+}
