@@ -296,11 +296,10 @@ class Units:
         low, high = points.min(axis=0), points.max(axis=0)
         center, extent = (low + high) / 2, float(np.max(high - low) / 2)
         far = np.abs(center).max() > 16 * extent
-        odd = not 1 / 64 <= extent <= 64
+        unusual = extent > 0 and not 1 / 64 <= extent <= 64
         # A power of two scales without rounding.
-        return Units(
-            center if far else np.zeros(3), 2.0 ** np.round(np.log2(extent)) if odd and extent > 0 else 1.0
-        )
+        scale = math.ldexp(1.0, round(math.log2(extent))) if unusual else 1.0
+        return Units(center if far else np.zeros(3), scale)
 
     def points(self, points: Floats) -> Floats:
         """World points [..., 3] in these units."""
