@@ -58,7 +58,8 @@ def test_rays_are_those_of_the_camera_that_made_p(scale, offset):
         local = units.camera(P)
         center, forward = reference.camera_center(local), reference.third_row_of_r(local)
         pixels = rng.uniform(-10, 40, size=(20, 2))
-        r = reference.ray_directions(reference.points_on_lines(local, pixels), center, forward)
+        line = reference.lines(reference.points_on_lines(local, pixels), center)
+        r = reference.pointed_forward(line, forward)
 
         expected = np.column_stack([pixels, np.ones(20)]) @ np.linalg.inv(K).T @ R
         unit = lambda a: a / np.linalg.norm(a, axis=1, keepdims=True)  # noqa: E731
@@ -83,8 +84,8 @@ def test_a_point_at_infinity_is_the_direction_of_the_line():
     for C in ([0.0, 0.0, 0.0], [2.0, 0.0, 0.0]):
         P = np.diag([10.0, 10.0, 1.0]) @ np.column_stack([np.eye(3), -np.array(C)])
         X = reference.points_on_lines(P, np.array([[0.0, 0.0], [0.0, 5.0]]))
-        np.testing.assert_allclose(X[:, 3], 0, atol=1e-16)
-        r = reference.ray_directions(X, np.array(C), reference.third_row_of_r(P))
+        assert reference.at_infinity(X).all()
+        r = reference.pointed_forward(reference.lines(X, np.array(C)), reference.third_row_of_r(P))
         np.testing.assert_allclose(r / r[:, 2:], [[0, 0, 1], [0, 0.5, 1]], atol=1e-15)
 
 

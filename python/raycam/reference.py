@@ -6,14 +6,14 @@ Source: Nicholas Dwork, *Making Virtual Worlds* (Computer Graphics Lecture 1). E
 the lecture's names, over arrays of points with x, y, z last; :mod:`raycam.explain` prints what they return
 for one pixel.
 
-1. ``X' = P⁺ x`` is some point on the pixel's line, the camera centre ``C`` is another: `points_on_lines`,
-   `camera_center`.
+1. ``X' = P⁺ x`` is some point on the pixel's line, the camera centre ``C`` is another, ``X' - C`` points
+   along it: `points_on_lines`, `camera_center`, `lines`.
 2. The third row of ``R`` points forward; ``r`` is ``X' - C`` or ``C - X'``, whichever agrees with it:
-   `third_row_of_r`, `ray_directions`. The ray is ``f(t) = C + t r``.
-3. ``n = v2 x v1`` with ``v1 = b - a`` and ``v2 = c - a``; ``t = n·(a - C) / n·r``; ``t < 0`` is discarded:
-   `normals`, `plane_distances`.
+   `third_row_of_r`, `pointed_forward`. The ray is ``f(t) = C + t r``.
+3. ``n = v2 x v1`` with ``v1 = b - a`` and ``v2 = c - a``; ``t = n·(a - C) / n·r``: `normals`,
+   `plane_distances`. ``t < 0`` is discarded.
 4. ``f(t)`` is inside the triangle when the segment from it to the distant point ``g = a + v3`` crosses an odd
-   number of edges: `crossings`, `inside`.
+   number of edges: `crossings`, `inside`; steps 3 and 4 together: `hit_distances`.
 5. The closest triangle colours the pixel: `trace`, `render_triangles`, `render`.
 
 The lecture leaves the degenerate cases open. Here they are decided so that the triangles of a closed mesh
@@ -109,15 +109,19 @@ def third_row_of_r(P: Floats) -> Floats:
     return np.asarray(sign * M[2] / np.linalg.norm(M[2]))
 
 
-def ray_directions(X: Floats, C: Floats, forward: Floats) -> Floats:
-    """r, [n, 3]: X' - C or C - X', whichever has a positive dot product with `forward`. Not of unit length.
+def at_infinity(X: Floats) -> Bools:
+    """Which homogeneous points [n, 4] lie at infinity, [n]: their fourth coordinate is 0, up to rounding."""
+    return np.asarray(np.abs(X[:, 3]) <= ROUNDING * length(X))
 
-    `X` are the homogeneous [n, 4] of `points_on_lines`. Where X' lies at infinity, its first three
-    coordinates are the direction of the line.
-    """
-    w = X[:, 3:]
-    at_infinity = np.abs(w) <= ROUNDING * length(X)[:, None]
-    line = np.where(at_infinity, X[:, :3], X[:, :3] / np.where(at_infinity, 1.0, w) - C)
+
+def lines(X: Floats, C: Floats) -> Floats:
+    """X' - C for the homogeneous X' [n, 4], [n, 3]; for an X' at infinity, its first three coordinates."""
+    infinite = at_infinity(X)[:, None]
+    return np.where(infinite, X[:, :3], X[:, :3] / np.where(infinite, 1.0, X[:, 3:]) - C)
+
+
+def pointed_forward(line: Floats, forward: Floats) -> Floats:
+    """r, [n, 3]: each `line`, or its opposite where the dot product with `forward` is negative."""
     return np.where(dot(line, forward)[:, None] > 0, line, -line)
 
 
@@ -134,15 +138,14 @@ def normals(triangles: Floats) -> Floats:
 
 
 def plane_distances(n: Floats, a: Floats, C: Floats, r: Floats) -> Floats:
-    """t = n·(a - C) / n·r, [rays, triangles], +inf where discarded: t < 0, or n·r = 0.
+    """t = n·(a - C) / n·r, [rays, triangles]; NaN where n·r = 0, so that there is no such t.
 
     `n` and `a` are [triangles, 3], `C` is [3], `r` is [rays, 3]; t counts in lengths of r.
     """
     numerator = dot(n, a - C)
     denominator = dot(n, r[:, None])
     parallel = np.abs(denominator) <= ROUNDING * length(r)[:, None] * length(n)
-    t = np.broadcast_to(numerator, denominator.shape) / np.where(parallel, 1.0, denominator)
-    return np.where(parallel | (t < 0), np.inf, t)
+    return np.where(parallel, np.nan, numerator / np.where(parallel, 1.0, denominator))
 
 
 # Step 4: inside or outside, by crossings.
@@ -270,9 +273,10 @@ def trace(triangles: Floats, C: Floats, r: Floats) -> Trace:
 def hit_distances(triangles: Floats, n: Floats, C: Floats, r: Floats) -> Floats:
     """t of every ray with every triangle it hits, [rays, triangles]; +inf where it misses."""
     t = plane_distances(n, triangles[:, 0], C, r)
-    f = C + np.where(np.isfinite(t), t, 0.0)[..., None] * r[:, None]
+    in_front = t >= 0
+    f = C + np.where(in_front, t, 0.0)[..., None] * r[:, None]
     tolerance = edge_tolerance(triangles, n, C, r[:, None], f)
-    return np.where(inside(crossings(triangles, n, f, tolerance)), t, np.inf)
+    return np.where(in_front & inside(crossings(triangles, n, f, tolerance)), t, np.inf)
 
 
 # The whole picture.
@@ -364,7 +368,8 @@ def render_triangles(
     matrix = units.camera(matrix)
     C = camera_center(matrix)
     forward = third_row_of_r(matrix)
-    r = ray_directions(points_on_lines(matrix, pixel_centers(size, pixel_center)), C, forward)
+    X = points_on_lines(matrix, pixel_centers(size, pixel_center))
+    r = pointed_forward(lines(X, C), forward)
     seen = trace(units.points(corners), C, r)
 
     hit = seen.index >= 0
