@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -166,14 +166,16 @@ def verdict(c: Candidate, e: Explanation) -> str:
     return f"{c.crossings}: {said}"
 
 
-def number(value: float) -> str:
-    """With the printed digits, 0 for either zero."""
-    return f"{value + 0.0:.{DIGITS}g}"
+def number(value: float, digits: int = DIGITS) -> str:
+    """With so many digits, 0 for either zero."""
+    return f"{value + 0.0:.{digits}g}"
 
 
-def vector(values: Iterable[float]) -> str:
-    """(x, y, z)."""
-    return "(" + ", ".join(number(value) for value in values) + ")"
+def vector(values: npt.ArrayLike, digits: int = DIGITS) -> str:
+    """(x, y, z), rounding noise beside the largest of them as 0."""
+    array = np.asarray(values, dtype=np.float64)
+    array = np.where(np.abs(array) < 1e-14 * np.abs(array).max(), 0.0, array)
+    return "(" + ", ".join(number(value, digits) for value in array) + ")"
 
 
 def matrix(rows: npt.NDArray[np.float64]) -> Iterator[str]:
