@@ -6,16 +6,21 @@ ray over all triangles. ``str(explanation)`` teaches them, :mod:`raycam.explain_
 
 from __future__ import annotations
 
-import operator
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from raycam import reference
-from raycam.reference import Bools, Floats, Units
+import numpy.typing as npt
+
+from . import files, reference
+from .errors import SettingsError
+from .units import Bools, Floats, Units
 
 if TYPE_CHECKING:
-    from raycam import Camera, World
+    from .camera import Camera
+    from .world import World
 
 # How many triangles are worked out in full: the winner with those behind it, and the nearest that were
 # missed.
@@ -90,8 +95,8 @@ class Explanation:
     far from its origin: then `units` says in which lengths and from which origin they count.
     """
 
-    size: tuple[int, int]
-    """(width, height) of the picture."""
+    world: World = field(repr=False, compare=False)
+    camera: Camera = field(repr=False, compare=False)
     pixel: tuple[int, int]
     """(column, row)."""
     units: Units
@@ -140,9 +145,23 @@ class Explanation:
 
     def __str__(self) -> str:
         """The lecture's steps with their formulas and numbers, to be redone by hand."""
-        from raycam.explain_text import text
+        from .explain_text import text
 
         return text(self)
+
+    def svg(self) -> str:
+        """The figure: the picture with the pixel marked, ray and triangle in 3D, and the inside test flat."""
+        from .explain_figure import figure
+
+        return figure(self)
+
+    def save_figure(self, path: str | os.PathLike[str]) -> None:
+        """Writes the figure to an .svg file, which is complete or not there.
+
+        Raises SettingsError for another ending, and OSError where the file cannot be written.
+        """
+        check_figure(path)
+        files.write(path, self.svg().encode())
 
 
 def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation:
@@ -151,11 +170,12 @@ def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation
     `pixel` is (column, row), whole numbers from (0, 0) at the top left; the ray goes through that pixel's
     centre.
 
-    Raises ValueError when the pixel is not in the picture.
+    Raises SettingsError where the pixel is not in the picture.
     """
     column, row = pixel_of(camera, pixel)
     world_corners = np.asarray(world.triangles(), dtype=np.float64)
-    units = Units.of(world_corners, camera.P)
+    camera_center = reference.camera_center(camera.P)
+    units = Units.of(np.vstack([world_corners.reshape(-1, 3), camera_center]))
     corners = units.points(world_corners)
     P = units.camera(camera.P)
     center = reference.pixel_centers((1, 1), camera.pixel_center) + np.array([column, row])
@@ -183,7 +203,8 @@ def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation
     distance = winner.t * float(reference.length(r[0])) * units.scale if winner else np.inf
     depth = winner.t * float(r[0] @ forward) * units.scale if winner else np.inf
     return Explanation(
-        size=camera.size,
+        world=world,
+        camera=camera,
         pixel=(column, row),
         units=units,
         P=P,
@@ -210,22 +231,32 @@ def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation
     )
 
 
+def check_figure(path: str | os.PathLike[str]) -> None:
+    """Whether a figure can be written to `path`: asked before it is drawn. Raises as `Explanation.save_figure`
+    does."""
+    if Path(path).suffix.lower() != ".svg":
+        raise SettingsError(f"{path}: a figure is written as .svg, which browsers show and print at any size")
+    files.check_writable(path)
+
+
 def pixel_of(camera: Camera, pixel: tuple[int, int]) -> tuple[int, int]:
-    """The pixel as two ints within the picture, or ValueError."""
-    width, height = camera.size
+    """The pixel as two ints within the picture, or SettingsError."""
     try:
-        column, row = (operator.index(number) for number in pixel)
-    except (TypeError, ValueError):
-        raise ValueError(f"a pixel is two whole numbers, (column, row), not {pixel!r}") from None
+        column, row = (number.__index__() for number in pixel)
+    except (AttributeError, TypeError, ValueError):
+        raise SettingsError(f"pixel must be two whole numbers, (column, row), not {pixel!r}") from None
+    width, height = camera.size
     if not (0 <= column < width and 0 <= row < height):
-        raise ValueError(
+        raise SettingsError(
             f"pixel ({column}, {row}) is not in the picture of {width} x {height}: "
             f"columns go from 0 to {width - 1}, rows from 0 to {height - 1}"
         )
     return column, row
 
 
-def narrowest_misses(corners: Floats, t: Floats, missed: Bools, C: Floats, r: Floats) -> np.ndarray:
+def narrowest_misses(
+    corners: Floats, t: Floats, missed: Bools, C: Floats, r: Floats
+) -> npt.NDArray[np.int64]:
     """The triangles of `missed` whose plane the ray meets nearest to them, compared with their own size."""
     index = np.nonzero(missed)[0]
     middle = corners[index].mean(axis=1)
@@ -243,7 +274,7 @@ def candidate(world: World, i: int, corners: Floats, n: Floats, C: Floats, r: Fl
     return Candidate(
         instance=instance,
         triangle=triangle,
-        object_name=world.object_names[instance],
+        object_name=world.objects[instance].name,
         color=np.asarray(world.triangle_colors()[i], dtype=np.float64),
         a=corners[i, 0],
         b=corners[i, 1],

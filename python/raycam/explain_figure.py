@@ -8,19 +8,21 @@ longer ray is shortened, and marked so. Directions, the plane and everything in 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from raycam import reference
-from raycam.explain_text import EDGES, name, number, srgb_bytes, vector
-from raycam.reference import Floats
-from raycam.svg import MONO, Label, Svg
+
+from . import _core, reference
+from .explain_text import EDGES, name, number, srgb, vector
+from .explain_view import Box, best_eye, fitted, plane_grid, unit, view
+from .render import render
+from .svg import MONO, Label, Svg
+from .units import Floats
 
 if TYPE_CHECKING:
-    from raycam.explain import Candidate, Explanation
+    from .explain import Candidate, Explanation
 
 INK, FAINT, RULE = "#1d2330", "#69707f", "#d9dce3"
 RAY, CAMERA, EDGE, TO_G, CROSSING, NORMAL = "#d9381e", "#0b7a75", "#2456c8", "#8e3ab5", "#e08a00", "#3f7d20"
@@ -28,23 +30,9 @@ WIDTH, HEIGHT, MARGIN, HEADING = 1280.0, 930.0, 24.0, 34.0
 ZOOMED = 11
 
 
-@dataclass(frozen=True)
-class Box:
-    """A part of the page."""
-
-    x: float
-    y: float
-    width: float
-    height: float
-
-    def inner(self, margin: float) -> Box:
-        """Without a margin."""
-        return Box(self.x + margin, self.y + margin, self.width - 2 * margin, self.height - 2 * margin)
-
-
-def figure(e: Explanation, picture: npt.NDArray[np.uint8], png: bytes) -> str:
-    """The SVG text. `picture` is the flat picture, [height, width, 3] in 8-bit sRGB, and `png` the same as a
-    file."""
+def figure(e: Explanation) -> str:
+    """The SVG text."""
+    picture = render(e.world, e.camera, integrator="flat", samples=1, channels="color").to_srgb8()
     svg = Svg(WIDTH, HEIGHT)
     svg.rectangle(0, 0, WIDTH, HEIGHT, "#ffffff")
     heading(svg, e)
@@ -53,7 +41,7 @@ def figure(e: Explanation, picture: npt.NDArray[np.uint8], png: bytes) -> str:
     third = (WIDTH - 4 * MARGIN) / 3
     below = [Box(MARGIN + i * (third + MARGIN), 524, third, 382) for i in range(2)]
 
-    marked_picture(svg, panel(svg, top, "The picture, and the pixel"), e, picture, png)
+    marked_picture(svg, panel(svg, top, "The picture, and the pixel"), e, picture)
     shown = e.winner or (e.candidates[0] if e.candidates else None)
     inner = panel(svg, low, "The ray, the plane and the triangle" if shown else "The ray")
     if shown is None:
@@ -80,7 +68,7 @@ def figure(e: Explanation, picture: npt.NDArray[np.uint8], png: bytes) -> str:
 
 def heading(svg: Svg, e: Explanation) -> None:
     """The pixel, its colour and what it shows."""
-    r, g, b = srgb_bytes(e.color)
+    r, g, b = srgb(e.color)
     svg.rectangle(MARGIN, 20, 32, 32, f"#{r:02x}{g:02x}{b:02x}", RULE)
     seen = f"sees {shortened(name(e.winner), 70)}" if e.winner else "sees no triangle"
     svg.text((MARGIN + 46, 43), f"Pixel ({e.pixel[0]}, {e.pixel[1]}) {seen}", 21, bold=True)
@@ -98,13 +86,13 @@ def panel(svg: Svg, box: Box, title: str) -> Box:
     return Box(box.x, box.y + HEADING, box.width, box.height - HEADING)
 
 
-def marked_picture(svg: Svg, box: Box, e: Explanation, picture: npt.NDArray[np.uint8], png: bytes) -> None:
+def marked_picture(svg: Svg, box: Box, e: Explanation, picture: npt.NDArray[np.uint8]) -> None:
     """The picture with a cross at the pixel, and the pixels around it enlarged."""
     box = box.inner(14)
-    width, height = e.size
+    width, height = e.camera.size
     scale = min(box.width / width, box.height / height)
     x, y = box.x + (box.width - width * scale) / 2, box.y + (box.height - height * scale) / 2
-    svg.png(x, y, width * scale, height * scale, png, pixelated=scale > 1)
+    svg.png(x, y, width * scale, height * scale, _core.encode_png(picture), pixelated=scale > 1)
     u, v = x + (e.pixel[0] + 0.5) * scale, y + (e.pixel[1] + 0.5) * scale
     ring = max(9.0, scale)
     ends = [
@@ -143,7 +131,6 @@ def marked_picture(svg: Svg, box: Box, e: Explanation, picture: npt.NDArray[np.u
 
 def ray_and_triangle(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
     """The camera, the ray, the plane, the triangle, g, u and the crossings, seen from aside."""
-    unit = lambda a: a / float(reference.length(a))  # noqa: E731
     d, forward = unit(e.r), e.forward
     known = np.array([c.a, c.b, c.c, c.f, c.g])
     center = (known.min(axis=0) + known.max(axis=0)) / 2
@@ -153,7 +140,7 @@ def ray_and_triangle(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
     C = c.f - shown_distance * d
 
     # The pyramid of the camera: its picture, held at some distance in front of it.
-    width, height = e.size
+    width, height = e.camera.size
     half = e.x[:2] - np.array(e.pixel) - 0.5
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]]) + half
     rays = reference.pointed_forward(
@@ -185,11 +172,11 @@ def ray_and_triangle(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
     svg.line(F, E, RAY, 1.5, "4 5", 0.7)
     if behind:
         svg.arrow(to_page(middle[None])[0], N, NORMAL)
-    svg.polygon(plane, "#7f93b8", 0.16, "#aab4c8")
+    svg.polygon(list(plane), "#7f93b8", 0.16, "#aab4c8")
     for p, q in grid:
         a, b = to_page(np.array([p, q]))
         svg.line(a, b, "#aab4c8", 0.6)
-    r, g, b = srgb_bytes(c.color)
+    r, g, b = srgb(c.color)
     svg.polygon([A, B, Cc], f"#{r:02x}{g:02x}{b:02x}", 0.75)
     triangle_and_test(svg, [A, B, Cc, F, G], c, to_page(crossing_points(c)))
     if not behind:
@@ -233,88 +220,6 @@ def ray_and_triangle(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
         longer = "shorter" if shown_distance < distance else "longer"
         note += f": the ray is drawn {longer}, directions and the plane are true"
     svg.text((box.x + 14, box.y + box.height - 10), note, 12, FAINT)
-
-
-def best_eye(points: Floats, front: Floats, d: Floats, right: Floats, up: Floats, box: Box) -> Floats:
-    """From where to look: the plane seen well and from the camera's side, the ray from aside, the box filled."""
-    reach = points - points.mean(axis=0)
-    reach /= reference.length(reach).max()
-
-    def score(eye: Floats) -> float:
-        plane = float(eye @ front)
-        aside = math.sqrt(max(0.0, 1 - float(eye @ d) ** 2))
-        across = reference.cross(up, eye)
-        across /= float(reference.length(across))
-        flat = np.column_stack([reach @ across, reach @ reference.cross(eye, across)])
-        fill = float(np.min(np.array([box.width / box.height, 1.0]) / np.ptp(flat, axis=0)))
-        from_above = min(float(eye @ up) / 0.3, 1.0)
-        return min(plane / 0.5, aside / 0.75, 1.0) + 0.1 * from_above + 0.5 * min(fill, 1.2)
-
-    eyes = []
-    for turn in range(-175, 180, 5):
-        for lift in range(-60, 65, 10):
-            azimuth, elevation = math.radians(turn), math.radians(lift)
-            level = math.sin(azimuth) * right - math.cos(azimuth) * d
-            eye = math.cos(elevation) * level + math.sin(elevation) * up
-            eyes.append(eye / float(reference.length(eye)))
-    return max(eyes, key=score)
-
-
-def view(points: Floats, eye: Floats, up: Floats, box: Box) -> Callable[[Floats], Floats]:
-    """A map from space to the page that shows all `points` from the direction `eye`, by a raycam camera."""
-    from raycam import Camera
-
-    center = (points.min(axis=0) + points.max(axis=0)) / 2
-    radius = float(reference.length(points - center).max())
-    size = (int(box.width), int(box.height))
-    camera = Camera.look_at(4.5 * eye, (0.0, 0.0, 0.0), up, size=size, fov=30)
-
-    def project(some: Floats) -> Floats:
-        pixels, _ = camera.project((some - center) / radius)
-        return np.asarray(pixels)
-
-    return fitted(project, points, box)
-
-
-def fitted(project: Callable[[Floats], Floats], points: Floats, box: Box) -> Callable[[Floats], Floats]:
-    """`project`, scaled and moved so that the `points` fill the box."""
-    flat = project(points)
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    scale = float(np.min(np.array([box.width, box.height]) / np.maximum(high - low, 1e-300)))
-    corner = np.array([box.x, box.y]) + (np.array([box.width, box.height]) - scale * (high - low)) / 2
-    return lambda some: corner + scale * (project(some) - low)
-
-
-def plane_grid(c: Candidate, front: Floats) -> tuple[Floats, list[tuple[Floats, Floats]]]:
-    """A rectangle of the plane around all its points, [4, 3], and the lines of a grid on it."""
-    points = np.array([c.a, c.b, c.c, c.f, c.g])
-    i, j, low, high = min((extent(points, c.a, edge, front) for edge in (c.v1, c.v2, c.v3)), key=area)
-    step = float((high - low).max()) / 10
-    low, high = low - step, high + step
-
-    def at(x: float, y: float) -> Floats:
-        return np.asarray(c.a + x * i + y * j)
-
-    quad = np.array([at(low[0], low[1]), at(high[0], low[1]), at(high[0], high[1]), at(low[0], high[1])])
-    lines = [(at(x, low[1]), at(x, high[1])) for x in np.arange(low[0] + step, high[0], step)]
-    lines += [(at(low[0], y), at(high[0], y)) for y in np.arange(low[1] + step, high[1], step)]
-    return quad, lines
-
-
-Extent = tuple[Floats, Floats, Floats, Floats]
-
-
-def extent(points: Floats, origin: Floats, edge: Floats, front: Floats) -> Extent:
-    """The axes of the plane along and across `edge`, and the least and greatest of the points along them."""
-    i = edge / float(reference.length(edge))
-    j = reference.cross(front, i)
-    flat = np.column_stack([(points - origin) @ i, (points - origin) @ j])
-    return i, j, flat.min(axis=0), flat.max(axis=0)
-
-
-def area(extent: Extent) -> float:
-    """Of the rectangle."""
-    return float(np.prod(extent[3] - extent[2]))
 
 
 def crossing_points(c: Candidate) -> Floats:
@@ -364,7 +269,7 @@ def flat_test(svg: Svg, box: Box, e: Explanation, c: Candidate) -> None:
     to_page = fitted(lambda some: (some - c.a) @ basis, points, box.inner(40))
     A, B, Cc, F, G = to_page(points)
     crossings = to_page(crossing_points(c))
-    r, g, b = srgb_bytes(c.color)
+    r, g, b = srgb(c.color)
     svg.polygon([A, B, Cc], f"#{r:02x}{g:02x}{b:02x}", 0.55)
     triangle_and_test(svg, [A, B, Cc, F, G], c, crossings)
     svg.dot(F, 4.5, INK, "#ffffff")

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from . import _core
+
 if TYPE_CHECKING:
-    from raycam.explain import Candidate, Explanation
+    from .explain import Candidate, Explanation
 
 DIGITS = 6
 EDGES = (("v1", "a"), ("v2", "b"), ("v3", "c"))
@@ -25,12 +27,12 @@ def text(explanation: Explanation) -> str:
 
 def title(e: Explanation) -> Iterator[str]:
     """What is explained, and how to read it."""
-    width, height = e.size
+    width, height = e.camera.size
     yield f"Pixel ({e.pixel[0]}, {e.pixel[1]}) of a {width} x {height} picture, by the steps of the lecture"
     yield ""
     yield "Vectors are (x, y, z); · is the dot product, x between vectors the cross product."
     yield f"{DIGITS} digits are printed, 16 were used: by hand, the last printed digits may differ."
-    if e.units.scale != 1 or e.units.origin.any():
+    if not e.units.are_ordinary:
         yield ""
         yield "P⁺ mixes lengths with the plain number 1, and would lose digits in a world this small, large"
         yield "or far from its origin. So below, points count from"
@@ -143,9 +145,9 @@ def the_color(e: Explanation) -> Iterator[str]:
             yield "   The ray meets no triangle: it meets every plane in front of the camera outside of the"
             yield "   triangle. The pixel shows the background."
         return
-    r, b = srgb_bytes(e.color), e.winner
+    b, rgb = e.winner, ", ".join(map(str, srgb(e.color)))
     yield f"   The smallest t            {number(b.t)}, {name(b)}"
-    yield f"   Its colour                {vector(e.color)}, linear RGB; as sRGB bytes {r[0]}, {r[1]}, {r[2]}"
+    yield f"   Its colour                {vector(e.color)}, linear RGB; as sRGB bytes {rgb}"
     yield f"   distance = t |r|          {number(e.distance)}, from C to f(t)"
     yield f"   depth = t (v·r)           {number(e.depth)}, along the principal axis"
 
@@ -178,6 +180,11 @@ def vector(values: npt.ArrayLike, digits: int = DIGITS) -> str:
     return "(" + ", ".join(number(value, digits) for value in array) + ")"
 
 
+def srgb(linear: npt.NDArray[np.float64]) -> list[int]:
+    """Linear RGB in 8-bit sRGB."""
+    return [int(value) for value in _core.srgb_from_linear(linear.astype(np.float32), 1.0, 8)]
+
+
 def matrix(rows: npt.NDArray[np.float64]) -> Iterator[str]:
     """Rows with aligned columns."""
     cells = [[number(value) for value in row] for row in rows]
@@ -186,10 +193,3 @@ def matrix(rows: npt.NDArray[np.float64]) -> Iterator[str]:
         yield (
             "      [ " + "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) + " ]"
         )
-
-
-def srgb_bytes(linear: npt.NDArray[np.float64]) -> npt.NDArray[np.uint8]:
-    """Linear RGB as 8-bit sRGB (IEC 61966-2-1), values beyond 0 to 1 at the ends of the range."""
-    x = np.clip(linear, 0, 1)
-    encoded = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
-    return np.asarray(np.round(encoded * 255), dtype=np.uint8)

@@ -42,11 +42,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from raycam import Camera, World
+from .units import Bools, Floats, Units
 
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
+if TYPE_CHECKING:
+    from .camera import Camera
+    from .world import World
 
 # What a few dozen additions and multiplications may lose, relative to the numbers they began with.
 ROUNDING = 32 * float(np.finfo(np.float64).eps)
@@ -282,38 +282,6 @@ def hit_distances(triangles: Floats, n: Floats, C: Floats, r: Floats) -> Floats:
 # The whole picture.
 
 
-@dataclass(frozen=True)
-class Units:
-    """A unit of length and an origin in which the world is about as large as 1: X = origin + scale * local.
-
-    P⁺ mixes lengths with the plain number 1, so it loses digits in a world that is tiny, huge, or far from
-    its origin. Ordinary worlds keep their own units.
-    """
-
-    origin: Floats
-    scale: float
-
-    @staticmethod
-    def of(triangles: Floats, P: Floats) -> Units:
-        """Those of a world and its camera."""
-        points = np.vstack([triangles.reshape(-1, 3), camera_center(P)])
-        low, high = points.min(axis=0), points.max(axis=0)
-        center, extent = (low + high) / 2, float(np.max(high - low) / 2)
-        far = np.abs(center).max() > 16 * extent
-        unusual = extent > 0 and not 1 / 64 <= extent <= 64
-        # A power of two scales without rounding.
-        scale = math.ldexp(1.0, round(math.log2(extent))) if unusual else 1.0
-        return Units(center if far else np.zeros(3), scale)
-
-    def points(self, points: Floats) -> Floats:
-        """World points [..., 3] in these units."""
-        return np.asarray((points - self.origin) / self.scale)
-
-    def camera(self, P: Floats) -> Floats:
-        """The camera matrix that maps points in these units to the same pixels."""
-        return np.column_stack([P[:, :3] * self.scale, P[:, :3] @ self.origin + P[:, 3]])
-
-
 def pixel_centers(size: tuple[int, int], pixel_center: str = "integer") -> Floats:
     """The centre (u, v) of every pixel, [height * width, 2], row by row; `size` is (width, height).
 
@@ -364,7 +332,7 @@ def render_triangles(
         ids = np.column_stack([np.zeros(len(corners)), np.arange(len(corners))])
     names = np.asarray(ids, dtype=np.int32).reshape(len(corners), 2)
 
-    units = Units.of(corners, matrix)
+    units = Units.of(np.vstack([corners.reshape(-1, 3), camera_center(matrix)]))
     matrix = units.camera(matrix)
     C = camera_center(matrix)
     forward = third_row_of_r(matrix)

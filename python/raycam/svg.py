@@ -8,7 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
 
-Point = Sequence[float]
+import numpy as np
+import numpy.typing as npt
+
+Point = Sequence[float] | npt.NDArray[np.float64]
 
 SANS = "Helvetica, Arial, 'DejaVu Sans', sans-serif"
 SERIF = "Georgia, 'DejaVu Serif', 'Times New Roman', serif"
@@ -137,7 +140,7 @@ class Svg:
 
         `box` is (x, y, width, height), out of which no label should reach.
         """
-        ink = [
+        ink: list[tuple[float, float]] = [
             (p[0] + (q[0] - p[0]) * i / steps, p[1] + (q[1] - p[1]) * i / steps)
             for p, q in strokes
             for steps in [max(1, int(math.dist(p, q) / 5))]

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from .arrays import whole
 from .camera import Camera
-from .errors import SettingsError, WorldError
+from .errors import SettingsError
 from .frame import Frame
 from .render import render
 from .video_files import open_video
@@ -20,18 +18,23 @@ from .world import World
 
 __all__ = ["Film", "write_video"]
 
-DEFAULT_VIDEO = {"fps": 24.0, "seconds": 4.0}
+Progress = Callable[[int, int], object]
+MAX_FRAMES = 1_000_000
 
 
 class Film:
     """The frames of a video, each rendered when it is asked for.
 
-    `world` moves as its `[video]` says; one without gets an orbit of 4 seconds around its middle, and `notices` says
-    so. `camera` (default: the world's first, or one that frames everything) is moved where the video moves cameras.
-    `fps` replaces the world's, and `seconds` plays the same motion faster or slower. `settings` are those of
-    `raycam.render`: integrator, samples, filter, seed, ambient_occlusion, exposure, threads.
+    `world` moves as its `[video]` says; one without gets an orbit of 4 seconds around its middle, and
+    `notices` says so. `camera` (default: the world's first, or one that frames everything) is moved where the
+    video moves the camera. `fps` replaces the world's frames per second, `seconds` plays the same motion
+    faster or slower. `settings` are those of `raycam.render`: integrator, samples, filter, seed,
+    ambient_occlusion, exposure, threads.
 
     What does not move is built once, before the first frame.
+
+    Raises `SettingsError` where `fps` or `seconds` is not a positive number or they make too many frames, and
+    `CameraError` where the world has no camera and nothing to frame.
     """
 
     def __init__(
@@ -45,33 +48,108 @@ class Film:
     ) -> None:
         self.notices: list[str] = []
         """What the one who looks at it should know."""
-        if world.video is None:
-            world = with_orbit(world)
-            self.notices.append("the world has no [video]: the camera orbits its middle in 4 seconds")
-        video = world.video
-        assert video is not None  # with_orbit gives it one
-        self._world = world
         self.camera = world.default_camera() if camera is None else camera
         """The camera that moves."""
-        self.fps = _positive("fps", fps, video.fps)
+        video = world.video
+        if video is None:
+            world = with_orbit(world)
+            video = world.video
+            self.notices.append("the world has no [video], so the camera orbits its middle in 4 seconds")
+        if video is None:  # with_orbit gives it one
+            raise AssertionError
+        self.fps = video.fps if fps is None else _positive("fps", fps)
         """Frames per second."""
-        self.seconds = _positive("seconds", seconds, video.seconds)
+        self.seconds = video.seconds if seconds is None else _positive("seconds", seconds)
         """Its length."""
-        self._pace = video.seconds / self.seconds
-        self._settings = settings
+        if self.fps * self.seconds > MAX_FRAMES:
+            raise SettingsError(
+                f"{self.seconds:g} seconds at {self.fps:g} frames a second are more than {MAX_FRAMES} frames"
+            )
+        self._world, self._pace, self._settings = world, video.seconds / self.seconds, settings
 
     def __len__(self) -> int:
         """How many frames it has, at least one."""
         return max(1, round(self.fps * self.seconds))
 
     def time(self, number: int) -> float:
-        """The time of a frame in the world, in seconds."""
+        """When in the world's own time frame `number` is, in seconds."""
         return number / self.fps * self._pace
 
     def frame(self, number: int) -> Frame:
-        """The frame of that number, from 0; its random numbers differ from frame to frame."""
+        """Frame `number`, from 0, with the channel `color`; its random numbers are its own."""
         number = whole("frame", number, 0, len(self) - 1)
-        time = self.time(number)
+        # Every moment shares what has been built of the world by now.
         self._world.prepare(threads=self._settings.get("threads"))
-        camera = self._world.camera_at(self.camera, time)
-        return render(self._world.at(time), camera, frame=number, channels="color", **self._settings)
+        moment = self._world.at(self.time(number))
+        camera = self._world.camera_at(self.camera, self.time(number))
+        own: dict[str, Any] = {} if self._settings.get("integrator") == "reference" else {"frame": number}
+        return render(moment, camera, channels="color", **own, **self._settings)
+
+
+def write_video(
+    world: World,
+    path: str | os.PathLike[str],
+    *,
+    camera: Camera | None = None,
+    frames: tuple[int | None, int | None] | None = None,
+    fps: float | None = None,
+    seconds: float | None = None,
+    progress: Progress | None = None,
+    **settings: Any,
+) -> Film:
+    """Renders the video of a world into an .mp4 or .gif file, or into a folder as frame_0000.png and so on.
+
+    `frames` (start, stop) renders a part, from `start` up to but not `stop`; either may be None, or negative
+    to count from the end, as in a slice. `progress(done, total)` is called after every frame. The rest is as
+    in `Film`, which is returned.
+
+    A file has its name when it is complete: an error or Ctrl-C leaves none behind, and a folder keeps the
+    pictures it has. The same call gives the same bytes.
+
+    Raises `SettingsError` for unknown endings, an MP4 of odd width or height, a GIF of more than 50 frames a
+    second and a range without frames, and `OSError` where nothing can be written: all before anything is
+    rendered.
+    """
+    film = Film(world, camera, fps=fps, seconds=seconds, **settings)
+    numbers = range(len(film))[slice(*frames)] if frames is not None else range(len(film))
+    if not numbers:
+        start, stop = ("" if end is None else end for end in frames or (None, None))
+        raise SettingsError(
+            f"frames {start}:{stop} are none: the video has {len(film)}, from 0 to {len(film) - 1}"
+        )
+    with open_video(Path(path), film.camera.size, film.fps) as add:
+        for done, number in enumerate(numbers):
+            if progress is not None:
+                progress(done, len(numbers))
+            frame = film.frame(number)
+            film.notices += [notice for notice in frame.notices if notice not in film.notices]
+            add(number, frame.to_srgb8())
+        if progress is not None:
+            progress(len(numbers), len(numbers))
+    return film
+
+
+def frame_range(text: str) -> tuple[int | None, int | None]:
+    """The `frames` of `write_video` from "A:B", where A, B or both may be missing."""
+    start, colon, stop = text.partition(":")
+    try:
+        if not colon:
+            raise ValueError
+        return (int(start) if start.strip() else None), (int(stop) if stop.strip() else None)
+    except ValueError:
+        raise SettingsError(f"frames must be START:STOP, as in 0:24 or 24:, not {text!r}") from None
+
+
+def with_orbit(world: World) -> World:
+    """The world with a video: once around its middle in 4 seconds. Shares what is built."""
+    moving = world.at(0.0)
+    bounds = world.bounds
+    middle = [0.0, 0.0, 0.0] if bounds is None else bounds.mean(axis=0).tolist()
+    moving.set_video(orbit={"target": middle})
+    return moving
+
+
+def _positive(name: str, value: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+        raise SettingsError(f"{name} must be a number greater than 0, not {value!r}")
+    return float(value)

@@ -46,8 +46,8 @@ def open_video(path: Path, size: tuple[int, int], fps: float) -> AbstractContext
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         raise SettingsError(
-            f"{path.name}: a video ends in {' or '.join(filter(None, FORMATS))}, or in nothing for a folder of PNG "
-            f"pictures, not in {suffix!r}"
+            f"{path.name}: the ending {suffix!r} is none of a video; expected "
+            f"{' or '.join(filter(None, FORMATS))}, or no ending for a folder of PNG pictures"
         )
     return FORMATS[suffix](path, size, fps)
 
@@ -167,11 +167,16 @@ def as_rate(fps: float) -> Fraction:
 
 
 class Filters:
-    """A chain of FFmpeg's filters: pictures in, frames out."""
+    """A chain of FFmpeg's filters: pictures in, frames out.
+
+    `inputs` are pixel formats and sizes, all of them of the first filter; `chain` are filters and their
+    options.
+    """
 
     def __init__(
         self, rate: Fraction, inputs: list[tuple[str, tuple[int, int]]], chain: list[tuple[str, str]]
     ) -> None:
+        """Builds the chain."""
         import av.filter
 
         graph = av.filter.Graph()
@@ -214,9 +219,12 @@ class Filters:
     def _ready(self) -> list[VideoFrame]:
         import av
 
-        frames = []
+        frames: list[VideoFrame] = []
         while True:
             try:
-                frames.append(self._out.pull())
+                frame = self._out.pull()
             except (av.BlockingIOError, av.EOFError):
                 return frames
+            if not isinstance(frame, av.VideoFrame):  # filters of pictures give pictures
+                raise TypeError(f"{frame!r} is no picture")
+            frames.append(frame)

@@ -155,6 +155,14 @@ class World:
         """Adds a camera under a name, which gets a number where it is taken; the first is the default camera."""
         self._core.add_camera(name, camera._core)
 
+    def set_video(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> None:
+        """Says how the world moves, as `[video]` of a world file describes it, instead of what it said before.
+
+        Takes a dict, keywords, or both: `set_video(fps=24, seconds=4, orbit={"target": [0, 0, 0.5]})`,
+        `set_video(keyframe=[{"time": 0, "object": "box", "location": [0, 0, 0]}, ...])`. Raises `WorldError`.
+        """
+        self._core.set_video(_plain({**(description or {}), **keys}))
+
     # What there is ----------------------------------------------------------------------------------------
 
     @property

@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_formats::Budget;
 use raycam_render::{PreparedWorld, queries, render};
-use raycam_scene::schema::{ObjectSpec, WorldFile, from_node};
-use raycam_scene::{Light, NoFiles, SceneError, World as Inner};
+use raycam_scene::schema::{ObjectSpec, VideoSpec, WorldFile, from_node};
+use raycam_scene::{Light, NoFiles, SceneError, Video, World as Inner};
 
 use crate::arrays::{Floats, array, rows};
 use crate::camera::{Camera, up, up_name};
@@ -204,6 +204,16 @@ impl World {
 
     fn add_camera(&self, name: &str, camera: &Camera) -> PyResult<usize> {
         self.change(|world| Ok(world.add_camera(name, camera.inner.clone())))
+    }
+
+    /// Gives the world a `[video]`, or another one.
+    fn set_video(&self, description: &Bound<'_, PyAny>) -> PyResult<()> {
+        let node = node(description, "")?;
+        self.change(|world| {
+            let spec: VideoSpec = from_node(&node).map_err(IntoPyErr::into_py_err)?;
+            world.video = Some(Video::new(&spec, world).map_err(IntoPyErr::into_py_err)?);
+            Ok(())
+        })
     }
 
     #[getter]

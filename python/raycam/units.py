@@ -1,0 +1,48 @@
+"""A unit of length and an origin in which a world is about as large as 1."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Units:
+    """World = origin + scale * local.
+
+    P⁺ mixes lengths with the plain number 1, so it loses digits in a world that is tiny, huge, or far from
+    its origin. Ordinary worlds keep their own units.
+    """
+
+    origin: Floats
+    scale: float
+
+    @staticmethod
+    def of(points: Floats) -> Units:
+        """Those of everything, camera centre included: points [n, 3]."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        center, extent = (low + high) / 2, float(np.max(high - low) / 2)
+        far = np.abs(center).max() > 16 * extent
+        unusual = extent > 0 and not 1 / 64 <= extent <= 64
+        # A power of two scales without rounding.
+        scale = math.ldexp(1.0, round(math.log2(extent))) if unusual else 1.0
+        return Units(center if far else np.zeros(3), scale)
+
+    @property
+    def are_ordinary(self) -> bool:
+        """Whether they are the world's own."""
+        return self.scale == 1 and not self.origin.any()
+
+    def points(self, points: Floats) -> Floats:
+        """World points [..., 3] in these units."""
+        return np.asarray((points - self.origin) / self.scale)
+
+    def camera(self, P: Floats) -> Floats:
+        """The camera matrix [3, 4] that maps points in these units to the same pixels."""
+        return np.column_stack([P[:, :3] * self.scale, P[:, :3] @ self.origin + P[:, 3]])
