@@ -232,8 +232,7 @@ def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation
 
 
 def check_figure(path: str | os.PathLike[str]) -> None:
-    """Whether a figure can be written to `path`: asked before it is drawn. Raises as `Explanation.save_figure`
-    does."""
+    """Whether a figure can be written to `path`, asked before it is drawn: raises as `save_figure` does."""
     if Path(path).suffix.lower() != ".svg":
         raise SettingsError(f"{path}: a figure is written as .svg, which browsers show and print at any size")
     files.check_writable(path)
