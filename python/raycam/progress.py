@@ -1,0 +1,56 @@
+"""A progress bar with the time left: on a terminal, and only for work that takes a while."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+__all__ = ["bar"]
+
+# Shorter work than this shows no bar, and does not wait for one to be imported.
+PATIENCE = 0.5
+
+
+@contextmanager
+def bar(title: str) -> Iterator[Callable[[int, int], None]]:
+    """A function `progress(done, total)` that draws a bar on stderr while the block lasts.
+
+    Away from a terminal it draws nothing.
+    """
+    start = time.monotonic()
+    shown: Progress | None = None
+
+    def progress(done: int, total: int) -> None:
+        nonlocal shown
+        if shown is None and sys.stderr.isatty() and done < total and time.monotonic() - start > PATIENCE:
+            shown = _rich_bar()
+            shown.start()
+            shown.add_task(title, total=total)
+        if shown is not None:
+            shown.update(shown.task_ids[0], completed=done, total=total)
+
+    try:
+        yield progress
+    finally:
+        if shown is not None:
+            shown.stop()
+
+
+def _rich_bar() -> Progress:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:3.0f} %"),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
