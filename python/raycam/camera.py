@@ -279,6 +279,14 @@ class Camera:
         directions = self._core.directions(array.reshape(-1, 2)).reshape(shape)
         return np.broadcast_to(self.C, shape).copy(), directions
 
+    def resized(self, size: Size) -> Camera:
+        """The same view in a picture of another size (width, height): K scaled, so that edges fall on edges."""
+        new = size_of(size, error=CameraError)
+        edge = 0.5 if self.pixel_center == "integer" else 0.0  # from the corner of the picture to pixel 0, 0
+        x, y = new[0] / self.size[0], new[1] / self.size[1]
+        scale = np.array([[x, 0.0, (x - 1.0) * edge], [0.0, y, (y - 1.0) * edge], [0.0, 0.0, 1.0]])
+        return Camera(scale @ self.K, self.R, self.C, new, pixel_center=self.pixel_center, up=self._up)
+
     def __eq__(self, other: object) -> bool:
         """Whether every number is the same."""
         if not isinstance(other, Camera):

@@ -151,7 +151,14 @@ def _view(world: World, options: argparse.Namespace) -> Camera:
     if options.camera is None and not world.cameras:
         return world.default_camera(options.size or (640, 480))
     camera = world.camera(options.camera) if options.camera is not None else world.default_camera()
-    return camera if options.size is None else camera.resized(options.size)
+    if options.size is None:
+        return camera
+    (width, height), (new_width, new_height) = camera.size, options.size
+    if width * new_height != 0 and abs(new_width * height / (width * new_height) - 1.0) > 0.01:
+        raise SettingsError(
+            f"--size {new_width}x{new_height} would stretch the picture of the camera, which has {width} x {height}"
+        )
+    return camera.resized(options.size)
 
 
 def _load(options: argparse.Namespace) -> World:

@@ -197,6 +197,11 @@ class World:
         return self._core.counts
 
     @property
+    def textures(self) -> list[str]:
+        """The names of its image files."""
+        return self._core.textures
+
+    @property
     def bounds(self) -> Floats | None:
         """The smallest and the largest corner of everything, [2, 3]; None where there is nothing."""
         bounds = self._core.bounds

@@ -226,6 +226,12 @@ impl World {
         self.snapshot().notices.clone()
     }
 
+    /// The names of the image files.
+    #[getter]
+    fn textures(&self) -> Vec<String> {
+        self.snapshot().textures.iter().map(|texture| texture.name.clone()).collect()
+    }
+
     #[getter]
     fn bounds(&self) -> Option<[[f64; 3]; 2]> {
         self.snapshot()

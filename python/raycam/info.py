@@ -1,0 +1,75 @@
+"""What a world holds, for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from .camera import Camera
+from .world import World
+
+__all__ = ["info"]
+
+
+def info(world: World) -> str:
+    """Counts, bounds, objects, lights, cameras with their matrices, video and notices, as text."""
+    return "\n".join(_lines(world))
+
+
+def _lines(world: World) -> Iterator[str]:
+    counts = world.counts
+    bounds = world.bounds
+    zero = counts["zero_area_triangles"]
+    yield f"{world.up} up"
+    yield f"objects    {counts['objects']}, of {_many(counts['meshes'], 'mesh', 'meshes')}"
+    yield f"triangles  {counts['triangles']}" + (f", {zero} of zero area (kept, never hit)" if zero else "")
+    if counts["mesh_triangles"] != counts["triangles"]:
+        yield f"           {counts['mesh_triangles']} stored, the rest are instances of them"
+    yield f"vertices   {counts['vertices']}"
+    yield f"materials  {counts['materials']}, {_many(counts['textures'], 'texture', 'textures')}"
+    if bounds is not None:
+        low, high = (_vector(corner) for corner in bounds)
+        yield f"bounds     {low} to {high}, size {_vector(bounds[1] - bounds[0])}"
+    for item in world.objects[:20]:
+        category = f", {item.category}" if item.category else ""
+        yield f"  object {item.id} {item.name!r}: {item.triangles} triangles at {_vector(item.matrix[:3, 3])}{category}"
+    if len(world.objects) > 20:
+        yield f"  and {len(world.objects) - 20} more"
+    yield f"lights     {counts['lights']}"
+    for light in world.lights:
+        values = ", ".join(f"{key} {_vector(value)}" for key, value in light.items() if key != "type")
+        yield f"  {light['type']}: {values}"
+    yield f"cameras    {counts['cameras']}"
+    for name, camera in world.cameras.items():
+        yield from _camera(f"{name!r}", camera)
+    if not world.cameras and bounds is not None:
+        yield from _camera("(none: this one frames everything)", world.default_camera())
+    if world.video is not None:
+        video = world.video
+        yield f"video      {video.frames} frames, {video.seconds:g} s at {video.fps:g} fps"
+    if world.render_settings:
+        yield "rendering  " + ", ".join(f"{key} {value}" for key, value in world.render_settings.items())
+    yield f"notices    {len(world.notices)}"
+    yield from (f"  {notice}" for notice in world.notices)
+
+
+def _camera(name: str, camera: Camera) -> Iterator[str]:
+    width, height = camera.size
+    yield f"  camera {name}: {width} x {height}, pixel_center {camera.pixel_center}"
+    for label, matrix in (("K", camera.K), ("R", camera.R), ("P", camera.P)):
+        for i, row in enumerate(matrix):
+            yield f"    {label if i == 0 else ' '}  " + " ".join(f"{value:14.6f}" for value in row)
+    yield f"    C  {_vector(camera.C)}"
+    yield f"    roll {camera.roll_pitch_yaw[0]:.6g}, pitch {camera.roll_pitch_yaw[1]:.6g}, " + (
+        f"yaw {camera.roll_pitch_yaw[2]:.6g} degrees"
+    )
+
+
+def _many(count: int, one: str, more: str) -> str:
+    return f"{count} {one if count == 1 else more}"
+
+
+def _vector(values: object) -> str:
+    """Numbers with at most six digits."""
+    return " ".join(f"{value:.6g}" for value in np.atleast_1d(np.asarray(values, dtype=np.float64)) + 0.0)
