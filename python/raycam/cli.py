@@ -83,7 +83,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _command(name: str) -> str:
     if name not in COMMANDS:
-        raise SettingsError(nearest("command", name, list(COMMANDS)))
+        raise argparse.ArgumentTypeError(nearest("command", name, list(COMMANDS)))
     return name
 
 
@@ -223,20 +223,39 @@ def _render(options: argparse.Namespace) -> None:
 
 
 def _add_video(command: argparse.ArgumentParser) -> None:
-    from . import video
-
     _add_world(command)
     command.add_argument(
         "-o", "--output", metavar="FILE", required=True, help=".mp4, .gif, or a folder for PNG pictures"
     )
     _add_camera(command)
-    video.add_arguments(command)
+    command.add_argument("--frames", metavar="A:B", help="only frames A up to but not B, from 0, as in 0:24 or 24:")
+    command.add_argument("--fps", metavar="N", type=float, help="frames per second (default: the world's, or 24)")
+    command.add_argument("--seconds", metavar="N", type=float, help="play the same motion in N seconds")
     _add_rendering(command)
     command.set_defaults(run=_video)
 
 
 def _video(options: argparse.Namespace) -> None:
-    raise NotImplementedError
+    from .progress import bar
+    from .video import frame_range, write_video
+
+    frames = None if options.frames is None else frame_range(options.frames)
+    world = _load(options)
+    with bar("rendering frames") as progress:
+        film = write_video(
+            world,
+            options.output,
+            camera=_view(world, options),
+            frames=frames,
+            fps=options.fps,
+            seconds=options.seconds,
+            progress=progress,
+            **_rendering(options),
+        )
+    _notices(film.notices)
+    width, height = film.camera.size
+    count = len(range(len(film))[slice(*frames)]) if frames else len(film)
+    print(f"{options.output}: {count} frames of {width} x {height}, {film.fps:g} a second")
 
 
 def _add_explain(command: argparse.ArgumentParser) -> None:
@@ -250,7 +269,25 @@ def _add_explain(command: argparse.ArgumentParser) -> None:
 
 
 def _explain(options: argparse.Namespace) -> None:
-    raise NotImplementedError
+    from . import files
+    from .explain import explain
+
+    if options.figure is not None:
+        if Path(options.figure).suffix.lower() != ".svg":
+            raise SettingsError(f"{options.figure}: a figure is written as .svg")
+        files.check_writable(options.figure)
+    world = _load(options)
+    camera = _view(world, options)
+    explanation = explain(world, camera, tuple(options.pixel))
+    print(explanation)
+    if options.figure is not None:
+        from .explain_figure import figure
+        from .render import render
+
+        picture = render(world, camera, integrator="flat", channels="color")
+        svg = figure(explanation, picture.to_srgb8(), picture.to_png())
+        files.write(options.figure, svg.encode())
+        print(f"\n{options.figure}: the figure")
 
 
 def _add_info(command: argparse.ArgumentParser) -> None:

@@ -131,7 +131,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
                 raise SettingsError(f"{name} is not an option of {target.suffix} files")
         files.write(target, SAVERS[target.suffix.lower()][0](self, **options))
 
-    def _png(self, bits: int = 8, exposure: float | None = None) -> bytes:
+    def to_png(self, bits: int = 8, exposure: float | None = None) -> bytes:
+        """The colour as the bytes of a PNG file in sRGB, with 8 or 16 bits per channel."""
         if bits not in (8, 16):
             raise SettingsError(f"bits is {bits}, a PNG has 8 or 16")
         return _core.encode_png(self._srgb(bits, exposure))
@@ -158,7 +159,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
     def _repr_png_(self) -> bytes | None:
         """What a notebook shows: the picture, where there is one."""
-        return self._png() if "color" in self._channels else None
+        return self.to_png() if "color" in self._channels else None
 
     @staticmethod
     def merge(frames: Iterable[Frame]) -> Frame:
@@ -193,7 +194,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
 # Ending: how it is written, and its options. Adding a format is adding a row.
 SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
-    ".png": (Frame._png, {"bits", "exposure"}),
+    ".png": (Frame.to_png, {"bits", "exposure"}),
     ".exr": (Frame._exr, {"half"}),
     ".npz": (Frame._npz, set()),
 }

@@ -75,8 +75,10 @@ impl IntoPyErr for FormatError {
                 None => PyOSError::new_err(format!("{}: {source}", path.display())),
             },
             FormatError::Scene { path, source } => {
-                let place = path.map(|path| format!("{}: ", path.display()));
-                scene_error(&source, &place.unwrap_or_default())
+                let place = path
+                    .map(|path| format!("{}: ", path.display()))
+                    .unwrap_or_default();
+                scene_error(&source, &place)
             }
             FormatError::Schema { .. } => world_error(self.to_string()),
             _ => python::FormatError::new_err(self.to_string()),

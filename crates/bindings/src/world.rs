@@ -6,10 +6,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_formats::Budget;
+use raycam_formats::{Budget, Folder, FormatError};
 use raycam_render::{PreparedWorld, queries, render};
 use raycam_scene::schema::{ObjectSpec, VideoSpec, WorldFile, from_node};
-use raycam_scene::{Light, NoFiles, SceneError, Video, World as Inner};
+use raycam_scene::{Light, Video, World as Inner};
 
 use crate::arrays::{Floats, array, rows};
 use crate::camera::{Camera, up, up_name};
@@ -174,9 +174,11 @@ impl World {
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, folder: PathBuf) -> PyResult<Self> {
         let node = node(description, "")?;
-        let build = || -> Result<Inner, SceneError> {
-            let mut files = NoFiles;
-            from_node::<WorldFile>(&node)?.build(&mut files)
+        let build = || -> Result<Inner, FormatError> {
+            let mut files = Folder::new(&folder, &Budget::default());
+            let mut world = from_node::<WorldFile>(&node)?.build(&mut files)?;
+            world.notices.extend(files.take_notices());
+            Ok(world)
         };
         let world = description.py().detach(|| caught(build))?;
         world
@@ -187,7 +189,7 @@ impl World {
     fn add_object(&self, description: &Bound<'_, PyAny>) -> PyResult<usize> {
         let node = node(description, "")?;
         self.change(|world| {
-            let mut files = NoFiles;
+            let mut files = Folder::new(&self.folder, &Budget::default());
             let spec: ObjectSpec = from_node(&node).map_err(IntoPyErr::into_py_err)?;
             spec.build(world, &mut files)
                 .map_err(IntoPyErr::into_py_err)
@@ -229,7 +231,11 @@ impl World {
     /// The names of the image files.
     #[getter]
     fn textures(&self) -> Vec<String> {
-        self.snapshot().textures.iter().map(|texture| texture.name.clone()).collect()
+        self.snapshot()
+            .textures
+            .iter()
+            .map(|texture| texture.name.clone())
+            .collect()
     }
 
     #[getter]
