@@ -62,7 +62,9 @@ def test_project_is_p_times_x() -> None:
         assert (in_front == (x[:, 2] > 0)).all()
         expected = x[:, :2] / x[:, 2:]
         assert np.allclose(pixels, expected, rtol=1e-9, atol=1e-7)
-        np.testing.assert_allclose(camera.P, camera.K @ camera.R @ np.column_stack([np.eye(3), -camera.C]), rtol=1e-12)
+        np.testing.assert_allclose(
+            camera.P, camera.K @ camera.R @ np.column_stack([np.eye(3), -camera.C]), rtol=1e-12
+        )
         np.testing.assert_allclose(camera.t, -camera.R @ camera.C, atol=1e-13)
 
 
@@ -230,7 +232,12 @@ def test_numpy_of_every_kind_gives_the_same_camera() -> None:
         assert raycam.Camera(*variant, size=np.array(SIZE)) == expected
     points = np.random.default_rng(8).normal(size=(10, 3)).astype(np.float32)
     reference = expected.project(points.astype(np.float64))[0]
-    for array in (points.astype(">f4"), points.tolist(), np.asfortranarray(points), np.repeat(points, 2, 0)[::2]):
+    for array in (
+        points.astype(">f4"),
+        points.tolist(),
+        np.asfortranarray(points),
+        np.repeat(points, 2, 0)[::2],
+    ):
         np.testing.assert_array_equal(expected.project(array)[0], reference)
     assert expected.project(np.zeros((0, 3)))[0].shape == (0, 2)
     assert expected.rays(np.zeros((0, 2)))[1].shape == (0, 3)

@@ -38,18 +38,42 @@ def box_world() -> raycam.World:
 
 CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
     # Meshes
-    "nan vertex": (lambda: mesh(with_entry(TRIANGLE[0], 1, 2, np.nan)), raycam.WorldError, ["vert", "1", "finite"]),
-    "infinite vertex": (lambda: mesh(with_entry(TRIANGLE[0], 2, 0, np.inf)), raycam.WorldError, ["vert", "finite"]),
+    "nan vertex": (
+        lambda: mesh(with_entry(TRIANGLE[0], 1, 2, np.nan)),
+        raycam.WorldError,
+        ["vert", "1", "finite"],
+    ),
+    "infinite vertex": (
+        lambda: mesh(with_entry(TRIANGLE[0], 2, 0, np.inf)),
+        raycam.WorldError,
+        ["vert", "finite"],
+    ),
     "index too large": (lambda: mesh(faces=[[0, 1, 3]]), raycam.WorldError, ["3", "triangle"]),
     "index negative": (lambda: mesh(faces=[[0, 1, -1]]), raycam.WorldError, ["-1"]),
-    "no faces": (lambda: mesh(faces=np.zeros((0, 3), int)), raycam.WorldError, ["faces", "empty", "triangle"]),
+    "no faces": (
+        lambda: mesh(faces=np.zeros((0, 3), int)),
+        raycam.WorldError,
+        ["faces", "empty", "triangle"],
+    ),
     "no vertices": (lambda: mesh(vertices=np.zeros((0, 3))), raycam.WorldError, ["vert"]),
-    "quads": (lambda: mesh(faces=[[0, 1, 2, 0]]), raycam.WorldError, ["faces", "[m, 3]", "[1, 4]", "triangles"]),
+    "quads": (
+        lambda: mesh(faces=[[0, 1, 2, 0]]),
+        raycam.WorldError,
+        ["faces", "[m, 3]", "[1, 4]", "triangles"],
+    ),
     "float faces": (lambda: mesh(faces=[[0.0, 1.0, 2.0]]), raycam.WorldError, ["faces", "float64", "whole"]),
-    "flat vertices": (lambda: mesh(vertices=[[0, 0], [1, 0]]), raycam.WorldError, ["vertices", "[n, 3]", "[2, 2]"]),
+    "flat vertices": (
+        lambda: mesh(vertices=[[0, 0], [1, 0]]),
+        raycam.WorldError,
+        ["vertices", "[n, 3]", "[2, 2]"],
+    ),
     "text vertices": (lambda: mesh(vertices=[["a", "b", "c"]]), raycam.WorldError, ["vertices", "numbers"]),
     "ragged vertices": (lambda: mesh(vertices=[[0, 0, 0], [1]]), raycam.WorldError, ["vertices", "[n, 3]"]),
-    "object array": (lambda: mesh(vertices=np.array([[None] * 3])), raycam.WorldError, ["vertices", "object"]),
+    "object array": (
+        lambda: mesh(vertices=np.array([[None] * 3])),
+        raycam.WorldError,
+        ["vertices", "object"],
+    ),
     "too few colours": (
         lambda: mesh(face_colors=np.ones((2, 3))),
         raycam.WorldError,
@@ -57,7 +81,11 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
     ),
     "bytes as floats": (lambda: mesh(face_colors=[[255, 0, 0]]), raycam.WorldError, ["face_colors", "255"]),
     "negative colour": (lambda: mesh(material={"color": [-0.1, 0, 0]}), raycam.WorldError, ["color", "-0.1"]),
-    "colour out of range": (lambda: mesh(material={"color": [0, 0, 1.5]}), raycam.WorldError, ["color", "1.5"]),
+    "colour out of range": (
+        lambda: mesh(material={"color": [0, 0, 1.5]}),
+        raycam.WorldError,
+        ["color", "1.5"],
+    ),
     "colour text": (lambda: mesh(material={"color": "red"}), raycam.WorldError, ["color", "red", "#rrggbb"]),
     "material key": (lambda: mesh(material={"specluar": 1}), raycam.WorldError, ["specluar", "specular"]),
     "name twice": (lambda: mesh(name="a", material={"name": "b"}), raycam.WorldError, ["name", "twice"]),
@@ -77,7 +105,11 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
     "singular K": (lambda: camera(with_entry(K, 2, 2, 0)), raycam.CameraError, ["K"]),
     "K not triangular": (lambda: camera(with_entry(K, 2, 0, 1)), raycam.CameraError, ["K", "triangular"]),
     "nan K": (lambda: camera(with_entry(K, 0, 2, np.nan)), raycam.CameraError, ["K", "finite"]),
-    "R is no rotation": (lambda: camera(r=1.1 * np.eye(3)), raycam.CameraError, ["R", "rotation", "2.100e-1"]),
+    "R is no rotation": (
+        lambda: camera(r=1.1 * np.eye(3)),
+        raycam.CameraError,
+        ["R", "rotation", "2.100e-1"],
+    ),
     "R reflects": (lambda: camera(r=np.diag([1.0, 1, -1])), raycam.CameraError, ["reflection"]),
     "nan C": (lambda: camera(c=[0, 0, np.nan]), raycam.CameraError, ["cent", "finite"]),
     "size 0": (lambda: camera(size=(0, 48)), raycam.CameraError, ["0 x 48"]),
@@ -112,14 +144,26 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
         raycam.CameraError,
         ["exactly one of focal, fov and K", "focal and fov"],
     ),
-    "no intrinsics": (lambda: raycam.Camera.from_pose([0, 0, 0]), raycam.CameraError, ["focal, fov and K", "none"]),
-    "wide fov": (lambda: raycam.Camera.from_pose([0, 0, 0], fov=180), raycam.CameraError, ["180", "field of view"]),
+    "no intrinsics": (
+        lambda: raycam.Camera.from_pose([0, 0, 0]),
+        raycam.CameraError,
+        ["focal, fov and K", "none"],
+    ),
+    "wide fov": (
+        lambda: raycam.Camera.from_pose([0, 0, 0], fov=180),
+        raycam.CameraError,
+        ["180", "field of view"],
+    ),
     "look at itself": (
         lambda: raycam.Camera.look_at([1, 1, 1], [1, 1, 1]),
         raycam.CameraError,
         ["eye", "target", "different"],
     ),
-    "look along up": (lambda: raycam.Camera.look_at([0, 0, 5], [0, 0, 0]), raycam.CameraError, ["up", "parallel"]),
+    "look along up": (
+        lambda: raycam.Camera.look_at([0, 0, 5], [0, 0, 0]),
+        raycam.CameraError,
+        ["up", "parallel"],
+    ),
     "pixel centre": (
         lambda: raycam.Camera(K, np.eye(3), [0, 0, 0], SIZE, pixel_center="centre"),  # type: ignore[arg-type]
         raycam.CameraError,
@@ -130,10 +174,18 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
         raycam.CameraError,
         ["skew", "twice"],
     ),
-    "points": (lambda: camera().project(np.zeros((2, 2))), raycam.SettingsError, ["points", "[n, 3]", "[2, 2]"]),
+    "points": (
+        lambda: camera().project(np.zeros((2, 2))),
+        raycam.SettingsError,
+        ["points", "[n, 3]", "[2, 2]"],
+    ),
     "pixels": (lambda: camera().rays(np.zeros((2, 3))), raycam.SettingsError, ["pixels", "[n, 2]", "[2, 3]"]),
     # Rendering
-    "channel": (lambda: raycam.render(box_world(), channels=["dpeth"]), raycam.SettingsError, ["dpeth", "'depth'"]),
+    "channel": (
+        lambda: raycam.render(box_world(), channels=["dpeth"]),
+        raycam.SettingsError,
+        ["dpeth", "'depth'"],
+    ),
     "integrator": (
         lambda: raycam.render(box_world(), integrator="falt"),  # type: ignore[arg-type]
         raycam.SettingsError,
@@ -151,13 +203,21 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
         ["samples", "whole", "1.5"],
     ),
     "threads 0": (lambda: raycam.render(box_world(), threads=0), raycam.SettingsError, ["threads", "0"]),
-    "no channels": (lambda: raycam.render(box_world(), channels=[]), raycam.SettingsError, ["channels", "empty"]),
+    "no channels": (
+        lambda: raycam.render(box_world(), channels=[]),
+        raycam.SettingsError,
+        ["channels", "empty"],
+    ),
     "region outside": (
         lambda: raycam.render(box_world(), region=(600, 0, 100, 10)),
         raycam.SettingsError,
         ["600", "640"],
     ),
-    "region short": (lambda: raycam.render(box_world(), region=(0, 0, 1)), raycam.SettingsError, ["region", "height"]),
+    "region short": (
+        lambda: raycam.render(box_world(), region=(0, 0, 1)),
+        raycam.SettingsError,
+        ["region", "height"],
+    ),
     "negative occlusion": (
         lambda: raycam.render(box_world(), ambient_occlusion=-1.0),
         raycam.SettingsError,
@@ -169,7 +229,11 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
         ["samples", "reference"],
     ),
     "nothing to see": (lambda: raycam.render(raycam.World()), raycam.Error, ["no objects"]),
-    "rays": (lambda: box_world().cast_rays([[0, 0]], [[0, 0, 1]]), raycam.SettingsError, ["origins", "[1, 2]"]),
+    "rays": (
+        lambda: box_world().cast_rays([[0, 0]], [[0, 0, 1]]),
+        raycam.SettingsError,
+        ["origins", "[1, 2]"],
+    ),
     "uneven rays": (
         lambda: box_world().cast_rays(np.zeros((2, 3)), np.ones((3, 3))),
         raycam.SettingsError,
@@ -186,15 +250,27 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
         raycam.WorldError,
         ["object[0].box", "sise", "size"],
     ),
-    "unknown table": (lambda: raycam.World.from_dict({"objcet": []}), raycam.WorldError, ["objcet", "object"]),
+    "unknown table": (
+        lambda: raycam.World.from_dict({"objcet": []}),
+        raycam.WorldError,
+        ["objcet", "object"],
+    ),
     "key is no text": (lambda: raycam.World.from_dict({1: 2}), raycam.WorldError, ["1", "string"]),  # type: ignore[dict-item]
     "value is no value": (
         lambda: raycam.World().add_object(box={"size": {1, 2}}),
         raycam.WorldError,
         ["box.size", "set"],
     ),
-    "missing mesh": (lambda: raycam.World().add_object(mesh="nowhere.obj"), FileNotFoundError, ["nowhere.obj"]),
-    "mesh outside": (lambda: raycam.World().add_object(mesh="../a.obj"), raycam.FormatError, ["../a.obj", "folder"]),
+    "missing mesh": (
+        lambda: raycam.World().add_object(mesh="nowhere.obj"),
+        FileNotFoundError,
+        ["nowhere.obj"],
+    ),
+    "mesh outside": (
+        lambda: raycam.World().add_object(mesh="../a.obj"),
+        raycam.FormatError,
+        ["../a.obj", "folder"],
+    ),
     "camera name": (lambda: box_world().camera("front"), raycam.WorldError, ["front"]),
 }
 
@@ -253,8 +329,8 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError) as missing:
         raycam.load(tmp_path / "nowhere.toml")
     assert missing.value.filename == str(tmp_path / "nowhere.toml")
-    with pytest.raises(OSError, match="folder.ply"):
-        (tmp_path / "folder.ply").mkdir()
+    (tmp_path / "folder.ply").mkdir()
+    with pytest.raises(OSError, match=r"folder\.ply"):
         raycam.load(tmp_path / "folder.ply")
     (tmp_path / "a.xyz").write_text("")
     with pytest.raises(raycam.FormatError, match=r"\.toml"):

@@ -64,7 +64,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="raycam",
         description="Virtual worlds made of triangles, seen through any camera matrix.",
-        epilog="`raycam demo DIR` makes a world, pictures and a video to begin with; `raycam COMMAND --help` shows more.",
+        epilog="Begin with `raycam demo DIR`: a world, pictures and a video. `raycam COMMAND --help` shows more.",
     )
     parser.add_argument("--version", action="version", version=f"raycam {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=_Parser)
@@ -91,7 +91,9 @@ def _command(name: str) -> str:
 
 
 def _add_world(command: argparse.ArgumentParser) -> None:
-    command.add_argument("world", metavar="WORLD", help="a world file (.toml) or a mesh (.obj .ply .stl .off)")
+    command.add_argument(
+        "world", metavar="WORLD", help="a world file (.toml) or a mesh (.obj .ply .stl .off)"
+    )
 
 
 def _add_camera(command: argparse.ArgumentParser) -> None:
@@ -102,7 +104,9 @@ def _add_camera(command: argparse.ArgumentParser) -> None:
 
 
 def _add_rendering(command: argparse.ArgumentParser) -> None:
-    group = command.add_argument_group("rendering", "what is not given is what [render] of the world file says")
+    group = command.add_argument_group(
+        "rendering", "what is not given is what [render] of the world file says"
+    )
     group.add_argument(
         "--integrator",
         metavar="NAME",
@@ -111,7 +115,9 @@ def _add_rendering(command: argparse.ArgumentParser) -> None:
     group.add_argument("--samples", metavar="N", type=int, help="rays per pixel (default 16)")
     group.add_argument("--filter", metavar="NAME", help="box (default) or blackman-harris")
     group.add_argument("--seed", metavar="N", type=int, help="the seed of all random numbers (default 0)")
-    group.add_argument("--threads", metavar="N", type=int, help="threads (default: all); never changes the picture")
+    group.add_argument(
+        "--threads", metavar="N", type=int, help="threads (default: all); never changes the picture"
+    )
     group.add_argument(
         "--ambient-occlusion",
         metavar="METRES",
@@ -120,7 +126,9 @@ def _add_rendering(command: argparse.ArgumentParser) -> None:
         const=True,
         help="darken the sky in corners: by surfaces at any distance, or up to METRES",
     )
-    group.add_argument("--exposure", metavar="STOPS", type=float, help="brighten the picture; +1 doubles (default 0)")
+    group.add_argument(
+        "--exposure", metavar="STOPS", type=float, help="brighten the picture; +1 doubles (default 0)"
+    )
 
 
 RENDERING = ("integrator", "samples", "filter", "seed", "threads", "ambient_occlusion", "exposure")
@@ -180,7 +188,10 @@ def _notices(notices: Sequence[str]) -> None:
 def _add_render(command: argparse.ArgumentParser) -> None:
     _add_world(command)
     command.add_argument(
-        "-o", "--output", metavar="FILE", help=".png, .exr or .npz (default: the world's name with .png, here)"
+        "-o",
+        "--output",
+        metavar="FILE",
+        help=".png, .exr or .npz (default: the world's name with .png, here)",
     )
     _add_camera(command)
     command.add_argument(
@@ -192,7 +203,9 @@ def _add_render(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--region", metavar="X,Y,W,H", type=_numbers, help="render a part of the picture")
     command.add_argument("--bits", type=int, metavar="N", help="8 (default) or 16 bits per channel, for .png")
-    command.add_argument("--half", action="store_true", default=None, help="float16 instead of float32, for .exr")
+    command.add_argument(
+        "--half", action="store_true", default=None, help="float16 instead of float32, for .exr"
+    )
     _add_rendering(command)
     command.set_defaults(run=_render)
 
@@ -228,8 +241,12 @@ def _add_video(command: argparse.ArgumentParser) -> None:
         "-o", "--output", metavar="FILE", required=True, help=".mp4, .gif, or a folder for PNG pictures"
     )
     _add_camera(command)
-    command.add_argument("--frames", metavar="A:B", help="only frames A up to but not B, from 0, as in 0:24 or 24:")
-    command.add_argument("--fps", metavar="N", type=float, help="frames per second (default: the world's, or 24)")
+    command.add_argument(
+        "--frames", metavar="A:B", help="only frames A up to but not B, from 0, as in 0:24 or 24:"
+    )
+    command.add_argument(
+        "--fps", metavar="N", type=float, help="frames per second (default: the world's, or 24)"
+    )
     command.add_argument("--seconds", metavar="N", type=float, help="play the same motion in N seconds")
     _add_rendering(command)
     command.set_defaults(run=_video)
@@ -261,7 +278,12 @@ def _video(options: argparse.Namespace) -> None:
 def _add_explain(command: argparse.ArgumentParser) -> None:
     _add_world(command)
     command.add_argument(
-        "--pixel", metavar=("U", "V"), nargs=2, type=int, required=True, help="column and row, from 0 at the top left"
+        "--pixel",
+        metavar=("U", "V"),
+        nargs=2,
+        type=int,
+        required=True,
+        help="column and row, from 0 at the top left",
     )
     command.add_argument("--figure", metavar="FILE.svg", help="draw the explanation too")
     _add_camera(command)
@@ -282,11 +304,8 @@ def _explain(options: argparse.Namespace) -> None:
     print(explanation)
     if options.figure is not None:
         from .explain_figure import figure
-        from .render import render
 
-        picture = render(world, camera, integrator="flat", channels="color")
-        svg = figure(explanation, picture.to_srgb8(), picture.to_png())
-        files.write(options.figure, svg.encode())
+        files.write(options.figure, figure(explanation).encode())
         print(f"\n{options.figure}: the figure")
 
 
@@ -313,7 +332,9 @@ def _doctor(options: argparse.Namespace) -> None:
 
 
 def _add_demo(command: argparse.ArgumentParser) -> None:
-    command.add_argument("folder", metavar="DIR", nargs="?", default="raycam-demo", help="made if it is not there")
+    command.add_argument(
+        "folder", metavar="DIR", nargs="?", default="raycam-demo", help="made if it is not there"
+    )
     command.set_defaults(run=_demo)
 
 

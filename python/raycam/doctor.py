@@ -65,7 +65,9 @@ def _self_test() -> str:
     oracle = render(world, camera, integrator="reference", channels=channels)
     differ = (frame["instance"] != oracle["instance"]) | (frame["triangle"] != oracle["triangle"])
     if differ.any():
-        raise Error(f"the self-test failed: {differ.sum()} of {differ.size} pixels differ from the reference's")
+        raise Error(
+            f"the self-test failed: {differ.sum()} of {differ.size} pixels differ from the reference's"
+        )
     hit = frame["instance"] >= 0
     error = np.abs(frame["depth"][hit] / oracle["depth"][hit] - 1.0).max()
     same = np.abs(frame["color"] - oracle["color"]).max()

@@ -42,6 +42,12 @@ mod core {
             .map_err(|e| error::raycam_error(e.to_string()))
     }
 
+    /// The instruction set that rays are traced with.
+    #[pyfunction]
+    fn instruction_set() -> &'static str {
+        raycam_render::InstructionSet::best().name()
+    }
+
     /// How many threads this process may use, as the operating system and its control groups say.
     #[pyfunction]
     fn available_threads() -> usize {

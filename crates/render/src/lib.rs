@@ -24,6 +24,7 @@ pub use control::Control;
 pub use error::RenderError;
 pub use frame::{Frame, Plane};
 pub use prepare::PreparedWorld;
+pub use raycam_bvh::InstructionSet;
 pub use queries::RayHits;
 pub use render::render;
 pub use settings::{Filter, Integrator, Settings};

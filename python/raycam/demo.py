@@ -1,0 +1,54 @@
+"""A world with a real mesh, pictures of it, one pixel explained, and a video: by commands to be typed again."""
+
+from __future__ import annotations
+
+import shlex
+from importlib import resources
+from pathlib import Path
+
+from . import files
+from .errors import Error
+
+__all__ = ["demo"]
+
+MESH = ("cow.obj", "cow.mtl", "cow_texture.png")
+
+
+def demo(folder: Path) -> None:
+    """Makes the world `spot.toml` in `folder`, which is made if it is not there, and everything from it.
+
+    A world file that is there already stays as it is, so that the demo shows what was changed in it.
+    """
+    from .cli import main
+
+    (folder / "spot").mkdir(parents=True, exist_ok=True)
+    assets = resources.files(__package__) / "assets"
+    for name in ("CREDITS.md", *(f"spot/{name}" for name in MESH)):
+        files.write(folder / name, assets.joinpath(name).read_bytes())
+    world = folder / "spot.toml"
+    if not world.exists():
+        files.write(world, assets.joinpath("spot.toml").read_bytes())
+    print(f"{world}: the world, to be changed and rendered again\n")
+
+    for command in commands(folder):
+        print(f"$ {command}", flush=True)
+        if main(shlex.split(command)[1:]) != 0:
+            raise Error(f"this command failed: {command}")
+        print()
+
+
+def commands(folder: Path) -> list[str]:
+    """What the demo types."""
+
+    def place(name: str) -> str:
+        return shlex.quote(str(folder / name))
+
+    world = place("spot.toml")
+    return [
+        f"raycam info {world}",
+        f"raycam render {world} -o {place('flat.png')} --integrator flat",
+        f"raycam render {world} -o {place('lit.png')}",
+        f"raycam render {world} -o {place('truth.exr')} --samples 4 --channels all",
+        f"raycam explain {world} --pixel 470 250 --figure {place('explain.svg')}",
+        f"raycam video {world} -o {place('orbit.mp4')} --size 480x300 --samples 16",
+    ]
