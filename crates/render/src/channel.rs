@@ -44,7 +44,12 @@ struct Row {
 }
 
 const fn row(channel: Channel, name: &'static str, kind: Kind, components: usize) -> Row {
-    Row { channel, name, kind, components }
+    Row {
+        channel,
+        name,
+        kind,
+        components,
+    }
 }
 
 const TABLE: [Row; 9] = [
@@ -67,7 +72,10 @@ impl Channel {
 
     /// The channel of that name.
     pub fn from_name(name: &str) -> Option<Channel> {
-        TABLE.iter().find(|row| row.name == name).map(|row| row.channel)
+        TABLE
+            .iter()
+            .find(|row| row.name == name)
+            .map(|row| row.channel)
     }
 
     /// Its name in files and in Python.

@@ -48,6 +48,10 @@ impl Control {
     }
 
     pub(crate) fn check(&self) -> Result<(), RenderError> {
-        if self.is_cancelled() { Err(RenderError::Cancelled) } else { Ok(()) }
+        if self.is_cancelled() {
+            Err(RenderError::Cancelled)
+        } else {
+            Ok(())
+        }
     }
 }

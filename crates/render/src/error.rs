@@ -20,7 +20,9 @@ pub enum RenderError {
         source: BuildError,
     },
     /// The picture does not fit into memory.
-    #[error("{what} needs {bytes} bytes, {limit} at most are allowed; render it in regions or with fewer channels")]
+    #[error(
+        "{what} needs {bytes} bytes, {limit} at most are allowed; render it in regions or with fewer channels"
+    )]
     TooLarge {
         /// What was asked for.
         what: String,

@@ -1,23 +1,368 @@
 //! From a world as written to a world as rendered.
 
-use raycam_scene::World;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3};
+use raycam_bvh::{BuildError, BuildOptions, Bvh, ExactTriangles, Instance, Scene};
+use raycam_scene::{Material, Mesh, Object, Texture, World};
+use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
+use crate::light::Lights;
+use crate::reflectance::Lobe;
+use crate::threads::with_pool;
+
+/// A mesh and its acceleration structure, which holds float32 vertices relative to `center`.
+#[derive(Debug)]
+pub(crate) struct PreparedMesh {
+    pub mesh: Arc<Mesh>,
+    bvh: Arc<Bvh>,
+    lower: DVec3,
+    upper: DVec3,
+    center: DVec3,
+}
+
+/// A placed mesh.
+#[derive(Debug)]
+pub(crate) struct PreparedObject {
+    pub mesh: Arc<PreparedMesh>,
+    pub world_from_mesh: DAffine3,
+    /// Takes normals to the world: the inverse transpose of the linear part, up to length.
+    pub normal_from_mesh: DMat3,
+    /// Per slot, an index into [`PreparedWorld::materials`].
+    pub materials: Vec<usize>,
+    rounding: Rounding,
+}
+
+/// A material with what is worth computing once.
+#[derive(Debug)]
+pub(crate) struct PreparedMaterial {
+    pub material: Material,
+    /// The specular lobe, where there is one.
+    pub lobe: Option<Arc<Lobe>>,
+}
 
 /// A world ready to be rendered: acceleration structures, instances and lights relative to a local origin.
 #[derive(Debug)]
-pub struct PreparedWorld {}
+pub struct PreparedWorld {
+    pub(crate) scene: Scene,
+    /// The world coordinates of the scene-local origin: the centre of everything.
+    pub(crate) origin: DVec3,
+    /// Everything lies within this distance of `origin`.
+    pub(crate) radius: f64,
+    pub(crate) objects: Vec<PreparedObject>,
+    pub(crate) materials: Vec<PreparedMaterial>,
+    pub(crate) textures: Vec<Arc<Texture>>,
+    pub(crate) lights: Lights,
+}
 
 impl PreparedWorld {
     /// Prepares a world. Meshes that `previous` already holds (the same `Arc`) are not built again, so that moving
     /// objects, lights and materials cost next to nothing. Stops between meshes when `control` is cancelled.
+    ///
+    /// # Errors
+    /// [`RenderError::World`] and [`RenderError::Build`] where parts of the world do not fit together,
+    /// [`RenderError::Cancelled`], and those of [`with_pool`].
     pub fn new(
-        _world: &World,
-        _previous: Option<&PreparedWorld>,
-        _threads: Option<usize>,
-        _control: &Control,
+        world: &World,
+        previous: Option<&PreparedWorld>,
+        threads: Option<usize>,
+        control: &Control,
     ) -> Result<Self, RenderError> {
-        Ok(Self {})
+        check(world)?;
+        let meshes = with_pool(threads, || prepare_meshes(world, previous, control))??;
+        control.check()?;
+        let placed = |object: &Object| meshes[object.mesh].clone();
+        let meshes: Vec<_> = world.objects.iter().filter_map(placed).collect();
+        let (lower, upper) = bounds(&world.objects, &meshes);
+        let origin = lower + (upper - lower) / 2.0;
+        let radius = (upper - origin).length();
+        let objects: Vec<_> = world
+            .objects
+            .iter()
+            .zip(meshes)
+            .map(|(object, mesh)| PreparedObject::new(object, mesh, origin))
+            .collect();
+        let instances = objects
+            .iter()
+            .map(|object| object.instance(origin))
+            .collect();
+        let scene = Scene::build(instances, origin.to_array()).map_err(|error| match error {
+            BuildError::NotFinite { what } => RenderError::World(format!(
+                "{what} is placed where float32 does not reach: keep coordinates below 1e30"
+            )),
+            other => RenderError::World(other.to_string()),
+        })?;
+        Ok(Self {
+            scene,
+            origin,
+            radius,
+            objects,
+            materials: prepare_materials(&world.materials),
+            textures: world.textures.clone(),
+            lights: Lights::new(&world.lights, origin),
+        })
     }
+
+    /// The acceleration structure of an object's mesh: the same `Arc` as long as the mesh is the same.
+    pub fn bvh(&self, object: usize) -> Option<&Arc<Bvh>> {
+        self.objects.get(object).map(|object| &object.mesh.bvh)
+    }
+
+    /// The corners of a triangle in the world, float64.
+    pub(crate) fn corners(&self, instance: u32, triangle: u32) -> [DVec3; 3] {
+        let object = &self.objects[instance as usize];
+        let mesh = &object.mesh.mesh;
+        mesh.triangles[triangle as usize].map(|vertex| {
+            object
+                .world_from_mesh
+                .transform_point3(mesh.vertices[vertex as usize])
+        })
+    }
+
+    /// Float32 rounds a point on this object, a ray that starts there and the triangles around it: together they are
+    /// off by at most this length along `normal`. `point` is scene-local.
+    pub(crate) fn rounding(&self, instance: u32, point: DVec3, normal: DVec3) -> f64 {
+        let rounding = &self.objects[instance as usize].rounding;
+        let per_axis = rounding.of_point * point.abs() + rounding.of_mesh;
+        ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * per_axis.dot(normal.abs())
+    }
+}
+
+impl ExactTriangles for PreparedWorld {
+    fn corners(&self, instance: u32, triangle: u32) -> [[f64; 3]; 3] {
+        self.corners(instance, triangle)
+            .map(|corner| corner.to_array())
+    }
+}
+
+/// How many float32 roundings of the largest coordinates add up, at most, between a surface and a ray that leaves it:
+/// vertices, transform, start and direction of the ray, the shear of the triangle test.
+const ROUNDINGS: f64 = 8.0;
+
+/// What float32 may do to the points of an object, in units of one rounding.
+#[derive(Debug)]
+struct Rounding {
+    /// Into the mesh's coordinates and back: |M| |M^-1|.
+    of_point: DMat3,
+    /// The same for the mesh's place, and for its vertices.
+    of_mesh: DVec3,
+}
+
+impl PreparedObject {
+    fn new(object: &Object, mesh: Arc<PreparedMesh>, origin: DVec3) -> Self {
+        let linear = object.world_from_mesh.matrix3;
+        let inverse = linear.inverse();
+        let of_point = linear.abs() * inverse.abs();
+        let place = (object.world_from_mesh.transform_point3(mesh.center) - origin).abs();
+        let reach = (mesh.upper - mesh.center).max_element();
+        Self {
+            rounding: Rounding {
+                of_point,
+                of_mesh: of_point * place + linear.abs() * DVec3::splat(2.0 * reach),
+            },
+            world_from_mesh: object.world_from_mesh,
+            normal_from_mesh: inverse.transpose(),
+            materials: object.materials.clone(),
+            mesh,
+        }
+    }
+
+    /// Where the mesh's own float32 coordinates lie in scene-local ones.
+    fn instance(&self, origin: DVec3) -> Instance {
+        let linear = self.world_from_mesh.matrix3;
+        let place = self.world_from_mesh.transform_point3(self.mesh.center) - origin;
+        let row = |i: usize| {
+            let row = linear.row(i);
+            [row.x, row.y, row.z, place[i]].map(|value| value as f32)
+        };
+        Instance {
+            bvh: self.mesh.bvh.clone(),
+            world_from_mesh: [row(0), row(1), row(2)],
+        }
+    }
+}
+
+/// Whether every index is in range and every part is valid, meshes apart.
+fn check(world: &World) -> Result<(), RenderError> {
+    let fail = |message: String| Err(RenderError::World(message));
+    let invalid = |error: raycam_scene::SceneError| RenderError::World(error.to_string());
+    world
+        .textures
+        .iter()
+        .try_for_each(|texture| texture.validate())
+        .map_err(invalid)?;
+    world
+        .lights
+        .iter()
+        .try_for_each(|light| light.validate())
+        .map_err(invalid)?;
+    for (i, material) in world.materials.iter().enumerate() {
+        material.validate().map_err(invalid)?;
+        if let Some(texture) = material
+            .texture
+            .filter(|&texture| texture >= world.textures.len())
+        {
+            return fail(format!(
+                "material {i} has texture {texture} of {}",
+                world.textures.len()
+            ));
+        }
+    }
+    for Object {
+        name,
+        mesh: index,
+        materials,
+        world_from_mesh,
+        ..
+    } in &world.objects
+    {
+        let Some(mesh) = world.meshes.get(*index) else {
+            return fail(format!(
+                "object {name:?} has mesh {index} of {}",
+                world.meshes.len()
+            ));
+        };
+        let slots = mesh.slot_count().max(1);
+        if materials.len() < slots {
+            let given = materials.len();
+            return fail(format!(
+                "object {name:?} has {given} materials, its mesh uses {slots}"
+            ));
+        }
+        if let Some(material) = materials
+            .iter()
+            .find(|&&material| material >= world.materials.len())
+        {
+            let count = world.materials.len();
+            return fail(format!(
+                "object {name:?} has material {material} of {count}"
+            ));
+        }
+        if !(world_from_mesh.is_finite() && world_from_mesh.inverse().is_finite()) {
+            return fail(format!(
+                "object {name:?} is placed by {world_from_mesh:?}: expected an invertible transform"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Every mesh that an object shows, by its index in the world.
+fn prepare_meshes(
+    world: &World,
+    previous: Option<&PreparedWorld>,
+    control: &Control,
+) -> Result<Vec<Option<Arc<PreparedMesh>>>, RenderError> {
+    let known: HashMap<*const Mesh, &Arc<PreparedMesh>> = previous
+        .iter()
+        .flat_map(|previous| &previous.objects)
+        .map(|object| (Arc::as_ptr(&object.mesh.mesh), &object.mesh))
+        .collect();
+    let mut meshes: Vec<Option<Arc<PreparedMesh>>> = vec![None; world.meshes.len()];
+    let mut missing = vec![];
+    for object in &world.objects {
+        let index = object.mesh;
+        if meshes[index].is_none() {
+            meshes[index] = known
+                .get(&Arc::as_ptr(&world.meshes[index]))
+                .map(|&mesh| mesh.clone());
+            if meshes[index].is_none() {
+                missing.push(index);
+            }
+        }
+    }
+    missing.sort_unstable();
+    missing.dedup();
+    control.start(missing.len());
+    let built: Vec<_> = missing
+        .into_par_iter()
+        .map(|index| {
+            control.check()?;
+            let mesh = PreparedMesh::build(index, world.meshes[index].clone())?;
+            control.advance();
+            Ok((index, Arc::new(mesh)))
+        })
+        .collect::<Result<_, RenderError>>()?;
+    for (index, mesh) in built {
+        meshes[index] = Some(mesh);
+    }
+    Ok(meshes)
+}
+
+impl PreparedMesh {
+    fn build(index: usize, mesh: Arc<Mesh>) -> Result<Self, RenderError> {
+        mesh.validate()
+            .map_err(|error| RenderError::World(format!("mesh {index}: {error}")))?;
+        let (lower, upper) = mesh.bounds().unwrap_or_default();
+        let center = lower + (upper - lower) / 2.0;
+        let vertices: Vec<[f32; 3]> = mesh
+            .vertices
+            .par_iter()
+            .with_min_len(1 << 14)
+            .map(|&vertex| (vertex - center).as_vec3().to_array())
+            .collect();
+        let bvh =
+            Bvh::build(&vertices, &mesh.triangles, &BuildOptions::default()).map_err(|source| {
+                RenderError::Build {
+                    mesh: index,
+                    source,
+                }
+            })?;
+        Ok(Self {
+            mesh,
+            bvh: Arc::new(bvh),
+            lower,
+            upper,
+            center,
+        })
+    }
+}
+
+/// A box around everything; a single untransformed mesh has the box of its mesh, exactly.
+fn bounds(objects: &[Object], meshes: &[Arc<PreparedMesh>]) -> (DVec3, DVec3) {
+    let boxes = objects.iter().zip(meshes).map(|(object, mesh)| {
+        let corner = |i: u32| {
+            let pick = |axis: usize| {
+                if i >> axis & 1 == 1 {
+                    mesh.upper[axis]
+                } else {
+                    mesh.lower[axis]
+                }
+            };
+            object
+                .world_from_mesh
+                .transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
+        };
+        (0..8)
+            .map(corner)
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, u), c| {
+                (l.min(c), u.max(c))
+            })
+    });
+    boxes
+        .reduce(|(a, b), (l, u)| (a.min(l), b.max(u)))
+        .unwrap_or_default()
+}
+
+fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial> {
+    let mut lobes: HashMap<u32, Arc<Lobe>> = HashMap::new();
+    let mut lobe = |material: &Material| {
+        let shininess = Lobe::shininess(&material.reflectance)?;
+        let known = lobes.entry(shininess.to_bits());
+        Some(
+            known
+                .or_insert_with(|| Arc::new(Lobe::new(shininess)))
+                .clone(),
+        )
+    };
+    materials
+        .iter()
+        .map(|material| PreparedMaterial {
+            material: material.clone(),
+            lobe: lobe(material),
+        })
+        .collect()
 }

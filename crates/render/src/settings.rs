@@ -1,6 +1,8 @@
 //! What is asked of a picture.
 
 use crate::channel::Channel;
+use crate::error::RenderError;
+use crate::filter::Filter;
 
 /// How the colour of a ray is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -10,17 +12,6 @@ pub enum Integrator {
     Flat,
     /// Light that comes straight from the lights, with shadows.
     Direct,
-}
-
-/// How the samples of a pixel are spread and weighed: by importance, so that every sample counts the same and pixels
-/// share nothing (Ernst, Stamminger and Greiner, "Filter Importance Sampling", 2006).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Filter {
-    /// The mean over the pixel's square.
-    #[default]
-    Box,
-    /// The four-term window of Blackman and Harris, three pixels wide: smoother edges, no ringing.
-    BlackmanHarris,
 }
 
 /// What is asked of a picture.
@@ -59,5 +50,45 @@ impl Default for Settings {
             region: None,
             threads: None,
         }
+    }
+}
+
+/// The most samples per pixel.
+pub const MAX_SAMPLES: u32 = 1 << 24;
+
+impl Settings {
+    /// The region to render of an image of this size, if a picture can be made from these settings.
+    pub(crate) fn check(&self, [width, height]: [u32; 2]) -> Result<[u32; 4], RenderError> {
+        let fail = |message: String| Err(RenderError::Settings(message));
+        if !(1..=MAX_SAMPLES).contains(&self.samples) {
+            return fail(format!(
+                "samples is {}; expected 1 to {MAX_SAMPLES}",
+                self.samples
+            ));
+        }
+        if self.channels.is_empty() {
+            return fail("no channels are asked for; expected at least one".into());
+        }
+        for (i, channel) in self.channels.iter().enumerate() {
+            if self.channels[..i].contains(channel) {
+                return fail(format!("channel {:?} is asked for twice", channel.name()));
+            }
+        }
+        if let Some(distance) = self.ambient_occlusion
+            && (distance.is_nan() || distance <= 0.0)
+        {
+            return fail(format!(
+                "ambient_occlusion is {distance}; expected a distance above 0, or infinity"
+            ));
+        }
+        let whole = [0, 0, width, height];
+        let region = self.region.unwrap_or(whole);
+        let [x, y, w, h] = region.map(u64::from);
+        if w == 0 || h == 0 || x + w > u64::from(width) || y + h > u64::from(height) {
+            return fail(format!(
+                "region [{x}, {y}, {w}, {h}] (x, y, width, height) is not inside the image of {width} x {height} pixels"
+            ));
+        }
+        Ok(region)
     }
 }

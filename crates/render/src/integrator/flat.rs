@@ -1,0 +1,18 @@
+//! `flat`: the lecture's picture, the base colour of the nearest triangle, whatever the light.
+
+use glam::Vec3;
+
+use super::{Batch, is_miss};
+use crate::prepare::PreparedWorld;
+use crate::settings::Integrator;
+
+pub(super) fn radiance(world: &PreparedWorld, batch: &Batch, radiance: &mut [Vec3]) {
+    let sky = Integrator::Flat.sky(world);
+    for (hit, radiance) in batch.hits.iter().zip(radiance) {
+        *radiance = if is_miss(hit) {
+            sky
+        } else {
+            world.base_color(hit)
+        };
+    }
+}

@@ -1,0 +1,133 @@
+//! Random numbers: Sobol points, Owen-scrambled and shuffled by hashing.
+//!
+//! B. Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; the hash is N. Vegdahl's improvement of the
+//! Laine-Karras permutation ("Building a Better LK Hash", 2021). Dimensions come in pairs; each pair is a
+//! two-dimensional Sobol sequence with a shuffled order of its own. A number is a function of (seed, frame, pixel,
+//! sample, dimension) alone.
+
+/// The random numbers of one sample of one pixel.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sampler {
+    pixel: u64,
+    sample: u32,
+}
+
+/// What a pair of dimensions is for. Another purpose needs a number of its own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Pair {
+    /// Where in the pixel the sample lies.
+    Filter,
+    /// The direction of the ambient occlusion ray.
+    Ambient,
+    /// Where on a light; lights count from 0.
+    Light(usize),
+}
+
+impl Sampler {
+    pub fn new(seed: u64, frame: u32, [x, y]: [u32; 2], sample: u32) -> Self {
+        let pixel = mix(mix(seed ^ (u64::from(frame) << 32)) ^ (u64::from(y) << 32 | u64::from(x)));
+        Self { pixel, sample }
+    }
+
+    /// Two numbers in [0, 1).
+    pub fn pair(&self, pair: Pair) -> [f32; 2] {
+        let number = match pair {
+            Pair::Filter => 0,
+            Pair::Ambient => 1,
+            Pair::Light(i) => 2 + i as u64,
+        };
+        let seed = mix(self
+            .pixel
+            .wrapping_add(number.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+        let index = scramble(self.sample, seed as u32);
+        let first = scramble(index.reverse_bits(), (seed >> 32) as u32);
+        let second = scramble(sobol_second(index), mix(seed) as u32);
+        // 24 bits: the float32 values stay below 1.
+        [first, second].map(|bits| (bits >> 8) as f32 / (1 << 24) as f32)
+    }
+}
+
+/// The second dimension of the Sobol sequence (primitive polynomial x + 1): row i of its matrix is row i - 1 and the
+/// same shifted by one.
+fn sobol_second(mut index: u32) -> u32 {
+    let (mut bits, mut row) = (0, 1 << 31);
+    while index != 0 {
+        if index & 1 == 1 {
+            bits ^= row;
+        }
+        row ^= row >> 1;
+        index >>= 1;
+    }
+    bits
+}
+
+/// Owen's nested uniform scrambling: every bit is flipped or not, depending on the bits above it.
+fn scramble(x: u32, seed: u32) -> u32 {
+    let mut x = x.reverse_bits();
+    x ^= x.wrapping_mul(0x3d20_adea);
+    x = x.wrapping_add(seed);
+    x = x.wrapping_mul((seed >> 16) | 1);
+    x ^= x.wrapping_mul(0x0552_6c56);
+    x ^= x.wrapping_mul(0x53a2_2864);
+    x.reverse_bits()
+}
+
+/// The finaliser of SplitMix64 (Steele, Lea and Flood, 2014).
+fn mix(mut x: u64) -> u64 {
+    x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_elementary_interval_holds_one_point() {
+        // The defining property of a (0, 2)-sequence in base 2, which scrambling and shuffling keep.
+        for pixel in 0..50 {
+            for columns in [1, 2, 4, 8, 16, 32, 64] {
+                let mut cells = vec![0; 64];
+                for sample in 0..64 {
+                    let [x, y] = Sampler::new(3, 1, [pixel, 7], sample).pair(Pair::Light(2));
+                    let rows = 64 / columns;
+                    let column = (x * columns as f32) as usize;
+                    cells[(y * rows as f32) as usize * columns + column] += 1;
+                }
+                assert_eq!(cells, vec![1; 64], "{columns} columns");
+            }
+        }
+    }
+
+    #[test]
+    fn pixels_pairs_frames_and_seeds_are_independent() {
+        let base = (5, 2, [10, 20], 3, Pair::Filter);
+        let of = |(seed, frame, pixel, sample, pair)| {
+            Sampler::new(seed, frame, pixel, sample).pair(pair)
+        };
+        let others = [
+            (6, 2, [10, 20], 3, Pair::Filter),
+            (5, 3, [10, 20], 3, Pair::Filter),
+            (5, 2, [11, 20], 3, Pair::Filter),
+            (5, 2, [10, 21], 3, Pair::Filter),
+            (5, 2, [10, 20], 4, Pair::Filter),
+            (5, 2, [10, 20], 3, Pair::Ambient),
+            (5, 2, [10, 20], 3, Pair::Light(0)),
+        ];
+        for other in others {
+            assert_ne!(of(base), of(other), "{other:?}");
+        }
+        let n = 20_000;
+        let product = |i: u32| {
+            let at = |x| Sampler::new(0, 0, [x, 0], 0).pair(Pair::Filter)[0] - 0.5;
+            f64::from(at(i) * at(i + 1))
+        };
+        let covariance = (0..n).map(product).sum::<f64>() / f64::from(n);
+        assert!(
+            covariance.abs() < 4.0 / 12.0 / f64::from(n).sqrt(),
+            "{covariance}"
+        );
+    }
+}
