@@ -7,7 +7,7 @@ use serde::Deserialize;
 use crate::color::Rgb;
 use crate::error::SceneError;
 
-/// The closed set of lights, as written in world files and dicts: `{ type = "sun", ... }`.
+/// A light, which of the closed set its `type` says: `{ type = "sun", ... }`. All values are radiometric and linear.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 // `schema::node` reads an enum from a table by its `type`, so that errors inside keep their place.
 #[serde(rename_all = "lowercase", deny_unknown_fields)]

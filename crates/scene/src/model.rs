@@ -75,18 +75,40 @@ impl Model {
     /// white colours, texture coordinates (0, 0), and no normals.
     ///
     /// # Errors
-    /// [`SceneError::World`] where there are more vertices or materials than indices can count.
+    /// [`SceneError::World`] where no part has triangles, a part is invalid or lacks a material, or there are more vertices
+    /// or materials than indices can count.
     pub fn merged(&self) -> Result<(Mesh, Vec<usize>), SceneError> {
-        let vertices: usize = self.parts.iter().map(|part| part.mesh.vertices.len()).sum();
-        let slots: usize = self.parts.iter().map(|part| part.materials.len()).sum();
+        let parts = || {
+            self.parts
+                .iter()
+                .filter(|part| !part.mesh.triangles.is_empty())
+        };
+        let vertices: usize = parts().map(|part| part.mesh.vertices.len()).sum();
+        let slots: usize = parts().map(|part| part.materials.len()).sum();
         if vertices > u32::MAX as usize || slots > usize::from(u16::MAX) {
             return Err(SceneError::World(format!(
                 "{vertices} vertices with {slots} materials: too many for a mesh"
             )));
         }
+        for Part {
+            name,
+            mesh,
+            materials,
+        } in parts()
+        {
+            mesh.validate()?;
+            let lacking = materials
+                .iter()
+                .any(|&material| material >= self.materials.len());
+            if lacking || materials.len() < mesh.slot_count() {
+                return Err(SceneError::World(format!(
+                    "part {name:?} uses a material that is missing"
+                )));
+            }
+        }
         let mut merged = Mesh::default();
         let mut materials: Vec<usize> = Vec::new();
-        for part in &self.parts {
+        for part in parts() {
             let mesh = &part.mesh;
             let slot_of: Vec<u16> = part
                 .materials
@@ -112,6 +134,7 @@ impl Model {
             merged.append(mesh, slots);
         }
         merged.material_slots = merged.material_slots.filter(|_| materials.len() > 1);
+        merged.validate()?;
         Ok((merged, materials))
     }
 }

@@ -96,8 +96,8 @@ fn an_ill_conditioned_matrix_survives() {
         }
         // K R is M up to scale as well, and R is a rotation whatever the condition.
         let kr = camera.k() * camera.r();
-        for i in 0..3 {
-            let row = DVec3::from_slice(&p[i][..3]);
+        for (i, row) in p.iter().enumerate() {
+            let row = DVec3::from_slice(&row[..3]);
             assert!((kr.row(i) - row).length() <= 1e-13 * row.length().max(kr.row(i).length()));
         }
         assert!(distance(camera.r() * camera.r().transpose(), DMat3::IDENTITY) < 1e-15 * 8.0);

@@ -1,7 +1,7 @@
 //! Meshes: what fits together and what does not.
 
 use glam::{DAffine3, DVec3};
-use raycam_scene::{Mesh, Model, Part, primitive};
+use raycam_scene::{Material, Mesh, Model, Part, primitive};
 
 fn message(change: impl FnOnce(&mut Mesh)) -> String {
     let mut mesh = primitive::plane([1.0, 1.0]).unwrap();
@@ -84,10 +84,16 @@ fn the_parts_of_a_model_become_one_mesh() {
     let mut second = primitive::box_([1.0; 3]).unwrap();
     second.uvs = None;
     second.vertex_colors = Some(vec![[0.5; 3]; 24]);
-    let model = Model {
-        parts: vec![part(first, vec![7, 3]), part(second, vec![3])],
+    let material = Material::plain(&second);
+    let mut model = Model {
+        materials: vec![material; 8],
         ..Model::default()
     };
+    model.parts = vec![
+        part(first, vec![7, 3]),
+        part(Mesh::default(), vec![0]),
+        part(second, vec![3]),
+    ];
     let (mesh, materials) = model.merged().unwrap();
     mesh.validate().unwrap();
     assert_eq!(materials, [7, 3]);
@@ -101,4 +107,15 @@ fn the_parts_of_a_model_become_one_mesh() {
     assert_eq!((colors[3], colors[4]), ([1.0; 3], [0.5; 3]));
     assert_eq!(mesh.uvs.unwrap()[27], [0.0; 2]);
     assert!(mesh.normals.is_none());
+
+    let fails = |model: &Model, expected: &str| {
+        assert!(model.merged().unwrap_err().to_string().contains(expected));
+    };
+    model.parts[0].materials = vec![7];
+    fails(&model, "uses a material that is missing");
+    model.parts[0].materials = vec![7, 8];
+    fails(&model, "uses a material that is missing");
+    model.parts[0].mesh.triangles[0][0] = u32::MAX;
+    fails(&model, "indices are 0..=3");
+    fails(&Model::default(), "without triangles");
 }

@@ -13,7 +13,8 @@ pub struct VideoSpec {
     pub seconds: Option<f64>,
     /// Carries the camera around a target.
     pub orbit: Option<OrbitSpec>,
-    /// Poses at times, of the camera or of objects, each in order of time.
+    /// Poses at times, of the camera or of objects, each in order of time: one table or several.
+    #[schemars(schema_with = "super::one_or_many::<KeyframeSpec>")]
     pub keyframe: Vec<KeyframeSpec>,
     /// Between keyframes: "smooth" (Catmull-Rom, starting and ending at rest) or "linear".
     pub interpolation: Interpolation,

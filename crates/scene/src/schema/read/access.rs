@@ -2,22 +2,44 @@
 
 use serde::de::value::StrDeserializer;
 use serde::de::{
-    DeserializeSeed, EnumAccess, Error, IntoDeserializer, MapAccess, SeqAccess, VariantAccess,
-    Visitor,
+    DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, MapAccess, SeqAccess,
+    VariantAccess, Visitor,
 };
 
 use super::fault::{Fault, quoted};
 use super::{Source, TAG};
 use crate::schema::node::{Entry, Value};
 
-/// The items of a list in order.
-pub struct List<F> {
-    pub item: F,
-    pub length: usize,
-    pub next: usize,
+/// Visits a list of `length` items, and sees that the visitor wanted all of it.
+pub fn list<'de, I, F, V>(length: usize, item: F, visitor: V) -> Result<V::Value, Fault>
+where
+    I: Deserializer<'de, Error = Fault>,
+    F: Fn(usize) -> I,
+    V: Visitor<'de>,
+{
+    let mut list = List {
+        item,
+        length,
+        next: 0,
+    };
+    let value = visitor.visit_seq(&mut list)?;
+    if list.next < length {
+        let wanted = list.next;
+        return Err(Fault::custom(format_args!(
+            "a list of {length}: expected a list of {wanted}"
+        )));
+    }
+    Ok(value)
 }
 
-impl<'a, 'de, F: Fn(usize) -> Source<'a>> SeqAccess<'de> for &mut List<F> {
+/// The items of a list in order.
+struct List<F> {
+    item: F,
+    length: usize,
+    next: usize,
+}
+
+impl<'de, I: Deserializer<'de, Error = Fault>, F: Fn(usize) -> I> SeqAccess<'de> for &mut List<F> {
     type Error = Fault;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(
@@ -29,10 +51,10 @@ impl<'a, 'de, F: Fn(usize) -> Source<'a>> SeqAccess<'de> for &mut List<F> {
         }
         let i = self.next;
         self.next += 1;
-        let item = (self.item)(i);
-        seed.deserialize(item)
+        let value = seed.deserialize((self.item)(i));
+        value
             .map(Some)
-            .map_err(|fault| fault.within(format!("[{i}]"), &item.span()))
+            .map_err(|fault| fault.within(format!("[{i}]"), &None))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -42,9 +64,19 @@ impl<'a, 'de, F: Fn(usize) -> Source<'a>> SeqAccess<'de> for &mut List<F> {
 
 /// The entries of a table in order, without those that are null, and without the tag where it has been read.
 pub struct Table<'a> {
-    pub entries: &'a [Entry],
-    pub next: usize,
-    pub tagged: bool,
+    entries: &'a [Entry],
+    next: usize,
+    tagged: bool,
+}
+
+impl<'a> Table<'a> {
+    pub fn new(entries: &'a [Entry]) -> Self {
+        Self {
+            entries,
+            next: 0,
+            tagged: false,
+        }
+    }
 }
 
 impl<'de> MapAccess<'de> for Table<'_> {
@@ -79,7 +111,7 @@ impl<'de> MapAccess<'de> for Table<'_> {
         } else {
             &entry.key_span
         };
-        seed.deserialize(Source::Node(&entry.node))
+        seed.deserialize(Source(&entry.node))
             .map_err(|fault| fault.within(segment(), span))
     }
 }
@@ -105,7 +137,7 @@ impl<'a, 'de> EnumAccess<'de> for Tagged<'a> {
             )));
         };
         let variant = seed
-            .deserialize(Source::Node(&tag.node))
+            .deserialize(Source(&tag.node))
             .map_err(|fault| fault.within(format!(".{TAG}"), &tag.node.span))?;
         Ok((
             variant,

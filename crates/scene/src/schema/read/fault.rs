@@ -7,9 +7,13 @@ use serde::de::{Error, Expected, Unexpected};
 
 use crate::error::suggestion;
 
+/// What is wrong and where, behind one pointer: results of millions of numbers are handed up as they are read.
+#[derive(Debug)]
+pub struct Fault(pub Box<Details>);
+
 /// What is wrong and where, from the inside out.
 #[derive(Debug)]
-pub struct Fault {
+pub struct Details {
     /// `.key` and `[index]`, the innermost first.
     pub path: Vec<String>,
     pub message: String,
@@ -19,15 +23,22 @@ pub struct Fault {
 impl Fault {
     /// The same, seen from the table or list around it.
     pub fn within(mut self, segment: String, span: &Option<Range<usize>>) -> Self {
-        self.path.push(segment);
-        self.span = self.span.or_else(|| span.clone());
+        self.0.path.push(segment);
+        self.placed(span)
+    }
+
+    /// The same, at this place in the text where it has none yet.
+    pub fn placed(mut self, span: &Option<Range<usize>>) -> Self {
+        if self.0.span.is_none() {
+            self.0.span.clone_from(span);
+        }
         self
     }
 }
 
 impl Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.message)
+        f.write_str(&self.0.message)
     }
 }
 
@@ -35,11 +46,12 @@ impl std::error::Error for Fault {}
 
 impl Error for Fault {
     fn custom<T: Display>(message: T) -> Self {
-        Self {
+        let message = message.to_string();
+        Self(Box::new(Details {
             path: Vec::new(),
-            message: message.to_string(),
+            message,
             span: None,
-        }
+        }))
     }
 
     fn invalid_type(given: Unexpected, expected: &dyn Expected) -> Self {
