@@ -482,6 +482,7 @@ fn instances_share_their_mesh() {
         world.materials[world.objects[2].materials[0]].color,
         [1.0, 0.0, 0.0]
     );
+    assert_eq!(world.materials[world.objects[2].materials[0]].name, "ruby");
     assert_eq!(world.counts().object_triangles, 3 * 80);
     assert_eq!(world.counts().mesh_triangles, 80);
 }

@@ -167,12 +167,21 @@ fn two_smooth_keyframes_are_a_smoothstep() {
 
 #[test]
 fn turns_take_the_shorter_way() {
-    let world = keyframes(
-        "linear",
-        r#"{ "time": 0, "yaw": 170 }, { "time": 1, "yaw": -170 }"#,
-    );
-    let [_, _, yaw] = camera_at(&world, 0.25).roll_pitch_yaw(Up::Z);
-    assert!((yaw - 175.0).abs() < 1e-9, "{yaw}");
+    // Wherever a quaternion has its sign.
+    for from in (-180..180).step_by(10) {
+        for turn in [-170, -60, 20, 170] {
+            let keys = format!(
+                r#"{{ "time": 0, "yaw": {from} }}, {{ "time": 1, "yaw": {} }}"#,
+                from + turn
+            );
+            let [_, _, yaw] = camera_at(&keyframes("linear", &keys), 0.25).roll_pitch_yaw(Up::Z);
+            let off = yaw - (f64::from(from) + 0.25 * f64::from(turn));
+            assert!(
+                (off / 360.0 - (off / 360.0).round()).abs() < 1e-11,
+                "{from} {turn} {yaw}"
+            );
+        }
+    }
     // Constant angular speed, whatever the axis.
     let world = keyframes(
         "linear",
