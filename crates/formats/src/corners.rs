@@ -72,7 +72,7 @@ impl Vertices {
     /// The vertex of a corner whose position is reserved.
     pub(crate) fn vertex(&mut self, corner: Corner) -> u32 {
         let mut vertex = self.first[corner.position as usize];
-        for _ in 0..CROWD {
+        for place in 1..=CROWD {
             let found = &mut self.made_of[vertex as usize];
             if found.uv == FREE {
                 *found = corner;
@@ -80,12 +80,13 @@ impl Vertices {
             if *found == corner {
                 return vertex;
             }
-            if self.next[vertex as usize] == NONE {
+            if self.next[vertex as usize] != NONE {
+                vertex = self.next[vertex as usize];
+            } else if place < CROWD {
                 let new = self.push(corner);
                 self.next[vertex as usize] = new;
                 return new;
             }
-            vertex = self.next[vertex as usize];
         }
         let key = (corner.position, corner.uv, corner.normal);
         if let Some(&known) = self.crowded.get(&key) {

@@ -113,10 +113,12 @@ pub fn encode(
     }
     let mut channels = Vec::new();
     for layer in layers {
-        let expected = columns * rows * layer.components;
-        if layer.samples.len() != expected {
+        let expected = columns
+            .checked_mul(rows)
+            .and_then(|n| n.checked_mul(layer.components));
+        if expected != Some(layer.samples.len()) {
             return Err(FormatError::Encode(format!(
-                "EXR: layer {:?} has {} values, expected {columns} x {rows} x {} = {expected}",
+                "EXR: layer {:?} has {} values, expected {columns} x {rows} x {}",
                 layer.name,
                 layer.samples.len(),
                 layer.components
@@ -176,7 +178,40 @@ pub fn encode(
         .non_parallel()
         .to_buffered(&mut file)
         .map_err(|e| FormatError::Encode(format!("EXR: {e}")))?;
-    Ok(file.into_inner())
+    let mut file = file.into_inner();
+    sort_header(&mut file);
+    Ok(file)
+}
+
+/// Brings the attributes of the header into the order of their names: the crate writes them in the order of a hash map,
+/// which is another one each time. The header keeps its length, so that the offsets after it hold.
+fn sort_header(file: &mut [u8]) {
+    // After the magic number and the version: name, 0, type, 0, length, value; a 0 in the place of a name ends it.
+    const START: usize = 8;
+    let mut attributes = Vec::new();
+    let mut at = START;
+    while file.get(at).is_some_and(|&first| first != 0) {
+        let after_zero = |from: usize| {
+            file[from..]
+                .iter()
+                .position(|&b| b == 0)
+                .map(|n| from + n + 1)
+        };
+        let Some(length_at) = after_zero(at).and_then(after_zero) else {
+            return;
+        };
+        let Some(length) = file[length_at..].first_chunk() else {
+            return;
+        };
+        let end = length_at + 4 + u32::from_le_bytes(*length) as usize;
+        let Some(attribute) = file.get(at..end) else {
+            return;
+        };
+        attributes.push(attribute.to_vec());
+        at = end;
+    }
+    attributes.sort();
+    file[START..at].copy_from_slice(&attributes.concat());
 }
 
 /// What a reader has to know to use the channels.

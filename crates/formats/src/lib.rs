@@ -32,5 +32,5 @@ pub mod world_file;
 pub use budget::Budget;
 pub use error::{FormatError, Place};
 pub use folder::Folder;
-pub use load::{extensions, load, read_model};
-pub use texture::read_texture;
+pub use load::{decode_model, extensions, load, read_model};
+pub use texture::{decode_texture, read_texture};

@@ -76,6 +76,21 @@ pub fn read_model(path: &Path, budget: &Budget) -> Result<Model, FormatError> {
     model(folder.read(path)?, &mut folder)
 }
 
+/// The model in the bytes of a mesh file. `path` says of which kind it is, names it in errors, and its folder is where
+/// the files it names are read from.
+///
+/// # Errors
+/// See [`FormatError`].
+pub fn decode_model(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<Model, FormatError> {
+    model(
+        Source {
+            path: path.into(),
+            bytes,
+        },
+        &mut Folder::around(path, budget),
+    )
+}
+
 /// The model in a mesh file that has been read: everything in it fits together.
 pub(crate) fn model(source: Source, folder: &mut Folder) -> Result<Model, FormatError> {
     let Reader::Model(read) = find(&source.path)? else {

@@ -290,3 +290,27 @@ fn map(
         clamp,
     }))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn damage_is_never_fatal() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/fuzz");
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let bytes = fs::read(&path).unwrap();
+            for length in 0..bytes.len() {
+                let text = [b"newmtl m\n", &bytes[..length]].concat();
+                let mut notices = Vec::new();
+                match parse(&path, &text, &mut notices) {
+                    Ok(materials) => assert_eq!(materials[0].name, "m"),
+                    Err(error) => assert!(error.to_string().contains("fuzz"), "{error}"),
+                }
+            }
+        }
+    }
+}

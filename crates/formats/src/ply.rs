@@ -5,7 +5,7 @@
 //! or, as ushort, 16; floating-point colours are linear. Texture coordinates have their origin at the bottom left in the
 //! file and at the top left here.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
 use glam::DVec3;
@@ -189,6 +189,8 @@ struct Ply<'a> {
     polygons: Polygons<Corner>,
     face_colors: Option<Vec<Rgb>>,
     corner_uvs: Vec<[f32; 2]>,
+    /// Where each is in `corner_uvs`, by its bits.
+    known_uvs: HashMap<[u32; 2], u32>,
     translucent: bool,
     images: BTreeSet<i64>,
     notices: Vec<String>,
@@ -203,6 +205,7 @@ impl<'a> Ply<'a> {
             polygons: Polygons::new(),
             face_colors: None,
             corner_uvs: Vec::new(),
+            known_uvs: HashMap::new(),
             translucent: false,
             images: BTreeSet::new(),
             notices: Vec::new(),
@@ -305,9 +308,14 @@ impl<'a> Ply<'a> {
             for (i, &index) in row.corners.iter().enumerate() {
                 let mut uv = NONE;
                 if own_uvs {
-                    uv = self.corner_uvs.len() as u32;
-                    self.corner_uvs
-                        .push(self.uv(body, row.uvs[2 * i], row.uvs[2 * i + 1])?);
+                    let value = self.uv(body, row.uvs[2 * i], row.uvs[2 * i + 1])?;
+                    uv = *self
+                        .known_uvs
+                        .entry(value.map(f32::to_bits))
+                        .or_insert_with(|| {
+                            self.corner_uvs.push(value);
+                            (self.corner_uvs.len() - 1) as u32
+                        });
                 }
                 let position = self.position(body, number, index)?;
                 self.polygons.corner(Corner {

@@ -44,10 +44,10 @@ pub fn encode(
         }
     }
     let [columns, rows] = size;
-    let expected = u64::from(columns) * u64::from(rows) * channels as u64;
-    if expected == 0 || count as u64 != expected {
+    let pixels = u64::from(columns) * u64::from(rows);
+    if pixels == 0 || pixels.checked_mul(channels as u64) != Some(count as u64) {
         return Err(FormatError::Encode(format!(
-            "PNG: {count} samples for {columns} x {rows} pixels of {channels} channels, expected {expected} and more than 0"
+            "PNG: {count} samples, expected {columns} x {rows} x {channels} and more than 0"
         )));
     }
     let mut file = Vec::new();

@@ -22,10 +22,30 @@ use crate::folder::{Folder, Source};
 /// See [`FormatError`]; more pixels than the budget allows are refused before they are decoded, and a file that ends
 /// early is an error, even where part of the image could be shown.
 pub fn read_texture(path: &Path, budget: &Budget) -> Result<(Texture, Vec<String>), FormatError> {
-    let mut folder = Folder::around(path, budget);
-    let source = folder.read(path)?;
+    let source = Folder::around(path, budget).read(path)?;
+    decode_texture(source.bytes, path, budget)
+}
+
+/// The texture in the bytes of a PNG or JPEG file, as [`read_texture`]; `path` names it.
+///
+/// # Errors
+/// See [`FormatError`].
+pub fn decode_texture(
+    bytes: Vec<u8>,
+    path: &Path,
+    budget: &Budget,
+) -> Result<(Texture, Vec<String>), FormatError> {
+    let source = Source {
+        path: path.into(),
+        bytes,
+    };
     let mut notices = Vec::new();
-    let texture = decode(&source, [Wrap::Repeat; 2], &mut folder.budget, &mut notices)?;
+    let texture = decode(
+        &source,
+        [Wrap::Repeat; 2],
+        &mut budget.clone(),
+        &mut notices,
+    )?;
     Ok((texture, notices))
 }
 
@@ -44,14 +64,7 @@ pub(crate) fn decode(
             limits.max_alloc = Some((64 << 20) + 16 * bytes.len() as u64);
             let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits);
             let decoder = decoder.map_err(|e| refused(path, e))?;
-            if let Ok(Some(gamma)) = decoder.gamma_value()
-                && (gamma - 1.0 / 2.2).abs() > 0.01
-            {
-                notices.push(format!(
-                    "{}: its gamma of {gamma} is not applied: read as sRGB",
-                    path.display()
-                ));
-            }
+            notices.extend(other_gamma(path, bytes));
             pixels(path, decoder, budget, notices)?
         }
         Ok(ImageFormat::Jpeg) => {
@@ -77,6 +90,17 @@ pub(crate) fn decode(
         texels,
         wrap,
     })
+}
+
+/// A notice where a PNG says that it has another gamma than sRGB's; `image` does not tell.
+fn other_gamma(path: &Path, bytes: &[u8]) -> Option<String> {
+    let reader = png::Decoder::new(Cursor::new(bytes)).read_info().ok()?;
+    let gamma = reader.info().gamma()?.into_value();
+    let message = format!(
+        "{}: its gamma of {gamma} is not applied: read as sRGB",
+        path.display()
+    );
+    ((gamma - 1.0 / 2.2).abs() > 0.01).then_some(message)
 }
 
 /// The decoded image, if the budget has room for it.

@@ -1,0 +1,138 @@
+use std::fs;
+use std::path::Path;
+
+use raycam_formats::{Budget, Folder, FormatError, load};
+use raycam_scene::{Files, Wrap};
+
+use crate::common::folder;
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+/// A folder `world` with a mesh, and a mesh beside it.
+fn setting() -> std::path::PathBuf {
+    let around = folder();
+    let root = around.join("world");
+    fs::create_dir_all(root.join("parts")).unwrap();
+    for name in [
+        "world/a.obj",
+        "world/parts/b.obj",
+        "secret.obj",
+        "world/with space%20.obj",
+    ] {
+        fs::write(around.join(name), TRIANGLE).unwrap();
+    }
+    root
+}
+
+#[test]
+fn files_inside_are_read() {
+    let root = setting();
+    let mut files = Folder::new(&root, &Budget::default());
+    for name in [
+        "a.obj",
+        "./a.obj",
+        "parts/b.obj",
+        "parts/../a.obj",
+        "with space%20.obj",
+    ] {
+        files
+            .mesh(name)
+            .unwrap_or_else(|error| panic!("{name}: {error}"));
+    }
+    let missing = files.mesh("parts/no.obj").unwrap_err();
+    assert!(
+        matches!(missing, FormatError::Io { .. })
+            && missing.to_string().contains("world/parts/no.obj")
+    );
+}
+
+#[test]
+fn nothing_outside_is_opened() {
+    let root = setting();
+    let absolute = root.join("a.obj").display().to_string();
+    let mut files = Folder::new(&root, &Budget::default());
+    for name in [
+        "../secret.obj",
+        "parts/../../secret.obj",
+        "./../world/../secret.obj",
+        &absolute,
+        "/dev/zero.obj",
+        "//server/share/a.obj",
+        "\\\\server\\share\\a.obj",
+        "..\\secret.obj",
+        "C:/a.obj",
+        "C:a.obj",
+        "file:a.obj",
+        "file:///etc/passwd.obj",
+        "http://example.com/a.obj",
+        "a.obj\0.png",
+        "",
+        "%2e%2e/secret.obj",
+    ] {
+        for error in [
+            files.mesh(name).unwrap_err(),
+            files.texture(name, [Wrap::Repeat; 2]).unwrap_err(),
+        ] {
+            let missing = name.starts_with('%') && matches!(error, FormatError::Io { .. });
+            assert!(
+                missing || matches!(error, FormatError::Reference { .. }),
+                "{name:?}: {error}"
+            );
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_lead_nowhere_else() {
+    let root = setting();
+    std::os::unix::fs::symlink("../secret.obj", root.join("link.obj")).unwrap();
+    std::os::unix::fs::symlink("..", root.join("up")).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", root.join("zero.obj")).unwrap();
+    std::os::unix::fs::symlink("a.obj", root.join("inside.obj")).unwrap();
+    let mut files = Folder::new(&root, &Budget::default());
+    for name in ["link.obj", "up/secret.obj", "zero.obj"] {
+        let error = files.mesh(name).unwrap_err().to_string();
+        assert!(error.contains("it leads out of the folder"), "{error}");
+    }
+    files.mesh("inside.obj").unwrap();
+    // The folder itself, and what the user asks for, may be links.
+    std::os::unix::fs::symlink(&root, root.with_file_name("alias")).unwrap();
+    Folder::new(&root.with_file_name("alias"), &Budget::default())
+        .mesh("a.obj")
+        .unwrap();
+    load(&root.join("link.obj"), &Budget::default()).unwrap();
+}
+
+#[test]
+fn names_in_a_mesh_start_from_its_own_folder() {
+    let root = setting();
+    fs::write(
+        root.join("parts/b.obj"),
+        format!("mtllib ../m/b.mtl\nusemtl b\n{TRIANGLE}"),
+    )
+    .unwrap();
+    fs::create_dir(root.join("m")).unwrap();
+    fs::write(root.join("m/b.mtl"), "newmtl b\nKd 1 0 0\n").unwrap();
+    let model = Folder::new(&root, &Budget::default())
+        .mesh("parts/b.obj")
+        .unwrap();
+    assert_eq!(model.materials[0].color, [1.0, 0.0, 0.0]);
+    // Asked for by itself, its own folder is the outermost.
+    let world = load(&root.join("parts/b.obj"), &Budget::default()).unwrap();
+    assert!(
+        world.notices[0].contains("it leads out of the folder"),
+        "{:?}",
+        world.notices
+    );
+}
+
+#[test]
+fn the_current_folder_is_a_folder() {
+    for root in ["", "."] {
+        let mut files = Folder::new(Path::new(root), &Budget::default());
+        let model = files.mesh("tests/data/concave_polygon.obj").unwrap();
+        assert_eq!(model.materials[0].name, "test");
+        assert!(model.notices.is_empty(), "{:?}", model.notices);
+    }
+}

@@ -1,0 +1,15 @@
+//! One file for each concept of the crate, of the same name.
+
+mod budget;
+mod common;
+mod exr;
+mod folder;
+mod load;
+mod mtl;
+mod obj;
+mod off;
+mod ply;
+mod png;
+mod stl;
+mod texture;
+mod world_file;

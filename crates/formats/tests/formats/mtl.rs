@@ -1,0 +1,206 @@
+use std::fs;
+
+use raycam_formats::{Budget, load, read_model};
+use raycam_scene::{Model, Reflectance, Wrap};
+
+use crate::common::{folder, message};
+
+/// A triangle with a material of this file, in a new folder with a texture.
+fn model(mtl: &str) -> Result<Model, String> {
+    let folder = folder();
+    let path = folder.join("a.obj");
+    fs::write(
+        &path,
+        "mtllib my materials.mtl other.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m 1\nf 1 2 3\n",
+    )
+    .unwrap();
+    fs::write(folder.join("my materials.mtl"), mtl).unwrap();
+    fs::write(folder.join("other.mtl"), "# nothing\n").unwrap();
+    fs::create_dir(folder.join("textures")).unwrap();
+    for name in ["wood.png", "textures/my wood.png", "-x.png"] {
+        let png = raycam_formats::png::encode(
+            [1, 2],
+            3,
+            raycam_formats::png::Samples::U8(&[255, 0, 0, 0, 255, 0]),
+        );
+        fs::write(folder.join(name), png.unwrap()).unwrap();
+    }
+    read_model(&path, &Budget::default()).map_err(|error| message(error, &path))
+}
+
+fn notices(mtl: &str) -> String {
+    model(mtl).unwrap().notices.join("\n")
+}
+
+#[test]
+fn colours_and_shininess_are_read() {
+    let model = model(
+        "newmtl m 1\nKd 0.5 0.25 0.125 # wood\nKs 0.1\nNs 40\nillum 2\nd 1\nTr 0\nKe 0 0 0\n",
+    )
+    .unwrap();
+    assert!(model.notices.is_empty(), "{:?}", model.notices);
+    let material = &model.materials[0];
+    assert_eq!(
+        (&material.name[..], material.color),
+        ("m 1", [0.5, 0.25, 0.125])
+    );
+    let Reflectance::Lecture {
+        diffuse,
+        specular,
+        shininess,
+    } = material.reflectance
+    else {
+        panic!()
+    };
+    assert_eq!((diffuse, specular, shininess), (1.0, [0.1; 3], 40.0));
+}
+
+#[test]
+fn no_more_light_comes_back_than_falls_in() {
+    let model = model("newmtl m 1\nKd 0.75 0.5 0\nKs 0.5 0.5 0.5\n").unwrap();
+    let Reflectance::Lecture { specular, .. } = model.materials[0].reflectance else {
+        panic!()
+    };
+    assert_eq!(specular, [0.25, 0.5, 0.5]);
+    assert!(
+        model.notices[0]
+            .contains("my materials.mtl:1: material \"m 1\" reflects more than all light")
+    );
+    // Illumination model 1 has no highlights.
+    assert_eq!(
+        notices("newmtl m 1\nKd 0.75 0.5 0\nKs 0.5 0.5 0.5\nillum 1\n"),
+        ""
+    );
+}
+
+#[test]
+fn textures_are_found_by_names_of_every_kind() {
+    for map in [
+        "wood.png",
+        "textures/my wood.png",
+        "textures\\my wood.png",
+        "./textures/../wood.png",
+        "-x.png",
+        "-blendu on -s 1 1 1 -o 0 -mm 0 1 wood.png",
+    ] {
+        let model = model(&format!("newmtl m 1\nmap_Kd {map}\n")).unwrap();
+        assert!(model.notices.is_empty(), "{map}: {:?}", model.notices);
+        assert_eq!(model.materials[0].texture, Some(0), "{map}");
+        assert_eq!(model.textures[0].texels, [[255, 0, 0], [0, 255, 0]]);
+        assert_eq!(model.textures[0].wrap, [Wrap::Repeat; 2]);
+    }
+    let model = model("newmtl m 1\nmap_Kd -clamp on wood.png\n").unwrap();
+    assert_eq!(model.textures[0].wrap, [Wrap::Clamp; 2]);
+}
+
+#[test]
+fn what_is_not_applied_is_said() {
+    let text = notices(
+        "newmtl m 1\nTf 1 1 1\nNi 1.45\nmap_Bump bump.png\nKd spectral file.rfl\nmap_Kd -s 2 2 wood.png\nd 0.5\n",
+    );
+    assert!(
+        text.contains("map_Kd option \"-s 2 2\" is not applied"),
+        "{text}"
+    );
+    assert!(
+        text.contains(
+            "not used: Ni (line 3), map_Bump (line 4), Kd spectral file.rfl (line 5), d (line 7)"
+        ),
+        "{text}"
+    );
+    assert!(notices("newmtl m 1\nNs -1.96\n").contains(":2: Ns is -1.96, taken as 0"));
+    assert!(notices("newmtl m 1\nmap_Kd\n").contains(":2: map_Kd without a file name"));
+    assert!(
+        notices("newmtl other\nKd 1 0 0\n")
+            .contains("materials without a definition are plain: m 1")
+    );
+}
+
+#[test]
+fn missing_and_forbidden_files_are_left_out_with_a_notice() {
+    let outside = folder().join("secret.png");
+    fs::write(&outside, "x").unwrap();
+    for (map, expected) in [
+        ("no.png", "no.png: No such file"),
+        ("textures", "textures: Is a directory"),
+        (
+            "../secret.png",
+            "file name \"../secret.png\": it leads out of the folder",
+        ),
+        (
+            "/etc/passwd",
+            "file name \"/etc/passwd\": expected a path relative",
+        ),
+        ("file:///etc/passwd", "expected a path relative"),
+        ("C:\\wood.png", "expected a path relative"),
+        ("a.obj", "not a PNG or JPEG image"),
+    ] {
+        let model = model(&format!("newmtl m 1\nKd 0.5 0.5 0.5\nmap_Kd {map}\n")).unwrap();
+        assert!(
+            model.notices[0].contains(expected),
+            "{map}: {:?}",
+            model.notices
+        );
+        assert_eq!(
+            (model.textures.len(), model.materials[0].texture),
+            (0, None)
+        );
+    }
+    let path = folder().join("a.obj");
+    fs::write(
+        &path,
+        "mtllib no.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n",
+    )
+    .unwrap();
+    let world = load(&path, &Budget::default()).unwrap();
+    assert!(
+        world.notices[0].contains("left out") && world.notices[0].contains("no.mtl"),
+        "{:?}",
+        world.notices
+    );
+    assert_eq!(world.materials[0].color, [0.8; 3]);
+}
+
+#[test]
+fn bad_values_are_told_with_line() {
+    for (text, expected) in [
+        (
+            "Kd 1 2 3",
+            "my materials.mtl:2: \"Kd\" is \"1 2 3\", expected 1 or 3 numbers in 0..=1",
+        ),
+        (
+            "Kd 1 1",
+            "my materials.mtl:2: \"Kd\" is \"1 1\", expected 1 or 3 numbers in 0..=1",
+        ),
+        (
+            "Ks nan 0 0",
+            "my materials.mtl:2: \"Ks\" is \"nan 0 0\", expected 1 or 3 numbers in 0..=1",
+        ),
+        (
+            "Ns many",
+            "my materials.mtl:2: Ns is \"many\", expected a number in 0..=1000000",
+        ),
+        (
+            "illum 99",
+            "my materials.mtl:2: illum is \"99\", expected 0 to 10",
+        ),
+        (
+            "map_Kd -s wood.png",
+            "my materials.mtl:2: map_Kd: option \"-s\" without its value",
+        ),
+    ] {
+        let found = model(&format!("newmtl m 1\n{text}\n"));
+        if text.starts_with("map_Kd") {
+            // The name of the file is taken for the factor, and then there is no file.
+            assert!(
+                found
+                    .unwrap()
+                    .notices
+                    .iter()
+                    .any(|n| n.contains("map_Kd without a file name"))
+            );
+        } else {
+            assert_eq!(found.unwrap_err(), expected);
+        }
+    }
+}

@@ -1,0 +1,303 @@
+use raycam_formats::{Budget, read_model};
+
+use crate::common::{area, data, error, mesh, message, model, mutations, truncations, vector_area};
+
+const CUBE: &str = "\
+v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1
+f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 4 1 5 8\n";
+
+#[test]
+fn a_cube_of_squares_is_closed() {
+    let mesh = mesh("cube.obj", CUBE);
+    assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (8, 12));
+    assert_eq!((area(&mesh), vector_area(&mesh).length()), (6.0, 0.0));
+    assert!(mesh.uvs.is_none() && mesh.normals.is_none() && mesh.vertex_colors.is_none());
+}
+
+#[test]
+fn coordinates_are_the_nearest_float64() {
+    let mesh = mesh(
+        "a.obj",
+        "v 0.1 -1e-7 123456789.123456789\nv +.5 5. 0\nv 1 0 0 1.0\nf 1 2 3\n",
+    );
+    assert_eq!(
+        mesh.vertices[0].to_array(),
+        [0.1, -1e-7, 123456789.123456789]
+    );
+    assert_eq!(mesh.vertices[1].to_array(), [0.5, 5.0, 0.0]);
+}
+
+#[test]
+fn corners_have_every_form_of_index() {
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 2\n";
+    for face in [
+        "1/1/1 2/2/1 3/3/1",
+        "-3/-3/-1 -2/-2/-1 -1/-1/-1",
+        "1/-3/1 2/2/-1 -1/3/1 # end",
+    ] {
+        let mesh = mesh("a.obj", format!("{text}f {face}\n"));
+        assert_eq!(mesh.triangles, [[0, 1, 2]]);
+        // The origin moves from the bottom left to the top left.
+        assert_eq!(mesh.uvs.unwrap(), [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
+        assert_eq!(mesh.normals.unwrap(), [[0.0, 0.0, 1.0]; 3]);
+    }
+    for face in ["1 2 3", "1// 2// 3//", "1/ 2/ 3/"] {
+        let mesh = mesh("a.obj", format!("{text}f {face}\n"));
+        assert!(mesh.uvs.is_none() && mesh.normals.is_none());
+    }
+    let mesh = mesh("a.obj", format!("{text}f 1//1 2//1 3//1\n"));
+    assert!(mesh.uvs.is_none() && mesh.normals.is_some());
+}
+
+#[test]
+fn faces_may_come_before_their_vertices() {
+    assert_eq!(
+        mesh("a.obj", "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").triangles,
+        [[0, 1, 2]]
+    );
+}
+
+#[test]
+fn a_vertex_is_repeated_only_at_a_seam() {
+    let mesh = mesh(
+        "a.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt .5 .5\n\
+         f 1/1 2/2 3/3\nf 1/5 3/3 4/4\n",
+    );
+    assert_eq!(mesh.vertices.len(), 5);
+    assert_eq!(mesh.triangles, [[0, 1, 2], [4, 2, 3]]);
+    assert_eq!(mesh.vertices[4], mesh.vertices[0]);
+    assert_eq!(mesh.uvs.unwrap()[4], [0.5, 0.5]);
+}
+
+#[test]
+fn many_seams_at_one_vertex_stay_fast_and_right() {
+    let mut text = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+    (0..20_000).for_each(|i| text += &format!("vt {i} 0\n"));
+    (1..=20_000).for_each(|i| text += &format!("f 1/{i} 2/{i} 3/{i}\nf 1/{i} 2/{i} 3/{i}\n"));
+    let mesh = mesh("a.obj", text);
+    assert_eq!(
+        (mesh.vertices.len(), mesh.triangles.len()),
+        (60_000, 40_000)
+    );
+    let uvs = mesh.uvs.unwrap();
+    for (i, pair) in mesh.triangles.chunks(2).enumerate() {
+        assert_eq!(pair[0], pair[1]);
+        assert!(pair[0].iter().all(|&v| uvs[v as usize][0] == i as f32));
+    }
+}
+
+#[test]
+fn a_concave_polygon_keeps_its_shape() {
+    let model = read_model(&data("concave_polygon.obj"), &Budget::default()).unwrap();
+    let mesh = &model.parts[0].mesh;
+    assert_eq!(mesh.triangles.len(), 64);
+    // Without overlap the area of the triangles is the length of the vector area.
+    assert!(
+        (area(mesh) - vector_area(mesh).length()).abs() < 1e-12,
+        "{}",
+        area(mesh)
+    );
+    assert_eq!(model.materials[0].name, "test");
+    assert_eq!(model.materials[0].color, [0.141176, 0.184314, 0.411765]);
+}
+
+#[test]
+fn parts_are_made_by_o_and_slots_by_usemtl() {
+    let model = model(
+        "a.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nv 6 5 5\nv 5 6 5\no first part\ng x\nusemtl red\nf 1 2 3\nusemtl blue\n\
+         f 3 2 1\no empty\no second\nf 4 5 6\n",
+    );
+    let names: Vec<_> = model.parts.iter().map(|part| &part.name[..]).collect();
+    assert_eq!(names, ["first part", "second"]);
+    assert_eq!(
+        model
+            .materials
+            .iter()
+            .map(|m| &m.name[..])
+            .collect::<Vec<_>>(),
+        ["red", "blue"]
+    );
+    assert_eq!(
+        model.parts[0].mesh.material_slots.as_deref(),
+        Some(&[0, 1][..])
+    );
+    assert_eq!(
+        (&model.parts[0].materials[..], &model.parts[1].materials[..]),
+        (&[0, 1][..], &[1][..])
+    );
+    // Each part has its own vertices alone.
+    assert_eq!(model.parts[0].mesh.vertices.len(), 3);
+    assert_eq!(model.parts[1].mesh.vertices[0].to_array(), [5.0; 3]);
+    assert!(
+        model.notices.iter().any(|n| n.contains("red, blue")),
+        "{:?}",
+        model.notices
+    );
+}
+
+#[test]
+fn vertex_colours_are_srgb() {
+    let mesh = mesh(
+        "a.obj",
+        "v 0 0 0 1 0.5 0\nv 1 0 0 0 0 0 1\nv 0 1 0\nf 1 2 3\n",
+    );
+    let colors = mesh.vertex_colors.unwrap();
+    assert!((colors[0][1] - 0.214041).abs() < 1e-5);
+    assert_eq!(
+        (colors[0][0], colors[1], colors[2]),
+        (1.0, [0.0; 3], [1.0; 3])
+    );
+    let model = read_model(&data("nancolor.obj"), &Budget::default()).unwrap();
+    assert!(model.parts[0].mesh.vertex_colors.is_none());
+    assert!(
+        model.notices[0].contains(":7: a vertex colour outside 0..=1"),
+        "{:?}",
+        model.notices
+    );
+}
+
+#[test]
+fn corners_without_a_normal_are_flat_beside_those_with() {
+    let mesh = mesh(
+        "a.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1 0 0\nvn 0 0 0\nf 1//1 2//1 3//1\nf 1 2 3\nf 1//2 2//1 3//1\n",
+    );
+    let normals = mesh.normals.unwrap();
+    let of = |t: usize| mesh.triangles[t].map(|v| normals[v as usize]);
+    assert_eq!(of(0), [[1.0, 0.0, 0.0]; 3]);
+    assert_eq!(of(1), [[0.0, 0.0, 1.0]; 3]);
+    assert_eq!(of(2)[0], [0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn lines_may_go_on_and_end_as_on_every_system() {
+    let text = "# a comment that ends in \\\nv 0 0 0\nv 1 0 \\\n 0\nv 0 1 0\nf 1 \\\n2 \\\n  3\n";
+    for ends in ["\n", "\r\n", "\r"] {
+        assert_eq!(
+            mesh("a.obj", text.replace('\n', ends)).triangles,
+            [[0, 1, 2]]
+        );
+    }
+    let longline = read_model(&data("box_longline.obj"), &Budget::default()).unwrap();
+    assert_eq!(longline.parts[0].mesh.vertices.len(), 8);
+}
+
+#[test]
+fn what_is_not_used_is_named_once() {
+    let model = read_model(&data("testmixed.obj"), &Budget::default()).unwrap();
+    assert_eq!(model.parts[0].mesh.triangles.len(), 12);
+    assert!(
+        model.notices[0].contains("not used: l (lines) (line 15), p (points) (line 23)"),
+        "{:?}",
+        model.notices
+    );
+    let smooth = model_notices("s 1\ns off\ncurv2 1 2\ncurv2 3 4\n");
+    assert!(
+        smooth.contains("s (smoothing groups; only vn makes it smooth) (line 5), curv2 (line 7)"),
+        "{smooth}"
+    );
+}
+
+fn model_notices(extra: &str) -> String {
+    model(
+        "a.obj",
+        format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n{extra}"),
+    )
+    .notices
+    .join("\n")
+}
+
+#[test]
+fn bad_files_are_told_with_line_and_index() {
+    let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (text, expected) in [
+        (
+            "f 1 2 4\n",
+            "a.obj:4: f: vertex 4, but the file has 3 vertices",
+        ),
+        (
+            "f 1 2 99999999999999999999\n",
+            "a.obj:4: f: \"99999999999999999999\" is not an index",
+        ),
+        (
+            "f 1 2 5000000000\n",
+            "a.obj:4: f: vertex 5000000000, but the file has 3 vertices",
+        ),
+        (
+            "f 1 2 -4\n",
+            "a.obj:4: f: vertex -4, but only 3 came before",
+        ),
+        ("f 0 1 2\n", "a.obj:4: f: vertex 0, but indices start at 1"),
+        (
+            "f 1/1 2/1 3/1\n",
+            "a.obj:4: f: texture coordinate 1, but the file has 0 texture coordinates",
+        ),
+        (
+            "f 1//2 2//1 3//1\nvn 0 0 1\n",
+            "a.obj:4: f: normal 2, but the file has 1 normals",
+        ),
+        ("f 1 2\n", "a.obj:4: f: a face needs at least 3 corners"),
+        (
+            "f 1 2 3/1/1/1\n",
+            "a.obj:4: f: corner \"3/1/1/1\" has more than 3 indices",
+        ),
+        ("f 1 2 x\n", "a.obj:4: f: \"x\" is not an index"),
+        (
+            "f /1 /1 /1\nvt 0 0\n",
+            "a.obj:4: f: corner \"/1\" has no vertex",
+        ),
+        (
+            "v nan 0 0\n",
+            "a.obj:4: v: coordinate \"nan\" is not a finite number",
+        ),
+        (
+            "v 1e999 0 0\n",
+            "a.obj:4: v: coordinate \"1e999\" is not a finite number",
+        ),
+        (
+            "v 1,5 0 0\n",
+            "a.obj:4: v: coordinate \"1,5\" is not a finite number",
+        ),
+        (
+            "v 1 2\n",
+            "a.obj:4: v has 2 numbers, expected 3, or 6 with a colour",
+        ),
+        ("vt\n", "a.obj:4: vt has 0 numbers, expected 1"),
+        ("vn 1 2\n", "a.obj:4: vn has 2 numbers, expected 3"),
+        ("", "a.obj: no faces (f), only 3 vertices: nothing to see"),
+    ] {
+        assert_eq!(
+            error("a.obj", format!("{three}{text}")),
+            expected,
+            "{text:?}"
+        );
+    }
+    for name in ["malformed.obj", "box_UTF16BE.obj"] {
+        let path = data(name);
+        let error = message(read_model(&path, &Budget::default()).unwrap_err(), &path);
+        assert!(
+            error.starts_with(name)
+                && (error.contains(":28: f: vertex 0") || error.contains("UTF-16")),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn damage_is_never_silent_and_never_fatal() {
+    let text = format!("{CUBE}o two\nvt 0 0\nvt 1 0\nvn 0 0 1\nf 1/1/1 2/2/1 3/1/1 4/2/1 5/1/1\n");
+    // A text without counts may end at any line end.
+    truncations("a.obj", text.as_bytes(), |length| {
+        text.as_bytes()[..length].ends_with(b"\n")
+    });
+    mutations("a.obj", text.as_bytes(), 20_000);
+    for entry in std::fs::read_dir(data("fuzz")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().unwrap() == "obj" {
+            let _ = read_model(&path, &Budget::default());
+            mutations("a.obj", &std::fs::read(&path).unwrap(), 2000);
+        }
+    }
+}

@@ -1,0 +1,295 @@
+use std::fs;
+
+use raycam_formats::{Budget, png, read_model};
+
+use crate::common::{
+    area, data, error, folder, mesh, message, model, mutations, truncations, vector_area,
+};
+
+const HEADER: &str = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                      element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+
+fn ascii(rows: &str) -> String {
+    format!("ply\nformat ascii 1.0\n{HEADER}{rows}")
+}
+
+/// A tetrahedron with every kind of property, in all three forms.
+fn tetrahedron(form: &str) -> Vec<u8> {
+    let header = format!(
+        "ply\nformat {form} 1.0\ncomment made by hand\nobj_info none\nelement thing 2\nproperty list ushort double values\n\
+         property char tag\nelement vertex 4\nproperty double z\nproperty uchar red\nproperty short quality\n\
+         property float32 x\nproperty float y\nproperty uint8 green\nproperty uchar blue\nelement face 4\n\
+         property int32 flags\nproperty list uint8 uint vertex_index\nproperty list uchar short more\nend_header\n"
+    );
+    let points = [
+        [0.0, 0.0, 0.0_f64],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+    ];
+    let colors = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [188, 188, 188_u8]];
+    let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2_u32]];
+    if form == "ascii" {
+        let mut text = header + "2 0.5 1.5 -3\n0 7\n";
+        for (p, c) in points.iter().zip(colors) {
+            text += &format!("{} {} -2 {} {} {} {}\n", p[2], c[0], p[0], p[1], c[1], c[2]);
+        }
+        for f in faces {
+            text += &format!("-9 3 {} {} {} 1 -4\n", f[0], f[1], f[2]);
+        }
+        return text.into_bytes();
+    }
+    let big = form == "binary_big_endian";
+    let mut bytes = header.into_bytes();
+    let mut put = |value: &[u8]| {
+        if big {
+            bytes.extend(value.iter().rev());
+        } else {
+            bytes.extend(value);
+        }
+    };
+    put(&2_u16.to_le_bytes());
+    put(&0.5_f64.to_le_bytes());
+    put(&1.5_f64.to_le_bytes());
+    put(&(-3_i8).to_le_bytes());
+    put(&0_u16.to_le_bytes());
+    put(&7_i8.to_le_bytes());
+    for (p, c) in points.iter().zip(colors) {
+        put(&p[2].to_le_bytes());
+        put(&[c[0]]);
+        put(&(-2_i16).to_le_bytes());
+        put(&(p[0] as f32).to_le_bytes());
+        put(&(p[1] as f32).to_le_bytes());
+        put(&[c[1]]);
+        put(&[c[2]]);
+    }
+    for f in faces {
+        put(&(-9_i32).to_le_bytes());
+        put(&[3]);
+        f.iter().for_each(|v| put(&v.to_le_bytes()));
+        put(&[1]);
+        put(&(-4_i16).to_le_bytes());
+    }
+    bytes
+}
+
+#[test]
+fn all_forms_hold_the_same() {
+    let one = mesh("a.ply", tetrahedron("ascii"));
+    assert_eq!((one.vertices.len(), one.triangles.len()), (4, 4));
+    assert!(vector_area(&one).length() < 1e-15);
+    let colors = one.vertex_colors.as_ref().unwrap();
+    assert_eq!(colors[1], [0.0, 1.0, 0.0]);
+    assert!((colors[3][0] - 0.502886).abs() < 1e-5);
+    for form in ["binary_little_endian", "binary_big_endian"] {
+        assert_eq!(mesh("a.ply", tetrahedron(form)), one);
+    }
+}
+
+#[test]
+fn vertices_keep_every_digit() {
+    let mesh = mesh(
+        "a.ply",
+        ascii("0.1 0.2 0.3\n1 0 0\n0 1 0\n0 0 1e-9\n3 0 1 2\n"),
+    );
+    assert_eq!(mesh.vertices[0].to_array(), [0.1, 0.2, 0.3]);
+}
+
+#[test]
+fn polygons_become_triangles_with_their_colours() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
+                element face 2\nproperty list uchar int vertex_indices\nproperty float red\nproperty float green\n\
+                property float blue\nend_header\n0 0 0\n2 0 0\n2 2 0\n1 0.5 0\n0 2 0\n5 0 1 2 3 4 0.25 0.5 1\n3 0 1 2 0 0 0\n";
+    let mesh = mesh("a.ply", text);
+    assert_eq!(mesh.triangles.len(), 4);
+    assert_eq!(
+        mesh.face_colors.as_ref().unwrap()[2..],
+        [[0.25, 0.5, 1.0], [0.0; 3]]
+    );
+    // The arrow's area, counted once, and the triangle's.
+    assert!((area(&mesh) - (2.5 + 2.0)).abs() < 1e-12, "{}", area(&mesh));
+}
+
+#[test]
+fn strips_turn_one_way_and_begin_again() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n\
+                element tristrips 1\nproperty list int int vertex_indices\nend_header\n\
+                0 0 0\n0 1 0\n1 0 0\n1 1 0\n2 0 0\n2 1 0\n10 0 2 1 3 -1 2 4 3 5 5\n";
+    let mesh = mesh("a.ply", text);
+    assert_eq!(mesh.triangles, [[0, 2, 1], [1, 2, 3], [2, 4, 3], [3, 4, 5]]);
+    assert_eq!((area(&mesh), vector_area(&mesh).z), (2.0, 2.0));
+}
+
+#[test]
+fn texture_coordinates_have_their_origin_at_the_top() {
+    let model = read_model(&data("multi.ply"), &Budget::default()).unwrap();
+    let mesh = &model.parts[0].mesh;
+    assert_eq!(
+        mesh.uvs.as_deref(),
+        Some(&[[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]][..])
+    );
+    assert_eq!(mesh.vertex_colors.as_ref().unwrap()[0], [1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn corners_may_have_their_own_texture_coordinates_and_an_image() {
+    let folder = folder();
+    let image = png::encode([1, 1], 3, png::Samples::U8(&[1, 2, 3])).unwrap();
+    fs::write(folder.join("my image.png"), image).unwrap();
+    let text = "ply\nformat ascii 1.0\ncomment TextureFile my image.png\nelement vertex 4\nproperty float x\n\
+                property float y\nproperty float z\nelement face 2\nproperty list uchar int vertex_indices\n\
+                property list uchar float texcoord\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n\
+                3 0 1 2 6 0 0 1 0 1 1\n3 0 2 3 6 0.5 0 1 1 0 1\n";
+    let path = folder.join("a.ply");
+    fs::write(&path, text).unwrap();
+    let model = read_model(&path, &Budget::default()).unwrap();
+    let mesh = &model.parts[0].mesh;
+    // Corner 0 has two places in the image, corner 2 one.
+    assert_eq!(mesh.vertices.len(), 5);
+    let uvs = mesh.uvs.as_ref().unwrap();
+    assert_eq!(
+        mesh.triangles
+            .concat()
+            .iter()
+            .map(|&v| uvs[v as usize])
+            .collect::<Vec<_>>(),
+        [
+            [0.0, 1.0],
+            [1.0, 1.0],
+            [1.0, 0.0],
+            [0.5, 1.0],
+            [1.0, 0.0],
+            [0.0, 0.0]
+        ]
+    );
+    assert_eq!(
+        model.textures[model.materials[0].texture.unwrap()].texels,
+        [[1, 2, 3]]
+    );
+}
+
+#[test]
+fn headers_end_lines_as_on_every_system() {
+    let binary = tetrahedron("binary_little_endian");
+    let end = binary
+        .windows(11)
+        .position(|w| w == b"end_header\n")
+        .unwrap()
+        + 11;
+    let plain = mesh("a.ply", &binary);
+    for line_end in ["\r\n", "\r"] {
+        let header = String::from_utf8_lossy(&binary[..end]).replace('\n', line_end);
+        assert_eq!(
+            mesh("a.ply", [header.as_bytes(), &binary[end..]].concat()),
+            plain
+        );
+    }
+    for (name, triangles) in [
+        ("cube_binary_header_with_RN_newline.ply", 12),
+        ("delim_test.ply", 12),
+    ] {
+        let model = read_model(&data(name), &Budget::default()).unwrap();
+        assert_eq!(model.parts[0].mesh.triangles.len(), triangles, "{name}");
+    }
+}
+
+#[test]
+fn bad_files_are_told_with_line_or_byte() {
+    let rows = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+    for (text, expected) in [
+        (
+            ascii(&format!("{rows}3 0 1 4\n")),
+            "a.ply:14: face 0: vertex 4, but the file has 4 vertices (from 0)",
+        ),
+        (
+            ascii(&format!("{rows}3 0 1 -1\n")),
+            "a.ply:14: face 0: vertex -1, but the file has 4 vertices (from 0)",
+        ),
+        (
+            ascii(&format!("{rows}3 0 1 1.5\n")),
+            "a.ply:14: \"1.5\" is not a whole number",
+        ),
+        (
+            ascii(&format!("{rows}2 0 1   \n")),
+            "a.ply:14: face 0 has fewer than 3 corners",
+        ),
+        (
+            ascii(&format!("{rows}3 0 1\n")),
+            "a.ply:14: fewer values than the header declares",
+        ),
+        (
+            ascii(&format!("{rows}3 0 1 2 3\n")),
+            "a.ply:14: \"3\" after the values that the header declares",
+        ),
+        (
+            ascii("0 0 0\n\n1 nan 0\n0 1 0\n0 0 1\n3 0 1 2\n"),
+            "a.ply:12: vertex 1 is not finite: (1, NaN, 0)",
+        ),
+        (
+            ascii(rows),
+            "a.ply:13: ends before the rows that its header declares",
+        ),
+        (
+            ascii("").replace("face 1", "face 0") + rows,
+            "a.ply: no faces, only 4 vertices: nothing to see",
+        ),
+        (
+            ascii(rows).replace("vertex 4", "vertex 99999999999"),
+            "a.ply: element vertex has 99999999999 rows of at least 6 bytes, but 24 bytes follow the header",
+        ),
+        (
+            ascii(rows).replace("property float x", "property float w"),
+            "a.ply: element vertex has no x, y and z",
+        ),
+        (
+            ascii(rows).replace("float x", "quad x"),
+            "a.ply:4: expected property KIND NAME or property list KIND KIND NAME",
+        ),
+        (
+            ascii(rows).replace("ascii 1.0", "ascii 2.0"),
+            "a.ply:2: expected format ascii, binary_little_endian or binary_big_endian 1.0",
+        ),
+        (
+            ascii(rows).replace("element vertex 4", "element vertex"),
+            "a.ply:3: expected element NAME COUNT",
+        ),
+        ("plywood".into(), "a.ply:1: not a PLY file"),
+        ("ply\nformat ascii 1.0\n".into(), "a.ply:3: no end_header"),
+        (
+            "ply\nelement empty 5\nformat ascii 1.0\nend_header\n".into(),
+            "a.ply: element empty has 5 rows of at least 0 bytes, but 0 bytes follow the header",
+        ),
+    ] {
+        assert_eq!(error("a.ply", &text), expected, "{text}");
+    }
+    let binary = tetrahedron("binary_little_endian");
+    let cut = &binary[..binary.len() - 5];
+    assert!(error("a.ply", cut).ends_with("ends before the rows that its header declares"));
+    let path = data("crash.ply");
+    assert!(
+        message(read_model(&path, &Budget::default()).unwrap_err(), &path)
+            .starts_with("crash.ply:")
+    );
+}
+
+#[test]
+fn colours_outside_their_range_are_errors() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                property float red\nproperty float green\nproperty float blue\nelement face 1\n\
+                property list uchar int vertex_indices\nend_header\n0 0 0 0 0 0\n1 0 0 2 0 0\n0 1 0 0 0 0\n3 0 1 2\n";
+    assert_eq!(
+        error("a.ply", text),
+        "a.ply:14: vertex 1: colour [2.0, 0.0, 0.0] outside 0..=1"
+    );
+}
+
+#[test]
+fn damage_is_never_silent_and_never_fatal() {
+    for form in ["ascii", "binary_little_endian", "binary_big_endian"] {
+        let bytes = tetrahedron(form);
+        truncations("a.ply", &bytes, |_| false);
+        mutations("a.ply", &bytes, 20_000);
+    }
+    let extra = [&tetrahedron("binary_big_endian")[..], b"more"].concat();
+    assert!(model("a.ply", extra).notices[0].contains("4 bytes after the last row are not used"));
+}

@@ -1,0 +1,197 @@
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use raycam_formats::png::{Samples, encode};
+use raycam_formats::{Budget, FormatError, decode_texture, read_texture};
+use raycam_scene::Texture;
+
+use crate::common::{data, file, folder, message};
+
+fn read(name: &str, bytes: impl AsRef<[u8]>) -> (Texture, Vec<String>) {
+    read_texture(&file(name, bytes), &Budget::default()).unwrap()
+}
+
+#[test]
+fn texels_are_what_the_file_stores() {
+    let rgb: Vec<u8> = (0..3 * 2 * 3).map(|i| (i * 13) as u8).collect();
+    let (texture, notices) = read("a.png", encode([3, 2], 3, Samples::U8(&rgb)).unwrap());
+    assert_eq!(
+        (texture.size, texture.texels.as_flattened()),
+        ([3, 2], &rgb[..])
+    );
+    assert!(notices.is_empty(), "{notices:?}");
+    // By content, whatever the name says.
+    assert_eq!(
+        read("a.jpg", encode([3, 2], 3, Samples::U8(&rgb)).unwrap())
+            .0
+            .texels,
+        texture.texels
+    );
+}
+
+#[test]
+fn grey_grows_and_16_bits_are_rounded() {
+    let (texture, _) = read("a.png", encode([2, 1], 1, Samples::U8(&[7, 200])).unwrap());
+    assert_eq!(texture.texels, [[7; 3], [200; 3]]);
+    for (deep, shallow) in [
+        (0_u16, 0),
+        (128, 0),
+        (129, 1),
+        (257, 1),
+        (32767, 127),
+        (32896, 128),
+        (65535, 255),
+    ] {
+        let (texture, _) = read(
+            "a.png",
+            encode([1, 1], 3, Samples::U16(&[deep; 3])).unwrap(),
+        );
+        assert_eq!(texture.texels, [[shallow; 3]], "{deep}");
+    }
+}
+
+#[test]
+fn what_is_dropped_is_said() {
+    let (texture, notices) = read(
+        "a.png",
+        encode([1, 1], 4, Samples::U8(&[9, 8, 7, 6])).unwrap(),
+    );
+    assert_eq!(texture.texels, [[9, 8, 7]]);
+    assert!(
+        notices[0].ends_with("a.png: its transparency is dropped"),
+        "{notices:?}"
+    );
+    let (_, notices) = read("a.png", encode([1, 1], 2, Samples::U8(&[9, 255])).unwrap());
+    assert!(notices.is_empty(), "{notices:?}");
+    // A gAMA chunk of 1.0 in the place of the sRGB one.
+    let png = encode([1, 1], 1, Samples::U8(&[9])).unwrap();
+    let mut linear = png[..33].to_vec();
+    let gamma = b"gAMA\0\x01\x86\xa0";
+    linear.extend(4_u32.to_be_bytes());
+    linear.extend(gamma);
+    linear.extend(crc32(gamma).to_be_bytes());
+    let data = png.windows(4).position(|w| w == b"IDAT").unwrap() - 4;
+    linear.extend(&png[data..]);
+    let (texture, notices) = read("a.png", linear);
+    assert_eq!(texture.texels, [[9; 3]]);
+    assert!(
+        notices[0].contains("its gamma of 1 is not applied"),
+        "{notices:?}"
+    );
+}
+
+#[test]
+fn too_many_pixels_are_refused_before_they_are_decoded() {
+    // 65535 x 65535 pixels declared in a file of a few bytes.
+    let png = encode([1, 1], 1, Samples::U8(&[0])).unwrap();
+    let mut bomb = png.clone();
+    bomb[16..24].copy_from_slice(&[0, 0, 255, 255, 0, 0, 255, 255]);
+    let crc = crc32(&bomb[12..29]);
+    bomb[29..33].copy_from_slice(&crc.to_be_bytes());
+    let path = file("a.png", bomb);
+    let error = read_texture(&path, &Budget::default()).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            FormatError::Budget {
+                amount: 4_294_836_225,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    let path = file("a.png", encode([4, 4], 1, Samples::U8(&[0; 16])).unwrap());
+    let error = read_texture(
+        &path,
+        &Budget {
+            pixels: 15,
+            ..Budget::default()
+        },
+    )
+    .unwrap_err();
+    assert_eq!(
+        message(error, &path),
+        "a.png: 16 pixels, but the budget has 15 left; raise it if you trust the file"
+    );
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| {
+            (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg())
+        })
+    })
+}
+
+#[test]
+fn broken_images_are_errors() {
+    for kind in ["png", "jpeg"] {
+        for entry in fs::read_dir(data(kind)).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            let read = read_texture(&path, &Budget::default());
+            let fine = read.as_ref().is_ok_and(|(texture, _)| {
+                texture.texels.len() as u64
+                    == u64::from(texture.size[0]) * u64::from(texture.size[1])
+            });
+            let told = read
+                .as_ref()
+                .is_err_and(|error| error.to_string().contains(&name));
+            assert!(fine || told, "{name}: {read:?}");
+            assert!(
+                told || !name.starts_with("xc") && !name.starts_with("xd"),
+                "{name} is corrupt"
+            );
+        }
+    }
+    let path = file("a.png", "GIF89a");
+    assert_eq!(
+        message(read_texture(&path, &Budget::default()).unwrap_err(), &path),
+        "a.png: not a PNG or JPEG image"
+    );
+}
+
+#[test]
+fn an_image_that_ends_early_is_an_error() {
+    let pixels: Vec<u8> = (0..3 * 64).map(|i| (i * 37) as u8).collect();
+    let png = encode([8, 8], 3, Samples::U8(&pixels)).unwrap();
+    let decode =
+        |bytes: &[u8]| decode_texture(bytes.to_vec(), Path::new("a.img"), &Budget::default());
+    let whole = decode(&png).unwrap().0;
+    for length in 0..png.len() {
+        let read = decode(&png[..length]);
+        assert!(read.is_err() || read.unwrap().0 == whole, "{length}");
+    }
+    let mut jpeg = Vec::new();
+    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut jpeg, 90);
+    image::ImageEncoder::write_image(encoder, &pixels, 8, 8, image::ExtendedColorType::Rgb8)
+        .unwrap();
+    assert_eq!(decode(&jpeg).unwrap().0.size, [8, 8]);
+    for length in 0..jpeg.len() {
+        assert!(decode(&jpeg[..length]).is_err(), "{length}");
+    }
+    for at in 0..jpeg.len().min(700) {
+        let mut damaged = jpeg.clone();
+        damaged[at] ^= 0x55;
+        let _ = decode(&damaged);
+    }
+}
+
+#[test]
+fn devices_and_pipes_are_not_read() {
+    let pipe = folder().join("a.png");
+    if Command::new("mkfifo")
+        .arg(&pipe)
+        .status()
+        .is_ok_and(|status| status.success())
+    {
+        let error = read_texture(&pipe, &Budget::default()).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .ends_with("a device, pipe or socket, expected a regular file"),
+            "{error}"
+        );
+    }
+}
