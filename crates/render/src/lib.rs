@@ -35,7 +35,7 @@ pub use film::MAX_FRAME_BYTES;
 pub use filter::Filter;
 pub use frame::{Frame, Plane};
 pub use prepare::PreparedWorld;
-pub use raycam_bvh::InstructionSet;
 pub use queries::RayHits;
+pub use raycam_bvh::InstructionSet;
 pub use render::render;
 pub use settings::{Integrator, MAX_SAMPLES, Settings};

@@ -42,7 +42,10 @@ impl Lobe {
     /// The reflectance of a white lobe in 1/sr; all vectors are of unit length and point away from the surface.
     pub fn evaluate(&self, normal: Vec3, view: Vec3, light: Vec3) -> f32 {
         let mirror = 2.0 * normal.dot(view) * normal - view;
-        let cosine = mirror.dot(light).clamp(0.0, 1.0);
+        let cosine = mirror.dot(light).min(1.0);
+        if cosine <= 0.0 {
+            return 0.0;
+        }
         (self.shininess + 2.0) / (2.0 * PI) * cosine.powf(self.shininess)
     }
 
