@@ -29,6 +29,10 @@ pub(crate) fn planes(
         .ok()
         .filter(|_| bytes <= MAX_FRAME_BYTES)
         .ok_or_else(too_large)?;
+    // Asked for and given back: an allocation that fails below would end the process.
+    Vec::<u8>::new()
+        .try_reserve_exact(bytes as usize)
+        .map_err(|_| too_large())?;
     Ok(channels
         .iter()
         .map(|&channel| {

@@ -58,3 +58,47 @@ fn cumulative(x: f64) -> f64 {
     let term = |k: f64| (turn * k * x).sin() / (turn * k);
     (A[0] * x - A[1] * term(1.0) + A[2] * term(2.0) - A[3] * term(3.0)) / A[0]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Mean and variance of the offsets of evenly spread random numbers.
+    fn moments(filter: Filter) -> (f64, f64) {
+        let prepared = PreparedFilter::new(filter);
+        let n = 1 << 16;
+        let offsets: Vec<f64> = (0..n)
+            .map(|i| prepared.offset([(i as f32 + 0.5) / n as f32; 2])[0])
+            .collect();
+        let mean = offsets.iter().sum::<f64>() / f64::from(n);
+        (
+            mean,
+            offsets.iter().map(|x| x * x).sum::<f64>() / f64::from(n),
+        )
+    }
+
+    #[test]
+    fn samples_are_spread_as_the_filter_weighs() {
+        let (mean, variance) = moments(Filter::Box);
+        assert!(mean.abs() < 1e-6 && (variance - 1.0 / 12.0).abs() < 1e-6);
+        // The variance of the window by quadrature of its definition.
+        let window = |x: f64| {
+            let turn = std::f64::consts::TAU * (x / WIDTH + 0.5);
+            0.35875 - 0.48829 * turn.cos() + 0.14128 * (2.0 * turn).cos()
+                - 0.01168 * (3.0 * turn).cos()
+        };
+        let (mut sum, mut square) = (0.0, 0.0);
+        for i in 0..10_000 {
+            let x = ((f64::from(i) + 0.5) / 10_000.0 - 0.5) * WIDTH;
+            sum += window(x);
+            square += x * x * window(x);
+        }
+        let (mean, variance) = moments(Filter::BlackmanHarris);
+        assert!(mean.abs() < 1e-4, "{mean}");
+        assert!((variance / (square / sum) - 1.0).abs() < 1e-3, "{variance}");
+        for random in [0.0, 1.0 - f32::EPSILON / 2.0] {
+            let [x, y] = PreparedFilter::new(Filter::BlackmanHarris).offset([random; 2]);
+            assert!(x.abs() <= WIDTH / 2.0 && x == y);
+        }
+    }
+}

@@ -61,7 +61,7 @@ fn camera(size: f64, place: DVec3) -> raycam_scene::Camera {
         eye,
         place + size * DVec3::new(0.0, 0.0, 0.5),
         40.0,
-        [160, 120],
+        [96, 72],
     )
 }
 
@@ -115,9 +115,9 @@ fn surfaces_do_not_shade_themselves() {
                             && cosine > 0.1
                             && (color - expected).abs() > tolerance * expected
                     };
-                    let wrong = (0..160 * 120).filter(|&i| wrong(i)).count();
+                    let wrong = (0..96 * 72).filter(|&i| wrong(i)).count();
                     // With samples, a pixel may hold two facets of one object.
-                    let allowed = if samples == 1 { 0 } else { 160 };
+                    let allowed = if samples == 1 { 0 } else { 60 };
                     assert!(
                         wrong <= allowed,
                         "size {size} at {place} in_vertices {in_vertices}, {samples} samples: {wrong} wrong pixels"
@@ -189,7 +189,7 @@ fn ground_truth_keeps_its_digits_far_from_the_origin() {
             let far = render(&world, &there, &settings);
             let here = render(&near, &camera(1.0, DVec3::ZERO), &settings);
             let mut compared = 0;
-            for i in 0..160 * 120 {
+            for i in 0..96 * 72 {
                 let ids = |f| (i32s(f, Channel::Instance)[i], i32s(f, Channel::Triangle)[i]);
                 // At edges, the rounding of the place itself decides.
                 if ids(&far) != ids(&here) || ids(&far).0 < 0 {
@@ -204,7 +204,7 @@ fn ground_truth_keeps_its_digits_far_from_the_origin() {
                 );
                 let point = DVec3::from_slice(&f64s(&far, Channel::Position)[3 * i..3 * i + 3]);
                 let (pixel, in_front) = there.project(point);
-                let center = there.pixel_center_of(i as u32 % 160, i as u32 / 160);
+                let center = there.pixel_center_of(i as u32 % 96, i as u32 / 96);
                 assert!(
                     in_front && (pixel - center).length() < 1e-3,
                     "{pixel} {center}"
