@@ -22,14 +22,14 @@ pub struct Budget {
 }
 
 impl Default for Budget {
-    /// 8 GiB of files, 2³⁰ elements, 2²⁷ pixels (two textures of 8192 x 8192), 2³³ steps (some ten
-    /// seconds).
+    /// 4 GiB of files, 2³⁰ elements, 2²⁷ pixels (two textures of 8192 x 8192), 2²⁹ steps (some five seconds; enough for
+    /// any contour of 20,000 corners).
     fn default() -> Self {
         Self {
-            bytes: 8 << 30,
+            bytes: 4 << 30,
             elements: 1 << 30,
             pixels: 1 << 27,
-            steps: 1 << 33,
+            steps: 1 << 29,
         }
     }
 }

@@ -20,6 +20,7 @@ mod obj_model;
 mod off;
 mod ply;
 mod ply_header;
+mod ply_rows;
 pub mod png;
 mod polygon;
 mod polygons;

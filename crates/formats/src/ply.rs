@@ -9,13 +9,15 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::color::{Rgb, linear_from_srgb};
+use raycam_scene::color::Rgb;
 use raycam_scene::{Mesh, Model, Wrap};
 
 use crate::corners::{Corner, NONE, Vertices};
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
-use crate::ply_header::{self, Body, Element, Header, Kind};
+use crate::ply_header::{self, Body, Element, Header};
+use crate::ply_rows::Meaning::{self, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
+use crate::ply_rows::{Columns, Row};
 use crate::polygons::Polygons;
 use crate::{companion, single};
 
@@ -45,140 +47,6 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
     }
     ply.notices.extend(body.ending());
     ply.model(&header, folder)
-}
-
-/// What a column means.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Meaning {
-    X,
-    Y,
-    Z,
-    NormalX,
-    NormalY,
-    NormalZ,
-    Red,
-    Green,
-    Blue,
-    Alpha,
-    U,
-    V,
-    /// The image of a face.
-    Image,
-    /// A list of vertices.
-    Corners,
-    /// A list of texture coordinates, two for each corner.
-    CornerUvs,
-    Nothing,
-}
-
-use Meaning::{Alpha, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
-
-impl Meaning {
-    fn of(name: &str, list: bool) -> Self {
-        match (name, list) {
-            ("x", false) => X,
-            ("y", false) => Y,
-            ("z", false) => Z,
-            ("nx", false) => NormalX,
-            ("ny", false) => NormalY,
-            ("nz", false) => NormalZ,
-            ("red" | "r" | "diffuse_red", false) => Red,
-            ("green" | "g" | "diffuse_green", false) => Green,
-            ("blue" | "b" | "diffuse_blue", false) => Blue,
-            ("alpha" | "a" | "diffuse_alpha", false) => Alpha,
-            ("s" | "u" | "texture_u" | "texcoord_u", false) => U,
-            ("t" | "v" | "texture_v" | "texcoord_v", false) => V,
-            ("texnumber", false) => Self::Image,
-            ("vertex_indices" | "vertex_index", true) => Self::Corners,
-            ("texcoord", true) => Self::CornerUvs,
-            _ => Self::Nothing,
-        }
-    }
-}
-
-/// One row of a table: its numbers by meaning, and its lists.
-#[derive(Default)]
-struct Row {
-    numbers: [f64; Meaning::Nothing as usize + 1],
-    corners: Vec<f64>,
-    uvs: Vec<f64>,
-}
-
-/// The columns of an element.
-struct Columns<'a> {
-    element: &'a Element,
-    meanings: Vec<Meaning>,
-    /// The kind of its colours.
-    color: Kind,
-}
-
-impl<'a> Columns<'a> {
-    fn new(element: &'a Element) -> Self {
-        let meaning = |p: &ply_header::Property| Meaning::of(&p.name, p.list.is_some());
-        let meanings: Vec<_> = element.properties.iter().map(meaning).collect();
-        let red = meanings.iter().position(|&m| m == Red);
-        Self {
-            element,
-            color: red.map_or(Kind::U8, |i| element.properties[i].kind),
-            meanings,
-        }
-    }
-
-    fn have(&self, wanted: &[Meaning]) -> bool {
-        wanted.iter().all(|meaning| self.meanings.contains(meaning))
-    }
-
-    fn read(&self, body: &mut Body<'_>, row: &mut Row) -> Result<(), FormatError> {
-        row.corners.clear();
-        row.uvs.clear();
-        body.row()?;
-        for (property, &meaning) in self.element.properties.iter().zip(&self.meanings) {
-            let Some(list) = property.list else {
-                row.numbers[meaning as usize] = body.value(property.kind)?;
-                continue;
-            };
-            for _ in 0..body.length(list)? {
-                let value = body.value(property.kind)?;
-                match meaning {
-                    Meaning::Corners => row.corners.push(value),
-                    Meaning::CornerUvs => row.uvs.push(value),
-                    _ => {}
-                }
-            }
-        }
-        body.end_row()
-    }
-
-    /// The linear colour of a row.
-    fn color(&self, body: &Body<'_>, row: &Row, number: usize) -> Result<Rgb, FormatError> {
-        let given = [Red, Green, Blue].map(|m| row.numbers[m as usize]);
-        let one = self.white();
-        if given.iter().all(|c| (0.0..=one).contains(c)) {
-            let share = given.map(|c| (c / one) as f32);
-            return Ok(if self.color.is_float() {
-                share
-            } else {
-                share.map(linear_from_srgb)
-            });
-        }
-        let name = &self.element.name;
-        Err(body.error(format!(
-            "{name} {number}: colour {given:?} outside 0..={one}"
-        )))
-    }
-
-    /// The largest value of a colour.
-    fn white(&self) -> f64 {
-        match self.color {
-            Kind::F32 | Kind::F64 => 1.0,
-            Kind::U16 => 65535.0,
-            _ => 255.0,
-        }
-    }
-
-    fn opaque(&self, row: &Row) -> bool {
-        !self.have(&[Alpha]) || row.numbers[Alpha as usize] >= self.white()
-    }
 }
 
 struct Ply<'a> {

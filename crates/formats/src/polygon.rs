@@ -62,6 +62,8 @@ fn strictly_convex(flat: &[DVec2]) -> bool {
         && (1..flat.len() - 1).all(|i| turn(flat[0], flat[i], flat[i + 1]) > 0.0)
 }
 
+const NOWHERE: usize = usize::MAX;
+
 /// What is left of a polygon: a ring of corners, and those of them that are not strictly convex.
 struct Ears {
     flat: Vec<DVec2>,
@@ -69,7 +71,8 @@ struct Ears {
     previous: Vec<u32>,
     /// Only these can lie in an ear.
     reflex: Vec<u32>,
-    is_reflex: Vec<bool>,
+    /// Where each corner is in `reflex`, or [`NOWHERE`].
+    place: Vec<usize>,
 }
 
 impl Ears {
@@ -79,7 +82,7 @@ impl Ears {
             next: (1..count).chain([0]).collect(),
             previous: [count - 1].into_iter().chain(0..count - 1).collect(),
             reflex: Vec::new(),
-            is_reflex: vec![false; flat.len()],
+            place: vec![NOWHERE; flat.len()],
             flat,
         };
         (0..count).for_each(|corner| ears.classify(corner));
@@ -90,10 +93,9 @@ impl Ears {
         let mut left = self.flat.len();
         let (mut corner, mut tried) = (0, 0);
         while left > 3 {
-            *steps = steps
-                .checked_sub(1 + self.reflex.len() as u64)
-                .ok_or(OutOfSteps)?;
-            if !self.is_ear(corner) {
+            let (is_ear, compared) = self.is_ear(corner);
+            *steps = steps.checked_sub(1 + compared as u64).ok_or(OutOfSteps)?;
+            if !is_ear {
                 corner = self.next[corner as usize];
                 tried += 1;
                 if tried < left {
@@ -133,13 +135,14 @@ impl Ears {
         )
     }
 
-    fn is_ear(&self, corner: u32) -> bool {
-        if self.is_reflex[corner as usize] {
-            return false;
+    /// Whether the triangle at a corner can be cut off, and how many corners it was compared with.
+    fn is_ear(&self, corner: u32) -> (bool, usize) {
+        if self.is_reflex(corner) {
+            return (false, 0);
         }
         let (before, after) = self.neighbours(corner);
         let [a, b, c] = [before, corner, after].map(|i| self.flat[i as usize]);
-        !self.reflex.iter().any(|&other| {
+        let obstacle = self.reflex.iter().position(|&other| {
             let p = self.flat[other as usize];
             // A corner at the same place as one of these is a bridge to a hole, not an obstacle.
             p != a
@@ -148,7 +151,15 @@ impl Ears {
                 && turn(a, b, p) >= 0.0
                 && turn(b, c, p) >= 0.0
                 && turn(c, a, p) >= 0.0
-        })
+        });
+        (
+            obstacle.is_none(),
+            obstacle.map_or(self.reflex.len(), |at| at + 1),
+        )
+    }
+
+    fn is_reflex(&self, corner: u32) -> bool {
+        self.place[corner as usize] != NOWHERE
     }
 
     /// The first convex corner from `start` on, else the one that turns to the right the least.
@@ -156,24 +167,26 @@ impl Ears {
         let ring =
             || std::iter::successors(Some(start), |&c| Some(self.next[c as usize])).take(left);
         ring()
-            .find(|&c| !self.is_reflex[c as usize])
+            .find(|&c| !self.is_reflex(c))
             .or_else(|| ring().max_by(|&a, &b| self.turn_at(a).total_cmp(&self.turn_at(b))))
             .unwrap_or(start)
     }
 
     fn classify(&mut self, corner: u32) {
-        let is_reflex = self.turn_at(corner) <= 0.0;
-        if is_reflex && !self.is_reflex[corner as usize] {
+        self.forget(corner);
+        if self.turn_at(corner) <= 0.0 {
+            self.place[corner as usize] = self.reflex.len();
             self.reflex.push(corner);
-            self.is_reflex[corner as usize] = true;
-        } else if !is_reflex {
-            self.forget(corner);
         }
     }
 
     fn forget(&mut self, corner: u32) {
-        if std::mem::replace(&mut self.is_reflex[corner as usize], false) {
-            self.reflex.retain(|&c| c != corner);
+        let place = std::mem::replace(&mut self.place[corner as usize], NOWHERE);
+        if place != NOWHERE {
+            self.reflex.swap_remove(place);
+            if let Some(&moved) = self.reflex.get(place) {
+                self.place[moved as usize] = place;
+            }
         }
     }
 }

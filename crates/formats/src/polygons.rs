@@ -9,6 +9,9 @@ use crate::budget::Budget;
 use crate::error::FormatError;
 use crate::polygon;
 
+/// The most corners of one polygon: the memory to cut it stays in proportion to the file.
+const MOST_CORNERS: usize = 1 << 20;
+
 /// Polygons as one flat list of corners of any kind.
 #[derive(Clone, Debug)]
 pub(crate) struct Polygons<C> {
@@ -72,13 +75,20 @@ impl<C: Copy> Polygons<C> {
                 triangle(polygon, [a, b, c]);
                 continue;
             }
+            if corners.len() > MOST_CORNERS {
+                let message = format!(
+                    "a face of {} corners, more than {MOST_CORNERS}",
+                    corners.len()
+                );
+                return Err(FormatError::unsupported(path, message));
+            }
             points.clear();
             points.extend(corners.iter().map(|&c| position(c)));
             cut.clear();
             polygon::triangulate(&points, &mut budget.steps, &mut cut).map_err(|_| {
                 FormatError::Budget {
                     path: path.into(),
-                    what: "steps to cut its polygons into triangles, and more",
+                    what: "steps were not enough to cut its polygons into triangles",
                     amount: before,
                     left: 0,
                 }

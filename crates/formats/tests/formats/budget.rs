@@ -44,7 +44,7 @@ fn each_limit_stops_its_kind_of_file() {
         (
             "concave_polygon.obj",
             Budget { steps: 100, ..big },
-            "steps to cut its polygons into triangles, and more",
+            "steps were not enough to cut its polygons into triangles",
         ),
     ] {
         let path = data(name);

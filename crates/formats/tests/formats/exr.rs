@@ -156,9 +156,7 @@ fn another_reader_finds_the_same_values_and_the_camera() {
 #[test]
 fn large_pictures_come_back_whole() {
     let (columns, rows) = (257, 131);
-    let ids: Vec<i32> = (0..columns * rows)
-        .map(|i| i as i32 * 7919 % 1000 - 1)
-        .collect();
+    let ids: Vec<i32> = (0..columns * rows).map(|i| i * 7919 % 1000 - 1).collect();
     let file = encode(
         [columns as u32, rows as u32],
         &[layer("triangle", 1, Samples::Id(&ids))],

@@ -1,0 +1,145 @@
+//! The rows of a PLY file's tables by what their columns mean.
+
+use raycam_scene::color::{Rgb, linear_from_srgb};
+
+use crate::error::FormatError;
+use crate::ply_header::{self, Body, Element, Kind};
+
+/// What a column means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Meaning {
+    X,
+    Y,
+    Z,
+    NormalX,
+    NormalY,
+    NormalZ,
+    Red,
+    Green,
+    Blue,
+    Alpha,
+    U,
+    V,
+    /// The image of a face.
+    Image,
+    /// A list of vertices.
+    Corners,
+    /// A list of texture coordinates, two for each corner.
+    CornerUvs,
+    Nothing,
+}
+
+use Meaning::{Alpha, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
+
+impl Meaning {
+    fn of(name: &str, list: bool) -> Self {
+        match (name, list) {
+            ("x", false) => X,
+            ("y", false) => Y,
+            ("z", false) => Z,
+            ("nx", false) => NormalX,
+            ("ny", false) => NormalY,
+            ("nz", false) => NormalZ,
+            ("red" | "r" | "diffuse_red", false) => Red,
+            ("green" | "g" | "diffuse_green", false) => Green,
+            ("blue" | "b" | "diffuse_blue", false) => Blue,
+            ("alpha" | "a" | "diffuse_alpha", false) => Alpha,
+            ("s" | "u" | "texture_u" | "texcoord_u", false) => U,
+            ("t" | "v" | "texture_v" | "texcoord_v", false) => V,
+            ("texnumber", false) => Self::Image,
+            ("vertex_indices" | "vertex_index", true) => Self::Corners,
+            ("texcoord", true) => Self::CornerUvs,
+            _ => Self::Nothing,
+        }
+    }
+}
+
+/// One row of a table: its numbers by meaning, and its lists.
+#[derive(Default)]
+pub(crate) struct Row {
+    pub(crate) numbers: [f64; Meaning::Nothing as usize + 1],
+    pub(crate) corners: Vec<f64>,
+    pub(crate) uvs: Vec<f64>,
+}
+
+/// The columns of an element.
+pub(crate) struct Columns<'a> {
+    element: &'a Element,
+    meanings: Vec<Meaning>,
+    /// The kind of its colours.
+    color: Kind,
+}
+
+impl<'a> Columns<'a> {
+    pub(crate) fn new(element: &'a Element) -> Self {
+        let meaning = |p: &ply_header::Property| Meaning::of(&p.name, p.list.is_some());
+        let meanings: Vec<_> = element.properties.iter().map(meaning).collect();
+        let red = meanings.iter().position(|&m| m == Red);
+        Self {
+            element,
+            color: red.map_or(Kind::U8, |i| element.properties[i].kind),
+            meanings,
+        }
+    }
+
+    pub(crate) fn have(&self, wanted: &[Meaning]) -> bool {
+        wanted.iter().all(|meaning| self.meanings.contains(meaning))
+    }
+
+    pub(crate) fn read(&self, body: &mut Body<'_>, row: &mut Row) -> Result<(), FormatError> {
+        row.corners.clear();
+        row.uvs.clear();
+        body.row()?;
+        for (property, &meaning) in self.element.properties.iter().zip(&self.meanings) {
+            let Some(list) = property.list else {
+                row.numbers[meaning as usize] = body.value(property.kind)?;
+                continue;
+            };
+            for _ in 0..body.length(list)? {
+                let value = body.value(property.kind)?;
+                match meaning {
+                    Meaning::Corners => row.corners.push(value),
+                    Meaning::CornerUvs => row.uvs.push(value),
+                    _ => {}
+                }
+            }
+        }
+        body.end_row()
+    }
+
+    /// The linear colour of a row.
+    pub(crate) fn color(
+        &self,
+        body: &Body<'_>,
+        row: &Row,
+        number: usize,
+    ) -> Result<Rgb, FormatError> {
+        let given = [Red, Green, Blue].map(|m| row.numbers[m as usize]);
+        let one = self.white();
+        if given.iter().all(|c| (0.0..=one).contains(c)) {
+            let share = given.map(|c| (c / one) as f32);
+            return Ok(if self.color.is_float() {
+                share
+            } else {
+                share.map(linear_from_srgb)
+            });
+        }
+        let name = &self.element.name;
+        Err(body.error(format!(
+            "{name} {number}: colour {given:?} outside 0..={one}"
+        )))
+    }
+
+    /// The largest value of a colour.
+    fn white(&self) -> f64 {
+        match self.color {
+            Kind::F32 | Kind::F64 => 1.0,
+            Kind::U16 => 65535.0,
+            _ => 255.0,
+        }
+    }
+
+    pub(crate) fn opaque(&self, row: &Row) -> bool {
+        !self.have(&[Alpha]) || row.numbers[Alpha as usize] >= self.white()
+    }
+}
