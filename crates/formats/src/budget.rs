@@ -22,8 +22,8 @@ pub struct Budget {
 }
 
 impl Default for Budget {
-    /// 4 GiB of files, 2³⁰ elements, 2²⁷ pixels (two textures of 8192 x 8192), 2²⁹ steps (some five seconds; enough for
-    /// any contour of 20,000 corners).
+    /// 4 GiB of files, 2³⁰ elements, 2²⁷ pixels (two textures of 8192 x 8192), 2²⁹ steps (some five seconds; as a
+    /// rule enough for a contour of 20,000 corners).
     fn default() -> Self {
         Self {
             bytes: 4 << 30,
