@@ -241,9 +241,10 @@ fn through_mesh<I: Isa>(
 #[inline(always)]
 fn may_meet<I: Isa>(leaf: &Leaf, ray: &LocalRay, off: f32) -> u32 {
     let [kx, ky, kz] = ray.axes;
-    // SAFETY: each row of `vertex` holds 16 floats.
     let relative = |axis: usize| {
-        unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) }.sub(I::F16::splat(ray.origin[axis]))
+        // SAFETY: each row of `vertex` holds 16 floats.
+        let row = unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) };
+        row.sub(I::F16::splat(ray.origin[axis]))
     };
     let (rx, ry, rz) = (relative(kx), relative(ky), relative(kz));
     let px = rx.sub(I::F16::splat(ray.shear[0]).mul(rz));

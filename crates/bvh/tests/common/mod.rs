@@ -1,5 +1,5 @@
 //! Meshes, rays and float64 brute force for the tests.
-#![allow(dead_code)]
+#![allow(dead_code, clippy::type_complexity, clippy::needless_range_loop)]
 
 use std::sync::Arc;
 

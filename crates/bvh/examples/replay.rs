@@ -1,0 +1,282 @@
+//! Plays recorded rays through a mesh: `replay SCENE.tri [--threads N] [--quality fast|default|high] [--isa NAME]
+//! [--coherent yes|no|unknown] [--repeat 7] RAYS...`
+//!
+//! `.tri`: u32 vertex count, u32 triangle count, f32 positions, u32 indices, little endian. `.rays`: 7 f32 a ray
+//! (origin, direction, t_max); the `.hits` beside it: f32 t and u32 triangle a ray, or 1 for an occluded shadow ray.
+//! A file whose name starts with `shadow` asks for any hit, every other for the nearest; `bounce` rays count as
+//! incoherent and the others as coherent unless `--coherent` says otherwise.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::time::Instant;
+
+use raycam_bvh::{
+    BuildOptions, Bvh, Coherence, Hit, Instance, InstructionSet, NOTHING, Quality, Ray, Scene,
+};
+
+/// Counts what is allocated.
+struct Counting;
+
+static HELD: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call goes to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let held = HELD.fetch_add(layout.size(), Relaxed) + layout.size();
+        PEAK.fetch_max(held, Relaxed);
+        // SAFETY: as the caller vouches.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
+        HELD.fetch_sub(layout.size(), Relaxed);
+        // SAFETY: as the caller vouches.
+        unsafe { System.dealloc(at, layout) }
+    }
+    unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        let held = HELD.fetch_add(size, Relaxed) + size;
+        PEAK.fetch_max(held, Relaxed);
+        HELD.fetch_sub(layout.size(), Relaxed);
+        // SAFETY: as the caller vouches.
+        unsafe { System.realloc(at, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+struct Options {
+    threads: usize,
+    quality: Quality,
+    repeat: usize,
+    coherence: Option<Coherence>,
+    isa: InstructionSet,
+    files: Vec<String>,
+}
+
+type Error = Box<dyn std::error::Error>;
+
+fn main() -> Result<(), Error> {
+    let options = options()?;
+    let [tri, rays @ ..] = options.files.as_slice() else {
+        return Err("which SCENE.tri?".into());
+    };
+    let (vertices, triangles) = read_tri(tri)?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads)
+        .build()?;
+    let (mut bvh, mut build, mut held, mut peak) = (None, f64::INFINITY, 0, 0);
+    for _ in 0..3 {
+        drop(bvh.take());
+        let before = HELD.load(Relaxed);
+        PEAK.store(before, Relaxed);
+        let start = Instant::now();
+        let built = pool.install(|| {
+            Bvh::build(
+                &vertices,
+                &triangles,
+                &BuildOptions {
+                    quality: options.quality,
+                    ..Default::default()
+                },
+            )
+        })?;
+        build = build.min(start.elapsed().as_secs_f64());
+        held = HELD.load(Relaxed) - before;
+        peak = PEAK.load(Relaxed) - before;
+        bvh = Some(Arc::new(built));
+    }
+    let bvh = bvh.ok_or("no build")?;
+    let n = triangles.len() as f64;
+    println!(
+        "build {build:.3} s  {:.2} Mtri/s  held {:.1} B/tri  peak {:.1} B/tri",
+        n / build / 1e6,
+        held as f64 / n,
+        peak as f64 / n
+    );
+    let world_from_mesh = [
+        [1.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0],
+    ];
+    let mut scene = Scene::build(
+        vec![Instance {
+            bvh,
+            world_from_mesh,
+        }],
+        [0.0; 3],
+    )?;
+    if !scene.set_instruction_set(options.isa) {
+        return Err(format!("this machine has no {}", options.isa.name()).into());
+    }
+    rays.iter()
+        .try_for_each(|path| replay(&scene, path, &options))
+}
+
+fn replay(scene: &Scene, path: &str, options: &Options) -> Result<(), Error> {
+    let rays: Vec<Ray> = read(Path::new(path))?
+        .chunks_exact(28)
+        .map(|ray| {
+            let f = |i: usize| {
+                f32::from_le_bytes([ray[4 * i], ray[4 * i + 1], ray[4 * i + 2], ray[4 * i + 3]])
+            };
+            Ray {
+                origin: [f(0), f(1), f(2)],
+                direction: [f(3), f(4), f(5)],
+                t_max: f(6),
+            }
+        })
+        .collect();
+    let name = Path::new(path)
+        .file_stem()
+        .map(|stem| stem.to_string_lossy().into_owned())
+        .unwrap_or_default();
+    let any = name.starts_with("shadow");
+    let coherence = options
+        .coherence
+        .unwrap_or(match name.starts_with("bounce") {
+            true => Coherence::Incoherent,
+            false => Coherence::Coherent,
+        });
+    let mut hits = vec![Hit::MISS; rays.len()];
+    let mut dark = vec![false; rays.len()];
+    let mut times = vec![];
+    for _ in 0..=options.repeat {
+        let start = Instant::now();
+        if any {
+            in_parallel(options.threads, &rays, &mut dark, |rays, dark| {
+                scene.occluded(rays, dark, coherence)
+            });
+        } else {
+            in_parallel(options.threads, &rays, &mut hits, |rays, hits| {
+                scene.closest(rays, hits, coherence)
+            });
+        }
+        times.push(start.elapsed().as_secs_f64());
+    }
+    times.remove(0);
+    times.sort_by(f64::total_cmp);
+    let rate = |seconds: f64| rays.len() as f64 / seconds / 1e6;
+    let recorded = read(&Path::new(path).with_extension("hits")).unwrap_or_default();
+    let differ = recorded
+        .chunks_exact(8)
+        .enumerate()
+        .filter(|(i, hit)| {
+            let t = f32::from_le_bytes([hit[0], hit[1], hit[2], hit[3]]);
+            let id = u32::from_le_bytes([hit[4], hit[5], hit[6], hit[7]]);
+            if any {
+                return dark[*i] != (id == 1);
+            }
+            let ours = &hits[*i];
+            (ours.triangle == NOTHING) != (id == NOTHING)
+                || id != NOTHING && (ours.t - t).abs() > 1e-4 * t.abs()
+        })
+        .count();
+    let median = times.get(times.len() / 2).copied().unwrap_or(f64::NAN);
+    let best = times.first().copied().unwrap_or(f64::NAN);
+    println!(
+        "{name:<10} best {:7.2}  median {:7.2} Mray/s  differ {differ}",
+        rate(best),
+        rate(median)
+    );
+    Ok(())
+}
+
+/// Deals rays out to threads, 1024 at a time.
+fn in_parallel<T: Send>(
+    threads: usize,
+    rays: &[Ray],
+    answers: &mut [T],
+    query: impl Fn(&[Ray], &mut [T]) + Sync,
+) {
+    let work = std::sync::Mutex::new(rays.chunks(1024).zip(answers.chunks_mut(1024)));
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let Some((rays, answers)) = work.lock().ok().and_then(|mut work| work.next())
+                    else {
+                        return;
+                    };
+                    query(rays, answers);
+                }
+            });
+        }
+    });
+}
+
+fn options() -> Result<Options, Error> {
+    let mut options = Options {
+        threads: std::thread::available_parallelism().map_or(1, usize::from),
+        quality: Quality::Default,
+        repeat: 7,
+        coherence: None,
+        isa: InstructionSet::best(),
+        files: vec![],
+    };
+    let mut args = std::env::args().skip(1);
+    while let Some(arg) = args.next() {
+        let mut value = || args.next().ok_or(format!("{arg} needs a value"));
+        match arg.as_str() {
+            "--threads" => options.threads = value()?.parse()?,
+            "--repeat" => options.repeat = value()?.parse()?,
+            "--quality" => {
+                options.quality = match value()?.as_str() {
+                    "fast" => Quality::Fast,
+                    "default" => Quality::Default,
+                    "high" => Quality::High,
+                    other => return Err(format!("quality {other}: fast, default or high").into()),
+                }
+            }
+            "--coherent" => {
+                options.coherence = Some(match value()?.as_str() {
+                    "yes" => Coherence::Coherent,
+                    "no" => Coherence::Incoherent,
+                    "unknown" => Coherence::Unknown,
+                    other => return Err(format!("coherent {other}: yes, no or unknown").into()),
+                })
+            }
+            "--isa" => {
+                let name = value()?;
+                let known = InstructionSet::ALL
+                    .into_iter()
+                    .find(|isa| isa.name() == name);
+                options.isa = known.ok_or(format!("instruction set {name} is not known"))?;
+            }
+            _ => options.files.push(arg),
+        }
+    }
+    Ok(options)
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Error> {
+    std::fs::read(path).map_err(|e| format!("{}: {e}", path.display()).into())
+}
+
+type Indexed = (Vec<[f32; 3]>, Vec<[u32; 3]>);
+
+fn read_tri(path: &str) -> Result<Indexed, Error> {
+    let bytes = read(Path::new(path))?;
+    let mut words = bytes
+        .chunks_exact(4)
+        .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let (Some(v), Some(t)) = (words.next(), words.next()) else {
+        return Err("an empty .tri file".into());
+    };
+    let mut three = |n: u32| -> Vec<[u32; 3]> {
+        (0..n)
+            .map_while(|_| Some([words.next()?, words.next()?, words.next()?]))
+            .collect()
+    };
+    let vertices = three(v)
+        .into_iter()
+        .map(|p| p.map(f32::from_bits))
+        .collect();
+    let triangles = three(t);
+    if triangles.len() != t as usize {
+        return Err(format!("{path}: shorter than its head says").into());
+    }
+    Ok((vertices, triangles))
+}
