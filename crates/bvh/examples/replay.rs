@@ -79,7 +79,6 @@ fn main() -> Result<(), Error> {
                 &triangles,
                 &BuildOptions {
                     quality: options.quality,
-                    ..Default::default()
                 },
             )
         })?;

@@ -106,3 +106,19 @@ pub union Block {
 
 const _: () =
     assert!(size_of::<Node>() == 256 && size_of::<Leaf>() == 256 && size_of::<Block>() == 256);
+
+/// The node that a reference without [`LEAF`] leads to.
+#[inline(always)]
+pub fn node(blocks: &[Block], at: u32) -> &Node {
+    debug_assert!(at & LEAF == 0 && (at as usize) < blocks.len());
+    // SAFETY: the references of a tree lead to its own blocks, and say whether one is a node or a leaf.
+    unsafe { &blocks.get_unchecked(at as usize).node }
+}
+
+/// The leaf that a reference with [`LEAF`] leads to.
+#[inline(always)]
+pub fn leaf(blocks: &[Block], at: u32) -> &Leaf {
+    debug_assert!(at & LEAF != 0 && at != NO_CHILD);
+    // SAFETY: as in `node`.
+    unsafe { &blocks.get_unchecked((at & !LEAF) as usize).leaf }
+}

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::block::{Block, LEAF, LEAF_SIZE, Leaf, NO_CHILD, Node};
+use crate::block::{Block, LEAF, LEAF_SIZE, Leaf};
 use crate::build::{self, BuildItem, Leaves};
 use crate::error::BuildError;
 use crate::traverse::local::REACH_LIMIT;
@@ -118,20 +118,8 @@ impl Bvh {
         self.root
     }
 
-    /// The node that a reference without [`LEAF`] leads to.
-    #[inline(always)]
-    pub(crate) fn node(&self, at: u32) -> &Node {
-        debug_assert!(at & LEAF == 0 && (at as usize) < self.blocks.len());
-        // SAFETY: references come from this tree: they are in range, and say whether a block is a node or a leaf.
-        unsafe { &self.blocks.get_unchecked(at as usize).node }
-    }
-
-    /// The leaf that a reference with [`LEAF`] leads to.
-    #[inline(always)]
-    pub(crate) fn leaf(&self, at: u32) -> &Leaf {
-        debug_assert!(at & LEAF != 0 && at != NO_CHILD);
-        // SAFETY: as in `node`.
-        unsafe { &self.blocks.get_unchecked((at & !LEAF) as usize).leaf }
+    pub(crate) fn blocks(&self) -> &[Block] {
+        &self.blocks
     }
 
     /// The triangle at a position in the order of the leaves.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::block::{Block, LEAF, NO_CHILD, Node};
+use crate::block::{Block, LEAF, NO_CHILD};
 use crate::build::{self, BuildItem, Leaves};
 use crate::dispatch::{InstructionSet, Machine};
 use crate::error::BuildError;
@@ -164,6 +164,9 @@ impl Scene {
                 stretch: usable.map_or(0.0, |m| norm(&m.map(|row| row.map(f64::from))) as f32),
             });
         }
+        if direct {
+            scene.reach = scene.placed[0].bvh.reach();
+        }
         let tree = build::build(items, &Instances);
         (scene.blocks, scene.root, scene.lower, scene.upper) =
             (tree.blocks, tree.root, tree.lower, tree.upper);
@@ -212,12 +215,9 @@ impl Scene {
         traverse::closest_exact(self.machine, self, rays, triangles, hits);
     }
 
-    /// A node above the instances.
-    #[inline(always)]
-    pub(crate) fn node(&self, at: u32) -> &Node {
-        debug_assert!(at & LEAF == 0 && (at as usize) < self.blocks.len());
-        // SAFETY: references come from this tree, whose blocks are all nodes.
-        unsafe { &self.blocks.get_unchecked(at as usize).node }
+    /// The nodes above the instances.
+    pub(crate) fn blocks(&self) -> &[Block] {
+        &self.blocks
     }
 
     /// By how much boxes of instances must be padded for a ray that starts within `distance` of the scene's origin:

@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::avx2::Ymm;
+use super::avx2::{Ymm, descending_keys, sorted};
 use super::{Isa, Vector};
 
 /// x86-64 with AVX-512 F, VL, DQ and BW.
@@ -94,6 +94,7 @@ impl Isa for Avx512 {
     type F8 = Ymm;
     type F16 = Zmm;
     type Index = __m512i;
+    type Order = __m256i;
 
     #[inline(always)]
     fn index(packed: u64) -> __m512i {
@@ -107,5 +108,25 @@ impl Isa for Avx512 {
     fn lookup(table: Zmm, index: __m512i) -> Zmm {
         // The permutation reads the low four bits of each index.
         on_avx512!(Zmm(_mm512_permutexvar_ps(index, table.0)))
+    }
+    #[inline(always)]
+    fn compress(v: Ymm, mask: u32) -> Ymm {
+        on_avx512!(Ymm(_mm256_maskz_compress_ps(mask as u8, v.0)))
+    }
+    #[inline(always)]
+    fn descending(v: Ymm, mask: u32) -> __m256i {
+        on_avx512!(sorted(_mm256_mask_mov_epi32(
+            _mm256_set1_epi32(-1),
+            mask as u8,
+            descending_keys(v)
+        )))
+    }
+    #[inline(always)]
+    fn reorder(v: Ymm, order: __m256i) -> Ymm {
+        on_avx512!(Ymm(_mm256_permutevar8x32_ps(v.0, order)))
+    }
+    #[inline(always)]
+    fn prefetch(at: *const u8) {
+        on_avx512!(_mm_prefetch::<_MM_HINT_T0>(at.cast()))
     }
 }

@@ -65,11 +65,48 @@ pub trait Isa: Copy + 'static {
     type F16: Vector;
     /// Sixteen indices into sixteen lanes.
     type Index: Copy;
+    /// Eight indices into eight lanes.
+    type Order: Copy;
 
     /// Spreads sixteen packed 4-bit indices: that of lane i stands in bits `4 * (i / 2)` of 32-bit word `i % 2`.
     fn index(packed: u64) -> Self::Index;
     /// `table[index]`, lane by lane.
     fn lookup(table: Self::F16, index: Self::Index) -> Self::F16;
+    /// The lanes named by `mask`, in order, in the first lanes; what follows them is anything.
+    fn compress(v: Self::F8, mask: u32) -> Self::F8;
+    /// The lanes named by `mask` from the greatest value to the least, up to 7 ulp; what follows them is anything.
+    /// The values are not negative.
+    fn descending(v: Self::F8, mask: u32) -> Self::Order;
+    /// `v[order]`, lane by lane.
+    fn reorder(v: Self::F8, order: Self::Order) -> Self::F8;
+    /// Asks for a cache line.
+    fn prefetch(at: *const u8);
+}
+
+/// For every mask of eight lanes: where [`Isa::compress`] takes each lane from.
+pub static COMPRESS: [[u8; 8]; 256] = {
+    let mut table = [[0; 8]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut n) = (0, 0);
+        while lane < 8 {
+            if mask >> lane & 1 != 0 {
+                table[mask][n] = lane as u8;
+                n += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    table
+};
+
+/// [`Isa::descending`] for those without a better way.
+pub fn descending(v: &[f32; 8], mask: u32) -> [u8; 8] {
+    let mut order = COMPRESS[mask as usize & 255];
+    order[..mask.count_ones() as usize]
+        .sort_by(|&a, &b| v[b as usize & 7].total_cmp(&v[a as usize & 7]));
+    order
 }
 
 /// Packs sixteen indices below 16 as [`Isa::index`] reads them.

@@ -6,8 +6,9 @@
 //! scene's box: the bound counts from there.
 
 use super::local::{EPS, LocalRay};
-use super::single::{Stack, enter_children};
-use crate::block::{LEAF, Leaf, NO_CHILD};
+use super::stack::Stack;
+use super::steps::enter_children;
+use crate::block::{LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::ray::{ExactHit, ExactRay};
 use crate::scene::{ExactTriangles, Placed, Scene};
 use crate::simd::{Isa, Vector};
@@ -148,22 +149,21 @@ fn through_scene<I: Isa>(
     let distance = start[0].abs().max(start[1].abs()).max(start[2].abs());
     let slack = 2.0 * scene.slack(distance) + ray.drift as f32 * 2.0;
     let mut stack = Stack::new();
-    let mut enter = [0.0; 8];
     let mut at = scene.root;
     if let Some(outer) = LocalRay::new(start, direction, scene.reach, slack) {
         loop {
             if at & LEAF == 0 {
-                let node = scene.node(at);
+                let node = node(scene.blocks(), at);
                 let limit = outer.inner_t(ray.limit()).next_up();
-                let into = enter_children::<I>(node, &outer, limit, &mut enter);
+                let (into, enter) = enter_children::<I>(node, &outer, limit);
                 if into != 0 {
-                    at = stack.push_children(node, &enter, into);
+                    at = stack.push::<I, true>(node, enter, into);
                     continue;
                 }
             } else {
                 through_mesh::<I>(scene, at & !LEAF, &mut ray, distance, triangles);
             }
-            match stack.pop(outer.inner_t(ray.limit()).next_up()) {
+            match stack.pop(0, outer.inner_t(ray.limit()).next_up()) {
                 Some(next) => at = next,
                 None => break,
             }
@@ -201,23 +201,18 @@ fn through_mesh<I: Isa>(
     };
     let off = off + 8.0 * EPS * local.magnitude;
     let mut stack = Stack::new();
-    let mut enter = [0.0; 8];
     let mut at = mesh.root();
     loop {
         if at & LEAF == 0 {
-            let node = mesh.node(at);
-            let into = enter_children::<I>(
-                node,
-                &local,
-                local.inner_t(ray.limit()).next_up(),
-                &mut enter,
-            );
+            let node = node(mesh.blocks(), at);
+            let (into, enter) =
+                enter_children::<I>(node, &local, local.inner_t(ray.limit()).next_up());
             if into != 0 {
-                at = stack.push_children(node, &enter, into);
+                at = stack.push::<I, true>(node, enter, into);
                 continue;
             }
         } else {
-            let leaf = mesh.leaf(at);
+            let leaf = leaf(mesh.blocks(), at);
             let mut near = may_meet::<I>(leaf, &local, off);
             while near != 0 {
                 let lane = near.trailing_zeros();
@@ -226,7 +221,7 @@ fn through_mesh<I: Isa>(
                 ray.decide(triangles.corners(instance, triangle), instance, triangle);
             }
         }
-        match stack.pop(local.inner_t(ray.limit()).next_up()) {
+        match stack.pop(0, local.inner_t(ray.limit()).next_up()) {
             Some(next) => at = next,
             None => return,
         }

@@ -48,6 +48,20 @@ pub struct LocalRay {
 }
 
 impl LocalRay {
+    /// No ray yet.
+    pub const NONE: LocalRay = LocalRay {
+        origin: [0.0; 3],
+        reciprocal: [0.0; 3],
+        near: [0.0; 3],
+        far: [0.0; 3],
+        pad: [0.0; 3],
+        entry: [0; 3],
+        axes: [0; 3],
+        shear: [0.0; 3],
+        magnitude: 0.0,
+        t_scale: 1.0,
+    };
+
     /// A ray against a tree whose coordinates are at most `reach`, which pads boxes by `slack` in addition, a length;
     /// `None` for a ray that meets nothing by definition: not finite, without direction, or from beyond 2^50.
     #[inline(always)]

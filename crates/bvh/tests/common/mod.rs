@@ -44,17 +44,7 @@ pub struct Mesh {
 
 impl Mesh {
     pub fn build(&self, quality: Quality) -> Arc<Bvh> {
-        Arc::new(
-            Bvh::build(
-                &self.vertices,
-                &self.triangles,
-                &BuildOptions {
-                    quality,
-                    ..Default::default()
-                },
-            )
-            .unwrap(),
-        )
+        Arc::new(Bvh::build(&self.vertices, &self.triangles, &BuildOptions { quality }).unwrap())
     }
     pub fn scene(&self, quality: Quality) -> Scene {
         Scene::build(

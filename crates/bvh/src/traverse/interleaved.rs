@@ -1,0 +1,264 @@
+//! Rays that run apart: several are traced in turn on one thread, each a step at a time, while the memory that the
+//! others' next steps need is on its way.
+
+use super::local::LocalRay;
+use super::stack::Stack;
+use super::steps::{Best, NO_SLOT, enter_children, transformed};
+use super::triangle::{Found, test};
+use crate::block::{Block, LEAF, NO_CHILD, leaf, node};
+use crate::mesh::Bvh;
+use crate::ray::{Hit, Ray};
+use crate::scene::Scene;
+use crate::simd::Isa;
+
+/// How many rays take turns. An odd number of cache lines per [`Slot`] keeps them in different cache sets.
+const SLOTS: usize = 12;
+
+/// Where a batch gets its rays from and brings its answers to.
+pub trait Batch {
+    /// The next ray, and a number to answer it by.
+    fn next(&mut self) -> Option<(Ray, usize)>;
+    fn answer(&mut self, number: usize, hit: Hit);
+}
+
+/// A ray on its way.
+#[repr(C, align(64))]
+struct Slot<'a> {
+    /// In the coordinates of the tree that `blocks` belong to.
+    ray: LocalRay,
+    blocks: &'a [Block],
+    at: u32,
+    /// Entries below belong to the tree over instances.
+    base: u32,
+    best: Best,
+    /// The mesh that is being traced; `None` above the instances.
+    mesh: Option<&'a Bvh>,
+    instance: u32,
+    number: usize,
+    hit: Hit,
+    given: Ray,
+    stack: Stack,
+}
+
+impl<'a> Slot<'a> {
+    #[inline(always)]
+    fn idle() -> Self {
+        Self {
+            ray: LocalRay::NONE,
+            blocks: &[],
+            at: NO_CHILD,
+            base: 0,
+            best: Best::nothing(0.0),
+            mesh: None,
+            instance: 0,
+            number: 0,
+            hit: Hit::MISS,
+            given: Ray {
+                origin: [0.0; 3],
+                direction: [0.0; 3],
+                t_max: 0.0,
+            },
+            stack: Stack::new(),
+        }
+    }
+
+    /// Starts a ray; false if it meets nothing by definition.
+    #[inline(always)]
+    fn start(&mut self, scene: &'a Scene, given: Ray, number: usize) -> bool {
+        self.hit = Hit::MISS;
+        self.number = number;
+        self.given = given;
+        self.stack.len = 0;
+        self.base = 0;
+        if scene.root == NO_CHILD || given.t_max.is_nan() || given.t_max < 0.0 {
+            return false;
+        }
+        if scene.direct {
+            return self.enter::<true>(scene, 0, given.t_max);
+        }
+        self.leave(scene, given.t_max)
+    }
+
+    /// Goes above the instances.
+    #[inline(always)]
+    fn leave(&mut self, scene: &'a Scene, t_max: f32) -> bool {
+        let Some(outer) = scene.outer_ray(&self.given) else {
+            return false;
+        };
+        self.best = Best::nothing(outer.inner_t(t_max));
+        self.ray = outer;
+        self.blocks = scene.blocks();
+        self.mesh = None;
+        self.at = scene.root;
+        true
+    }
+
+    /// Goes into an instance.
+    #[inline(always)]
+    fn enter<const DIRECT: bool>(&mut self, scene: &'a Scene, instance: u32, t_max: f32) -> bool {
+        let placed = &scene.placed[instance as usize];
+        let mesh = &*placed.bvh;
+        let local = if DIRECT {
+            scene.outer_ray(&self.given)
+        } else {
+            transformed(scene, placed, &self.given)
+        };
+        let Some(local) = local else { return false };
+        self.best = Best::nothing(local.inner_t(t_max));
+        self.ray = local;
+        self.blocks = mesh.blocks();
+        self.mesh = Some(mesh);
+        self.instance = instance;
+        self.at = mesh.root();
+        true
+    }
+
+    /// Takes over what the instance had.
+    #[inline(always)]
+    fn conclude(&mut self) {
+        if let (Some(mesh), true) = (self.mesh, self.best.slot != NO_SLOT) {
+            let t = self.ray.outer_t(self.best.t);
+            if (t, self.instance) < (self.hit.t, self.hit.instance) {
+                let Best { u, v, slot, .. } = self.best;
+                self.hit = Hit {
+                    t,
+                    u,
+                    v,
+                    instance: self.instance,
+                    triangle: mesh.id(slot),
+                };
+            }
+        }
+    }
+
+    /// The t up to which the scene is of interest.
+    #[inline(always)]
+    fn t_max(&self) -> f32 {
+        if self.hit.t < self.given.t_max {
+            self.hit.t
+        } else {
+            self.given.t_max
+        }
+    }
+
+    /// One node or leaf; true once the ray is done.
+    #[inline(always)]
+    fn step<I: Isa, const ANY: bool>(&mut self, scene: &'a Scene, found: &mut Found) -> bool {
+        if self.at & LEAF == 0 {
+            let node = node(self.blocks, self.at);
+            let (mask, enter) = enter_children::<I>(node, &self.ray, self.best.t);
+            if mask != 0 {
+                self.at = if ANY {
+                    self.stack.push::<I, false>(node, enter, mask)
+                } else {
+                    self.stack.push::<I, true>(node, enter, mask)
+                };
+                self.prefetch::<I>();
+                return false;
+            }
+        } else if let Some(mesh) = self.mesh {
+            let leaf = leaf(self.blocks, self.at);
+            let mask = test::<I>(leaf, &self.ray, self.best.t, found);
+            if mask != 0 {
+                if ANY {
+                    self.hit.instance = self.instance;
+                    return true;
+                }
+                self.best.take(mesh, leaf.first, mask, found);
+            }
+        } else if self.enter_instance(scene) {
+            return false;
+        }
+        match self.stack.pop(self.base as usize, self.best.t) {
+            Some(next) => {
+                self.at = next;
+                self.prefetch::<I>();
+                false
+            }
+            None => self.pop_instance(scene),
+        }
+    }
+
+    /// Enters the instance at hand.
+    #[inline(never)]
+    fn enter_instance(&mut self, scene: &'a Scene) -> bool {
+        let t_max = self.t_max();
+        self.base = self.stack.len as u32;
+        self.enter::<false>(scene, self.at & !LEAF, t_max) || {
+            self.base = 0;
+            false
+        }
+    }
+
+    /// The mesh is done: goes on above it. True once there is nothing left.
+    #[inline(never)]
+    fn pop_instance(&mut self, scene: &'a Scene) -> bool {
+        self.conclude();
+        if scene.direct || self.mesh.is_none() || self.stack.len == 0 {
+            return true;
+        }
+        let t_max = self.t_max();
+        self.base = 0;
+        if !self.leave(scene, t_max) {
+            return true;
+        }
+        match self.stack.pop(0, self.best.t) {
+            Some(next) => {
+                self.at = next;
+                false
+            }
+            None => true,
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch<I: Isa>(&self) {
+        let at = self
+            .blocks
+            .as_ptr()
+            .wrapping_add((self.at & !LEAF) as usize)
+            .cast::<u8>();
+        for line in 0..4 {
+            I::prefetch(at.wrapping_add(64 * line));
+        }
+    }
+}
+
+/// Traces a batch. With `ANY`, any hit will do: of the answer, only whether there is an instance counts.
+#[inline(always)]
+pub fn trace<I: Isa, B: Batch, const ANY: bool>(scene: &Scene, batch: &mut B) {
+    let mut slots: [Slot; SLOTS] = std::array::from_fn(|_| Slot::idle());
+    let mut found = Found::NOTHING;
+    let mut n = 0;
+    while n < SLOTS && refill(&mut slots[n], scene, batch) {
+        n += 1;
+    }
+    while n > 0 {
+        let mut i = 0;
+        while i < n {
+            // SAFETY: `i` is below `n`, which is at most `SLOTS`.
+            let slot = unsafe { slots.get_unchecked_mut(i) };
+            if slot.step::<I, ANY>(scene, &mut found) {
+                batch.answer(slot.number, slot.hit);
+                if !refill(slot, scene, batch) {
+                    n -= 1;
+                    slots.swap(i, n);
+                    continue;
+                }
+            }
+            i += 1;
+        }
+    }
+}
+
+/// Starts the next ray that can meet anything, and answers those before it.
+#[inline(always)]
+fn refill<'a, B: Batch>(slot: &mut Slot<'a>, scene: &'a Scene, batch: &mut B) -> bool {
+    while let Some((ray, number)) = batch.next() {
+        if slot.start(scene, ray, number) {
+            return true;
+        }
+        batch.answer(number, Hit::MISS);
+    }
+    false
+}

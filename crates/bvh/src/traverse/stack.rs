@@ -1,0 +1,75 @@
+//! What a ray has left to visit.
+
+use std::mem::MaybeUninit;
+
+use crate::block::Node;
+use crate::build::MAX_DEPTH;
+use crate::simd::{Isa, Vector};
+
+/// A path has at most `MAX_DEPTH` nodes in the tree over instances and as many in a mesh, each leaves at most 7
+/// children for later, and [`Stack::push`] writes 8 at once: no stack grows beyond this.
+const STACK: usize = 2 * 7 * MAX_DEPTH + 8;
+
+/// References with the t at which the ray enters them.
+pub struct Stack {
+    pub len: usize,
+    child: [MaybeUninit<u32>; STACK],
+    enter: [MaybeUninit<f32>; STACK],
+}
+
+impl Stack {
+    #[inline(always)]
+    pub fn new() -> Self {
+        Self {
+            len: 0,
+            child: [const { MaybeUninit::uninit() }; STACK],
+            enter: [const { MaybeUninit::uninit() }; STACK],
+        }
+    }
+
+    /// Puts the children of `mask`, which is not 0, on the stack but for the last one, which is returned: the nearest
+    /// one if they are `SORTED`.
+    #[inline(always)]
+    pub fn push<I: Isa, const SORTED: bool>(
+        &mut self,
+        node: &Node,
+        enter: I::F8,
+        mask: u32,
+    ) -> u32 {
+        debug_assert!(self.len + 8 <= STACK && mask != 0);
+        // SAFETY: `STACK` leaves room for 8 more entries, by the depth of every tree (see there). References are
+        // carried as floats, of which no arithmetic is done.
+        unsafe {
+            let child = I::F8::load(node.child.as_ptr().cast());
+            let (child, enter) = if SORTED {
+                let order = I::descending(enter, mask);
+                (I::reorder(child, order), I::reorder(enter, order))
+            } else {
+                (I::compress(child, mask), I::compress(enter, mask))
+            };
+            child.store(self.child.as_mut_ptr().add(self.len).cast());
+            enter.store(self.enter.as_mut_ptr().add(self.len).cast());
+            self.len += mask.count_ones() as usize - 1;
+            self.child.get_unchecked(self.len).assume_init()
+        }
+    }
+
+    /// Takes the last entry above `base` that is entered no later than `t_max`.
+    #[inline(always)]
+    pub fn pop(&mut self, base: usize, t_max: f32) -> Option<u32> {
+        while self.len > base {
+            self.len -= 1;
+            // SAFETY: entries below the former `len` were written by `push`.
+            let (child, enter) = unsafe {
+                (
+                    self.child.get_unchecked(self.len).assume_init(),
+                    self.enter.get_unchecked(self.len).assume_init(),
+                )
+            };
+            if enter <= t_max {
+                return Some(child);
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,120 @@
+//! The steps that every traversal is made of.
+
+use super::local::LocalRay;
+use super::triangle::Found;
+use crate::block::Node;
+use crate::mesh::Bvh;
+use crate::ray::Ray;
+use crate::scene::{Placed, Scene};
+use crate::simd::{Isa, Vector};
+
+/// The nearest hit so far, in t of the local ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Best {
+    pub t: f32,
+    pub u: f32,
+    pub v: f32,
+    /// Position in the mesh's list of ids, or [`NO_SLOT`].
+    pub slot: u32,
+}
+
+/// No triangle yet.
+pub const NO_SLOT: u32 = u32::MAX;
+
+impl Best {
+    /// Nothing at `t_max` or before.
+    #[inline(always)]
+    pub fn nothing(t_max: f32) -> Best {
+        Best {
+            t: t_max,
+            u: 0.0,
+            v: 0.0,
+            slot: NO_SLOT,
+        }
+    }
+
+    /// Takes the triangles of `hit` where they come first by (t, id).
+    #[inline(always)]
+    pub fn take(&mut self, mesh: &Bvh, first: u32, mut hit: u32, found: &Found) {
+        while hit != 0 {
+            let lane = hit.trailing_zeros() as usize & 15;
+            hit &= hit - 1;
+            let (t, slot) = (found.t[lane], first + lane as u32);
+            let before = t < self.t
+                || t == self.t && (self.slot == NO_SLOT || mesh.id(slot) < mesh.id(self.slot));
+            if before {
+                *self = Best {
+                    t,
+                    u: found.u[lane],
+                    v: found.v[lane],
+                    slot,
+                };
+            }
+        }
+    }
+}
+
+/// Which children of a node the ray enters no later than `t_max`, and where.
+#[inline(always)]
+pub fn enter_children<I: Isa>(node: &Node, ray: &LocalRay, t_max: f32) -> (u32, I::F8) {
+    let near = |axis: usize| {
+        // SAFETY: `entry` is one of the six rows, each of 8 floats.
+        let bound = unsafe { I::F8::load(node.bounds.get_unchecked(ray.entry[axis]).as_ptr()) };
+        bound.mul_sub_loose(
+            I::F8::splat(ray.reciprocal[axis]),
+            I::F8::splat(ray.near[axis]),
+        )
+    };
+    let far = |axis: usize| {
+        // SAFETY: as above; the lowest bit chooses between the two rows of an axis.
+        let bound = unsafe { I::F8::load(node.bounds.get_unchecked(ray.entry[axis] ^ 1).as_ptr()) };
+        bound.mul_sub_loose(
+            I::F8::splat(ray.reciprocal[axis]),
+            I::F8::splat(ray.far[axis]),
+        )
+    };
+    let t_enter = near(0).max(near(1)).max(near(2).max(I::F8::splat(0.0)));
+    let t_leave = far(0).min(far(1)).min(far(2).min(I::F8::splat(t_max)));
+    (<I::F8 as Vector>::bits(t_enter.le(t_leave)), t_enter)
+}
+
+/// The ray of the scene in the coordinates of a placed mesh.
+#[inline(always)]
+pub fn transformed(scene: &Scene, placed: &Placed, ray: &Ray) -> Option<LocalRay> {
+    let m = &placed.mesh_from_scene;
+    let unit = scene.unit as f32;
+    let (o, d) = (
+        ray.origin.map(|x| x * unit),
+        ray.direction.map(|x| x * unit),
+    );
+    let turned = |v: [f32; 3], row: usize| m[row][0] * v[0] + m[row][1] * v[1] + m[row][2] * v[2];
+    LocalRay::new(
+        [
+            turned(o, 0) + m[0][3],
+            turned(o, 1) + m[1][3],
+            turned(o, 2) + m[2][3],
+        ],
+        [turned(d, 0), turned(d, 1), turned(d, 2)],
+        placed.bvh.reach(),
+        0.0,
+    )
+}
+
+impl Scene {
+    /// The ray in the coordinates of the tree over instances, or of the only mesh if that is in its place.
+    #[inline(always)]
+    pub fn outer_ray(&self, ray: &Ray) -> Option<LocalRay> {
+        let unit = self.unit as f32;
+        let (o, d) = (
+            ray.origin.map(|x| x * unit),
+            ray.direction.map(|x| x * unit),
+        );
+        let distance = o[0].abs().max(o[1].abs()).max(o[2].abs());
+        let slack = if self.direct {
+            0.0
+        } else {
+            self.slack(distance)
+        };
+        LocalRay::new(o, d, self.reach, slack)
+    }
+}
