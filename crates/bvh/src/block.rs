@@ -61,7 +61,9 @@ pub struct Leaf {
     pub count: u32,
     /// Bit i: triangle i has an area (in float32) and can be hit.
     pub solid: u32,
-    _pad: [u32; 7],
+    /// The box of the vertices: lower x, upper x, lower y, upper y, lower z, upper z.
+    pub bounds: [f32; 6],
+    _pad: u32,
 }
 
 impl Leaf {
@@ -76,13 +78,22 @@ impl Leaf {
         let solid = corners.iter().enumerate().fold(0, |bits, (i, c)| {
             bits | u32::from(has_area(c.map(|k| vertices[k as usize]))) << i
         });
+        let bounds = std::array::from_fn(|k| {
+            let along = vertices.iter().map(|v| v[k / 2]);
+            if k % 2 == 0 {
+                along.fold(f32::INFINITY, f32::min)
+            } else {
+                along.fold(f32::NEG_INFINITY, f32::max)
+            }
+        });
         Leaf {
             vertex,
             corner,
             first,
             count: corners.len() as u32,
             solid,
-            _pad: [0; 7],
+            bounds,
+            _pad: 0,
         }
     }
 }

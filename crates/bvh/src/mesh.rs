@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::block::{Block, LEAF, LEAF_SIZE, Leaf};
 use crate::build::{self, BuildItem, Leaves};
 use crate::error::BuildError;
+use crate::memory::Pages;
 use crate::traverse::local::REACH_LIMIT;
 
 /// How much time a build may take for faster rays.
@@ -31,7 +32,7 @@ pub const TRIANGLE_LIMIT: usize = 1 << 30;
 
 /// One mesh, ready to be traced: mesh-local float32 coordinates.
 pub struct Bvh {
-    blocks: Vec<Block>,
+    blocks: Pages<Block>,
     root: u32,
     ids: Vec<u32>,
     lower: [f32; 3],

@@ -6,6 +6,7 @@ use crate::block::{Block, LEAF, NO_CHILD};
 use crate::build::{self, BuildItem, Leaves};
 use crate::dispatch::{InstructionSet, Machine};
 use crate::error::BuildError;
+use crate::memory::Pages;
 use crate::mesh::{Bvh, scale_of};
 use crate::ray::{Coherence, ExactHit, ExactRay, Hit, Ray};
 use crate::traverse;
@@ -46,7 +47,7 @@ pub struct Scene {
     /// Scene coordinates are multiplied by this power of two before anything else; 1 for all but extreme scenes.
     pub(crate) unit: f64,
     /// Nodes over the instances.
-    blocks: Vec<Block>,
+    blocks: Pages<Block>,
     pub(crate) root: u32,
     /// Box of everything, scaled.
     pub(crate) lower: [f32; 3],
@@ -116,7 +117,7 @@ impl Scene {
             placed: Vec::with_capacity(instances.len()),
             origin,
             unit,
-            blocks: vec![],
+            blocks: Pages::with_capacity(0),
             root: NO_CHILD,
             lower: [0.0; 3],
             upper: [0.0; 3],

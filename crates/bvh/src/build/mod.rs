@@ -9,6 +9,7 @@ mod collapse;
 use rayon::prelude::*;
 
 use crate::block::{Block, LEAF, NO_CHILD, Node};
+use crate::memory::Pages;
 use binned::{Item, Range};
 use collapse::{Binary, collapse};
 
@@ -36,7 +37,7 @@ pub trait Leaves: Sync {
 /// A finished tree.
 pub struct Tree {
     /// Nodes and leaves.
-    pub blocks: Vec<Block>,
+    pub blocks: Pages<Block>,
     /// The reference of the root; [`NO_CHILD`] where there is nothing.
     pub root: u32,
     /// Item ids in the order of the leaves.
@@ -50,7 +51,7 @@ pub struct Tree {
 pub fn build<L: Leaves>(mut items: Vec<Item>, leaves: &L) -> Tree {
     if items.is_empty() {
         return Tree {
-            blocks: vec![],
+            blocks: Pages::with_capacity(0),
             root: NO_CHILD,
             ids: vec![],
             lower: [0.0; 3],
@@ -138,7 +139,7 @@ fn flatten(top: Top, binary: &mut Vec<Binary>, treelets: &mut Vec<Treelet>) {
 }
 
 /// Folds the top of the tree and appends the treelets, whose references move along.
-fn join<L: Leaves>(binary: &[Binary], treelets: Vec<Treelet>) -> (Vec<Block>, u32) {
+fn join<L: Leaves>(binary: &[Binary], treelets: Vec<Treelet>) -> (Pages<Block>, u32) {
     let mut top = vec![];
     let mut roots: Vec<u32> = vec![];
     let unit = |_: &Binary| false;
@@ -159,12 +160,12 @@ fn join<L: Leaves>(binary: &[Binary], treelets: Vec<Treelet>) -> (Vec<Block>, u3
         }
     };
     let root = resolve(root);
-    let mut blocks = Vec::with_capacity(base);
+    let mut blocks = Pages::with_capacity(base);
     for mut block in top {
         // SAFETY: the top is made of nodes only.
         let node: &mut Node = unsafe { &mut block.node };
         node.child = node.child.map(resolve);
-        blocks.push(block);
+        blocks.extend_from_slice(&[block]);
     }
     for treelet in treelets {
         let base = blocks.len() as u32;

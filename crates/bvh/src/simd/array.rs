@@ -88,6 +88,24 @@ impl<const N: usize> Vector for Array<N> {
         a | b
     }
     #[inline(always)]
+    fn select(mask: u32, a: Self, b: Self) -> Self {
+        Self(std::array::from_fn(|i| {
+            if mask >> i & 1 != 0 { a.0[i] } else { b.0[i] }
+        }))
+    }
+    #[inline(always)]
+    fn least(self) -> f32 {
+        self.0
+            .into_iter()
+            .fold(f32::INFINITY, |a, b| if b < a { b } else { a })
+    }
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        self.0
+            .into_iter()
+            .fold(f32::NEG_INFINITY, |a, b| if b > a { b } else { a })
+    }
+    #[inline(always)]
     fn bits(mask: u32) -> u32 {
         mask
     }

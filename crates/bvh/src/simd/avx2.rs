@@ -85,6 +85,32 @@ impl Vector for Ymm {
         on_avx2!(_mm256_or_ps(a, b))
     }
     #[inline(always)]
+    fn select(mask: __m256, a: Self, b: Self) -> Self {
+        on_avx2!(Self(_mm256_blendv_ps(b.0, a.0, mask)))
+    }
+    #[inline(always)]
+    fn least(self) -> f32 {
+        on_avx2!({
+            let v = _mm_min_ps(
+                _mm256_castps256_ps128(self.0),
+                _mm256_extractf128_ps::<1>(self.0),
+            );
+            let v = _mm_min_ps(v, _mm_movehl_ps(v, v));
+            _mm_cvtss_f32(_mm_min_ss(v, _mm_movehdup_ps(v)))
+        })
+    }
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        on_avx2!({
+            let v = _mm_max_ps(
+                _mm256_castps256_ps128(self.0),
+                _mm256_extractf128_ps::<1>(self.0),
+            );
+            let v = _mm_max_ps(v, _mm_movehl_ps(v, v));
+            _mm_cvtss_f32(_mm_max_ss(v, _mm_movehdup_ps(v)))
+        })
+    }
+    #[inline(always)]
     fn bits(mask: __m256) -> u32 {
         on_avx2!(_mm256_movemask_ps(mask) as u32)
     }

@@ -85,6 +85,18 @@ impl Vector for Zmm {
         a | b
     }
     #[inline(always)]
+    fn select(mask: u16, a: Self, b: Self) -> Self {
+        on_avx512!(Self(_mm512_mask_blend_ps(mask, b.0, a.0)))
+    }
+    #[inline(always)]
+    fn least(self) -> f32 {
+        on_avx512!(_mm512_reduce_min_ps(self.0))
+    }
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        on_avx512!(_mm512_reduce_max_ps(self.0))
+    }
+    #[inline(always)]
     fn bits(mask: u16) -> u32 {
         u32::from(mask)
     }

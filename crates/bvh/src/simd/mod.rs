@@ -55,6 +55,12 @@ pub trait Vector: Copy {
     fn eq(self, b: Self) -> Self::Mask;
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// `a` where the mask holds, else `b`.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+    /// The least lane.
+    fn least(self) -> f32;
+    /// The greatest lane.
+    fn greatest(self) -> f32;
     /// Lane i is bit i.
     fn bits(mask: Self::Mask) -> u32;
 }

@@ -88,6 +88,18 @@ impl Vector for Quad {
         on_neon!(vorrq_u32(a, b))
     }
     #[inline(always)]
+    fn select(mask: uint32x4_t, a: Self, b: Self) -> Self {
+        on_neon!(Self(vbslq_f32(mask, a.0, b.0)))
+    }
+    #[inline(always)]
+    fn least(self) -> f32 {
+        on_neon!(vminvq_f32(self.0))
+    }
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        on_neon!(vmaxvq_f32(self.0))
+    }
+    #[inline(always)]
     fn bits(mask: uint32x4_t) -> u32 {
         const PLACES: [u32; 4] = [1, 2, 4, 8];
         on_neon!(vaddvq_u32(vandq_u32(mask, vld1q_u32(PLACES.as_ptr()))))

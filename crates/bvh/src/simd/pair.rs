@@ -78,6 +78,18 @@ impl<V: Vector, const N: usize> Vector for Pair<V, N> {
         (V::or(a.0, b.0), V::or(a.1, b.1))
     }
     #[inline(always)]
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self {
+        Self(V::select(mask.0, a.0, b.0), V::select(mask.1, a.1, b.1))
+    }
+    #[inline(always)]
+    fn least(self) -> f32 {
+        self.0.min(self.1).least()
+    }
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        self.0.max(self.1).greatest()
+    }
+    #[inline(always)]
     fn bits(mask: Self::Mask) -> u32 {
         V::bits(mask.0) | V::bits(mask.1) << N
     }

@@ -235,6 +235,7 @@ fn through_mesh<I: Isa>(
 /// that again.
 #[inline(always)]
 fn may_meet<I: Isa>(leaf: &Leaf, ray: &LocalRay, off: f32) -> u32 {
+    let ray = &ray.triangle;
     let [kx, ky, kz] = ray.axes;
     let relative = |axis: usize| {
         // SAFETY: each row of `vertex` holds 16 floats.

@@ -12,12 +12,21 @@ use crate::scene::Scene;
 use crate::simd::Isa;
 
 /// How many rays take turns. An odd number of cache lines per [`Slot`] keeps them in different cache sets.
-const SLOTS: usize = 12;
+const SLOTS: usize = 6;
+
+/// A ray to be traced.
+#[derive(Clone, Copy)]
+pub struct Work {
+    pub ray: Ray,
+    /// What to answer it by.
+    pub number: usize,
+    /// Where in the only mesh of a direct scene to start; [`NO_CHILD`] for the root of everything.
+    pub start: u32,
+}
 
 /// Where a batch gets its rays from and brings its answers to.
 pub trait Batch {
-    /// The next ray, and a number to answer it by.
-    fn next(&mut self) -> Option<(Ray, usize)>;
+    fn next(&mut self) -> Option<Work>;
     fn answer(&mut self, number: usize, hit: Hit);
 }
 
@@ -64,7 +73,12 @@ impl<'a> Slot<'a> {
 
     /// Starts a ray; false if it meets nothing by definition.
     #[inline(always)]
-    fn start(&mut self, scene: &'a Scene, given: Ray, number: usize) -> bool {
+    fn start(&mut self, scene: &'a Scene, work: Work) -> bool {
+        let Work {
+            ray: given,
+            number,
+            start,
+        } = work;
         self.hit = Hit::MISS;
         self.number = number;
         self.given = given;
@@ -74,7 +88,9 @@ impl<'a> Slot<'a> {
             return false;
         }
         if scene.direct {
-            return self.enter::<true>(scene, 0, given.t_max);
+            let entered = self.enter::<true>(scene, 0, given.t_max);
+            self.at = if start == NO_CHILD { self.at } else { start };
+            return entered;
         }
         self.leave(scene, given.t_max)
     }
@@ -158,7 +174,7 @@ impl<'a> Slot<'a> {
             }
         } else if let Some(mesh) = self.mesh {
             let leaf = leaf(self.blocks, self.at);
-            let mask = test::<I>(leaf, &self.ray, self.best.t, found);
+            let mask = test::<I>(leaf, &self.ray.triangle, self.best.t, found);
             if mask != 0 {
                 if ANY {
                     self.hit.instance = self.instance;
@@ -254,11 +270,11 @@ pub fn trace<I: Isa, B: Batch, const ANY: bool>(scene: &Scene, batch: &mut B) {
 /// Starts the next ray that can meet anything, and answers those before it.
 #[inline(always)]
 fn refill<'a, B: Batch>(slot: &mut Slot<'a>, scene: &'a Scene, batch: &mut B) -> bool {
-    while let Some((ray, number)) = batch.next() {
-        if slot.start(scene, ray, number) {
+    while let Some(work) = batch.next() {
+        if slot.start(scene, work) {
             return true;
         }
-        batch.answer(number, Hit::MISS);
+        batch.answer(work.number, Hit::MISS);
     }
     false
 }

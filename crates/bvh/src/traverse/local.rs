@@ -12,35 +12,42 @@ pub const EPS: f32 = 1.0 / (1 << 24) as f32;
 /// needs no padding: a wall across the ray is hit at its own distance.
 /// A hit's t is clamped to the triangle's own interval: it then lies in the interval of every box above the triangle,
 /// no box is culled by a nearer t wrongly, and the answer does not depend on the tree or the order of its traversal.
-const TRIANGLE_PAD: f32 = 12.0 * EPS;
-const BOX_PAD: f32 = 24.0 * EPS;
+pub const TRIANGLE_PAD: f32 = 12.0 * EPS;
+pub const BOX_PAD: f32 = 24.0 * EPS;
 
 /// Largest coordinate of a ray's origin, next to meshes that reach at most [`REACH_LIMIT`]: products of two stay finite.
-const ORIGIN_LIMIT: f32 = (1u64 << 50) as f32;
+pub const ORIGIN_LIMIT: f32 = (1u64 << 50) as f32;
 /// Meshes and scenes are scaled by a power of two where they reach farther than this.
 pub const REACH_LIMIT: f32 = (1 << 30) as f32;
 /// The largest reciprocal of a direction: what is flatter runs as if it were this steep, off by 2^-40 of the scene.
-const STEEPEST: f32 = (1u128 << 70) as f32;
+pub const STEEPEST: f32 = (1u128 << 70) as f32;
+
+/// What the test of triangles needs of a ray.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct TriangleRay {
+    pub origin: [f32; 3],
+    /// One over the direction, finite.
+    pub reciprocal: [f32; 3],
+    /// By how much a triangle's own interval of t is padded on each axis.
+    pub pad: [f32; 3],
+    /// Shear that takes the ray to its main axis: x, y, and the scale of z.
+    pub shear: [f32; 3],
+    /// The axis along which the ray runs most comes last, after the two that follow it.
+    pub axes: [usize; 3],
+}
 
 /// A ray in the coordinates of a tree, with what its tests need.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct LocalRay {
-    pub origin: [f32; 3],
-    /// One over the direction, finite.
-    pub reciprocal: [f32; 3],
+    pub triangle: TriangleRay,
     /// `origin * reciprocal`, padded: a slab begins at `bound * reciprocal - near`.
     pub near: [f32; 3],
     /// ... and ends at `bound * reciprocal - far`.
     pub far: [f32; 3],
-    /// By how much a triangle's own interval of t is padded on each axis.
-    pub pad: [f32; 3],
     /// Per axis, the row of [`crate::block::Node::bounds`] where boxes are entered; `row ^ 1` is where they are left.
     pub entry: [usize; 3],
-    /// The axis along which the ray runs most, and the two that follow it.
-    pub axes: [usize; 3],
-    /// Shear that takes the ray to its main axis: x, y, and the scale of z.
-    pub shear: [f32; 3],
     /// The largest coordinate of ray and tree.
     pub magnitude: f32,
     /// t along this ray is `t_scale` times that of the ray it was made of: a power of two.
@@ -50,14 +57,16 @@ pub struct LocalRay {
 impl LocalRay {
     /// No ray yet.
     pub const NONE: LocalRay = LocalRay {
-        origin: [0.0; 3],
-        reciprocal: [0.0; 3],
+        triangle: TriangleRay {
+            origin: [0.0; 3],
+            reciprocal: [0.0; 3],
+            pad: [0.0; 3],
+            shear: [0.0; 3],
+            axes: [0, 1, 2],
+        },
         near: [0.0; 3],
         far: [0.0; 3],
-        pad: [0.0; 3],
         entry: [0; 3],
-        axes: [0; 3],
-        shear: [0.0; 3],
         magnitude: 0.0,
         t_scale: 1.0,
     };
@@ -104,24 +113,26 @@ impl LocalRay {
         let at = |axis: usize| origin[axis] * reciprocal[axis];
         let wide = |axis: usize| box_pad * reciprocal[axis].abs();
         Some(LocalRay {
-            origin,
-            reciprocal,
+            triangle: TriangleRay {
+                origin,
+                reciprocal,
+                pad: std::array::from_fn(|axis| {
+                    if axis == z {
+                        0.0
+                    } else {
+                        triangle_pad * reciprocal[axis].abs()
+                    }
+                }),
+                shear: [
+                    direction[x] / direction[z],
+                    direction[y] / direction[z],
+                    1.0 / direction[z],
+                ],
+                axes: [x, y, z],
+            },
             near: [at(0) + wide(0), at(1) + wide(1), at(2) + wide(2)],
             far: [at(0) - wide(0), at(1) - wide(1), at(2) - wide(2)],
-            pad: std::array::from_fn(|axis| {
-                if axis == z {
-                    0.0
-                } else {
-                    triangle_pad * reciprocal[axis].abs()
-                }
-            }),
             entry: std::array::from_fn(|axis| 2 * axis + usize::from(reciprocal[axis] < 0.0)),
-            axes: [x, y, z],
-            shear: [
-                direction[x] / direction[z],
-                direction[y] / direction[z],
-                1.0 / direction[z],
-            ],
             magnitude,
             t_scale,
         })

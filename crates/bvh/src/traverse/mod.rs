@@ -3,15 +3,19 @@
 mod exact;
 mod interleaved;
 pub mod local;
+mod packet;
 mod stack;
 mod steps;
+mod together;
 mod triangle;
 
+use crate::block::NO_CHILD;
 use crate::dispatch::kernel;
 use crate::ray::{Coherence, ExactHit, ExactRay, Hit, NOTHING, Ray};
 use crate::scene::{ExactTriangles, Scene};
 use crate::simd::Isa;
 use exact::closest_exact_batch;
+use interleaved::{Batch, Work};
 
 kernel! {
     /// The nearest hits.
@@ -29,38 +33,52 @@ kernel! {
 }
 
 #[inline(always)]
-fn closest_batch<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], _coherence: Coherence) {
-    interleaved::trace::<I, _, false>(
-        scene,
-        &mut Nearest {
-            rays: rays.iter().enumerate(),
-            hits,
-        },
-    );
+fn closest_batch<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
+    if coherence == Coherence::Incoherent {
+        return closest_apart::<I>(scene, rays, hits);
+    }
+    for (rays, hits) in rays.chunks(packet::SIZE).zip(hits.chunks_mut(packet::SIZE)) {
+        if !together::closest::<I>(scene, rays, hits) {
+            closest_apart::<I>(scene, rays, hits);
+        }
+    }
 }
 
 #[inline(always)]
-fn occluded_batch<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], _coherence: Coherence) {
-    interleaved::trace::<I, _, true>(
-        scene,
-        &mut Any {
-            rays: rays.iter().enumerate(),
-            dark,
-        },
-    );
+fn occluded_batch<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherence: Coherence) {
+    if coherence == Coherence::Incoherent {
+        dark.fill(false);
+        let work = rays.iter().enumerate().map(whole);
+        interleaved::trace::<I, _, true>(scene, &mut Any { work, dark });
+    } else {
+        together::occluded::<I>(scene, rays, dark);
+    }
 }
 
-type Numbered<'a> = std::iter::Enumerate<std::slice::Iter<'a, Ray>>;
+// Not part of its callers: one copy of the machine code serves all.
+#[inline(always)]
+fn closest_apart<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit]) {
+    let work = rays.iter().enumerate().map(whole);
+    interleaved::trace::<I, _, false>(scene, &mut Nearest { work, hits });
+}
 
-struct Nearest<'a> {
-    rays: Numbered<'a>,
+fn whole((number, ray): (usize, &Ray)) -> Work {
+    Work {
+        ray: *ray,
+        number,
+        start: NO_CHILD,
+    }
+}
+
+struct Nearest<'a, W> {
+    work: W,
     hits: &'a mut [Hit],
 }
 
-impl interleaved::Batch for Nearest<'_> {
+impl<W: Iterator<Item = Work>> Batch for Nearest<'_, W> {
     #[inline(always)]
-    fn next(&mut self) -> Option<(Ray, usize)> {
-        self.rays.next().map(|(number, ray)| (*ray, number))
+    fn next(&mut self) -> Option<Work> {
+        self.work.next()
     }
     #[inline(always)]
     fn answer(&mut self, number: usize, hit: Hit) {
@@ -68,18 +86,24 @@ impl interleaved::Batch for Nearest<'_> {
     }
 }
 
-struct Any<'a> {
-    rays: Numbered<'a>,
+/// Parts of one ray may come as separate work: it is dark if one of them is.
+struct Any<'a, W> {
+    work: W,
     dark: &'a mut [bool],
 }
 
-impl interleaved::Batch for Any<'_> {
+impl<W: Iterator<Item = Work>> Batch for Any<'_, W> {
     #[inline(always)]
-    fn next(&mut self) -> Option<(Ray, usize)> {
-        self.rays.next().map(|(number, ray)| (*ray, number))
+    fn next(&mut self) -> Option<Work> {
+        loop {
+            let work = self.work.next()?;
+            if !self.dark[work.number] {
+                return Some(work);
+            }
+        }
     }
     #[inline(always)]
     fn answer(&mut self, number: usize, hit: Hit) {
-        self.dark[number] = hit.instance != NOTHING;
+        self.dark[number] |= hit.instance != NOTHING;
     }
 }

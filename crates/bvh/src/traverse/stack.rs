@@ -73,3 +73,34 @@ impl Stack {
         None
     }
 }
+
+/// References with the rays of a packet that enter them.
+pub struct MaskStack {
+    len: usize,
+    entries: [MaybeUninit<(u32, u64)>; STACK],
+}
+
+impl MaskStack {
+    #[inline(always)]
+    pub fn new() -> Self {
+        Self {
+            len: 0,
+            entries: [const { MaybeUninit::uninit() }; STACK],
+        }
+    }
+
+    #[inline(always)]
+    pub fn push(&mut self, child: u32, mask: u64) {
+        debug_assert!(self.len < STACK);
+        // SAFETY: `STACK` bounds the length, by the depth of every tree (see there).
+        unsafe { self.entries.get_unchecked_mut(self.len) }.write((child, mask));
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    pub fn pop(&mut self) -> Option<(u32, u64)> {
+        self.len = self.len.checked_sub(1)?;
+        // SAFETY: entries below the former `len` were written by `push`.
+        Some(unsafe { self.entries.get_unchecked(self.len).assume_init() })
+    }
+}

@@ -61,7 +61,7 @@ pub fn enter_children<I: Isa>(node: &Node, ray: &LocalRay, t_max: f32) -> (u32, 
         // SAFETY: `entry` is one of the six rows, each of 8 floats.
         let bound = unsafe { I::F8::load(node.bounds.get_unchecked(ray.entry[axis]).as_ptr()) };
         bound.mul_sub_loose(
-            I::F8::splat(ray.reciprocal[axis]),
+            I::F8::splat(ray.triangle.reciprocal[axis]),
             I::F8::splat(ray.near[axis]),
         )
     };
@@ -69,7 +69,7 @@ pub fn enter_children<I: Isa>(node: &Node, ray: &LocalRay, t_max: f32) -> (u32, 
         // SAFETY: as above; the lowest bit chooses between the two rows of an axis.
         let bound = unsafe { I::F8::load(node.bounds.get_unchecked(ray.entry[axis] ^ 1).as_ptr()) };
         bound.mul_sub_loose(
-            I::F8::splat(ray.reciprocal[axis]),
+            I::F8::splat(ray.triangle.reciprocal[axis]),
             I::F8::splat(ray.far[axis]),
         )
     };
@@ -81,23 +81,14 @@ pub fn enter_children<I: Isa>(node: &Node, ray: &LocalRay, t_max: f32) -> (u32, 
 /// The ray of the scene in the coordinates of a placed mesh.
 #[inline(always)]
 pub fn transformed(scene: &Scene, placed: &Placed, ray: &Ray) -> Option<LocalRay> {
-    let m = &placed.mesh_from_scene;
     let unit = scene.unit as f32;
-    let (o, d) = (
-        ray.origin.map(|x| x * unit),
-        ray.direction.map(|x| x * unit),
-    );
-    let turned = |v: [f32; 3], row: usize| m[row][0] * v[0] + m[row][1] * v[1] + m[row][2] * v[2];
-    LocalRay::new(
-        [
-            turned(o, 0) + m[0][3],
-            turned(o, 1) + m[1][3],
-            turned(o, 2) + m[2][3],
-        ],
-        [turned(d, 0), turned(d, 1), turned(d, 2)],
-        placed.bvh.reach(),
-        0.0,
-    )
+    let scaled = Ray {
+        origin: ray.origin.map(|x| x * unit),
+        direction: ray.direction.map(|x| x * unit),
+        ..*ray
+    };
+    let local = placed.local(&scaled);
+    LocalRay::new(local.origin, local.direction, placed.bvh.reach(), 0.0)
 }
 
 impl Scene {

@@ -5,7 +5,7 @@
 //! the same value with opposite sign, so no ray passes between them, and where a value is 0 float64 decides exactly.
 //! Front and back are both hit. The edges count as inside.
 
-use super::local::LocalRay;
+use super::local::TriangleRay;
 use crate::block::Leaf;
 use crate::simd::{Isa, Vector};
 
@@ -27,7 +27,7 @@ impl Found {
 
 /// Bit i: the ray meets triangle i at a t of `0..=t_max`.
 #[inline(always)]
-pub fn test<I: Isa>(leaf: &Leaf, ray: &LocalRay, t_max: f32, found: &mut Found) -> u32 {
+pub fn test<I: Isa>(leaf: &Leaf, ray: &TriangleRay, t_max: f32, found: &mut Found) -> u32 {
     let [kx, ky, kz] = ray.axes;
     let relative = |axis: usize| {
         // SAFETY: each row of `vertex` holds 16 floats.

@@ -1,0 +1,371 @@
+//! Sixty-four rays that run alike: boxes are tested once for all.
+//!
+//! The rays of a packet share their signs and their main axis. Around an apex (the common origin, the light all of them
+//! run to, or just the first origin) the t at which any of them may enter a box lies in an interval that follows from
+//! the extremes of their reciprocal directions: one test serves 64 rays, and is as sharp as their fan is narrow.
+
+use super::local::{ORIGIN_LIMIT, REACH_LIMIT, STEEPEST, TRIANGLE_PAD, TriangleRay};
+use crate::block::Node;
+use crate::ray::Ray;
+use crate::simd::{Isa, Vector};
+
+/// The most rays in a packet.
+pub const SIZE: usize = 64;
+
+/// Rays in the coordinates of one tree, component by component.
+#[repr(C, align(64))]
+pub struct Packet {
+    pub origin: [[f32; SIZE]; 3],
+    pub reciprocal: [[f32; SIZE]; 3],
+    pub pad: [[f32; SIZE]; 3],
+    pub near: [[f32; SIZE]; 3],
+    pub far: [[f32; SIZE]; 3],
+    pub shear: [[f32; SIZE]; 3],
+    /// The t up to which a ray is of interest.
+    pub t_max: [f32; SIZE],
+    pub axes: [usize; 3],
+    /// Rows of a node's bounds where boxes are entered.
+    pub entry: [usize; 3],
+    /// Bit i: there is a ray i.
+    pub active: u64,
+    pub fan: Fan,
+}
+
+/// What bounds all rays of a packet at once; `t` counts from the apex.
+#[derive(Clone, Copy)]
+pub struct Fan {
+    apex: [f32; 3],
+    /// The least and the greatest reciprocal.
+    reciprocal: [[f32; 2]; 3],
+    /// What a box is entered earlier and left later at most, because rays start off the apex and are rounded.
+    near: [f32; 3],
+    far: [f32; 3],
+    entry: [usize; 3],
+}
+
+impl Fan {
+    /// The children that some ray may enter at a t up to `t_max`, and the earliest t at which one may.
+    #[inline(always)]
+    pub fn children<I: Isa>(&self, node: &Node, t_max: f32) -> (u32, I::F8) {
+        let mut enter = I::F8::splat(0.0);
+        let mut leave = I::F8::splat(t_max);
+        for axis in 0..3 {
+            // SAFETY: `entry` is one of the six rows, each of 8 floats; the lowest bit chooses between two of an axis.
+            let (first, last) = unsafe {
+                let row = self.entry[axis];
+                (
+                    I::F8::load(node.bounds.get_unchecked(row).as_ptr()),
+                    I::F8::load(node.bounds.get_unchecked(row ^ 1).as_ptr()),
+                )
+            };
+            let apex = I::F8::splat(self.apex[axis]);
+            let [low, high] = self.reciprocal[axis].map(|r| I::F8::splat(r));
+            let (first, last) = (first.sub(apex), last.sub(apex));
+            enter = enter.max(
+                first
+                    .mul(low)
+                    .min(first.mul(high))
+                    .sub(I::F8::splat(self.near[axis])),
+            );
+            leave = leave.min(
+                last.mul(low)
+                    .max(last.mul(high))
+                    .add(I::F8::splat(self.far[axis])),
+            );
+        }
+        (<I::F8 as Vector>::bits(enter.le(leave)), enter)
+    }
+}
+
+/// How the rays of a packet are bounded.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Apex {
+    /// They start at one point, or nearly.
+    Origin,
+    /// They end at one point, from which t is counted backwards. Only for any-hit queries.
+    Target,
+}
+
+impl Apex {
+    /// Whether rays start or end closer together, by the looks of three of them.
+    #[inline(always)]
+    pub fn of(rays: &[Ray]) -> Apex {
+        let (mut starts, mut ends) = (0.0, 0.0);
+        let first = &rays[0];
+        for ray in [&rays[rays.len() / 2], &rays[rays.len() - 1]] {
+            for a in 0..3 {
+                let (p, q) = (ray.origin[a], first.origin[a]);
+                starts += (p - q).abs();
+                ends += ((p + ray.direction[a] * ray.t_max)
+                    - (q + first.direction[a] * first.t_max))
+                    .abs();
+            }
+        }
+        if ends < starts {
+            Apex::Target
+        } else {
+            Apex::Origin
+        }
+    }
+}
+
+impl Packet {
+    /// An empty one.
+    pub const NONE: Packet = Packet {
+        origin: [[0.0; SIZE]; 3],
+        reciprocal: [[0.0; SIZE]; 3],
+        pad: [[0.0; SIZE]; 3],
+        near: [[0.0; SIZE]; 3],
+        far: [[0.0; SIZE]; 3],
+        shear: [[0.0; SIZE]; 3],
+        t_max: [0.0; SIZE],
+        axes: [0; 3],
+        entry: [0; 3],
+        active: 0,
+        fan: Fan {
+            apex: [0.0; 3],
+            reciprocal: [[0.0; 2]; 3],
+            near: [0.0; 3],
+            far: [0.0; 3],
+            entry: [0; 3],
+        },
+    };
+
+    /// Makes rays ready; false where they do not run alike, or one of them is odd in any way, and nothing may be
+    /// concluded. `reach`: the largest coordinate in the tree; boxes are padded by `pad` of the largest one at hand.
+    #[inline(always)]
+    pub fn set<I: Isa>(&mut self, rays: &[Ray], reach: f32, pad: f32, apex: Apex) -> bool {
+        let n = rays.len();
+        debug_assert!(0 < n && n <= SIZE);
+        let mut direction = [[0.0; SIZE]; 3];
+        for i in 0..SIZE {
+            let ray = &rays[if i < n { i } else { 0 }];
+            for axis in 0..3 {
+                self.origin[axis][i] = ray.origin[axis];
+                direction[axis][i] = ray.direction[axis];
+            }
+            self.t_max[i] = ray.t_max;
+        }
+        self.active = u64::MAX >> (SIZE - n);
+        let groups = n.div_ceil(16);
+        let zero = I::F16::splat(0.0);
+        let every = (1 << 16) - 1;
+        let bits = |mask| <I::F16 as Vector>::bits(mask);
+        // The main axis and the signs are those of the first ray, or there is no packet.
+        let first: [f32; 3] = direction.map(|row| row[0]);
+        let size = first.map(f32::abs);
+        let z = if size[0] >= size[1] && size[0] >= size[2] {
+            0
+        } else if size[1] >= size[2] {
+            1
+        } else {
+            2
+        };
+        let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
+        self.axes = [x, y, z];
+        let mut magnitudes = [zero; 4];
+        for g in 0..groups {
+            let o: [_; 3] = std::array::from_fn(|a| load::<I>(&self.origin[a], g));
+            let d: [_; 3] = std::array::from_fn(|a| load::<I>(&direction[a], g));
+            let size = d.map(|v| v.abs());
+            let distance = o[0].abs().max(o[1].abs()).max(o[2].abs());
+            let steepest = size[0].max(size[1]).max(size[2]);
+            // NaN and infinity fail these; a product with 0 finds those that a maximum hides.
+            let sum = (o[0].add(o[1]).add(o[2]))
+                .add(d[0].add(d[1]).add(d[2]))
+                .mul(zero);
+            let sane = bits(distance.le(I::F16::splat(ORIGIN_LIMIT)))
+                & bits(steepest.le(I::F16::splat(REACH_LIMIT)))
+                & bits(I::F16::splat(1.0 / REACH_LIMIT).le(steepest))
+                & bits(sum.eq(zero))
+                & bits(zero.le(load::<I>(&self.t_max, g)));
+            // Ties go to the first axis, as for a single ray.
+            let below = |a: usize| {
+                let mask = size[a].le(size[z]);
+                if a < z {
+                    bits(mask) & !bits(size[a].eq(size[z]))
+                } else {
+                    bits(mask)
+                }
+            };
+            if sane & below(x) & below(y) != every {
+                return false;
+            }
+            magnitudes[g] = distance.add(I::F16::splat(reach));
+            let triangle_pad = magnitudes[g].mul(I::F16::splat(TRIANGLE_PAD));
+            let box_pad = magnitudes[g].mul(I::F16::splat(pad));
+            for axis in 0..3 {
+                let steep = I::F16::splat(1.0).le(size[axis].mul(I::F16::splat(STEEPEST)));
+                if bits(steep) != every {
+                    // Flat along an axis: rare enough to go alone.
+                    return false;
+                }
+                let reciprocal = I::F16::splat(1.0).div(d[axis]);
+                let negative = bits(reciprocal.le(zero));
+                if negative != if first[axis] < 0.0 { every } else { 0 } {
+                    return false;
+                }
+                let at = o[axis].mul(reciprocal);
+                let wide = box_pad.mul(reciprocal.abs());
+                let pad = if axis == z {
+                    zero
+                } else {
+                    triangle_pad.mul(reciprocal.abs())
+                };
+                store::<I>(&mut self.reciprocal[axis], g, reciprocal);
+                store::<I>(&mut self.near[axis], g, at.add(wide));
+                store::<I>(&mut self.far[axis], g, at.sub(wide));
+                store::<I>(&mut self.pad[axis], g, pad);
+            }
+            store::<I>(&mut self.shear[0], g, d[x].div(d[z]));
+            store::<I>(&mut self.shear[1], g, d[y].div(d[z]));
+            store::<I>(&mut self.shear[2], g, I::F16::splat(1.0).div(d[z]));
+        }
+        self.entry = std::array::from_fn(|axis| 2 * axis + usize::from(first[axis] < 0.0));
+        let set = self.set_fan::<I>(&direction, groups, &magnitudes, pad, apex);
+        self.t_max[n..].fill(0.0);
+        set
+    }
+
+    #[inline(always)]
+    fn set_fan<I: Isa>(
+        &mut self,
+        direction: &[[f32; SIZE]; 3],
+        groups: usize,
+        magnitudes: &[I::F16; 4],
+        pad: f32,
+        apex: Apex,
+    ) -> bool {
+        let point = |axis: usize, g: usize| {
+            let o = load::<I>(&self.origin[axis], g);
+            match apex {
+                Apex::Origin => o,
+                Apex::Target => {
+                    o.add(load::<I>(&direction[axis], g).mul(load::<I>(&self.t_max, g)))
+                }
+            }
+        };
+        let at: [f32; 3] = std::array::from_fn(|axis| match apex {
+            Apex::Origin => self.origin[axis][0],
+            Apex::Target => self.origin[axis][0] + direction[axis][0] * self.t_max[0],
+        });
+        let away = at
+            .iter()
+            .fold(0.0f32, |m, x| if x.abs() > m { x.abs() } else { m });
+        if !(away <= ORIGIN_LIMIT) {
+            return false;
+        }
+        let magnitude = magnitudes[..groups]
+            .iter()
+            .fold(I::F16::splat(0.0), |m, v| m.max(*v))
+            .greatest();
+        // Three more roundings than a ray's own boxes see, at the size of everything there is.
+        let off = (magnitude + away) * pad * 1.5;
+        for axis in 0..3 {
+            let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+            let (mut early, mut late) = (I::F16::splat(0.0), I::F16::splat(0.0));
+            for g in 0..groups {
+                let r = load::<I>(&self.reciprocal[axis], g);
+                let (least, greatest) = (r.least(), r.greatest());
+                range = [
+                    if least < range[0] { least } else { range[0] },
+                    if greatest > range[1] {
+                        greatest
+                    } else {
+                        range[1]
+                    },
+                ];
+                let r = if apex == Apex::Target {
+                    I::F16::splat(0.0).sub(r)
+                } else {
+                    r
+                };
+                // A ray from `p` enters at (b - p) r = (b - apex) r - (p - apex) r.
+                let aside = point(axis, g).sub(I::F16::splat(at[axis])).mul(r);
+                early = early.max(aside);
+                late = late.min(aside);
+            }
+            let steep = if range[0] < 0.0 { -range[0] } else { range[1] };
+            let wide = off * steep;
+            let backwards = apex == Apex::Target;
+            self.fan.apex[axis] = at[axis];
+            self.fan.reciprocal[axis] = if backwards {
+                [-range[1], -range[0]]
+            } else {
+                range
+            };
+            self.fan.near[axis] = early.greatest() + wide;
+            self.fan.far[axis] = wide - late.least();
+            self.fan.entry[axis] = self.entry[axis] ^ usize::from(backwards);
+        }
+        true
+    }
+
+    /// Bit i: ray i, one of `active`, enters the box (rows as of [`Node::bounds`]) at a t that is of interest.
+    #[inline(always)]
+    pub fn enter<I: Isa>(&self, bounds: impl Fn(usize) -> f32, active: u64) -> u64 {
+        let first: [I::F16; 3] =
+            std::array::from_fn(|axis| I::F16::splat(bounds(self.entry[axis])));
+        let last: [I::F16; 3] =
+            std::array::from_fn(|axis| I::F16::splat(bounds(self.entry[axis] ^ 1)));
+        let mut entered = 0;
+        for g in 0..SIZE / 16 {
+            if active >> (16 * g) & 0xffff == 0 {
+                continue;
+            }
+            let near = |axis: usize| {
+                first[axis].mul_sub_loose(
+                    load::<I>(&self.reciprocal[axis], g),
+                    load::<I>(&self.near[axis], g),
+                )
+            };
+            let far = |axis: usize| {
+                last[axis].mul_sub_loose(
+                    load::<I>(&self.reciprocal[axis], g),
+                    load::<I>(&self.far[axis], g),
+                )
+            };
+            let enter = near(0).max(near(1)).max(near(2).max(I::F16::splat(0.0)));
+            let leave = far(0)
+                .min(far(1))
+                .min(far(2).min(load::<I>(&self.t_max, g)));
+            entered |= u64::from(<I::F16 as Vector>::bits(enter.le(leave))) << (16 * g);
+        }
+        entered & active
+    }
+
+    /// One ray, for the test of triangles.
+    #[inline(always)]
+    pub fn triangle_ray(&self, i: usize) -> TriangleRay {
+        let i = i & (SIZE - 1);
+        let of = |rows: &[[f32; SIZE]; 3]| [rows[0][i], rows[1][i], rows[2][i]];
+        TriangleRay {
+            origin: of(&self.origin),
+            reciprocal: of(&self.reciprocal),
+            pad: of(&self.pad),
+            shear: of(&self.shear),
+            axes: self.axes,
+        }
+    }
+
+    /// The largest t that is of interest to any ray.
+    #[inline(always)]
+    pub fn farthest<I: Isa>(&self) -> f32 {
+        let t = |g: usize| load::<I>(&self.t_max, g);
+        t(0).max(t(1)).max(t(2).max(t(3))).greatest()
+    }
+}
+
+#[inline(always)]
+fn load<I: Isa>(row: &[f32; SIZE], group: usize) -> I::F16 {
+    debug_assert!(group < SIZE / 16);
+    // SAFETY: a group is below 4, and 4 groups of 16 fill the row.
+    unsafe { I::F16::load(row.as_ptr().add(16 * group)) }
+}
+
+#[inline(always)]
+fn store<I: Isa>(row: &mut [f32; SIZE], group: usize, values: I::F16) {
+    debug_assert!(group < SIZE / 16);
+    // SAFETY: as in `load`.
+    unsafe { values.store(row.as_mut_ptr().add(16 * group)) }
+}

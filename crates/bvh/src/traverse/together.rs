@@ -1,0 +1,368 @@
+//! Packets through the scene.
+
+use super::Any;
+use super::interleaved::{Work, trace};
+use super::local::{BOX_PAD, EPS};
+use super::packet::{Apex, Packet, SIZE};
+use super::stack::{MaskStack, Stack};
+use super::steps::NO_SLOT;
+use super::triangle::{Found, test};
+use crate::block::{Block, LEAF, Leaf, NO_CHILD, leaf, node};
+use crate::mesh::Bvh;
+use crate::ray::{Hit, Ray};
+use crate::scene::{Placed, Scene};
+use crate::simd::{Isa, Vector};
+
+/// Rays of a packet that are fewer than this at a node go on alone.
+const FEW: u32 = 10;
+
+/// By how much the boxes of instances are padded, of the largest coordinate at hand.
+fn outer_pad(scene: &Scene) -> f32 {
+    BOX_PAD
+        + if scene.direct {
+            0.0
+        } else {
+            64.0 * EPS * scene.condition
+        }
+}
+
+/// The rays in scaled scene coordinates.
+#[inline(always)]
+fn scaled<'a>(scene: &Scene, rays: &'a [Ray], room: &'a mut [Ray; SIZE]) -> &'a [Ray] {
+    if scene.unit == 1.0 {
+        return rays;
+    }
+    let unit = scene.unit as f32;
+    for (to, ray) in room.iter_mut().zip(rays) {
+        *to = Ray {
+            origin: ray.origin.map(|x| x * unit),
+            direction: ray.direction.map(|x| x * unit),
+            ..*ray
+        };
+    }
+    &room[..rays.len()]
+}
+
+const NO_RAY: Ray = Ray {
+    origin: [0.0; 3],
+    direction: [0.0; 3],
+    t_max: 0.0,
+};
+
+/// What the rays of a packet met in a mesh; t stands in the packet.
+struct Nearest {
+    slot: [u32; SIZE],
+    u: [f32; SIZE],
+    v: [f32; SIZE],
+}
+
+/// The nearest hits of at most 64 rays; false, and nothing is answered, if they make no packet.
+#[inline(always)]
+pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit]) -> bool {
+    let mut room = [NO_RAY; SIZE];
+    let rays = scaled(scene, rays, &mut room);
+    let mut packet = Packet::NONE;
+    if scene.root == NO_CHILD || !packet.set::<I>(rays, scene.reach, outer_pad(scene), Apex::Origin)
+    {
+        return false;
+    }
+    let mut nearest = Nearest {
+        slot: [NO_SLOT; SIZE],
+        u: [0.0; SIZE],
+        v: [0.0; SIZE],
+    };
+    if scene.direct {
+        let mesh = &*scene.placed[0].bvh;
+        closest_in_mesh::<I>(mesh, &mut packet, &mut nearest);
+        for (i, hit) in hits.iter_mut().enumerate() {
+            *hit = Hit::MISS;
+            if nearest.slot[i] != NO_SLOT {
+                let (t, triangle) = (packet.t_max[i], mesh.id(nearest.slot[i]));
+                *hit = Hit {
+                    t,
+                    u: nearest.u[i],
+                    v: nearest.v[i],
+                    instance: 0,
+                    triangle,
+                };
+            }
+        }
+        return true;
+    }
+    let mut met = [Hit::MISS; SIZE];
+    if !closest_in_instances::<I>(scene, rays, &mut packet, &mut met) {
+        return false;
+    }
+    hits.copy_from_slice(&met[..hits.len()]);
+    true
+}
+
+/// Through the tree over instances; false if the rays make no packet in one of them.
+#[inline(always)]
+fn closest_in_instances<I: Isa>(
+    scene: &Scene,
+    rays: &[Ray],
+    outer: &mut Packet,
+    met: &mut [Hit; SIZE],
+) -> bool {
+    let mut stack = Stack::new();
+    let mut inner = Packet::NONE;
+    let mut t_max = outer.farthest::<I>();
+    let mut at = scene.root;
+    loop {
+        if at & LEAF == 0 {
+            let node = node(scene.blocks(), at);
+            let (mask, enter) = outer.fan.children::<I>(node, t_max);
+            if mask != 0 {
+                at = stack.push::<I, true>(node, enter, mask);
+                continue;
+            }
+        } else {
+            let instance = at & !LEAF;
+            let placed = &scene.placed[instance as usize];
+            let local: [Ray; SIZE] = std::array::from_fn(|i| match rays.get(i) {
+                Some(ray) => Ray {
+                    t_max: outer.t_max[i],
+                    ..placed.local(ray)
+                },
+                None => NO_RAY,
+            });
+            if placed.bvh.root() != NO_CHILD {
+                if !inner.set::<I>(
+                    &local[..rays.len()],
+                    placed.bvh.reach(),
+                    BOX_PAD,
+                    Apex::Origin,
+                ) {
+                    return false;
+                }
+                let mut nearest = Nearest {
+                    slot: [NO_SLOT; SIZE],
+                    u: [0.0; SIZE],
+                    v: [0.0; SIZE],
+                };
+                closest_in_mesh::<I>(&placed.bvh, &mut inner, &mut nearest);
+                for (i, hit) in met[..rays.len()].iter_mut().enumerate() {
+                    let t = inner.t_max[i];
+                    if nearest.slot[i] != NO_SLOT && (t, instance) < (hit.t, hit.instance) {
+                        let triangle = placed.bvh.id(nearest.slot[i]);
+                        *hit = Hit {
+                            t,
+                            u: nearest.u[i],
+                            v: nearest.v[i],
+                            instance,
+                            triangle,
+                        };
+                        outer.t_max[i] = t;
+                    }
+                }
+                t_max = outer.farthest::<I>();
+            }
+        }
+        match stack.pop(0, t_max) {
+            Some(next) => at = next,
+            None => return true,
+        }
+    }
+}
+
+impl Placed {
+    /// A ray of the scene in the coordinates of the mesh's tree, by the arithmetic that single rays go through.
+    #[inline(always)]
+    pub fn local(&self, ray: &Ray) -> Ray {
+        let m = &self.mesh_from_scene;
+        let turned =
+            |v: [f32; 3], row: usize| m[row][0] * v[0] + m[row][1] * v[1] + m[row][2] * v[2];
+        let (o, d) = (ray.origin, ray.direction);
+        Ray {
+            origin: [
+                turned(o, 0) + m[0][3],
+                turned(o, 1) + m[1][3],
+                turned(o, 2) + m[2][3],
+            ],
+            direction: [turned(d, 0), turned(d, 1), turned(d, 2)],
+            t_max: ray.t_max,
+        }
+    }
+}
+
+#[inline(always)]
+fn closest_in_mesh<I: Isa>(mesh: &Bvh, packet: &mut Packet, nearest: &mut Nearest) {
+    let blocks = mesh.blocks();
+    let mut stack = Stack::new();
+    let mut found = Found::NOTHING;
+    let mut t_max = packet.farthest::<I>();
+    let mut at = mesh.root();
+    loop {
+        if at & LEAF == 0 {
+            let node = node(blocks, at);
+            let (mask, enter) = packet.fan.children::<I>(node, t_max);
+            if mask != 0 {
+                at = stack.push::<I, true>(node, enter, mask);
+                prefetch::<I>(blocks, at);
+                continue;
+            }
+        } else {
+            let leaf = leaf(blocks, at);
+            let mut active = packet.enter::<I>(|row| leaf.bounds[row], packet.active);
+            let mut closer = false;
+            while active != 0 {
+                let i = active.trailing_zeros() as usize & (SIZE - 1);
+                active &= active - 1;
+                let hit = test::<I>(leaf, &packet.triangle_ray(i), packet.t_max[i], &mut found);
+                if hit != 0 {
+                    closer = true;
+                    take(mesh, leaf, hit, &found, i, packet, nearest);
+                }
+            }
+            if closer {
+                t_max = packet.farthest::<I>();
+            }
+        }
+        match stack.pop(0, t_max) {
+            Some(next) => at = next,
+            None => return,
+        }
+    }
+}
+
+/// Takes the triangles of `hit` for ray `i` where they come first by (t, id).
+#[inline(always)]
+fn take(
+    mesh: &Bvh,
+    leaf: &Leaf,
+    mut hit: u32,
+    found: &Found,
+    i: usize,
+    packet: &mut Packet,
+    nearest: &mut Nearest,
+) {
+    while hit != 0 {
+        let lane = hit.trailing_zeros() as usize & 15;
+        hit &= hit - 1;
+        let (t, slot) = (found.t[lane], leaf.first + lane as u32);
+        let known = nearest.slot[i];
+        let before = t < packet.t_max[i]
+            || t == packet.t_max[i] && (known == NO_SLOT || mesh.id(slot) < mesh.id(known));
+        if before {
+            packet.t_max[i] = t;
+            nearest.slot[i] = slot;
+            nearest.u[i] = found.u[lane];
+            nearest.v[i] = found.v[lane];
+        }
+    }
+}
+
+#[inline(always)]
+fn prefetch<I: Isa>(blocks: &[Block], at: u32) {
+    let start = blocks
+        .as_ptr()
+        .wrapping_add((at & !LEAF) as usize)
+        .cast::<u8>();
+    for line in 0..4 {
+        I::prefetch(start.wrapping_add(64 * line));
+    }
+}
+
+/// How much work is put aside before it is done.
+const ASIDE: usize = 2048;
+
+/// Whether there is any hit, for any number of rays.
+#[inline(always)]
+pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool]) {
+    dark.fill(false);
+    let mut room = [NO_RAY; SIZE];
+    let mut aside: Vec<Work> = Vec::with_capacity(ASIDE);
+    let mut packet = Packet::NONE;
+    for (k, given) in rays.chunks(SIZE).enumerate() {
+        let number = k * SIZE;
+        let local = scaled(scene, given, &mut room);
+        let whole = |aside: &mut Vec<Work>, i: usize| {
+            aside.push(Work {
+                ray: given[i],
+                number: number + i,
+                start: NO_CHILD,
+            })
+        };
+        if !scene.direct || !packet.set::<I>(local, scene.reach, outer_pad(scene), Apex::of(local))
+        {
+            (0..given.len()).for_each(|i| whole(&mut aside, i));
+        } else if scene.root != NO_CHILD {
+            let met = occluded_in_mesh::<I>(&scene.placed[0].bvh, &packet, |i, start| {
+                aside.push(Work {
+                    ray: given[i],
+                    number: number + i,
+                    start,
+                });
+            });
+            for (i, dark) in dark[number..][..given.len()].iter_mut().enumerate() {
+                *dark = met >> i & 1 != 0;
+            }
+        }
+        if aside.len() >= ASIDE / 2 {
+            trace::<I, _, true>(
+                scene,
+                &mut Any {
+                    work: aside.drain(..),
+                    dark,
+                },
+            );
+        }
+    }
+    trace::<I, _, true>(
+        scene,
+        &mut Any {
+            work: aside.drain(..),
+            dark,
+        },
+    );
+}
+
+/// Bit i: ray i meets something. Rays that are few at a node are handed to `alone` with it.
+#[inline(always)]
+fn occluded_in_mesh<I: Isa>(mesh: &Bvh, packet: &Packet, mut alone: impl FnMut(usize, u32)) -> u64 {
+    let blocks = mesh.blocks();
+    let mut stack = MaskStack::new();
+    let mut found = Found::NOTHING;
+    let t_max = packet.farthest::<I>();
+    let mut dark = 0u64;
+    let (mut at, mut active) = (mesh.root(), packet.active);
+    loop {
+        if active.count_ones() <= FEW {
+            while active != 0 {
+                alone(active.trailing_zeros() as usize, at);
+                active &= active - 1;
+            }
+        } else if at & LEAF == 0 {
+            let node = node(blocks, at);
+            let (mut mask, _) = packet.fan.children::<I>(node, t_max);
+            while mask != 0 {
+                let lane = mask.trailing_zeros() as usize & 7;
+                mask &= mask - 1;
+                let entered = packet.enter::<I>(|row| node.bounds[row][lane], active);
+                if entered != 0 {
+                    prefetch::<I>(blocks, node.child[lane]);
+                    stack.push(node.child[lane], entered);
+                }
+            }
+        } else {
+            let leaf = leaf(blocks, at);
+            while active != 0 {
+                let i = active.trailing_zeros() as usize & (SIZE - 1);
+                active &= active - 1;
+                if test::<I>(leaf, &packet.triangle_ray(i), packet.t_max[i], &mut found) != 0 {
+                    dark |= 1 << i;
+                }
+            }
+        }
+        loop {
+            let Some((next, mask)) = stack.pop() else {
+                return dark;
+            };
+            (at, active) = (next, mask & !dark);
+            if active != 0 {
+                break;
+            }
+        }
+    }
+}
