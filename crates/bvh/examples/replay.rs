@@ -1,10 +1,11 @@
 //! Plays recorded rays through a mesh: `replay SCENE.tri [--threads N] [--quality fast|default|high] [--isa NAME]
-//! [--coherent yes|no|unknown] [--repeat 7] RAYS...`
+//! [--coherent yes|no|unknown] [--repeat 7] [--cpu] RAYS...`
 //!
 //! `.tri`: u32 vertex count, u32 triangle count, f32 positions, u32 indices, little endian. `.rays`: 7 f32 a ray
 //! (origin, direction, t_max); the `.hits` beside it: f32 t and u32 triangle a ray, or 1 for an occluded shadow ray.
 //! A file whose name starts with `shadow` asks for any hit, every other for the nearest; `bounce` rays count as
-//! incoherent and the others as coherent unless `--coherent` says otherwise.
+//! incoherent and the others as coherent unless `--coherent` says otherwise. `--cpu` plays them on one thread and
+//! counts the time it was on a CPU (Linux): for a machine that is busy otherwise.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
@@ -53,6 +54,7 @@ struct Options {
     repeat: usize,
     coherence: Option<Coherence>,
     isa: InstructionSet,
+    cpu: bool,
     files: Vec<String>,
 }
 
@@ -144,7 +146,19 @@ fn replay(scene: &Scene, path: &str, options: &Options) -> Result<(), Error> {
     let mut times = vec![];
     for _ in 0..=options.repeat {
         let start = Instant::now();
-        if any {
+        let cpu_start = cpu_seconds();
+        if options.cpu {
+            for ((rays, hits), dark) in rays
+                .chunks(1024)
+                .zip(hits.chunks_mut(1024))
+                .zip(dark.chunks_mut(1024))
+            {
+                match any {
+                    true => scene.occluded(rays, dark, coherence),
+                    false => scene.closest(rays, hits, coherence),
+                }
+            }
+        } else if any {
             in_parallel(options.threads, &rays, &mut dark, |rays, dark| {
                 scene.occluded(rays, dark, coherence)
             });
@@ -153,7 +167,10 @@ fn replay(scene: &Scene, path: &str, options: &Options) -> Result<(), Error> {
                 scene.closest(rays, hits, coherence)
             });
         }
-        times.push(start.elapsed().as_secs_f64());
+        times.push(match options.cpu {
+            true => cpu_seconds() - cpu_start,
+            false => start.elapsed().as_secs_f64(),
+        });
     }
     times.remove(0);
     times.sort_by(f64::total_cmp);
@@ -181,6 +198,18 @@ fn replay(scene: &Scene, path: &str, options: &Options) -> Result<(), Error> {
         rate(median)
     );
     Ok(())
+}
+
+/// How long this thread has been on a CPU.
+fn cpu_seconds() -> f64 {
+    // Giving way makes the kernel bring its books up to date.
+    std::thread::yield_now();
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    text.split(' ')
+        .next()
+        .and_then(|ns| ns.parse::<f64>().ok())
+        .unwrap_or(f64::NAN)
+        * 1e-9
 }
 
 /// Deals rays out to threads, 1024 at a time.
@@ -213,6 +242,7 @@ fn options() -> Result<Options, Error> {
         repeat: 7,
         coherence: None,
         isa: InstructionSet::best(),
+        cpu: false,
         files: vec![],
     };
     let mut args = std::env::args().skip(1);
@@ -237,6 +267,7 @@ fn options() -> Result<Options, Error> {
                     other => return Err(format!("coherent {other}: yes, no or unknown").into()),
                 })
             }
+            "--cpu" => options.cpu = true,
             "--isa" => {
                 let name = value()?;
                 let known = InstructionSet::ALL

@@ -59,7 +59,7 @@ impl Fan {
                 )
             };
             let apex = I::F8::splat(self.apex[axis]);
-            let [low, high] = self.reciprocal[axis].map(|r| I::F8::splat(r));
+            let [low, high] = self.reciprocal[axis].map(I::F8::splat);
             let (first, last) = (first.sub(apex), last.sub(apex));
             enter = enter.max(
                 first
@@ -252,7 +252,7 @@ impl Packet {
         let away = at
             .iter()
             .fold(0.0f32, |m, x| if x.abs() > m { x.abs() } else { m });
-        if !(away <= ORIGIN_LIMIT) {
+        if away.is_nan() || away > ORIGIN_LIMIT {
             return false;
         }
         let magnitude = magnitudes[..groups]

@@ -11,7 +11,7 @@ use crate::block::{Block, LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::mesh::Bvh;
 use crate::ray::{Hit, Ray};
 use crate::scene::{Placed, Scene};
-use crate::simd::{Isa, Vector};
+use crate::simd::Isa;
 
 /// Rays of a packet that are fewer than this at a node go on alone.
 const FEW: u32 = 10;
