@@ -16,6 +16,7 @@ use crate::scene::{ExactTriangles, Scene};
 use crate::simd::Isa;
 use exact::closest_exact_batch;
 use interleaved::{Batch, Work};
+use packet::Packet;
 
 kernel! {
     /// The nearest hits.
@@ -37,8 +38,9 @@ fn closest_batch<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherenc
     if coherence == Coherence::Incoherent {
         return closest_apart::<I>(scene, rays, hits);
     }
+    let mut packet = Packet::NONE;
     for (rays, hits) in rays.chunks(packet::SIZE).zip(hits.chunks_mut(packet::SIZE)) {
-        if !together::closest::<I>(scene, rays, hits) {
+        if !together::closest::<I>(scene, rays, hits, &mut packet) {
             closest_apart::<I>(scene, rays, hits);
         }
     }

@@ -5,7 +5,7 @@
 //! the extremes of their reciprocal directions: one test serves 64 rays, and is as sharp as their fan is narrow.
 
 use super::local::{ORIGIN_LIMIT, REACH_LIMIT, STEEPEST, TRIANGLE_PAD, TriangleRay};
-use crate::block::Node;
+use crate::block::{Leaf, Node};
 use crate::ray::Ray;
 use crate::simd::{Isa, Vector};
 
@@ -29,6 +29,9 @@ pub struct Packet {
     /// Bit i: there is a ray i.
     pub active: u64,
     pub fan: Fan,
+    /// The least and greatest origin by axis, and shear in x and y.
+    origins: [[f32; 2]; 3],
+    shears: [[f32; 2]; 2],
 }
 
 /// What bounds all rays of a packet at once; `t` counts from the apex.
@@ -129,6 +132,8 @@ impl Packet {
             far: [0.0; 3],
             entry: [0; 3],
         },
+        origins: [[0.0; 2]; 3],
+        shears: [[0.0; 2]; 2],
     };
 
     /// Makes rays ready; false where they do not run alike, or one of them is odd in any way, and nothing may be
@@ -261,29 +266,31 @@ impl Packet {
             .greatest();
         // Three more roundings than a ray's own boxes see, at the size of everything there is.
         let off = (magnitude + away) * pad * 1.5;
+        let extremes = |row: &[f32; SIZE]| {
+            let (mut least, mut greatest) = (load::<I>(row, 0), load::<I>(row, 0));
+            for g in 1..groups {
+                least = least.min(load::<I>(row, g));
+                greatest = greatest.max(load::<I>(row, g));
+            }
+            [least.least(), greatest.greatest()]
+        };
         for axis in 0..3 {
-            let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+            let range = extremes(&self.reciprocal[axis]);
+            let origins = extremes(&self.origin[axis]);
             let (mut early, mut late) = (I::F16::splat(0.0), I::F16::splat(0.0));
-            for g in 0..groups {
-                let r = load::<I>(&self.reciprocal[axis], g);
-                let (least, greatest) = (r.least(), r.greatest());
-                range = [
-                    if least < range[0] { least } else { range[0] },
-                    if greatest > range[1] {
-                        greatest
+            if apex == Apex::Target || origins[0] != origins[1] {
+                for g in 0..groups {
+                    let r = load::<I>(&self.reciprocal[axis], g);
+                    let r = if apex == Apex::Target {
+                        I::F16::splat(0.0).sub(r)
                     } else {
-                        range[1]
-                    },
-                ];
-                let r = if apex == Apex::Target {
-                    I::F16::splat(0.0).sub(r)
-                } else {
-                    r
-                };
-                // A ray from `p` enters at (b - p) r = (b - apex) r - (p - apex) r.
-                let aside = point(axis, g).sub(I::F16::splat(at[axis])).mul(r);
-                early = early.max(aside);
-                late = late.min(aside);
+                        r
+                    };
+                    // A ray from `p` enters at (b - p) r = (b - apex) r - (p - apex) r.
+                    let aside = point(axis, g).sub(I::F16::splat(at[axis])).mul(r);
+                    early = early.max(aside);
+                    late = late.min(aside);
+                }
             }
             let steep = if range[0] < 0.0 { -range[0] } else { range[1] };
             let wide = off * steep;
@@ -297,7 +304,9 @@ impl Packet {
             self.fan.near[axis] = early.greatest() + wide;
             self.fan.far[axis] = wide - late.least();
             self.fan.entry[axis] = self.entry[axis] ^ usize::from(backwards);
+            self.origins[axis] = origins;
         }
+        self.shears = [extremes(&self.shear[0]), extremes(&self.shear[1])];
         true
     }
 
@@ -332,6 +341,58 @@ impl Packet {
             entered |= u64::from(<I::F16 as Vector>::bits(enter.le(leave))) << (16 * g);
         }
         entered & active
+    }
+
+    /// Bit k: some ray may meet triangle k. The others lie to one side of the sheared axis for all rays: rounding is
+    /// monotonic, so what holds of the extremes holds of the values that the test computes for each ray.
+    #[inline(always)]
+    pub fn candidates<I: Isa>(&self, leaf: &Leaf) -> u32 {
+        let [kx, ky, kz] = self.axes;
+        let relative = |axis: usize| {
+            // SAFETY: each row of `vertex` holds 16 floats.
+            let row = unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) };
+            let [least, greatest] = self.origins[axis].map(I::F16::splat);
+            [row.sub(greatest), row.sub(least)]
+        };
+        let index = [
+            I::index(leaf.corner[0]),
+            I::index(leaf.corner[1]),
+            I::index(leaf.corner[2]),
+        ];
+        let depth = relative(kz);
+        let zero = I::F16::splat(0.0);
+        let mut near = leaf.solid;
+        for (axis, shears) in [(kx, self.shears[0]), (ky, self.shears[1])] {
+            let [low, high] = relative(axis);
+            let [s, t] = shears.map(I::F16::splat);
+            let products = [
+                s.mul(depth[0]),
+                s.mul(depth[1]),
+                t.mul(depth[0]),
+                t.mul(depth[1]),
+            ];
+            let least = products[0]
+                .min(products[1])
+                .min(products[2].min(products[3]));
+            let greatest = products[0]
+                .max(products[1])
+                .max(products[2].max(products[3]));
+            let (low, high) = (low.sub(greatest), high.sub(least));
+            let low = I::lookup(low, index[0])
+                .min(I::lookup(low, index[1]))
+                .min(I::lookup(low, index[2]));
+            let high = I::lookup(high, index[0])
+                .max(I::lookup(high, index[1]))
+                .max(I::lookup(high, index[2]));
+            near &= <I::F16 as Vector>::bits(<I::F16 as Vector>::and(low.le(zero), zero.le(high)));
+        }
+        near
+    }
+
+    /// The values of a group of 16 rays.
+    #[inline(always)]
+    pub fn lanes<I: Isa>(&self, row: &[f32; SIZE], group: usize) -> I::F16 {
+        load::<I>(row, group & 3)
     }
 
     /// One ray, for the test of triangles.

@@ -6,7 +6,7 @@ use super::local::{BOX_PAD, EPS};
 use super::packet::{Apex, Packet, SIZE};
 use super::stack::{MaskStack, Stack};
 use super::steps::NO_SLOT;
-use super::triangle::{Found, test};
+use super::triangle::{Found, test, test_rays};
 use crate::block::{Block, LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::mesh::Bvh;
 use crate::ray::{Hit, Ray};
@@ -58,10 +58,9 @@ struct Nearest {
 
 /// The nearest hits of at most 64 rays; false, and nothing is answered, if they make no packet.
 #[inline(always)]
-pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit]) -> bool {
+pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], packet: &mut Packet) -> bool {
     let mut room = [NO_RAY; SIZE];
     let rays = scaled(scene, rays, &mut room);
-    let mut packet = Packet::NONE;
     if scene.root == NO_CHILD || !packet.set::<I>(rays, scene.reach, outer_pad(scene), Apex::Origin)
     {
         return false;
@@ -73,7 +72,7 @@ pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit]) -> bool {
     };
     if scene.direct {
         let mesh = &*scene.placed[0].bvh;
-        closest_in_mesh::<I>(mesh, &mut packet, &mut nearest);
+        closest_in_mesh::<I>(mesh, packet, &mut nearest);
         for (i, hit) in hits.iter_mut().enumerate() {
             *hit = Hit::MISS;
             if nearest.slot[i] != NO_SLOT {
@@ -90,7 +89,7 @@ pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit]) -> bool {
         return true;
     }
     let mut met = [Hit::MISS; SIZE];
-    if !closest_in_instances::<I>(scene, rays, &mut packet, &mut met) {
+    if !closest_in_instances::<I>(scene, rays, packet, &mut met) {
         return false;
     }
     hits.copy_from_slice(&met[..hits.len()]);
@@ -204,17 +203,9 @@ fn closest_in_mesh<I: Isa>(mesh: &Bvh, packet: &mut Packet, nearest: &mut Neares
             }
         } else {
             let leaf = leaf(blocks, at);
-            let mut active = packet.enter::<I>(|row| leaf.bounds[row], packet.active);
-            let mut closer = false;
-            while active != 0 {
-                let i = active.trailing_zeros() as usize & (SIZE - 1);
-                active &= active - 1;
-                let hit = test::<I>(leaf, &packet.triangle_ray(i), packet.t_max[i], &mut found);
-                if hit != 0 {
-                    closer = true;
-                    take(mesh, leaf, hit, &found, i, packet, nearest);
-                }
-            }
+            let active = packet.enter::<I>(|row| leaf.bounds[row], packet.active);
+            let closer = active != 0
+                && closest_in_leaf::<I>(mesh, leaf, active, packet, nearest, &mut found);
             if closer {
                 t_max = packet.farthest::<I>();
             }
@@ -226,29 +217,81 @@ fn closest_in_mesh<I: Isa>(mesh: &Bvh, packet: &mut Packet, nearest: &mut Neares
     }
 }
 
-/// Takes the triangles of `hit` for ray `i` where they come first by (t, id).
+/// Whether anything was found.
 #[inline(always)]
-fn take(
+fn closest_in_leaf<I: Isa>(
     mesh: &Bvh,
     leaf: &Leaf,
-    mut hit: u32,
-    found: &Found,
-    i: usize,
+    mut active: u64,
     packet: &mut Packet,
     nearest: &mut Nearest,
-) {
-    while hit != 0 {
-        let lane = hit.trailing_zeros() as usize & 15;
-        hit &= hit - 1;
-        let (t, slot) = (found.t[lane], leaf.first + lane as u32);
-        let known = nearest.slot[i];
+    found: &mut Found,
+) -> bool {
+    let mut closer = false;
+    let mut triangles = packet.candidates::<I>(leaf);
+    if triangles.count_ones() * groups(active) < active.count_ones() {
+        while triangles != 0 {
+            let k = triangles.trailing_zeros();
+            triangles &= triangles - 1;
+            for group in 0..SIZE / 16 {
+                let lanes = (active >> (16 * group)) as u32 & 0xffff;
+                if lanes == 0 {
+                    continue;
+                }
+                let mut hit = test_rays::<I>(leaf, k as usize, packet, group, lanes, found);
+                closer |= hit != 0;
+                while hit != 0 {
+                    let lane = hit.trailing_zeros() as usize & 15;
+                    hit &= hit - 1;
+                    nearest.take(mesh, leaf.first + k, found, lane, 16 * group + lane, packet);
+                }
+            }
+        }
+        return closer;
+    }
+    while active != 0 {
+        let i = active.trailing_zeros() as usize & (SIZE - 1);
+        active &= active - 1;
+        let mut hit = test::<I>(leaf, &packet.triangle_ray(i), packet.t_max[i], found);
+        closer |= hit != 0;
+        while hit != 0 {
+            let lane = hit.trailing_zeros() as usize & 15;
+            hit &= hit - 1;
+            nearest.take(mesh, leaf.first + lane as u32, found, lane, i, packet);
+        }
+    }
+    closer
+}
+
+/// How many groups of 16 rays have an active one.
+#[inline(always)]
+fn groups(active: u64) -> u32 {
+    (0..SIZE / 16)
+        .map(|g| u32::from(active >> (16 * g) & 0xffff != 0))
+        .sum()
+}
+
+impl Nearest {
+    /// Takes what was found in a lane for ray `i`, if it comes first by (t, id).
+    #[inline(always)]
+    fn take(
+        &mut self,
+        mesh: &Bvh,
+        slot: u32,
+        found: &Found,
+        lane: usize,
+        i: usize,
+        packet: &mut Packet,
+    ) {
+        let t = found.t[lane];
+        let known = self.slot[i];
         let before = t < packet.t_max[i]
             || t == packet.t_max[i] && (known == NO_SLOT || mesh.id(slot) < mesh.id(known));
         if before {
             packet.t_max[i] = t;
-            nearest.slot[i] = slot;
-            nearest.u[i] = found.u[lane];
-            nearest.v[i] = found.v[lane];
+            self.slot[i] = slot;
+            self.u[i] = found.u[lane];
+            self.v[i] = found.v[lane];
         }
     }
 }
@@ -347,13 +390,7 @@ fn occluded_in_mesh<I: Isa>(mesh: &Bvh, packet: &Packet, mut alone: impl FnMut(u
             }
         } else {
             let leaf = leaf(blocks, at);
-            while active != 0 {
-                let i = active.trailing_zeros() as usize & (SIZE - 1);
-                active &= active - 1;
-                if test::<I>(leaf, &packet.triangle_ray(i), packet.t_max[i], &mut found) != 0 {
-                    dark |= 1 << i;
-                }
-            }
+            dark |= dark_in_leaf::<I>(leaf, active, packet, &mut found);
         }
         loop {
             let Some((next, mask)) = stack.pop() else {
@@ -365,4 +402,33 @@ fn occluded_in_mesh<I: Isa>(mesh: &Bvh, packet: &Packet, mut alone: impl FnMut(u
             }
         }
     }
+}
+
+/// The rays of `active` that meet something in a leaf.
+#[inline(always)]
+fn dark_in_leaf<I: Isa>(leaf: &Leaf, mut active: u64, packet: &Packet, found: &mut Found) -> u64 {
+    let mut dark = 0;
+    let mut triangles = packet.candidates::<I>(leaf);
+    if triangles.count_ones() * groups(active) < active.count_ones() {
+        while triangles != 0 {
+            let k = triangles.trailing_zeros() as usize;
+            triangles &= triangles - 1;
+            for group in 0..SIZE / 16 {
+                let lanes = ((active & !dark) >> (16 * group)) as u32 & 0xffff;
+                if lanes != 0 {
+                    dark |= u64::from(test_rays::<I>(leaf, k, packet, group, lanes, found))
+                        << (16 * group);
+                }
+            }
+        }
+        return dark;
+    }
+    while active != 0 {
+        let i = active.trailing_zeros() as usize & (SIZE - 1);
+        active &= active - 1;
+        if test::<I>(leaf, &packet.triangle_ray(i), packet.t_max[i], found) != 0 {
+            dark |= 1 << i;
+        }
+    }
+    dark
 }

@@ -1,15 +1,19 @@
-//! Sixteen triangles against one ray: the watertight test of Woop, Benthin and Wald 2013.
+//! Triangles against rays: the watertight test of Woop, Benthin and Wald 2013, sixteen at a time.
 //!
 //! The ray is sheared to the axis along which it runs most; the triangle is hit where its three edge functions do not
 //! differ in sign. Each is a difference of two rounded products, never fused: two triangles that share an edge compute
 //! the same value with opposite sign, so no ray passes between them, and where a value is 0 float64 decides exactly.
 //! Front and back are both hit. The edges count as inside.
+//!
+//! The lanes are sixteen triangles and one ray ([`test`]) or sixteen rays and one triangle ([`test_rays`]); both run
+//! through [`meet`], so a ray and a triangle have the same answer in either.
 
 use super::local::TriangleRay;
+use super::packet::{Packet, SIZE};
 use crate::block::Leaf;
 use crate::simd::{Isa, Vector};
 
-/// Where a ray meets the triangles of a leaf; only the lanes that the test names are written.
+/// Where rays meet triangles; only the lanes that the test names are written.
 #[repr(C, align(64))]
 pub struct Found {
     pub t: [f32; 16],
@@ -25,34 +29,245 @@ impl Found {
     };
 }
 
-/// Bit i: the ray meets triangle i at a t of `0..=t_max`.
+/// The corners of the triangles of a leaf.
 #[inline(always)]
-pub fn test<I: Isa>(leaf: &Leaf, ray: &TriangleRay, t_max: f32, found: &mut Found) -> u32 {
-    let [kx, ky, kz] = ray.axes;
-    let relative = |axis: usize| {
-        // SAFETY: each row of `vertex` holds 16 floats.
-        let row = unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) };
-        row.sub(I::F16::splat(ray.origin[axis]))
-    };
-    let (rx, ry, rz) = (relative(kx), relative(ky), relative(kz));
-    let px = rx.sub(I::F16::splat(ray.shear[0]).mul(rz));
-    let py = ry.sub(I::F16::splat(ray.shear[1]).mul(rz));
-    let (ia, ib, ic) = (
+pub fn corners<I: Isa>(v: I::F16, index: &[I::Index; 3]) -> [I::F16; 3] {
+    [
+        I::lookup(v, index[0]),
+        I::lookup(v, index[1]),
+        I::lookup(v, index[2]),
+    ]
+}
+
+/// The indices that [`corners`] takes.
+#[inline(always)]
+pub fn indices<I: Isa>(leaf: &Leaf) -> [I::Index; 3] {
+    [
         I::index(leaf.corner[0]),
         I::index(leaf.corner[1]),
         I::index(leaf.corner[2]),
+    ]
+}
+
+/// The vertices of a leaf along an axis, less an origin.
+#[inline(always)]
+pub fn relative<I: Isa>(leaf: &Leaf, axis: usize, origin: f32) -> I::F16 {
+    // SAFETY: each row of `vertex` holds 16 floats.
+    let row = unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) };
+    row.sub(I::F16::splat(origin))
+}
+
+/// Sixteen triangles and one ray.
+struct OneRay<'a, I: Isa> {
+    leaf: &'a Leaf,
+    ray: &'a TriangleRay,
+    index: [I::Index; 3],
+    t_max: f32,
+}
+
+/// One triangle and sixteen rays.
+struct OneTriangle<'a> {
+    leaf: &'a Leaf,
+    /// The lanes of its corners.
+    corner: [usize; 3],
+    packet: &'a Packet,
+    group: usize,
+}
+
+/// Bit i: the ray meets triangle i of the leaf at a t of `0..=t_max`.
+#[inline(always)]
+pub fn test<I: Isa>(leaf: &Leaf, ray: &TriangleRay, t_max: f32, found: &mut Found) -> u32 {
+    let [kx, ky, kz] = ray.axes;
+    let rx = relative::<I>(leaf, kx, ray.origin[kx]);
+    let ry = relative::<I>(leaf, ky, ray.origin[ky]);
+    let rz = relative::<I>(leaf, kz, ray.origin[kz]);
+    let px = rx.sub(I::F16::splat(ray.shear[0]).mul(rz));
+    let py = ry.sub(I::F16::splat(ray.shear[1]).mul(rz));
+    let index = indices::<I>(leaf);
+    let (x, y) = (corners::<I>(px, &index), corners::<I>(py, &index));
+    meet::<I, _>(
+        x,
+        y,
+        leaf.solid,
+        found,
+        OneRay::<I> {
+            leaf,
+            ray,
+            index,
+            t_max,
+        },
+    )
+}
+
+impl<I: Isa> Lanes<I> for OneRay<'_, I> {
+    #[inline(always)]
+    fn rest(&self) -> Rest<I::F16> {
+        let Self {
+            leaf,
+            ray,
+            index,
+            t_max,
+        } = self;
+        let of = [
+            relative::<I>(leaf, 0, ray.origin[0]),
+            relative::<I>(leaf, 1, ray.origin[1]),
+            relative::<I>(leaf, 2, ray.origin[2]),
+        ];
+        Rest {
+            main: ray.axes[2],
+            scale: I::F16::splat(ray.shear[2]),
+            corners: [
+                corners::<I>(of[0], index),
+                corners::<I>(of[1], index),
+                corners::<I>(of[2], index),
+            ],
+            backwards: [
+                ray.reciprocal[0] < 0.0,
+                ray.reciprocal[1] < 0.0,
+                ray.reciprocal[2] < 0.0,
+            ],
+            reciprocal: splat3::<I>(&ray.reciprocal),
+            pad: splat3::<I>(&ray.pad),
+            t_max: I::F16::splat(*t_max),
+        }
+    }
+}
+
+#[inline(always)]
+fn splat3<I: Isa>(v: &[f32; 3]) -> [I::F16; 3] {
+    [
+        I::F16::splat(v[0]),
+        I::F16::splat(v[1]),
+        I::F16::splat(v[2]),
+    ]
+}
+
+/// Bit i: ray `16 * group + i` of the packet, one of `active`, meets triangle `k` of the leaf.
+#[inline(always)]
+pub fn test_rays<I: Isa>(
+    leaf: &Leaf,
+    k: usize,
+    packet: &Packet,
+    group: usize,
+    active: u32,
+    found: &mut Found,
+) -> u32 {
+    let [kx, ky, kz] = packet.axes;
+    let shift = 32 * (k % 2) + 4 * (k / 2);
+    let at = |word: u64| (word >> shift) as usize & 15;
+    let corner = [at(leaf.corner[0]), at(leaf.corner[1]), at(leaf.corner[2])];
+    let lanes = OneTriangle {
+        leaf,
+        corner,
+        packet,
+        group,
+    };
+    let (rx, ry, rz) = (
+        lanes.relative::<I>(kx),
+        lanes.relative::<I>(ky),
+        lanes.relative::<I>(kz),
     );
-    let (ax, bx, cx) = (I::lookup(px, ia), I::lookup(px, ib), I::lookup(px, ic));
-    let (ay, by, cy) = (I::lookup(py, ia), I::lookup(py, ib), I::lookup(py, ic));
+    let sx = packet.lanes::<I>(&packet.shear[0], group);
+    let sy = packet.lanes::<I>(&packet.shear[1], group);
+    let x = [
+        rx[0].sub(sx.mul(rz[0])),
+        rx[1].sub(sx.mul(rz[1])),
+        rx[2].sub(sx.mul(rz[2])),
+    ];
+    let y = [
+        ry[0].sub(sy.mul(rz[0])),
+        ry[1].sub(sy.mul(rz[1])),
+        ry[2].sub(sy.mul(rz[2])),
+    ];
+    meet::<I, _>(x, y, active, found, lanes)
+}
+
+impl OneTriangle<'_> {
+    #[inline(always)]
+    fn relative<I: Isa>(&self, axis: usize) -> [I::F16; 3] {
+        let origin = self
+            .packet
+            .lanes::<I>(&self.packet.origin[axis], self.group);
+        let row = &self.leaf.vertex[axis];
+        [
+            I::F16::splat(row[self.corner[0]]).sub(origin),
+            I::F16::splat(row[self.corner[1]]).sub(origin),
+            I::F16::splat(row[self.corner[2]]).sub(origin),
+        ]
+    }
+
+    #[inline(always)]
+    fn lanes3<I: Isa>(&self, rows: &[[f32; SIZE]; 3]) -> [I::F16; 3] {
+        let packet = self.packet;
+        [
+            packet.lanes::<I>(&rows[0], self.group),
+            packet.lanes::<I>(&rows[1], self.group),
+            packet.lanes::<I>(&rows[2], self.group),
+        ]
+    }
+}
+
+impl<I: Isa> Lanes<I> for OneTriangle<'_> {
+    #[inline(always)]
+    fn rest(&self) -> Rest<I::F16> {
+        let packet = self.packet;
+        Rest {
+            main: packet.axes[2],
+            scale: packet.lanes::<I>(&packet.shear[2], self.group),
+            corners: [
+                self.relative::<I>(0),
+                self.relative::<I>(1),
+                self.relative::<I>(2),
+            ],
+            backwards: [
+                packet.entry[0] % 2 != 0,
+                packet.entry[1] % 2 != 0,
+                packet.entry[2] % 2 != 0,
+            ],
+            reciprocal: self.lanes3::<I>(&packet.reciprocal),
+            pad: self.lanes3::<I>(&packet.pad),
+            t_max: packet.lanes::<I>(&packet.t_max, self.group),
+        }
+    }
+}
+
+/// Where [`meet`] gets the rest from.
+trait Lanes<I: Isa> {
+    fn rest(&self) -> Rest<I::F16>;
+}
+
+/// What is needed once a lane has passed the edges.
+struct Rest<V> {
+    /// The main axis, and one over the direction along it.
+    main: usize,
+    scale: V,
+    /// The corners, relative to the origin, by axis.
+    corners: [[V; 3]; 3],
+    backwards: [bool; 3],
+    reciprocal: [V; 3],
+    pad: [V; 3],
+    t_max: V,
+}
+
+/// The test, given the sheared corners: the lanes of `active` that are hit.
+#[inline(always)]
+fn meet<I: Isa, L: Lanes<I>>(
+    [ax, bx, cx]: [I::F16; 3],
+    [ay, by, cy]: [I::F16; 3],
+    active: u32,
+    found: &mut Found,
+    lanes: L,
+) -> u32 {
     let mut u = cx.mul(by).sub(cy.mul(bx));
     let mut v = ax.mul(cy).sub(ay.mul(cx));
     let mut w = bx.mul(ay).sub(by.mul(ax));
     let zero = I::F16::splat(0.0);
     let inside = <I::F16 as Vector>::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero));
-    let mut hit = <I::F16 as Vector>::bits(inside) & leaf.solid;
+    let mut hit = <I::F16 as Vector>::bits(inside) & active;
     if hit == 0 {
         return 0;
     }
+    let rest = lanes.rest();
     let smallest = u.abs().min(v.abs()).min(w.abs());
     let unsure = <I::F16 as Vector>::bits(smallest.eq(zero)) & hit;
     if unsure != 0 {
@@ -72,27 +287,25 @@ pub fn test<I: Isa>(leaf: &Leaf, ray: &TriangleRay, t_max: f32, found: &mut Foun
     }
     let det = u.add(v).add(w);
     let (wa, wb, wc) = (u.div(det), v.div(det), w.div(det));
-    let (za, zb, zc) = (I::lookup(rz, ia), I::lookup(rz, ib), I::lookup(rz, ic));
+    let [za, zb, zc] = rest.corners[rest.main];
     let depth = wa.mul(za).add(wb.mul(zb)).add(wc.mul(zc));
-    let mut t = depth.mul(I::F16::splat(ray.shear[2]));
+    let mut t = depth.mul(rest.scale);
     // Into the triangle's own interval of t: see TRIANGLE_PAD.
     let mut enter = I::F16::splat(f32::NEG_INFINITY);
     let mut leave = I::F16::splat(f32::INFINITY);
     for axis in 0..3 {
-        let r = relative(axis);
-        let (a, b, c) = (I::lookup(r, ia), I::lookup(r, ib), I::lookup(r, ic));
+        let [a, b, c] = rest.corners[axis];
         let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
-        let (first, last) = if ray.reciprocal[axis] < 0.0 {
+        let (first, last) = if rest.backwards[axis] {
             (upper, lower)
         } else {
             (lower, upper)
         };
-        let reciprocal = I::F16::splat(ray.reciprocal[axis]);
-        enter = enter.max(first.mul(reciprocal).sub(I::F16::splat(ray.pad[axis])));
-        leave = leave.min(last.mul(reciprocal).add(I::F16::splat(ray.pad[axis])));
+        enter = enter.max(first.mul(rest.reciprocal[axis]).sub(rest.pad[axis]));
+        leave = leave.min(last.mul(rest.reciprocal[axis]).add(rest.pad[axis]));
     }
     t = t.min(leave).max(enter);
-    let counts = <I::F16 as Vector>::and(zero.le(t), t.le(I::F16::splat(t_max)));
+    let counts = <I::F16 as Vector>::and(zero.le(t), t.le(rest.t_max));
     hit &= <I::F16 as Vector>::bits(counts);
     if hit != 0 {
         // SAFETY: each array holds 16 floats.
