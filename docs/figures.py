@@ -8,9 +8,8 @@ import raycam
 from raycam import _core, files
 
 Image = np.ndarray  # [height, width, 3] sRGB bytes
-WORLDS = Path(__file__).parent.parent / "examples" / "worlds"
-SPOT = "spot/spot.obj"
-CONTROL = "spot/spot_control_mesh.obj"
+ASSETS = Path(raycam.__file__).parent / "assets"
+MESHES = Path(__file__).parent / "meshes"
 Z = (0, 0, 1)
 SKY = {"type": "sky", "radiance": [0.75, 0.82, 0.95]}
 SUN = {"type": "sun", "direction": [-0.6, 1, -1.2], "irradiance": [2.2, 2.0, 1.7]}
@@ -92,8 +91,8 @@ def refine() -> Image:
     """Loop subdivision of a coarse cow."""
     images = []
     for levels in range(4):
-        world = raycam.World(folder=WORLDS)
-        world.add_object(mesh=CONTROL, refine=levels, color="#e8b796", roll=90)
+        world = raycam.World(folder=MESHES)
+        world.add_object(mesh="spot_control_mesh.obj", refine=levels, color="#e8b796", roll=90)
         world.add_light(SUN)
         world.add_light(SKY)
         images.append(wireframe(world, look((3.0, -3.4, 1.3), (0, 0, 0.05), (440, 520), 25)))
@@ -102,7 +101,7 @@ def refine() -> Image:
 
 def colors() -> Image:
     """One colour per object, per triangle, per vertex, and a texture."""
-    corners = raycam.load(WORLDS / SPOT).triangles()
+    corners = raycam.load(ASSETS / "spot" / "cow.obj").triangles()
     vertices, faces = corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
     span = (vertices - vertices.min(0)) / np.ptp(vertices, axis=0)
     hues = np.random.default_rng(5).uniform(0.1, 0.9, (len(faces), 3))
@@ -110,11 +109,11 @@ def colors() -> Image:
         {"vertices": vertices, "triangles": faces, "color": "#c9704e"},
         {"vertices": vertices, "triangles": faces, "face_colors": hues},
         {"vertices": vertices, "triangles": faces, "vertex_colors": span},
-        {"mesh": SPOT},
+        {"mesh": "spot/cow.obj"},
     )
     images = []
     for way in ways:
-        world = raycam.World(folder=WORLDS)
+        world = raycam.World(folder=ASSETS)
         world.add_object(**way, **STAND)
         world.add_light({"type": "sky", "radiance": [1, 1, 1]})
         images.append(flat(world, look((-3.0, -3.4, 2.0), (0, 0, 0.8), (220, 260), 27)))
@@ -250,8 +249,8 @@ def reflectance() -> Image:
 
 def orbit() -> Image:
     """Six frames around a cow."""
-    world = raycam.World(folder=WORLDS)
-    world.add_object(mesh=SPOT, **STAND)
+    world = raycam.World(folder=ASSETS)
+    world.add_object(mesh="spot/cow.obj", **STAND)
     world.add_object(plane={"size": [9, 9]}, color="#cfd8dc")
     world.add_light(SUN)
     world.add_light(SKY)

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import raycam
 
-# Files that a world names lie in its folder or below.
-world = raycam.World(folder=Path(__file__).parent / "worlds")
-world.add_object(mesh="spot/spot.obj", name="spot", roll=90, yaw=-30, location=[0, 0, 0.737])
+# Files that a world names lie in its folder or below; this is the one that comes with raycam.
+world = raycam.World(folder=Path(raycam.__file__).parent / "assets")
+world.add_object(mesh="spot/cow.obj", name="spot", roll=90, yaw=-30, location=[0, 0, 0.737])
 
 # The same mesh again, in other places and sizes: the triangles are kept once.
 for k in range(5):
@@ -26,7 +26,7 @@ index = np.arange(61 * 61).reshape(61, 61)
 a, b, c, d = (corner.ravel() for corner in (index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]))
 faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
 uvs = 0.02 + 0.06 * np.stack([x, y], -1).reshape(-1, 2) / 12
-grass = {"texture": "spot/spot_texture.png", "color": "#88aa66"}
+grass = {"texture": "spot/cow_texture.png", "color": "#88aa66"}
 world.add_mesh(vertices, faces, uvs=uvs, material=grass, name="hill")
 
 world.add_light(type="sun", direction=[1, 1, -1.4], irradiance=[2.8, 2.6, 2.2])

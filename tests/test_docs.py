@@ -65,7 +65,7 @@ def type_commands(text: str, page: str) -> None:
 
 @pytest.mark.parametrize("page", PAGES)
 def test_every_block_of_the_page_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shutil.copytree(ROOT / "examples" / "worlds", tmp_path, dirs_exist_ok=True)
+    shutil.copytree(Path(raycam.__file__).parent / "assets", tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     for language, text, line in blocks(page):
