@@ -77,7 +77,6 @@ def _parser() -> argparse.ArgumentParser:
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         add(command)
-    commands.type = _command
     return parser
 
 
