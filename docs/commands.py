@@ -8,7 +8,7 @@ from raycam import cli
 
 def write(folder: Path) -> None:
     """Make `commands.md`."""
-    parser = cli.parser()
+    parser = cli._parser()
     commands = next(action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
     lines = ["```text", parser.format_help().rstrip(), "```", ""]
     for name, command in commands.choices.items():

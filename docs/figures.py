@@ -69,7 +69,7 @@ def box() -> Image:
     colored_box(world)
     world.add_light({"type": "sky", "radiance": [1, 1, 1]})
     eyes = ((1.9, -2.5, 1.5), (-1.9, 2.5, -1.5))
-    return row(*(flat(world, look(eye, (0, 0, 0), (380, 300), 28)) for eye in eyes))
+    return row(*(flat(world, look(eye, (0, 0, 0), (380, 300), 32)) for eye in eyes))
 
 
 def wireframe(world: raycam.World, camera: raycam.Camera) -> Image:
@@ -95,7 +95,7 @@ def refine() -> Image:
         world.add_object(mesh="spot_control_mesh.obj", refine=levels, color="#e8b796", roll=90)
         world.add_light(SUN)
         world.add_light(SKY)
-        images.append(wireframe(world, look((3.0, -3.4, 1.3), (0, 0, 0.05), (440, 520), 25)))
+        images.append(wireframe(world, look((3.2, 3.8, 1.4), (-0.05, 0, 0.02), (440, 440), 22)))
     return row(*images)
 
 
@@ -116,7 +116,7 @@ def colors() -> Image:
         world = raycam.World(folder=ASSETS)
         world.add_object(**way, **STAND)
         world.add_light({"type": "sky", "radiance": [1, 1, 1]})
-        images.append(flat(world, look((-3.0, -3.4, 2.0), (0, 0, 0.8), (220, 260), 27)))
+        images.append(flat(world, look((-3.0, 3.4, 2.0), (0, 0, 0.8), (220, 260), 27)))
     return row(*images)
 
 
@@ -151,6 +151,7 @@ def outside() -> Image:
     camera = look((2.6, -4.2, 2.6), (0.1, 0.2, 0.35), (40, 30), 38)
     pixel = np.array([12.0, 14.0])
     world = still_life()
+    world.add_light(SKY)
     seen = raycam.render(world, camera, integrator="flat", channels=["color", "position"])
 
     def on_plane(u: float, v: float) -> np.ndarray:
@@ -184,9 +185,8 @@ def outside() -> Image:
     ):
         world.add_object(sphere={"radius": radius}, location=place, color=color)
     world.add_light(SUN)
-    world.add_light(SKY)
     observer = look((7.0, -4.4, 4.0), (1.2, -1.7, 1.1), (760, 430), 36)
-    return lit(world, observer, 32, ambient_occlusion=True)
+    return lit(world, observer, ambient_occlusion=True)
 
 
 def channels() -> Image:
@@ -226,7 +226,7 @@ def lights() -> Image:
         world = still_life()
         for light in given:
             world.add_light(light)
-        images.append(lit(world, look((0.4, -5.6, 3.4), (0.2, 0.1, 0.3), (260, 200), 34), 64, **settings))
+        images.append(lit(world, look((0.4, -5.6, 3.4), (0.2, 0.1, 0.3), (260, 200), 34), **settings))
     return row(*images)
 
 
@@ -276,5 +276,10 @@ FIGURES: list[Callable[[], Image]] = [
 
 def write(folder: Path) -> None:
     """Make all figures, and one explained pixel as text and as a drawing."""
+    explained = raycam.explain(
+        still_life(), look((2.6, -4.2, 2.6), (0.1, 0.2, 0.35), (320, 240), 38), (100, 112)
+    )
+    explained.save_figure(folder / "explain.svg")
+    (folder / "explain.txt").write_text(str(explained), encoding="utf-8")
     for figure in FIGURES:
         files.write(folder / f"{figure.__name__}.png", _core.encode_png(figure()))

@@ -17,15 +17,15 @@ def room() -> raycam.World:
     return world
 
 
-camera = raycam.Camera.look_at([0.5, -6, 2.4], [0.1, 0, 0.5], [0, 0, 1], size=(640, 480), fov=32)
+camera = raycam.Camera.look_at([0.5, -6, 2.4], [0.1, 0, 0.5], [0, 0, 1], size=(480, 360), fov=32)
 
 sunny = room()
 sunny.add_light({"type": "sun", "direction": [1, 0.7, -0.8], "irradiance": [3.2, 2.9, 2.5]})
 sunny.add_light({"type": "sky", "radiance": [0.28, 0.36, 0.5]})
-frame = raycam.render(sunny, camera, samples=64, ambient_occlusion=True)
+frame = raycam.render(sunny, camera, samples=16, ambient_occlusion=True)
 frame.save("sunny.png")
 
 night = room()
 night.add_light({"type": "bulb", "position": [-1.0, -1.4, 2.2], "power": [140, 95, 55], "radius": 0.15})
 night.add_light({"type": "sky", "radiance": [0.01, 0.014, 0.03]})
-raycam.render(night, camera, samples=64).save("night.png")
+raycam.render(night, camera, samples=16).save("night.png")

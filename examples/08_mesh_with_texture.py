@@ -31,6 +31,6 @@ world.add_mesh(vertices, faces, uvs=uvs, material=grass, name="hill")
 
 world.add_light(type="sun", direction=[1, 1, -1.4], irradiance=[2.8, 2.6, 2.2])
 world.add_light(type="sky", radiance=[0.35, 0.42, 0.5])
-camera = raycam.Camera.look_at([-4.2, -6.0, 3.6], [0, 0, 0.5], [0, 0, 1], size=(640, 480), fov=32)
-raycam.render(world, camera, ambient_occlusion=True).save("herd.png")
+camera = raycam.Camera.look_at([-4.2, -6.0, 3.6], [0, 0, 0.5], [0, 0, 1], size=(480, 360), fov=32)
+raycam.render(world, camera, samples=8, ambient_occlusion=True).save("herd.png")
 print(world)

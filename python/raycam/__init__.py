@@ -10,6 +10,7 @@ from __future__ import annotations
 from ._core import __version__
 from .camera import Camera
 from .errors import CameraError, Error, FormatError, SettingsError, WorldError
+from .explain import explain
 from .frame import Frame
 from .render import render
 from .world import Object, Video, World, load
@@ -26,6 +27,7 @@ __all__ = [
     "World",
     "WorldError",
     "__version__",
+    "explain",
     "load",
     "render",
 ]
