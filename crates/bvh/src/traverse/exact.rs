@@ -8,6 +8,7 @@
 use super::local::{EPS, LocalRay};
 use super::stack::Stack;
 use super::steps::enter_children;
+use super::triangle::{corners, indices, relative};
 use crate::block::{LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::ray::{ExactHit, ExactRay};
 use crate::scene::{ExactTriangles, Placed, Scene};
@@ -237,33 +238,41 @@ fn through_mesh<I: Isa>(
 fn may_meet<I: Isa>(leaf: &Leaf, ray: &LocalRay, off: f32) -> u32 {
     let ray = &ray.triangle;
     let [kx, ky, kz] = ray.axes;
-    let relative = |axis: usize| {
-        // SAFETY: each row of `vertex` holds 16 floats.
-        let row = unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) };
-        row.sub(I::F16::splat(ray.origin[axis]))
-    };
-    let (rx, ry, rz) = (relative(kx), relative(ky), relative(kz));
+    let rx = relative::<I>(leaf, kx, ray.origin[kx]);
+    let ry = relative::<I>(leaf, ky, ray.origin[ky]);
+    let rz = relative::<I>(leaf, kz, ray.origin[kz]);
     let px = rx.sub(I::F16::splat(ray.shear[0]).mul(rz));
     let py = ry.sub(I::F16::splat(ray.shear[1]).mul(rz));
     let size = px.abs().add(py.abs());
-    let index = leaf.corner.map(|packed| I::index(packed));
-    let x = index.map(|i| I::lookup(px, i));
-    let y = index.map(|i| I::lookup(py, i));
-    let size = index.map(|i| I::lookup(size, i));
+    let index = indices::<I>(leaf);
+    let (x, y) = (corners::<I>(px, &index), corners::<I>(py, &index));
+    let size = corners::<I>(size, &index);
     let e = I::F16::splat(4.0 * off);
     let square = I::F16::splat(16.0 * off * off);
     let zero = I::F16::splat(0.0);
-    let edge = |a: usize, b: usize| {
-        let value = x[b].mul(y[a]).sub(y[b].mul(x[a]));
-        let slack = e.mul(size[a].add(size[b])).add(square);
-        (value.add(slack), value.sub(slack))
-    };
-    let (u, v, w) = (edge(1, 2), edge(2, 0), edge(0, 1));
+    let u = edge::<I>(&x, &y, &size, [1, 2], e, square);
+    let v = edge::<I>(&x, &y, &size, [2, 0], e, square);
+    let w = edge::<I>(&x, &y, &size, [0, 1], e, square);
     let inside = <I::F16 as Vector>::or(
         zero.le(u.0.min(v.0).min(w.0)),
         u.1.max(v.1).max(w.1).le(zero),
     );
     <I::F16 as Vector>::bits(inside) & ((1u32 << leaf.count) - 1)
+}
+
+/// The greatest and the least value an edge function may have.
+#[inline(always)]
+fn edge<I: Isa>(
+    x: &[I::F16; 3],
+    y: &[I::F16; 3],
+    size: &[I::F16; 3],
+    [a, b]: [usize; 2],
+    e: I::F16,
+    square: I::F16,
+) -> (I::F16, I::F16) {
+    let value = x[b].mul(y[a]).sub(y[b].mul(x[a]));
+    let slack = e.mul(size[a].add(size[b])).add(square);
+    (value.add(slack), value.sub(slack))
 }
 
 /// Where a ray meets a triangle: the test of [`super::triangle`] in float64; (t, u, v).

@@ -5,6 +5,7 @@
 //! the extremes of their reciprocal directions: one test serves 64 rays, and is as sharp as their fan is narrow.
 
 use super::local::{ORIGIN_LIMIT, REACH_LIMIT, STEEPEST, TRIANGLE_PAD, TriangleRay};
+use super::triangle::{corners, indices, relative};
 use crate::block::{Leaf, Node};
 use crate::ray::Ray;
 use crate::simd::{Isa, Vector};
@@ -62,7 +63,10 @@ impl Fan {
                 )
             };
             let apex = I::F8::splat(self.apex[axis]);
-            let [low, high] = self.reciprocal[axis].map(I::F8::splat);
+            let (low, high) = (
+                I::F8::splat(self.reciprocal[axis][0]),
+                I::F8::splat(self.reciprocal[axis][1]),
+            );
             let (first, last) = (first.sub(apex), last.sub(apex));
             enter = enter.max(
                 first
@@ -155,7 +159,6 @@ impl Packet {
         let groups = n.div_ceil(16);
         let zero = I::F16::splat(0.0);
         let every = (1 << 16) - 1;
-        let bits = |mask| <I::F16 as Vector>::bits(mask);
         // The main axis and the signs are those of the first ray, or there is no packet.
         let first: [f32; 3] = direction.map(|row| row[0]);
         let size = first.map(f32::abs);
@@ -170,30 +173,23 @@ impl Packet {
         self.axes = [x, y, z];
         let mut magnitudes = [zero; 4];
         for g in 0..groups {
-            let o: [_; 3] = std::array::from_fn(|a| load::<I>(&self.origin[a], g));
-            let d: [_; 3] = std::array::from_fn(|a| load::<I>(&direction[a], g));
-            let size = d.map(|v| v.abs());
+            let o = load3::<I>(&self.origin, g);
+            let d = load3::<I>(&direction, g);
+            let size = [d[0].abs(), d[1].abs(), d[2].abs()];
             let distance = o[0].abs().max(o[1].abs()).max(o[2].abs());
             let steepest = size[0].max(size[1]).max(size[2]);
             // NaN and infinity fail these; a product with 0 finds those that a maximum hides.
             let sum = (o[0].add(o[1]).add(o[2]))
                 .add(d[0].add(d[1]).add(d[2]))
                 .mul(zero);
-            let sane = bits(distance.le(I::F16::splat(ORIGIN_LIMIT)))
-                & bits(steepest.le(I::F16::splat(REACH_LIMIT)))
-                & bits(I::F16::splat(1.0 / REACH_LIMIT).le(steepest))
-                & bits(sum.eq(zero))
-                & bits(zero.le(load::<I>(&self.t_max, g)));
-            // Ties go to the first axis, as for a single ray.
-            let below = |a: usize| {
-                let mask = size[a].le(size[z]);
-                if a < z {
-                    bits(mask) & !bits(size[a].eq(size[z]))
-                } else {
-                    bits(mask)
-                }
-            };
-            if sane & below(x) & below(y) != every {
+            let sane = bits::<I>(distance.le(I::F16::splat(ORIGIN_LIMIT)))
+                & bits::<I>(steepest.le(I::F16::splat(REACH_LIMIT)))
+                & bits::<I>(I::F16::splat(1.0 / REACH_LIMIT).le(steepest))
+                & bits::<I>(sum.eq(zero))
+                & bits::<I>(zero.le(load::<I>(&self.t_max, g)));
+            if sane & below::<I>(size[x], size[z], x < z) & below::<I>(size[y], size[z], y < z)
+                != every
+            {
                 return false;
             }
             magnitudes[g] = distance.add(I::F16::splat(reach));
@@ -201,12 +197,12 @@ impl Packet {
             let box_pad = magnitudes[g].mul(I::F16::splat(pad));
             for axis in 0..3 {
                 let steep = I::F16::splat(1.0).le(size[axis].mul(I::F16::splat(STEEPEST)));
-                if bits(steep) != every {
+                if bits::<I>(steep) != every {
                     // Flat along an axis: rare enough to go alone.
                     return false;
                 }
                 let reciprocal = I::F16::splat(1.0).div(d[axis]);
-                let negative = bits(reciprocal.le(zero));
+                let negative = bits::<I>(reciprocal.le(zero));
                 if negative != if first[axis] < 0.0 { every } else { 0 } {
                     return false;
                 }
@@ -241,15 +237,6 @@ impl Packet {
         pad: f32,
         apex: Apex,
     ) -> bool {
-        let point = |axis: usize, g: usize| {
-            let o = load::<I>(&self.origin[axis], g);
-            match apex {
-                Apex::Origin => o,
-                Apex::Target => {
-                    o.add(load::<I>(&direction[axis], g).mul(load::<I>(&self.t_max, g)))
-                }
-            }
-        };
         let at: [f32; 3] = std::array::from_fn(|axis| match apex {
             Apex::Origin => self.origin[axis][0],
             Apex::Target => self.origin[axis][0] + direction[axis][0] * self.t_max[0],
@@ -266,17 +253,9 @@ impl Packet {
             .greatest();
         // Three more roundings than a ray's own boxes see, at the size of everything there is.
         let off = (magnitude + away) * pad * 1.5;
-        let extremes = |row: &[f32; SIZE]| {
-            let (mut least, mut greatest) = (load::<I>(row, 0), load::<I>(row, 0));
-            for g in 1..groups {
-                least = least.min(load::<I>(row, g));
-                greatest = greatest.max(load::<I>(row, g));
-            }
-            [least.least(), greatest.greatest()]
-        };
         for axis in 0..3 {
-            let range = extremes(&self.reciprocal[axis]);
-            let origins = extremes(&self.origin[axis]);
+            let range = extremes::<I>(&self.reciprocal[axis], groups);
+            let origins = extremes::<I>(&self.origin[axis], groups);
             let (mut early, mut late) = (I::F16::splat(0.0), I::F16::splat(0.0));
             if apex == Apex::Target || origins[0] != origins[1] {
                 for g in 0..groups {
@@ -287,7 +266,14 @@ impl Packet {
                         r
                     };
                     // A ray from `p` enters at (b - p) r = (b - apex) r - (p - apex) r.
-                    let aside = point(axis, g).sub(I::F16::splat(at[axis])).mul(r);
+                    let o = load::<I>(&self.origin[axis], g);
+                    let point = match apex {
+                        Apex::Origin => o,
+                        Apex::Target => {
+                            o.add(load::<I>(&direction[axis], g).mul(load::<I>(&self.t_max, g)))
+                        }
+                    };
+                    let aside = point.sub(I::F16::splat(at[axis])).mul(r);
                     early = early.max(aside);
                     late = late.min(aside);
                 }
@@ -306,38 +292,44 @@ impl Packet {
             self.fan.entry[axis] = self.entry[axis] ^ usize::from(backwards);
             self.origins[axis] = origins;
         }
-        self.shears = [extremes(&self.shear[0]), extremes(&self.shear[1])];
+        self.shears = [
+            extremes::<I>(&self.shear[0], groups),
+            extremes::<I>(&self.shear[1], groups),
+        ];
         true
     }
 
     /// Bit i: ray i, one of `active`, enters the box (rows as of [`Node::bounds`]) at a t that is of interest.
     #[inline(always)]
     pub fn enter<I: Isa>(&self, bounds: impl Fn(usize) -> f32, active: u64) -> u64 {
-        let first: [I::F16; 3] =
-            std::array::from_fn(|axis| I::F16::splat(bounds(self.entry[axis])));
-        let last: [I::F16; 3] =
-            std::array::from_fn(|axis| I::F16::splat(bounds(self.entry[axis] ^ 1)));
+        let [x, y, z] = self.entry;
+        let first = [
+            I::F16::splat(bounds(x)),
+            I::F16::splat(bounds(y)),
+            I::F16::splat(bounds(z)),
+        ];
+        let last = [
+            I::F16::splat(bounds(x ^ 1)),
+            I::F16::splat(bounds(y ^ 1)),
+            I::F16::splat(bounds(z ^ 1)),
+        ];
         let mut entered = 0;
         for g in 0..SIZE / 16 {
             if active >> (16 * g) & 0xffff == 0 {
                 continue;
             }
-            let near = |axis: usize| {
-                first[axis].mul_sub_loose(
-                    load::<I>(&self.reciprocal[axis], g),
-                    load::<I>(&self.near[axis], g),
-                )
-            };
-            let far = |axis: usize| {
-                last[axis].mul_sub_loose(
-                    load::<I>(&self.reciprocal[axis], g),
-                    load::<I>(&self.far[axis], g),
-                )
-            };
-            let enter = near(0).max(near(1)).max(near(2).max(I::F16::splat(0.0)));
-            let leave = far(0)
-                .min(far(1))
-                .min(far(2).min(load::<I>(&self.t_max, g)));
+            let reciprocal = load3::<I>(&self.reciprocal, g);
+            let (near, far) = (load3::<I>(&self.near, g), load3::<I>(&self.far, g));
+            let enter = first[0].mul_sub_loose(reciprocal[0], near[0]);
+            let enter = enter.max(first[1].mul_sub_loose(reciprocal[1], near[1]));
+            let enter = enter
+                .max(first[2].mul_sub_loose(reciprocal[2], near[2]))
+                .max(I::F16::splat(0.0));
+            let leave = last[0].mul_sub_loose(reciprocal[0], far[0]);
+            let leave = leave.min(last[1].mul_sub_loose(reciprocal[1], far[1]));
+            let leave = leave
+                .min(last[2].mul_sub_loose(reciprocal[2], far[2]))
+                .min(load::<I>(&self.t_max, g));
             entered |= u64::from(<I::F16 as Vector>::bits(enter.le(leave))) << (16 * g);
         }
         entered & active
@@ -348,23 +340,21 @@ impl Packet {
     #[inline(always)]
     pub fn candidates<I: Isa>(&self, leaf: &Leaf) -> u32 {
         let [kx, ky, kz] = self.axes;
-        let relative = |axis: usize| {
-            // SAFETY: each row of `vertex` holds 16 floats.
-            let row = unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) };
-            let [least, greatest] = self.origins[axis].map(I::F16::splat);
-            [row.sub(greatest), row.sub(least)]
-        };
-        let index = [
-            I::index(leaf.corner[0]),
-            I::index(leaf.corner[1]),
-            I::index(leaf.corner[2]),
+        let index = indices::<I>(leaf);
+        let [least, greatest] = self.origins[kz];
+        let depth = [
+            relative::<I>(leaf, kz, greatest),
+            relative::<I>(leaf, kz, least),
         ];
-        let depth = relative(kz);
         let zero = I::F16::splat(0.0);
         let mut near = leaf.solid;
         for (axis, shears) in [(kx, self.shears[0]), (ky, self.shears[1])] {
-            let [low, high] = relative(axis);
-            let [s, t] = shears.map(I::F16::splat);
+            let [least, greatest] = self.origins[axis];
+            let (low, high) = (
+                relative::<I>(leaf, axis, greatest),
+                relative::<I>(leaf, axis, least),
+            );
+            let (s, t) = (I::F16::splat(shears[0]), I::F16::splat(shears[1]));
             let products = [
                 s.mul(depth[0]),
                 s.mul(depth[1]),
@@ -378,12 +368,10 @@ impl Packet {
                 .max(products[1])
                 .max(products[2].max(products[3]));
             let (low, high) = (low.sub(greatest), high.sub(least));
-            let low = I::lookup(low, index[0])
-                .min(I::lookup(low, index[1]))
-                .min(I::lookup(low, index[2]));
-            let high = I::lookup(high, index[0])
-                .max(I::lookup(high, index[1]))
-                .max(I::lookup(high, index[2]));
+            let [a, b, c] = corners::<I>(low, &index);
+            let low = a.min(b).min(c);
+            let [a, b, c] = corners::<I>(high, &index);
+            let high = a.max(b).max(c);
             near &= <I::F16 as Vector>::bits(<I::F16 as Vector>::and(low.le(zero), zero.le(high)));
         }
         near
@@ -399,12 +387,15 @@ impl Packet {
     #[inline(always)]
     pub fn triangle_ray(&self, i: usize) -> TriangleRay {
         let i = i & (SIZE - 1);
-        let of = |rows: &[[f32; SIZE]; 3]| [rows[0][i], rows[1][i], rows[2][i]];
         TriangleRay {
-            origin: of(&self.origin),
-            reciprocal: of(&self.reciprocal),
-            pad: of(&self.pad),
-            shear: of(&self.shear),
+            origin: [self.origin[0][i], self.origin[1][i], self.origin[2][i]],
+            reciprocal: [
+                self.reciprocal[0][i],
+                self.reciprocal[1][i],
+                self.reciprocal[2][i],
+            ],
+            pad: [self.pad[0][i], self.pad[1][i], self.pad[2][i]],
+            shear: [self.shear[0][i], self.shear[1][i], self.shear[2][i]],
             axes: self.axes,
         }
     }
@@ -412,8 +403,11 @@ impl Packet {
     /// The largest t that is of interest to any ray.
     #[inline(always)]
     pub fn farthest<I: Isa>(&self) -> f32 {
-        let t = |g: usize| load::<I>(&self.t_max, g);
-        t(0).max(t(1)).max(t(2).max(t(3))).greatest()
+        let t = &self.t_max;
+        load::<I>(t, 0)
+            .max(load::<I>(t, 1))
+            .max(load::<I>(t, 2).max(load::<I>(t, 3)))
+            .greatest()
     }
 }
 
@@ -429,4 +423,40 @@ fn store<I: Isa>(row: &mut [f32; SIZE], group: usize, values: I::F16) {
     debug_assert!(group < SIZE / 16);
     // SAFETY: as in `load`.
     unsafe { values.store(row.as_mut_ptr().add(16 * group)) }
+}
+
+#[inline(always)]
+fn load3<I: Isa>(rows: &[[f32; SIZE]; 3], group: usize) -> [I::F16; 3] {
+    [
+        load::<I>(&rows[0], group),
+        load::<I>(&rows[1], group),
+        load::<I>(&rows[2], group),
+    ]
+}
+
+#[inline(always)]
+fn bits<I: Isa>(mask: <I::F16 as Vector>::Mask) -> u32 {
+    <I::F16 as Vector>::bits(mask)
+}
+
+/// The least and the greatest value of some groups.
+#[inline(always)]
+fn extremes<I: Isa>(row: &[f32; SIZE], groups: usize) -> [f32; 2] {
+    let (mut least, mut greatest) = (load::<I>(row, 0), load::<I>(row, 0));
+    for g in 1..groups {
+        least = least.min(load::<I>(row, g));
+        greatest = greatest.max(load::<I>(row, g));
+    }
+    [least.least(), greatest.greatest()]
+}
+
+/// Where an axis is not the main one beside `main`: ties go to the first, as for a single ray.
+#[inline(always)]
+fn below<I: Isa>(other: I::F16, main: I::F16, other_is_first: bool) -> u32 {
+    let less = bits::<I>(other.le(main));
+    if other_is_first {
+        less & !bits::<I>(other.eq(main))
+    } else {
+        less
+    }
 }

@@ -57,25 +57,29 @@ impl Best {
 /// Which children of a node the ray enters no later than `t_max`, and where.
 #[inline(always)]
 pub fn enter_children<I: Isa>(node: &Node, ray: &LocalRay, t_max: f32) -> (u32, I::F8) {
-    let near = |axis: usize| {
-        // SAFETY: `entry` is one of the six rows, each of 8 floats.
-        let bound = unsafe { I::F8::load(node.bounds.get_unchecked(ray.entry[axis]).as_ptr()) };
-        bound.mul_sub_loose(
-            I::F8::splat(ray.triangle.reciprocal[axis]),
-            I::F8::splat(ray.near[axis]),
-        )
-    };
-    let far = |axis: usize| {
-        // SAFETY: as above; the lowest bit chooses between the two rows of an axis.
-        let bound = unsafe { I::F8::load(node.bounds.get_unchecked(ray.entry[axis] ^ 1).as_ptr()) };
-        bound.mul_sub_loose(
-            I::F8::splat(ray.triangle.reciprocal[axis]),
-            I::F8::splat(ray.far[axis]),
-        )
-    };
-    let t_enter = near(0).max(near(1)).max(near(2).max(I::F8::splat(0.0)));
-    let t_leave = far(0).min(far(1)).min(far(2).min(I::F8::splat(t_max)));
+    let enter = slab::<I>(node, ray, 0, ray.entry[0], ray.near[0]);
+    let enter = enter.max(slab::<I>(node, ray, 1, ray.entry[1], ray.near[1]));
+    let t_enter = enter
+        .max(slab::<I>(node, ray, 2, ray.entry[2], ray.near[2]))
+        .max(I::F8::splat(0.0));
+    let leave = slab::<I>(node, ray, 0, ray.entry[0] ^ 1, ray.far[0]);
+    let leave = leave.min(slab::<I>(node, ray, 1, ray.entry[1] ^ 1, ray.far[1]));
+    let t_leave = leave
+        .min(slab::<I>(node, ray, 2, ray.entry[2] ^ 1, ray.far[2]))
+        .min(I::F8::splat(t_max));
     (<I::F8 as Vector>::bits(t_enter.le(t_leave)), t_enter)
+}
+
+/// The t at which the ray passes a row of bounds.
+#[inline(always)]
+fn slab<I: Isa>(node: &Node, ray: &LocalRay, axis: usize, row: usize, offset: f32) -> I::F8 {
+    debug_assert!(row < 6);
+    // SAFETY: `row` is one of the six, each of 8 floats; the lowest bit chooses between the two of an axis.
+    let bound = unsafe { I::F8::load(node.bounds.get_unchecked(row).as_ptr()) };
+    bound.mul_sub_loose(
+        I::F8::splat(ray.triangle.reciprocal[axis]),
+        I::F8::splat(offset),
+    )
 }
 
 /// The ray of the scene in the coordinates of a placed mesh.

@@ -197,8 +197,12 @@ fn closest_in_mesh<I: Isa>(mesh: &Bvh, packet: &mut Packet, nearest: &mut Neares
             let node = node(blocks, at);
             let (mask, enter) = packet.fan.children::<I>(node, t_max);
             if mask != 0 {
+                let mut soon = mask;
+                while soon != 0 {
+                    prefetch::<I>(blocks, node.child[soon.trailing_zeros() as usize & 7]);
+                    soon &= soon - 1;
+                }
                 at = stack.push::<I, true>(node, enter, mask);
-                prefetch::<I>(blocks, at);
                 continue;
             }
         } else {
