@@ -84,24 +84,6 @@ impl<T: Copy> Pages<T> {
         }
         self.len += values.len();
     }
-
-    /// The room for all values, which are there once every one of it is written.
-    pub fn spare(&mut self) -> &mut [std::mem::MaybeUninit<T>] {
-        // SAFETY: the allocation holds `capacity` values, of which the first `len` are written.
-        unsafe {
-            let start = self.start.as_ptr().add(self.len).cast();
-            std::slice::from_raw_parts_mut(start, self.capacity - self.len)
-        }
-    }
-
-    /// Says that `n` values are there.
-    ///
-    /// # Safety
-    /// They must have been written.
-    pub unsafe fn set_len(&mut self, n: usize) {
-        debug_assert!(n <= self.capacity);
-        self.len = n;
-    }
 }
 
 impl<T: Copy> Drop for Pages<T> {

@@ -206,3 +206,100 @@ fn every_instruction_set_and_quality_gives_the_same_bits() {
         }
     }
 }
+
+/// Pinhole rays in tiles of 8 x 8, and shadow rays from what they meet to one light and along one direction.
+fn camera_rays(scene: &Scene, eye: [f32; 3], n: usize) -> [Vec<Ray>; 3] {
+    let mut primary = vec![];
+    for tile in 0..n * n {
+        for k in 0..64 {
+            let (x, y) = (tile % n * 8 + k % 8, tile / n * 8 + k / 8);
+            let (x, y) = (
+                x as f32 / (8 * n) as f32 - 0.5,
+                y as f32 / (8 * n) as f32 - 0.5,
+            );
+            primary.push(Ray {
+                origin: eye,
+                direction: [x + 0.013, y + 0.007, -1.0],
+                t_max: f32::INFINITY,
+            });
+        }
+    }
+    let hits = closest(scene, &primary);
+    let (mut bulb, mut sun) = (vec![], vec![]);
+    for (ray, hit) in primary
+        .iter()
+        .zip(&hits)
+        .filter(|(_, hit)| hit.instance != NOTHING)
+    {
+        let origin: [f32; 3] =
+            std::array::from_fn(|a| ray.origin[a] + ray.direction[a] * hit.t * 0.999);
+        let light = [1.5, 2.5, 4.0];
+        bulb.push(Ray {
+            origin,
+            direction: std::array::from_fn(|a| light[a] - origin[a]),
+            t_max: 1.0,
+        });
+        sun.push(Ray {
+            origin,
+            direction: [0.3, 0.4, 1.0],
+            t_max: f32::INFINITY,
+        });
+    }
+    [primary, bulb, sun]
+}
+
+#[test]
+fn packets_give_the_bits_of_single_rays() {
+    let mut rng = Rng(9);
+    let turned = transforms(&mut rng, 5, 1.0);
+    let place = |mesh: &Mesh, matrix: [[f64; 4]; 3]| {
+        (
+            mesh.vertices.iter().map(|v| v.map(f64::from)).collect(),
+            mesh.triangles.clone(),
+            matrix,
+        )
+    };
+    let fine = sphere(120, &mut rng);
+    let coarse = soup(300, 0.4, &mut rng);
+    let many = turned.iter().map(|m| place(&fine, *m)).collect();
+    let worlds = [
+        fine.scene(Quality::Default),
+        coarse.scene(Quality::Default),
+        grid(16).scene(Quality::Default),
+        World {
+            placed: many,
+            origin: [0.0; 3],
+        }
+        .scene(Quality::Default),
+    ];
+    for (w, mut scene) in worlds.into_iter().enumerate() {
+        for (k, rays) in camera_rays(&scene, [0.1, 0.2, 3.0], 16).iter().enumerate() {
+            for isa in available() {
+                assert!(scene.set_instruction_set(isa));
+                let mut together = vec![Hit::MISS; rays.len()];
+                let mut apart = together.clone();
+                scene.closest(rays, &mut together, Coherence::Coherent);
+                scene.closest(rays, &mut apart, Coherence::Incoherent);
+                assert!(
+                    k > 0 || apart.iter().any(|hit| hit.instance != NOTHING),
+                    "scene {w}, rays {k}: nothing is met"
+                );
+                assert!(together == apart, "scene {w}, rays {k}, {}", isa.name());
+                let mut dark = vec![false; rays.len()];
+                for coherence in [Coherence::Coherent, Coherence::Incoherent] {
+                    scene.occluded(rays, &mut dark, coherence);
+                    let wrong = dark
+                        .iter()
+                        .zip(&apart)
+                        .position(|(d, hit)| *d != (hit.instance != NOTHING));
+                    assert_eq!(
+                        wrong,
+                        None,
+                        "scene {w}, rays {k}, {} {coherence:?}",
+                        isa.name()
+                    );
+                }
+            }
+        }
+    }
+}

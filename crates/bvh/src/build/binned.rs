@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::MAX_DEPTH;
+use crate::simd::Quad;
 
 /// A box to be placed in the tree; 32 bytes.
 #[repr(C, align(32))]
@@ -28,169 +29,175 @@ impl Item {
         }
     }
 
+    /// Lower and upper corner, and 0.
     #[inline(always)]
-    fn lower4(&self) -> [f32; 4] {
-        [self.lower[0], self.lower[1], self.lower[2], 0.0]
-    }
-
-    #[inline(always)]
-    fn upper4(&self) -> [f32; 4] {
-        [self.upper[0], self.upper[1], self.upper[2], 0.0]
-    }
-
-    /// Twice the centre.
-    #[inline(always)]
-    fn centre(&self) -> [f32; 4] {
-        std::array::from_fn(|a| self.lower4()[a] + self.upper4()[a])
+    fn corners(&self) -> (Quad, Quad) {
+        // An id read as a float is a tiny number, and arithmetic on those is slow: it goes.
+        let lower = Quad::new([
+            self.lower[0],
+            self.lower[1],
+            self.lower[2],
+            f32::from_bits(self.id),
+        ])
+        .three();
+        (
+            lower,
+            Quad::new([self.upper[0], self.upper[1], self.upper[2], self.pad]),
+        )
     }
 }
 
 /// The box of some items and the box of their (doubled) centres.
 #[derive(Clone, Copy, Debug)]
 pub struct Range {
-    lower: [f32; 4],
-    upper: [f32; 4],
-    centre_lower: [f32; 4],
-    centre_upper: [f32; 4],
+    lower: Quad,
+    upper: Quad,
+    centre_lower: Quad,
+    centre_upper: Quad,
 }
 
-#[inline(always)]
-fn min4(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
-    std::array::from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] })
-}
-
-#[inline(always)]
-fn max4(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
-    std::array::from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] })
-}
-
-/// Half the surface of a box.
-#[inline(always)]
-pub fn half_area(lower: &[f32; 4], upper: &[f32; 4]) -> f32 {
-    let [x, y, z] = std::array::from_fn(|a| upper[a] - lower[a]);
-    x * y + y * z + z * x
-}
-
+/// Items that are worth another thread.
 const PARALLEL: usize = 1 << 14;
 
 impl Range {
     /// The range of nothing.
-    pub const EMPTY: Range = Range {
-        lower: [f32::INFINITY; 4],
-        upper: [f32::NEG_INFINITY; 4],
-        centre_lower: [f32::INFINITY; 4],
-        centre_upper: [f32::NEG_INFINITY; 4],
-    };
+    pub fn empty() -> Range {
+        let (lower, upper) = (Quad::splat(f32::INFINITY), Quad::splat(f32::NEG_INFINITY));
+        Range {
+            lower,
+            upper,
+            centre_lower: lower,
+            centre_upper: upper,
+        }
+    }
 
     /// The range of `items`, in parallel.
     pub fn of(items: &[Item]) -> Range {
-        let one = |items: &[Item]| {
-            let mut range = Self::EMPTY;
-            items.iter().for_each(|item| range.grow(item));
-            range
-        };
         if items.len() <= PARALLEL {
-            return one(items);
+            return Self::of_few(items);
         }
         items
             .par_chunks(PARALLEL)
-            .map(one)
-            .reduce(|| Self::EMPTY, |a, b| a.merged(&b))
+            .map(Self::of_few)
+            .reduce(Self::empty, |a, b| a.merged(&b))
+    }
+
+    fn of_few(items: &[Item]) -> Range {
+        let mut range = Self::empty();
+        items.iter().for_each(|item| range.grow(item));
+        range
     }
 
     #[inline(always)]
     fn grow(&mut self, item: &Item) {
-        let c = item.centre();
-        self.lower = min4(self.lower, item.lower4());
-        self.upper = max4(self.upper, item.upper4());
-        self.centre_lower = min4(self.centre_lower, c);
-        self.centre_upper = max4(self.centre_upper, c);
+        let (lower, upper) = item.corners();
+        let centre = lower.add(upper);
+        self.lower = self.lower.min(lower);
+        self.upper = self.upper.max(upper);
+        self.centre_lower = self.centre_lower.min(centre);
+        self.centre_upper = self.centre_upper.max(centre);
     }
 
     fn merged(&self, b: &Range) -> Range {
         Range {
-            lower: min4(self.lower, b.lower),
-            upper: max4(self.upper, b.upper),
-            centre_lower: min4(self.centre_lower, b.centre_lower),
-            centre_upper: max4(self.centre_upper, b.centre_upper),
+            lower: self.lower.min(b.lower),
+            upper: self.upper.max(b.upper),
+            centre_lower: self.centre_lower.min(b.centre_lower),
+            centre_upper: self.centre_upper.max(b.centre_upper),
         }
     }
 
     /// The lower corner of the box.
     pub fn lower(&self) -> [f32; 3] {
-        [self.lower[0], self.lower[1], self.lower[2]]
+        let [x, y, z, _] = self.lower.array();
+        [x, y, z]
     }
 
     /// The upper corner of the box.
     pub fn upper(&self) -> [f32; 3] {
-        [self.upper[0], self.upper[1], self.upper[2]]
+        let [x, y, z, _] = self.upper.array();
+        [x, y, z]
     }
 
     /// Half the surface of the box.
     pub fn half_area(&self) -> f32 {
-        half_area(&self.lower, &self.upper)
+        self.upper.sub(self.lower).pair_products()
     }
 }
 
+/// The most bins along an axis.
 const BINS: usize = 16;
+/// For fewer items than `FEW`, half as many bins do.
+const FEW: usize = 24;
 
-#[derive(Clone, Copy)]
 struct Bins {
-    lower: [[[f32; 4]; BINS]; 3],
-    upper: [[[f32; 4]; BINS]; 3],
+    /// Lower and upper corner by axis and bin.
+    corners: [[[Quad; 2]; BINS]; 3],
     count: [[u32; BINS]; 3],
 }
 
 /// Which bin a centre falls into: the same arithmetic wherever it is asked.
 #[derive(Clone, Copy)]
 struct Binning {
-    offset: [f32; 4],
-    scale: [f32; 4],
+    offset: Quad,
+    scale: Quad,
+    /// How many bins there are.
+    bins: usize,
 }
 
 impl Binning {
-    fn of(range: &Range) -> Binning {
-        let offset = range.centre_lower;
+    fn of(range: &Range, items: usize) -> Binning {
+        let bins = if items < FEW { BINS / 2 } else { BINS };
+        let extent = range.centre_upper.sub(range.centre_lower).array();
         let scale = std::array::from_fn(|a| {
-            let extent = range.centre_upper[a] - offset[a];
             // Just below the number of bins, so that the last centre stays in the last bin; 0 for a flat axis.
-            let scale = BINS as f32 * 0.999_99 / extent;
-            if a < 3 && extent > 0.0 && scale.is_finite() {
+            let scale = bins as f32 * 0.999_99 / extent[a];
+            if a < 3 && extent[a] > 0.0 && scale.is_finite() {
                 scale
             } else {
                 0.0
             }
         });
-        Binning { offset, scale }
+        Binning {
+            offset: range.centre_lower,
+            scale: Quad::new(scale),
+            bins,
+        }
     }
 
     #[inline(always)]
-    fn bin(&self, item: &Item) -> [usize; 4] {
-        let c = item.centre();
-        std::array::from_fn(|a| {
-            // SAFETY: the value is finite and within 0..BINS, by the choice of `scale`.
-            let bin: i32 = unsafe { ((c[a] - self.offset[a]) * self.scale[a]).to_int_unchecked() };
-            (bin as usize).min(BINS - 1)
-        })
+    fn bin(&self, item: &Item) -> [i32; 4] {
+        let (lower, upper) = item.corners();
+        lower
+            .add(upper)
+            .sub(self.offset)
+            .mul(self.scale)
+            .truncated()
     }
 }
 
 impl Bins {
-    const EMPTY: Bins = Bins {
-        lower: [[[f32::INFINITY; 4]; BINS]; 3],
-        upper: [[[f32::NEG_INFINITY; 4]; BINS]; 3],
-        count: [[0; BINS]; 3],
-    };
+    fn empty(bins: usize) -> Bins {
+        let nothing = [Quad::splat(f32::INFINITY), Quad::splat(f32::NEG_INFINITY)];
+        // Only the first `bins` are looked at; writing the others costs nothing next to a large range.
+        debug_assert!(bins <= BINS);
+        Bins {
+            corners: [[nothing; BINS]; 3],
+            count: [[0; BINS]; 3],
+        }
+    }
 
+    #[inline(always)]
     fn of(items: &[Item], binning: &Binning) -> Bins {
-        let mut bins = Self::EMPTY;
+        let mut bins = Self::empty(binning.bins);
         for item in items {
             let at = binning.bin(item);
-            let (lower, upper) = (item.lower4(), item.upper4());
+            let (lower, upper) = item.corners();
             for axis in 0..3 {
-                let b = at[axis];
-                bins.lower[axis][b] = min4(bins.lower[axis][b], lower);
-                bins.upper[axis][b] = max4(bins.upper[axis][b], upper);
+                // The value is within 0..BINS by the choice of `scale`; the mask says so to the compiler.
+                let b = at[axis] as usize & (BINS - 1);
+                let corners = &mut bins.corners[axis][b];
+                *corners = [corners[0].min(lower), corners[1].max(upper)];
                 bins.count[axis][b] += 1;
             }
         }
@@ -200,47 +207,47 @@ impl Bins {
     fn merged(mut self, b: &Bins) -> Bins {
         for axis in 0..3 {
             for i in 0..BINS {
-                self.lower[axis][i] = min4(self.lower[axis][i], b.lower[axis][i]);
-                self.upper[axis][i] = max4(self.upper[axis][i], b.upper[axis][i]);
+                let (to, from) = (&mut self.corners[axis][i], &b.corners[axis][i]);
+                *to = [to[0].min(from[0]), to[1].max(from[1])];
                 self.count[axis][i] += b.count[axis][i];
             }
         }
         self
     }
 
-    /// The cheapest (cost, axis, first bin of the right side); ties go to the lower axis and bin.
-    fn best(&self, binning: &Binning) -> Option<(f32, usize, usize)> {
+    /// The cheapest axis and first bin of the right side; ties go to the lower axis and bin.
+    #[inline(always)]
+    fn best(&self, binning: &Binning) -> Option<(usize, usize)> {
         let mut best: Option<(f32, usize, usize)> = None;
-        for axis in (0..3).filter(|&a| binning.scale[a] > 0.0) {
-            let mut right = [(0.0f32, 0u32); BINS];
-            let (mut lower, mut upper, mut n) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4], 0);
-            for i in (1..BINS).rev() {
-                lower = min4(lower, self.lower[axis][i]);
-                upper = max4(upper, self.upper[axis][i]);
-                n += self.count[axis][i];
-                right[i] = (
-                    if n > 0 {
-                        half_area(&lower, &upper) * n as f32
-                    } else {
-                        0.0
-                    },
-                    n,
-                );
+        let scale = binning.scale.array();
+        let nothing = [Quad::splat(f32::INFINITY), Quad::splat(f32::NEG_INFINITY)];
+        for axis in (0..3).filter(|&a| scale[a] > 0.0) {
+            let (corners, count) = (&self.corners[axis], &self.count[axis]);
+            // Cost of the right side; infinite while it is empty.
+            let mut right = [f32::INFINITY; BINS];
+            let ([mut lower, mut upper], mut n) = (nothing, 0);
+            for i in (1..binning.bins).rev() {
+                lower = lower.min(corners[i][0]);
+                upper = upper.max(corners[i][1]);
+                n += count[i];
+                if n > 0 {
+                    right[i] = upper.sub(lower).pair_products() * n as f32;
+                }
             }
-            (lower, upper, n) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4], 0);
-            for i in 1..BINS {
-                lower = min4(lower, self.lower[axis][i - 1]);
-                upper = max4(upper, self.upper[axis][i - 1]);
-                n += self.count[axis][i - 1];
-                if n > 0 && right[i].1 > 0 {
-                    let cost = half_area(&lower, &upper) * n as f32 + right[i].0;
+            ([lower, upper], n) = (nothing, 0);
+            for i in 1..binning.bins {
+                lower = lower.min(corners[i - 1][0]);
+                upper = upper.max(corners[i - 1][1]);
+                n += count[i - 1];
+                if n > 0 && right[i] < f32::INFINITY {
+                    let cost = upper.sub(lower).pair_products() * n as f32 + right[i];
                     if best.is_none_or(|b| cost < b.0) {
                         best = Some((cost, axis, i));
                     }
                 }
             }
         }
-        best
+        best.map(|(_, axis, first_right)| (axis, first_right))
     }
 }
 
@@ -254,17 +261,19 @@ pub fn split(
     // Halving takes `needed` levels: once that is all that is left, it is all that happens.
     let needed = items.len().next_power_of_two().trailing_zeros() as usize;
     if depth + needed < MAX_DEPTH {
-        let binning = Binning::of(range);
+        let binning = Binning::of(range, items.len());
         let bins = if parallel && items.len() > PARALLEL {
             items
                 .par_chunks(PARALLEL)
                 .map(|chunk| Bins::of(chunk, &binning))
-                .reduce(|| Bins::EMPTY, |a, b| a.merged(&b))
+                .reduce(|| Bins::empty(BINS), |a, b| a.merged(&b))
         } else {
             Bins::of(items, &binning)
         };
-        if let Some((_, axis, first_right)) = bins.best(&binning) {
-            return partition(items, |item| binning.bin(item)[axis] < first_right);
+        if let Some((axis, first_right)) = bins.best(&binning) {
+            return partition(items, |item| {
+                (binning.bin(item)[axis] as usize) < first_right
+            });
         }
     }
     let middle = items.len() / 2;
@@ -276,18 +285,22 @@ pub fn split(
 }
 
 /// Items for which `left` holds first.
+#[inline(always)]
 fn partition(items: &mut [Item], left: impl Fn(&Item) -> bool) -> (usize, Range, Range) {
-    let (mut a, mut b) = (Range::EMPTY, Range::EMPTY);
+    let (mut a, mut b) = (Range::empty(), Range::empty());
     let (mut i, mut j) = (0, items.len());
-    while i < j {
-        if left(&items[i]) {
+    loop {
+        while i < j && left(&items[i]) {
             a.grow(&items[i]);
             i += 1;
-        } else {
-            b.grow(&items[i]);
-            j -= 1;
-            items.swap(i, j);
         }
+        while i < j && !left(&items[j - 1]) {
+            b.grow(&items[j - 1]);
+            j -= 1;
+        }
+        if i >= j {
+            return (i, a, b);
+        }
+        items.swap(i, j - 1);
     }
-    (i, a, b)
 }

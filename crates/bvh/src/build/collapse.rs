@@ -27,7 +27,7 @@ pub struct Binary {
 impl Default for Binary {
     fn default() -> Self {
         Self {
-            range: Range::EMPTY,
+            range: Range::empty(),
             left: 0,
             first: 0,
             count: 0,

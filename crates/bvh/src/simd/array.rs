@@ -88,12 +88,6 @@ impl<const N: usize> Vector for Array<N> {
         a | b
     }
     #[inline(always)]
-    fn select(mask: u32, a: Self, b: Self) -> Self {
-        Self(std::array::from_fn(|i| {
-            if mask >> i & 1 != 0 { a.0[i] } else { b.0[i] }
-        }))
-    }
-    #[inline(always)]
     fn least(self) -> f32 {
         self.0
             .into_iter()

@@ -85,10 +85,6 @@ impl Vector for Ymm {
         on_avx2!(_mm256_or_ps(a, b))
     }
     #[inline(always)]
-    fn select(mask: __m256, a: Self, b: Self) -> Self {
-        on_avx2!(Self(_mm256_blendv_ps(b.0, a.0, mask)))
-    }
-    #[inline(always)]
     fn least(self) -> f32 {
         on_avx2!({
             let v = _mm_min_ps(
@@ -173,9 +169,31 @@ impl Isa for Avx2 {
         on_avx2!(Ymm(_mm256_permutevar8x32_ps(v.0, order)))
     }
     #[inline(always)]
+    unsafe fn transpose(from: [*const f32; 4], to: [*mut f32; 4]) {
+        on_avx2!(transpose(from, to))
+    }
+    #[inline(always)]
     fn prefetch(at: *const u8) {
         on_avx2!(_mm_prefetch::<_MM_HINT_T0>(at.cast()))
     }
+}
+
+/// [`Isa::transpose`].
+///
+/// # Safety
+/// As there.
+#[inline(always)]
+pub unsafe fn transpose(from: [*const f32; 4], to: [*mut f32; 4]) {
+    on_avx2!({
+        let (a, b) = (_mm_loadu_ps(from[0]), _mm_loadu_ps(from[1]));
+        let (c, d) = (_mm_loadu_ps(from[2]), _mm_loadu_ps(from[3]));
+        let (ab, cd) = (_mm_unpacklo_ps(a, b), _mm_unpacklo_ps(c, d));
+        _mm_storeu_ps(to[0], _mm_movelh_ps(ab, cd));
+        _mm_storeu_ps(to[1], _mm_movehl_ps(cd, ab));
+        let (ab, cd) = (_mm_unpackhi_ps(a, b), _mm_unpackhi_ps(c, d));
+        _mm_storeu_ps(to[2], _mm_movelh_ps(ab, cd));
+        _mm_storeu_ps(to[3], _mm_movehl_ps(cd, ab));
+    })
 }
 
 /// Unsigned keys that fall as the value rises, with the lane in the low three bits; none is the largest integer.

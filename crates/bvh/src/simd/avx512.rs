@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::avx2::{Ymm, descending_keys, sorted};
+use super::avx2::{Ymm, descending_keys, sorted, transpose};
 use super::{Isa, Vector};
 
 /// x86-64 with AVX-512 F, VL, DQ and BW.
@@ -85,10 +85,6 @@ impl Vector for Zmm {
         a | b
     }
     #[inline(always)]
-    fn select(mask: u16, a: Self, b: Self) -> Self {
-        on_avx512!(Self(_mm512_mask_blend_ps(mask, b.0, a.0)))
-    }
-    #[inline(always)]
     fn least(self) -> f32 {
         on_avx512!(_mm512_reduce_min_ps(self.0))
     }
@@ -136,6 +132,10 @@ impl Isa for Avx512 {
     #[inline(always)]
     fn reorder(v: Ymm, order: __m256i) -> Ymm {
         on_avx512!(Ymm(_mm256_permutevar8x32_ps(v.0, order)))
+    }
+    #[inline(always)]
+    unsafe fn transpose(from: [*const f32; 4], to: [*mut f32; 4]) {
+        on_avx512!(transpose(from, to))
     }
     #[inline(always)]
     fn prefetch(at: *const u8) {

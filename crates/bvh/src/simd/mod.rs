@@ -15,6 +15,7 @@ mod avx512;
 #[cfg(target_arch = "aarch64")]
 mod neon;
 mod pair;
+mod quad;
 
 pub use array::Portable;
 #[cfg(target_arch = "x86_64")]
@@ -23,6 +24,7 @@ pub use avx2::Avx2;
 pub use avx512::Avx512;
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
+pub use quad::Quad;
 
 /// Floats that are computed together.
 pub trait Vector: Copy {
@@ -55,8 +57,6 @@ pub trait Vector: Copy {
     fn eq(self, b: Self) -> Self::Mask;
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
-    /// `a` where the mask holds, else `b`.
-    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
     /// The least lane.
     fn least(self) -> f32;
     /// The greatest lane.
@@ -85,6 +85,18 @@ pub trait Isa: Copy + 'static {
     fn descending(v: Self::F8, mask: u32) -> Self::Order;
     /// `v[order]`, lane by lane.
     fn reorder(v: Self::F8, order: Self::Order) -> Self::F8;
+    /// Four rows of four floats become four columns.
+    ///
+    /// # Safety
+    /// Four floats must be readable at each of `from` and writable at each of `to`; no alignment is needed.
+    unsafe fn transpose(from: [*const f32; 4], to: [*mut f32; 4]) {
+        for (i, row) in from.into_iter().enumerate() {
+            for (k, column) in to.into_iter().enumerate() {
+                // SAFETY: as the caller vouches.
+                unsafe { column.add(i).write(row.add(k).read()) };
+            }
+        }
+    }
     /// Asks for a cache line.
     fn prefetch(at: *const u8);
 }

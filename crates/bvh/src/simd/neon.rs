@@ -88,10 +88,6 @@ impl Vector for Quad {
         on_neon!(vorrq_u32(a, b))
     }
     #[inline(always)]
-    fn select(mask: uint32x4_t, a: Self, b: Self) -> Self {
-        on_neon!(Self(vbslq_f32(mask, a.0, b.0)))
-    }
-    #[inline(always)]
     fn least(self) -> f32 {
         on_neon!(vminvq_f32(self.0))
     }

@@ -78,10 +78,6 @@ impl<V: Vector, const N: usize> Vector for Pair<V, N> {
         (V::or(a.0, b.0), V::or(a.1, b.1))
     }
     #[inline(always)]
-    fn select(mask: Self::Mask, a: Self, b: Self) -> Self {
-        Self(V::select(mask.0, a.0, b.0), V::select(mask.1, a.1, b.1))
-    }
-    #[inline(always)]
     fn least(self) -> f32 {
         self.0.min(self.1).least()
     }

@@ -147,13 +147,29 @@ impl Packet {
         let n = rays.len();
         debug_assert!(0 < n && n <= SIZE);
         let mut direction = [[0.0; SIZE]; 3];
-        for i in 0..SIZE {
-            let ray = &rays[if i < n { i } else { 0 }];
-            for axis in 0..3 {
-                self.origin[axis][i] = ray.origin[axis];
-                direction[axis][i] = ray.direction[axis];
+        let mut four = 0;
+        while four < SIZE {
+            let at = |i: usize| {
+                let ray: *const Ray = &rays[if four + i < n { four + i } else { 0 }];
+                ray.cast::<f32>()
+            };
+            let rows = [at(0), at(1), at(2), at(3)];
+            let [ox, oy, oz] = &mut self.origin;
+            let [dx, dy, dz] = &mut direction;
+            // SAFETY: a ray is seven floats: origin, direction, t_max. The rows have room for 64, and `four` is at most
+            // 60. What the first writes to the directions in x, the second writes again.
+            unsafe {
+                let to = |row: &mut [f32; SIZE]| row.as_mut_ptr().add(four);
+                I::transpose(rows, [to(ox), to(oy), to(oz), to(dx)]);
+                let second = [
+                    rows[0].add(3),
+                    rows[1].add(3),
+                    rows[2].add(3),
+                    rows[3].add(3),
+                ];
+                I::transpose(second, [to(dx), to(dy), to(dz), to(&mut self.t_max)]);
             }
-            self.t_max[i] = ray.t_max;
+            four += 4;
         }
         self.active = u64::MAX >> (SIZE - n);
         let groups = n.div_ceil(16);

@@ -311,15 +311,15 @@ fn prefetch<I: Isa>(blocks: &[Block], at: u32) {
     }
 }
 
-/// How much work is put aside before it is done.
-const ASIDE: usize = 2048;
+/// How much work is put aside before it is done, or a little more.
+const ASIDE: usize = 512;
 
 /// Whether there is any hit, for any number of rays.
 #[inline(always)]
 pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool]) {
     dark.fill(false);
     let mut room = [NO_RAY; SIZE];
-    let mut aside: Vec<Work> = Vec::with_capacity(ASIDE);
+    let mut aside: Vec<Work> = Vec::new();
     let mut packet = Packet::NONE;
     for (k, given) in rays.chunks(SIZE).enumerate() {
         let number = k * SIZE;
@@ -346,7 +346,7 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool]) {
                 *dark = met >> i & 1 != 0;
             }
         }
-        if aside.len() >= ASIDE / 2 {
+        if aside.len() >= ASIDE {
             trace::<I, _, true>(
                 scene,
                 &mut Any {

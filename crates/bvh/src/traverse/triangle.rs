@@ -220,9 +220,9 @@ impl<I: Isa> Lanes<I> for OneTriangle<'_> {
                 self.relative::<I>(2),
             ],
             backwards: [
-                packet.entry[0] % 2 != 0,
-                packet.entry[1] % 2 != 0,
-                packet.entry[2] % 2 != 0,
+                packet.entry[0] & 1 != 0,
+                packet.entry[1] & 1 != 0,
+                packet.entry[2] & 1 != 0,
             ],
             reciprocal: self.lanes3::<I>(&packet.reciprocal),
             pad: self.lanes3::<I>(&packet.pad),

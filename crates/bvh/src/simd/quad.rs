@@ -1,0 +1,146 @@
+//! Four floats, on instructions that every machine of its kind has: for the builder, which needs no dispatch.
+
+#[cfg(target_arch = "x86_64")]
+mod imp {
+    use std::arch::x86_64::*;
+
+    /// Four floats.
+    #[derive(Clone, Copy, Debug)]
+    pub struct Quad(__m128);
+
+    macro_rules! on_sse2 {
+        ($e:expr) => {{
+            // SAFETY: SSE2 is part of x86-64, and pointers point at arrays of the size that is written.
+            unsafe { $e }
+        }};
+    }
+
+    impl Quad {
+        #[inline(always)]
+        pub fn splat(x: f32) -> Self {
+            on_sse2!(Self(_mm_set1_ps(x)))
+        }
+        #[inline(always)]
+        pub fn new(v: [f32; 4]) -> Self {
+            on_sse2!(Self(_mm_setr_ps(v[0], v[1], v[2], v[3])))
+        }
+        #[inline(always)]
+        pub fn array(self) -> [f32; 4] {
+            let mut out = [0.0; 4];
+            on_sse2!(_mm_storeu_ps(out.as_mut_ptr(), self.0));
+            out
+        }
+        #[inline(always)]
+        pub fn add(self, b: Self) -> Self {
+            on_sse2!(Self(_mm_add_ps(self.0, b.0)))
+        }
+        #[inline(always)]
+        pub fn sub(self, b: Self) -> Self {
+            on_sse2!(Self(_mm_sub_ps(self.0, b.0)))
+        }
+        #[inline(always)]
+        pub fn mul(self, b: Self) -> Self {
+            on_sse2!(Self(_mm_mul_ps(self.0, b.0)))
+        }
+        #[inline(always)]
+        pub fn min(self, b: Self) -> Self {
+            on_sse2!(Self(_mm_min_ps(self.0, b.0)))
+        }
+        #[inline(always)]
+        pub fn max(self, b: Self) -> Self {
+            on_sse2!(Self(_mm_max_ps(self.0, b.0)))
+        }
+        /// The first three lanes, and 0.
+        #[inline(always)]
+        pub fn three(self) -> Self {
+            on_sse2!(Self(_mm_and_ps(
+                self.0,
+                _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0))
+            )))
+        }
+        /// Towards 0; the values must be within the range of `i32`.
+        #[inline(always)]
+        pub fn truncated(self) -> [i32; 4] {
+            let mut out = [0; 4];
+            on_sse2!(_mm_storeu_si128(
+                out.as_mut_ptr().cast(),
+                _mm_cvttps_epi32(self.0)
+            ));
+            out
+        }
+        /// x y + y z + z x.
+        #[inline(always)]
+        pub fn pair_products(self) -> f32 {
+            on_sse2!({
+                let turned = _mm_shuffle_ps::<0b11_00_10_01>(self.0, self.0);
+                let p = _mm_mul_ps(self.0, turned);
+                let q = _mm_add_ss(p, _mm_shuffle_ps::<0b01_01_01_01>(p, p));
+                _mm_cvtss_f32(_mm_add_ss(q, _mm_movehl_ps(p, p)))
+            })
+        }
+    }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+mod imp {
+    /// Four floats.
+    #[derive(Clone, Copy, Debug)]
+    pub struct Quad([f32; 4]);
+
+    impl Quad {
+        #[inline(always)]
+        fn zip(self, b: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+            Self(std::array::from_fn(|i| f(self.0[i], b.0[i])))
+        }
+        #[inline(always)]
+        pub fn splat(x: f32) -> Self {
+            Self([x; 4])
+        }
+        #[inline(always)]
+        pub fn new(v: [f32; 4]) -> Self {
+            Self(v)
+        }
+        #[inline(always)]
+        pub fn array(self) -> [f32; 4] {
+            self.0
+        }
+        #[inline(always)]
+        pub fn add(self, b: Self) -> Self {
+            self.zip(b, |a, b| a + b)
+        }
+        #[inline(always)]
+        pub fn sub(self, b: Self) -> Self {
+            self.zip(b, |a, b| a - b)
+        }
+        #[inline(always)]
+        pub fn mul(self, b: Self) -> Self {
+            self.zip(b, |a, b| a * b)
+        }
+        #[inline(always)]
+        pub fn min(self, b: Self) -> Self {
+            self.zip(b, |a, b| if a < b { a } else { b })
+        }
+        #[inline(always)]
+        pub fn max(self, b: Self) -> Self {
+            self.zip(b, |a, b| if a > b { a } else { b })
+        }
+        /// The first three lanes, and 0.
+        #[inline(always)]
+        pub fn three(self) -> Self {
+            Self([self.0[0], self.0[1], self.0[2], 0.0])
+        }
+        /// Towards 0; the values must be within the range of `i32`.
+        #[inline(always)]
+        pub fn truncated(self) -> [i32; 4] {
+            self.0.map(|x| x as i32)
+        }
+        /// x y + y z + z x.
+        #[inline(always)]
+        pub fn pair_products(self) -> f32 {
+            let [x, y, z, _] = self.0;
+            x * y + y * z + z * x
+        }
+    }
+}
+
+pub use imp::Quad;
