@@ -25,8 +25,12 @@ STOPPED = 130  # what a shell reports of a command that Ctrl-C ended
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command and returns its exit status: 0, 1 for an error, 2 for a wrong command line."""
+    words = sys.argv[1:] if arguments is None else list(arguments)
     try:
-        options = _parser().parse_args(arguments)
+        parser = _parser()
+        if words and not words[0].startswith("-") and words[0] not in COMMANDS:
+            parser.error(nearest("command", words[0], list(COMMANDS)))
+        options = parser.parse_args(words)
         options.run(options)
         sys.stdout.flush()
         return 0
@@ -78,12 +82,6 @@ def _parser() -> argparse.ArgumentParser:
         )
         add(command)
     return parser
-
-
-def _command(name: str) -> str:
-    if name not in COMMANDS:
-        raise argparse.ArgumentTypeError(nearest("command", name, list(COMMANDS)))
-    return name
 
 
 # Options that several commands have ---------------------------------------------------------------------------

@@ -1,0 +1,127 @@
+"""A final name means a complete file."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from raycam.files import atomic_path, check_writable, write
+
+
+def test_the_file_appears_when_the_block_ends(tmp_path: Path) -> None:
+    target = tmp_path / "a.png"
+    with atomic_path(target) as temporary:
+        assert temporary.parent == tmp_path
+        assert temporary.suffix == ".png"
+        assert temporary.name.startswith(".a.")
+        temporary.write_bytes(b"new")
+        assert not target.exists()
+    assert target.read_bytes() == b"new"
+    assert os.listdir(tmp_path) == ["a.png"]
+
+
+def test_an_error_leaves_nothing_and_keeps_what_was_there(tmp_path: Path) -> None:
+    target = tmp_path / "a.png"
+    write(target, b"old")
+    for fault in (ValueError, KeyboardInterrupt):
+        with pytest.raises(fault), atomic_path(target) as temporary:
+            temporary.write_bytes(b"half")
+            raise fault
+    assert target.read_bytes() == b"old"
+    assert os.listdir(tmp_path) == ["a.png"]
+
+
+def test_a_block_that_writes_nothing_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError), atomic_path(tmp_path / "a"):
+        pass
+    assert os.listdir(tmp_path) == []
+
+
+def test_file_and_folder_are_synced_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    target, steps = tmp_path / "a", []
+    fsync, replace = os.fsync, os.replace
+
+    def watched_fsync(descriptor: int) -> None:
+        steps.append("folder" if os.path.isdir(f"/proc/self/fd/{descriptor}") else "file")
+        fsync(descriptor)
+
+    def watched_replace(source: object, destination: object) -> None:
+        steps.append("rename")
+        replace(source, destination)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(os, "fsync", watched_fsync)
+    monkeypatch.setattr(os, "replace", watched_replace)
+    write(target, b"x")
+    assert steps == ["file", "rename", "folder"]
+
+
+@pytest.mark.parametrize("step", ["fsync", "replace"])
+def test_a_disk_that_fails_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str) -> None:
+    target = tmp_path / "a"
+    target.write_bytes(b"old")
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, step, full)
+    with pytest.raises(OSError, match="No space left"):
+        write(target, b"new")
+    monkeypatch.undo()
+    assert target.read_bytes() == b"old"
+    assert os.listdir(tmp_path) == ["a"]
+
+
+def test_a_write_that_hits_a_real_limit_leaves_the_old_file(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"old")
+    program = """
+import resource, sys
+from raycam.files import write
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+try:
+    write("a", bytes(100_000))
+except OSError as error:
+    sys.exit(f"stopped: {error.strerror}")
+"""
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True)
+    assert "stopped: File too large" in done.stderr
+    assert (tmp_path / "a").read_bytes() == b"old"
+    assert os.listdir(tmp_path) == ["a"]
+
+
+def test_the_mode_of_a_replaced_file_stays(tmp_path: Path) -> None:
+    target = tmp_path / "a"
+    write(target, b"old")
+    target.chmod(0o640)
+    write(target, b"new")
+    assert target.stat().st_mode & 0o777 == 0o640
+
+
+def test_check_writable_says_what_is_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    check_writable(tmp_path / "new.png", 1000)
+    with pytest.raises(FileNotFoundError, match="no folder") as missing:
+        check_writable(tmp_path / "nowhere" / "a.png")
+    assert missing.value.filename == str(tmp_path / "nowhere" / "a.png")
+    with pytest.raises(IsADirectoryError):
+        check_writable(tmp_path)
+    with pytest.raises(IsADirectoryError):
+        check_writable("/")
+    (tmp_path / "file").write_bytes(b"")
+    with pytest.raises(NotADirectoryError, match="is a file, not a folder"):
+        check_writable(tmp_path / "file" / "a.png")
+    with pytest.raises(OSError, match="bytes free") as full:
+        check_writable(tmp_path / "a.png", shutil.disk_usage(tmp_path).free * 2)
+    assert full.value.errno == errno.ENOSPC
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    with pytest.raises(PermissionError, match="may not be written"):
+        check_writable(tmp_path / "a.png")
+
+
+def test_relative_names_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    write("a", b"1")
+    assert Path("a").read_bytes() == b"1"
