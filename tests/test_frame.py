@@ -117,7 +117,7 @@ def test_exr(tmp_path: Path, half: bool) -> None:
     one = frame()
     one.save(tmp_path / "a.exr", half=half)
     with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
-        header = file.header()
+        header = dict(file.header())
         read = {name: channel.pixels for name, channel in file.channels().items()}
     names = {
         "color": ["R", "G", "B"],

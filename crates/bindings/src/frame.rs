@@ -27,7 +27,7 @@ pub(crate) fn channel(name: &str) -> PyResult<Channel> {
 }
 
 /// The planes of a frame by name: [height, width] or [height, width, components]; its region; its notices.
-pub(crate) type Parts<'py> = (Bound<'py, PyDict>, [u32; 4], Vec<String>);
+pub(crate) type Parts<'py> = (Bound<'py, PyDict>, (u32, u32, u32, u32), Vec<String>);
 
 /// A frame as Python has it.
 pub(crate) fn parts(py: Python<'_>, frame: Frame) -> PyResult<Parts<'_>> {
@@ -47,7 +47,7 @@ pub(crate) fn parts(py: Python<'_>, frame: Frame) -> PyResult<Parts<'_>> {
         };
         planes.set_item(channel.name(), pixels)?;
     }
-    Ok((planes, frame.region, frame.notices))
+    Ok((planes, frame.region.into(), frame.notices))
 }
 
 /// Joins disjoint parts (size, region, planes) of one picture.

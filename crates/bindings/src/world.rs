@@ -412,9 +412,14 @@ impl World {
             Lights::AsWritten
         };
         let prepared = self.prepared(py, lights, settings.threads)?;
-        let frame = watched(py, progress.as_ref(), |control| {
+        let mut frame = watched(py, progress.as_ref(), |control| {
             render(&prepared, &camera.inner, &settings, control)
         })?;
+        if lights == Lights::AtLeastSky && self.snapshot().lights.is_empty() {
+            let mut lit = Inner::default();
+            lit.add_default_light();
+            frame.notices.splice(0..0, lit.notices);
+        }
         parts(py, frame)
     }
 

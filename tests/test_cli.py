@@ -1,0 +1,211 @@
+"""The command line: what it makes, and one clear line where it cannot."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from PIL import Image
+from raycam.cli import COMMANDS, main
+
+BOX = """
+[camera]
+size = [64, 48]
+fov = 40
+location = [3, -4, 2]
+target = [0, 0, 0]
+
+[[object]]
+name = "box"
+box = { size = 1 }
+color = "#c83c28"
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "box.toml").write_text(BOX)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(command: str) -> int:
+    """What a shell would run after `raycam`."""
+    return main(shlex.split(command))
+
+
+def test_render_makes_the_picture_of_the_api(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("render box.toml --integrator flat --samples 3 --seed 2") == 0
+    assert capsys.readouterr().out == "box.png: 64 x 48, color\n"
+    world = raycam.load("box.toml")
+    expected = raycam.render(world, integrator="flat", samples=3, seed=2).to_srgb8()
+    with Image.open("box.png") as image:
+        np.testing.assert_array_equal(np.asarray(image), expected)
+
+
+def test_render_options(folder: Path) -> None:
+    assert run("render box.toml -o a.npz --integrator flat --channels depth,normal color --size 128x96") == 0
+    with np.load("a.npz") as read:
+        assert read["depth"].shape == (96, 128)
+        assert set(read) >= {"depth", "normal", "color", "K"}
+        np.testing.assert_allclose(read["K"][0, 0], 2 * raycam.load("box.toml").default_camera().K[0, 0])
+    assert run("render box.toml -o b.npz --integrator flat --channels all --region 8,4,16,12 --threads 1") == 0
+    with np.load("b.npz") as read:
+        assert read["instance"].shape == (12, 16)
+        assert tuple(read["region"]) == (8, 4, 16, 12)
+    assert run("render box.toml -o c.png --bits 16 --exposure -1 --integrator flat --filter blackman-harris") == 0
+    assert run("render box.toml -o d.exr --half --ambient-occlusion 2 --samples 1") == 0
+    assert run("render box.toml -o e.npz --integrator reference --size 16x12") == 0
+    assert sorted(os.listdir()) == ["a.npz", "b.npz", "box.toml", "c.png", "d.exr", "e.npz"]
+
+
+def test_a_bare_mesh_is_framed_and_lit(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 1\n3 0 1 2\n")
+    assert run("render a.off --size 32x24 --samples 1") == 0
+    assert "no lights" in capsys.readouterr().err
+    with Image.open("a.png") as image:
+        assert image.size == (32, 24)
+        assert len(np.unique(np.asarray(image))) > 1
+
+
+def test_a_camera_by_name(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    two = BOX.replace("[camera]", '[[camera]]\nname = "front"') + '\n[[camera]]\nname = "top"\nfov = 30\nsize = [8, 6]'
+    Path("two.toml").write_text(two + "\nlocation = [0, 0, 5]\npitch = 90\n")
+    assert run("render two.toml --camera top -o top.png --samples 1") == 0
+    with Image.open("top.png") as image:
+        assert image.size == (8, 6)
+    assert run("render two.toml --camera fron -o x.png") == 1
+    assert 'did you mean "front"' in capsys.readouterr().err
+
+
+def test_info(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("info box.toml") == 0
+    out = capsys.readouterr().out
+    for part in ("objects    1", "triangles  12", "'box'", "64 x 48", "K ", "R ", "P ", "C  3 -4 2", "pitch", "notices"):
+        assert part in out
+
+
+def test_explain(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("explain box.toml --pixel 32 24 --figure e.svg") == 0
+    assert "n·r" in capsys.readouterr().out
+    assert Path("e.svg").read_text().startswith("<svg")
+    assert run("explain box.toml --pixel 64 0") == 1
+    assert "pixel (64, 0)" in capsys.readouterr().err
+    assert run("explain box.toml --pixel 3 3 --figure e.png") == 2
+
+
+def test_video(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import av
+
+    assert run("video box.toml -o a.mp4 --frames 0:3 --integrator flat --samples 1") == 0
+    captured = capsys.readouterr()
+    assert "a.mp4: 3 frames of 64 x 48, 24 a second" in captured.out
+    assert "orbit" in captured.err
+    with av.open("a.mp4") as container:
+        assert len(list(container.decode(video=0))) == 3
+
+
+ERRORS = {
+    "rendr box.toml": (2, ["rendr", "'render'"]),
+    "": (2, ["COMMAND"]),
+    "render": (2, ["WORLD", "raycam render --help"]),
+    "render box.toml --sampels 3": (2, ["--sampels"]),
+    "render box.toml --samples many": (2, ["--samples", "many"]),
+    "render box.toml --samples 0": (2, ["samples", "0"]),
+    "render box.toml --size 640": (2, ["640", "WIDTHxHEIGHT"]),
+    "render box.toml --size 64x64": (2, ["64x64", "stretch", "64 x 48"]),
+    "render box.toml --integrator falt": (2, ["falt", "'flat'"]),
+    "render box.toml --channels dept": (2, ["dept", "'depth'"]),
+    "render box.toml --filter bx": (2, ["bx", "'box'"]),
+    "render box.toml --region 0,0,1": (2, ["region"]),
+    "render box.toml -o a.png --channels depth": (2, ["a.png", "color"]),
+    "render box.toml -o a.png --half": (2, ["half", ".png"]),
+    "render box.toml -o a.jpg": (1, ["a.jpg", ".png, .exr, .npz"]),
+    "render box.toml -o nowhere/a.png": (1, ["nowhere/a.png", "no folder"]),
+    "render nowhere.toml": (1, ["nowhere.toml", "No such file"]),
+    "render box.obj": (1, ["box.obj", "No such file"]),
+    "render .": (1, ["."]),
+    "render bad.toml": (1, ["bad.toml:2", "colour", "color"]),
+    "render box.toml --camera left": (1, ["left"]),
+    "info nowhere.toml": (1, ["nowhere.toml"]),
+    "video box.toml -o a.avi": (2, ["a.avi", ".mp4"]),
+    "video box.toml -o a.mp4 --frames 9": (2, ["9", "START:STOP"]),
+}
+
+
+@pytest.mark.parametrize("command", ERRORS)
+def test_errors_are_one_clear_line(folder: Path, capsys: pytest.CaptureFixture[str], command: str) -> None:
+    Path("bad.toml").write_text("[[object]]\ncolour = 1\nbox = {}\n")
+    before = sorted(os.listdir())
+    status, words = ERRORS[command]
+    try:
+        returned = run(command)
+    except SystemExit as exit_:
+        returned = exit_.code  # type: ignore[assignment]
+    captured = capsys.readouterr()
+    assert returned == status, captured.err
+    assert captured.err.startswith("raycam: error: ")
+    assert captured.err.count("\n") == 1
+    assert not [word for word in words if word not in captured.err], captured.err
+    assert captured.out == ""
+    assert sorted(os.listdir()) == before
+
+
+@pytest.mark.parametrize("command", ["", *COMMANDS])
+def test_help_teaches(capsys: pytest.CaptureFixture[str], command: str) -> None:
+    with pytest.raises(SystemExit) as exit_:
+        run(f"{command} --help")
+    assert exit_.value.code == 0
+    out = capsys.readouterr().out
+    assert "usage: raycam" in out
+    assert f"raycam {command}" in out
+    if command:
+        assert "examples:" in out
+
+
+def test_a_texture_is_not_overwritten_by_default(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Image.new("RGB", (2, 2), (9, 9, 9)).save("tex.png")
+    before = Path("tex.png").read_bytes()
+    Path("tex.toml").write_text(BOX + 'texture = "tex.png"\n')
+    assert run("render tex.toml") == 2
+    assert "-o" in capsys.readouterr().err
+    assert Path("tex.png").read_bytes() == before
+
+
+def shell(*command: str, **keys: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, **keys)  # type: ignore[call-overload,no-any-return]
+
+
+def test_the_installed_command_and_the_module(folder: Path) -> None:
+    script = Path(sys.executable).with_name("raycam")
+    for command in ([str(script)], [sys.executable, "-m", "raycam"]):
+        done = shell(*command, "--version")
+        assert done.stdout == f"raycam {raycam.__version__}\n"
+    done = shell(sys.executable, "-m", "raycam", "info", "nowhere.toml")
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+
+
+def test_slow_modules_are_left_alone(folder: Path) -> None:
+    program = """
+import json, sys
+from raycam.cli import main
+main(["render", "box.toml", "-o", "a.png", "--integrator", "flat", "--samples", "1"])
+print(json.dumps([m for m in ("av", "rich", "raycam.reference", "raycam.video", "difflib") if m in sys.modules]))
+"""
+    done = shell(sys.executable, "-c", program)
+    assert json.loads(done.stdout.splitlines()[-1]) == []
+
+
+def test_output_that_nobody_reads_is_no_error(folder: Path) -> None:
+    command = f"{sys.executable} -m raycam info box.toml | true"
+    done = shell("bash", "-c", f"set -o pipefail; {command}")
+    assert "Traceback" not in done.stderr
+    assert "BrokenPipe" not in done.stderr

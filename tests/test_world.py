@@ -1,0 +1,274 @@
+"""Worlds: built by hand, from dicts and from files; rays, triangles and time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+import raycam
+import trimesh
+
+CUBE = trimesh.creation.box()
+
+
+def cube(world: raycam.World, **keys: object) -> int:
+    return world.add_mesh(CUBE.vertices, CUBE.faces, **keys)  # type: ignore[arg-type]
+
+
+def test_add_mesh_and_instances() -> None:
+    world = raycam.World()
+    assert cube(world, name="box", category="furniture") == 0
+    assert world.add_object(instance_of="box", location=[3, 0, 0], scale=2) == 1
+    first, second = world.objects
+    assert (first.name, first.category, first.triangles, first.id) == ("box", "furniture", 12, 0)
+    assert second.mesh == first.mesh
+    np.testing.assert_allclose(second.matrix, [[2, 0, 0, 3], [0, 2, 0, 0], [0, 0, 2, 0], [0, 0, 0, 1]])
+    assert world.counts["triangles"] == 24
+    assert world.counts["mesh_triangles"] == 12
+    np.testing.assert_allclose(world.bounds, [[-0.5, -1, -1], [4, 1, 1]])
+    assert "2 objects, 24 triangles" in repr(world)
+
+
+@pytest.mark.parametrize("kind", ["list", "big endian", "float32", "strided", "fortran", "uint8 faces"])
+def test_arrays_of_every_kind(kind: str) -> None:
+    vertices, faces = np.asarray(CUBE.vertices), np.asarray(CUBE.faces)
+    variants = {
+        "list": (vertices.tolist(), faces.tolist()),
+        "big endian": (vertices.astype(">f8"), faces.astype(">i4")),
+        "float32": (vertices.astype(np.float32), faces.astype(np.uint32)),
+        "strided": (np.repeat(vertices, 2, axis=0)[::2], np.repeat(faces, 2, axis=1)[:, ::2]),
+        "fortran": (np.asfortranarray(vertices), np.asfortranarray(faces)),
+        "uint8 faces": (vertices.astype(np.float16), faces.astype(np.uint8)),
+    }
+    world = raycam.World()
+    world.add_mesh(*variants[kind])
+    np.testing.assert_array_equal(world.triangles(), vertices[faces])
+
+
+def test_triangles_ids_and_colours() -> None:
+    world = raycam.World()
+    colors = np.linspace(0, 1, 36).reshape(12, 3)
+    cube(world, face_colors=colors)
+    matrix = np.array([[0.0, -2, 0, 1], [1, 0.5, 0, 2], [0, 0, -3, 3]])
+    cube(world, matrix=matrix, material={"color": [0.1, 0.2, 0.3]})
+    corners = np.asarray(CUBE.vertices)[CUBE.faces]
+    placed = corners @ matrix[:, :3].T + matrix[:, 3]
+    np.testing.assert_allclose(world.triangles(), np.concatenate([corners, placed]), atol=1e-15)
+    ids = world.triangle_ids()
+    assert ids.dtype == np.int32
+    np.testing.assert_array_equal(ids, [(i, t) for i in range(2) for t in range(12)])
+    expected = np.concatenate([colors, np.tile([0.1, 0.2, 0.3], (12, 1))])
+    np.testing.assert_allclose(world.triangle_colors(), expected, atol=1e-7)
+
+
+def test_a_world_without_objects() -> None:
+    world = raycam.World()
+    assert world.triangles().shape == (0, 3, 3)
+    assert world.triangle_ids().shape == (0, 2)
+    assert world.bounds is None
+    assert world.cast_rays([[0, 0, 0]], [[0, 0, 1]])["instance"].tolist() == [-1]
+    frame = raycam.render(world, raycam.Camera.look_at([1, 0, 0], [0, 0, 0], size=(4, 3)))
+    assert (frame["instance"] == -1).all()
+
+
+def test_uint8_is_srgb_and_float_is_linear() -> None:
+    world = raycam.World()
+    cube(world, face_colors=np.full((12, 3), 188, np.uint8))
+    cube(world, face_colors=np.full((12, 3), 0.5))
+    cube(world, vertex_colors=np.full((8, 3), 188, np.uint8))
+    cube(world, material={"color": np.array([188, 188, 188], np.uint8)})
+    cube(world, material={"color": "#bcbcbc"})
+    srgb = ((188 / 255 + 0.055) / 1.055) ** 2.4
+    first = world.triangle_colors().reshape(5, 12, 3)[:, 0, 0]
+    np.testing.assert_allclose(first, [srgb, 0.5, srgb, srgb, srgb], rtol=1e-6)
+
+
+def test_dicts_tuples_scalars_and_paths_of_python() -> None:
+    world = raycam.World()
+    world.add_object(MappingProxyType({"box": MappingProxyType({"size": (np.float32(1), 2, np.int64(3))})}))
+    np.testing.assert_allclose(world.bounds, [[-0.5, -1, -1.5], [0.5, 1, 1.5]])
+    world.add_light({"type": "sun", "direction": np.array([0, 0, -1]), "irradiance": (1, 1.0, np.float16(1))})
+    assert world.lights == [{"type": "sun", "direction": [0, 0, -1], "irradiance": [1, 1, 1]}]
+    with pytest.raises(FileNotFoundError):
+        world.add_object(mesh=Path("nowhere.obj"))
+    loop: list[object] = []
+    loop.append(loop)
+    with pytest.raises(raycam.WorldError, match="deep"):
+        world.add_object(box={"size": loop})
+
+
+def test_from_dict_is_the_world_file(tmp_path: Path) -> None:
+    text = """
+up = "y"
+[camera]
+size = [64, 48]
+fov = 40
+location = [0, 0, 5]
+[[object]]
+name = "ball"
+sphere = { radius = 1, level = 2 }
+[[light]]
+type = "bulb"
+position = [0, 3, 0]
+power = [60, 60, 60]
+[render]
+samples = 4
+[video]
+fps = 10
+seconds = 2
+orbit = { target = [0, 0, 0] }
+"""
+    description = {
+        "up": "y",
+        "camera": {"size": [64, 48], "fov": 40, "location": [0, 0, 5]},
+        "object": [{"name": "ball", "sphere": {"radius": 1, "level": 2}}],
+        "light": {"type": "bulb", "position": [0, 3, 0], "power": [60, 60, 60]},
+        "render": {"samples": 4},
+        "video": {"fps": 10, "seconds": 2, "orbit": {"target": [0, 0, 0]}},
+    }
+    (tmp_path / "a.toml").write_text(text)
+    for world in (raycam.load(tmp_path / "a.toml"), raycam.World.from_dict(description)):
+        assert world.up == "y"
+        assert [item.name for item in world.objects] == ["ball"]
+        assert list(world.cameras) == ["camera"]
+        assert world.camera("camera").up == "y"
+        np.testing.assert_allclose(world.camera("camera").forward, [0, 0, -1], atol=1e-15)
+        assert world.render_settings == {"samples": 4}
+        assert world.video == raycam.Video(10, 2, 20)
+        assert world.lights[0]["power"] == [60, 60, 60]
+        quarter = world.camera_at(world.default_camera(), 0.5)
+        np.testing.assert_allclose(np.abs(quarter.C), [5, 0, 0], atol=1e-12)
+
+
+def test_textures_and_meshes_come_from_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "a.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    world = raycam.World(folder=tmp_path)
+    world.add_object(mesh="a.off")
+    np.testing.assert_array_equal(world.triangles(), [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    assert raycam.load(tmp_path / "a.off").counts["triangles"] == 1
+    with pytest.raises(raycam.FormatError):
+        world.add_object(mesh=str(tmp_path / "a.off"))
+
+
+def test_cameras_by_name() -> None:
+    world = raycam.World()
+    cube(world)
+    framed = world.default_camera((100, 50))
+    assert framed.size == (100, 50)
+    corners = np.array(np.meshgrid(*np.transpose(world.bounds))).reshape(3, -1).T  # type: ignore[arg-type]
+    pixels, in_front = framed.project(corners)
+    assert in_front.all()
+    assert (pixels > 0).all()
+    assert (pixels < [100, 50]).all()
+    left = raycam.Camera.look_at([-5, 0, 0], [0, 0, 0])
+    world.add_camera(left, "left")
+    world.add_camera(framed, "right")
+    assert list(world.cameras) == ["left", "right"]
+    assert world.default_camera() == left
+    assert world.camera("right") == framed
+    with pytest.raises(raycam.WorldError, match="left"):
+        world.camera("lft")
+
+
+def test_cast_rays_agrees_with_a_closed_form() -> None:
+    world = raycam.World()
+    cube(world)
+    cube(world, location=[0, 0, 10])
+    hits = world.cast_rays([[0.1, 0.2, 5], [9, 9, 9]], [[0, 0, -2], [0, 0, 1]])
+    assert {name: (a.dtype, a.shape) for name, a in hits.items()} == {
+        "t": (np.float64, (2,)),
+        "instance": (np.int32, (2,)),
+        "triangle": (np.int32, (2,)),
+        "barycentric": (np.float32, (2, 3)),
+        "normal": (np.float32, (2, 3)),
+        "position": (np.float64, (2, 3)),
+    }
+    np.testing.assert_allclose(hits["t"], [2.25, np.inf])
+    assert hits["instance"].tolist() == [0, -1]
+    np.testing.assert_allclose(hits["normal"], [[0, 0, 1], [0, 0, 0]], atol=1e-7)
+    np.testing.assert_allclose(hits["position"], [[0.1, 0.2, 0.5], [np.nan] * 3])
+    corners = world.triangles()[hits["triangle"][0]]
+    np.testing.assert_allclose(hits["barycentric"][0] @ corners, [0.1, 0.2, 0.5], atol=1e-6)
+
+
+def test_rays_of_any_shape() -> None:
+    world = raycam.World()
+    cube(world)
+    camera = raycam.Camera.look_at([3, 2, 1], [0, 0, 0], size=(16, 12))
+    origins, directions = camera.rays()
+    hits = world.cast_rays(origins, directions)
+    assert hits["instance"].shape == (12, 16)
+    assert hits["position"].shape == (12, 16, 3)
+    frame = raycam.render(world, camera, channels=["instance", "triangle", "distance"])
+    np.testing.assert_array_equal(hits["instance"], frame["instance"])
+    np.testing.assert_array_equal(hits["triangle"], frame["triangle"])
+    np.testing.assert_allclose(hits["t"], frame["distance"], rtol=1e-6)
+    one = world.cast_rays([3, 2, 1], [-3, -2, -1])
+    assert one["t"].shape == ()
+    many = world.cast_rays([3, 2, 1], directions)
+    np.testing.assert_array_equal(many["triangle"], hits["triangle"])
+    assert world.cast_rays(np.zeros((0, 3)), np.zeros((0, 3)))["t"].shape == (0,)
+
+
+def test_occluded() -> None:
+    world = raycam.World()
+    cube(world)
+    origins = np.tile([0.1, 0.2, 5], (4, 1))
+    directions = np.array([[0, 0, -1], [0, 0, 1], [0, 0, -1], [0, 0, -3]])
+    assert world.occluded(origins, directions).tolist() == [True, False, True, True]
+    assert world.occluded(origins, directions, [4.4, 9, 4.6, 1.6]).tolist() == [False, False, True, True]
+    assert world.occluded(origins, directions, 4.4).tolist() == [False, False, False, True]
+    assert world.occluded([0.1, 0.2, 5], [0, 0, -1]).shape == ()
+
+
+def test_strange_rays_are_misses() -> None:
+    world = raycam.World()
+    cube(world)
+    directions = np.array([[0, 0, 0], [np.nan, 0, -1], [0, 0, -np.inf]])
+    hits = world.cast_rays([0, 0, 5], directions)
+    assert (hits["instance"] == -1).all()
+    assert np.isinf(hits["t"]).all()
+    assert not world.occluded([0, 0, 5], directions).any()
+
+
+def test_a_changed_world_is_prepared_anew() -> None:
+    world = raycam.World()
+    cube(world)
+    ray = ([0, 0, 5], [0, 0, -1])
+    assert world.cast_rays(*ray)["t"] == 4.5
+    cube(world, location=[0, 0, 2])
+    assert world.cast_rays(*ray)["t"] == 2.5
+    assert world.cast_rays(*ray)["instance"] == 1
+
+
+def test_time_moves_objects_and_not_the_world_itself() -> None:
+    world = raycam.World()
+    cube(world, name="box")
+    world.set_video(
+        fps=2,
+        interpolation="linear",
+        keyframe=[
+            {"time": 0, "object": "box", "location": [0, 0, 0]},
+            {"time": 2, "object": "box", "location": [0, 0, 2]},
+        ],
+    )
+    assert world.video == raycam.Video(2, 2, 4)
+    moved = world.prepare().at(1)
+    np.testing.assert_allclose(moved.objects[0].matrix[:3, 3], [0, 0, 1])
+    assert moved.cast_rays([0, 0, 5], [0, 0, -1])["t"] == 3.5
+    assert world.cast_rays([0, 0, 5], [0, 0, -1])["t"] == 4.5
+    with pytest.raises(raycam.WorldError, match="bax"):
+        world.set_video(keyframe=[{"time": 0, "object": "bax", "location": [0, 0, 0]}])
+    with pytest.raises(raycam.WorldError, match="video"):
+        raycam.World().camera_at(raycam.Camera.look_at([1, 0, 0], [0, 0, 0]), 0)
+
+
+def test_zero_area_triangles_are_kept_counted_and_never_hit() -> None:
+    world = raycam.World()
+    world.add_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 0, 0]], [[0, 1, 3], [0, 0, 1], [0, 1, 2]])
+    assert world.counts["zero_area_triangles"] == 2
+    assert world.counts["triangles"] == 3
+    hits = world.cast_rays([[0.5, 0, 1], [0.2, 0.2, 1]], [0, 0, -1])
+    assert hits["triangle"].tolist() == [2, 2]
