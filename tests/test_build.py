@@ -75,7 +75,9 @@ def check(tools: Path) -> str:
         ("python3", '[ "$1" = -m ] && exit 1; echo 3.13.1', "Python's venv module"),
     ],
 )
-def test_a_missing_prerequisite_is_named_in_one_line(tools: Path, broken: str, line: str | None, words: str) -> None:
+def test_a_missing_prerequisite_is_named_in_one_line(
+    tools: Path, broken: str, line: str | None, words: str
+) -> None:
     if line is None:
         (tools / broken).unlink()
     else:
@@ -109,7 +111,11 @@ def test_one_version_and_one_rust() -> None:
 def test_wheels_run_on_any_machine() -> None:
     manifest = tomllib.loads((ROOT / "Cargo.toml").read_text())
     assert "abi3-py311" in manifest["workspace"]["dependencies"]["pyo3"]["features"]
-    settings = [path for path in (ROOT / ".cargo").rglob("*") if path.is_file()] if (ROOT / ".cargo").exists() else []
+    settings = (
+        [path for path in (ROOT / ".cargo").rglob("*") if path.is_file()]
+        if (ROOT / ".cargo").exists()
+        else []
+    )
     for path in [ROOT / "Makefile", ROOT / "pyproject.toml", ROOT / "Cargo.toml", *settings]:
         assert "target-cpu" not in path.read_text(), path
     assert manifest["profile"]["release"].get("panic", "unwind") == "unwind"

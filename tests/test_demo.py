@@ -18,7 +18,10 @@ def small(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
 
     def main(words: list[str]) -> int:
         asked.append(words)
-        less = {"render": ["--size", "96x60", "--samples", "1"], "video": ["--frames", "0:2", "--samples", "1"]}
+        less = {
+            "render": ["--size", "96x60", "--samples", "1"],
+            "video": ["--frames", "0:2", "--samples", "1"],
+        }
         small_words = list(words)
         if "--pixel" in words:
             small_words += ["--size", "960x600"]
@@ -29,7 +32,10 @@ def small(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
 
 
 def test_demo(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small: list[list[str]], capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    small: list[list[str]],
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
     folder = Path("my demo")

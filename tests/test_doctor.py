@@ -9,7 +9,16 @@ from raycam import doctor
 
 def test_it_names_what_matters_and_tests_itself() -> None:
     text = doctor.doctor()
-    for part in ("raycam", raycam.__version__, "python", "numpy", "av", "processor", "instructions", "threads"):
+    for part in (
+        "raycam",
+        raycam.__version__,
+        "python",
+        "numpy",
+        "av",
+        "processor",
+        "instructions",
+        "threads",
+    ):
         assert part in text
     assert "6912 pixels as the reference has them" in text
 
@@ -22,5 +31,5 @@ def test_it_notices_a_wrong_picture(monkeypatch: pytest.MonkeyPatch) -> None:
         return frame
 
     monkeypatch.setattr(doctor, "render", off_by_one)
-    with pytest.raises(raycam.Error, match="self-test failed: .* pixels differ"):
+    with pytest.raises(raycam.Error, match=r"self-test failed: .* pixels differ"):
         doctor.doctor()

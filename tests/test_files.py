@@ -28,10 +28,15 @@ def test_the_file_appears_when_the_block_ends(tmp_path: Path) -> None:
 def test_an_error_leaves_nothing_and_keeps_what_was_there(tmp_path: Path) -> None:
     target = tmp_path / "a.png"
     write(target, b"old")
-    for fault in (ValueError, KeyboardInterrupt):
-        with pytest.raises(fault), atomic_path(target) as temporary:
+
+    def write_half(fault: type[BaseException]) -> None:
+        with atomic_path(target) as temporary:
             temporary.write_bytes(b"half")
             raise fault
+
+    for fault in (ValueError, KeyboardInterrupt):
+        with pytest.raises(fault):
+            write_half(fault)
     assert target.read_bytes() == b"old"
     assert os.listdir(tmp_path) == ["a.png"]
 
@@ -61,7 +66,9 @@ def test_file_and_folder_are_synced_in_order(tmp_path: Path, monkeypatch: pytest
 
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])
-def test_a_disk_that_fails_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str) -> None:
+def test_a_disk_that_fails_leaves_the_old_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str
+) -> None:
     target = tmp_path / "a"
     target.write_bytes(b"old")
 

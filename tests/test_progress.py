@@ -6,7 +6,9 @@ import pytest
 from raycam import progress
 
 
-def test_it_is_silent_away_from_a_terminal(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_is_silent_away_from_a_terminal(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(progress, "PATIENCE", 0.0)
     with progress.bar("rendering") as tell:
         for i in range(3):

@@ -142,7 +142,7 @@ def test_every_srgb_byte_comes_back() -> None:
         r, g, b = value, (value * 7 + 3) % 256, 255 - value
         at = [value % 16, 0, value // 16]
         world.add_object(plane={"size": 0.9}, roll=90, location=at, color=f"#{r:02x}{g:02x}{b:02x}")
-    k = [[10.0, 0, 80], [0, 10, 80], [0, 0, 1]]
+    k = [[100.0, 0, 80], [0, 100, 80], [0, 0, 1]]
     seen = raycam.Camera.look_at([7.5, -10, 7.5], [7.5, 0, 7.5], size=(161, 161), K=k)
     frame = raycam.render(world, seen, integrator="flat", samples=4)
     pixels = frame.to_srgb8()
@@ -168,7 +168,9 @@ def test_face_colours_of_bytes_come_back() -> None:
 
 def slow(progress: Callable[[int, int], object] | None = None) -> raycam.Frame:
     """A rendering of minutes."""
-    return raycam.render(box_world(), camera((4000, 3000)), samples=100_000, channels="color", progress=progress)
+    return raycam.render(
+        box_world(), camera((4000, 3000)), samples=100_000, channels="color", progress=progress
+    )
 
 
 def test_progress_counts_up_to_the_end() -> None:

@@ -250,7 +250,7 @@ class Camera:
 
         Straight up or down roll is 0 and yaw carries the whole turn.
         """
-        return np.array(self._core.roll_pitch_yaw(self._up))
+        return np.array(self._core.roll_pitch_yaw(self._up)) + 0.0  # no -0
 
     def project(self, points: npt.ArrayLike) -> tuple[Floats, Bools]:
         """The pixels [n, 2] of world points [n, 3], and whether each lies in front of the camera [n].
@@ -260,7 +260,7 @@ class Camera:
         """
         array = floats("points", points, ("n", 3), (3,))
         pixels, in_front = self._core.project(array.reshape(-1, 3))
-        return pixels.reshape(*array.shape[:-1], 2), in_front.reshape(array.shape[:-1])[()]
+        return pixels.reshape((*array.shape[:-1], 2)), in_front.reshape(array.shape[:-1])[()]
 
     def rays(self, pixels: npt.ArrayLike | None = None) -> tuple[Floats, Floats]:
         """Origins and unit directions [n, 3] in the world of pixels [n, 2]: the inverse of `project`.

@@ -217,7 +217,7 @@ def _render(options: argparse.Namespace) -> None:
     if options.channels is not None:
         words = [name for part in options.channels for name in part.split(",") if name]
         names = channel_names("all" if words == ["all"] else words)
-    check_save(output, names, (1, 1))
+    check_save(output, names, (1, 1), bits=options.bits, half=options.half)
     world = _load(options)
     camera = _view(world, options)
     if options.output is None and output.exists() and output.name in world.textures:

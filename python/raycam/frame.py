@@ -123,12 +123,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         without colour, and `OSError` where the file cannot be written.
         """
         target = Path(path)
-        options = {"bits": bits, "half": half, "exposure": exposure}
-        options = {name: value for name, value in options.items() if value is not None}
-        allowed = _check(target, self._channels)
-        for name in options:
-            if name not in allowed:
-                raise SettingsError(f"{name} is not an option of {target.suffix} files")
+        options = _options(bits=bits, half=half, exposure=exposure)
+        _check(target, self._channels, options)
         files.write(target, SAVERS[target.suffix.lower()][0](self, **options))
 
     def to_png(self, bits: int = 8, exposure: float | None = None) -> bytes:
@@ -200,22 +196,34 @@ SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
 }
 
 
-def check_save(path: str | os.PathLike[str], channels: Iterable[str], size: tuple[int, int]) -> None:
+def check_save(
+    path: str | os.PathLike[str],
+    channels: Iterable[str],
+    size: tuple[int, int],
+    *,
+    bits: int | None = None,
+    half: bool | None = None,
+) -> None:
     """Whether a frame of `size` with `channels` can be saved to `path`: asked before it is rendered.
 
     Raises what `Frame.save` would.
     """
     target = Path(path)
     names = list(channels)
-    _check(target, names)
+    _check(target, names, _options(bits=bits, half=half))
     if target.suffix.lower() == ".png":
         names = ["color"]
     each = sum(CHANNELS[name][0].itemsize * CHANNELS[name][1] for name in names)
     files.check_writable(target, each * size[0] * size[1])
 
 
-def _check(target: Path, channels: Iterable[str]) -> set[str]:
-    """The options of the format that `target` ends with."""
+def _options(**options: Any) -> dict[str, Any]:
+    """Those that were given."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _check(target: Path, channels: Iterable[str], options: Mapping[str, Any]) -> None:
+    """Whether the format that `target` ends with has these channels and options."""
     ending = target.suffix.lower()
     if ending not in SAVERS:
         guess = f"an ending {target.suffix!r}" if ending else "no ending"
@@ -224,4 +232,8 @@ def _check(target: Path, channels: Iterable[str]) -> set[str]:
         raise SettingsError(
             f"{target}: a PNG shows the channel color, this has {', '.join(channels)}; save it as .exr or .npz"
         )
-    return SAVERS[ending][1]
+    for name in options:
+        if name not in SAVERS[ending][1]:
+            raise SettingsError(f"{name} is not an option of {ending} files")
+    if options.get("bits", 8) not in (8, 16):
+        raise SettingsError(f"bits is {options['bits']}, a PNG has 8 or 16")

@@ -270,7 +270,7 @@ class World:
         """
         starts, ways, shape = _rays(origins, directions)
         hits = self._core.cast_rays(starts, ways, coherent, threads)
-        return {name: array.reshape(*shape, *array.shape[1:]) for name, array in hits.items()}
+        return {name: array.reshape((*shape, *array.shape[1:])) for name, array in hits.items()}
 
     def occluded(
         self,

@@ -89,7 +89,9 @@ impl PreparedWorld {
             .iter()
             .map(|object| object.instance(origin))
             .collect();
-        let scene = Scene::build(instances, origin.to_array()).map_err(|error| match error {
+        // In our pool too: rayon's own does not survive a fork.
+        let scene = with_pool(threads, || Scene::build(instances, origin.to_array()))?;
+        let scene = scene.map_err(|error| match error {
             BuildError::NotFinite { what } => RenderError::World(format!(
                 "{what} is placed where float32 does not reach: keep coordinates below 1e30"
             )),
