@@ -188,8 +188,10 @@ def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation
 
     n = reference.normals(corners)
     t = reference.plane_distances(n, corners[:, 0], C, r)[0]
-    blocks = [slice(i, i + reference.PAIRS_AT_ONCE) for i in range(0, len(t), reference.PAIRS_AT_ONCE)]
-    hit_t = np.concatenate([reference.hit_distances(corners[block], n[block], C, r)[0] for block in blocks])
+    hit_t = np.full(len(t), np.inf)
+    for start in range(0, len(t), reference.PAIRS_AT_ONCE):
+        some = slice(start, start + reference.PAIRS_AT_ONCE)
+        hit_t[some] = reference.hit_distances(corners[some], n[some], C, r)[0]
     without_area = ~n.any(axis=1)
     inside = np.isfinite(hit_t)
     outside = (t >= 0) & ~inside

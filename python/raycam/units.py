@@ -28,7 +28,7 @@ class Units:
         """Those of everything, camera centre included: points [n, 3]."""
         low, high = points.min(axis=0), points.max(axis=0)
         center, extent = (low + high) / 2, float(np.max(high - low) / 2)
-        far = np.abs(center).max() > 16 * extent
+        far = 0 < 16 * extent < np.abs(center).max()
         unusual = extent > 0 and not 1 / 64 <= extent <= 64
         # A power of two scales without rounding.
         scale = math.ldexp(1.0, round(math.log2(extent))) if unusual else 1.0
