@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
-from raycam import reference
-from raycam.explain import explain
+from raycam import explain, reference
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -7,6 +7,8 @@ frame.save("room.png")
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 from ._core import __version__
 from .camera import Camera
 from .errors import CameraError, Error, FormatError, SettingsError, WorldError
@@ -15,10 +17,14 @@ from .frame import Frame
 from .render import render
 from .world import Object, Video, World, load
 
+if TYPE_CHECKING:
+    from .explanation import Explanation, explain
+
 __all__ = [
     "Camera",
     "CameraError",
     "Error",
+    "Explanation",
     "FormatError",
     "Frame",
     "Object",
@@ -31,3 +37,12 @@ __all__ = [
     "load",
     "render",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Imports what most pictures do not need when it is first asked for."""
+    if name in ("Explanation", "explain"):
+        from . import explanation
+
+        return getattr(explanation, name)
+    raise AttributeError(f"module 'raycam' has no attribute {name!r}")

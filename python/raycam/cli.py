@@ -288,21 +288,15 @@ def _add_explain(command: argparse.ArgumentParser) -> None:
 
 
 def _explain(options: argparse.Namespace) -> None:
-    from . import files
-    from .explain import explain
+    from .explanation import check_figure, explain
 
     if options.figure is not None:
-        if Path(options.figure).suffix.lower() != ".svg":
-            raise SettingsError(f"{options.figure}: a figure is written as .svg")
-        files.check_writable(options.figure)
+        check_figure(options.figure)
     world = _load(options)
-    camera = _view(world, options)
-    explanation = explain(world, camera, tuple(options.pixel))
+    explanation = explain(world, _view(world, options), options.pixel)
     print(explanation)
     if options.figure is not None:
-        from .explain_figure import figure
-
-        files.write(options.figure, figure(explanation).encode())
+        explanation.save_figure(options.figure)
         print(f"\n{options.figure}: the figure")
 
 

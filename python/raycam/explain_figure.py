@@ -22,7 +22,7 @@ from .svg import MONO, Label, Svg
 from .units import Floats
 
 if TYPE_CHECKING:
-    from .explain import Candidate, Explanation
+    from .explanation import Candidate, Explanation
 
 INK, FAINT, RULE = "#1d2330", "#69707f", "#d9dce3"
 RAY, CAMERA, EDGE, TO_G, CROSSING, NORMAL = "#d9381e", "#0b7a75", "#2456c8", "#8e3ab5", "#e08a00", "#3f7d20"

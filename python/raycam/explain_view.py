@@ -14,7 +14,7 @@ from .camera import Camera
 from .units import Floats
 
 if TYPE_CHECKING:
-    from .explain import Candidate
+    from .explanation import Candidate
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 It shares no code with the Rust core.
 
 Source: Nicholas Dwork, *Making Virtual Worlds* (Computer Graphics Lecture 1). Each step is one function with
-the lecture's names, over arrays of points with x, y, z last; :mod:`raycam.explain` prints what they return
+the lecture's names, over arrays of points with x, y, z last; :mod:`raycam.explanation` prints what they return
 for one pixel.
 
 1. ``X' = P⁺ x`` is some point on the pixel's line, the camera centre ``C`` is another, ``X' - C`` points
