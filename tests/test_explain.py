@@ -231,7 +231,7 @@ def figures():
     needles = raycam.World()
     needles.add_mesh(rng.normal(size=(300, 3)) * [1, 1, 1e-3], np.arange(300).reshape(-1, 3))
     far = raycam.World()
-    far.add_object(sphere={"radius": 1e-6}, location=[1e3, 0, 0], refine=1)
+    far.add_object(torus={"radius": 1e-6, "tube": 4e-7, "segments": 12}, location=[1e3, 0, 0])
     at_far = raycam.Camera.look_at([1e3, -4e-6, 1e-6], [1e3, 0, 0], size=(20, 30), fov=40)
     return {
         "hit": (box_world(), box_camera(), (40, 30)),
@@ -270,7 +270,7 @@ def test_figures_are_whole_and_on_the_page(name):
             assert 0 <= float(x) <= width
             assert 0 <= float(y) <= height
     texts = [element.text for element in root.iter(f"{SVG}text")]
-    for label in ("f(t)", "g", "u", "a", "b", "c", "n", "C", "x"):
+    for label in ("f(t)", "g", "u", "a", "b", "c", "n", "r", "v"):
         assert (label in texts) == (name not in ("sky", "empty")), label
     # The picture is the picture.
     [image] = root.iter(f"{SVG}image")

@@ -1,12 +1,12 @@
 """Videos, read back by FFmpeg (PyAV) and Pillow."""
 
+import av
 import numpy as np
 import pytest
 import raycam
 from PIL import Image
 from raycam.video import Film, frame_range, write_video
-
-av = pytest.importorskip("av")
+from raycam.video_files import mp4
 
 SIZE = (64, 48)
 FLAT = {"integrator": "flat", "samples": 4}
@@ -92,7 +92,8 @@ def test_png_folder_holds_the_frames_exactly(tmp_path):
         "frame_0007.png",
     ]
     for number in (5, 6, 7):
-        picture = np.asarray(Image.open(tmp_path / "frames" / f"frame_000{number}.png"))
+        with Image.open(tmp_path / "frames" / f"frame_000{number}.png") as image:
+            picture = np.asarray(image)
         np.testing.assert_array_equal(picture, film.frame(number).to_srgb8())
 
 
@@ -102,6 +103,18 @@ def test_the_same_call_gives_the_same_bytes(tmp_path, name):
         (tmp_path / folder).mkdir()
         write_video(moving_world(), tmp_path / folder / name, threads=threads, **FLAT)
     assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+
+
+def test_the_encoder_repeats_itself(tmp_path):
+    rng = np.random.default_rng(1)
+    pictures = [np.roll(rng.integers(0, 255, (48, 64, 3), np.uint8) // 4, 3 * i, axis=1) for i in range(6)]
+    made = set()
+    for _ in range(30):
+        with mp4(tmp_path / "a.mp4", SIZE, 10) as add:
+            for number, picture in enumerate(pictures):
+                add(number, picture)
+        made.add((tmp_path / "a.mp4").read_bytes())
+    assert len(made) == 1
 
 
 # Time
@@ -155,11 +168,18 @@ def test_what_does_not_move_is_built_once():
         orbit=None,
         keyframe=[{"time": t, "object": "box", "location": [t, 0, 0]} for t in (0, 1)],
     )
-    assert world._core.prepare(None) == 2
-    assert world._core.prepare(None) == 0
-    assert world.at(0.5)._core.prepare(None) == 0
-    world.add_object(box={"size": [2, 1, 1]})
-    assert world._core.prepare(None) == 1
+    film = Film(world, **FLAT)
+    film.frame(0)
+    for moment in (world.at(0.5), world.at(1.0)):
+        assert moment._core.objects_shared_with(world._core) == 2
+    # A world that was never prepared has nothing to share: its moments are built apart.
+    fresh = moving_world()
+    moment = fresh.at(0.5)
+    assert moment._core.objects_shared_with(fresh._core) == 0
+    # An object more is built alone.
+    grown = world.at(0.0)
+    grown.add_object(box={"size": [2, 1, 1]})
+    assert grown._core.objects_shared_with(world._core) == 2
 
 
 def test_frames_are_counted_as_in_a_slice(tmp_path):
@@ -192,7 +212,8 @@ def test_stopping_leaves_nothing_behind(tmp_path):
         write_video(moving_world(), tmp_path / "frames", progress=stop, **FLAT)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gif", "a.mp4", "frames"]
     for path in (tmp_path / "frames").iterdir():
-        Image.open(path).load()
+        with Image.open(path) as image:
+            image.load()
 
 
 def test_progress_counts_every_frame(tmp_path):
@@ -228,7 +249,8 @@ def test_an_odd_size_names_the_nearest_even_one(tmp_path):
     with pytest.raises(raycam.SettingsError, match="even width and height, not 33 x 21: take 34 x 22"):
         write_video(moving_world(), tmp_path / "a.mp4", camera=camera)
     write_video(moving_world(), tmp_path / "a.gif", camera=camera, frames=(0, 2), **FLAT)
-    assert Image.open(tmp_path / "a.gif").size == (33, 21)
+    with Image.open(tmp_path / "a.gif") as image:
+        assert image.size == (33, 21)
 
 
 def test_places_that_cannot_be_written_to_are_known_before_rendering(tmp_path):

@@ -227,7 +227,7 @@ def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation
         outside=int(outside.sum()),
         candidates=tuple(candidates.values()),
         winner=winner,
-        color=winner.color if winner else np.zeros(3),
+        color=winner.color if winner else reference.background(world),
         depth=depth,
         distance=distance,
     )

@@ -378,7 +378,14 @@ def render(world: World, camera: Camera) -> dict[str, npt.NDArray[Any]]:
         pixel_center=camera.pixel_center,
         colors=world.triangle_colors(),
         ids=world.triangle_ids(),
+        background=background(world),
     )
+
+
+def background(world: World) -> Floats:
+    """Linear RGB of a pixel that meets no triangle, [3]: the sky, or black."""
+    skies = [light["radiance"] for light in world.lights if light["type"] == "sky"]
+    return np.asarray(np.sum(np.asarray(skies, dtype=np.float64).reshape(-1, 3), axis=0))
 
 
 def _floats(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:

@@ -398,6 +398,12 @@ impl World {
         self.prepared(py, Lights::AsWritten, threads).map(drop)
     }
 
+    /// How many objects of this world are built together with those of another, so that they were built once.
+    fn objects_shared_with(&self, py: Python<'_>, other: &World) -> PyResult<usize> {
+        let [mine, theirs] = [self, other].map(|world| world.prepared(py, Lights::AsWritten, None));
+        Ok(mine?.objects_shared_with(&*theirs?))
+    }
+
     fn render<'py>(
         &self,
         py: Python<'py>,

@@ -1,6 +1,6 @@
 //! From a world as written to a world as rendered.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
@@ -106,6 +106,13 @@ impl PreparedWorld {
             textures: world.textures.clone(),
             lights: Lights::new(&world.lights, origin),
         })
+    }
+
+    /// How many objects have the very acceleration structure that `other` has too.
+    pub fn objects_shared_with(&self, other: &PreparedWorld) -> usize {
+        let theirs: HashSet<_> = other.objects.iter().map(|o| Arc::as_ptr(&o.mesh)).collect();
+        let shared = |object: &&PreparedObject| theirs.contains(&Arc::as_ptr(&object.mesh));
+        self.objects.iter().filter(shared).count()
     }
 
     /// The acceleration structure of an object's mesh: the same `Arc` as long as the mesh is the same.
