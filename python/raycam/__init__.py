@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Any
 from ._core import __version__
 from .camera import Camera
 from .errors import CameraError, Error, FormatError, SettingsError, WorldError
-from .explain import explain
 from .frame import Frame
 from .render import render
 from .world import Object, Video, World, load
 
 if TYPE_CHECKING:
-    from .explanation import Explanation, explain
+    from .explain_pixel import Explanation, explain
 
 __all__ = [
     "Camera",
@@ -42,7 +41,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Imports what most pictures do not need when it is first asked for."""
     if name in ("Explanation", "explain"):
-        from . import explanation
+        from . import explain_pixel
 
-        return getattr(explanation, name)
+        return getattr(explain_pixel, name)
     raise AttributeError(f"module 'raycam' has no attribute {name!r}")

@@ -288,7 +288,7 @@ def _add_explain(command: argparse.ArgumentParser) -> None:
 
 
 def _explain(options: argparse.Namespace) -> None:
-    from .explanation import check_figure, explain
+    from .explain_pixel import check_figure, explain
 
     if options.figure is not None:
         check_figure(options.figure)

@@ -15,14 +15,14 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core, reference
+from .explain_svg import MONO, Label, Svg
 from .explain_text import EDGES, name, number, srgb, vector
 from .explain_view import Box, best_eye, fitted, plane_grid, unit, view
+from .reference_units import Floats
 from .render import render
-from .svg import MONO, Label, Svg
-from .units import Floats
 
 if TYPE_CHECKING:
-    from .explanation import Candidate, Explanation
+    from .explain_pixel import Candidate, Explanation
 
 INK, FAINT, RULE = "#1d2330", "#69707f", "#d9dce3"
 RAY, CAMERA, EDGE, TO_G, CROSSING, NORMAL = "#d9381e", "#0b7a75", "#2456c8", "#8e3ab5", "#e08a00", "#3f7d20"

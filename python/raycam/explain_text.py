@@ -12,7 +12,7 @@ import numpy.typing as npt
 from . import _core
 
 if TYPE_CHECKING:
-    from .explanation import Candidate, Explanation
+    from .explain_pixel import Candidate, Explanation
 
 DIGITS = 6
 EDGES = (("v1", "a"), ("v2", "b"), ("v3", "c"))

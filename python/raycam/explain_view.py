@@ -11,10 +11,10 @@ import numpy as np
 
 from . import reference
 from .camera import Camera
-from .units import Floats
+from .reference_units import Floats
 
 if TYPE_CHECKING:
-    from .explanation import Candidate
+    from .explain_pixel import Candidate
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 It shares no code with the Rust core.
 
 Source: Nicholas Dwork, *Making Virtual Worlds* (Computer Graphics Lecture 1). Each step is one function with
-the lecture's names, over arrays of points with x, y, z last; :mod:`raycam.explanation` prints what they return
+the lecture's names, over arrays of points with x, y, z last; :mod:`raycam.explain_pixel` prints what they return
 for one pixel.
 
 1. ``X' = P⁺ x`` is some point on the pixel's line, the camera centre ``C`` is another, ``X' - C`` points
@@ -42,7 +42,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .units import Bools, Floats, Units
+from .reference_units import Bools, Floats, Units
 
 if TYPE_CHECKING:
     from .camera import Camera

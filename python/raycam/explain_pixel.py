@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from . import files, reference
 from .errors import SettingsError
-from .units import Bools, Floats, Units
+from .reference_units import Bools, Floats, Units
 
 if TYPE_CHECKING:
     from .camera import Camera
