@@ -174,8 +174,7 @@ def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation
     """
     column, row = pixel_of(camera, pixel)
     world_corners = np.asarray(world.triangles(), dtype=np.float64)
-    camera_center = reference.camera_center(camera.P)
-    units = Units.of(np.vstack([world_corners.reshape(-1, 3), camera_center]))
+    units = Units.of(world_corners.reshape(-1, 3), reference.camera_center(camera.P))
     corners = units.points(world_corners)
     P = units.camera(camera.P)
     center = reference.pixel_centers((1, 1), camera.pixel_center) + np.array([column, row])

@@ -332,7 +332,7 @@ def render_triangles(
         ids = np.column_stack([np.zeros(len(corners)), np.arange(len(corners))])
     names = np.asarray(ids, dtype=np.int32).reshape(len(corners), 2)
 
-    units = Units.of(np.vstack([corners.reshape(-1, 3), camera_center(matrix)]))
+    units = Units.of(corners.reshape(-1, 3), camera_center(matrix))
     matrix = units.camera(matrix)
     C = camera_center(matrix)
     forward = third_row_of_r(matrix)

@@ -24,15 +24,18 @@ class Units:
     scale: float
 
     @staticmethod
-    def of(points: Floats) -> Units:
-        """Those of everything, camera centre included: points [n, 3]."""
-        low, high = points.min(axis=0), points.max(axis=0)
+    def of(points: Floats, C: Floats) -> Units:
+        """Those of a world with points [n, 3] and a camera at C [3]."""
+        low, high = (
+            np.minimum(points.min(axis=0, initial=np.inf), C),
+            np.maximum(points.max(axis=0, initial=-np.inf), C),
+        )
         center, extent = (low + high) / 2, float(np.max(high - low) / 2)
-        far = 0 < 16 * extent < np.abs(center).max()
-        unusual = extent > 0 and not 1 / 64 <= extent <= 64
-        # A power of two scales without rounding.
-        scale = math.ldexp(1.0, round(math.log2(extent))) if unusual else 1.0
-        return Units(center if far else np.zeros(3), scale)
+        origin = center if 0 < 16 * extent < np.abs(center).max() else np.zeros(3)
+        reach = float(np.linalg.norm(C - origin))
+        # What P holds is the camera: only its distance can be too large. A power of two scales without rounding.
+        unit = reach if reach > 64 else extent if 0 < extent < 1 / 64 else 1.0
+        return Units(origin, math.ldexp(1.0, round(math.log2(unit))))
 
     @property
     def are_ordinary(self) -> bool:
