@@ -205,19 +205,24 @@ impl Triangles<'_> {
         &self,
         items: &[BuildItem],
     ) -> Option<([u32; LEAF_SIZE], usize, [[u8; 3]; LEAF_SIZE])> {
-        let (mut vertices, mut n) = ([0; LEAF_SIZE], 0);
+        // No vertex has the last index: a mesh would have to have 2^32 of them.
+        let (mut vertices, mut n) = ([u32::MAX; LEAF_SIZE], 0);
         let mut corners = [[0; 3]; LEAF_SIZE];
         for (item, corner) in items.iter().zip(&mut corners) {
             for (index, place) in self.triangles[item.id as usize].iter().zip(corner) {
-                *place = match vertices[..n].iter().position(|v| v == index) {
-                    Some(known) => known as u8,
-                    None if n == LEAF_SIZE => return None,
-                    None => {
-                        vertices[n] = *index;
-                        n += 1;
-                        n as u8 - 1
+                // All at once, without a branch per vertex.
+                let known = (0..LEAF_SIZE)
+                    .fold(0u32, |mask, i| mask | u32::from(vertices[i] == *index) << i);
+                if known == 0 {
+                    if n == LEAF_SIZE {
+                        return None;
                     }
-                };
+                    vertices[n] = *index;
+                    *place = n as u8;
+                    n += 1;
+                } else {
+                    *place = known.trailing_zeros() as u8;
+                }
             }
         }
         Some((vertices, n, corners))
