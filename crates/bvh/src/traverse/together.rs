@@ -14,7 +14,7 @@ use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
 
 /// Rays of a packet that are fewer than this at a node go on alone.
-const FEW: u32 = 10;
+const FEW: u32 = 5;
 
 /// By how much the boxes of instances are padded, of the largest coordinate at hand.
 fn outer_pad(scene: &Scene) -> f32 {
@@ -314,6 +314,9 @@ fn prefetch<I: Isa>(blocks: &[Block], at: u32) {
 /// How much work is put aside before it is done, or a little more.
 const ASIDE: usize = 512;
 
+/// How many packets are not made after one that fell apart.
+const SKIP: u32 = 12;
+
 /// Whether there is any hit, for any number of rays.
 #[inline(always)]
 pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool]) {
@@ -321,8 +324,11 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool]) {
     let mut room = [NO_RAY; SIZE];
     let mut aside: Vec<Work> = Vec::new();
     let mut packet = Packet::NONE;
+    // Where packets fall apart into many pieces, the next few are not made.
+    let mut skip = 0u32;
     for (k, given) in rays.chunks(SIZE).enumerate() {
         let number = k * SIZE;
+        let before = aside.len();
         let local = scaled(scene, given, &mut room);
         let whole = |aside: &mut Vec<Work>, i: usize| {
             aside.push(Work {
@@ -331,9 +337,12 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool]) {
                 start: NO_CHILD,
             })
         };
-        if !scene.direct || !packet.set::<I>(local, scene.reach, outer_pad(scene), Apex::of(local))
+        if skip > 0
+            || !scene.direct
+            || !packet.set::<I>(local, scene.reach, outer_pad(scene), Apex::of(local))
         {
             (0..given.len()).for_each(|i| whole(&mut aside, i));
+            skip = skip.saturating_sub(1);
         } else if scene.root != NO_CHILD {
             let met = occluded_in_mesh::<I>(&scene.placed[0].bvh, &packet, |i, start| {
                 aside.push(Work {
@@ -345,6 +354,9 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool]) {
             for (i, dark) in dark[number..][..given.len()].iter_mut().enumerate() {
                 *dark = met >> i & 1 != 0;
             }
+        }
+        if skip == 0 && aside.len() - before > 2 * SIZE {
+            skip = SKIP;
         }
         if aside.len() >= ASIDE {
             trace::<I, _, true>(
