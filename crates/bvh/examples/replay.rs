@@ -1,11 +1,11 @@
 //! Plays recorded rays through a mesh: `replay SCENE.tri [--threads N] [--quality fast|default|high] [--isa NAME]
-//! [--coherent yes|no|unknown] [--repeat 7] [--cpu] RAYS...`
+//! [--coherent yes|no|unknown] [--repeat 7] [--cpu] [--exact] RAYS...`
 //!
 //! `.tri`: u32 vertex count, u32 triangle count, f32 positions, u32 indices, little endian. `.rays`: 7 f32 a ray
 //! (origin, direction, t_max); the `.hits` beside it: f32 t and u32 triangle a ray, or 1 for an occluded shadow ray.
 //! A file whose name starts with `shadow` asks for any hit, every other for the nearest; `bounce` rays count as
 //! incoherent and the others as coherent unless `--coherent` says otherwise. `--cpu` plays them on one thread and
-//! counts the time it was on a CPU (Linux): for a machine that is busy otherwise.
+//! counts the time it was on a CPU (Linux): for a machine that is busy otherwise. `--exact` asks for the float64 answers.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
@@ -14,7 +14,8 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::Instant;
 
 use raycam_bvh::{
-    BuildOptions, Bvh, Coherence, Hit, Instance, InstructionSet, NOTHING, Quality, Ray, Scene,
+    BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Instance,
+    InstructionSet, NOTHING, Quality, Ray, Scene,
 };
 
 /// Counts what is allocated.
@@ -55,6 +56,7 @@ struct Options {
     coherence: Option<Coherence>,
     isa: InstructionSet,
     cpu: bool,
+    exact: bool,
     files: Vec<String>,
 }
 
@@ -112,11 +114,15 @@ fn main() -> Result<(), Error> {
     if !scene.set_instruction_set(options.isa) {
         return Err(format!("this machine has no {}", options.isa.name()).into());
     }
+    let mesh = Corners {
+        vertices: &vertices,
+        triangles: &triangles,
+    };
     rays.iter()
-        .try_for_each(|path| replay(&scene, path, &options))
+        .try_for_each(|path| replay(&scene, &mesh, path, &options))
 }
 
-fn replay(scene: &Scene, path: &str, options: &Options) -> Result<(), Error> {
+fn replay(scene: &Scene, mesh: &Corners, path: &str, options: &Options) -> Result<(), Error> {
     let rays: Vec<Ray> = read(Path::new(path))?
         .chunks_exact(28)
         .map(|ray| {
@@ -155,12 +161,17 @@ fn replay(scene: &Scene, path: &str, options: &Options) -> Result<(), Error> {
             {
                 match any {
                     true => scene.occluded(rays, dark, coherence),
+                    false if options.exact => closest_exact(scene, mesh, rays, hits),
                     false => scene.closest(rays, hits, coherence),
                 }
             }
         } else if any {
             in_parallel(options.threads, &rays, &mut dark, |rays, dark| {
                 scene.occluded(rays, dark, coherence)
+            });
+        } else if options.exact {
+            in_parallel(options.threads, &rays, &mut hits, |rays, hits| {
+                closest_exact(scene, mesh, rays, hits)
             });
         } else {
             in_parallel(options.threads, &rays, &mut hits, |rays, hits| {
@@ -198,6 +209,48 @@ fn replay(scene: &Scene, path: &str, options: &Options) -> Result<(), Error> {
         rate(median)
     );
     Ok(())
+}
+
+/// The mesh in float64.
+struct Corners<'a> {
+    vertices: &'a [[f32; 3]],
+    triangles: &'a [[u32; 3]],
+}
+
+impl ExactTriangles for Corners<'_> {
+    fn corners(&self, _instance: u32, triangle: u32) -> [[f64; 3]; 3] {
+        self.triangles[triangle as usize].map(|i| self.vertices[i as usize].map(f64::from))
+    }
+}
+
+/// The nearest hits in float64, rounded.
+fn closest_exact(scene: &Scene, mesh: &Corners, rays: &[Ray], hits: &mut [Hit]) {
+    let rays: Vec<_> = rays
+        .iter()
+        .map(|ray| ExactRay {
+            origin: ray.origin.map(f64::from),
+            direction: ray.direction.map(f64::from),
+            t_max: f64::from(ray.t_max),
+        })
+        .collect();
+    let mut exact = vec![ExactHit::MISS; rays.len()];
+    scene.closest_exact(&rays, mesh, &mut exact);
+    for (hit, exact) in hits.iter_mut().zip(exact) {
+        let ExactHit {
+            t,
+            u,
+            v,
+            instance,
+            triangle,
+        } = exact;
+        *hit = Hit {
+            t: t as f32,
+            u: u as f32,
+            v: v as f32,
+            instance,
+            triangle,
+        };
+    }
 }
 
 /// How long this thread has been on a CPU.
@@ -243,6 +296,7 @@ fn options() -> Result<Options, Error> {
         coherence: None,
         isa: InstructionSet::best(),
         cpu: false,
+        exact: false,
         files: vec![],
     };
     let mut args = std::env::args().skip(1);
@@ -268,6 +322,7 @@ fn options() -> Result<Options, Error> {
                 })
             }
             "--cpu" => options.cpu = true,
+            "--exact" => options.exact = true,
             "--isa" => {
                 let name = value()?;
                 let known = InstructionSet::ALL

@@ -40,7 +40,7 @@ fn closest_batch<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherenc
     }
     let mut packet = Packet::NONE;
     for (rays, hits) in rays.chunks(packet::SIZE).zip(hits.chunks_mut(packet::SIZE)) {
-        if !together::closest::<I>(scene, rays, hits, &mut packet) {
+        if !together::closest::<I>(scene, rays, hits, coherence, &mut packet) {
             closest_apart::<I>(scene, rays, hits);
         }
     }
@@ -53,7 +53,7 @@ fn occluded_batch<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], cohere
         let work = rays.iter().enumerate().map(whole);
         interleaved::trace::<I, _, true>(scene, &mut Any { work, dark });
     } else {
-        together::occluded::<I>(scene, rays, dark);
+        together::occluded::<I>(scene, rays, dark, coherence);
     }
 }
 

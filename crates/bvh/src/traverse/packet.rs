@@ -351,6 +351,18 @@ impl Packet {
         entered & active
     }
 
+    /// How far apart the rays start.
+    #[inline(always)]
+    pub fn spread(&self) -> f32 {
+        self.origins.iter().fold(0.0, |m, [least, greatest]| {
+            if greatest - least > m {
+                greatest - least
+            } else {
+                m
+            }
+        })
+    }
+
     /// Bit k: some ray may meet triangle k. The others lie to one side of the sheared axis for all rays: rounding is
     /// monotonic, so what holds of the extremes holds of the values that the test computes for each ray.
     #[inline(always)]

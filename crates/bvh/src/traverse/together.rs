@@ -9,7 +9,7 @@ use super::steps::NO_SLOT;
 use super::triangle::{Found, test, test_rays};
 use crate::block::{Block, LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::mesh::Bvh;
-use crate::ray::{Hit, Ray};
+use crate::ray::{Coherence, Hit, Ray};
 use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
 
@@ -58,11 +58,21 @@ struct Nearest {
 
 /// The nearest hits of at most 64 rays; false, and nothing is answered, if they make no packet.
 #[inline(always)]
-pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], packet: &mut Packet) -> bool {
+pub fn closest<I: Isa>(
+    scene: &Scene,
+    rays: &[Ray],
+    hits: &mut [Hit],
+    coherence: Coherence,
+    packet: &mut Packet,
+) -> bool {
     let mut room = [NO_RAY; SIZE];
     let rays = scaled(scene, rays, &mut room);
     if scene.root == NO_CHILD || !packet.set::<I>(rays, scene.reach, outer_pad(scene), Apex::Origin)
     {
+        return false;
+    }
+    // Parallel rays from all over share their signs, but no boxes.
+    if coherence == Coherence::Unknown && packet.spread() > scene.reach / 16.0 {
         return false;
     }
     let mut nearest = Nearest {
@@ -319,7 +329,7 @@ const SKIP: u32 = 12;
 
 /// Whether there is any hit, for any number of rays.
 #[inline(always)]
-pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool]) {
+pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherence: Coherence) {
     dark.fill(false);
     let mut room = [NO_RAY; SIZE];
     let mut aside: Vec<Work> = Vec::new();
@@ -337,10 +347,14 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool]) {
                 start: NO_CHILD,
             })
         };
-        if skip > 0
-            || !scene.direct
-            || !packet.set::<I>(local, scene.reach, outer_pad(scene), Apex::of(local))
-        {
+        let apex = Apex::of(local);
+        let packed = skip == 0
+            && scene.direct
+            && packet.set::<I>(local, scene.reach, outer_pad(scene), apex)
+            && !(coherence == Coherence::Unknown
+                && apex == Apex::Origin
+                && packet.spread() > scene.reach / 16.0);
+        if !packed {
             (0..given.len()).for_each(|i| whole(&mut aside, i));
             skip = skip.saturating_sub(1);
         } else if scene.root != NO_CHILD {
