@@ -130,9 +130,9 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
         ["infinity"],
     ),
     "distortion": (
-        lambda: raycam.Camera.from_opencv(K, [0, 0, 0], [0, 0, 0], SIZE, [0.1, 0, 0, 0, 0]),
+        lambda: raycam.Camera.from_opencv(K, [0, 0, 0], [0, 0, 0], SIZE, [0.1, 0, 0]),
         raycam.CameraError,
-        ["distortion", "0.1", "undistort"],
+        ["distortion", "0.1", "3 coefficients", "14"],
     ),
     "transposed pose": (
         lambda: raycam.Camera.from_opengl(K, with_entry(np.eye(4), 3, 0, 1), SIZE),

@@ -16,11 +16,13 @@ __all__ = ["Camera"]
 
 PixelCenter = Literal["integer", "half"]
 Up = Literal["z", "y"]
+Model = Literal["opencv", "fisheye"]
+_Lens = tuple[str, list[float]]
 Size = Sequence[int]
 
 
 class Camera:
-    """A pinhole camera, immutable; all numbers are float64.
+    """A camera, immutable; all numbers are float64.
 
     Camera axes are x right, y down, z forward. A world point X projects to the pixel x = P X with
     `P = K R [I | -C]`; pixel coordinates (u, v) run right and down, and the centre of the first pixel is (0, 0)
@@ -30,13 +32,20 @@ class Camera:
     `R` [3, 3] is the rotation camera_from_world, `C` [3] the centre in the world. `size` is (width, height).
     `skew` may be given apart from a K that has none. `up` ("z" or "y") matters to `roll_pitch_yaw` alone.
 
-    Raises `CameraError` where K is not such a matrix, R is no rotation (and says by how much), a number is not
-    finite, or the size is 0 or more than 65536 a side or 2^28 pixels.
+    `distortion` are the coefficients of a lens, between R and K: for `model="opencv"` 4, 5, 8, 12 or 14 of them,
+    `k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tau_x tau_y]]]]` (coefficients that are all 0 are no lens); for
+    `model="fisheye"` 4, `k1 k2 k3 k4` (0: the equidistant fisheye). A lens is used where its model is one-to-one,
+    around the principal axis up to where it folds over; `valid` says which pixels that are. Pixels beyond have no
+    ray (NaN), and show the background; points beyond have no pixel (NaN), and are not seen.
 
-    Source: Hartley and Zisserman, Multiple View Geometry, 2nd edition, chapter 6.
+    Raises `CameraError` where K is not such a matrix, R is no rotation (and says by how much), a number is not
+    finite, the size is 0 or more than 65536 a side or 2^28 pixels, or the lens has another number of coefficients.
+
+    Source: Hartley and Zisserman, Multiple View Geometry, 2nd edition, chapter 6; the lenses are those of OpenCV's
+    `calib3d` and `fisheye` (Kannala and Brandt 2006).
     """
 
-    __slots__ = ("_core", "_recipe", "_up")
+    __slots__ = ("_core", "_lens", "_recipe", "_up")
 
     def __init__(
         self,
@@ -46,6 +55,8 @@ class Camera:
         size: Size,
         *,
         skew: float | None = None,
+        distortion: npt.ArrayLike | None = None,
+        model: Model = "opencv",
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> None:
@@ -55,23 +66,25 @@ class Camera:
                 raise CameraError(f"skew is given twice: {skew} and K[0, 1] = {k[0, 1]}")
             k[0, 1] = skew
         made = _make("", k.tolist(), _matrix("R", R).tolist(), _vector("C", C), size, pixel_center)
-        self._set(made, up)
+        self._set(made, up, _lens(distortion, model))
 
-    def _set(self, made: tuple[_core.Camera, tuple[Any, ...]], up: str) -> None:
-        self._core, self._recipe = made
+    def _set(self, made: tuple[_core.Camera, tuple[Any, ...]], up: str, lens: _Lens | None) -> None:
+        core, self._recipe = made
+        self._core = core.with_lens(*lens) if lens is not None else core
+        self._lens = self._core.lens
         self._up = _up(up)
 
     @classmethod
-    def _of(cls, made: tuple[_core.Camera, tuple[Any, ...]], up: str) -> Camera:
+    def _of(cls, made: tuple[_core.Camera, tuple[Any, ...]], up: str, lens: _Lens | None = None) -> Camera:
         camera = cls.__new__(cls)
-        camera._set(made, up)
+        camera._set(made, up, lens)
         return camera
 
     @classmethod
     def _wrap(cls, core: _core.Camera, up: str) -> Camera:
         """The camera of a world, which may have come from a matrix: P brings it back to the last digits."""
         recipe = ("from_matrix", core.p, core.size, core.pixel_center)
-        return cls._of((core, recipe), up)
+        return cls._of((core, recipe), up, core.lens)
 
     @classmethod
     def from_matrix(
@@ -80,7 +93,8 @@ class Camera:
         """A camera from its 3x4 matrix, of any scale and sign, by RQ decomposition.
 
         The centre is the null vector of P; the third row of its left 3x3 part, times the sign of that part's
-        determinant, points forward. Raises `CameraError` where the rank is below 3 or the centre at infinity.
+        determinant, points forward. Such a camera has no lens: `Camera(p.K, p.R, p.C, p.size, distortion=...)` gives
+        one to a camera `p`. Raises `CameraError` where the rank is below 3 or the centre at infinity.
 
         Source: Hartley and Zisserman, sections 6.2.3 and 6.2.4.
         """
@@ -101,6 +115,8 @@ class Camera:
         K: npt.ArrayLike | None = None,
         skew: float | None = None,
         principal_point: npt.ArrayLike | None = None,
+        distortion: npt.ArrayLike | None = None,
+        model: Model = "opencv",
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> Camera:
@@ -109,12 +125,14 @@ class Camera:
         ROS REP-103 body axes (x forward, y left, z up), R_world_from_body = Rz(yaw) Ry(pitch) Rx(roll): all zero
         looks along +x of a z-up world (along -z where `up` is "y"), positive yaw turns left, positive pitch looks
         down. Intrinsics are exactly one of `focal` (pixels: one or (fx, fy)), `fov` (vertical, degrees) and `K`;
-        `skew` and `principal_point` (default: the centre of the image) go with the first two.
+        `skew` and `principal_point` (default: the centre of the image) go with the first two; `distortion` and
+        `model` are the lens, as in `Camera`.
         """
         k = _intrinsics(size, focal, fov, K, skew, principal_point, pixel_center)
         angles = [_number(name, v) for name, v in (("roll", roll), ("pitch", pitch), ("yaw", yaw))]
         place = _vector("location", location)
-        return cls._of(_make("from_pose", place, angles, _up(up), k, size, pixel_center), up)
+        made = _make("from_pose", place, angles, _up(up), k, size, pixel_center)
+        return cls._of(made, up, _lens(distortion, model))
 
     @classmethod
     def look_at(
@@ -129,12 +147,14 @@ class Camera:
         K: npt.ArrayLike | None = None,
         skew: float | None = None,
         principal_point: npt.ArrayLike | None = None,
+        distortion: npt.ArrayLike | None = None,
+        model: Model = "opencv",
         pixel_center: PixelCenter = "integer",
     ) -> Camera:
         """A camera at `eye` [3] that sees `target` [3] at its principal point.
 
         `up` is what points upwards in the picture: "z", "y", or a vector [3] not parallel to the view. Intrinsics
-        as in `from_pose`; the vertical field of view is 45 degrees where nothing is said.
+        and the lens as in `from_pose`; the vertical field of view is 45 degrees where nothing is said.
         """
         if focal is None and fov is None and K is None:
             fov = 45.0
@@ -146,7 +166,8 @@ class Camera:
             vector = _vector("up", up)
             axis = "y" if vector[0] == vector[2] == 0.0 and vector[1] > 0.0 else "z"
         ends = (_vector("eye", eye), _vector("target", target))
-        return cls._of(_make("look_at", *ends, vector, k, size, pixel_center), axis)
+        made = _make("look_at", *ends, vector, k, size, pixel_center)
+        return cls._of(made, axis, _lens(distortion, model))
 
     @classmethod
     def from_opencv(
@@ -157,20 +178,16 @@ class Camera:
         size: Size,
         distortion: npt.ArrayLike | None = None,
         *,
+        model: Model = "opencv",
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> Camera:
         """A camera from what `cv2.calibrateCamera` and `cv2.solvePnP` return.
 
         `rvec` is the rotation camera_from_world as a Rodrigues vector [3], [3, 1] or [1, 3] (axis times angle in
-        radians) or as a matrix [3, 3]; `tvec` [3], [3, 1] or [1, 3] is t = -R C. This camera is a pinhole:
-        `distortion` coefficients other than 0 are an error, so undistort the picture or the points first.
+        radians) or as a matrix [3, 3]; `tvec` [3], [3, 1] or [1, 3] is t = -R C. `distortion` are the coefficients
+        of `cv2.calibrateCamera`, or with `model="fisheye"` of `cv2.fisheye.calibrate`, in any shape.
         """
-        if distortion is not None and np.any(np.asarray(distortion, dtype=np.float64) != 0.0):
-            raise CameraError(
-                f"distortion {np.asarray(distortion).ravel().tolist()}: a pinhole camera has none; undistort first "
-                "(cv2.undistort with cv2.getOptimalNewCameraMatrix) and give its new K"
-            )
         k = _matrix("K", K).tolist()
         shapes: tuple[tuple[int | str, ...], ...] = ((3,), (3, 1), (1, 3))
         t = floats("tvec", tvec, *shapes, error=CameraError).ravel()
@@ -179,7 +196,7 @@ class Camera:
             made = _make("", k, r.tolist(), (-r.T @ t).tolist(), size, pixel_center)
         else:
             made = _make("from_opencv", k, r.ravel().tolist(), t.tolist(), size, pixel_center)
-        return cls._of(made, up)
+        return cls._of(made, up, _lens(distortion, model))
 
     @classmethod
     def from_opengl(
@@ -188,16 +205,20 @@ class Camera:
         world_from_camera: npt.ArrayLike,
         size: Size,
         *,
+        distortion: npt.ArrayLike | None = None,
+        model: Model = "opencv",
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> Camera:
         """A camera from the pose matrix [4, 4] of OpenGL, Blender, pyrender and NeRF.
 
-        Its camera axes are x right, y up, z backward, and it maps camera to world. `K` is in pixels, as everywhere.
+        Its camera axes are x right, y up, z backward, and it maps camera to world. `K` is in pixels, as everywhere,
+        and the lens is that of `Camera`.
         """
         pose = floats("world_from_camera", world_from_camera, (4, 4), error=CameraError)
         k = _matrix("K", K).tolist()
-        return cls._of(_make("from_opengl", k, pose.tolist(), size, pixel_center), up)
+        made = _make("from_opengl", k, pose.tolist(), size, pixel_center)
+        return cls._of(made, up, _lens(distortion, model))
 
     @property
     def K(self) -> Floats:
@@ -221,8 +242,18 @@ class Camera:
 
     @property
     def P(self) -> Floats:
-        """The camera matrix K R [I | -C], [3, 4]."""
+        """The camera matrix K R [I | -C], [3, 4]; what `project` does where there is no lens."""
         return np.array(self._core.p)
+
+    @property
+    def distortion(self) -> Floats | None:
+        """The coefficients of the lens, as they were given; None for a pinhole."""
+        return None if self._lens is None else np.array(self._lens[1])
+
+    @property
+    def model(self) -> Literal["pinhole", "opencv", "fisheye"]:
+        """The model of the lens."""
+        return "pinhole" if self._lens is None else self._lens[0]
 
     @property
     def size(self) -> tuple[int, int]:
@@ -256,7 +287,8 @@ class Camera:
         """The pixels [n, 2] of world points [n, 3], and whether each lies in front of the camera [n].
 
         A single point [3] gives a pixel [2] and a bool. Behind the camera (depth < 0) the pixel is where the line
-        through point and centre meets the image; at depth 0 it is not finite.
+        through point and centre meets the image; at depth 0 it is not finite. With a lens the bool says whether it
+        has an image of the point (a fisheye may have one of points behind), and the pixel is NaN where it has none.
         """
         array = floats("points", points, ("n", 3), (3,))
         pixels, in_front = self._core.project(array.reshape(-1, 3))
@@ -266,18 +298,36 @@ class Camera:
         """Origins and unit directions [n, 3] in the world of pixels [n, 2]: the inverse of `project`.
 
         A single pixel [2] gives two vectors [3]; without `pixels`, the centres of all of them: [height, width, 3].
+        The direction is NaN where no point has this pixel, which `valid` tells as well.
         """
-        if pixels is None:
-            width, height = self.size
-            offset = 0.5 if self.pixel_center == "half" else 0.0
-            array = np.empty((height, width, 2))
-            array[..., 0] = np.arange(width) + offset
-            array[..., 1] = (np.arange(height) + offset)[:, None]
-        else:
-            array = floats("pixels", pixels, ("n", 2), (2,))
+        array = self._centers() if pixels is None else floats("pixels", pixels, ("n", 2), (2,))
         shape = (*array.shape[:-1], 3)
         directions = self._core.directions(array.reshape(-1, 2)).reshape(shape)
         return np.broadcast_to(self.C, shape).copy(), directions
+
+    def valid(self, pixels: npt.ArrayLike | None = None) -> Bools:
+        """Whether pixels [n, 2] have a ray, [n]: without a lens all, with one those within its valid region.
+
+        A single pixel [2] gives a bool; without `pixels`, the centres of all of them: [height, width].
+        """
+        return np.isfinite(self.rays(pixels)[1][..., 0])
+
+    def _centers(self) -> Floats:
+        """The pixel coordinates of the centres of all pixels, [height, width, 2]."""
+        width, height = self.size
+        offset = 0.5 if self.pixel_center == "half" else 0.0
+        array = np.empty((height, width, 2))
+        array[..., 0] = np.arange(width) + offset
+        array[..., 1] = (np.arange(height) + offset)[:, None]
+        return array
+
+    def _require_pinhole(self, what: str) -> None:
+        """Refuses a camera with a lens to what knows the camera matrix alone."""
+        if self._lens is not None:
+            raise CameraError(
+                f"{what} works with the camera matrix P, and this camera has a lens ({self.model}, distortion "
+                f"{self._lens[1]}): give it the camera without distortion"
+            )
 
     def resized(self, size: Size) -> Camera:
         """The same view in a picture of another size (width, height): K scaled, so that edges fall on edges."""
@@ -285,7 +335,8 @@ class Camera:
         edge = 0.5 if self.pixel_center == "integer" else 0.0  # from the corner of the picture to pixel 0, 0
         x, y = new[0] / self.size[0], new[1] / self.size[1]
         scale = np.array([[x, 0.0, (x - 1.0) * edge], [0.0, y, (y - 1.0) * edge], [0.0, 0.0, 1.0]])
-        return Camera(scale @ self.K, self.R, self.C, new, pixel_center=self.pixel_center, up=self._up)
+        pinhole = Camera(scale @ self.K, self.R, self.C, new, pixel_center=self.pixel_center, up=self._up)
+        return Camera._of((pinhole._core, pinhole._recipe), self._up, self._lens)
 
     def __eq__(self, other: object) -> bool:
         """Whether every number is the same."""
@@ -300,14 +351,15 @@ class Camera:
     def _identity(self) -> tuple[object, ...]:
         core = self._core
         numbers = (self.K, self.R, self.C, self.P)
-        return (core.size, core.pixel_center, self._up, *(array.tobytes() for array in numbers))
+        lens = None if self._lens is None else (self._lens[0], *self._lens[1])
+        return (core.size, core.pixel_center, self._up, lens, *(array.tobytes() for array in numbers))
 
     def __reduce__(self) -> tuple[Callable[..., Camera], tuple[Any, ...]]:
         """Pickles as the call that made it."""
-        return _rebuild, (self._up, *self._recipe)
+        return _rebuild, (self._up, self._lens, *self._recipe)
 
     def __repr__(self) -> str:
-        """Size, K, R, C and the angles, for people."""
+        """Size, K, R, C, the angles and the lens, for people."""
         with np.printoptions(precision=6, suppress=True, floatmode="maxprec"):
             indent = " " * 8
             k, r = (str(m).replace("\n", "\n" + indent) for m in (self.K, self.R))
@@ -317,7 +369,7 @@ class Camera:
                 f'Camera {width} x {height}, pixel_center="{self.pixel_center}"\n'
                 f"    K = {k}\n    R = {r}\n    C = {self.C}\n"
                 f"    roll, pitch, yaw = {angles} degrees ({self._up} up)"
-            )
+            ) + ("" if self._lens is None else f"\n    distortion = {self._lens[1]} ({self._lens[0]})")
 
 
 def _make(constructor: str, *args: Any) -> tuple[_core.Camera, tuple[Any, ...]]:
@@ -333,8 +385,24 @@ def _make(constructor: str, *args: Any) -> tuple[_core.Camera, tuple[Any, ...]]:
     return make(*arguments), (constructor, *arguments)
 
 
-def _rebuild(up: str, constructor: str, *args: Any) -> Camera:
-    return Camera._of(_make(constructor, *args), up)
+def _rebuild(up: str, lens: _Lens | None, constructor: str, *args: Any) -> Camera:
+    return Camera._of(_make(constructor, *args), up, lens)
+
+
+def _lens(distortion: npt.ArrayLike | None, model: str) -> _Lens | None:
+    """The lens that a constructor was given."""
+    if model not in ("opencv", "fisheye"):
+        raise CameraError(f'model is {model!r}; expected "opencv" or "fisheye"')
+    if distortion is None:
+        if model == "fisheye":
+            raise CameraError(
+                'model is "fisheye" and distortion is missing: expected its 4 coefficients k1 k2 k3 k4; '
+                "[0, 0, 0, 0] is the equidistant fisheye"
+            )
+        return None
+    return model, np.ravel(
+        floats("distortion", distortion, ("n",), (1, "n"), ("n", 1), error=CameraError)
+    ).tolist()
 
 
 def _matrix(name: str, value: npt.ArrayLike) -> Floats:

@@ -172,6 +172,7 @@ def explain(world: World, camera: Camera, pixel: tuple[int, int]) -> Explanation
 
     Raises SettingsError where the pixel is not in the picture.
     """
+    camera._require_pinhole("explain")
     column, row = pixel_of(camera, pixel)
     world_corners = np.asarray(world.triangles(), dtype=np.float64)
     units = Units.of(world_corners.reshape(-1, 3), reference.camera_center(camera.P))

@@ -149,6 +149,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             camera = self.camera
             arrays |= {"K": camera.K, "R": camera.R, "C": camera.C, "P": camera.P}
             arrays["pixel_center"] = np.array(camera.pixel_center)
+            if camera.distortion is not None:
+                arrays |= {"distortion": camera.distortion, "lens": np.array(camera.model)}
         buffer = io.BytesIO()
         np.savez_compressed(buffer, size=np.array(self.size), region=np.array(self.region), **arrays)
         return buffer.getvalue()

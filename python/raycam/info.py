@@ -64,6 +64,8 @@ def _camera(name: str, camera: Camera) -> Iterator[str]:
     yield f"    roll {camera.roll_pitch_yaw[0]:.6g}, pitch {camera.roll_pitch_yaw[1]:.6g}, " + (
         f"yaw {camera.roll_pitch_yaw[2]:.6g} degrees"
     )
+    if camera.distortion is not None:
+        yield f"    lens {camera.model}, distortion {_vector(camera.distortion)}"
 
 
 def _many(count: int, one: str, more: str) -> str:

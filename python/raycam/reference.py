@@ -369,8 +369,10 @@ def render_triangles(
 def render(world: World, camera: Camera) -> dict[str, npt.NDArray[Any]]:
     """`render_triangles` of a :class:`raycam.World` seen by a :class:`raycam.Camera`.
 
-    The colour of a triangle is one RGB: that of its object, of its face, or the mean of its corners'.
+    The colour of a triangle is one RGB: that of its object, of its face, or the mean of its corners'. Raises
+    :class:`raycam.CameraError` for a camera with a lens, of which P is not all.
     """
+    camera._require_pinhole("the reference")
     return render_triangles(
         world.triangles(),
         camera.P,

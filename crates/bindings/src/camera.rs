@@ -3,7 +3,7 @@
 use glam::{DMat4, DVec2};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use raycam_scene::{PixelCenter, SceneError, Up, camera};
+use raycam_scene::{Lens, LensModel, PixelCenter, SceneError, Up, camera};
 
 use crate::arrays::{Floats, array, matrix3, rows, rows_of, vector};
 use crate::error::{IntoPyErr, camera_error};
@@ -49,7 +49,7 @@ fn made(camera: Result<camera::Camera, SceneError>) -> PyResult<Camera> {
 type Matrix3 = [[f64; 3]; 3];
 type Vector = [f64; 3];
 
-/// A pinhole camera.
+/// A camera.
 #[pyclass(frozen, module = "raycam._core")]
 pub(crate) struct Camera {
     /// What it wraps.
@@ -158,6 +158,28 @@ impl Camera {
         made(camera::Camera::from_opengl(matrix3(k), pose, size, center))
     }
 
+    /// The same camera with a lens.
+    fn with_lens(&self, model: &str, distortion: Vec<f64>) -> PyResult<Self> {
+        let model = match model {
+            "opencv" => LensModel::OpenCv,
+            "fisheye" => LensModel::Fisheye,
+            _ => {
+                return Err(camera_error(format!(
+                    "model is {model:?}; expected \"opencv\" (4, 5, 8, 12 or 14 coefficients) or \"fisheye\" (4)"
+                )));
+            }
+        };
+        let lens = Lens::new(model, &distortion).map_err(IntoPyErr::into_py_err)?;
+        made(Ok(self.inner.clone().with_lens(lens)))
+    }
+
+    /// The model and the coefficients of the lens; None for a pinhole.
+    #[getter]
+    fn lens(&self) -> Option<(&'static str, Vec<f64>)> {
+        let (model, coefficients) = self.inner.lens().coefficients()?;
+        Some((model.name(), coefficients.to_vec()))
+    }
+
     #[getter]
     fn k(&self) -> Matrix3 {
         rows_of(self.inner.k())
@@ -223,7 +245,7 @@ impl Camera {
         ))
     }
 
-    /// Unit directions [n, 3] of pixels [n, 2].
+    /// Unit directions [n, 3] of pixels [n, 2]; NaN where there is none.
     fn directions<'py>(
         &self,
         py: Python<'py>,

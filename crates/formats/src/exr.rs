@@ -92,7 +92,8 @@ pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>, FormatError> {
 /// An EXR file of `size` (columns, rows): one part of scan lines, ZIP-compressed, the same bytes for the same input.
 ///
 /// The header carries, with a camera, `raycam.K` and `raycam.R` (m33d, row-major), `raycam.C` (v3d), `raycam.P` (m44d:
-/// the 3 x 4 matrix and a row 0 0 0 1) and `raycam.pixelCenter` (`integer` or `half`); always `raycam.version` and
+/// the 3 x 4 matrix and a row 0 0 0 1) and `raycam.pixelCenter` (`integer` or `half`); with a lens, `raycam.lens`
+/// (`opencv` or `fisheye`) and `raycam.distortion` (its coefficients, decimal, spaces between); always `raycam.version` and
 /// `raycam.conventions`; and every `(key, value)` of `notes`, as strings.
 ///
 /// # Errors
@@ -232,13 +233,19 @@ fn camera_attributes(camera: &Camera) -> Vec<(&'static str, AttributeValue)> {
         PixelCenter::Integer => "integer",
         PixelCenter::Half => "half",
     };
-    vec![
+    let mut attributes = vec![
         ("raycam.K", doubles("m33d", &row_major(camera.k()))),
         ("raycam.R", doubles("m33d", &row_major(camera.r()))),
         ("raycam.C", doubles("v3d", &camera.c().to_array())),
         ("raycam.P", doubles("m44d", &p)),
         ("raycam.pixelCenter", string(center)),
-    ]
+    ];
+    if let Some((model, coefficients)) = camera.lens().coefficients() {
+        let numbers: Vec<_> = coefficients.iter().map(f64::to_string).collect();
+        attributes.push(("raycam.lens", string(model.name())));
+        attributes.push(("raycam.distortion", string(&numbers.join(" "))));
+    }
+    attributes
 }
 
 /// An attribute of one of OpenEXR's types of float64, which the crate writes as bytes.

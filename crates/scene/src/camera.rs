@@ -2,8 +2,10 @@
 
 mod decompose;
 mod intrinsics;
+mod lens;
 
 pub use intrinsics::{intrinsics_from_focal, intrinsics_from_fov};
+pub use lens::{Fisheye, Lens, LensModel, OpenCv};
 
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};
 use schemars::JsonSchema;
@@ -35,7 +37,7 @@ impl PixelCenter {
     }
 }
 
-/// A pinhole camera: `x = K R (X - C)`, axes x right, y down, z forward. All float64.
+/// A camera: `x = K R (X - C)`, with what its lens does between R and K. Axes x right, y down, z forward. All float64.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     k: DMat3,
@@ -45,6 +47,7 @@ pub struct Camera {
     p: [[f64; 4]; 3],
     size: [u32; 2],
     pixel_center: PixelCenter,
+    lens: Lens,
 }
 
 /// The largest width and height.
@@ -89,6 +92,7 @@ impl Camera {
             p,
             size,
             pixel_center,
+            lens: Lens::Pinhole,
         })
     }
 
@@ -111,6 +115,7 @@ impl Camera {
             p,
             size,
             pixel_center,
+            lens: Lens::Pinhole,
         })
     }
 
@@ -231,6 +236,16 @@ impl Camera {
         )
     }
 
+    /// The same camera with another lens; every constructor gives a pinhole.
+    pub fn with_lens(self, lens: Lens) -> Self {
+        Self { lens, ..self }
+    }
+
+    /// What its lens does.
+    pub fn lens(&self) -> &Lens {
+        &self.lens
+    }
+
     /// Intrinsics: upper triangular, `K[2][2] = 1`, in pixels.
     pub fn k(&self) -> DMat3 {
         self.k
@@ -278,22 +293,34 @@ impl Camera {
         pose::rpy_from_rotation(pose::world_from_reference(up).transpose() * world_from_body)
     }
 
-    /// The pixel coordinates of a world point, and whether it lies in front of the camera (depth > 0). Behind it, the
-    /// pixel is where the line through point and centre meets the image; at depth 0 it is not finite.
+    /// The pixel coordinates of a world point, and whether the camera sees it there.
+    ///
+    /// A pinhole sees what lies in front (depth > 0); behind it, the pixel is where the line through point and centre
+    /// meets the image, and at depth 0 it is not finite. Another [`Lens`] sees what it has an image of, which ends where
+    /// its model folds over; the pixel of anything else is NaN.
     pub fn project(&self, point: DVec3) -> (DVec2, bool) {
-        let x = self.k * (self.r * (point - self.c));
-        (DVec2::new(x.x / x.z, x.y / x.z), x.z > 0.0)
+        let x = self.r * (point - self.c);
+        if let Lens::Pinhole = self.lens {
+            let x = self.k * x;
+            return (DVec2::new(x.x / x.z, x.y / x.z), x.z > 0.0);
+        }
+        match self.lens.distort(x) {
+            Some(image) => ((self.k * image.extend(1.0)).truncate(), true),
+            None => (DVec2::NAN, false),
+        }
     }
 
-    /// The ray of a pixel coordinate: the centre and the forward direction of unit length, both in the world. The
-    /// inverse of [`Camera::project`].
+    /// The ray of a pixel coordinate: the centre and the direction of unit length, both in the world. The inverse of
+    /// [`Camera::project`]. The direction is NaN, which meets nothing, where no point has this pixel: outside of the
+    /// picture's valid region with a lens that folds over; a pinhole has none such.
     pub fn ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
         let y = (pixel.y - self.k.z_axis.y) / self.k.y_axis.y;
         let x = (pixel.x - self.k.z_axis.x - self.k.y_axis.x * y) / self.k.x_axis.x;
-        (
-            self.c,
-            (self.r.transpose() * DVec3::new(x, y, 1.0)).normalize(),
-        )
+        let direction = match &self.lens {
+            Lens::Pinhole => DVec3::new(x, y, 1.0),
+            lens => lens.undistort(DVec2::new(x, y)).unwrap_or(DVec3::NAN),
+        };
+        (self.c, (self.r.transpose() * direction).normalize())
     }
 
     /// The pixel coordinates of the centre of a pixel.

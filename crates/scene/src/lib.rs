@@ -20,7 +20,7 @@ pub mod texture;
 pub mod video;
 pub mod world;
 
-pub use camera::{Camera, PixelCenter};
+pub use camera::{Camera, Lens, LensModel, PixelCenter};
 pub use error::{SceneError, suggestion};
 pub use light::Light;
 pub use material::{Material, Reflectance};

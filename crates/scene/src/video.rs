@@ -143,6 +143,11 @@ impl Video {
     /// # Errors
     /// [`SceneError::Camera`] where it has to look straight up or down at its target.
     pub fn camera_at(&self, base: &Camera, time: f64) -> Result<Camera, SceneError> {
+        Ok(self.pinhole_at(base, time)?.with_lens(base.lens().clone()))
+    }
+
+    /// The same without its lens.
+    fn pinhole_at(&self, base: &Camera, time: f64) -> Result<Camera, SceneError> {
         let (k, size, pixel_center) = (base.k(), base.size(), base.pixel_center());
         if let Some(orbit) = &self.orbit {
             let angle = orbit.degrees * (time / self.seconds);

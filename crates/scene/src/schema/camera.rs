@@ -6,7 +6,9 @@ use serde::Deserialize;
 
 use super::keys::Keys;
 use super::words::Splat;
-use crate::camera::{Camera, PixelCenter, intrinsics_from_focal, intrinsics_from_fov};
+use crate::camera::{
+    Camera, Lens, LensModel, PixelCenter, intrinsics_from_focal, intrinsics_from_fov,
+};
 use crate::error::SceneError;
 use crate::world::Up;
 
@@ -32,6 +34,11 @@ pub struct CameraSpec {
     pub skew: Option<f64>,
     /// The principal point of `focal` or `fov`, in pixels; the image's centre where not given.
     pub principal_point: Option<[f64; 2]>,
+    /// The lens's distortion coefficients, in the order of OpenCV; no distortion where not given.
+    pub distortion: Option<Vec<f64>>,
+    /// The model of `distortion`: "opencv" (4, 5, 8, 12 or 14 coefficients k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 taux
+    /// tauy) or "fisheye" (4: k1 k2 k3 k4); "opencv" where not given.
+    pub lens: Option<LensModel>,
     /// Where the centre of the first pixel lies: "integer" at (0, 0) as in OpenCV, "half" at (0.5, 0.5) as in COLMAP.
     pub pixel_center: PixelCenter,
     /// The camera centre in the world.
@@ -69,9 +76,28 @@ impl CameraSpec {
     /// # Errors
     /// [`SceneError`] where intrinsics or pose are missing or given twice, and those of [`Camera`]'s constructors.
     pub fn build(&self, up: Up) -> Result<Camera, SceneError> {
+        let lens = match &self.distortion {
+            Some(distortion) => Lens::new(self.lens.unwrap_or_default(), distortion)
+                .map_err(|error| error.within("distortion"))?,
+            None => {
+                let message = "\"distortion\", the coefficients of the lens, is missing: [0, 0, 0, 0] is a fisheye \
+                               whose radius is the angle";
+                self.keys().refuse(&["lens"], message)?;
+                Lens::Pinhole
+            }
+        };
+        Ok(self.pinhole(up)?.with_lens(lens))
+    }
+
+    /// The camera without its lens.
+    fn pinhole(&self, up: Up) -> Result<Camera, SceneError> {
         let size = self.size.unwrap_or([640, 480]);
         let keys = self.keys();
         if let Some(matrix) = self.matrix {
+            keys.refuse(
+                &["distortion", "lens"],
+                "\"matrix\" is given too, which says what a pinhole does: expected K and R with C or t beside a lens",
+            )?;
             let others = INTRINSICS
                 .iter()
                 .chain(&POSE)
@@ -129,7 +155,7 @@ impl CameraSpec {
         Camera::from_pose(location, roll, pitch, yaw, up, k, size, self.pixel_center)
     }
 
-    fn intrinsics(&self, size: [u32; 2], keys: &Keys<15>) -> Result<DMat3, SceneError> {
+    fn intrinsics(&self, size: [u32; 2], keys: &Keys<17>) -> Result<DMat3, SceneError> {
         keys.exactly_one("intrinsics", &INTRINSICS[..4])?;
         if let Some(k) = self.k {
             keys.refuse(
@@ -155,7 +181,7 @@ impl CameraSpec {
         Ok(k)
     }
 
-    fn keys(&self) -> Keys<15> {
+    fn keys(&self) -> Keys<17> {
         Keys([
             ("focal", self.focal.is_some()),
             ("fov", self.fov.is_some()),
@@ -163,6 +189,8 @@ impl CameraSpec {
             ("matrix", self.matrix.is_some()),
             ("skew", self.skew.is_some()),
             ("principal_point", self.principal_point.is_some()),
+            ("distortion", self.distortion.is_some()),
+            ("lens", self.lens.is_some()),
             ("location", self.location.is_some()),
             ("roll", self.roll.is_some()),
             ("pitch", self.pitch.is_some()),
