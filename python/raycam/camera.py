@@ -10,15 +10,23 @@ import numpy.typing as npt
 
 from . import _core
 from .arrays import Bools, Floats, floats, size_of
+from .camera_arguments import (
+    Lens,
+    Model,
+    PixelCenter,
+    Size,
+    Up,
+    checked_up,
+    intrinsics,
+    lens_of,
+    make,
+    matrix,
+    number,
+    vector,
+)
 from .errors import CameraError
 
 __all__ = ["Camera"]
-
-PixelCenter = Literal["integer", "half"]
-Up = Literal["z", "y"]
-Model = Literal["opencv", "fisheye"]
-_Lens = tuple[str, list[float]]
-Size = Sequence[int]
 
 
 class Camera:
@@ -60,22 +68,22 @@ class Camera:
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> None:
-        k = _matrix("K", K)
+        k = matrix("K", K)
         if skew is not None:
             if k[0, 1] != 0.0:
                 raise CameraError(f"skew is given twice: {skew} and K[0, 1] = {k[0, 1]}")
             k[0, 1] = skew
-        made = _make("", k.tolist(), _matrix("R", R).tolist(), _vector("C", C), size, pixel_center)
-        self._set(made, up, _lens(distortion, model))
+        made = make("", k.tolist(), matrix("R", R).tolist(), vector("C", C), size, pixel_center)
+        self._set(made, up, lens_of(distortion, model))
 
-    def _set(self, made: tuple[_core.Camera, tuple[Any, ...]], up: str, lens: _Lens | None) -> None:
+    def _set(self, made: tuple[_core.Camera, tuple[Any, ...]], up: str, lens: Lens | None) -> None:
         core, self._recipe = made
         self._core = core.with_lens(*lens) if lens is not None else core
         self._lens = self._core.lens
-        self._up = _up(up)
+        self._up = checked_up(up)
 
     @classmethod
-    def _of(cls, made: tuple[_core.Camera, tuple[Any, ...]], up: str, lens: _Lens | None = None) -> Camera:
+    def _of(cls, made: tuple[_core.Camera, tuple[Any, ...]], up: str, lens: Lens | None = None) -> Camera:
         camera = cls.__new__(cls)
         camera._set(made, up, lens)
         return camera
@@ -99,7 +107,7 @@ class Camera:
         Source: Hartley and Zisserman, sections 6.2.3 and 6.2.4.
         """
         p = floats("P", P, (3, 4), error=CameraError)
-        return cls._of(_make("from_matrix", p.tolist(), size, pixel_center), up)
+        return cls._of(make("from_matrix", p.tolist(), size, pixel_center), up)
 
     @classmethod
     def from_pose(
@@ -128,11 +136,11 @@ class Camera:
         `skew` and `principal_point` (default: the centre of the image) go with the first two; `distortion` and
         `model` are the lens, as in `Camera`.
         """
-        k = _intrinsics(size, focal, fov, K, skew, principal_point, pixel_center)
-        angles = [_number(name, v) for name, v in (("roll", roll), ("pitch", pitch), ("yaw", yaw))]
-        place = _vector("location", location)
-        made = _make("from_pose", place, angles, _up(up), k, size, pixel_center)
-        return cls._of(made, up, _lens(distortion, model))
+        k = intrinsics(size, focal, fov, K, skew, principal_point, pixel_center)
+        angles = [number(name, v) for name, v in (("roll", roll), ("pitch", pitch), ("yaw", yaw))]
+        place = vector("location", location)
+        made = make("from_pose", place, angles, checked_up(up), k, size, pixel_center)
+        return cls._of(made, up, lens_of(distortion, model))
 
     @classmethod
     def look_at(
@@ -158,16 +166,16 @@ class Camera:
         """
         if focal is None and fov is None and K is None:
             fov = 45.0
-        k = _intrinsics(size, focal, fov, K, skew, principal_point, pixel_center)
+        k = intrinsics(size, focal, fov, K, skew, principal_point, pixel_center)
         if isinstance(up, str):
-            axis = _up(up)
-            vector = [0.0, 0.0, 1.0] if axis == "z" else [0.0, 1.0, 0.0]
+            axis = checked_up(up)
+            upwards = [0.0, 0.0, 1.0] if axis == "z" else [0.0, 1.0, 0.0]
         else:
-            vector = _vector("up", up)
-            axis = "y" if vector[0] == vector[2] == 0.0 and vector[1] > 0.0 else "z"
-        ends = (_vector("eye", eye), _vector("target", target))
-        made = _make("look_at", *ends, vector, k, size, pixel_center)
-        return cls._of(made, axis, _lens(distortion, model))
+            upwards = vector("up", up)
+            axis = "y" if upwards[0] == upwards[2] == 0.0 and upwards[1] > 0.0 else "z"
+        ends = (vector("eye", eye), vector("target", target))
+        made = make("look_at", *ends, upwards, k, size, pixel_center)
+        return cls._of(made, axis, lens_of(distortion, model))
 
     @classmethod
     def from_opencv(
@@ -188,15 +196,15 @@ class Camera:
         radians) or as a matrix [3, 3]; `tvec` [3], [3, 1] or [1, 3] is t = -R C. `distortion` are the coefficients
         of `cv2.calibrateCamera`, or with `model="fisheye"` of `cv2.fisheye.calibrate`, in any shape.
         """
-        k = _matrix("K", K).tolist()
+        k = matrix("K", K).tolist()
         shapes: tuple[tuple[int | str, ...], ...] = ((3,), (3, 1), (1, 3))
         t = floats("tvec", tvec, *shapes, error=CameraError).ravel()
         r = floats("rvec", rvec, *shapes, (3, 3), error=CameraError)
         if r.shape == (3, 3):
-            made = _make("", k, r.tolist(), (-r.T @ t).tolist(), size, pixel_center)
+            made = make("", k, r.tolist(), (-r.T @ t).tolist(), size, pixel_center)
         else:
-            made = _make("from_opencv", k, r.ravel().tolist(), t.tolist(), size, pixel_center)
-        return cls._of(made, up, _lens(distortion, model))
+            made = make("from_opencv", k, r.ravel().tolist(), t.tolist(), size, pixel_center)
+        return cls._of(made, up, lens_of(distortion, model))
 
     @classmethod
     def from_opengl(
@@ -216,9 +224,9 @@ class Camera:
         and the lens is that of `Camera`.
         """
         pose = floats("world_from_camera", world_from_camera, (4, 4), error=CameraError)
-        k = _matrix("K", K).tolist()
-        made = _make("from_opengl", k, pose.tolist(), size, pixel_center)
-        return cls._of(made, up, _lens(distortion, model))
+        k = matrix("K", K).tolist()
+        made = make("from_opengl", k, pose.tolist(), size, pixel_center)
+        return cls._of(made, up, lens_of(distortion, model))
 
     @property
     def K(self) -> Floats:
@@ -372,87 +380,5 @@ class Camera:
             ) + ("" if self._lens is None else f"\n    distortion = {self._lens[1]} ({self._lens[0]})")
 
 
-def _make(constructor: str, *args: Any) -> tuple[_core.Camera, tuple[Any, ...]]:
-    """A core camera, and the call that made it: the name of the constructor ("" for the class) and its arguments."""
-    *numbers, size, pixel_center = args
-    if pixel_center not in ("integer", "half"):
-        raise CameraError(
-            f'pixel_center is {pixel_center!r}; expected "integer" (OpenCV: the centre of the first pixel is (0, 0)) '
-            'or "half" (COLMAP, OpenGL: (0.5, 0.5))'
-        )
-    arguments = (*numbers, size_of(size, error=CameraError), pixel_center)
-    make = getattr(_core.Camera, constructor) if constructor else _core.Camera
-    return make(*arguments), (constructor, *arguments)
-
-
-def _rebuild(up: str, lens: _Lens | None, constructor: str, *args: Any) -> Camera:
-    return Camera._of(_make(constructor, *args), up, lens)
-
-
-def _lens(distortion: npt.ArrayLike | None, model: str) -> _Lens | None:
-    """The lens that a constructor was given."""
-    if model not in ("opencv", "fisheye"):
-        raise CameraError(f'model is {model!r}; expected "opencv" or "fisheye"')
-    if distortion is None:
-        if model == "fisheye":
-            raise CameraError(
-                'model is "fisheye" and distortion is missing: expected its 4 coefficients k1 k2 k3 k4; '
-                "[0, 0, 0, 0] is the equidistant fisheye"
-            )
-        return None
-    return model, np.ravel(
-        floats("distortion", distortion, ("n",), (1, "n"), ("n", 1), error=CameraError)
-    ).tolist()
-
-
-def _matrix(name: str, value: npt.ArrayLike) -> Floats:
-    return floats(name, value, (3, 3), error=CameraError).copy()
-
-
-def _vector(name: str, value: npt.ArrayLike) -> list[float]:
-    return [float(v) for v in floats(name, value, (3,), error=CameraError)]
-
-
-def _number(name: str, value: float) -> float:
-    return float(floats(name, value, (), error=CameraError))
-
-
-def _up(up: str) -> Up:
-    if up == "z":
-        return "z"
-    if up == "y":
-        return "y"
-    raise CameraError(f'up is {up!r}; expected "z" or "y"')
-
-
-def _intrinsics(
-    size: Size,
-    focal: float | Sequence[float] | None,
-    fov: float | None,
-    K: npt.ArrayLike | None,
-    skew: float | None,
-    principal_point: npt.ArrayLike | None,
-    pixel_center: str,
-) -> list[list[float]]:
-    """K from exactly one of focal, fov and K."""
-    given = [name for name, value in (("focal", focal), ("fov", fov), ("K", K)) if value is not None]
-    if len(given) != 1:
-        raise CameraError(
-            f"intrinsics: exactly one of focal, fov and K is needed, {' and '.join(given) or 'none'} given"
-        )
-    pair = size_of(size, error=CameraError)
-    if K is not None:
-        if skew is not None or principal_point is not None:
-            raise CameraError("skew and principal_point are part of K: give them there")
-        return [[float(v) for v in row] for row in _matrix("K", K)]
-    if fov is not None:
-        k = _core.intrinsics_from_fov(_number("fov", fov), pair, pixel_center)
-    else:
-        values = floats("focal", focal if focal is not None else 0.0, (), (2,), error=CameraError)
-        k = _core.intrinsics_from_focal(float(values.flat[0]), pair, pixel_center)
-        k[1][1] = float(values.flat[-1])
-    if skew is not None:
-        k[0][1] = _number("skew", skew)
-    if principal_point is not None:
-        k[0][2], k[1][2] = map(float, floats("principal_point", principal_point, (2,), error=CameraError))
-    return k
+def _rebuild(up: str, lens: Lens | None, constructor: str, *args: Any) -> Camera:
+    return Camera._of(make(constructor, *args), up, lens)

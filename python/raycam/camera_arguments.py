@@ -1,0 +1,105 @@
+"""What the constructors of a camera are given, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .arrays import Floats, floats, size_of
+from .errors import CameraError
+
+PixelCenter = Literal["integer", "half"]
+Up = Literal["z", "y"]
+Model = Literal["opencv", "fisheye"]
+Lens = tuple[str, list[float]]
+Size = Sequence[int]
+
+
+def make(constructor: str, *args: Any) -> tuple[_core.Camera, tuple[Any, ...]]:
+    """A core camera, and the call that made it: the name of the constructor ("" for the class) and its arguments."""
+    *numbers, size, pixel_center = args
+    if pixel_center not in ("integer", "half"):
+        raise CameraError(
+            f'pixel_center is {pixel_center!r}; expected "integer" (OpenCV: the centre of the first pixel is (0, 0)) '
+            'or "half" (COLMAP, OpenGL: (0.5, 0.5))'
+        )
+    arguments = (*numbers, size_of(size, error=CameraError), pixel_center)
+    make = getattr(_core.Camera, constructor) if constructor else _core.Camera
+    return make(*arguments), (constructor, *arguments)
+
+
+def lens_of(distortion: npt.ArrayLike | None, model: str) -> Lens | None:
+    """The lens that a constructor was given."""
+    if model not in ("opencv", "fisheye"):
+        raise CameraError(f'model is {model!r}; expected "opencv" or "fisheye"')
+    if distortion is None:
+        if model == "fisheye":
+            raise CameraError(
+                'model is "fisheye" and distortion is missing: expected its 4 coefficients k1 k2 k3 k4; '
+                "[0, 0, 0, 0] is the equidistant fisheye"
+            )
+        return None
+    return model, np.ravel(
+        floats("distortion", distortion, ("n",), (1, "n"), ("n", 1), error=CameraError)
+    ).tolist()
+
+
+def matrix(name: str, value: npt.ArrayLike) -> Floats:
+    """A copy of a matrix [3, 3]."""
+    return floats(name, value, (3, 3), error=CameraError).copy()
+
+
+def vector(name: str, value: npt.ArrayLike) -> list[float]:
+    """A vector [3]."""
+    return [float(v) for v in floats(name, value, (3,), error=CameraError)]
+
+
+def number(name: str, value: float) -> float:
+    """A single number."""
+    return float(floats(name, value, (), error=CameraError))
+
+
+def checked_up(up: str) -> Up:
+    """The axis of the world that is up."""
+    if up == "z":
+        return "z"
+    if up == "y":
+        return "y"
+    raise CameraError(f'up is {up!r}; expected "z" or "y"')
+
+
+def intrinsics(
+    size: Size,
+    focal: float | Sequence[float] | None,
+    fov: float | None,
+    K: npt.ArrayLike | None,
+    skew: float | None,
+    principal_point: npt.ArrayLike | None,
+    pixel_center: str,
+) -> list[list[float]]:
+    """K from exactly one of focal, fov and K."""
+    given = [name for name, value in (("focal", focal), ("fov", fov), ("K", K)) if value is not None]
+    if len(given) != 1:
+        raise CameraError(
+            f"intrinsics: exactly one of focal, fov and K is needed, {' and '.join(given) or 'none'} given"
+        )
+    pair = size_of(size, error=CameraError)
+    if K is not None:
+        if skew is not None or principal_point is not None:
+            raise CameraError("skew and principal_point are part of K: give them there")
+        return [[float(v) for v in row] for row in matrix("K", K)]
+    if fov is not None:
+        k = _core.intrinsics_from_fov(number("fov", fov), pair, pixel_center)
+    else:
+        values = floats("focal", focal if focal is not None else 0.0, (), (2,), error=CameraError)
+        k = _core.intrinsics_from_focal(float(values.flat[0]), pair, pixel_center)
+        k[1][1] = float(values.flat[-1])
+    if skew is not None:
+        k[0][1] = number("skew", skew)
+    if principal_point is not None:
+        k[0][2], k[1][2] = map(float, floats("principal_point", principal_point, (2,), error=CameraError))
+    return k
