@@ -11,12 +11,12 @@ use crate::traverse::local::REACH_LIMIT;
 /// How much time a build may take for faster rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// For geometry that changes every frame.
+    /// For geometry that changes every frame: few bins.
     Fast,
     /// Binned surface-area heuristic.
     #[default]
     Default,
-    /// For geometry that is traced very often.
+    /// For geometry that is traced very often: many bins, down to the smallest leaves.
     High,
 }
 
@@ -58,7 +58,7 @@ impl Bvh {
     pub fn build(
         vertices: &[[f32; 3]],
         triangles: &[[u32; 3]],
-        _options: &BuildOptions,
+        options: &BuildOptions,
     ) -> Result<Self, BuildError> {
         check(vertices, triangles)?;
         let reach = vertices
@@ -71,6 +71,7 @@ impl Bvh {
             vertices,
             triangles,
             scale,
+            quality: options.quality,
         };
         let items = (0..triangles.len())
             .into_par_iter()
@@ -183,6 +184,7 @@ struct Triangles<'a> {
     vertices: &'a [[f32; 3]],
     triangles: &'a [[u32; 3]],
     scale: f32,
+    quality: Quality,
 }
 
 impl Triangles<'_> {
@@ -231,7 +233,25 @@ impl Triangles<'_> {
 
 impl Leaves for Triangles<'_> {
     const IN_BLOCKS: bool = true;
-    const BINARY_LEAF: usize = 4;
+
+    fn binary_leaf(&self) -> usize {
+        // At most 5: five triangles without a common vertex have 15, and the leaf holds 16.
+        match self.quality {
+            Quality::Fast => 5,
+            Quality::Default => 4,
+            Quality::High => 2,
+        }
+    }
+
+    fn bins(&self, items: usize) -> usize {
+        match self.quality {
+            Quality::Fast => 8,
+            Quality::Default if items < 24 => 8,
+            Quality::Default => 16,
+            Quality::High if items < 24 => 16,
+            Quality::High => 32,
+        }
+    }
 
     fn fit(&self, items: &[BuildItem]) -> bool {
         items.len() <= LEAF_SIZE && self.share(items).is_some()

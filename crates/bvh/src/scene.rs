@@ -234,10 +234,17 @@ struct Instances;
 
 impl Leaves for Instances {
     const IN_BLOCKS: bool = false;
-    const BINARY_LEAF: usize = 1;
 
     fn fit(&self, items: &[BuildItem]) -> bool {
         items.len() == 1
+    }
+
+    fn binary_leaf(&self) -> usize {
+        1
+    }
+
+    fn bins(&self, _items: usize) -> usize {
+        16
     }
 
     fn emit(&self, items: &[BuildItem], _first: usize, _blocks: &mut Vec<Block>) -> u32 {

@@ -125,15 +125,10 @@ impl Range {
     }
 }
 
-/// The most bins along an axis.
-const BINS: usize = 16;
-/// For fewer items than `FEW`, half as many bins do.
-const FEW: usize = 24;
-
-struct Bins {
-    /// Lower and upper corner by axis and bin.
-    corners: [[[Quad; 2]; BINS]; 3],
-    count: [[u32; BINS]; 3],
+/// Corners and counts by axis and bin.
+struct Bins<const N: usize> {
+    corners: [[[Quad; 2]; N]; 3],
+    count: [[u32; N]; 3],
 }
 
 /// Which bin a centre falls into: the same arithmetic wherever it is asked.
@@ -141,13 +136,10 @@ struct Bins {
 struct Binning {
     offset: Quad,
     scale: Quad,
-    /// How many bins there are.
-    bins: usize,
 }
 
 impl Binning {
-    fn of(range: &Range, items: usize) -> Binning {
-        let bins = if items < FEW { BINS / 2 } else { BINS };
+    fn of(range: &Range, bins: usize) -> Binning {
         let extent = range.centre_upper.sub(range.centre_lower).array();
         let scale = std::array::from_fn(|a| {
             // Just below the number of bins, so that the last centre stays in the last bin; 0 for a flat axis.
@@ -161,7 +153,6 @@ impl Binning {
         Binning {
             offset: range.centre_lower,
             scale: Quad::new(scale),
-            bins,
         }
     }
 
@@ -176,26 +167,24 @@ impl Binning {
     }
 }
 
-impl Bins {
-    fn empty(bins: usize) -> Bins {
+impl<const N: usize> Bins<N> {
+    fn empty() -> Self {
         let nothing = [Quad::splat(f32::INFINITY), Quad::splat(f32::NEG_INFINITY)];
-        // Only the first `bins` are looked at; writing the others costs nothing next to a large range.
-        debug_assert!(bins <= BINS);
         Bins {
-            corners: [[nothing; BINS]; 3],
-            count: [[0; BINS]; 3],
+            corners: [[nothing; N]; 3],
+            count: [[0; N]; 3],
         }
     }
 
     #[inline(always)]
-    fn of(items: &[Item], binning: &Binning) -> Bins {
-        let mut bins = Self::empty(binning.bins);
+    fn of(items: &[Item], binning: &Binning) -> Self {
+        let mut bins = Self::empty();
         for item in items {
             let at = binning.bin(item);
             let (lower, upper) = item.corners();
             for axis in 0..3 {
-                // The value is within 0..BINS by the choice of `scale`; the mask says so to the compiler.
-                let b = at[axis] as usize & (BINS - 1);
+                // The value is within 0..N by the choice of `scale`; the mask says so to the compiler.
+                let b = at[axis] as usize & (N - 1);
                 let corners = &mut bins.corners[axis][b];
                 *corners = [corners[0].min(lower), corners[1].max(upper)];
                 bins.count[axis][b] += 1;
@@ -204,9 +193,9 @@ impl Bins {
         bins
     }
 
-    fn merged(mut self, b: &Bins) -> Bins {
+    fn merged(mut self, b: &Self) -> Self {
         for axis in 0..3 {
-            for i in 0..BINS {
+            for i in 0..N {
                 let (to, from) = (&mut self.corners[axis][i], &b.corners[axis][i]);
                 *to = [to[0].min(from[0]), to[1].max(from[1])];
                 self.count[axis][i] += b.count[axis][i];
@@ -224,9 +213,9 @@ impl Bins {
         for axis in (0..3).filter(|&a| scale[a] > 0.0) {
             let (corners, count) = (&self.corners[axis], &self.count[axis]);
             // Cost of the right side; infinite while it is empty.
-            let mut right = [f32::INFINITY; BINS];
+            let mut right = [f32::INFINITY; N];
             let ([mut lower, mut upper], mut n) = (nothing, 0);
-            for i in (1..binning.bins).rev() {
+            for i in (1..N).rev() {
                 lower = lower.min(corners[i][0]);
                 upper = upper.max(corners[i][1]);
                 n += count[i];
@@ -235,7 +224,7 @@ impl Bins {
                 }
             }
             ([lower, upper], n) = (nothing, 0);
-            for i in 1..binning.bins {
+            for i in 1..N {
                 lower = lower.min(corners[i - 1][0]);
                 upper = upper.max(corners[i - 1][1]);
                 n += count[i - 1];
@@ -251,26 +240,24 @@ impl Bins {
     }
 }
 
-/// Splits at least two items in two: reorders them and returns where the right side starts, and both ranges.
+/// Splits at least two items in two: reorders them and returns where the right side starts, and both ranges. `bins`
+/// along each axis are looked at: 8, 16 or 32.
 pub fn split(
     items: &mut [Item],
     range: &Range,
     depth: usize,
-    parallel: bool,
+    bins: usize,
 ) -> (usize, Range, Range) {
     // Halving takes `needed` levels: once that is all that is left, it is all that happens.
     let needed = items.len().next_power_of_two().trailing_zeros() as usize;
     if depth + needed < MAX_DEPTH {
-        let binning = Binning::of(range, items.len());
-        let bins = if parallel && items.len() > PARALLEL {
-            items
-                .par_chunks(PARALLEL)
-                .map(|chunk| Bins::of(chunk, &binning))
-                .reduce(|| Bins::empty(BINS), |a, b| a.merged(&b))
-        } else {
-            Bins::of(items, &binning)
+        let binning = Binning::of(range, bins);
+        let best = match bins {
+            8 => best::<8>(items, &binning),
+            16 => best::<16>(items, &binning),
+            _ => best::<32>(items, &binning),
         };
-        if let Some((axis, first_right)) = bins.best(&binning) {
+        if let Some((axis, first_right)) = best {
             return partition(items, |item| {
                 (binning.bin(item)[axis] as usize) < first_right
             });
@@ -282,6 +269,19 @@ pub fn split(
         Range::of(&items[..middle]),
         Range::of(&items[middle..]),
     )
+}
+
+/// The cheapest axis and first bin of the right side, in parallel.
+fn best<const N: usize>(items: &[Item], binning: &Binning) -> Option<(usize, usize)> {
+    if items.len() <= PARALLEL {
+        return Bins::<N>::of(items, binning).best(binning);
+    }
+    let chunks = items
+        .par_chunks(PARALLEL)
+        .map(|chunk| Bins::<N>::of(chunk, binning));
+    chunks
+        .reduce(Bins::empty, |a, b| a.merged(&b))
+        .best(binning)
 }
 
 /// Items for which `left` holds first.

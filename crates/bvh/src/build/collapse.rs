@@ -83,12 +83,12 @@ pub fn treelet<L: Leaves>(
             range,
             ..
         } = tree[at];
-        if count as usize <= L::BINARY_LEAF {
+        if count as usize <= leaves.binary_leaf() {
             tree[at].leaf = true;
             continue;
         }
         let here = &mut items[begin as usize..(begin + count) as usize];
-        let (middle, left, right) = split(here, &range, depth, false);
+        let (middle, left, right) = split(here, &range, depth, leaves.bins(count as usize));
         let child = tree.len() as u32;
         tree[at].left = child;
         let middle = middle as u32;

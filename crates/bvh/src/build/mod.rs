@@ -30,8 +30,10 @@ pub trait Leaves: Sync {
     fn emit(&self, items: &[Item], first: usize, blocks: &mut Vec<Block>) -> u32;
     /// Whether the reference [`Leaves::emit`] returns counts from the start of `blocks`.
     const IN_BLOCKS: bool;
-    /// The most items in a binary leaf.
-    const BINARY_LEAF: usize;
+    /// The most items in a binary leaf, which must fit into one leaf whatever they are.
+    fn binary_leaf(&self) -> usize;
+    /// How many bins along an axis a range of items is worth: 8, 16 or 32.
+    fn bins(&self, items: usize) -> usize;
 }
 
 /// A finished tree.
@@ -106,7 +108,7 @@ fn split_top<L: Leaves>(
             root,
         });
     }
-    let (middle, left, right) = binned::split(items, &range, depth, true);
+    let (middle, left, right) = binned::split(items, &range, depth, leaves.bins(items.len()));
     let (a, b) = items.split_at_mut(middle);
     let (a, b) = rayon::join(
         || split_top(a, left, first, depth + 1, leaves),
@@ -197,6 +199,124 @@ fn relocate<L: Leaves>(blocks: &mut [Block], node: u32, base: u32) {
             if *child & LEAF == 0 {
                 open.push(*child);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Boxes as leaves, one each.
+    struct Boxes;
+
+    impl Leaves for Boxes {
+        const IN_BLOCKS: bool = false;
+        fn fit(&self, items: &[Item]) -> bool {
+            items.len() == 1
+        }
+        fn emit(&self, items: &[Item], _first: usize, _blocks: &mut Vec<Block>) -> u32 {
+            LEAF | items[0].id
+        }
+        fn binary_leaf(&self) -> usize {
+            1
+        }
+        fn bins(&self, _items: usize) -> usize {
+            16
+        }
+    }
+
+    /// Every box is in the tree once, inside all boxes above it, and no path is too long; the longest path.
+    fn check(tree: &Tree, boxes: &[([f32; 3], [f32; 3])]) -> usize {
+        let mut seen = vec![false; boxes.len()];
+        let mut deepest = 0;
+        let mut open = vec![(tree.root, tree.lower, tree.upper, 0)];
+        while let Some((at, lower, upper, depth)) = open.pop() {
+            deepest = deepest.max(depth);
+            if at & LEAF != 0 {
+                let id = (at & !LEAF) as usize;
+                assert!(
+                    !std::mem::replace(&mut seen[id], true),
+                    "box {id} is there twice"
+                );
+                let (l, u) = boxes[id];
+                assert!(
+                    (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]),
+                    "box {id} sticks out"
+                );
+                continue;
+            }
+            let node = crate::block::node(&tree.blocks, at);
+            assert!(node.children > 0);
+            for k in 0..node.children as usize {
+                let l = [node.bounds[0][k], node.bounds[2][k], node.bounds[4][k]];
+                let u = [node.bounds[1][k], node.bounds[3][k], node.bounds[5][k]];
+                assert!(
+                    (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]),
+                    "child {k} of {at} sticks out"
+                );
+                open.push((node.child[k], l, u, depth + 1));
+            }
+        }
+        assert!(seen.iter().all(|s| *s), "a box is missing");
+        assert!(deepest <= MAX_DEPTH, "{deepest} levels");
+        deepest
+    }
+
+    fn built(boxes: &[([f32; 3], [f32; 3])]) -> Tree {
+        build(
+            boxes
+                .iter()
+                .zip(0..)
+                .map(|(b, id)| Item::new(b.0, b.1, id))
+                .collect(),
+            &Boxes,
+        )
+    }
+
+    #[test]
+    fn trees_hold_every_box_once_whatever_the_boxes() {
+        let point = |x: f32| ([x; 3], [x; 3]);
+        let same = vec![point(1.0); 50_000];
+        let spread: Vec<_> = (0..50_000u32)
+            .map(|i| point((i.wrapping_mul(2_654_435_761) >> 8) as f32))
+            .collect();
+        // Each box half the size of the last: the heuristic alone would make a list.
+        let shrinking: Vec<_> = (0..140)
+            .map(|i| ([0.0; 3], [0.5f32.powi(i - 30); 3]))
+            .collect();
+        let nested: Vec<_> = (0..40_000)
+            .map(|i| ([-1.0 - i as f32; 3], [1.0 + i as f32; 3]))
+            .collect();
+        for boxes in [same, spread, shrinking, nested, vec![point(0.0)]] {
+            check(&built(&boxes), &boxes);
+        }
+    }
+
+    #[test]
+    fn the_tree_does_not_depend_on_the_number_of_threads() {
+        let boxes: Vec<_> = (0..60_000u32)
+            .map(|i| {
+                let x = |k: u32| ((i * 3 + k).wrapping_mul(2_654_435_761) >> 8) as f32;
+                ([x(0), x(1), x(2)], [x(0) + 9e3, x(1) + 9e3, x(2) + 9e3])
+            })
+            .collect();
+        let trees = [1, 2, 5].map(|n| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(n)
+                .build()
+                .unwrap();
+            pool.install(|| built(&boxes))
+        });
+        for tree in &trees[1..] {
+            assert_eq!(tree.root, trees[0].root);
+            assert_eq!(tree.ids, trees[0].ids);
+            let nodes = |tree: &Tree| {
+                // SAFETY: this tree has no leaf blocks.
+                let node = |block: &Block| unsafe { (block.node.bounds, block.node.child) };
+                tree.blocks.iter().map(node).collect::<Vec<_>>()
+            };
+            assert!(nodes(tree) == nodes(&trees[0]));
         }
     }
 }
