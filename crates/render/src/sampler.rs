@@ -47,18 +47,15 @@ impl Sampler {
     }
 }
 
-/// The second dimension of the Sobol sequence (primitive polynomial x + 1): row i of its matrix is row i - 1 and the
-/// same shifted by one.
+/// The second dimension of the Sobol sequence, primitive polynomial x + 1. Its matrix is Pascal's triangle modulo 2,
+/// the Kronecker power of [[1, 1], [0, 1]]: one step per factor.
 fn sobol_second(mut index: u32) -> u32 {
-    let (mut bits, mut row) = (0, 1 << 31);
-    while index != 0 {
-        if index & 1 == 1 {
-            bits ^= row;
-        }
-        row ^= row >> 1;
-        index >>= 1;
-    }
-    bits
+    index ^= (index & 0xffff_0000) >> 16;
+    index ^= (index & 0xff00_ff00) >> 8;
+    index ^= (index & 0xf0f0_f0f0) >> 4;
+    index ^= (index & 0xcccc_cccc) >> 2;
+    index ^= (index & 0xaaaa_aaaa) >> 1;
+    index.reverse_bits()
 }
 
 /// Owen's nested uniform scrambling: every bit is flipped or not, depending on the bits above it.
@@ -99,6 +96,17 @@ mod tests {
                 assert_eq!(cells, vec![1; 64], "{columns} columns");
             }
         }
+    }
+
+    #[test]
+    fn the_second_dimension_is_sobols() {
+        // Row by row: direction numbers m are 1, 3, 5, 15, ..., each 2 m ^ m of the one before.
+        let mut m: u64 = 1;
+        for bit in 0..32 {
+            assert_eq!(u64::from(sobol_second(1 << bit)), m << (31 - bit));
+            m ^= 2 * m;
+        }
+        assert_eq!(sobol_second(0b101), sobol_second(1) ^ sobol_second(0b100));
     }
 
     #[test]

@@ -24,7 +24,7 @@ pub fn with_pool<T: Send>(
     f: impl FnOnce() -> T + Send,
 ) -> Result<T, RenderError> {
     let available = || std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = threads.unwrap_or_else(available);
+    let threads = threads.unwrap_or_else(|| available().min(MAX_THREADS));
     if !(1..=MAX_THREADS).contains(&threads) {
         return Err(RenderError::Settings(format!(
             "threads is {threads}; expected 1 to {MAX_THREADS}"
