@@ -86,7 +86,8 @@ def raycam_picture(vertices: np.ndarray, faces: np.ndarray) -> Picture:
     world.add_mesh(vertices, faces, material={"color": [0.6, 0.5, 0.4]})
     K, camera_from_world = camera_matrices()
     camera = raycam.Camera(K, R=camera_from_world[:3, :3], C=EYE, size=SIZE)
-    return lambda: raycam.render(world, camera, channels=["color", "depth", "instance", "triangle"])
+    channels = ["color", "depth", "instance", "triangle"]
+    return lambda: raycam.render(world, camera, integrator="flat", samples=1, channels=channels)
 
 
 def raycam_rays(vertices: np.ndarray, faces: np.ndarray) -> Picture:

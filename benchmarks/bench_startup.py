@@ -64,11 +64,8 @@ def main() -> None:
         ours = {
             "import numpy": [sys.executable, "-c", "import numpy"],
             "import raycam": [sys.executable, "-c", "import raycam"],
-            "raycam render box.toml, 640 x 480, flat": [*render, "--integrator", "flat"],
-            "raycam render box.toml, 640 x 480, direct, 16 samples": [
-                *render,
-                *("--integrator", "direct", "--samples", "16"),
-            ],
+            "raycam render box.toml, 640 x 480, lit, 1 sample": [*render, "--samples", "1"],
+            "raycam render box.toml, 640 x 480, lit, 16 samples": [*render, "--samples", "16"],
         }
         theirs = {}
         if options.peers:
