@@ -18,7 +18,7 @@ class WorldError(Error, ValueError):
 
 
 class CameraError(Error, ValueError):
-    """A camera that no pinhole camera is."""
+    """A camera that cannot be."""
 
 
 class FormatError(Error, ValueError):

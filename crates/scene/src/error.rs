@@ -5,7 +5,7 @@ use std::ops::Range;
 /// Whose fault it is decides the variant; the message says what was given, what was expected and what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
-    /// A camera that no pinhole camera is.
+    /// A camera that cannot be.
     #[error("{0}")]
     Camera(String),
     /// Geometry, colours or materials that do not fit together.
