@@ -24,11 +24,6 @@ pub(crate) struct Request {
 }
 
 impl Request {
-    /// Whether lights matter, so that a world without any gets a sky.
-    pub(crate) fn lit(&self) -> bool {
-        self.integrator != "flat" && self.channels.iter().any(|name| name == "color")
-    }
-
     /// As `render` wants it.
     pub(crate) fn settings(&self) -> PyResult<Settings> {
         let unknown = |what, name: &str| settings_error(format!("unknown {what} {name:?}"));

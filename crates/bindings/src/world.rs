@@ -25,15 +25,8 @@ use crate::watch::watched;
 struct State {
     world: Arc<Inner>,
     prepared: Option<Arc<PreparedWorld>>,
-    /// Whether `prepared` is of `world` as it is now, and with which lights.
-    current: Option<Lights>,
-}
-
-/// With or without the sky that a world without lights gets.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Lights {
-    AsWritten,
-    AtLeastSky,
+    /// Whether `prepared` is of `world` as it is now.
+    current: bool,
 }
 
 /// A world.
@@ -98,49 +91,30 @@ impl World {
             world.cameras.truncate(cameras);
             world.notices.truncate(notices);
         } else {
-            state.current = None;
+            state.current = false;
         }
         changed
     }
 
     /// The world ready to be traced; builds only what is not built yet.
-    fn prepared(
-        &self,
-        py: Python<'_>,
-        lights: Lights,
-        threads: Option<usize>,
-    ) -> PyResult<Arc<PreparedWorld>> {
+    fn prepared(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<Arc<PreparedWorld>> {
         let State {
             world,
             prepared,
             current,
         } = self.state().clone();
-        // With lights of its own a world needs no sky, and both are the same.
-        let lights = if world.lights.is_empty() {
-            lights
-        } else {
-            Lights::AsWritten
-        };
-        if let Some(prepared) = prepared.clone().filter(|_| current == Some(lights)) {
+        if let Some(prepared) = prepared.clone().filter(|_| current) {
             return Ok(prepared);
         }
-        let lit = match lights {
-            Lights::AsWritten => world.clone(),
-            Lights::AtLeastSky => {
-                let mut lit = Inner::clone(&world);
-                lit.add_default_light();
-                Arc::new(lit)
-            }
-        };
         let built = watched(py, None, |control| {
-            PreparedWorld::new(&lit, prepared.as_deref(), threads, control)
+            PreparedWorld::new(&world, prepared.as_deref(), threads, control)
         })?;
         let built = Arc::new(built);
         let mut state = self.state();
         // Another thread may have changed the world meanwhile.
         if Arc::ptr_eq(&state.world, &world) {
             state.prepared = Some(built.clone());
-            state.current = Some(lights);
+            state.current = true;
         }
         Ok(built)
     }
@@ -362,7 +336,7 @@ impl World {
         let state = State {
             world: Arc::new(moved),
             prepared,
-            current: None,
+            current: false,
         };
         Ok(Self {
             state: Mutex::new(state),
@@ -395,12 +369,12 @@ impl World {
 
     /// Builds what rendering needs, which it does by itself when it is first asked.
     fn prepare(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<()> {
-        self.prepared(py, Lights::AsWritten, threads).map(drop)
+        self.prepared(py, threads).map(drop)
     }
 
     /// How many objects of this world are built together with those of another, so that they were built once.
     fn objects_shared_with(&self, py: Python<'_>, other: &World) -> PyResult<usize> {
-        let [mine, theirs] = [self, other].map(|world| world.prepared(py, Lights::AsWritten, None));
+        let [mine, theirs] = [self, other].map(|world| world.prepared(py, None));
         Ok(mine?.objects_shared_with(&*theirs?))
     }
 
@@ -412,20 +386,10 @@ impl World {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Parts<'py>> {
         let settings = request.settings()?;
-        let lights = if request.lit() {
-            Lights::AtLeastSky
-        } else {
-            Lights::AsWritten
-        };
-        let prepared = self.prepared(py, lights, settings.threads)?;
-        let mut frame = watched(py, progress.as_ref(), |control| {
+        let prepared = self.prepared(py, settings.threads)?;
+        let frame = watched(py, progress.as_ref(), |control| {
             render(&prepared, &camera.inner, &settings, control)
         })?;
-        if lights == Lights::AtLeastSky && self.snapshot().lights.is_empty() {
-            let mut lit = Inner::default();
-            lit.add_default_light();
-            frame.notices.splice(0..0, lit.notices);
-        }
         parts(py, frame)
     }
 
@@ -439,7 +403,7 @@ impl World {
         threads: Option<usize>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (origins, directions) = (rows(&origins, "origins")?, rows(&directions, "directions")?);
-        let prepared = self.prepared(py, Lights::AsWritten, threads)?;
+        let prepared = self.prepared(py, threads)?;
         let hits = watched(py, None, |control| {
             queries::cast_rays(&prepared, origins, directions, coherent, threads, control)
         })?;
@@ -472,7 +436,7 @@ impl World {
     ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
         let (origins, directions) = (rows(&origins, "origins")?, rows(&directions, "directions")?);
         let t_max = rows::<f64, 1>(&t_max, "t_max")?.as_flattened();
-        let prepared = self.prepared(py, Lights::AsWritten, threads)?;
+        let prepared = self.prepared(py, threads)?;
         let dark = watched(py, None, |control| {
             queries::occluded(
                 &prepared, origins, directions, t_max, coherent, threads, control,

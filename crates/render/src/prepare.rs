@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::light::Lights;
+use crate::light::{Lights, default_lights};
 use crate::reflectance::Lobe;
 use crate::threads::with_pool;
 
@@ -56,6 +56,8 @@ pub struct PreparedWorld {
     pub(crate) materials: Vec<PreparedMaterial>,
     pub(crate) textures: Vec<Arc<Texture>>,
     pub(crate) lights: Lights,
+    /// What lights a world without lights.
+    pub(crate) default_lights: Option<Lights>,
 }
 
 impl PreparedWorld {
@@ -105,6 +107,10 @@ impl PreparedWorld {
             materials: prepare_materials(&world.materials),
             textures: world.textures.clone(),
             lights: Lights::new(&world.lights, origin),
+            default_lights: world
+                .lights
+                .is_empty()
+                .then(|| Lights::new(&default_lights(world.up), origin)),
         })
     }
 

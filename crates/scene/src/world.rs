@@ -316,17 +316,6 @@ impl World {
             })
     }
 
-    /// Gives a world without lights a white sky and a notice that says so; whether it did.
-    pub fn add_default_light(&mut self) -> bool {
-        if !self.lights.is_empty() {
-            return false;
-        }
-        self.lights.push(Light::Sky { radiance: [1.0; 3] });
-        self.notices
-            .push("no lights: lit by a white sky of radiance 1".into());
-        true
-    }
-
     /// What it holds, in numbers.
     pub fn counts(&self) -> Counts {
         let sum = |of: fn(&Mesh) -> usize| self.meshes.iter().map(|mesh| of(mesh)).sum();

@@ -6,7 +6,7 @@ use common::node;
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_scene::camera::intrinsics_from_focal;
 use raycam_scene::schema::{self, WorldFile};
-use raycam_scene::{Camera, Light, Material, NoFiles, Object, PixelCenter, Up, World, primitive};
+use raycam_scene::{Camera, Material, NoFiles, Object, PixelCenter, Up, World, primitive};
 
 fn world(json: &str) -> World {
     schema::from_node::<WorldFile>(&node(json))
@@ -164,19 +164,6 @@ fn the_first_camera_is_the_default() {
     world.add_camera("left", camera.clone());
     assert_eq!(world.default_camera([8, 8]).unwrap(), camera);
     assert_eq!(world.find_camera("left").unwrap().camera, camera);
-}
-
-#[test]
-fn a_world_without_lights_gets_a_sky_and_says_so() {
-    let mut world = one_box();
-    assert!(world.add_default_light());
-    assert_eq!(world.lights, [Light::Sky { radiance: [1.0; 3] }]);
-    assert_eq!(
-        world.notices,
-        ["no lights: lit by a white sky of radiance 1"]
-    );
-    assert!(!world.add_default_light(), "once");
-    assert_eq!(world.notices.len(), 1);
 }
 
 #[test]

@@ -22,7 +22,8 @@ pub(super) fn radiance(
     control: &Control,
     radiance: &mut [Vec3],
 ) -> Result<(), RenderError> {
-    let sky = Integrator::Direct.sky(world);
+    let lights = Integrator::Direct.lights(world);
+    let sky = lights.sky;
     let mut surfaces = vec![];
     for (i, hit) in batch.hits.iter().enumerate() {
         radiance[i] = if is_miss(hit) {
@@ -49,7 +50,7 @@ pub(super) fn radiance(
         }
         shadows.settle(world, Coherence::Incoherent, radiance);
     }
-    for (number, light) in world.lights.sources.iter().enumerate() {
+    for (number, light) in lights.sources.iter().enumerate() {
         control.check()?;
         for surface in &surfaces {
             let random = || batch.samplers[surface.ray].pair(Pair::Light(number));

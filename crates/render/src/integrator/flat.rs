@@ -7,7 +7,7 @@ use crate::prepare::PreparedWorld;
 use crate::settings::Integrator;
 
 pub(super) fn radiance(world: &PreparedWorld, batch: &Batch, radiance: &mut [Vec3]) {
-    let sky = Integrator::Flat.sky(world);
+    let sky = Integrator::Flat.lights(world).sky;
     for (hit, radiance) in batch.hits.iter().zip(radiance) {
         *radiance = if is_miss(hit) {
             sky

@@ -8,7 +8,7 @@ use raycam_bvh::{Hit, NOTHING};
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::light::DEFAULT_SKY;
+use crate::light::Lights;
 use crate::prepare::PreparedWorld;
 use crate::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
@@ -37,19 +37,18 @@ pub(crate) fn radiance(
 }
 
 impl Integrator {
-    /// The radiance of the sky: where a ray meets nothing, and as ambient light.
-    pub(crate) fn sky(self, world: &PreparedWorld) -> Vec3 {
-        if self == Integrator::Direct && !world.lights.any {
-            DEFAULT_SKY
-        } else {
-            world.lights.sky
+    /// The lights it works with: a world without any gets some where light is needed to see anything.
+    pub(crate) fn lights(self, world: &PreparedWorld) -> &Lights {
+        match (self, &world.default_lights) {
+            (Integrator::Direct, Some(lights)) => lights,
+            _ => &world.lights,
         }
     }
 
     /// What the one who looks at the picture should know.
     pub(crate) fn notices(self, world: &PreparedWorld) -> Vec<String> {
-        if self == Integrator::Direct && !world.lights.any {
-            vec!["the world has no lights: it is lit by a white sky of radiance 1".into()]
+        if self == Integrator::Direct && world.default_lights.is_some() {
+            vec!["the world has no lights: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4".into()]
         } else {
             vec![]
         }

@@ -4,7 +4,7 @@ mod bulb;
 mod sun;
 
 use glam::{DVec3, Vec3};
-use raycam_scene::Light;
+use raycam_scene::{Light, Up};
 
 use bulb::Bulb;
 use sun::Sun;
@@ -16,12 +16,23 @@ pub(crate) struct Lights {
     pub sources: Vec<Source>,
     /// The radiance of all skies together.
     pub sky: Vec3,
-    /// Whether the world has any light at all.
-    pub any: bool,
 }
 
-/// The sky of a world without lights, where light is needed to see anything.
-pub(crate) const DEFAULT_SKY: Vec3 = Vec3::ONE;
+/// What a world without lights gets where light is needed to see anything: a sky, and a sun that stands high to the
+/// left of the default camera, because a sky alone shows no shape. A white floor then has a radiance of about 1.
+pub(crate) fn default_lights(up: Up) -> [Light; 2] {
+    let direction = match up {
+        Up::Z => [1.0, 2.0, -3.0],
+        Up::Y => [1.0, -3.0, -2.0],
+    };
+    [
+        Light::Sky { radiance: [0.4; 3] },
+        Light::Sun {
+            direction,
+            irradiance: [2.4; 3],
+        },
+    ]
+}
 
 /// A light that casts shadows.
 #[derive(Debug)]
@@ -45,7 +56,6 @@ impl Lights {
         let mut prepared = Self {
             sources: vec![],
             sky: Vec3::ZERO,
-            any: !lights.is_empty(),
         };
         for light in lights {
             match *light {
