@@ -68,7 +68,25 @@ def test_render_options(folder: Path) -> None:
     )
     assert run("render box.toml -o d.exr --half --ambient-occlusion 2 --samples 1") == 0
     assert run("render box.toml -o e.npz --integrator reference --size 16x12") == 0
-    assert sorted(os.listdir()) == ["a.npz", "b.npz", "box.toml", "c.png", "d.exr", "e.npz"]
+    Path("dim.toml").write_text(
+        BOX
+        + "[[object]]\nplane = { size = 9 }\nlocation = [0, 0, -0.5]\n[render]\nambient_occlusion = true\nsamples = 2\n"
+    )
+    assert run("render dim.toml -o dim.npz") == run("render dim.toml -o open.npz --no-ambient-occlusion") == 0
+    with np.load("dim.npz") as dim, np.load("open.npz") as open_:
+        assert (dim["color"] <= open_["color"]).all()
+        assert (dim["color"] < open_["color"]).any()
+    assert sorted(os.listdir()) == [
+        "a.npz",
+        "b.npz",
+        "box.toml",
+        "c.png",
+        "d.exr",
+        "dim.npz",
+        "dim.toml",
+        "e.npz",
+        "open.npz",
+    ]
 
 
 def test_a_bare_mesh_is_framed_and_lit(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

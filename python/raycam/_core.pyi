@@ -7,6 +7,22 @@ from typing import Any, Literal, final
 import numpy as np
 import numpy.typing as npt
 
+__all__ = [
+    "Camera",
+    "World",
+    "__version__",
+    "available_threads",
+    "channels",
+    "encode_exr",
+    "encode_png",
+    "instruction_set",
+    "intrinsics_from_focal",
+    "intrinsics_from_fov",
+    "json_schema",
+    "linear_from_srgb8",
+    "merge",
+    "srgb_from_linear",
+]
 __version__: str
 
 _Floats = npt.NDArray[np.float64]

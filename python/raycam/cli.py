@@ -124,6 +124,13 @@ def _add_rendering(command: argparse.ArgumentParser) -> None:
         help="darken the sky in corners: by surfaces at any distance, or up to METRES",
     )
     group.add_argument(
+        "--no-ambient-occlusion",
+        dest="ambient_occlusion",
+        action="store_const",
+        const=False,
+        help="an open sky, whatever the world file says",
+    )
+    group.add_argument(
         "--exposure", metavar="STOPS", type=float, help="brighten the picture; +1 doubles (default 0)"
     )
 

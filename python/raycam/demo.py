@@ -46,9 +46,9 @@ def commands(folder: Path) -> list[str]:
     world = place("spot.toml")
     return [
         f"raycam info {world}",
-        f"raycam render {world} -o {place('flat.png')} --integrator flat",
+        f"raycam render {world} -o {place('flat.png')} --integrator flat --samples 16",
         f"raycam render {world} -o {place('lit.png')}",
         f"raycam render {world} -o {place('truth.exr')} --samples 4 --channels all",
         f"raycam explain {world} --pixel 470 250 --figure {place('explain.svg')}",
-        f"raycam video {world} -o {place('orbit.mp4')} --size 480x300 --samples 16",
+        f"raycam video {world} -o {place('orbit.mp4')} --size 480x300 --samples 8 --no-ambient-occlusion",
     ]

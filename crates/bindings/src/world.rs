@@ -1,123 +1,34 @@
 //! Worlds: built, asked, prepared once and rendered.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_formats::{Budget, Folder, FormatError};
-use raycam_render::{PreparedWorld, queries, render};
+use raycam_render::{queries, render};
 use raycam_scene::schema::{ObjectSpec, VideoSpec, WorldFile, from_node};
-use raycam_scene::{Light, Video, World as Inner};
+use raycam_scene::{Video, World as Inner};
 
 use crate::arrays::{Floats, array, rows};
 use crate::camera::{Camera, up, up_name};
 use crate::error::{IntoPyErr, caught, world_error};
 use crate::frame::{Parts, parts};
+use crate::light::light_dict;
 use crate::node::node;
 use crate::settings::Request;
+use crate::state::State;
 use crate::triangles;
 use crate::watch::watched;
-
-/// A world as written, and as it was last prepared.
-#[derive(Clone, Default)]
-struct State {
-    world: Arc<Inner>,
-    prepared: Option<Arc<PreparedWorld>>,
-    /// Whether `prepared` is of `world` as it is now.
-    current: bool,
-}
 
 /// A world.
 #[pyclass(frozen, module = "raycam._core")]
 pub(crate) struct World {
     /// Locked only while the GIL is held, and never for long: a fork finds it free.
-    state: Mutex<State>,
+    pub(crate) state: Mutex<State>,
     /// Where the files lie that descriptions name.
-    folder: PathBuf,
-}
-
-impl World {
-    fn of(world: Inner, folder: PathBuf) -> Self {
-        let state = State {
-            world: Arc::new(world),
-            ..State::default()
-        };
-        Self {
-            state: Mutex::new(state),
-            folder,
-        }
-    }
-
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// The world as it is now.
-    fn snapshot(&self) -> Arc<Inner> {
-        self.state().world.clone()
-    }
-
-    /// Changes the world; when that fails, it is as before.
-    fn change<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
-        let mut state = self.state();
-        let world = Arc::make_mut(&mut state.world);
-        let before = [
-            world.meshes.len(),
-            world.textures.len(),
-            world.materials.len(),
-            world.objects.len(),
-            world.lights.len(),
-            world.cameras.len(),
-            world.notices.len(),
-        ];
-        let changed = caught(|| change(world)).and_then(|result| result);
-        if changed.is_err() {
-            let [
-                meshes,
-                textures,
-                materials,
-                objects,
-                lights,
-                cameras,
-                notices,
-            ] = before;
-            world.meshes.truncate(meshes);
-            world.textures.truncate(textures);
-            world.materials.truncate(materials);
-            world.objects.truncate(objects);
-            world.lights.truncate(lights);
-            world.cameras.truncate(cameras);
-            world.notices.truncate(notices);
-        } else {
-            state.current = false;
-        }
-        changed
-    }
-
-    /// The world ready to be traced; builds only what is not built yet.
-    fn prepared(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<Arc<PreparedWorld>> {
-        let State {
-            world,
-            prepared,
-            current,
-        } = self.state().clone();
-        if let Some(prepared) = prepared.clone().filter(|_| current) {
-            return Ok(prepared);
-        }
-        let built = watched(py, None, |control| {
-            PreparedWorld::new(&world, prepared.as_deref(), threads, control)
-        })?;
-        let built = Arc::new(built);
-        let mut state = self.state();
-        // Another thread may have changed the world meanwhile.
-        if Arc::ptr_eq(&state.world, &world) {
-            state.prepared = Some(built.clone());
-            state.current = true;
-        }
-        Ok(built)
-    }
+    pub(crate) folder: PathBuf,
 }
 
 /// What a world holds, for `objects`: name, category, mesh, triangles, world_from_mesh.
@@ -444,40 +355,4 @@ impl World {
         })?;
         array(py, dark, &[origins.len()])
     }
-}
-
-/// A light as it is written.
-fn light_dict<'py>(py: Python<'py>, light: &Light) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
-    match light {
-        Light::Sun {
-            direction,
-            irradiance,
-        } => {
-            dict.set_item("type", "sun")?;
-            dict.set_item("direction", direction)?;
-            dict.set_item("irradiance", irradiance)?;
-        }
-        Light::Bulb {
-            position,
-            power,
-            intensity,
-            radius,
-        } => {
-            dict.set_item("type", "bulb")?;
-            dict.set_item("position", position)?;
-            if let Some(power) = power {
-                dict.set_item("power", power)?;
-            }
-            if let Some(intensity) = intensity {
-                dict.set_item("intensity", intensity)?;
-            }
-            dict.set_item("radius", radius)?;
-        }
-        Light::Sky { radiance } => {
-            dict.set_item("type", "sky")?;
-            dict.set_item("radiance", radiance)?;
-        }
-    }
-    Ok(dict)
 }

@@ -1,0 +1,107 @@
+//! What a world of Python holds: the world as written, and what has been built of it.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use pyo3::prelude::*;
+use raycam_render::PreparedWorld;
+use raycam_scene::World as Inner;
+
+use crate::error::caught;
+use crate::watch::watched;
+use crate::world::World;
+
+/// A world as written, and as it was last prepared.
+#[derive(Clone, Default)]
+pub(crate) struct State {
+    pub(crate) world: Arc<Inner>,
+    pub(crate) prepared: Option<Arc<PreparedWorld>>,
+    /// Whether `prepared` is of `world` as it is now.
+    pub(crate) current: bool,
+}
+
+impl World {
+    pub(crate) fn of(world: Inner, folder: PathBuf) -> Self {
+        let state = State {
+            world: Arc::new(world),
+            ..State::default()
+        };
+        Self {
+            state: Mutex::new(state),
+            folder,
+        }
+    }
+
+    pub(crate) fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The world as it is now.
+    pub(crate) fn snapshot(&self) -> Arc<Inner> {
+        self.state().world.clone()
+    }
+
+    /// Changes the world; when that fails, it is as before.
+    pub(crate) fn change<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
+        let mut state = self.state();
+        let world = Arc::make_mut(&mut state.world);
+        let before = [
+            world.meshes.len(),
+            world.textures.len(),
+            world.materials.len(),
+            world.objects.len(),
+            world.lights.len(),
+            world.cameras.len(),
+            world.notices.len(),
+        ];
+        let changed = caught(|| change(world)).and_then(|result| result);
+        if changed.is_err() {
+            let [
+                meshes,
+                textures,
+                materials,
+                objects,
+                lights,
+                cameras,
+                notices,
+            ] = before;
+            world.meshes.truncate(meshes);
+            world.textures.truncate(textures);
+            world.materials.truncate(materials);
+            world.objects.truncate(objects);
+            world.lights.truncate(lights);
+            world.cameras.truncate(cameras);
+            world.notices.truncate(notices);
+        } else {
+            state.current = false;
+        }
+        changed
+    }
+
+    /// The world ready to be traced; builds only what is not built yet.
+    pub(crate) fn prepared(
+        &self,
+        py: Python<'_>,
+        threads: Option<usize>,
+    ) -> PyResult<Arc<PreparedWorld>> {
+        let State {
+            world,
+            prepared,
+            current,
+        } = self.state().clone();
+        if let Some(prepared) = prepared.clone().filter(|_| current) {
+            return Ok(prepared);
+        }
+        let built = watched(py, None, |control| {
+            PreparedWorld::new(&world, prepared.as_deref(), threads, control)
+        })?;
+        let built = Arc::new(built);
+        let mut state = self.state();
+        // Another thread may have changed the world meanwhile.
+        if Arc::ptr_eq(&state.world, &world) {
+            state.prepared = Some(built.clone());
+            state.current = true;
+        }
+        Ok(built)
+    }
+}
