@@ -16,6 +16,7 @@ world = raycam.World()
 world.add_object(box={"size": 1}, color="#d98c2b")
 world.add_object(plane={"size": [3, 3]}, location=[0, 0, -0.5], color="#557a95")
 world.add_light({"type": "sun", "direction": [-1, 2, -3], "irradiance": [3, 3, 3]})
+world.add_light({"type": "sky", "radiance": [0.3, 0.35, 0.45]})
 
 camera = raycam.Camera.from_opencv(K, rvec, tvec, (640, 480))
 frame = raycam.render(world, camera)

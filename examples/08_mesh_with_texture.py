@@ -10,7 +10,7 @@ import raycam
 
 # Files that a world names lie in its folder or below; this is the one that comes with raycam.
 world = raycam.World(folder=Path(raycam.__file__).parent / "assets")
-world.add_object(mesh="spot/cow.obj", name="spot", roll=90, yaw=-30, location=[0, 0, 0.737])
+world.add_object(mesh="spot/cow.obj", name="spot", roll=90, yaw=130, location=[0, 0, 0.737])
 
 # The same mesh again, in other places and sizes: the triangles are kept once.
 for k in range(5):
