@@ -1,7 +1,6 @@
 """The lecture's procedure in NumPy float64, brute force: the oracle of raycam.
 
 It shares no code with the Rust core.
-
 Source: Nicholas Dwork, *Making Virtual Worlds* (Computer Graphics Lecture 1). Each step is one function with
 the lecture's names, over arrays of points with x, y, z last; :mod:`raycam.explain_pixel` prints what they return
 for one pixel.
@@ -392,9 +391,8 @@ def background(world: World) -> Floats:
 
 def _floats(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
     array = np.asarray(values, dtype=np.float64)
-    if array.ndim != len(shape) or any(
-        want not in (-1, got) for want, got in zip(shape, array.shape, strict=True)
-    ):
+    fits = array.ndim == len(shape) and all(w in (-1, n) for w, n in zip(shape, array.shape, strict=True))
+    if not fits:
         wanted = ", ".join("n" if side == -1 else str(side) for side in shape)
         raise ValueError(f"{name} must be [{wanted}], not {list(array.shape)}")
     if not np.isfinite(array).all():

@@ -17,6 +17,7 @@ mod load;
 mod mtl;
 mod obj;
 mod obj_model;
+mod obj_skipped;
 mod off;
 mod ply;
 mod ply_header;

@@ -14,6 +14,7 @@ use crate::corners::{Corner, NONE};
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
 use crate::obj_model;
+use crate::obj_skipped::Skipped;
 use crate::polygons::Polygons;
 use crate::text::{self, Lines, Words};
 
@@ -67,8 +68,7 @@ struct Parser<'a> {
     colored: usize,
     /// The largest index of a position, texture coordinates and a normal, with its line: they may come after the faces.
     highest: [(i64, usize); 3],
-    /// Keywords of statements that are passed over, with their first lines.
-    skipped: Vec<(Vec<u8>, usize)>,
+    skipped: Skipped,
 }
 
 impl<'a> Parser<'a> {
@@ -95,7 +95,7 @@ impl<'a> Parser<'a> {
             bad_color: None,
             colored: 0,
             highest: [(0, 0); 3],
-            skipped: Vec::new(),
+            skipped: Skipped::default(),
         }
     }
 
@@ -156,7 +156,10 @@ impl<'a> Parser<'a> {
             b"" | b"g" => Ok(()),
             _ if key[0] == b'#' => Ok(()),
             b"s" if matches!(text::trim(rest), b"off" | b"0" | b"") => Ok(()),
-            _ => self.skip(line, key),
+            _ => self
+                .skipped
+                .add(line, key)
+                .map_err(|message| self.error(line, message)),
         }
     }
 
@@ -350,23 +353,6 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// Passes over a statement, to say so once.
-    fn skip(&mut self, line: usize, key: &[u8]) -> Result<(), FormatError> {
-        let key = &key[..key.len().min(40)];
-        if self.skipped.iter().any(|(known, _)| known == key) {
-            return Ok(());
-        }
-        if self.skipped.len() == 32 {
-            let message = format!(
-                "{}: the 33rd unknown keyword; is this an OBJ file?",
-                text::shown(key)
-            );
-            return Err(self.error(line, message));
-        }
-        self.skipped.push((key.into(), line));
-        Ok(())
-    }
-
     fn finish(mut self) -> Result<Obj, FormatError> {
         let path = self.path.display();
         let obj = &mut self.obj;
@@ -402,24 +388,8 @@ impl<'a> Parser<'a> {
             }
             obj.colors.resize(obj.positions.len(), [1.0; 3]);
         }
-        let has_normals = !obj.normals.is_empty();
-        // With normals, smoothing groups have nothing to add.
-        self.skipped
-            .retain(|(key, _)| !(has_normals && key == b"s"));
-        if !self.skipped.is_empty() {
-            let what = |key: &[u8]| match key {
-                b"p" => " (points)",
-                b"l" => " (lines)",
-                b"s" => " (smoothing groups; only vn makes it smooth)",
-                _ => "",
-            };
-            let skipped: Vec<_> = self
-                .skipped
-                .iter()
-                .map(|(key, line)| format!("{}{} (line {line})", key.escape_ascii(), what(key)))
-                .collect();
-            obj.notices
-                .push(format!("{path}: not used: {}", skipped.join(", ")));
+        if let Some(skipped) = self.skipped.described(!obj.normals.is_empty()) {
+            obj.notices.push(format!("{path}: not used: {skipped}"));
         }
         Ok(self.obj)
     }

@@ -1,9 +1,12 @@
 //! From a batch of rays to its answers.
 
 mod exact;
+mod fan;
 mod interleaved;
 pub mod local;
 mod packet;
+mod rows;
+mod shadow;
 mod stack;
 mod steps;
 mod together;
@@ -53,7 +56,7 @@ fn occluded_batch<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], cohere
         let work = rays.iter().enumerate().map(whole);
         interleaved::trace::<I, _, true>(scene, &mut Any { work, dark });
     } else {
-        together::occluded::<I>(scene, rays, dark, coherence);
+        shadow::occluded::<I>(scene, rays, dark, coherence);
     }
 }
 

@@ -4,9 +4,11 @@
 //! run to, or just the first origin) the t at which any of them may enter a box lies in an interval that follows from
 //! the extremes of their reciprocal directions: one test serves 64 rays, and is as sharp as their fan is narrow.
 
+use super::fan::{Apex, Fan};
 use super::local::{ORIGIN_LIMIT, REACH_LIMIT, STEEPEST, TRIANGLE_PAD, TriangleRay};
+use super::rows::{bits, extremes, load, load3, store};
 use super::triangle::{corners, indices, relative};
-use crate::block::{Leaf, Node};
+use crate::block::Leaf;
 use crate::ray::Ray;
 use crate::simd::{Isa, Vector};
 
@@ -33,87 +35,6 @@ pub struct Packet {
     /// The least and greatest origin by axis, and shear in x and y.
     origins: [[f32; 2]; 3],
     shears: [[f32; 2]; 2],
-}
-
-/// What bounds all rays of a packet at once; `t` counts from the apex.
-#[derive(Clone, Copy)]
-pub struct Fan {
-    apex: [f32; 3],
-    /// The least and the greatest reciprocal.
-    reciprocal: [[f32; 2]; 3],
-    /// What a box is entered earlier and left later at most, because rays start off the apex and are rounded.
-    near: [f32; 3],
-    far: [f32; 3],
-    entry: [usize; 3],
-}
-
-impl Fan {
-    /// The children that some ray may enter at a t up to `t_max`, and the earliest t at which one may.
-    #[inline(always)]
-    pub fn children<I: Isa>(&self, node: &Node, t_max: f32) -> (u32, I::F8) {
-        let mut enter = I::F8::splat(0.0);
-        let mut leave = I::F8::splat(t_max);
-        for axis in 0..3 {
-            // SAFETY: `entry` is one of the six rows, each of 8 floats; the lowest bit chooses between two of an axis.
-            let (first, last) = unsafe {
-                let row = self.entry[axis];
-                (
-                    I::F8::load(node.bounds.get_unchecked(row).as_ptr()),
-                    I::F8::load(node.bounds.get_unchecked(row ^ 1).as_ptr()),
-                )
-            };
-            let apex = I::F8::splat(self.apex[axis]);
-            let (low, high) = (
-                I::F8::splat(self.reciprocal[axis][0]),
-                I::F8::splat(self.reciprocal[axis][1]),
-            );
-            let (first, last) = (first.sub(apex), last.sub(apex));
-            enter = enter.max(
-                first
-                    .mul(low)
-                    .min(first.mul(high))
-                    .sub(I::F8::splat(self.near[axis])),
-            );
-            leave = leave.min(
-                last.mul(low)
-                    .max(last.mul(high))
-                    .add(I::F8::splat(self.far[axis])),
-            );
-        }
-        (<I::F8 as Vector>::bits(enter.le(leave)), enter)
-    }
-}
-
-/// How the rays of a packet are bounded.
-#[derive(Clone, Copy, PartialEq)]
-pub enum Apex {
-    /// They start at one point, or nearly.
-    Origin,
-    /// They end at one point, from which t is counted backwards. Only for any-hit queries.
-    Target,
-}
-
-impl Apex {
-    /// Whether rays start or end closer together, by the looks of three of them.
-    #[inline(always)]
-    pub fn of(rays: &[Ray]) -> Apex {
-        let (mut starts, mut ends) = (0.0, 0.0);
-        let first = &rays[0];
-        for ray in [&rays[rays.len() / 2], &rays[rays.len() - 1]] {
-            for a in 0..3 {
-                let (p, q) = (ray.origin[a], first.origin[a]);
-                starts += (p - q).abs();
-                ends += ((p + ray.direction[a] * ray.t_max)
-                    - (q + first.direction[a] * first.t_max))
-                    .abs();
-            }
-        }
-        if ends < starts {
-            Apex::Target
-        } else {
-            Apex::Origin
-        }
-    }
 }
 
 impl Packet {
@@ -437,45 +358,6 @@ impl Packet {
             .max(load::<I>(t, 2).max(load::<I>(t, 3)))
             .greatest()
     }
-}
-
-#[inline(always)]
-fn load<I: Isa>(row: &[f32; SIZE], group: usize) -> I::F16 {
-    debug_assert!(group < SIZE / 16);
-    // SAFETY: a group is below 4, and 4 groups of 16 fill the row.
-    unsafe { I::F16::load(row.as_ptr().add(16 * group)) }
-}
-
-#[inline(always)]
-fn store<I: Isa>(row: &mut [f32; SIZE], group: usize, values: I::F16) {
-    debug_assert!(group < SIZE / 16);
-    // SAFETY: as in `load`.
-    unsafe { values.store(row.as_mut_ptr().add(16 * group)) }
-}
-
-#[inline(always)]
-fn load3<I: Isa>(rows: &[[f32; SIZE]; 3], group: usize) -> [I::F16; 3] {
-    [
-        load::<I>(&rows[0], group),
-        load::<I>(&rows[1], group),
-        load::<I>(&rows[2], group),
-    ]
-}
-
-#[inline(always)]
-fn bits<I: Isa>(mask: <I::F16 as Vector>::Mask) -> u32 {
-    <I::F16 as Vector>::bits(mask)
-}
-
-/// The least and the greatest value of some groups.
-#[inline(always)]
-fn extremes<I: Isa>(row: &[f32; SIZE], groups: usize) -> [f32; 2] {
-    let (mut least, mut greatest) = (load::<I>(row, 0), load::<I>(row, 0));
-    for g in 1..groups {
-        least = least.min(load::<I>(row, g));
-        greatest = greatest.max(load::<I>(row, g));
-    }
-    [least.least(), greatest.greatest()]
 }
 
 /// Where an axis is not the main one beside `main`: ties go to the first, as for a single ray.

@@ -1,10 +1,9 @@
-//! Packets through the scene.
+//! Packets through the scene: the nearest hits.
 
-use super::Any;
-use super::interleaved::{Work, trace};
+use super::fan::Apex;
 use super::local::{BOX_PAD, EPS};
-use super::packet::{Apex, Packet, SIZE};
-use super::stack::{MaskStack, Stack};
+use super::packet::{Packet, SIZE};
+use super::stack::Stack;
 use super::steps::NO_SLOT;
 use super::triangle::{Found, test, test_rays};
 use crate::block::{Block, LEAF, Leaf, NO_CHILD, leaf, node};
@@ -14,10 +13,10 @@ use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
 
 /// Rays of a packet that are fewer than this at a node go on alone.
-const FEW: u32 = 5;
+pub const FEW: u32 = 5;
 
 /// By how much the boxes of instances are padded, of the largest coordinate at hand.
-fn outer_pad(scene: &Scene) -> f32 {
+pub fn outer_pad(scene: &Scene) -> f32 {
     BOX_PAD
         + if scene.direct {
             0.0
@@ -28,7 +27,7 @@ fn outer_pad(scene: &Scene) -> f32 {
 
 /// The rays in scaled scene coordinates.
 #[inline(always)]
-fn scaled<'a>(scene: &Scene, rays: &'a [Ray], room: &'a mut [Ray; SIZE]) -> &'a [Ray] {
+pub fn scaled<'a>(scene: &Scene, rays: &'a [Ray], room: &'a mut [Ray; SIZE]) -> &'a [Ray] {
     if scene.unit == 1.0 {
         return rays;
     }
@@ -43,7 +42,7 @@ fn scaled<'a>(scene: &Scene, rays: &'a [Ray], room: &'a mut [Ray; SIZE]) -> &'a 
     &room[..rays.len()]
 }
 
-const NO_RAY: Ray = Ray {
+pub const NO_RAY: Ray = Ray {
     origin: [0.0; 3],
     direction: [0.0; 3],
     t_max: 0.0,
@@ -279,7 +278,7 @@ fn closest_in_leaf<I: Isa>(
 
 /// How many groups of 16 rays have an active one.
 #[inline(always)]
-fn groups(active: u64) -> u32 {
+pub fn groups(active: u64) -> u32 {
     (0..SIZE / 16)
         .map(|g| u32::from(active >> (16 * g) & 0xffff != 0))
         .sum()
@@ -311,7 +310,7 @@ impl Nearest {
 }
 
 #[inline(always)]
-fn prefetch<I: Isa>(blocks: &[Block], at: u32) {
+pub fn prefetch<I: Isa>(blocks: &[Block], at: u32) {
     let start = blocks
         .as_ptr()
         .wrapping_add((at & !LEAF) as usize)
@@ -319,146 +318,4 @@ fn prefetch<I: Isa>(blocks: &[Block], at: u32) {
     for line in 0..4 {
         I::prefetch(start.wrapping_add(64 * line));
     }
-}
-
-/// How much work is put aside before it is done, or a little more.
-const ASIDE: usize = 512;
-
-/// How many packets are not made after one that fell apart.
-const SKIP: u32 = 12;
-
-/// Whether there is any hit, for any number of rays.
-#[inline(always)]
-pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherence: Coherence) {
-    dark.fill(false);
-    let mut room = [NO_RAY; SIZE];
-    let mut aside: Vec<Work> = Vec::new();
-    let mut packet = Packet::NONE;
-    // Where packets fall apart into many pieces, the next few are not made.
-    let mut skip = 0u32;
-    for (k, given) in rays.chunks(SIZE).enumerate() {
-        let number = k * SIZE;
-        let before = aside.len();
-        let local = scaled(scene, given, &mut room);
-        let whole = |aside: &mut Vec<Work>, i: usize| {
-            aside.push(Work {
-                ray: given[i],
-                number: number + i,
-                start: NO_CHILD,
-            })
-        };
-        let apex = Apex::of(local);
-        let packed = skip == 0
-            && scene.direct
-            && packet.set::<I>(local, scene.reach, outer_pad(scene), apex)
-            && !(coherence == Coherence::Unknown
-                && apex == Apex::Origin
-                && packet.spread() > scene.reach / 16.0);
-        if !packed {
-            (0..given.len()).for_each(|i| whole(&mut aside, i));
-            skip = skip.saturating_sub(1);
-        } else if scene.root != NO_CHILD {
-            let met = occluded_in_mesh::<I>(&scene.placed[0].bvh, &packet, |i, start| {
-                aside.push(Work {
-                    ray: given[i],
-                    number: number + i,
-                    start,
-                });
-            });
-            for (i, dark) in dark[number..][..given.len()].iter_mut().enumerate() {
-                *dark = met >> i & 1 != 0;
-            }
-        }
-        if skip == 0 && aside.len() - before > 2 * SIZE {
-            skip = SKIP;
-        }
-        if aside.len() >= ASIDE {
-            trace::<I, _, true>(
-                scene,
-                &mut Any {
-                    work: aside.drain(..),
-                    dark,
-                },
-            );
-        }
-    }
-    trace::<I, _, true>(
-        scene,
-        &mut Any {
-            work: aside.drain(..),
-            dark,
-        },
-    );
-}
-
-/// Bit i: ray i meets something. Rays that are few at a node are handed to `alone` with it.
-#[inline(always)]
-fn occluded_in_mesh<I: Isa>(mesh: &Bvh, packet: &Packet, mut alone: impl FnMut(usize, u32)) -> u64 {
-    let blocks = mesh.blocks();
-    let mut stack = MaskStack::new();
-    let mut found = Found::NOTHING;
-    let t_max = packet.farthest::<I>();
-    let mut dark = 0u64;
-    let (mut at, mut active) = (mesh.root(), packet.active);
-    loop {
-        if active.count_ones() <= FEW {
-            while active != 0 {
-                alone(active.trailing_zeros() as usize, at);
-                active &= active - 1;
-            }
-        } else if at & LEAF == 0 {
-            let node = node(blocks, at);
-            let (mut mask, _) = packet.fan.children::<I>(node, t_max);
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize & 7;
-                mask &= mask - 1;
-                let entered = packet.enter::<I>(|row| node.bounds[row][lane], active);
-                if entered != 0 {
-                    prefetch::<I>(blocks, node.child[lane]);
-                    stack.push(node.child[lane], entered);
-                }
-            }
-        } else {
-            let leaf = leaf(blocks, at);
-            dark |= dark_in_leaf::<I>(leaf, active, packet, &mut found);
-        }
-        loop {
-            let Some((next, mask)) = stack.pop() else {
-                return dark;
-            };
-            (at, active) = (next, mask & !dark);
-            if active != 0 {
-                break;
-            }
-        }
-    }
-}
-
-/// The rays of `active` that meet something in a leaf.
-#[inline(always)]
-fn dark_in_leaf<I: Isa>(leaf: &Leaf, mut active: u64, packet: &Packet, found: &mut Found) -> u64 {
-    let mut dark = 0;
-    let mut triangles = packet.candidates::<I>(leaf);
-    if triangles.count_ones() * groups(active) < active.count_ones() {
-        while triangles != 0 {
-            let k = triangles.trailing_zeros() as usize;
-            triangles &= triangles - 1;
-            for group in 0..SIZE / 16 {
-                let lanes = ((active & !dark) >> (16 * group)) as u32 & 0xffff;
-                if lanes != 0 {
-                    dark |= u64::from(test_rays::<I>(leaf, k, packet, group, lanes, found))
-                        << (16 * group);
-                }
-            }
-        }
-        return dark;
-    }
-    while active != 0 {
-        let i = active.trailing_zeros() as usize & (SIZE - 1);
-        active &= active - 1;
-        if test::<I>(leaf, &packet.triangle_ray(i), packet.t_max[i], found) != 0 {
-            dark |= 1 << i;
-        }
-    }
-    dark
 }
