@@ -2,6 +2,7 @@
 # make test    lint, then all tests            (what CI runs)
 # make lint    formatting, clippy, ruff, mypy, stubs; warnings are errors
 # make bench   the figures in benchmarks/results/
+# make leak    a thousand million rays aimed at edges and vertices; none may leak
 # make docs    the documentation in docs/_build/html
 # make wheel   a wheel and the source archive in dist/
 # make clean   removes everything that was made
@@ -29,7 +30,7 @@ endif
 
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: help demo test lint bench docs wheel clean
+.PHONY: help demo test lint bench leak docs wheel clean
 
 help:
 	@sed -n 's/^# \{0,1\}//p;/^$$/q' Makefile
@@ -50,7 +51,10 @@ lint: $(DONE)/build $(DONE)/develop
 	$(BIN)/python -m mypy.stubtest raycam._core
 
 bench: $(DONE)/build $(DONE)/develop
-	@for script in benchmarks/bench_*.py; do echo "== $$script"; $(BIN)/python $$script; done
+	@for script in benchmarks/bench_*.py benchmarks/embree_race.py; do echo "== $$script"; $(BIN)/python $$script; done
+
+leak: $(DONE)/toolchain.mk
+	cargo run --locked --release -p raycam-bvh --example leaks
 
 docs: $(DONE)/build $(DONE)/documentation
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
