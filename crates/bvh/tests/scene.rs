@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use raycam_bvh::{
-    Coherence, ExactHit, ExactRay, ExactTriangles, Hit, NOTHING, Quality, Ray, Scene,
+    Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Instance, NOTHING, Quality, Ray, Scene,
 };
 
 fn closest(scene: &Scene, rays: &[Ray]) -> Vec<Hit> {
@@ -149,6 +149,65 @@ fn exact_is_brute_force_also_far_away() {
             let (t, _, triangle, next) = world.nearest(ray);
             if next - t > 1e-9 * t {
                 assert_eq!(hit.triangle, triangle, "{ray:?} {hit:?} {t} {next}");
+            }
+        }
+    }
+}
+
+/// Rays of one eye run in packets where they can: near and far eyes, aimed at corners and edges as well.
+#[test]
+fn exact_packets_are_brute_force() {
+    let mut rng = Rng(11);
+    for (offset, distance) in [(0.0, 0.3), (0.0, 2.0), (1e6, 6.0), (0.0, 40.0), (-3e4, 1e7)] {
+        for mesh in [soup(300, 0.3, &mut rng), sphere(8, &mut rng)] {
+            let mut world = World::of(&mesh);
+            world.origin = [offset; 3];
+            for v in &mut world.placed[0].0 {
+                *v = v.map(|x| x * 1.000_000_1 + offset);
+            }
+            let local = Mesh {
+                vertices: mesh
+                    .vertices
+                    .iter()
+                    .map(|v| v.map(|x| (f64::from(x) * 1.000_000_1) as f32))
+                    .collect(),
+                triangles: mesh.triangles.clone(),
+            };
+            let instance = Instance {
+                bvh: local.build(Quality::Default),
+                world_from_mesh: IDENTITY,
+            };
+            let scene = Scene::build(vec![instance], world.origin).unwrap();
+            let away = rng.vector().map(|x| f64::from(x) + 0.1);
+            let length = away.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let eye: [f64; 3] = std::array::from_fn(|a| offset + distance * away[a] / length);
+            let rays: Vec<_> = (0..1500)
+                .map(|i| {
+                    let k = rng.below(mesh.triangles.len()) as u32;
+                    let [a, b, c] = world.corners(0, k);
+                    let (u, v) = match i % 3 {
+                        // Next to a corner or an edge: nearer than float32 can tell.
+                        0 => (
+                            1e-6 * f64::from(rng.signed()),
+                            1e-6 * f64::from(rng.signed()),
+                        ),
+                        1 => (0.5, 1e-6 * f64::from(rng.signed())),
+                        _ => (f64::from(rng.signed()), f64::from(rng.signed())),
+                    };
+                    let target: [f64; 3] =
+                        std::array::from_fn(|x| a[x] + u * (b[x] - a[x]) + v * (c[x] - a[x]));
+                    ExactRay {
+                        origin: eye,
+                        direction: std::array::from_fn(|x| target[x] - eye[x]),
+                        t_max: if i % 7 == 0 { 0.99 } else { f64::INFINITY },
+                    }
+                })
+                .collect();
+            for (ray, hit) in rays.iter().zip(exact_hits(&scene, &rays, &world)) {
+                let (t, _, triangle, next) = world.nearest(ray);
+                if next - t > 1e-9 * t || t == f64::INFINITY {
+                    assert_eq!(hit.triangle, triangle, "{ray:?} {hit:?} {t} {next}");
+                }
             }
         }
     }

@@ -5,7 +5,9 @@
 //! [`ExactTriangles::corners`] alone. A ray that starts far away is first moved, in float64, to where it enters the
 //! scene's box: the bound counts from there.
 
-use super::local::{EPS, LocalRay};
+use super::exact_packet::closest_exact_packet;
+use super::local::{EPS, LocalRay, TriangleRay};
+use super::packet::SIZE;
 use super::stack::Stack;
 use super::steps::enter_children;
 use super::triangle::{corners, indices, relative};
@@ -24,32 +26,37 @@ pub fn closest_exact_batch<I: Isa>(
     triangles: &dyn ExactTriangles,
     hits: &mut [ExactHit],
 ) {
-    for (ray, hit) in rays.iter().zip(hits) {
-        *hit = match Moved::new(scene, ray) {
-            Some(moved) => through_scene::<I>(scene, moved, triangles),
-            None => ExactHit::MISS,
-        };
+    for (rays, hits) in rays.chunks(SIZE).zip(hits.chunks_mut(SIZE)) {
+        if !closest_exact_packet::<I>(scene, rays, triangles, hits) {
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = match Moved::new(scene, ray) {
+                    Some(moved) => through_scene::<I>(scene, moved, triangles),
+                    None => ExactHit::MISS,
+                };
+            }
+        }
     }
 }
 
 /// A ray that was moved to the scene's box.
-struct Moved {
+#[derive(Clone, Copy)]
+pub struct Moved {
     /// Start in the world and direction as given, but scaled to a largest component of 1 to 2.
-    origin: [f64; 3],
-    direction: [f64; 3],
+    pub origin: [f64; 3],
+    pub direction: [f64; 3],
     /// The given t is the t along `direction` divided by this power of two.
     power: f64,
     /// Start in scaled scene coordinates, `forward` along `direction`, which is in them as well.
-    start: [f64; 3],
-    forward: f64,
+    pub start: [f64; 3],
+    pub forward: f64,
     /// What `start` may be off by.
-    drift: f64,
+    pub drift: f64,
     /// The nearest hit so far, `t` along `direction`.
     best: ExactHit,
 }
 
 impl Moved {
-    fn new(scene: &Scene, ray: &ExactRay) -> Option<Moved> {
+    pub fn new(scene: &Scene, ray: &ExactRay) -> Option<Moved> {
         let steepest = ray.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let finite = ray
             .origin
@@ -113,14 +120,25 @@ impl Moved {
 
     /// How far boxes need to be looked at, in t from `start`.
     #[inline(always)]
-    fn limit(&self) -> f32 {
+    pub fn limit(&self) -> f32 {
         let limit = self.best.t - self.forward + EPS64 * self.forward;
         (limit as f32).next_up().max(0.0)
     }
 
+    /// What was found, by the t of the ray as it was given.
+    pub fn answer(&self) -> ExactHit {
+        if self.best.triangle == crate::NOTHING {
+            return ExactHit::MISS;
+        }
+        ExactHit {
+            t: self.best.t / self.power,
+            ..self.best
+        }
+    }
+
     /// Takes a triangle if it is hit before the best one.
     #[inline(always)]
-    fn decide(&mut self, corners: [[f64; 3]; 3], instance: u32, triangle: u32) {
+    pub fn decide(&mut self, corners: [[f64; 3]; 3], instance: u32, triangle: u32) {
         let Some((t, u, v)) = meet(self.origin, self.direction, corners) else {
             return;
         };
@@ -170,13 +188,7 @@ fn through_scene<I: Isa>(
             }
         }
     }
-    if ray.best.triangle == crate::NOTHING {
-        return ExactHit::MISS;
-    }
-    ExactHit {
-        t: ray.best.t / ray.power,
-        ..ray.best
-    }
+    ray.answer()
 }
 
 #[inline(always)]
@@ -194,9 +206,7 @@ fn through_mesh<I: Isa>(
     let origin = std::array::from_fn(|row| (turned(ray.start, row) + matrix[row][3]) as f32);
     let direction =
         std::array::from_fn(|row| turned(ray.direction.map(|d| d * scene.unit), row) as f32);
-    // Ray, matrix and vertices were rounded to float32, at the size they have in the scene or in the mesh.
-    let off = placed.stretch * (32.0 * EPS * (distance + scene.reach) + ray.drift as f32 * 2.0)
-        + 8.0 * EPS * mesh.reach();
+    let off = off(scene, placed, distance, ray.drift);
     let Some(local) = LocalRay::new(origin, direction, mesh.reach(), off) else {
         return;
     };
@@ -214,7 +224,7 @@ fn through_mesh<I: Isa>(
             }
         } else {
             let leaf = leaf(mesh.blocks(), at);
-            let mut near = may_meet::<I>(leaf, &local, off);
+            let mut near = may_meet::<I>(leaf, &local.triangle, off);
             while near != 0 {
                 let lane = near.trailing_zeros();
                 near &= near - 1;
@@ -229,14 +239,20 @@ fn through_mesh<I: Isa>(
     }
 }
 
+/// What a ray that starts within `distance` of the scene's origin and the vertices of a mesh are off by in its
+/// coordinates: ray, matrix and vertices were rounded to float32, at the size they have in the scene or in the mesh.
+pub fn off(scene: &Scene, placed: &Placed, distance: f32, drift: f64) -> f32 {
+    placed.stretch * (32.0 * EPS * (distance + scene.reach) + drift as f32 * 2.0)
+        + 8.0 * EPS * placed.bvh.reach()
+}
+
 /// Bit i: the ray might meet triangle i if ray and corners are off by at most `off`.
 ///
 /// The shear adds to that at most the error along its axis, so a sheared corner is off by e = 2 `off`; an edge function
 /// x1 y2 - y1 x2 then by e (|x1| + |y1| + |x2| + |y2|) + 2 e^2, and rounding, which `off` exceeds by far, by less than
 /// that again.
 #[inline(always)]
-fn may_meet<I: Isa>(leaf: &Leaf, ray: &LocalRay, off: f32) -> u32 {
-    let ray = &ray.triangle;
+pub fn may_meet<I: Isa>(leaf: &Leaf, ray: &TriangleRay, off: f32) -> u32 {
     let [kx, ky, kz] = ray.axes;
     let rx = relative::<I>(leaf, kx, ray.origin[kx]);
     let ry = relative::<I>(leaf, ky, ray.origin[ky]);

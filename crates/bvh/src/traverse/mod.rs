@@ -1,6 +1,7 @@
 //! From a batch of rays to its answers.
 
 mod exact;
+mod exact_packet;
 mod fan;
 mod interleaved;
 pub mod local;
