@@ -1,0 +1,90 @@
+"""The command line: one file for each command, `options.py` for what they share.
+
+Starting up is part of every picture's time: modules that only one command needs are imported by that command.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from ..errors import Error, SettingsError, nearest
+from . import demo, doctor, explain, info, render, video
+
+__all__ = ["COMMANDS", "main"]
+
+COMMANDS = {
+    "render": render.COMMAND,
+    "video": video.COMMAND,
+    "explain": explain.COMMAND,
+    "info": info.COMMAND,
+    "doctor": doctor.COMMAND,
+    "demo": demo.COMMAND,
+}
+"""Every command, in the order that help shows. Adding one is adding its file and its row."""
+
+STOPPED = 130  # what a shell reports of a command that Ctrl-C ended
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs a command and returns its exit status: 0, 1 for an error, 2 for a wrong command line."""
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    try:
+        parser = _parser()
+        if words and not words[0].startswith("-") and words[0] not in COMMANDS:
+            parser.error(nearest("command", words[0], list(COMMANDS)))
+        options = parser.parse_args(words)
+        options.run(options)
+        sys.stdout.flush()
+        return 0
+    except KeyboardInterrupt:
+        print("raycam: stopped", file=sys.stderr)
+        return STOPPED
+    except BrokenPipeError:
+        # Whoever read the output has seen enough; Python would complain once more on its way out.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except (Error, ValueError, OSError, MemoryError) as error:
+        print(f"raycam: error: {_message(error)}", file=sys.stderr)
+        return 2 if isinstance(error, SettingsError) else 1
+
+
+def _message(error: BaseException) -> str:
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    if isinstance(error, MemoryError):
+        return f"out of memory {error}".rstrip()
+    return str(error)
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Exits with status 2."""
+        self.exit(2, f"raycam: error: {message} (see {self.prog} --help)\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    from .._core import __version__
+
+    parser = _Parser(
+        prog="raycam",
+        description="Virtual worlds made of triangles, seen through any camera matrix.",
+        epilog="Begin with `raycam demo DIR`: a world, pictures and a video. `raycam COMMAND --help` shows more.",
+    )
+    parser.add_argument("--version", action="version", version=f"raycam {__version__}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=_Parser)
+    for name, (add, help_text, examples) in COMMANDS.items():
+        command = commands.add_parser(
+            name,
+            help=help_text,
+            description=f"{help_text[0].upper()}{help_text[1:]}.",
+            epilog="examples:\n" + "\n".join(f"  {example}" for example in examples),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        add(command)
+    return parser

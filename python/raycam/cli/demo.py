@@ -1,0 +1,30 @@
+"""`raycam demo`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .options import Command
+
+
+def _add(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "folder", metavar="DIR", nargs="?", default="raycam-demo", help="made if it is not there"
+    )
+    command.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    from ..demo import demo
+
+    demo(Path(options.folder))
+
+
+COMMAND = Command(
+    _add,
+    "make a world, pictures of it and a video",
+    [
+        "raycam demo demo",
+    ],
+)

@@ -1,0 +1,45 @@
+"""`raycam explain`."""
+
+from __future__ import annotations
+
+import argparse
+
+from .options import Command, add_camera, add_world, load_world, view
+
+
+def _add(command: argparse.ArgumentParser) -> None:
+    add_world(command)
+    command.add_argument(
+        "--pixel",
+        metavar=("U", "V"),
+        nargs=2,
+        type=int,
+        required=True,
+        help="column and row, from 0 at the top left",
+    )
+    command.add_argument("--figure", metavar="FILE.svg", help="draw the explanation too")
+    add_camera(command)
+    command.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    from ..explain_pixel import check_figure, explain
+
+    if options.figure is not None:
+        check_figure(options.figure)
+    world = load_world(options)
+    explanation = explain(world, view(world, options), options.pixel)
+    print(explanation)
+    if options.figure is not None:
+        explanation.save_figure(options.figure)
+        print(f"\n{options.figure}: the figure")
+
+
+COMMAND = Command(
+    _add,
+    "show every step that finds the colour of one pixel",
+    [
+        "raycam explain room.toml --pixel 320 240",
+        "raycam explain room.toml --pixel 320 240 --figure explain.svg",
+    ],
+)

@@ -1,0 +1,134 @@
+"""What several commands share: what a command is, the options of worlds, cameras and rendering."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ..errors import SettingsError
+
+if TYPE_CHECKING:
+    from ..camera import Camera
+    from ..world import World
+
+
+class Command(NamedTuple):
+    """One command: a row of `COMMANDS`."""
+
+    add: Callable[[argparse.ArgumentParser], None]
+    """Adds its options, and `run`, which does it, as a default."""
+    help: str
+    """What it does, in a line."""
+    examples: Sequence[str]
+    """Command lines that people would type, and what they give."""
+
+
+def add_world(command: argparse.ArgumentParser) -> None:
+    """The world, the first argument."""
+    command.add_argument(
+        "world", metavar="WORLD", help="a world file (.toml) or a mesh (.obj .ply .stl .off)"
+    )
+
+
+def add_camera(command: argparse.ArgumentParser) -> None:
+    """Which camera of the world, and how large its picture."""
+    command.add_argument("--camera", metavar="NAME", help="a camera of the world; its first one otherwise")
+    command.add_argument(
+        "--size",
+        metavar="WxH",
+        type=size_of,
+        help="the picture's size in pixels; the view stays the camera's",
+    )
+
+
+def add_rendering(command: argparse.ArgumentParser) -> None:
+    """What `raycam.render` takes."""
+    group = command.add_argument_group(
+        "rendering", "what is not given is what [render] of the world file says"
+    )
+    group.add_argument(
+        "--integrator",
+        metavar="NAME",
+        help="direct: lit, with shadows (default); flat: plain colours; reference: flat by the lecture, slow",
+    )
+    group.add_argument("--samples", metavar="N", type=int, help="rays per pixel (default 16)")
+    group.add_argument("--filter", metavar="NAME", help="box (default) or blackman-harris")
+    group.add_argument("--seed", metavar="N", type=int, help="the seed of all random numbers (default 0)")
+    group.add_argument(
+        "--threads", metavar="N", type=int, help="threads (default: all); never changes the picture"
+    )
+    group.add_argument(
+        "--ambient-occlusion",
+        metavar="METRES",
+        type=float,
+        nargs="?",
+        const=True,
+        help="darken the sky in corners: by surfaces at any distance, or up to METRES",
+    )
+    group.add_argument(
+        "--no-ambient-occlusion",
+        dest="ambient_occlusion",
+        action="store_const",
+        const=False,
+        help="an open sky, whatever the world file says",
+    )
+    group.add_argument(
+        "--exposure", metavar="STOPS", type=float, help="brighten the picture; +1 doubles (default 0)"
+    )
+
+
+RENDERING = ("integrator", "samples", "filter", "seed", "threads", "ambient_occlusion", "exposure")
+
+
+def rendering(options: argparse.Namespace) -> dict[str, Any]:
+    """What was given of the options of `add_rendering`, as arguments of `raycam.render`."""
+    return {name: value for name in RENDERING if (value := getattr(options, name)) is not None}
+
+
+def size_of(text: str) -> tuple[int, int]:
+    """(width, height) from "640x480"."""
+    width, _, height = text.lower().partition("x")
+    try:
+        return int(width), int(height)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not WIDTHxHEIGHT, as in 640x480") from None
+
+
+def numbers(text: str) -> tuple[int, ...]:
+    """Whole numbers from "0,0,320,240"."""
+    try:
+        return tuple(int(number) for number in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not X,Y,WIDTH,HEIGHT, as in 0,0,320,240") from None
+
+
+def view(world: World, options: argparse.Namespace) -> Camera:
+    """The camera that `--camera` and `--size` ask for."""
+    if options.camera is None and not world.cameras:
+        return world.default_camera(options.size or (640, 480))
+    camera = world.camera(options.camera) if options.camera is not None else world.default_camera()
+    if options.size is None:
+        return camera
+    (width, height), (new_width, new_height) = camera.size, options.size
+    if width * new_height != 0 and abs(new_width * height / (width * new_height) - 1.0) > 0.01:
+        raise SettingsError(
+            f"--size {new_width}x{new_height} would stretch the picture of the camera, which has {width} x {height}"
+        )
+    return camera.resized(options.size)
+
+
+def load_world(options: argparse.Namespace) -> World:
+    """The world, with its notices told."""
+    from ..world import load
+
+    world = load(options.world)
+    tell(world.notices)
+    return world
+
+
+def tell(notices: Sequence[str]) -> None:
+    """Notices, one a line, on stderr."""
+    for notice in notices:
+        print(f"raycam: {notice}", file=sys.stderr)
