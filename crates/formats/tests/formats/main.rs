@@ -5,6 +5,7 @@ mod common;
 mod exr;
 mod folder;
 mod load;
+mod meshopt;
 mod mtl;
 mod obj;
 mod off;

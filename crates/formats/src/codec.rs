@@ -1,0 +1,3 @@
+//! Decoders of compressed parts of files: what glTF's compression extensions put in the place of plain bytes.
+
+pub mod meshopt;

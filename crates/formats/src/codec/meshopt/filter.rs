@@ -1,0 +1,107 @@
+//! What decoded attributes go through: lossy but short forms of unit vectors, rotations, floats and colours.
+
+use std::f32::consts::FRAC_1_SQRT_2;
+
+use super::Filter;
+
+/// Turns the elements into what they stand for, in place; the shape has been checked.
+pub(super) fn apply(filter: Filter, bytes: &mut [u8], stride: usize) -> Result<(), String> {
+    match (filter, stride) {
+        (Filter::None, _) => Ok(()),
+        (Filter::Exponential, _) => {
+            for word in bytes.as_chunks_mut::<4>().0 {
+                *word = exponential(i32::from_le_bytes(*word)).to_le_bytes();
+            }
+            Ok(())
+        }
+        (Filter::Octahedral, 4) => each(bytes, i8::from_le_bytes, i8::to_le_bytes, |v| {
+            let v = octahedral(v.map(i32::from), 127.0)?;
+            Some(v.map(|c| c as i8))
+        }),
+        (Filter::Octahedral, _) => each(bytes, i16::from_le_bytes, i16::to_le_bytes, |v| {
+            let v = octahedral(v.map(i32::from), 32767.0)?;
+            Some(v.map(|c| c as i16))
+        }),
+        (Filter::Quaternion, _) => each(bytes, i16::from_le_bytes, i16::to_le_bytes, quaternion),
+        (Filter::Color, 4) => each(bytes, u8::from_le_bytes, u8::to_le_bytes, |v| {
+            let [y, co, cg, a] = v;
+            let chroma = [co, cg].map(|c| i32::from(c.cast_signed()));
+            Some(color(y.into(), chroma, a.into(), 255.0)?.map(|c| c as u8))
+        }),
+        (Filter::Color, _) => each(bytes, u16::from_le_bytes, u16::to_le_bytes, |v| {
+            let [y, co, cg, a] = v;
+            let chroma = [co, cg].map(|c| i32::from(c.cast_signed()));
+            Some(color(y.into(), chroma, a.into(), 65535.0)?.map(|c| c as u16))
+        }),
+    }
+}
+
+/// Replaces every four components of `N` bytes.
+fn each<T: Copy, const N: usize>(
+    bytes: &mut [u8],
+    from: impl Fn([u8; N]) -> T,
+    to: impl Fn(T) -> [u8; N],
+    decode: impl Fn([T; 4]) -> Option<[T; 4]>,
+) -> Result<(), String> {
+    let components = bytes.as_chunks_mut::<N>().0.as_chunks_mut::<4>().0;
+    for (index, element) in components.iter_mut().enumerate() {
+        let decoded = decode(element.map(&from));
+        let decoded = decoded.ok_or_else(|| format!("element {index} is none of its filter's"))?;
+        *element = decoded.map(&to);
+    }
+    Ok(())
+}
+
+/// 1.0 as an integer of some number of bits: all of them set but the sign.
+fn is_one(value: i32) -> bool {
+    value > 0 && (value + 1).count_ones() == 1
+}
+
+/// A unit vector from the octahedron (Cigolle et al., 2014), the largest component `one`; the fourth component as it is.
+fn octahedral([x, y, one, rest]: [i32; 4], scale: f32) -> Option<[f32; 4]> {
+    if !is_one(one) {
+        return None;
+    }
+    let [mut x, mut y] = [x, y].map(|c| c as f32 / one as f32);
+    let z = 1.0 - x.abs() - y.abs();
+    // The lower half is folded over the edges of the upper one.
+    let fold = z.min(0.0);
+    x -= fold.copysign(x);
+    y -= fold.copysign(y);
+    let length = (x * x + y * y + z * z).sqrt();
+    let [x, y, z] = [x, y, z].map(|c| (c / length * scale).round());
+    Some([x, y, z, rest as f32])
+}
+
+/// A unit quaternion from its three smaller components; the lowest bits of the fourth say which one is missing.
+fn quaternion(v: [i16; 4]) -> Option<[i16; 4]> {
+    let one = v[3] | 3;
+    if !is_one(one.into()) {
+        return None;
+    }
+    let [x, y, z] = [v[0], v[1], v[2]].map(|c| f32::from(c) / f32::from(one) * FRAC_1_SQRT_2);
+    let w = (1.0 - x * x - y * y - z * z).max(0.0).sqrt();
+    let mut out = [0; 4];
+    for (i, c) in [w, x, y, z].into_iter().enumerate() {
+        out[((v[3] & 3) as usize + i) % 4] = (c * 32767.0).round() as i16;
+    }
+    Some(out)
+}
+
+/// 2^e m from an exponent of 8 and a mantissa of 24 bits, both signed; exact where float32 can say it.
+fn exponential(value: i32) -> f32 {
+    let (exponent, mantissa) = (i64::from(value >> 24), value << 8 >> 8);
+    let power = f64::from_bits(((1023 + exponent) as u64) << 52);
+    (power * f64::from(mantissa)) as f32
+}
+
+/// RGBA from YCoCg and an alpha whose highest set bit tells how many bits the components have.
+fn color(y: i32, [co, cg]: [i32; 2], a: i32, scale: f32) -> Option<[f32; 4]> {
+    let bits = a.checked_ilog2()?;
+    let most = (2 << bits) - 1;
+    let low = a & most >> 1;
+    let alpha = low << 1 | low & 1;
+    let rgba = [y + co - cg, y + cg, y - co - cg, alpha];
+    let factor = scale / most as f32;
+    Some(rgba.map(|c| (c as f32 * factor).round()))
+}
