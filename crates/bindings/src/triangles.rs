@@ -48,11 +48,12 @@ pub(crate) fn colors(world: &World) -> Vec<Rgb> {
             if let Some(colors) = &mesh.vertex_colors {
                 rgb = times(rgb, mean(corners.map(|i| colors[i as usize])));
             }
-            if let (Some(texture), Some(uvs)) = (material.texture, &mesh.uvs) {
-                rgb = times(
-                    rgb,
-                    world.textures[texture].lookup(mean(corners.map(|i| uvs[i as usize]))),
-                );
+            if let Some(slot) = &material.texture
+                && let Some(uvs) = mesh.uv_set(slot.uv_set)
+            {
+                let uv = slot.coordinates(mean(corners.map(|i| uvs[i as usize])));
+                let [r, g, b, _] = world.textures[slot.texture].lookup(uv);
+                rgb = times(rgb, [r, g, b]);
             }
             rgb
         };

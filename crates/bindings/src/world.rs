@@ -119,7 +119,7 @@ impl World {
         self.snapshot()
             .textures
             .iter()
-            .map(|texture| texture.name.clone())
+            .map(|texture| texture.image.name.clone())
             .collect()
     }
 

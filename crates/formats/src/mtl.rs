@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
-use raycam_scene::{Material, Reflectance};
+use raycam_scene::{Material, Reflectance, TextureSlot};
 
 use crate::error::FormatError;
 use crate::text::{self, Lines, Words};
@@ -72,12 +72,13 @@ impl MtlMaterial {
         Material {
             name: self.name.clone(),
             color: self.diffuse,
-            texture,
+            texture: texture.map(TextureSlot::plain),
             reflectance: Reflectance::Lecture {
                 diffuse: 1.0,
                 specular,
                 shininess: self.shininess,
             },
+            ..Material::default()
         }
     }
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use raycam_scene::color::Rgb;
-use raycam_scene::{Mesh, Model, Wrap};
+use raycam_scene::{Mesh, Model, TextureSlot, Wrap};
 
 use crate::corners::{Corner, NONE, Vertices};
 use crate::error::FormatError;
@@ -307,7 +307,7 @@ impl<'a> Ply<'a> {
         if let Some(file) = header.textures.first().filter(|_| textured) {
             let texture = companion::texture(path, file, Wrap::Repeat, folder, &mut model)?;
             if texture.is_some() {
-                model.materials[0].texture = texture;
+                model.materials[0].texture = texture.map(TextureSlot::plain);
                 model.materials[0].color = [1.0; 3];
             }
             if self.images.len() > 1 || header.textures.len() > 1 {

@@ -2,11 +2,12 @@
 
 use std::io::Cursor;
 use std::path::Path;
+use std::sync::Arc;
 
 use image::codecs::jpeg::JpegDecoder;
 use image::codecs::png::PngDecoder;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, Limits};
-use raycam_scene::{Texture, Wrap};
+use raycam_scene::{Image, Texels, Texture, TextureSampler, Wrap};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
@@ -83,12 +84,18 @@ pub(crate) fn decode(
         notices.push(format!("{}: its transparency is dropped", path.display()));
     }
     let size = [image.width(), image.height()];
-    let texels = image.into_rgb8().into_raw().as_chunks::<3>().0.to_vec();
-    Ok(Texture {
+    let texels = image.into_rgba8().into_raw().as_chunks::<4>().0.to_vec();
+    let image = Image {
         name: path.display().to_string(),
         size,
-        texels,
-        wrap,
+        texels: Texels::Srgb8(texels),
+    };
+    Ok(Texture {
+        image: Arc::new(image),
+        sampler: TextureSampler {
+            wrap,
+            ..TextureSampler::default()
+        },
     })
 }
 

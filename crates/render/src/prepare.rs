@@ -216,12 +216,14 @@ fn check(world: &World) -> Result<(), RenderError> {
         .map_err(invalid)?;
     for (i, material) in world.materials.iter().enumerate() {
         material.validate().map_err(invalid)?;
-        if let Some(texture) = material
-            .texture
-            .filter(|&texture| texture >= world.textures.len())
+        if let Some(slot) = material
+            .texture_slots()
+            .into_iter()
+            .find(|slot| slot.texture >= world.textures.len())
         {
             return fail(format!(
-                "material {i} has texture {texture} of {}",
+                "material {i} has texture {} of {}",
+                slot.texture,
                 world.textures.len()
             ));
         }

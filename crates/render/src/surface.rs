@@ -30,15 +30,16 @@ impl PreparedWorld {
                 hit,
             );
         }
-        if let Some(texture) = material.texture
-            && let Some(uvs) = &mesh.uvs
+        if let Some(slot) = &material.texture
+            && let Some(uvs) = mesh.uv_set(slot.uv_set)
         {
             let [u, v] = [0, 1].map(|axis| {
                 let corner = |k: usize| f64::from(uvs[mesh.triangles[triangle][k] as usize][axis]);
                 let (u, v) = (f64::from(hit.u), f64::from(hit.v));
                 (corner(0) + (corner(1) - corner(0)) * u + (corner(2) - corner(0)) * v) as f32
             });
-            color *= Vec3::from(self.textures[texture].lookup([u, v]));
+            let texel = self.textures[slot.texture].lookup(slot.coordinates([u, v]));
+            color *= Vec3::from_slice(&texel);
         }
         color
     }
@@ -141,13 +142,13 @@ impl<'a> Surface<'a> {
         }
         let Reflectance::Lecture {
             diffuse, specular, ..
-        } = self.material.material.reflectance
+        } = &self.material.material.reflectance
         else {
             return Vec3::ZERO;
         };
-        let mut reflected = self.base * (diffuse * std::f32::consts::FRAC_1_PI);
+        let mut reflected = self.base * (*diffuse * std::f32::consts::FRAC_1_PI);
         if let Some(lobe) = &self.material.lobe {
-            reflected += Vec3::from(specular) * lobe.evaluate(self.normal, self.view, light);
+            reflected += Vec3::from(*specular) * lobe.evaluate(self.normal, self.view, light);
         }
         reflected * cosine
     }
@@ -156,13 +157,13 @@ impl<'a> Surface<'a> {
     pub fn ambient(&self) -> Vec3 {
         let Reflectance::Lecture {
             diffuse, specular, ..
-        } = self.material.material.reflectance
+        } = &self.material.material.reflectance
         else {
             return Vec3::ZERO;
         };
-        let mut reflected = self.base * diffuse;
+        let mut reflected = self.base * *diffuse;
         if let Some(lobe) = &self.material.lobe {
-            reflected += Vec3::from(specular) * lobe.albedo(self.normal.dot(self.view));
+            reflected += Vec3::from(*specular) * lobe.albedo(self.normal.dot(self.view));
         }
         reflected
     }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Control, PreparedWorld, RenderError, Settings};
-use raycam_scene::{Light, World};
+use raycam_scene::{Light, TextureSlot, World};
 
 #[test]
 fn meshes_that_stay_are_not_built_again() {
@@ -56,7 +56,10 @@ fn worlds_that_do_not_fit_together_are_refused() {
     refused(&|w| w.objects[0].mesh = 9, "mesh 9 of 3");
     refused(&|w| w.objects[1].materials = vec![5], "material 5 of 3");
     refused(&|w| w.objects[1].materials.clear(), "0 materials");
-    refused(&|w| w.materials[0].texture = Some(2), "texture 2 of 0");
+    refused(
+        &|w| w.materials[0].texture = Some(TextureSlot::plain(2)),
+        "texture 2 of 0",
+    );
     refused(&|w| w.materials[0].color = [2.0; 3], "color");
     refused(
         &|w| w.objects[0].world_from_mesh = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0)),

@@ -7,7 +7,9 @@ use std::collections::HashSet;
 use common::*;
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_render::{Channel, Control, Filter, Settings, queries};
-use raycam_scene::{Camera, Light, Mesh, PixelCenter, Texture, World, Wrap, primitive};
+use raycam_scene::{
+    Camera, Light, Mesh, PixelCenter, Texture, TextureSlot, World, Wrap, primitive,
+};
 
 fn settings() -> Settings {
     Settings {
@@ -433,16 +435,11 @@ fn flat_colours_are_products_and_come_back_exactly() {
     let size = [4, 2];
     let texels: Vec<[u8; 3]> = (0..8).map(|i| [i * 31, 255 - i * 17, i * i * 5]).collect();
     let mut world = World::default();
-    let texture = Texture {
-        name: String::new(),
-        size,
-        texels: texels.clone(),
-        wrap: [Wrap::Clamp; 2],
-    };
+    let texture = Texture::from_srgb8("", size, texels.iter().copied(), [Wrap::Clamp; 2]);
     let texture = world.add_texture(texture);
     let mesh = primitive::plane([4.0, 2.0]).unwrap();
     let mut painted = material([1.0; 3], 0.0, 0.0, 1.0);
-    painted.texture = Some(texture);
+    painted.texture = Some(TextureSlot::plain(texture));
     add(&mut world, mesh, painted, DAffine3::IDENTITY);
     // One texel per pixel.
     let k = DMat3::from_cols(DVec3::X * 10.0, DVec3::Y * 10.0, DVec3::new(1.5, 0.5, 1.0));

@@ -3,6 +3,8 @@
 use crate::color::Rgb;
 use crate::error::SceneError;
 use crate::mesh::Mesh;
+use crate::principled::{NormalMap, Principled, Textured};
+use crate::texture::TextureSlot;
 
 /// What a surface is made of. The base colour at a point is the product of `color`, the mesh's face or vertex colour
 /// and the texture.
@@ -12,14 +14,41 @@ pub struct Material {
     pub name: String,
     /// Linear base colour, each channel 0..=1.
     pub color: Rgb,
-    /// Index into the world's textures.
-    pub texture: Option<usize>,
+    /// What multiplies it: red, green, blue; its alpha multiplies `opacity`.
+    pub texture: Option<TextureSlot>,
+    /// 0..=1, with the texture's and the vertices' alpha; what it means is `alpha`'s to say.
+    pub opacity: f32,
+    /// What opacity means.
+    pub alpha: Alpha,
+    /// Whether the back of a triangle is lit as its front is; else it is as glTF says: not seen by the camera's picture.
+    pub double_sided: bool,
+    /// What shines by itself, linear, in W/(m² sr). Texture: red, green, blue.
+    pub emission: Textured<Rgb>,
+    /// Normals of finer detail than the mesh.
+    pub normal_map: Option<NormalMap>,
+    /// How much indirect light the surroundings let through, where it is not computed: strength, texture: red.
+    pub occlusion: Option<Textured<f32>>,
     /// How the base colour is reflected.
     pub reflectance: Reflectance,
 }
 
+/// What a material's opacity means (glTF 2.0, 3.9.4).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Alpha {
+    /// Nothing: it is all there.
+    #[default]
+    Opaque,
+    /// There where opacity is at least this, not there elsewhere.
+    Mask {
+        /// 0.5 where a file says nothing.
+        cutoff: f32,
+    },
+    /// The share of it that is there; the rest shows what lies behind.
+    Blend,
+}
+
 /// The closed set of reflection models.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Reflectance {
     /// The lecture's: Lambert of albedo `diffuse * base colour` plus the energy-conserving modified Phong lobe of
     /// Lafortune and Willems (1994) with albedo `specular` and exponent `shininess`.
@@ -33,6 +62,8 @@ pub enum Reflectance {
     },
     /// The base colour itself, whatever the light.
     Unlit,
+    /// glTF's metallic-roughness with its extensions.
+    Principled(Box<Principled>),
 }
 
 impl Reflectance {
@@ -44,6 +75,24 @@ impl Reflectance {
     };
 }
 
+impl Default for Material {
+    /// White, opaque, all diffuse, seen from both sides.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            color: [1.0; 3],
+            texture: None,
+            opacity: 1.0,
+            alpha: Alpha::Opaque,
+            double_sided: true,
+            emission: [0.0; 3].into(),
+            normal_map: None,
+            occlusion: None,
+            reflectance: Reflectance::DEFAULT,
+        }
+    }
+}
+
 impl Material {
     /// The material of a mesh that says nothing of its own: white, to show the colours that the mesh has, or light grey
     /// where it has none.
@@ -51,11 +100,33 @@ impl Material {
         let colored = mesh.vertex_colors.is_some() || mesh.face_colors.is_some();
         let color = if colored { [1.0; 3] } else { [0.8; 3] };
         Self {
-            name: String::new(),
             color,
-            texture: None,
-            reflectance: Reflectance::DEFAULT,
+            ..Self::default()
         }
+    }
+
+    /// Every texture it uses.
+    pub fn texture_slots(&self) -> Vec<TextureSlot> {
+        self.clone().texture_slots_mut().map(|slot| *slot).collect()
+    }
+
+    /// Every texture it uses, to be changed.
+    pub fn texture_slots_mut(&mut self) -> impl Iterator<Item = &mut TextureSlot> {
+        let principled = match &mut self.reflectance {
+            Reflectance::Principled(principled) => Some(principled.texture_slots_mut()),
+            Reflectance::Lecture { .. } | Reflectance::Unlit => None,
+        };
+        let own = [
+            self.texture.as_mut(),
+            self.emission.texture.as_mut(),
+            self.normal_map.as_mut().map(|normal| &mut normal.texture),
+            self.occlusion
+                .as_mut()
+                .and_then(|occlusion| occlusion.texture.as_mut()),
+        ];
+        own.into_iter()
+            .flatten()
+            .chain(principled.into_iter().flatten())
     }
 
     /// The same, with this name where it has none.
@@ -81,8 +152,28 @@ impl Material {
             )))
         };
         share("color", &self.color)?;
+        share("opacity", &[self.opacity])?;
+        if let Alpha::Mask { cutoff } = self.alpha
+            && !(cutoff.is_finite() && cutoff >= 0.0)
+        {
+            return Err(SceneError::World(format!(
+                "alpha cutoff {cutoff}: expected a finite number >= 0"
+            )));
+        }
+        if !self
+            .emission
+            .value
+            .iter()
+            .all(|v| v.is_finite() && *v >= 0.0)
+        {
+            return Err(SceneError::World(format!(
+                "emission {:?}: expected red, green, blue that are finite and >= 0",
+                self.emission.value
+            )));
+        }
         match self.reflectance {
             Reflectance::Unlit => Ok(()),
+            Reflectance::Principled(ref principled) => principled.validate(),
             Reflectance::Lecture {
                 diffuse,
                 specular,

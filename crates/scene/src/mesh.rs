@@ -18,8 +18,14 @@ pub struct Mesh {
     pub normals: Option<Vec<[f32; 3]>>,
     /// Texture coordinates per vertex; v = 0 is the top row of the image, as in glTF.
     pub uvs: Option<Vec<[f32; 2]>>,
+    /// Further texture coordinates per vertex: sets 1, 2, ...
+    pub more_uvs: Vec<Vec<[f32; 2]>>,
+    /// Tangents per vertex of length 1 towards increasing u, with the bitangent's sign (glTF 2.0, 3.7.2.1).
+    pub tangents: Option<Vec<[f32; 4]>>,
     /// Linear colours per vertex, interpolated.
     pub vertex_colors: Option<Vec<Rgb>>,
+    /// Opacities per vertex, interpolated.
+    pub vertex_opacities: Option<Vec<f32>>,
     /// Linear colours per triangle.
     pub face_colors: Option<Vec<Rgb>>,
     /// Per triangle, which of its object's `materials` it has; all 0 when absent.
@@ -81,7 +87,37 @@ impl Mesh {
             f32::is_finite,
             "finite",
         )?;
+        for (i, uvs) in self.more_uvs.iter().enumerate() {
+            check_numbers(
+                &format!("more_uvs[{i}]"),
+                Some(uvs),
+                vertices,
+                "vertices",
+                f32::is_finite,
+                "finite",
+            )?;
+        }
+        check_numbers(
+            "tangents",
+            self.tangents.as_deref(),
+            vertices,
+            "vertices",
+            f32::is_finite,
+            "finite",
+        )?;
         let share = |v: f32| (0.0..=1.0).contains(&v);
+        let opacities = self
+            .vertex_opacities
+            .as_deref()
+            .map(<[f32]>::as_chunks::<1>);
+        check_numbers(
+            "vertex_opacities",
+            opacities.map(|(all, _)| all),
+            vertices,
+            "vertices",
+            share,
+            "in 0..=1",
+        )?;
         check_numbers(
             "vertex_colors",
             self.vertex_colors.as_deref(),
@@ -149,6 +185,29 @@ impl Mesh {
             [0.0; 3],
         );
         join(&mut self.uvs, other.uvs.as_deref(), before, after, [0.0; 2]);
+        for set in 0..self.more_uvs.len().max(other.more_uvs.len()) {
+            if set == self.more_uvs.len() {
+                self.more_uvs.push(vec![[0.0; 2]; before]);
+            }
+            match other.more_uvs.get(set) {
+                Some(uvs) => self.more_uvs[set].extend_from_slice(uvs),
+                None => self.more_uvs[set].resize(before + after, [0.0; 2]),
+            }
+        }
+        join(
+            &mut self.tangents,
+            other.tangents.as_deref(),
+            before,
+            after,
+            [0.0; 4],
+        );
+        join(
+            &mut self.vertex_opacities,
+            other.vertex_opacities.as_deref(),
+            before,
+            after,
+            1.0,
+        );
         join(
             &mut self.vertex_colors,
             other.vertex_colors.as_deref(),
@@ -171,6 +230,14 @@ impl Mesh {
                 .iter()
                 .map(|triangle| triangle.map(|v| v + offset)),
         );
+    }
+
+    /// The texture coordinates of a set, where the mesh has it: 0 are [`Mesh::uvs`].
+    pub fn uv_set(&self, set: usize) -> Option<&[[f32; 2]]> {
+        match set {
+            0 => self.uvs.as_deref(),
+            _ => self.more_uvs.get(set - 1).map(Vec::as_slice),
+        }
     }
 
     /// How many material slots its triangles use: one more than the largest.

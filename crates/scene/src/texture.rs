@@ -1,13 +1,15 @@
-//! Textures: images that colour surfaces.
+//! Textures: images, and how surfaces look them up.
+
+use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::color::{Rgb, linear_from_srgb8};
+use crate::color::linear_from_srgb8;
 use crate::error::SceneError;
 
 /// What a texture does beyond 0..1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Wrap {
     /// Starts again.
@@ -19,45 +21,179 @@ pub enum Wrap {
     Mirror,
 }
 
-/// An sRGB image of 8 bits a channel, row 0 at the top, and how it is looked up.
+/// What lies between texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Interpolation {
+    /// The nearest texel.
+    Nearest,
+    /// Between the four nearest.
+    #[default]
+    Linear,
+}
+
+/// How an image is looked up, as glTF's samplers say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct TextureSampler {
+    /// Wrap modes of u and v.
+    pub wrap: [Wrap; 2],
+    /// Where a texel covers more than a pixel.
+    pub magnification: Interpolation,
+    /// Where a pixel covers more than a texel.
+    pub minification: Interpolation,
+    /// Between the levels of a mip map; `None` uses the image alone.
+    pub mip: Option<Interpolation>,
+}
+
+/// The texels of an image, row-major, row 0 at the top: red, green, blue and alpha. Alpha is always linear.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Texture {
+pub enum Texels {
+    /// Colours in sRGB.
+    Srgb8(Vec<[u8; 4]>),
+    /// Linear values, 255 stands for 1.
+    Linear8(Vec<[u8; 4]>),
+    /// Linear values, 65535 stands for 1.
+    Linear16(Vec<[u16; 4]>),
+    /// Linear values of any size: high dynamic range.
+    Float(Vec<[f32; 4]>),
+}
+
+impl Texels {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Srgb8(texels) | Self::Linear8(texels) => texels.len(),
+            Self::Linear16(texels) => texels.len(),
+            Self::Float(texels) => texels.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The linear value of one.
+    pub fn linear(&self, index: usize) -> [f32; 4] {
+        match self {
+            Self::Srgb8(texels) => {
+                let [r, g, b, a] = texels[index];
+                let [r, g, b] = linear_from_srgb8([r, g, b]);
+                [r, g, b, f32::from(a) / 255.0]
+            }
+            Self::Linear8(texels) => texels[index].map(|v| f32::from(v) / 255.0),
+            Self::Linear16(texels) => texels[index].map(|v| f32::from(v) / 65535.0),
+            Self::Float(texels) => texels[index],
+        }
+    }
+}
+
+/// An image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
     /// The file it came from, or empty.
     pub name: String,
     /// Columns and rows.
     pub size: [u32; 2],
-    /// Row-major sRGB texels.
-    pub texels: Vec<[u8; 3]>,
-    /// Wrap modes of u and v.
-    pub wrap: [Wrap; 2],
+    /// Row-major, row 0 at the top.
+    pub texels: Texels,
+}
+
+/// An image and how it is looked up. Several textures may share an image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    /// The image.
+    pub image: Arc<Image>,
+    /// How it is looked up.
+    pub sampler: TextureSampler,
+}
+
+/// Where a material takes a value from a texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureSlot {
+    /// Index into the world's textures.
+    pub texture: usize,
+    /// Which texture coordinates of the mesh: 0 for [`Mesh::uvs`](crate::Mesh::uvs), others for those in
+    /// [`Mesh::more_uvs`](crate::Mesh::more_uvs).
+    pub uv_set: usize,
+    /// What the mesh's coordinates (u, v, 1) are multiplied by, row by row, as `KHR_texture_transform` says.
+    pub image_from_mesh: [[f32; 3]; 2],
+}
+
+impl TextureSlot {
+    /// The texture as the mesh's first coordinates have it.
+    pub fn plain(texture: usize) -> Self {
+        Self {
+            texture,
+            uv_set: 0,
+            image_from_mesh: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        }
+    }
+
+    /// The coordinates in the image of coordinates of the mesh.
+    pub fn coordinates(&self, [u, v]: [f32; 2]) -> [f32; 2] {
+        self.image_from_mesh.map(|[a, b, c]| {
+            (f64::from(a) * f64::from(u) + f64::from(b) * f64::from(v) + f64::from(c)) as f32
+        })
+    }
 }
 
 impl Texture {
+    /// An opaque sRGB image.
+    pub fn from_srgb8(
+        name: impl Into<String>,
+        size: [u32; 2],
+        texels: impl IntoIterator<Item = [u8; 3]>,
+        wrap: [Wrap; 2],
+    ) -> Self {
+        let texels = texels.into_iter().map(|[r, g, b]| [r, g, b, 255]).collect();
+        Self {
+            image: Arc::new(Image {
+                name: name.into(),
+                size,
+                texels: Texels::Srgb8(texels),
+            }),
+            sampler: TextureSampler {
+                wrap,
+                ..TextureSampler::default()
+            },
+        }
+    }
+
     /// Whether it has the texels that its size says.
     ///
     /// # Errors
-    /// [`SceneError::World`] where it has not, or has none.
+    /// [`SceneError::World`] where it has not, has none, or has some that are not finite.
     pub fn validate(&self) -> Result<(), SceneError> {
-        let [width, height] = self.size;
-        if width == 0
-            || height == 0
-            || self.texels.len() as u64 != u64::from(width) * u64::from(height)
+        let Image { name, size, texels } = &*self.image;
+        let [width, height] = *size;
+        if texels.is_empty() || texels.len() as u64 != u64::from(width) * u64::from(height) {
+            return Err(SceneError::World(format!(
+                "texture {name:?} has {} texels, expected {width} x {height}, and at least one",
+                texels.len()
+            )));
+        }
+        if let Texels::Float(texels) = texels
+            && let Some(i) = texels
+                .iter()
+                .position(|texel| texel.iter().any(|v| !v.is_finite()))
         {
             return Err(SceneError::World(format!(
-                "texture {:?} has {} texels, expected {width} x {height}, and at least one",
-                self.name,
-                self.texels.len()
+                "texture {name:?} has a texel {:?} at {i}: expected finite numbers",
+                texels[i]
             )));
         }
         Ok(())
     }
 
-    /// The bilinear colour at texture coordinates (u right, v down), linear; texel centres lie at half integers, and
-    /// a texel at its centre comes back exactly. Interpolation is of linear values.
-    pub fn lookup(&self, uv: [f32; 2]) -> Rgb {
-        let [u, v] = [0, 1].map(|axis| Axis::new(uv[axis], self.size[axis], self.wrap[axis]));
-        let texel =
-            |x: usize, y: usize| linear_from_srgb8(self.texels[y * self.size[0] as usize + x]);
+    /// The value at texture coordinates (u right, v down), linear, with alpha; texel centres lie at half integers, and
+    /// a texel at its centre comes back exactly. Interpolation is of linear values, as `magnification` says.
+    pub fn lookup(&self, uv: [f32; 2]) -> [f32; 4] {
+        let Image { size, texels, .. } = &*self.image;
+        let [u, v] = [0, 1].map(|axis| Axis::new(uv[axis], size[axis], self.sampler.wrap[axis]));
+        let texel = |x: usize, y: usize| texels.linear(y * size[0] as usize + x);
+        if self.sampler.magnification == Interpolation::Nearest {
+            return texel(u.nearest(), v.nearest());
+        }
         let row = |y: usize| mix(texel(u.texels[0], y), texel(u.texels[1], y), u.fraction);
         mix(row(v.texels[0]), row(v.texels[1]), v.fraction)
     }
@@ -90,6 +226,10 @@ impl Axis {
             fraction: (position - position.floor()) as f32,
         }
     }
+
+    fn nearest(&self) -> usize {
+        self.texels[usize::from(self.fraction >= 0.5)]
+    }
 }
 
 impl Wrap {
@@ -106,6 +246,6 @@ impl Wrap {
     }
 }
 
-fn mix(a: Rgb, b: Rgb, t: f32) -> Rgb {
-    [0, 1, 2].map(|i| a[i] + (b[i] - a[i]) * t)
+fn mix(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
+    [0, 1, 2, 3].map(|i| a[i] + (b[i] - a[i]) * t)
 }

@@ -128,12 +128,14 @@ impl World {
     /// Those of [`Material::validate`], and a texture that there is not.
     pub fn add_material(&mut self, material: Material) -> Result<usize, SceneError> {
         material.validate()?;
-        if let Some(texture) = material
-            .texture
-            .filter(|&texture| texture >= self.textures.len())
+        if let Some(slot) = material
+            .texture_slots()
+            .into_iter()
+            .find(|slot| slot.texture >= self.textures.len())
         {
             return Err(SceneError::World(format!(
-                "texture {texture} of {}",
+                "texture {} of {}",
+                slot.texture,
                 self.textures.len()
             )));
         }

@@ -7,8 +7,8 @@ use glam::DVec3;
 use raycam_scene::color::linear_from_srgb8;
 use raycam_scene::schema::{self, Entry, Node, ObjectSpec, Value, WorldFile};
 use raycam_scene::{
-    Files, Light, Material, Model, NoFiles, Part, PixelCenter, Reflectance, SceneError, World,
-    Wrap, primitive,
+    Files, Light, Material, Model, NoFiles, Part, PixelCenter, Reflectance, SceneError,
+    TextureSlot, World, Wrap, primitive,
 };
 
 fn build(json: &str) -> Result<World, SceneError> {
@@ -492,7 +492,7 @@ fn model() -> Model {
         name: name.into(),
         color: [0.6; 3],
         texture,
-        reflectance: Reflectance::DEFAULT,
+        ..Material::default()
     };
     let mut files = FakeFiles(Model::default());
     let texture = files.texture("own.png", [Wrap::Repeat; 2]).unwrap();
@@ -506,7 +506,10 @@ fn model() -> Model {
             part(primitive::plane([1.0; 2]).unwrap(), vec![1]),
             part(primitive::box_([1.0; 3]).unwrap(), vec![0]),
         ],
-        materials: vec![material("paint", Some(0)), material("chrome", None)],
+        materials: vec![
+            material("paint", Some(TextureSlot::plain(0))),
+            material("chrome", None),
+        ],
         textures: vec![texture],
         notices: vec!["repaired".into()],
     }
@@ -527,7 +530,7 @@ fn a_mesh_file_brings_its_materials_and_the_description_overrides_them() {
     );
     assert_eq!(
         (world.materials[0].texture, world.materials[1].texture),
-        (None, Some(0))
+        (None, Some(TextureSlot::plain(0)))
     );
     assert_eq!(world.notices, ["repaired"]);
 
@@ -536,12 +539,12 @@ fn a_mesh_file_brings_its_materials_and_the_description_overrides_them() {
         &mut files,
     );
     let styled = styled.unwrap();
-    assert_eq!(styled.textures[1].wrap, [Wrap::Clamp, Wrap::Mirror]);
+    assert_eq!(styled.textures[1].sampler.wrap, [Wrap::Clamp, Wrap::Mirror]);
     assert!(
         styled
             .materials
             .iter()
-            .all(|m| m.texture == Some(1) && m.color == [1.0; 3])
+            .all(|m| m.texture == Some(TextureSlot::plain(1)) && m.color == [1.0; 3])
     );
     let bare = object_with(
         r#"{ "vertices": [[0,0,0],[1,0,0],[0,1,0]], "triangles": [[0,1,2]], "texture": "b.png" }"#,

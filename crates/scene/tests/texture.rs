@@ -2,21 +2,25 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::Random;
 use raycam_scene::color::{linear_from_srgb8, srgb_from_linear, srgb8_from_linear};
-use raycam_scene::{Texture, Wrap};
+use raycam_scene::{Image, Interpolation, Texels, Texture, TextureSampler, Wrap};
 
 fn texture(size: [u32; 2], wrap: Wrap) -> Texture {
     let mut random = Random(u64::from(size[0]));
-    let texels = (0..size[0] * size[1])
-        .map(|_| std::array::from_fn(|_| (random.next() * 256.0) as u8))
-        .collect();
-    Texture {
-        name: "test".into(),
-        size,
-        texels,
-        wrap: [wrap; 2],
-    }
+    let texels =
+        (0..size[0] * size[1]).map(|_| std::array::from_fn(|_| (random.next() * 256.0) as u8));
+    Texture::from_srgb8("test", size, texels, [wrap; 2])
+}
+
+fn texel(texture: &Texture, index: u32) -> [f32; 3] {
+    rgb(texture.image.texels.linear(index as usize))
+}
+
+fn rgb([r, g, b, _]: [f32; 4]) -> [f32; 3] {
+    [r, g, b]
 }
 
 fn center(i: i64, size: u32) -> f32 {
@@ -39,23 +43,18 @@ fn a_texel_at_its_centre_comes_back_byte_for_byte() {
             for x in 0..size[0] {
                 let found =
                     image.lookup([center(i64::from(x), size[0]), center(i64::from(y), size[1])]);
-                let texel = image.texels[(y * size[0] + x) as usize];
-                assert_eq!(found, linear_from_srgb8(texel), "texel {x} {y} of {size:?}");
+                let expected = image.image.texels.linear((y * size[0] + x) as usize);
+                assert_eq!(found, expected, "texel {x} {y} of {size:?}");
             }
         }
     }
     // Black beside white shows the smallest share of a neighbour, in the widest images most.
     let width = 65_536;
-    let texels = (0..width).map(|x| [255 * (x % 2) as u8; 3]).collect();
-    let stripes = Texture {
-        name: String::new(),
-        size: [width, 1],
-        texels,
-        wrap: [Wrap::Clamp; 2],
-    };
+    let texels = (0..width).map(|x| [255 * (x % 2) as u8; 3]);
+    let stripes = Texture::from_srgb8("", [width, 1], texels, [Wrap::Clamp; 2]);
     for x in 0..width {
         assert_eq!(
-            srgb8_from_linear(stripes.lookup([center(i64::from(x), width), 0.5])),
+            srgb8_from_linear(rgb(stripes.lookup([center(i64::from(x), width), 0.5]))),
             [255 * (x % 2) as u8; 3]
         );
     }
@@ -63,17 +62,13 @@ fn a_texel_at_its_centre_comes_back_byte_for_byte() {
 
 #[test]
 fn between_centres_linear_values_are_mixed() {
-    let image = Texture {
-        name: String::new(),
-        size: [2, 2],
-        texels: vec![[0; 3], [255; 3], [255; 3], [255; 3]],
-        wrap: [Wrap::Clamp; 2],
-    };
-    assert_eq!(image.lookup([0.5, 0.25]), [0.5; 3]);
-    assert_eq!(image.lookup([0.375, 0.25]), [0.25; 3]);
-    assert_eq!(image.lookup([0.5, 0.5]), [0.75; 3]);
+    let texels = [[0; 3], [255; 3], [255; 3], [255; 3]];
+    let image = Texture::from_srgb8("", [2, 2], texels, [Wrap::Clamp; 2]);
+    assert_eq!(rgb(image.lookup([0.5, 0.25])), [0.5; 3]);
+    assert_eq!(rgb(image.lookup([0.375, 0.25])), [0.25; 3]);
+    assert_eq!(rgb(image.lookup([0.5, 0.5])), [0.75; 3]);
     assert_eq!(
-        image.lookup([0.25, 0.5]),
+        rgb(image.lookup([0.25, 0.5])),
         [0.5; 3],
         "row 0 is at the top, v = 0"
     );
@@ -90,14 +85,14 @@ fn wrapping() {
     for (wrap, texels) in expected {
         let image = texture([3, 1], wrap);
         for (i, texel) in (-4..6).zip(texels) {
-            let expected = linear_from_srgb8(image.texels[texel as usize]);
-            assert_eq!(image.lookup([center(i, 3), 0.5]), expected, "{wrap:?} {i}");
+            let found = rgb(image.lookup([center(i, 3), 0.5]));
+            assert_eq!(found, self::texel(&image, texel), "{wrap:?} {i}");
         }
     }
     let seam = texture([4, 1], Wrap::Repeat);
-    let [first, last] = [0, 3].map(|i| linear_from_srgb8(seam.texels[i]));
+    let [first, last] = [0, 3].map(|i| texel(&seam, i));
     assert_eq!(
-        seam.lookup([0.0, 0.5]),
+        rgb(seam.lookup([0.0, 0.5])),
         [0, 1, 2].map(|i| last[i] + (first[i] - last[i]) * 0.5)
     );
 }
@@ -121,21 +116,49 @@ fn no_coordinate_is_too_large() {
 
 #[test]
 fn texels_and_size_must_agree() {
-    let mut image = texture([3, 2], Wrap::Repeat);
-    image.validate().unwrap();
-    image.texels.pop();
+    texture([3, 2], Wrap::Repeat).validate().unwrap();
+    let short = Texture::from_srgb8("", [3, 2], [[0; 3]; 5], [Wrap::Repeat; 2]);
     assert!(
-        image
+        short
             .validate()
             .unwrap_err()
             .to_string()
             .contains("5 texels, expected 3 x 2")
     );
-    let empty = Texture {
-        name: String::new(),
-        size: [0, 0],
-        texels: vec![],
-        wrap: [Wrap::Repeat; 2],
-    };
+    let empty = Texture::from_srgb8("", [0, 0], [], [Wrap::Repeat; 2]);
     assert!(empty.validate().is_err());
+}
+
+#[test]
+fn texels_are_linear_values_with_alpha() {
+    let of = |texels: Texels| texels.linear(0);
+    let half = linear_from_srgb8([188; 3])[0];
+    assert_eq!(
+        of(Texels::Srgb8(vec![[188, 0, 255, 51]])),
+        [half, 0.0, 1.0, 0.2]
+    );
+    assert_eq!(
+        of(Texels::Linear8(vec![[51, 0, 255, 51]])),
+        [0.2, 0.0, 1.0, 0.2]
+    );
+    assert_eq!(
+        of(Texels::Linear16(vec![[13107, 0, 65535, 13107]])),
+        [0.2, 0.0, 1.0, 0.2]
+    );
+    assert_eq!(
+        of(Texels::Float(vec![[1e4, 0.0, 1.0, 0.2]])),
+        [1e4, 0.0, 1.0, 0.2]
+    );
+    let mut nearest = texture([3, 1], Wrap::Clamp);
+    nearest.sampler.magnification = Interpolation::Nearest;
+    assert_eq!(rgb(nearest.lookup([0.6, 0.5])), texel(&nearest, 1));
+    let infinite = Texture {
+        image: Arc::new(Image {
+            name: "x".into(),
+            size: [1, 1],
+            texels: Texels::Float(vec![[f32::INFINITY; 4]]),
+        }),
+        sampler: TextureSampler::default(),
+    };
+    assert!(infinite.validate().is_err());
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
 use raycam_formats::{Budget, FormatError, decode_model};
-use raycam_scene::{Mesh, Model};
+use raycam_scene::{Mesh, Model, Texels, Texture};
 
 /// A new empty folder.
 pub fn folder() -> PathBuf {
@@ -122,5 +122,13 @@ pub fn mutations(name: &str, bytes: &[u8], count: usize) {
                 part.mesh.validate().unwrap();
             }
         }
+    }
+}
+
+/// The red, green and blue of an sRGB texture.
+pub fn rgb(texture: &Texture) -> Vec<[u8; 3]> {
+    match &texture.image.texels {
+        Texels::Srgb8(texels) => texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
+        other => panic!("{other:?}"),
     }
 }

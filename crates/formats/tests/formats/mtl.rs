@@ -3,7 +3,7 @@ use std::fs;
 use raycam_formats::{Budget, load, read_model};
 use raycam_scene::{Model, Reflectance, Wrap};
 
-use crate::common::{folder, message};
+use crate::common::{folder, message, rgb};
 
 /// A triangle with a material of this file, in a new folder with a texture.
 fn model(mtl: &str) -> Result<Model, String> {
@@ -85,12 +85,16 @@ fn textures_are_found_by_names_of_every_kind() {
     ] {
         let model = model(&format!("newmtl m 1\nmap_Kd {map}\n")).unwrap();
         assert!(model.notices.is_empty(), "{map}: {:?}", model.notices);
-        assert_eq!(model.materials[0].texture, Some(0), "{map}");
-        assert_eq!(model.textures[0].texels, [[255, 0, 0], [0, 255, 0]]);
-        assert_eq!(model.textures[0].wrap, [Wrap::Repeat; 2]);
+        assert_eq!(
+            model.materials[0].texture.map(|t| t.texture),
+            Some(0),
+            "{map}"
+        );
+        assert_eq!(rgb(&model.textures[0]), [[255, 0, 0], [0, 255, 0]]);
+        assert_eq!(model.textures[0].sampler.wrap, [Wrap::Repeat; 2]);
     }
     let model = model("newmtl m 1\nmap_Kd -clamp on wood.png\n").unwrap();
-    assert_eq!(model.textures[0].wrap, [Wrap::Clamp; 2]);
+    assert_eq!(model.textures[0].sampler.wrap, [Wrap::Clamp; 2]);
 }
 
 #[test]
@@ -142,7 +146,10 @@ fn missing_and_forbidden_files_are_left_out_with_a_notice() {
             model.notices
         );
         assert_eq!(
-            (model.textures.len(), model.materials[0].texture),
+            (
+                model.textures.len(),
+                model.materials[0].texture.map(|t| t.texture)
+            ),
             (0, None)
         );
     }

@@ -3,7 +3,7 @@ use std::fs;
 use raycam_formats::{Budget, png, read_model};
 
 use crate::common::{
-    area, data, error, folder, mesh, message, model, mutations, truncations, vector_area,
+    area, data, error, folder, mesh, message, model, mutations, rgb, truncations, vector_area,
 };
 
 const HEADER: &str = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
@@ -163,7 +163,7 @@ fn corners_may_have_their_own_texture_coordinates_and_an_image() {
         ]
     );
     assert_eq!(
-        model.textures[model.materials[0].texture.unwrap()].texels,
+        rgb(&model.textures[model.materials[0].texture.unwrap().texture]),
         [[1, 2, 3]]
     );
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 use raycam_formats::{Budget, load, png, world_file};
 use raycam_scene::{Up, World};
 
-use crate::common::{file, folder};
+use crate::common::{file, folder, rgb};
 
 fn world(text: &str) -> Result<World, String> {
     let parsed = world_file::parse(text, &folder(), Path::new("room.toml"), &Budget::default());
@@ -58,7 +58,7 @@ irradiance = [3, 3, 3]
         world.objects[1].world_from_mesh.translation.to_array(),
         [0.0, 0.0, 5.0]
     );
-    assert_eq!(world.textures[0].texels, [[255, 0, 0], [0, 0, 255]]);
+    assert_eq!(rgb(&world.textures[0]), [[255, 0, 0], [0, 0, 255]]);
     assert!(
         world
             .notices

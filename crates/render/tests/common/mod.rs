@@ -16,10 +16,9 @@ pub fn material(color: [f32; 3], diffuse: f32, specular: f32, shininess: f32) ->
         shininess,
     };
     Material {
-        name: String::new(),
         color,
-        texture: None,
         reflectance,
+        ..Material::default()
     }
 }
 

@@ -14,7 +14,7 @@ use crate::model::Files;
 use crate::pose;
 use crate::primitive;
 use crate::refine;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureSlot};
 use crate::world::{Object, Up, World};
 
 /// The keys that each say what the shape is.
@@ -104,7 +104,9 @@ impl ObjectSpec {
                     (mesh, materials)
                 } else {
                     let texture = self.read_texture(world.meshes[mesh].uvs.is_some(), files)?;
-                    let index = texture.as_ref().map(|_| world.textures.len());
+                    let index = texture
+                        .as_ref()
+                        .map(|_| TextureSlot::plain(world.textures.len()));
                     let mut restyled: Vec<Material> = materials
                         .iter()
                         .map(|&i| world.materials[i].clone())
@@ -146,7 +148,9 @@ impl ObjectSpec {
                     .map(|&slot| model.materials[slot].clone())
                     .collect();
                 for material in &mut materials {
-                    material.texture = material.texture.map(|texture| texture + next_texture);
+                    material
+                        .texture_slots_mut()
+                        .for_each(|slot| slot.texture += next_texture);
                 }
                 Additions {
                     mesh,
@@ -190,7 +194,7 @@ impl ObjectSpec {
         let texture = self.read_texture(mesh.uvs.is_some(), files)?;
         let index = texture
             .as_ref()
-            .map(|_| next_texture + additions.textures.len());
+            .map(|_| TextureSlot::plain(next_texture + additions.textures.len()));
         additions.textures.extend(texture);
         for material in &mut additions.materials {
             self.restyle(material, index);

@@ -5,6 +5,7 @@ use super::object::{KEYS, MaterialType, ObjectSpec};
 use super::words::{Color, Splat};
 use crate::error::SceneError;
 use crate::material::{Material, Reflectance};
+use crate::texture::TextureSlot;
 
 /// The keys that change a material.
 pub(super) const STYLE: [&str; 7] = [
@@ -63,8 +64,8 @@ impl ObjectSpec {
         }
     }
 
-    /// Changes a material to what is said here; `texture` is the index of the image named here.
-    pub(super) fn restyle(&self, material: &mut Material, texture: Option<usize>) {
+    /// Changes a material to what is said here; `texture` is where the image named here is.
+    pub(super) fn restyle(&self, material: &mut Material, texture: Option<TextureSlot>) {
         // An image named here shows as it is, unless a colour to multiply it by is named here too.
         match self.color {
             Some(Color(color)) => material.color = color,
@@ -72,12 +73,13 @@ impl ObjectSpec {
             None => {}
         }
         material.texture = texture.or(material.texture);
-        let base = match material.reflectance {
-            Reflectance::Unlit if self.relit() => Reflectance::DEFAULT,
-            base => base,
+        let base = match &material.reflectance {
+            Reflectance::Unlit | Reflectance::Principled(_) if self.relit() => Reflectance::DEFAULT,
+            base => base.clone(),
         };
         material.reflectance = match (self.type_, base) {
             (Some(MaterialType::Unlit), _) | (None, Reflectance::Unlit) => Reflectance::Unlit,
+            (None, principled @ Reflectance::Principled(_)) => principled,
             (Some(MaterialType::Matte), _) => Reflectance::Lecture {
                 diffuse: self.diffuse.unwrap_or(1.0),
                 specular: [0.0; 3],

@@ -43,12 +43,7 @@ impl Files for FakeFiles {
     }
 
     fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, SceneError> {
-        Ok(Texture {
-            name: file.into(),
-            size: [1, 1],
-            texels: vec![[255, 0, 0]],
-            wrap,
-        })
+        Ok(Texture::from_srgb8(file, [1, 1], [[255, 0, 0]], wrap))
     }
 }
 

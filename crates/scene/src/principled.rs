@@ -1,0 +1,225 @@
+//! The principled material: glTF 2.0's metallic-roughness and its extensions, as data.
+
+use crate::color::Rgb;
+use crate::error::SceneError;
+use crate::texture::TextureSlot;
+
+/// A number or colour, and a texture that multiplies it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Textured<T> {
+    /// Linear.
+    pub value: T,
+    /// Which channels count is said where it is used.
+    pub texture: Option<TextureSlot>,
+}
+
+impl<T> From<T> for Textured<T> {
+    fn from(value: T) -> Self {
+        Self {
+            value,
+            texture: None,
+        }
+    }
+}
+
+/// A texture of tangent-space normals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalMap {
+    /// Red, green, blue are x, y, z, each 0..=1 for -1..=1.
+    pub texture: TextureSlot,
+    /// What x and y are multiplied by.
+    pub scale: f32,
+}
+
+/// Metal and dielectric in one, layered as the glTF 2.0 specification, appendix B, and its `KHR_materials_*` extensions
+/// say. The base colour is the material's.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Principled {
+    /// 0 dielectric, 1 metal. Texture: blue.
+    pub metallic: Textured<f32>,
+    /// Perceptual roughness 0..=1; alpha is its square. Texture: green.
+    pub roughness: Textured<f32>,
+    /// Index of refraction, >= 1; 0 stands for infinite, as in `KHR_materials_ior`.
+    pub ior: f32,
+    /// Strength of the dielectric's reflection. Texture: alpha.
+    pub specular: Textured<f32>,
+    /// Its colour at normal incidence; may exceed 1. Texture: red, green, blue.
+    pub specular_color: Textured<Rgb>,
+    /// The share of light that is not reflected and passes through. Texture: red.
+    pub transmission: Textured<f32>,
+    /// In the mesh's units; 0 for thin walls. A ray tracer uses the geometry itself, so only whether it is 0 counts.
+    /// Texture: green.
+    pub thickness: Textured<f32>,
+    /// What is left of white light after `attenuation_distance`.
+    pub attenuation_color: Rgb,
+    /// In metres of the world; infinite without absorption.
+    pub attenuation_distance: f32,
+    /// 20 / Abbe number; 0 without.
+    pub dispersion: f32,
+    /// Strength of a clear layer of index 1.5. Texture: red.
+    pub clearcoat: Textured<f32>,
+    /// Its perceptual roughness. Texture: green.
+    pub clearcoat_roughness: Textured<f32>,
+    /// Its normals; the geometry's where there are none.
+    pub clearcoat_normal: Option<NormalMap>,
+    /// Colour of the retroreflection of cloth. Texture: red, green, blue.
+    pub sheen_color: Textured<Rgb>,
+    /// Its perceptual roughness. Texture: alpha.
+    pub sheen_roughness: Textured<f32>,
+    /// Strength of a thin film. Texture: red.
+    pub iridescence: Textured<f32>,
+    /// Of the film.
+    pub iridescence_ior: f32,
+    /// Thickness in nanometres where the texture is 0 and where it is 1 (or missing). Texture: green.
+    pub iridescence_thickness: [f32; 2],
+    /// See `iridescence_thickness`.
+    pub iridescence_thickness_texture: Option<TextureSlot>,
+    /// How much wider highlights are along the tangent's bitangent. Texture: blue.
+    pub anisotropy: Textured<f32>,
+    /// Counter-clockwise from the tangent, in radians. The texture's red and green are the direction, 0..=1 for -1..=1.
+    pub anisotropy_rotation: f32,
+    /// The share of diffuse light that goes on instead of back. Texture: alpha.
+    pub diffuse_transmission: Textured<f32>,
+    /// What colours it. Texture: red, green, blue.
+    pub diffuse_transmission_color: Textured<Rgb>,
+}
+
+impl Default for Principled {
+    /// glTF's defaults.
+    fn default() -> Self {
+        Self {
+            metallic: 1.0.into(),
+            roughness: 1.0.into(),
+            ior: 1.5,
+            specular: 1.0.into(),
+            specular_color: [1.0; 3].into(),
+            transmission: 0.0.into(),
+            thickness: 0.0.into(),
+            attenuation_color: [1.0; 3],
+            attenuation_distance: f32::INFINITY,
+            dispersion: 0.0,
+            clearcoat: 0.0.into(),
+            clearcoat_roughness: 0.0.into(),
+            clearcoat_normal: None,
+            sheen_color: [0.0; 3].into(),
+            sheen_roughness: 0.0.into(),
+            iridescence: 0.0.into(),
+            iridescence_ior: 1.3,
+            iridescence_thickness: [100.0, 400.0],
+            iridescence_thickness_texture: None,
+            anisotropy: 0.0.into(),
+            anisotropy_rotation: 0.0,
+            diffuse_transmission: 0.0.into(),
+            diffuse_transmission_color: [1.0; 3].into(),
+        }
+    }
+}
+
+impl Principled {
+    /// Every texture it uses.
+    pub fn texture_slots_mut(&mut self) -> impl Iterator<Item = &mut TextureSlot> {
+        let slots = [
+            &mut self.metallic.texture,
+            &mut self.roughness.texture,
+            &mut self.specular.texture,
+            &mut self.specular_color.texture,
+            &mut self.transmission.texture,
+            &mut self.thickness.texture,
+            &mut self.clearcoat.texture,
+            &mut self.clearcoat_roughness.texture,
+            &mut self.sheen_color.texture,
+            &mut self.sheen_roughness.texture,
+            &mut self.iridescence.texture,
+            &mut self.iridescence_thickness_texture,
+            &mut self.anisotropy.texture,
+            &mut self.diffuse_transmission.texture,
+            &mut self.diffuse_transmission_color.texture,
+        ];
+        let normal = self
+            .clearcoat_normal
+            .as_mut()
+            .map(|normal| &mut normal.texture);
+        slots.into_iter().flatten().chain(normal)
+    }
+
+    /// Whether its values make sense.
+    ///
+    /// # Errors
+    /// [`SceneError::World`]: a value that is not finite or outside of its range.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        let check = |name: &str, value: f32, good: bool, expected: &str| {
+            if good {
+                Ok(())
+            } else {
+                Err(SceneError::World(format!(
+                    "{name} {value}: expected {expected}"
+                )))
+            }
+        };
+        for (name, value) in [
+            ("metallic", self.metallic.value),
+            ("roughness", self.roughness.value),
+            ("specular", self.specular.value),
+            ("transmission", self.transmission.value),
+            ("clearcoat", self.clearcoat.value),
+            ("clearcoat_roughness", self.clearcoat_roughness.value),
+            ("sheen_roughness", self.sheen_roughness.value),
+            ("iridescence", self.iridescence.value),
+            ("anisotropy", self.anisotropy.value),
+            ("diffuse_transmission", self.diffuse_transmission.value),
+        ] {
+            check(name, value, (0.0..=1.0).contains(&value), "0..=1")?;
+        }
+        for (name, color) in [
+            ("attenuation_color", self.attenuation_color),
+            ("sheen_color", self.sheen_color.value),
+            (
+                "diffuse_transmission_color",
+                self.diffuse_transmission_color.value,
+            ),
+        ] {
+            for value in color {
+                check(name, value, (0.0..=1.0).contains(&value), "0..=1")?;
+            }
+        }
+        let [thinnest, thickest] = self.iridescence_thickness;
+        for (name, value) in [
+            ("specular_color", self.specular_color.value[0]),
+            ("specular_color", self.specular_color.value[1]),
+            ("specular_color", self.specular_color.value[2]),
+            ("thickness", self.thickness.value),
+            ("dispersion", self.dispersion),
+            ("iridescence_thickness", thinnest),
+            ("iridescence_thickness", thickest),
+        ] {
+            check(
+                name,
+                value,
+                value.is_finite() && value >= 0.0,
+                "a finite number >= 0",
+            )?;
+        }
+        for (name, ior) in [("ior", self.ior), ("iridescence_ior", self.iridescence_ior)] {
+            check(
+                name,
+                ior,
+                ior.is_finite() && (ior >= 1.0 || ior == 0.0),
+                "a finite number >= 1, or 0",
+            )?;
+        }
+        let distance = self.attenuation_distance;
+        check(
+            "attenuation_distance",
+            distance,
+            distance > 0.0,
+            "a number > 0, or infinity",
+        )?;
+        let rotation = self.anisotropy_rotation;
+        check(
+            "anisotropy_rotation",
+            rotation,
+            rotation.is_finite(),
+            "a finite number",
+        )
+    }
+}
