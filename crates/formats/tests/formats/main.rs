@@ -2,6 +2,7 @@
 
 mod budget;
 mod common;
+mod draco;
 mod exr;
 mod folder;
 mod load;

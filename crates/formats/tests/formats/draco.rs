@@ -1,0 +1,157 @@
+use std::fs;
+use std::path::Path;
+
+use raycam_formats::codec::draco::{Attribute, Component, Decoded, decode};
+use raycam_formats::{Budget, FormatError};
+
+use crate::common::data;
+
+/// Streams of Google's own encoder, each with what Google's own decoder makes of it.
+fn cases() -> Vec<(String, Vec<u8>, Decoded)> {
+    let file = fs::read(data("draco/draco.cases")).unwrap();
+    let mut rest = &file[..];
+    let mut lump = |length: usize| {
+        let (lump, after) = rest.split_at(length);
+        rest = after;
+        lump.to_vec()
+    };
+    let mut cases = Vec::new();
+    let mut at = 0;
+    while let Some(end) = file[at..].iter().position(|&b| b == b'\n') {
+        let line = String::from_utf8(lump(end + 1)).unwrap();
+        let words: Vec<_> = line.split_whitespace().collect();
+        let [length, triangles, count] = [1, 2, 3].map(|i: usize| words[i].parse().unwrap());
+        let stream = lump(length);
+        let indices = lump(12 * triangles);
+        let indices = indices.as_chunks::<4>().0.as_chunks::<3>().0;
+        let triangles = indices.iter().map(|t| t.map(u32::from_le_bytes)).collect();
+        at += end + 1 + length + 12 * indices.len();
+        let attributes = words[4..].iter().map(|word| {
+            let [id, kind, components] = word.split(',').collect::<Vec<_>>()[..] else {
+                panic!("{word}");
+            };
+            let (component, size) = match kind {
+                "F32" => (Component::F32, 4),
+                "U16" => (Component::U16, 2),
+                "I8" => (Component::I8, 1),
+                _ => (Component::U8, 1),
+            };
+            let components: usize = components.parse().unwrap();
+            let bytes = lump(count * components * size);
+            at += bytes.len();
+            Attribute {
+                id: id.parse().unwrap(),
+                component,
+                components,
+                bytes,
+            }
+        });
+        let attributes = attributes.collect();
+        let decoded = Decoded {
+            triangles,
+            count,
+            attributes,
+        };
+        cases.push((words[0].to_owned(), stream, decoded));
+    }
+    cases
+}
+
+fn read(bytes: &[u8]) -> Result<Decoded, FormatError> {
+    decode(bytes, Path::new("a.glb"), &mut Budget::default())
+}
+
+#[test]
+fn streams_decode_as_in_google_s_library() {
+    let cases = cases();
+    assert_eq!(cases.len(), 9);
+    for (name, stream, expected) in cases {
+        let decoded = read(&stream).unwrap();
+        assert_eq!(decoded.triangles, expected.triangles, "{name}");
+        assert_eq!(decoded.count, expected.count, "{name}");
+        for (a, b) in decoded.attributes.iter().zip(&expected.attributes) {
+            if a.bytes == b.bytes {
+                continue;
+            }
+            // Quantised values go through float32 arithmetic that C++ may contract.
+            let numbers = |attribute: &Attribute| -> Vec<f32> {
+                let words = attribute.bytes.as_chunks::<4>().0;
+                words.iter().map(|&w| f32::from_le_bytes(w)).collect()
+            };
+            assert_eq!((a.id, a.component), (b.id, b.component), "{name}");
+            assert_eq!(a.component, Component::F32, "{name}");
+            for (x, y) in numbers(a).into_iter().zip(numbers(b)) {
+                assert!((x - y).abs() <= 1e-6 * y.abs().max(1.0), "{name} {x} {y}");
+            }
+        }
+        assert_eq!(decoded.attributes.len(), expected.attributes.len());
+    }
+}
+
+#[test]
+fn what_is_not_a_draco_mesh_is_said() {
+    for (bytes, expected) in [
+        (
+            &b"DRAC"[..],
+            "a.glb: Draco compression: does not begin with DRACO",
+        ),
+        (
+            b"DRACO\x02\x02\x00\x01",
+            "a.glb: Draco compression: not a mesh",
+        ),
+        (
+            b"DRACO\x01\x03\x01",
+            "a.glb: Draco compression of version 1.3, expected 2.2",
+        ),
+    ] {
+        assert_eq!(read(bytes).unwrap_err().to_string(), expected);
+    }
+}
+
+#[test]
+fn a_mesh_larger_than_the_budget_is_refused() {
+    let (_, stream, decoded) = cases().pop().unwrap();
+    let size: usize = decoded.attributes.iter().map(|a| a.bytes.len()).sum();
+    let elements = decoded.count + 3 * decoded.triangles.len();
+    let tight = Budget {
+        bytes: size as u64,
+        elements: elements as u64,
+        ..Budget::default()
+    };
+    let read = |mut budget: Budget| decode(&stream, Path::new("a.glb"), &mut budget);
+    assert!(read(tight).is_ok());
+    let fewer = [
+        Budget {
+            bytes: tight.bytes - 1,
+            ..tight
+        },
+        Budget {
+            elements: tight.elements - 1,
+            ..tight
+        },
+        Budget {
+            elements: 300,
+            ..tight
+        },
+    ];
+    for budget in fewer {
+        assert!(read(budget).is_err(), "{budget:?}");
+    }
+}
+
+#[test]
+fn damage_is_an_error_or_harmless() {
+    for (name, stream, _) in cases().into_iter().filter(|(name, ..)| name != "large") {
+        for length in 0..stream.len() {
+            assert!(read(&stream[..length]).is_err(), "{name}: {length} bytes");
+        }
+        for at in 0..stream.len() {
+            let mut damaged = stream.clone();
+            damaged[at] ^= 1 << (at % 8);
+            if let Ok(decoded) = read(&damaged) {
+                let corners = decoded.triangles.as_flattened();
+                assert!(corners.iter().all(|&c| (c as usize) < decoded.count));
+            }
+        }
+    }
+}
