@@ -7,6 +7,7 @@ use raycam_scene::Reflectance;
 use super::{Batch, is_miss};
 use crate::control::Control;
 use crate::error::RenderError;
+use crate::light::Reference;
 use crate::prepare::PreparedWorld;
 use crate::sampler::Pair;
 use crate::settings::{Integrator, Settings};
@@ -23,11 +24,11 @@ pub(super) fn radiance(
     radiance: &mut [Vec3],
 ) -> Result<(), RenderError> {
     let lights = Integrator::Direct.lights(world);
-    let sky = lights.sky;
+    let sky = lights.ambient;
     let mut surfaces = vec![];
     for (i, hit) in batch.hits.iter().enumerate() {
         radiance[i] = if is_miss(hit) {
-            sky
+            lights.sky(batch.directions[i])
         } else if world.material(hit).material.reflectance == Reflectance::Unlit {
             world.base_color(hit)
         } else {
@@ -52,18 +53,25 @@ pub(super) fn radiance(
     }
     for (number, light) in lights.sources.iter().enumerate() {
         control.check()?;
+        if light.is_ambient() {
+            continue;
+        }
         for surface in &surfaces {
-            let random = || batch.samplers[surface.ray].pair(Pair::Light(number));
-            let Some(arriving) = light.arriving(surface.position, random) else {
+            let from = Reference {
+                position: surface.position,
+                normal: surface.geometric,
+            };
+            let random = batch.samplers[surface.ray].pair(Pair::Light(number));
+            let Some(sample) = light.sample(&from, random) else {
                 continue;
             };
-            let contribution = surface.reflected(arriving.direction) * arriving.irradiance;
+            let contribution = surface.reflected(sample.direction) * (sample.radiance / sample.pdf);
             if contribution == Vec3::ZERO {
                 continue;
             }
-            let ray = match arriving.from {
-                None => leaving(surface, arriving.direction, f32::INFINITY),
-                Some(from) => leaving(surface, (from - surface.start).as_vec3(), BEFORE_LIGHT),
+            let ray = match sample.end {
+                None => leaving(surface, sample.direction, f32::INFINITY),
+                Some(end) => leaving(surface, (end - surface.start).as_vec3(), BEFORE_LIGHT),
             };
             shadows.ask(ray, surface.ray, contribution);
         }

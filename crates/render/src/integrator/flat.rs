@@ -7,10 +7,10 @@ use crate::prepare::PreparedWorld;
 use crate::settings::Integrator;
 
 pub(super) fn radiance(world: &PreparedWorld, batch: &Batch, radiance: &mut [Vec3]) {
-    let sky = Integrator::Flat.lights(world).sky;
-    for (hit, radiance) in batch.hits.iter().zip(radiance) {
+    let lights = Integrator::Flat.lights(world);
+    for ((hit, &direction), radiance) in batch.hits.iter().zip(batch.directions).zip(radiance) {
         *radiance = if is_miss(hit) {
-            sky
+            lights.sky(direction)
         } else {
             world.base_color(hit)
         };

@@ -1,55 +1,100 @@
-//! The light bulb: a point, or a sphere of even radiance, that itself is not seen and casts no shadow.
+//! The light bulb: a point, or a sphere of even radiance.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use super::Arriving;
+use super::LightSample;
+use super::cone::Cone;
 
 #[derive(Debug)]
 pub(crate) struct Bulb {
     /// Scene-local.
-    pub center: DVec3,
+    center: DVec3,
     /// In W/sr.
-    pub intensity: Vec3,
-    pub radius: f64,
+    intensity: Vec3,
+    radius: f64,
 }
 
+/// A sphere whose squared sine is less is a point: its density would leave float32.
+const POINT: f64 = 1e-30;
+
 impl Bulb {
-    /// The inverse square law; for a sphere, a direction drawn evenly from the cone it fills (P. Shirley, C. Wang and
-    /// K. Zimmerman, "Monte Carlo techniques for direct lighting calculations", 1996). A sphere is dark inside.
-    pub fn arriving(&self, point: DVec3, random: impl FnOnce() -> [f32; 2]) -> Option<Arriving> {
+    pub fn new(center: DVec3, intensity: Vec3, radius: f64) -> Self {
+        Self {
+            center,
+            intensity,
+            radius,
+        }
+    }
+
+    pub fn is_point(&self) -> bool {
+        self.radius == 0.0
+    }
+
+    /// The inverse square law; for a sphere, a direction drawn evenly from the cone it fills. A sphere is dark inside.
+    pub fn sample(&self, point: DVec3, random: [f32; 2]) -> Option<LightSample> {
         let offset = self.center - point;
         let distance = offset.length();
         if distance <= self.radius || distance == 0.0 {
             return None;
         }
         let axis = offset / distance;
-        if self.radius == 0.0 {
-            return Some(Arriving {
+        let sin2 = (self.radius / distance).powi(2);
+        if sin2 < POINT {
+            return Some(LightSample {
                 direction: axis.as_vec3(),
-                from: Some(self.center),
-                irradiance: (self.intensity.as_dvec3() / (distance * distance)).as_vec3(),
+                end: Some(self.center),
+                radiance: (self.intensity.as_dvec3() / (distance * distance)).as_vec3(),
+                pdf: 1.0,
+                delta: true,
             });
         }
-        // The cone's half angle; 1 - cos without cancellation, however far the bulb is.
-        let sin2_max = (self.radius / distance).powi(2);
-        let height = sin2_max / (1.0 + (1.0 - sin2_max).sqrt());
-        let [x, y] = random().map(f64::from);
-        let cap = x * height;
-        let (cos, sin) = (1.0 - cap, (cap * (2.0 - cap)).sqrt());
-        let (right, up) = axis.any_orthonormal_pair();
-        let direction = axis * cos + (right * (TAU * y).cos() + up * (TAU * y).sin()) * sin;
-        let near = distance * cos
-            - (self.radius.powi(2) - (distance * sin).powi(2))
+        let cone = Cone::new(axis, sin2);
+        let direction = cone.sample(random);
+        let along = direction.dot(offset);
+        let near = along
+            - (self.radius.powi(2) - (offset - direction * along).length_squared())
                 .max(0.0)
                 .sqrt();
-        // Radiance is intensity / (pi r^2), the cone's solid angle 2 pi (1 - cos): their product stays finite.
-        let irradiance = self.intensity.as_dvec3() * (TAU * height / (PI * self.radius.powi(2)));
-        Some(Arriving {
+        Some(LightSample {
             direction: direction.as_vec3(),
-            from: Some(point + direction * near),
-            irradiance: irradiance.as_vec3(),
+            end: Some(point + direction * near),
+            radiance: self.radiance(),
+            pdf: (1.0 / cone.solid_angle()) as f32,
+            delta: false,
         })
+    }
+
+    /// A sphere of radiance L has the intensity L pi r^2 in every direction.
+    fn radiance(&self) -> Vec3 {
+        (self.intensity.as_dvec3() / (PI * self.radius.powi(2))).as_vec3()
+    }
+
+    /// The cone that it fills, where it is more than a point.
+    fn cone(&self, point: DVec3) -> Option<Cone> {
+        let offset = self.center - point;
+        let distance = offset.length();
+        let sin2 = (self.radius / distance).powi(2);
+        (distance > self.radius && sin2 >= POINT).then(|| Cone::new(offset / distance, sin2))
+    }
+
+    pub fn pdf(&self, point: DVec3, direction: Vec3) -> f32 {
+        match self.cone(point) {
+            Some(cone) if cone.contains(direction.as_dvec3()) => (1.0 / cone.solid_angle()) as f32,
+            _ => 0.0,
+        }
+    }
+
+    pub fn crossed(&self, point: DVec3, direction: Vec3, distance: f64) -> Option<Vec3> {
+        let cone = self.cone(point)?;
+        let direction = direction.as_dvec3();
+        let offset = self.center - point;
+        let along = direction.dot(offset);
+        let near = along
+            - (self.radius.powi(2) - (offset - direction * along).length_squared())
+                .max(0.0)
+                .sqrt();
+        (cone.contains(direction) && near <= distance).then(|| self.radiance())
     }
 }

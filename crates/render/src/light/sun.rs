@@ -1,31 +1,80 @@
-//! The sun: parallel light.
+//! The sun: parallel light, or the even light of a disk in the sky.
+
+use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use super::Arriving;
+use super::LightSample;
+use super::cone::Cone;
 
 #[derive(Debug)]
 pub(crate) struct Sun {
-    /// Unit length.
-    towards: Vec3,
+    cone: Cone,
+    /// On a surface that faces it.
     irradiance: Vec3,
+    /// Of its disk; 0 where it has none.
+    radiance: Vec3,
 }
 
+/// A disk whose squared sine is less is a point: float32 directions cannot tell.
+const POINT: f64 = 1e-12;
+
 impl Sun {
-    /// `direction` is the way the light travels.
-    pub fn new(direction: [f64; 3], irradiance: [f32; 3]) -> Self {
-        let towards = (-DVec3::from(direction)).normalize_or_zero().as_vec3();
+    /// `direction` is the way the light travels, `diameter` in degrees.
+    pub fn new(direction: [f64; 3], irradiance: [f32; 3], diameter: f64) -> Self {
+        let towards = (-DVec3::from(direction)).normalize_or_zero();
+        let sin2 = (diameter.to_radians() / 2.0).sin().powi(2);
+        let irradiance = Vec3::from(irradiance);
+        // A facing surface gets the integral of cos over the cone, pi sin^2.
+        let sin2 = if sin2 < POINT { 0.0 } else { sin2 };
+        let radiance = (sin2 > 0.0).then(|| (irradiance.as_dvec3() / (PI * sin2)).as_vec3());
         Self {
-            towards,
-            irradiance: irradiance.into(),
+            cone: Cone::new(towards, sin2),
+            irradiance,
+            radiance: radiance.unwrap_or_default(),
         }
     }
 
-    pub fn arriving(&self) -> Arriving {
-        Arriving {
-            direction: self.towards,
-            from: None,
-            irradiance: self.irradiance,
+    pub fn is_point(&self) -> bool {
+        self.cone.height == 0.0
+    }
+
+    pub fn sample(&self, random: [f32; 2]) -> LightSample {
+        let delta = self.is_point();
+        LightSample {
+            direction: if delta {
+                self.cone.axis.as_vec3()
+            } else {
+                self.cone.sample(random).as_vec3()
+            },
+            end: None,
+            radiance: if delta {
+                self.irradiance
+            } else {
+                self.radiance
+            },
+            pdf: if delta {
+                1.0
+            } else {
+                (1.0 / self.cone.solid_angle()) as f32
+            },
+            delta,
+        }
+    }
+
+    pub fn pdf(&self, direction: Vec3) -> f32 {
+        if !self.is_point() && self.cone.contains(direction.as_dvec3()) {
+            (1.0 / self.cone.solid_angle()) as f32
+        } else {
+            0.0
+        }
+    }
+
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        if !self.is_point() && self.cone.contains(direction.as_dvec3()) {
+            self.radiance
+        } else {
+            Vec3::ZERO
         }
     }
 }
