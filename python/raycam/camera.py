@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, Literal
+from collections.abc import Callable
+from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -17,19 +17,18 @@ from .camera_arguments import (
     Size,
     Up,
     checked_up,
-    intrinsics,
     lens_of,
     make,
     matrix,
-    number,
     vector,
 )
+from .camera_constructors import Constructors
 from .errors import CameraError
 
 __all__ = ["Camera"]
 
 
-class Camera:
+class Camera(Constructors):
     """A camera, immutable; all numbers are float64.
 
     Camera axes are x right, y down, z forward. A world point X projects to the pixel x = P X with
@@ -40,17 +39,32 @@ class Camera:
     `R` [3, 3] is the rotation camera_from_world, `C` [3] the centre in the world. `size` is (width, height).
     `skew` may be given apart from a K that has none. `up` ("z" or "y") matters to `roll_pitch_yaw` alone.
 
-    `distortion` are the coefficients of a lens, between R and K: for `model="opencv"` 4, 5, 8, 12 or 14 of them,
-    `k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tau_x tau_y]]]]` (coefficients that are all 0 are no lens); for
-    `model="fisheye"` 4, `k1 k2 k3 k4` (0: the equidistant fisheye). A lens is used where its model is one-to-one,
-    around the principal axis up to where it folds over; `valid` says which pixels that are. Pixels beyond have no
-    ray (NaN), and show the background; points beyond have no pixel (NaN), and are not seen.
+    `distortion` are the coefficients of a lens, between R and K, by `model`:
+
+    ============================ ==================================================================================
+    "opencv"                     4, 5, 8, 12 or 14: `k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [tau_x tau_y]]]]`
+    "fisheye"                    OpenCV's fisheye, Kalibr's equi: `k1 k2 k3 k4` (0: the equidistant fisheye)
+    "thin_prism_fisheye"         COLMAP's: `k1 k2 p1 p2 k3 k4 sx1 sy1`
+    "rad_tan_thin_prism_fisheye" COLMAP's, Project Aria's: `k0 k1 k2 k3 k4 k5 p0 p1 s0 s1 s2 s3`
+    "fov"                        COLMAP's FOV, Kalibr's fov: `omega`
+    "division"                   COLMAP's DIVISION: `k`
+    "omni"                       unified, Kalibr's omni, OpenCV's omnidir: `xi` or `xi k1 k2 p1 p2`
+    "eucm", "ds"                 enhanced unified `alpha beta`, double sphere `xi alpha`, as in Kalibr
+    "equirectangular"            none; see `Camera.equirectangular`
+    "cylindrical"                none; see `Camera.cylindrical`
+    ============================ ==================================================================================
+
+    Coefficients of "opencv" and "division" that are all 0 are no lens. A lens is used where its model is one-to-one,
+    around the principal axis up to where it folds over, which may be behind the camera; `valid` says which pixels
+    that are. Pixels beyond have no ray (NaN), and show the background; points beyond have no pixel (NaN), and are
+    not seen.
 
     Raises `CameraError` where K is not such a matrix, R is no rotation (and says by how much), a number is not
     finite, the size is 0 or more than 65536 a side or 2^28 pixels, or the lens has another number of coefficients.
 
-    Source: Hartley and Zisserman, Multiple View Geometry, 2nd edition, chapter 6; the lenses are those of OpenCV's
-    `calib3d` and `fisheye` (Kannala and Brandt 2006).
+    Source: Hartley and Zisserman, Multiple View Geometry, 2nd edition, chapter 6; OpenCV's `calib3d` and `fisheye`
+    (Kannala and Brandt 2006); COLMAP's `sensor/models.h`; Devernay and Faugeras 2001 (fov); Fitzgibbon 2001
+    (division); Mei and Rives 2007 (omni); Khomutenko et al. 2016 (eucm); Usenko et al. 2018 (ds).
     """
 
     __slots__ = ("_core", "_lens", "_recipe", "_up")
@@ -83,7 +97,7 @@ class Camera:
         self._up = checked_up(up)
 
     @classmethod
-    def _of(cls, made: tuple[_core.Camera, tuple[Any, ...]], up: str, lens: Lens | None = None) -> Camera:
+    def _of(cls, made: tuple[_core.Camera, tuple[Any, ...]], up: str, lens: Lens | None = None) -> Self:
         camera = cls.__new__(cls)
         camera._set(made, up, lens)
         return camera
@@ -93,140 +107,6 @@ class Camera:
         """The camera of a world, which may have come from a matrix: P brings it back to the last digits."""
         recipe = ("from_matrix", core.p, core.size, core.pixel_center)
         return cls._of((core, recipe), up, core.lens)
-
-    @classmethod
-    def from_matrix(
-        cls, P: npt.ArrayLike, size: Size, *, pixel_center: PixelCenter = "integer", up: Up = "z"
-    ) -> Camera:
-        """A camera from its 3x4 matrix, of any scale and sign, by RQ decomposition.
-
-        The centre is the null vector of P; the third row of its left 3x3 part, times the sign of that part's
-        determinant, points forward. Such a camera has no lens: `Camera(p.K, p.R, p.C, p.size, distortion=...)` gives
-        one to a camera `p`. Raises `CameraError` where the rank is below 3 or the centre at infinity.
-
-        Source: Hartley and Zisserman, sections 6.2.3 and 6.2.4.
-        """
-        p = floats("P", P, (3, 4), error=CameraError)
-        return cls._of(make("from_matrix", p.tolist(), size, pixel_center), up)
-
-    @classmethod
-    def from_pose(
-        cls,
-        location: npt.ArrayLike,
-        roll: float = 0.0,
-        pitch: float = 0.0,
-        yaw: float = 0.0,
-        *,
-        size: Size = (640, 480),
-        focal: float | Sequence[float] | None = None,
-        fov: float | None = None,
-        K: npt.ArrayLike | None = None,
-        skew: float | None = None,
-        principal_point: npt.ArrayLike | None = None,
-        distortion: npt.ArrayLike | None = None,
-        model: Model = "opencv",
-        pixel_center: PixelCenter = "integer",
-        up: Up = "z",
-    ) -> Camera:
-        """A camera at `location` [3], turned by `roll`, `pitch`, `yaw` in degrees.
-
-        ROS REP-103 body axes (x forward, y left, z up), R_world_from_body = Rz(yaw) Ry(pitch) Rx(roll): all zero
-        looks along +x of a z-up world (along -z where `up` is "y"), positive yaw turns left, positive pitch looks
-        down. Intrinsics are exactly one of `focal` (pixels: one or (fx, fy)), `fov` (vertical, degrees) and `K`;
-        `skew` and `principal_point` (default: the centre of the image) go with the first two; `distortion` and
-        `model` are the lens, as in `Camera`.
-        """
-        k = intrinsics(size, focal, fov, K, skew, principal_point, pixel_center)
-        angles = [number(name, v) for name, v in (("roll", roll), ("pitch", pitch), ("yaw", yaw))]
-        place = vector("location", location)
-        made = make("from_pose", place, angles, checked_up(up), k, size, pixel_center)
-        return cls._of(made, up, lens_of(distortion, model))
-
-    @classmethod
-    def look_at(
-        cls,
-        eye: npt.ArrayLike,
-        target: npt.ArrayLike,
-        up: npt.ArrayLike | Up = "z",
-        *,
-        size: Size = (640, 480),
-        focal: float | Sequence[float] | None = None,
-        fov: float | None = None,
-        K: npt.ArrayLike | None = None,
-        skew: float | None = None,
-        principal_point: npt.ArrayLike | None = None,
-        distortion: npt.ArrayLike | None = None,
-        model: Model = "opencv",
-        pixel_center: PixelCenter = "integer",
-    ) -> Camera:
-        """A camera at `eye` [3] that sees `target` [3] at its principal point.
-
-        `up` is what points upwards in the picture: "z", "y", or a vector [3] not parallel to the view. Intrinsics
-        and the lens as in `from_pose`; the vertical field of view is 45 degrees where nothing is said.
-        """
-        if focal is None and fov is None and K is None:
-            fov = 45.0
-        k = intrinsics(size, focal, fov, K, skew, principal_point, pixel_center)
-        if isinstance(up, str):
-            axis = checked_up(up)
-            upwards = [0.0, 0.0, 1.0] if axis == "z" else [0.0, 1.0, 0.0]
-        else:
-            upwards = vector("up", up)
-            axis = "y" if upwards[0] == upwards[2] == 0.0 and upwards[1] > 0.0 else "z"
-        ends = (vector("eye", eye), vector("target", target))
-        made = make("look_at", *ends, upwards, k, size, pixel_center)
-        return cls._of(made, axis, lens_of(distortion, model))
-
-    @classmethod
-    def from_opencv(
-        cls,
-        K: npt.ArrayLike,
-        rvec: npt.ArrayLike,
-        tvec: npt.ArrayLike,
-        size: Size,
-        distortion: npt.ArrayLike | None = None,
-        *,
-        model: Model = "opencv",
-        pixel_center: PixelCenter = "integer",
-        up: Up = "z",
-    ) -> Camera:
-        """A camera from what `cv2.calibrateCamera` and `cv2.solvePnP` return.
-
-        `rvec` is the rotation camera_from_world as a Rodrigues vector [3], [3, 1] or [1, 3] (axis times angle in
-        radians) or as a matrix [3, 3]; `tvec` [3], [3, 1] or [1, 3] is t = -R C. `distortion` are the coefficients
-        of `cv2.calibrateCamera`, or with `model="fisheye"` of `cv2.fisheye.calibrate`, in any shape.
-        """
-        k = matrix("K", K).tolist()
-        shapes: tuple[tuple[int | str, ...], ...] = ((3,), (3, 1), (1, 3))
-        t = floats("tvec", tvec, *shapes, error=CameraError).ravel()
-        r = floats("rvec", rvec, *shapes, (3, 3), error=CameraError)
-        if r.shape == (3, 3):
-            made = make("", k, r.tolist(), (-r.T @ t).tolist(), size, pixel_center)
-        else:
-            made = make("from_opencv", k, r.ravel().tolist(), t.tolist(), size, pixel_center)
-        return cls._of(made, up, lens_of(distortion, model))
-
-    @classmethod
-    def from_opengl(
-        cls,
-        K: npt.ArrayLike,
-        world_from_camera: npt.ArrayLike,
-        size: Size,
-        *,
-        distortion: npt.ArrayLike | None = None,
-        model: Model = "opencv",
-        pixel_center: PixelCenter = "integer",
-        up: Up = "z",
-    ) -> Camera:
-        """A camera from the pose matrix [4, 4] of OpenGL, Blender, pyrender and NeRF.
-
-        Its camera axes are x right, y up, z backward, and it maps camera to world. `K` is in pixels, as everywhere,
-        and the lens is that of `Camera`.
-        """
-        pose = floats("world_from_camera", world_from_camera, (4, 4), error=CameraError)
-        k = matrix("K", K).tolist()
-        made = make("from_opengl", k, pose.tolist(), size, pixel_center)
-        return cls._of(made, up, lens_of(distortion, model))
 
     @property
     def K(self) -> Floats:
@@ -259,9 +139,18 @@ class Camera:
         return None if self._lens is None else np.array(self._lens[1])
 
     @property
-    def model(self) -> Literal["pinhole", "opencv", "fisheye"]:
+    def model(self) -> Model | Literal["pinhole"]:
         """The model of the lens."""
         return "pinhole" if self._lens is None else self._lens[0]
+
+    @property
+    def colmap(self) -> tuple[str, Floats]:
+        """The name and the parameters of the COLMAP model that it is, with the pixel centres of COLMAP.
+
+        Raises `CameraError` where COLMAP has none: skew, OpenCV's prism and tilt, "omni", "ds", "cylindrical".
+        """
+        name, params = self._core.colmap()
+        return name, np.array(params)
 
     @property
     def size(self) -> tuple[int, int]:

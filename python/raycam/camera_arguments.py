@@ -10,12 +10,27 @@ import numpy.typing as npt
 
 from . import _core
 from .arrays import Floats, floats, size_of
-from .errors import CameraError
+from .errors import CameraError, nearest
 
 PixelCenter = Literal["integer", "half"]
 Up = Literal["z", "y"]
-Model = Literal["opencv", "fisheye"]
-Lens = tuple[str, list[float]]
+Model = Literal[
+    "opencv",
+    "fisheye",
+    "thin_prism_fisheye",
+    "rad_tan_thin_prism_fisheye",
+    "fov",
+    "division",
+    "omni",
+    "eucm",
+    "ds",
+    "equirectangular",
+    "cylindrical",
+]
+Lens = tuple[Model, list[float]]
+PANORAMAS = dict(_core.lens_models())
+"""The lens models, and whether each is a panorama, which has no coefficients."""
+
 Size = Sequence[int]
 
 
@@ -32,16 +47,16 @@ def make(constructor: str, *args: Any) -> tuple[_core.Camera, tuple[Any, ...]]:
     return make(*arguments), (constructor, *arguments)
 
 
-def lens_of(distortion: npt.ArrayLike | None, model: str) -> Lens | None:
+def lens_of(distortion: npt.ArrayLike | None, model: Model) -> Lens | None:
     """The lens that a constructor was given."""
-    if model not in ("opencv", "fisheye"):
-        raise CameraError(f'model is {model!r}; expected "opencv" or "fisheye"')
+    if model not in PANORAMAS:
+        raise CameraError(nearest("lens model", model, list(PANORAMAS)))
     if distortion is None:
-        if model == "fisheye":
-            raise CameraError(
-                'model is "fisheye" and distortion is missing: expected its 4 coefficients k1 k2 k3 k4; '
-                "[0, 0, 0, 0] is the equidistant fisheye"
-            )
+        if PANORAMAS[model]:
+            return model, []
+        if model != "opencv":
+            zeros = "; [0, 0, 0, 0] is the equidistant fisheye" if model == "fisheye" else ""
+            raise CameraError(f'model is "{model}" and distortion, its coefficients, is missing{zeros}')
         return None
     return model, np.ravel(
         floats("distortion", distortion, ("n",), (1, "n"), ("n", 1), error=CameraError)

@@ -160,17 +160,35 @@ impl Camera {
 
     /// The same camera with a lens.
     fn with_lens(&self, model: &str, distortion: Vec<f64>) -> PyResult<Self> {
-        let model = match model {
-            "opencv" => LensModel::OpenCv,
-            "fisheye" => LensModel::Fisheye,
-            _ => {
-                return Err(camera_error(format!(
-                    "model is {model:?}; expected \"opencv\" (4, 5, 8, 12 or 14 coefficients) or \"fisheye\" (4)"
-                )));
-            }
-        };
+        let model = LensModel::from_name(model).map_err(IntoPyErr::into_py_err)?;
         let lens = Lens::new(model, &distortion).map_err(IntoPyErr::into_py_err)?;
         made(Ok(self.inner.clone().with_lens(lens)))
+    }
+
+    /// A camera of one of COLMAP's models, at a pose.
+    #[staticmethod]
+    fn from_colmap(
+        model: &str,
+        params: Vec<f64>,
+        r: Matrix3,
+        t: Vector,
+        size: [u32; 2],
+        pixel_center: &str,
+    ) -> PyResult<Self> {
+        let center = self::pixel_center(pixel_center)?;
+        let (mut k, lens) =
+            camera::lens_from_colmap(model, &params).map_err(IntoPyErr::into_py_err)?;
+        k.z_axis += DVec2::splat(center.offset() - 0.5).extend(0.0);
+        let (r, t) = (matrix3(r), vector(t));
+        let pinhole = camera::Camera::new(k, r, -(r.transpose() * t), size, center);
+        made(pinhole.map(|camera| camera.with_lens(lens)))
+    }
+
+    /// The name and the parameters of the COLMAP model that it is.
+    fn colmap(&self) -> PyResult<(&'static str, Vec<f64>)> {
+        let mut k = self.inner.k();
+        k.z_axis += DVec2::splat(0.5 - self.inner.pixel_center().offset()).extend(0.0);
+        camera::colmap_from_lens(k, self.inner.lens()).map_err(IntoPyErr::into_py_err)
     }
 
     /// The model and the coefficients of the lens; None for a pinhole.
@@ -260,6 +278,15 @@ impl Camera {
         });
         array(py, directions.into_flattened(), &[pixels.len(), 3])
     }
+}
+
+/// The names of the lens models, and which of them are panoramas.
+#[pyfunction]
+pub(crate) fn lens_models() -> Vec<(&'static str, bool)> {
+    LensModel::ALL
+        .iter()
+        .map(|model| (model.name(), model.is_panorama()))
+        .collect()
 }
 
 /// K of a vertical field of view in degrees.

@@ -24,7 +24,7 @@ mod core {
     use super::*;
 
     #[pymodule_export]
-    use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov};
+    use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_models};
     #[pymodule_export]
     use crate::encode::{encode_exr, encode_png, linear_from_srgb8, srgb_from_linear};
     #[pymodule_export]

@@ -5,7 +5,10 @@ mod intrinsics;
 mod lens;
 
 pub use intrinsics::{intrinsics_from_focal, intrinsics_from_fov};
-pub use lens::{Fisheye, Lens, LensModel, OpenCv};
+pub use lens::{
+    Division, DoubleSphere, Eucm, Fisheye, Fov, Lens, LensModel, Omni, OpenCv, PrismFisheye,
+    colmap_from_lens, lens_from_colmap,
+};
 
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};
 use schemars::JsonSchema;

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
+use super::{LensModel, wrong_count};
 use crate::error::SceneError;
 
 /// Steps in which the angle where the model folds over is looked for.
@@ -23,10 +24,11 @@ pub struct Fisheye {
 impl Fisheye {
     pub(super) fn new(coefficients: &[f64]) -> Result<Self, SceneError> {
         let Ok(k) = <[f64; 4]>::try_from(coefficients) else {
-            return Err(SceneError::Camera(format!(
-                "distortion {coefficients:?} has {} coefficients: the fisheye model has 4 (k1 k2 k3 k4)",
-                coefficients.len()
-            )));
+            return Err(wrong_count(
+                coefficients,
+                LensModel::Fisheye,
+                "4 (k1 k2 k3 k4)",
+            ));
         };
         let mut lens = Self {
             k,

@@ -1,34 +1,111 @@
 //! Lenses: where the light of a direction meets the image plane at focal length 1, before K.
 
+mod brown;
+mod colmap;
+mod division;
 mod fisheye;
+mod fov;
 mod opencv;
+mod panorama;
+mod prism_fisheye;
+mod unified;
 
 use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use self::colmap::{colmap_from_lens, lens_from_colmap};
+pub use self::division::Division;
 pub use self::fisheye::Fisheye;
+pub use self::fov::Fov;
 pub use self::opencv::OpenCv;
-use crate::error::SceneError;
+pub use self::prism_fisheye::PrismFisheye;
+pub use self::unified::{DoubleSphere, Eucm, Omni};
+use crate::error::{SceneError, suggestion};
 
-/// The families of lenses with distortion coefficients, by the names people write.
+/// The families of lenses, by the names people write.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum LensModel {
     /// OpenCV's main model: 4, 5, 8, 12 or 14 coefficients.
     #[default]
+    #[serde(rename = "opencv")]
     OpenCv,
-    /// OpenCV's fisheye model (Kannala and Brandt): 4 coefficients.
+    /// OpenCV's fisheye model (Kannala and Brandt), Kalibr's `equi`: 4 coefficients.
     Fisheye,
+    /// COLMAP's THIN_PRISM_FISHEYE: 8 coefficients.
+    ThinPrismFisheye,
+    /// COLMAP's RAD_TAN_THIN_PRISM_FISHEYE, Project Aria's fisheye: 12 coefficients.
+    RadTanThinPrismFisheye,
+    /// The field-of-view model: 1 coefficient.
+    Fov,
+    /// The division model: 1 coefficient.
+    Division,
+    /// The unified model, alone (1 coefficient) or with radial and tangential distortion (5).
+    Omni,
+    /// The enhanced unified model: 2 coefficients.
+    Eucm,
+    /// The double sphere model: 2 coefficients.
+    #[serde(rename = "ds")]
+    DoubleSphere,
+    /// The panorama of longitude and latitude: no coefficients.
+    Equirectangular,
+    /// The panorama of longitude and height: no coefficients.
+    Cylindrical,
 }
 
 impl LensModel {
+    /// All there are.
+    pub const ALL: [Self; 11] = [
+        Self::OpenCv,
+        Self::Fisheye,
+        Self::ThinPrismFisheye,
+        Self::RadTanThinPrismFisheye,
+        Self::Fov,
+        Self::Division,
+        Self::Omni,
+        Self::Eucm,
+        Self::DoubleSphere,
+        Self::Equirectangular,
+        Self::Cylindrical,
+    ];
+
     /// As it is written.
     pub fn name(self) -> &'static str {
         match self {
-            LensModel::OpenCv => "opencv",
-            LensModel::Fisheye => "fisheye",
+            Self::OpenCv => "opencv",
+            Self::Fisheye => "fisheye",
+            Self::ThinPrismFisheye => "thin_prism_fisheye",
+            Self::RadTanThinPrismFisheye => "rad_tan_thin_prism_fisheye",
+            Self::Fov => "fov",
+            Self::Division => "division",
+            Self::Omni => "omni",
+            Self::Eucm => "eucm",
+            Self::DoubleSphere => "ds",
+            Self::Equirectangular => "equirectangular",
+            Self::Cylindrical => "cylindrical",
         }
+    }
+
+    /// The one of a name.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] with the nearest name where there is none.
+    pub fn from_name(name: &str) -> Result<Self, SceneError> {
+        let found = Self::ALL.into_iter().find(|model| model.name() == name);
+        found.ok_or_else(|| {
+            let names = Self::ALL.map(Self::name);
+            let hint = suggestion(name, names);
+            SceneError::Camera(format!(
+                "no lens model is called {name:?}{hint}; expected one of {}",
+                names.join(", ")
+            ))
+        })
+    }
+
+    /// Whether it is a panorama, which has no coefficients and repeats every turn.
+    pub fn is_panorama(self) -> bool {
+        matches!(self, Self::Equirectangular | Self::Cylindrical)
     }
 }
 
@@ -43,50 +120,105 @@ pub enum Lens {
     OpenCv(Box<OpenCv>),
     /// See [`Fisheye`].
     Fisheye(Fisheye),
+    /// See [`PrismFisheye`].
+    ThinPrismFisheye(Box<PrismFisheye>),
+    /// See [`PrismFisheye`].
+    RadTanThinPrismFisheye(Box<PrismFisheye>),
+    /// See [`Fov`].
+    Fov(Fov),
+    /// See [`Division`].
+    Division(Division),
+    /// See [`Omni`].
+    Omni(Box<Omni>),
+    /// See [`Eucm`].
+    Eucm(Eucm),
+    /// See [`DoubleSphere`].
+    DoubleSphere(DoubleSphere),
+    /// All around: x is `atan2(X, Z)`, y is `atan2(Y, sqrt(X² + Z²))`, in radians.
+    Equirectangular,
+    /// All around: x is `atan2(X, Z)` in radians, y is `Y / sqrt(X² + Z²)`.
+    Cylindrical,
 }
 
 impl Lens {
-    /// The lens of a model and its coefficients. The coefficients 0 of [`LensModel::OpenCv`] are a pinhole, those of
-    /// [`LensModel::Fisheye`] the equidistant fisheye.
+    /// The lens of a model and its coefficients. The coefficients 0 of [`LensModel::OpenCv`] and [`LensModel::Division`]
+    /// are a pinhole, those of [`LensModel::Fisheye`] the equidistant fisheye.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] for a number of coefficients that the model does not have, values that are not finite,
-    /// and tilts of 90 degrees or more.
+    /// [`SceneError::Camera`] for a number of coefficients that the model does not have, and values that are not finite
+    /// or beyond what the model allows.
     pub fn new(model: LensModel, coefficients: &[f64]) -> Result<Self, SceneError> {
         if !coefficients.iter().all(|v| v.is_finite()) {
             return Err(SceneError::Camera(format!(
                 "distortion {coefficients:?}: every coefficient must be finite"
             )));
         }
-        match model {
-            LensModel::OpenCv => {
-                let lens = OpenCv::new(coefficients)?;
-                Ok(if coefficients.iter().all(|v| *v == 0.0) {
-                    Lens::Pinhole
-                } else {
-                    Lens::OpenCv(Box::new(lens))
-                })
+        let zero = coefficients.iter().all(|v| *v == 0.0);
+        Ok(match model {
+            LensModel::OpenCv => match OpenCv::new(coefficients)? {
+                _ if zero => Lens::Pinhole,
+                lens => Lens::OpenCv(Box::new(lens)),
+            },
+            LensModel::Fisheye => Lens::Fisheye(Fisheye::new(coefficients)?),
+            LensModel::ThinPrismFisheye => {
+                Lens::ThinPrismFisheye(Box::new(PrismFisheye::thin_prism(coefficients)?))
             }
-            LensModel::Fisheye => Fisheye::new(coefficients).map(Lens::Fisheye),
-        }
+            LensModel::RadTanThinPrismFisheye => Lens::RadTanThinPrismFisheye(Box::new(
+                PrismFisheye::rad_tan_thin_prism(coefficients)?,
+            )),
+            LensModel::Fov => Lens::Fov(Fov::new(coefficients)?),
+            LensModel::Division => match Division::new(coefficients)? {
+                _ if zero => Lens::Pinhole,
+                lens => Lens::Division(lens),
+            },
+            LensModel::Omni => Lens::Omni(Box::new(Omni::new(coefficients)?)),
+            LensModel::Eucm => Lens::Eucm(Eucm::new(coefficients)?),
+            LensModel::DoubleSphere => Lens::DoubleSphere(DoubleSphere::new(coefficients)?),
+            LensModel::Equirectangular | LensModel::Cylindrical if !coefficients.is_empty() => {
+                return Err(wrong_count(coefficients, model, "none"));
+            }
+            LensModel::Equirectangular => Lens::Equirectangular,
+            LensModel::Cylindrical => Lens::Cylindrical,
+        })
     }
 
     /// The model and its coefficients as they were given; nothing for a pinhole.
     pub fn coefficients(&self) -> Option<(LensModel, &[f64])> {
-        match self {
-            Lens::Pinhole => None,
-            Lens::OpenCv(lens) => Some((LensModel::OpenCv, lens.coefficients())),
-            Lens::Fisheye(lens) => Some((LensModel::Fisheye, lens.coefficients())),
-        }
+        Some(match self {
+            Lens::Pinhole => return None,
+            Lens::OpenCv(lens) => (LensModel::OpenCv, lens.coefficients()),
+            Lens::Fisheye(lens) => (LensModel::Fisheye, lens.coefficients()),
+            Lens::ThinPrismFisheye(lens) => (LensModel::ThinPrismFisheye, lens.coefficients()),
+            Lens::RadTanThinPrismFisheye(lens) => {
+                (LensModel::RadTanThinPrismFisheye, lens.coefficients())
+            }
+            Lens::Fov(lens) => (LensModel::Fov, lens.coefficients()),
+            Lens::Division(lens) => (LensModel::Division, lens.coefficients()),
+            Lens::Omni(lens) => (LensModel::Omni, lens.coefficients()),
+            Lens::Eucm(lens) => (LensModel::Eucm, lens.coefficients()),
+            Lens::DoubleSphere(lens) => (LensModel::DoubleSphere, lens.coefficients()),
+            Lens::Equirectangular => (LensModel::Equirectangular, &[]),
+            Lens::Cylindrical => (LensModel::Cylindrical, &[]),
+        })
     }
 
     /// Where a direction in camera axes, of any length, meets the image plane at focal length 1. Nothing where the lens
-    /// has no image of it.
+    /// has no image of it. Directions at right angles to the axis and behind are as good as any.
     pub fn distort(&self, direction: DVec3) -> Option<DVec2> {
         match self {
             Lens::Pinhole => (direction.z > 0.0).then(|| direction.truncate() / direction.z),
             Lens::OpenCv(lens) => lens.distort(direction),
             Lens::Fisheye(lens) => lens.distort(direction),
+            Lens::ThinPrismFisheye(lens) | Lens::RadTanThinPrismFisheye(lens) => {
+                lens.distort(direction)
+            }
+            Lens::Fov(lens) => lens.distort(direction),
+            Lens::Division(lens) => lens.distort(direction),
+            Lens::Omni(lens) => lens.distort(direction),
+            Lens::Eucm(lens) => lens.distort(direction),
+            Lens::DoubleSphere(lens) => lens.distort(direction),
+            Lens::Equirectangular => panorama::equirectangular(direction),
+            Lens::Cylindrical => panorama::cylindrical(direction),
         }
     }
 
@@ -95,8 +227,50 @@ impl Lens {
     pub fn undistort(&self, image: DVec2) -> Option<DVec3> {
         match self {
             Lens::Pinhole => Some(image.extend(1.0)),
-            Lens::OpenCv(lens) => lens.undistort(image),
             Lens::Fisheye(lens) => lens.undistort(image),
+            Lens::Fov(lens) => lens.undistort(image),
+            Lens::Division(lens) => lens.undistort(image),
+            Lens::Eucm(lens) => lens.undistort(image),
+            Lens::DoubleSphere(lens) => lens.undistort(image),
+            Lens::Equirectangular => panorama::from_equirectangular(image),
+            Lens::Cylindrical => panorama::from_cylindrical(image),
+            Lens::OpenCv(_)
+            | Lens::ThinPrismFisheye(_)
+            | Lens::RadTanThinPrismFisheye(_)
+            | Lens::Omni(_) => self.direction(self.straighten(image, None)?),
         }
     }
+
+    /// Of a lens whose inverse is a search: the point of its undistorted plane that has this image, with something near
+    /// it if that is known. Nothing for other lenses.
+    pub(super) fn straighten(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
+        match self {
+            Lens::OpenCv(lens) => lens.straighten(image, near),
+            Lens::ThinPrismFisheye(lens) | Lens::RadTanThinPrismFisheye(lens) => {
+                lens.straighten(image, near)
+            }
+            Lens::Omni(lens) => lens.straighten(image, near),
+            _ => None,
+        }
+    }
+
+    /// The direction of a point of the undistorted plane.
+    pub(super) fn direction(&self, at: DVec2) -> Option<DVec3> {
+        match self {
+            Lens::ThinPrismFisheye(_) | Lens::RadTanThinPrismFisheye(_) => {
+                Some(prism_fisheye::from_equidistant(at))
+            }
+            Lens::Omni(lens) => lens.direction(at),
+            _ => Some(at.extend(1.0)),
+        }
+    }
+}
+
+/// What is wrong with a number of coefficients.
+fn wrong_count(given: &[f64], model: LensModel, expected: &str) -> SceneError {
+    SceneError::Camera(format!(
+        "distortion {given:?} has {} coefficients: the {} model has {expected}",
+        given.len(),
+        model.name()
+    ))
 }

@@ -1,0 +1,203 @@
+//! Distortion of the image plane: radial as a polynomial or a ratio of two, tangential (Brown, "Close-range camera
+//! calibration", 1971) and thin prism (Weng, Cohen and Herniou, "Camera calibration with distortion models", 1992). The
+//! models differ in the plane that it distorts.
+
+use std::f64::consts::TAU;
+
+use glam::{DMat2, DVec2};
+
+/// Steps of the radius in which the one where the model folds over is looked for.
+const STEPS: u32 = 2048;
+/// Directions around the axis in which it is looked for where the distortion is not the same in all of them.
+const DIRECTIONS: u32 = 32;
+/// What an inverse may be off, in focal lengths, relative to 1 + its distance from the axis.
+const TOLERANCE: f64 = 1e-13;
+
+/// The coefficients, 0 where a model does not have them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Terms {
+    /// Of r², r⁴, ... in the radial factor, and in what divides it.
+    pub numerator: [f64; 6],
+    pub denominator: [f64; 3],
+    pub tangential: [f64; 2],
+    /// Of r² and r⁴ in x, and in y.
+    pub prism: [f64; 4],
+    /// Whether the tangential and the prism terms are those of the point that the radial factor has moved.
+    pub chained: bool,
+}
+
+/// A distortion on a disc around the principal point: the largest one, up to a radius, on which the symmetric part of
+/// the Jacobian is positive definite. A map with this property on a convex set is one-to-one there; for radial
+/// distortion the disc ends exactly where the distorted radius stops growing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Brown {
+    terms: Terms,
+    /// The radius of the disc; not reached.
+    radius: f64,
+    /// No image of the disc is farther from the axis.
+    reach: f64,
+}
+
+impl Brown {
+    /// The disc is looked for up to `radius(1)`; `radius` grows from `radius(0)` = 0.
+    pub fn new(terms: Terms, radius: impl Fn(f64) -> f64) -> Self {
+        let round = terms.tangential == [0.0; 2] && terms.prism == [0.0; 4];
+        let directions = if round { 1 } else { DIRECTIONS };
+        let mut lens = Self {
+            terms,
+            radius: radius(1.0),
+            reach: 0.0,
+        };
+        let around = |i| DVec2::from_angle(TAU * f64::from(i) / f64::from(directions));
+        for i in 0..directions {
+            lens.radius = lens.first_fold(around(i), &radius);
+        }
+        // One per cent more for what lies between the directions.
+        lens.reach = (0..directions).fold(0.0, |reach: f64, i| {
+            reach.max(1.01 * lens.bend(lens.radius * around(i)).0.length())
+        });
+        lens
+    }
+
+    /// The first radius in a direction where the model folds over, or the radius of the disc so far.
+    fn first_fold(&self, direction: DVec2, radius: impl Fn(f64) -> f64) -> f64 {
+        let radius = |step: u32| radius(f64::from(step) / f64::from(STEPS));
+        let folds = |radius: f64| self.regular(radius * direction).is_none();
+        let within = (1..STEPS).take_while(|&step| radius(step) < self.radius);
+        let Some(step) = within.into_iter().find(|&step| folds(radius(step))) else {
+            return self.radius;
+        };
+        let (mut grows, mut turned) = (radius(step - 1), radius(step));
+        for _ in 0..60 {
+            let middle = 0.5 * (grows + turned);
+            if folds(middle) {
+                turned = middle;
+            } else {
+                grows = middle;
+            }
+        }
+        grows
+    }
+
+    /// The image of a point, its Jacobian, and the radial denominator.
+    fn bend(&self, at: DVec2) -> (DVec2, DMat2, f64) {
+        let (radial, radial_jacobian, below) = self.radial(at);
+        if self.terms.chained {
+            let (moved, jacobian) = self.sideways(radial);
+            let image = radial + moved;
+            return (image, (DMat2::IDENTITY + jacobian) * radial_jacobian, below);
+        }
+        let (moved, jacobian) = self.sideways(at);
+        (radial + moved, radial_jacobian + jacobian, below)
+    }
+
+    /// The point moved by the radial factor, with the Jacobian of that.
+    fn radial(&self, at: DVec2) -> (DVec2, DMat2, f64) {
+        let (x, y, s) = (at.x, at.y, at.length_squared());
+        let (above, above_slope) = polynomial(self.terms.numerator, s);
+        let (below, below_slope) = polynomial(self.terms.denominator, s);
+        let g = above / below;
+        let dg = 2.0 * (above_slope - g * below_slope) / below;
+        let mixed = x * y * dg;
+        let jacobian = DMat2::from_cols(
+            DVec2::new(g + x * x * dg, mixed),
+            DVec2::new(mixed, g + y * y * dg),
+        );
+        (at * g, jacobian, below)
+    }
+
+    /// What the tangential and the prism terms add, with the Jacobian of that.
+    fn sideways(&self, at: DVec2) -> (DVec2, DMat2) {
+        let (x, y, s) = (at.x, at.y, at.length_squared());
+        let ([p1, p2], [s1, s2, s3, s4]) = (self.terms.tangential, self.terms.prism);
+        let moved = DVec2::new(
+            2.0 * p1 * x * y + p2 * (s + 2.0 * x * x) + s * (s1 + s * s2),
+            p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y + s * (s3 + s * s4),
+        );
+        let (prism_x, prism_y) = (2.0 * (s1 + 2.0 * s * s2), 2.0 * (s3 + 2.0 * s * s4));
+        let mixed = 2.0 * (p1 * x + p2 * y);
+        let jacobian = DMat2::from_cols(
+            DVec2::new(2.0 * p1 * y + (6.0 * p2 + prism_x) * x, mixed + prism_y * x),
+            DVec2::new(mixed + prism_x * y, (6.0 * p1 + prism_y) * y + 2.0 * p2 * x),
+        );
+        (moved, jacobian)
+    }
+
+    /// The image and the Jacobian within the disc, where the model is one-to-one.
+    fn regular(&self, at: DVec2) -> Option<(DVec2, DMat2)> {
+        let inside = at.length() < self.radius;
+        if !inside {
+            return None;
+        }
+        let (image, jacobian, below) = self.bend(at);
+        let (a, d) = (jacobian.x_axis.x, jacobian.y_axis.y);
+        let b = 0.5 * (jacobian.x_axis.y + jacobian.y_axis.x);
+        (below > 0.0 && a > 0.0 && a * d > b * b).then_some((image, jacobian))
+    }
+
+    /// Where a point of the plane goes.
+    pub fn distort(&self, at: DVec2) -> Option<DVec2> {
+        Some(self.regular(at)?.0)
+    }
+
+    /// The point that goes to `target`: Newton's method, from nearby if something is known, or from afar.
+    pub fn undistort(&self, target: DVec2, near: Option<DVec2>) -> Option<DVec2> {
+        let distance = target.length();
+        if distance.is_nan() || distance > self.reach {
+            return None;
+        }
+        near.and_then(|near| self.refine(target, near))
+            .or_else(|| self.search(target, distance))
+    }
+
+    /// A few steps from a good start.
+    fn refine(&self, target: DVec2, mut at: DVec2) -> Option<DVec2> {
+        for _ in 0..4 {
+            let (found, jacobian) = self.regular(at)?;
+            let step = jacobian.inverse() * (found - target);
+            at -= step;
+            // The next error is of the order of this one's square.
+            if step.length_squared() <= 1e-17 {
+                return (at.length() < self.radius).then_some(at);
+            }
+        }
+        None
+    }
+
+    /// From anywhere: steps are shortened until they stay in the disc and come nearer.
+    fn search(&self, target: DVec2, distance: f64) -> Option<DVec2> {
+        let scale = 1.0 + distance;
+        let mut at = target * (0.9 * self.radius / distance).min(1.0);
+        if distance == 0.0 {
+            at = DVec2::ZERO;
+        }
+        let (mut found, mut jacobian) = self.regular(at)?;
+        for _ in 0..100 {
+            let off = (found - target).length();
+            if off <= 0.5 * f64::EPSILON * scale {
+                break;
+            }
+            let mut step = jacobian.inverse() * (found - target);
+            let halvings = if off <= TOLERANCE * scale { 1 } else { 30 };
+            let next = (0..halvings).find_map(|_| {
+                let there = at - step;
+                step *= 0.5;
+                let (found, jacobian) = self.regular(there)?;
+                ((found - target).length() < off).then_some((there, found, jacobian))
+            });
+            let Some(next) = next else { break };
+            (at, found, jacobian) = next;
+        }
+        ((found - target).length() <= TOLERANCE * scale).then_some(at)
+    }
+}
+
+/// `1 + a s + b s² + ...` and its derivative.
+fn polynomial<const N: usize>(coefficients: [f64; N], s: f64) -> (f64, f64) {
+    let (mut value, mut slope) = (0.0, 0.0);
+    for coefficient in coefficients.into_iter().rev() {
+        slope = slope * s + value;
+        value = value * s + coefficient;
+    }
+    (1.0 + s * value, value + s * slope)
+}

@@ -1,0 +1,163 @@
+//! COLMAP's camera models: their names and parameters (`sensor/models.h`), and the K and the lens that they are.
+
+use std::f64::consts::TAU;
+
+use glam::{DMat3, DVec3};
+
+use super::{Lens, LensModel};
+use crate::error::{SceneError, suggestion};
+
+/// A row of the table of models: its name, whether it has one focal length or two, what stands between the principal
+/// point and the lens's coefficients, how many of them there are, and how many zeros make them the lens's.
+struct Row {
+    name: &'static str,
+    focals: usize,
+    lens: Option<LensModel>,
+    given: usize,
+    zeros: usize,
+}
+
+const fn row(
+    name: &'static str,
+    focals: usize,
+    lens: Option<LensModel>,
+    given: usize,
+    zeros: usize,
+) -> Row {
+    Row {
+        name,
+        focals,
+        lens,
+        given,
+        zeros,
+    }
+}
+
+/// All but EQUIRECTANGULAR, which has a size and no focal length.
+const MODELS: [Row; 18] = [
+    row("SIMPLE_PINHOLE", 1, None, 0, 0),
+    row("PINHOLE", 2, None, 0, 0),
+    row("SIMPLE_RADIAL", 1, Some(LensModel::OpenCv), 1, 3),
+    row("RADIAL", 1, Some(LensModel::OpenCv), 2, 2),
+    row("OPENCV", 2, Some(LensModel::OpenCv), 4, 0),
+    row("FULL_OPENCV", 2, Some(LensModel::OpenCv), 8, 0),
+    row("SIMPLE_FISHEYE", 1, Some(LensModel::Fisheye), 0, 4),
+    row("FISHEYE", 2, Some(LensModel::Fisheye), 0, 4),
+    row("SIMPLE_RADIAL_FISHEYE", 1, Some(LensModel::Fisheye), 1, 3),
+    row("RADIAL_FISHEYE", 1, Some(LensModel::Fisheye), 2, 2),
+    row("OPENCV_FISHEYE", 2, Some(LensModel::Fisheye), 4, 0),
+    row(
+        "THIN_PRISM_FISHEYE",
+        2,
+        Some(LensModel::ThinPrismFisheye),
+        8,
+        0,
+    ),
+    row(
+        "RAD_TAN_THIN_PRISM_FISHEYE",
+        2,
+        Some(LensModel::RadTanThinPrismFisheye),
+        12,
+        0,
+    ),
+    row("FOV", 2, Some(LensModel::Fov), 1, 0),
+    row("SIMPLE_DIVISION", 1, Some(LensModel::Division), 1, 0),
+    row("DIVISION", 2, Some(LensModel::Division), 1, 0),
+    row("EUCM", 2, Some(LensModel::Eucm), 2, 0),
+    EQUIRECTANGULAR,
+];
+
+const EQUIRECTANGULAR: Row = row("EQUIRECTANGULAR", 0, Some(LensModel::Equirectangular), 0, 0);
+
+/// K and the lens of one of COLMAP's models by its name (SIMPLE_PINHOLE to EQUIRECTANGULAR) and its parameters, in pixels
+/// where the centre of the first one is (0.5, 0.5).
+///
+/// # Errors
+/// [`SceneError::Camera`] for a name that is not COLMAP's, a wrong number of parameters, and those of [`Lens::new`].
+pub fn lens_from_colmap(model: &str, params: &[f64]) -> Result<(DMat3, Lens), SceneError> {
+    let Some(row) = MODELS.iter().find(|row| row.name == model) else {
+        let hint = suggestion(model, MODELS.map(|row| row.name));
+        return Err(SceneError::Camera(format!(
+            "COLMAP has no camera model {model:?}{hint}"
+        )));
+    };
+    let expected = row.focals + 2 + row.given;
+    if params.len() != expected {
+        return Err(SceneError::Camera(format!(
+            "{} parameters {params:?}: COLMAP's {model} has {expected}",
+            params.len()
+        )));
+    }
+    let (focals, rest) = params.split_at(row.focals);
+    let (center, given) = rest.split_at(2);
+    let (fx, fy, cx, cy) = match (focals, center) {
+        ([], &[width, height]) => (width / TAU, 2.0 * height / TAU, 0.5 * width, 0.5 * height),
+        (&[f], &[cx, cy]) => (f, f, cx, cy),
+        (&[fx, fy, ..], &[cx, cy]) => (fx, fy, cx, cy),
+        _ => (f64::NAN, f64::NAN, f64::NAN, f64::NAN),
+    };
+    let k = DMat3::from_cols(
+        DVec3::new(fx, 0.0, 0.0),
+        DVec3::new(0.0, fy, 0.0),
+        DVec3::new(cx, cy, 1.0),
+    );
+    let lens = match row.lens {
+        None => Lens::Pinhole,
+        Some(model) => {
+            let mut coefficients = given.to_vec();
+            coefficients.resize(given.len() + row.zeros, 0.0);
+            Lens::new(model, &coefficients)?
+        }
+    };
+    Ok((k, lens))
+}
+
+/// The name and the parameters of the COLMAP model of a K, in pixels where the centre of the first one is (0.5, 0.5), and
+/// a lens.
+///
+/// # Errors
+/// [`SceneError::Camera`] where COLMAP has no such model: skew, OpenCV's thin prism and tilt, `omni`, `ds`, cylindrical
+/// and partial panoramas.
+pub fn colmap_from_lens(k: DMat3, lens: &Lens) -> Result<(&'static str, Vec<f64>), SceneError> {
+    let fail = |what: &str| {
+        Err(SceneError::Camera(format!(
+            "COLMAP has no camera model with {what}"
+        )))
+    };
+    if k.y_axis.x != 0.0 {
+        return fail(&format!("skew (K[0, 1] = {})", k.y_axis.x));
+    }
+    let (fx, fy, cx, cy) = (k.x_axis.x, k.y_axis.y, k.z_axis.x, k.z_axis.y);
+    let (name, coefficients) = match lens.coefficients() {
+        None => ("PINHOLE", vec![]),
+        Some((LensModel::OpenCv, given)) => {
+            if given.iter().skip(8).any(|v| *v != 0.0) {
+                return fail("the thin prism and tilt terms of OpenCV");
+            }
+            let mut eight = given.to_vec();
+            eight.resize(8, 0.0);
+            if eight[4..] == [0.0; 4] {
+                eight.truncate(4);
+                ("OPENCV", eight)
+            } else {
+                ("FULL_OPENCV", eight)
+            }
+        }
+        Some((LensModel::Equirectangular, _)) => {
+            let (width, height) = (2.0 * cx, 2.0 * cy);
+            let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
+            if !(near(fx * TAU, width) && near(fy * TAU, 2.0 * height)) {
+                return fail("a part of an equirectangular panorama");
+            }
+            return Ok((EQUIRECTANGULAR.name, vec![width, height]));
+        }
+        Some((model, given)) => {
+            let exact = |row: &&Row| row.lens == Some(model) && row.focals == 2 && row.zeros == 0;
+            match MODELS.iter().find(exact) {
+                Some(row) => (row.name, given.to_vec()),
+                None => return fail(&format!("the lens model {}", model.name())),
+            }
+        }
+    };
+    Ok((name, [vec![fx, fy, cx, cy], coefficients].concat()))
+}

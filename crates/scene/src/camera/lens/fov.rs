@@ -1,0 +1,65 @@
+//! The field-of-view model of Devernay and Faugeras, "Straight lines have to be straight" (2001): COLMAP's FOV, Kalibr's
+//! `pinhole-fov`.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use glam::{DVec2, DVec3};
+
+use super::{LensModel, wrong_count};
+use crate::error::SceneError;
+
+/// `ω`: an image at the radius `atan(2 r tan(ω / 2)) / ω`, r the radius at depth 1; less than 90 degrees from the axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fov {
+    omega: [f64; 1],
+    /// `2 tan(ω / 2)`.
+    steep: f64,
+}
+
+impl Fov {
+    pub(super) fn new(given: &[f64]) -> Result<Self, SceneError> {
+        let Ok([omega]) = <[f64; 1]>::try_from(given) else {
+            return Err(wrong_count(given, LensModel::Fov, "1 (omega)"));
+        };
+        let omega = omega.abs();
+        if !(omega > 0.0 && omega < PI) {
+            return Err(SceneError::Camera(format!(
+                "distortion {given:?}: the fov model needs omega between 0 and π radians; without distortion it is a \
+                 pinhole"
+            )));
+        }
+        Ok(Self {
+            omega: [omega],
+            steep: 2.0 * (0.5 * omega).tan(),
+        })
+    }
+
+    pub(super) fn coefficients(&self) -> &[f64] {
+        &self.omega
+    }
+
+    pub(super) fn distort(&self, direction: DVec3) -> Option<DVec2> {
+        let across = direction.truncate().length();
+        if direction.z.is_nan() || direction.z <= 0.0 {
+            return None;
+        }
+        if across == 0.0 {
+            return Some(DVec2::ZERO);
+        }
+        let angle = (self.steep * across).atan2(direction.z);
+        Some(direction.truncate() * (angle / self.omega[0] / across))
+    }
+
+    pub(super) fn undistort(&self, image: DVec2) -> Option<DVec3> {
+        let radius = image.length();
+        let angle = radius * self.omega[0];
+        if angle.is_nan() || angle >= FRAC_PI_2 {
+            return None;
+        }
+        if radius == 0.0 {
+            return Some(DVec3::Z);
+        }
+        let (sin, cos) = angle.sin_cos();
+        Some((image * (sin / radius)).extend(cos * self.steep))
+    }
+}

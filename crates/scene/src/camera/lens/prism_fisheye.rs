@@ -1,0 +1,101 @@
+//! Fisheyes with sideways distortion: COLMAP's THIN_PRISM_FISHEYE and RAD_TAN_THIN_PRISM_FISHEYE (Project Aria's
+//! "FisheyeRadTanThinPrism"). Formulas: COLMAP's `sensor/models.h`, Aria's documentation of camera intrinsics.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use super::brown::{Brown, Terms};
+use super::{LensModel, wrong_count};
+use crate::error::SceneError;
+
+/// The equidistant plane, where a direction at the angle θ from the axis lies at the radius θ, distorted. It is used on a
+/// disc, at most 180 degrees from the axis, on which it is one-to-one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrismFisheye {
+    given: Vec<f64>,
+    plane: Brown,
+}
+
+impl PrismFisheye {
+    /// `k1 k2 p1 p2 k3 k4 sx1 sy1`, all terms those of the equidistant point.
+    pub(super) fn thin_prism(given: &[f64]) -> Result<Self, SceneError> {
+        let Ok([k1, k2, p1, p2, k3, k4, sx1, sy1]) = <[f64; 8]>::try_from(given) else {
+            return Err(wrong_count(
+                given,
+                LensModel::ThinPrismFisheye,
+                "8 (k1 k2 p1 p2 k3 k4 sx1 sy1)",
+            ));
+        };
+        let terms = Terms {
+            numerator: [k1, k2, k3, k4, 0.0, 0.0],
+            tangential: [p1, p2],
+            prism: [sx1, 0.0, sy1, 0.0],
+            ..Terms::default()
+        };
+        Ok(Self::new(given, terms))
+    }
+
+    /// `k0 ... k5 p0 p1 s0 s1 s2 s3`, the tangential and the prism terms those of the radially distorted point.
+    pub(super) fn rad_tan_thin_prism(given: &[f64]) -> Result<Self, SceneError> {
+        let Ok([k0, k1, k2, k3, k4, k5, p0, p1, s0, s1, s2, s3]) = <[f64; 12]>::try_from(given)
+        else {
+            return Err(wrong_count(
+                given,
+                LensModel::RadTanThinPrismFisheye,
+                "12 (k0 k1 k2 k3 k4 k5 p0 p1 s0 s1 s2 s3)",
+            ));
+        };
+        let terms = Terms {
+            numerator: [k0, k1, k2, k3, k4, k5],
+            // Its tangential coefficients go with x and y, those of Brown's formula with y and x.
+            tangential: [p1, p0],
+            prism: [s0, s1, s2, s3],
+            chained: true,
+            ..Terms::default()
+        };
+        Ok(Self::new(given, terms))
+    }
+
+    fn new(given: &[f64], terms: Terms) -> Self {
+        Self {
+            given: given.to_vec(),
+            plane: Brown::new(terms, |part| PI * part),
+        }
+    }
+
+    pub(super) fn coefficients(&self) -> &[f64] {
+        &self.given
+    }
+
+    pub(super) fn distort(&self, direction: DVec3) -> Option<DVec2> {
+        self.plane.distort(equidistant(direction)?)
+    }
+
+    /// The point of the equidistant plane that has this image.
+    pub(super) fn straighten(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
+        self.plane.undistort(image, near)
+    }
+}
+
+/// A direction in the equidistant plane; none of no direction.
+pub fn equidistant(direction: DVec3) -> Option<DVec2> {
+    let across = direction.truncate().length();
+    if across == 0.0 {
+        let behind = DVec2::new(PI, 0.0);
+        return match direction.z {
+            z if z > 0.0 => Some(DVec2::ZERO),
+            z if z < 0.0 => Some(behind),
+            _ => None,
+        };
+    }
+    Some(direction.truncate() * (across.atan2(direction.z) / across))
+}
+
+/// The unit direction of a point of the equidistant plane.
+pub fn from_equidistant(at: DVec2) -> DVec3 {
+    let angle = at.length();
+    let (sin, cos) = angle.sin_cos();
+    let factor = if angle == 0.0 { 1.0 } else { sin / angle };
+    (at * factor).extend(cos)
+}
