@@ -48,8 +48,9 @@ def test_the_table_of_channels() -> None:
     assert CHANNELS["position"] == (np.float64, 3)
     assert CHANNELS["instance"] == (np.int32, 1)
     assert set(CHANNELS) == {
-        *("color", "depth", "distance", "position", "normal"),
-        *("instance", "triangle", "barycentric", "coverage"),
+        *("color", "albedo", "depth", "distance", "position"),
+        *("normal", "normal_camera", "shading_normal", "shading_normal_camera"),
+        *("instance", "category", "triangle", "barycentric", "uv", "material", "coverage"),
     }
 
 
@@ -124,12 +125,13 @@ def test_exr(tmp_path: Path, half: bool) -> None:
         "depth": ["depth.Z"],
         "distance": ["distance.Z"],
         "position": ["position.X", "position.Y", "position.Z"],
-        "normal": ["normal.X", "normal.Y", "normal.Z"],
-        "instance": ["instance.id"],
-        "triangle": ["triangle.id"],
-        "barycentric": ["barycentric.X", "barycentric.Y", "barycentric.Z"],
+        "uv": ["uv.U", "uv.V"],
         "coverage": ["coverage.V"],
     }
+    vectors = ["albedo", "normal", "normal_camera", "shading_normal", "shading_normal_camera", "barycentric"]
+    names |= {name: [f"{name}.{axis}" for axis in "XYZ"] for name in vectors}
+    names |= {name: [f"{name}.id"] for name in ("instance", "category", "triangle", "material")}
+    assert set(names) == set(CHANNELS)
     assert set(read) == {layer for layers in names.values() for layer in layers}
     for name, layers in names.items():
         stored = np.stack([read[layer] for layer in layers], axis=-1).reshape(one[name].shape)

@@ -25,19 +25,26 @@ Channels = dict[str, npt.NDArray[Any]]
 class Frame(Mapping[str, npt.NDArray[Any]]):
     """A picture with its ground truth: a mapping from channel names to arrays, row 0 at the top.
 
-    =========== ======= ============= ================================================================= ==========
-    channel     dtype   shape                                                                           background
-    =========== ======= ============= ================================================================= ==========
-    color       float32 [h, w, 3]     linear Rec. 709 radiance, filtered over the pixel                 sky, or 0
-    depth       float32 [h, w]        z along the principal axis, metres                                +inf
-    distance    float32 [h, w]        length of the ray, metres                                         +inf
-    position    float64 [h, w, 3]     the surface point in the world, metres                            NaN
-    normal      float32 [h, w, 3]     the triangle's unit normal in the world, facing the camera        0
-    instance    int32   [h, w]        number of the object                                              -1
-    triangle    int32   [h, w]        number of the triangle in its mesh                                -1
-    barycentric float32 [h, w, 3]     weights of the triangle's corners                                 0
-    coverage    float32 [h, w]        share of the samples that see the same object as the pixel centre
-    =========== ======= ============= ================================================================= ==========
+    ===================== ======= ========= =========================================================== ==========
+    channel               dtype   shape                                                                 background
+    ===================== ======= ========= =========================================================== ==========
+    color                 float32 [h, w, 3] linear Rec. 709 radiance, filtered over the pixel           sky, or 0
+    albedo                float32 [h, w, 3] linear base colour of the surface, unlit                    0
+    depth                 float32 [h, w]    z along the principal axis, metres                          +inf
+    distance              float32 [h, w]    length of the ray, metres                                   +inf
+    position              float64 [h, w, 3] the surface point in the world, metres                      NaN
+    normal                float32 [h, w, 3] the triangle's unit normal in the world, facing the camera  0
+    normal_camera         float32 [h, w, 3] the same in camera axes: x right, y down, z forward         0
+    shading_normal        float32 [h, w, 3] from the corners' normals, in the world, facing the camera  0
+    shading_normal_camera float32 [h, w, 3] the same in camera axes                                     0
+    instance              int32   [h, w]    number of the object                                        -1
+    category              int32   [h, w]    its category, a key of `World.categories`; -1 for none      -1
+    triangle              int32   [h, w]    number of the triangle in its mesh                          -1
+    barycentric           float32 [h, w, 3] weights of the triangle's corners                           0
+    uv                    float32 [h, w, 2] texture coordinates, v down; NaN where the mesh has none    NaN
+    material              int32   [h, w]    number of the material in the world                         -1
+    coverage              float32 [h, w]    share of the samples that see the same object as the centre
+    ===================== ======= ========= =========================================================== ==========
 
     All but `color` and `coverage` describe the exact ray through the pixel's centre: they are never filtered.
     """

@@ -179,6 +179,15 @@ class World:
         ]
 
     @property
+    def categories(self) -> dict[int, str]:
+        """The names of the objects' categories by their number, which is that in the channel `category`.
+
+        A category that is a whole number is its own number; names get the free ones from 1, in the order in which
+        the objects name them.
+        """
+        return self._core.categories
+
+    @property
     def lights(self) -> list[dict[str, Any]]:
         """All lights as the dicts that `add_light` takes."""
         return self._core.lights

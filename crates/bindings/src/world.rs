@@ -1,5 +1,6 @@
 //! Worlds: built, asked, prepared once and rendered.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
@@ -164,6 +165,12 @@ impl World {
             )
         });
         parts.collect()
+    }
+
+    /// The names of categories by number.
+    #[getter]
+    fn categories(&self) -> BTreeMap<i32, String> {
+        self.snapshot().categories().names
     }
 
     #[getter]

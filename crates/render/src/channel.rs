@@ -16,6 +16,9 @@ pub enum Kind {
 pub enum Channel {
     /// Linear Rec. 709 radiance, filtered over the pixel's samples. Background: the sky's radiance, or black.
     Color,
+    /// Linear Rec. 709 base colour of the surface, whatever the light: material, face or vertex colour and texture.
+    /// Background: 0.
+    Albedo,
     /// z along the camera's principal axis, in metres. Background: +inf.
     Depth,
     /// Length of the ray from the camera centre to the surface, in metres. Background: +inf.
@@ -24,12 +27,25 @@ pub enum Channel {
     Position,
     /// The unit normal of the triangle in the world, on the side that faces the camera. Background: 0.
     Normal,
+    /// The same in the camera's axes, x right, y down, z forward: towards the camera z is negative. Background: 0.
+    NormalCamera,
+    /// The unit normal of the smooth surface that the triangle stands for, from its corners' normals, in the world and on
+    /// the side that faces the camera; the triangle's own where the mesh has none. Background: 0.
+    ShadingNormal,
+    /// The same in the camera's axes. Background: 0.
+    ShadingNormalCamera,
     /// Index of the object. Background: -1.
     Instance,
+    /// The object's category, by its number in [`raycam_scene::category`]. Background, and an object without: -1.
+    Category,
     /// Index of the triangle within its object's mesh. Background: -1.
     Triangle,
     /// Weights of the triangle's three corners at the surface point; their sum is 1. Background: 0.
     Barycentric,
+    /// Texture coordinates; v = 0 is the top row of the image. Background, and a mesh without: NaN.
+    Uv,
+    /// Index of the material in the world. Background: -1.
+    Material,
     /// The fraction of the pixel's samples that see the same object as the pixel-centre ray, the background counting as
     /// one: 1 is a pure pixel.
     Coverage,
@@ -52,15 +68,27 @@ const fn row(channel: Channel, name: &'static str, kind: Kind, components: usize
     }
 }
 
-const TABLE: [Row; 9] = [
+const TABLE: [Row; 16] = [
     row(Channel::Color, "color", Kind::F32, 3),
+    row(Channel::Albedo, "albedo", Kind::F32, 3),
     row(Channel::Depth, "depth", Kind::F32, 1),
     row(Channel::Distance, "distance", Kind::F32, 1),
     row(Channel::Position, "position", Kind::F64, 3),
     row(Channel::Normal, "normal", Kind::F32, 3),
+    row(Channel::NormalCamera, "normal_camera", Kind::F32, 3),
+    row(Channel::ShadingNormal, "shading_normal", Kind::F32, 3),
+    row(
+        Channel::ShadingNormalCamera,
+        "shading_normal_camera",
+        Kind::F32,
+        3,
+    ),
     row(Channel::Instance, "instance", Kind::I32, 1),
+    row(Channel::Category, "category", Kind::I32, 1),
     row(Channel::Triangle, "triangle", Kind::I32, 1),
     row(Channel::Barycentric, "barycentric", Kind::F32, 3),
+    row(Channel::Uv, "uv", Kind::F32, 2),
+    row(Channel::Material, "material", Kind::I32, 1),
     row(Channel::Coverage, "coverage", Kind::F32, 1),
 ];
 

@@ -33,6 +33,8 @@ pub(crate) struct PreparedObject {
     pub normal_from_mesh: DMat3,
     /// Per slot, an index into [`PreparedWorld::materials`].
     pub materials: Vec<usize>,
+    /// Its number in the world's categories, or -1.
+    pub category: i32,
     rounding: Rounding,
 }
 
@@ -85,7 +87,11 @@ impl PreparedWorld {
             .objects
             .iter()
             .zip(meshes)
-            .map(|(object, mesh)| PreparedObject::new(object, mesh, origin))
+            .zip(world.categories().of_objects)
+            .map(|((object, mesh), category)| PreparedObject {
+                category,
+                ..PreparedObject::new(object, mesh, origin)
+            })
             .collect();
         let instances = objects
             .iter()
@@ -181,6 +187,7 @@ impl PreparedObject {
             world_from_mesh: object.world_from_mesh,
             normal_from_mesh: inverse.transpose(),
             materials: object.materials.clone(),
+            category: -1,
             mesh,
         }
     }

@@ -19,7 +19,7 @@ use crate::sampler::{Pair, Sampler};
 use crate::settings::Settings;
 use crate::threads::with_pool;
 use crate::tile::Tile;
-use crate::truth::Truth;
+use crate::truth::{self, Truth, put};
 
 /// Renders what a camera sees.
 ///
@@ -180,24 +180,8 @@ impl<'a> Picture<'a> {
             .scene
             .closest_exact(exact_rays, self.world, exact_hits);
         if !self.sampled {
-            let float32 = |&ExactHit {
-                               t,
-                               u,
-                               v,
-                               instance,
-                               triangle,
-                           }: &ExactHit| {
-                let (t, u, v) = (t as f32, u as f32, v as f32);
-                Hit {
-                    t,
-                    u,
-                    v,
-                    instance,
-                    triangle,
-                }
-            };
             hits.clear();
-            hits.extend(exact_hits.iter().map(float32));
+            hits.extend(exact_hits.iter().map(truth::rounded));
             directions.clear();
             directions.extend(
                 exact_rays
@@ -279,9 +263,10 @@ impl<'a> Picture<'a> {
     /// Writes a tile's pixels to the film.
     fn develop(&self, tile: &Tile, buffers: &Buffers, film: &Film) {
         let samples = self.settings.samples;
+        let camera_from_world = self.camera.r();
         let truth = |i: usize| Truth {
             world: self.world,
-            forward: self.camera.forward(),
+            camera_from_world,
             origin: buffers.exact_rays[i].origin.into(),
             direction: buffers.exact_rays[i].direction.into(),
             hit: buffers.exact_hits[i],
@@ -289,41 +274,16 @@ impl<'a> Picture<'a> {
         let color = |i: usize| (buffers.color[i] / f64::from(samples)).as_vec3().to_array();
         let coverage = |i: usize| (f64::from(buffers.same[i]) / f64::from(samples)) as f32;
         film.write(tile, &buffers.pixels, |channel, strip, places| {
+            if truth::write(channel, strip, places, truth) {
+                return;
+            }
             match (channel, strip) {
                 (Channel::Color, Strip::F32(strip)) => put(strip, places, color),
-                (Channel::Depth, Strip::F32(strip)) => put(strip, places, |i| [truth(i).depth()]),
-                (Channel::Distance, Strip::F32(strip)) => {
-                    put(strip, places, |i| [truth(i).distance()])
-                }
-                (Channel::Position, Strip::F64(strip)) => {
-                    put(strip, places, |i| truth(i).position())
-                }
-                (Channel::Normal, Strip::F32(strip)) => put(strip, places, |i| truth(i).normal()),
-                (Channel::Instance, Strip::I32(strip)) => {
-                    put(strip, places, |i| [truth(i).instance()])
-                }
-                (Channel::Triangle, Strip::I32(strip)) => {
-                    put(strip, places, |i| [truth(i).triangle()])
-                }
-                (Channel::Barycentric, Strip::F32(strip)) => {
-                    put(strip, places, |i| truth(i).barycentric())
-                }
                 (Channel::Coverage, Strip::F32(strip)) => put(strip, places, |i| [coverage(i)]),
                 (channel, _) => {
                     unreachable!("{channel:?} is stored as its row in the channel table says")
                 }
             }
         });
-    }
-}
-
-/// Puts the value of each pixel of a tile in its place.
-fn put<T: Copy, const N: usize>(
-    strip: &mut [T],
-    places: &[usize],
-    value: impl Fn(usize) -> [T; N],
-) {
-    for (i, &place) in places.iter().enumerate() {
-        strip[place * N..(place + 1) * N].copy_from_slice(&value(i));
     }
 }

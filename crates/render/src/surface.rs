@@ -9,10 +9,37 @@ use crate::prepare::{PreparedMaterial, PreparedWorld};
 impl PreparedWorld {
     /// The material of a hit triangle.
     pub(crate) fn material(&self, hit: &Hit) -> &PreparedMaterial {
-        let object = &self.objects[hit.instance as usize];
+        &self.materials[self.material_index(hit.instance, hit.triangle)]
+    }
+
+    /// Which of the world's materials a triangle has.
+    pub(crate) fn material_index(&self, instance: u32, triangle: u32) -> usize {
+        let object = &self.objects[instance as usize];
         let slots = object.mesh.mesh.material_slots.as_ref();
-        let slot = slots.map_or(0, |slots| usize::from(slots[hit.triangle as usize]));
-        &self.materials[object.materials[slot]]
+        let slot = slots.map_or(0, |slots| usize::from(slots[triangle as usize]));
+        object.materials[slot]
+    }
+
+    /// The normals of a triangle's corners in the world, unit length, on the side of `geometric`, which stands in where a
+    /// corner has none; `None` where the mesh has none.
+    pub(crate) fn corner_normals(
+        &self,
+        instance: u32,
+        triangle: u32,
+        geometric: DVec3,
+    ) -> Option<[DVec3; 3]> {
+        let object = &self.objects[instance as usize];
+        let mesh = &*object.mesh.mesh;
+        let normals = mesh.normals.as_ref()?;
+        Some(mesh.triangles[triangle as usize].map(|vertex| {
+            let normal = DVec3::from(normals[vertex as usize].map(f64::from));
+            let normal = (object.normal_from_mesh * normal).normalize_or(geometric);
+            if normal.dot(geometric) < 0.0 {
+                -normal
+            } else {
+                normal
+            }
+        }))
     }
 
     /// The linear base colour at a hit: the product of its material's, its triangle's, its corners' and its texture's.
@@ -31,17 +58,35 @@ impl PreparedWorld {
             );
         }
         if let Some(slot) = &material.texture
-            && let Some(uvs) = mesh.uv_set(slot.uv_set)
+            && let Some(uv) = self.uv(
+                hit.instance,
+                hit.triangle,
+                slot.uv_set,
+                [hit.u, hit.v].map(f64::from),
+            )
         {
-            let [u, v] = [0, 1].map(|axis| {
-                let corner = |k: usize| f64::from(uvs[mesh.triangles[triangle][k] as usize][axis]);
-                let (u, v) = (f64::from(hit.u), f64::from(hit.v));
-                (corner(0) + (corner(1) - corner(0)) * u + (corner(2) - corner(0)) * v) as f32
-            });
-            let texel = self.textures[slot.texture].lookup(slot.coordinates([u, v]));
+            let texel = self.textures[slot.texture].lookup(slot.coordinates(uv));
             color *= Vec3::from_slice(&texel);
         }
         color
+    }
+
+    /// Texture coordinates of a set at the weights of a triangle's second and third corner; `None` where the mesh has
+    /// none.
+    pub(crate) fn uv(
+        &self,
+        instance: u32,
+        triangle: u32,
+        set: usize,
+        [u, v]: [f64; 2],
+    ) -> Option<[f32; 2]> {
+        let mesh = &*self.objects[instance as usize].mesh.mesh;
+        let uvs = mesh.uv_set(set)?;
+        let corners = mesh.triangles[triangle as usize].map(|vertex| uvs[vertex as usize]);
+        Some([0, 1].map(|axis| {
+            let [a, b, c] = corners.map(|corner| f64::from(corner[axis]));
+            (a + (b - a) * u + (c - a) * v) as f32
+        }))
     }
 }
 
@@ -109,18 +154,9 @@ impl<'a> Surface<'a> {
     /// surface, so that a coarse mesh does not shade itself (J. Hanika, "Hacking the Shadow Terminator", Ray Tracing
     /// Gems II, 2021, chapter 4).
     fn smooth(&mut self, world: &PreparedWorld, hit: &Hit, corners: [DVec3; 3], geometric: DVec3) {
-        let object = &world.objects[hit.instance as usize];
-        let mesh = &*object.mesh.mesh;
-        let Some(normals) = &mesh.normals else { return };
-        let normals = mesh.triangles[hit.triangle as usize].map(|vertex| {
-            let normal = DVec3::from(normals[vertex as usize].map(f64::from));
-            let normal = (object.normal_from_mesh * normal).normalize_or(geometric);
-            if normal.dot(geometric) < 0.0 {
-                -normal
-            } else {
-                normal
-            }
-        });
+        let Some(normals) = world.corner_normals(hit.instance, hit.triangle, geometric) else {
+            return;
+        };
         let (u, v) = (f64::from(hit.u), f64::from(hit.v));
         let weights = [1.0 - u - v, u, v];
         let (mut normal, mut lift) = (DVec3::ZERO, DVec3::ZERO);

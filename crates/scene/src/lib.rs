@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 pub mod camera;
+pub mod category;
 pub mod color;
 mod error;
 pub mod light;

@@ -28,7 +28,7 @@ pub use object::{
 pub use read::from_node;
 pub use render::{AmbientOcclusion, FilterName, IntegratorName, RenderSpec};
 pub use video::{Interpolation, KeyframeSpec, OrbitSpec, VideoSpec};
-pub use words::{Color, Refine, Scheme, Splat, Wraps};
+pub use words::{Category, Color, Refine, Scheme, Splat, Wraps};
 
 use crate::light::Light;
 use crate::world::Up;

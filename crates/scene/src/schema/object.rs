@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::keys::Keys;
-use super::words::{Color, Refine, Splat, Wraps};
+use super::words::{Category, Color, Refine, Splat, Wraps};
 
 /// An object: exactly one shape (`box`, `plane`, `sphere`, `cylinder`, `cone`, `torus`, `mesh`, `vertices` with
 /// `triangles`, or `instance_of`), where it stands and what it is made of.
@@ -13,8 +13,9 @@ use super::words::{Color, Refine, Splat, Wraps};
 pub struct ObjectSpec {
     /// Unique in the world; made from the shape where not given.
     pub name: Option<String>,
-    /// A class, for data sets.
-    pub category: Option<String>,
+    /// A class, for data sets: a name, or a whole number that is its id. Names get the free ids from 1 in the order in
+    /// which they come.
+    pub category: Option<Category>,
 
     /// A box centred at the origin.
     #[serde(rename = "box")]

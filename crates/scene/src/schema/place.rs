@@ -6,7 +6,7 @@ use super::build::Failure;
 use super::keys::Keys;
 use super::object::{KEYS, ObjectSpec};
 use super::style::STYLE;
-use super::words::{Refine, Scheme, Splat, Wraps};
+use super::words::{Category, Refine, Scheme, Splat, Wraps};
 use crate::error::SceneError;
 use crate::material::Material;
 use crate::mesh::Mesh;
@@ -75,7 +75,7 @@ impl ObjectSpec {
         self.check_style(&keys)?;
         let (world_from_mesh, shape) = self.transform(world.up, &keys)?;
         let name = self.chosen_name(kind)?;
-        let category = self.category.take();
+        let mut category = self.category.take().map(|Category(name)| name);
 
         let (mesh, materials) = match self.instance_of.take() {
             None => {
@@ -98,8 +98,12 @@ impl ObjectSpec {
                     .find_object(&original)
                     .map_err(|error| error.within("instance_of"))?;
                 let Object {
-                    mesh, materials, ..
+                    mesh,
+                    materials,
+                    category: theirs,
+                    ..
                 } = world.objects[id].clone();
+                category = category.or(theirs);
                 if keys.given(&STYLE).is_empty() {
                     (mesh, materials)
                 } else {

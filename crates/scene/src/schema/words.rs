@@ -37,6 +37,51 @@ pub enum Scheme {
     Midpoint,
 }
 
+/// A class of objects: a name, or a whole number, which becomes the name that is written like it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Category(pub String);
+
+impl<'de> Deserialize<'de> for Category {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct CategoryVisitor;
+        impl Visitor<'_> for CategoryVisitor {
+            type Value = Category;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                write!(f, "a name or a whole number from 0 to {}", i32::MAX)
+            }
+
+            fn visit_str<E: Error>(self, v: &str) -> Result<Category, E> {
+                if v.is_empty() {
+                    return Err(E::invalid_value(serde::de::Unexpected::Str(v), &self));
+                }
+                Ok(Category(v.into()))
+            }
+
+            fn visit_i64<E: Error>(self, v: i64) -> Result<Category, E> {
+                match i32::try_from(v) {
+                    Ok(id @ 0..) => Ok(Category(id.to_string())),
+                    _ => Err(E::invalid_value(serde::de::Unexpected::Signed(v), &self)),
+                }
+            }
+        }
+        deserializer.deserialize_any(CategoryVisitor)
+    }
+}
+
+impl JsonSchema for Category {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Category".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "anyOf": [
+            { "type": "string", "minLength": 1 },
+            { "type": "integer", "minimum": 0, "maximum": i32::MAX },
+        ] })
+    }
+}
+
 /// Wrap modes of u and v.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wraps(pub [Wrap; 2]);
