@@ -272,3 +272,14 @@ def test_zero_area_triangles_are_kept_counted_and_never_hit() -> None:
     assert world.counts["triangles"] == 3
     hits = world.cast_rays([[0.5, 0, 1], [0.2, 0.2, 1]], [0, 0, -1])
     assert hits["triangle"].tolist() == [2, 2]
+
+
+def test_categories_are_names_or_numbers() -> None:
+    world = raycam.World()
+    for category in ("cow", 7, None, "cow", "tree"):
+        cube(world, **({"category": category} if category is not None else {}))
+    assert world.categories == {1: "cow", 2: "tree", 7: "7"}
+    assert [item.category for item in world.objects] == ["cow", "7", None, "cow", "tree"]
+    for wrong in (-1, 1.5, ""):
+        with pytest.raises(raycam.WorldError, match="category"):
+            cube(world, category=wrong)

@@ -241,7 +241,9 @@ fn coverage_is_the_share_of_the_object_seen() {
 /// Four placements of one mesh, mirrored and sheared among them; and the same as one mesh without transforms.
 fn placed_and_flattened() -> (World, World) {
     let (mut placed, mut flattened) = (World::default(), World::default());
-    let mesh = primitive::torus(1.0, 0.4, 24).unwrap();
+    let mut mesh = primitive::torus(1.0, 0.4, 24).unwrap();
+    // They would be turned with the placement, and not with the vertices.
+    mesh.normals = None;
     let shared = placed.add_mesh(mesh.clone());
     let shear = DMat3::from_cols(
         DVec3::X,
@@ -265,7 +267,6 @@ fn placed_and_flattened() -> (World, World) {
         flat.vertices
             .iter_mut()
             .for_each(|v| *v = transform.transform_point3(*v));
-        flat.normals = None;
         add(&mut flattened, flat, matte, DAffine3::IDENTITY);
     }
     (placed, flattened)

@@ -23,7 +23,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--channels",
         metavar="NAME",
         nargs="+",
-        help="what the file holds: color depth distance position normal instance triangle barycentric coverage, or "
+        help="what the file holds: names as in the table of raycam.Frame (color depth normal instance ...), or "
         "all (default: color; for .exr and .npz color depth instance triangle)",
     )
     command.add_argument("--region", metavar="X,Y,W,H", type=numbers, help="render a part of the picture")
