@@ -9,6 +9,7 @@ use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
+use crate::guard::guarded;
 
 /// What a stream holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,8 +79,10 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Decoded,
         .with_max_decoded_bytes((256 * length + (64 << 20)).min(budget.bytes));
     let mut mesh = Mesh::new();
     let mut buffer = DecoderBuffer::new(bytes).with_limits(limits);
-    let decoded = MeshDecoder::new().decode(&mut buffer, &mut mesh);
-    decoded.map_err(|error| fault(error.to_string()))?;
+    guarded(path, || {
+        let decoded = MeshDecoder::new().decode(&mut buffer, &mut mesh);
+        decoded.map_err(|error| fault(error.to_string()))
+    })?;
 
     let count = mesh.num_points();
     budget.take_elements(path, count as u64 + 3 * mesh.num_faces() as u64)?;

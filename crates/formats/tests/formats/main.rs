@@ -5,6 +5,8 @@ mod common;
 mod draco;
 mod exr;
 mod folder;
+mod hdr;
+mod image;
 mod load;
 mod meshopt;
 mod mtl;

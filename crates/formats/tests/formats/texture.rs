@@ -145,7 +145,7 @@ fn broken_images_are_errors() {
     let path = file("a.png", "GIF89a");
     assert_eq!(
         message(read_texture(&path, &Budget::default()).unwrap_err(), &path),
-        "a.png: not a PNG or JPEG image"
+        "a.png: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR or Radiance HDR"
     );
 }
 

@@ -1,0 +1,35 @@
+//! The last line of defence around decoders that others wrote.
+
+use std::cell::Cell;
+use std::panic::{self, AssertUnwindSafe};
+use std::path::Path;
+use std::sync::Once;
+
+use crate::error::FormatError;
+
+thread_local! {
+    static GUARDED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs a library's decoder. Where it panics, which no decoder should, the file is damaged in a way that its author did
+/// not think of: an error like any other, without the panic's message on the terminal.
+///
+/// Nothing that `decode` changes may be used after an error: it may have stopped halfway.
+pub(crate) fn guarded<T>(
+    path: &Path,
+    decode: impl FnOnce() -> Result<T, FormatError>,
+) -> Result<T, FormatError> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let before = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !GUARDED.get() {
+                before(info);
+            }
+        }));
+    });
+    let outer = GUARDED.replace(true);
+    let result = panic::catch_unwind(AssertUnwindSafe(decode));
+    GUARDED.set(outer);
+    result.unwrap_or_else(|_| Err(FormatError::whole(path, "damaged: its decoder gave up")))
+}

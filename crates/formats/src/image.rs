@@ -1,0 +1,202 @@
+//! Images in: PNG, JPEG, WebP, KTX2, OpenEXR and Radiance HDR, told apart by content.
+
+mod exr;
+mod ktx2;
+mod raster;
+
+use std::path::Path;
+
+use raycam_scene::color::linear_from_srgb;
+use raycam_scene::{Image, Texels};
+
+use crate::budget::Budget;
+use crate::error::FormatError;
+use crate::folder::Folder;
+use crate::guard::guarded;
+
+/// What an image is for, which decides how integers are read; images of floats are linear for any use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ColorUse {
+    /// Colours, stored in sRGB.
+    Color,
+    /// Anything else (normals, roughness, occlusion), stored as it is.
+    Data,
+}
+
+/// A kind of image.
+struct Kind {
+    /// How its files begin.
+    magic: fn(&[u8]) -> bool,
+    decode: fn(&mut Decoder<'_>) -> Result<Image, FormatError>,
+}
+
+/// Every kind.
+const KINDS: &[Kind] = &[
+    Kind {
+        magic: |b| b.starts_with(b"\x89PNG\r\n\x1a\n"),
+        decode: raster::png,
+    },
+    Kind {
+        magic: |b| b.starts_with(&[0xff, 0xd8, 0xff]),
+        decode: raster::jpeg,
+    },
+    Kind {
+        magic: |b| b.starts_with(b"RIFF") && b.get(8..12) == Some(b"WEBP"),
+        decode: raster::webp,
+    },
+    Kind {
+        magic: |b| b.starts_with(&ktx2::MAGIC),
+        decode: ktx2::decode,
+    },
+    Kind {
+        magic: |b| b.starts_with(&[0x76, 0x2f, 0x31, 0x01]),
+        decode: exr::decode,
+    },
+    Kind {
+        magic: |b| b.starts_with(b"#?RADIANCE") || b.starts_with(b"#?RGBE"),
+        decode: raster::hdr,
+    },
+];
+
+/// One image on its way in.
+struct Decoder<'a> {
+    bytes: &'a [u8],
+    path: &'a Path,
+    color_use: ColorUse,
+    budget: &'a mut Budget,
+    notices: &'a mut Vec<String>,
+}
+
+/// The image in a file of any kind that is known: see [`decode_image`]; with what there is to be said about it.
+///
+/// # Errors
+/// See [`FormatError`].
+pub fn read_image(
+    path: &Path,
+    color_use: ColorUse,
+    budget: &Budget,
+) -> Result<(Image, Vec<String>), FormatError> {
+    let source = Folder::around(path, budget).read(path)?;
+    let mut notices = Vec::new();
+    let mut budget = *budget;
+    let image = decode_image(&source.bytes, path, color_use, &mut budget, &mut notices)?;
+    Ok((image, notices))
+}
+
+/// The image in the bytes of a PNG, JPEG, WebP, KTX2, OpenEXR or Radiance HDR file; `path` names it.
+///
+/// Rows go from the top down, whatever the file's order. Grey becomes three equal channels, palettes are resolved,
+/// what has no alpha gets 1. Eight bits a channel stay eight bits; sixteen stay sixteen, made linear where they are
+/// colours. EXR and HDR give floats, in which infinities become the largest float16 and NaN becomes 0, with a
+/// notice. Of a KTX2 file, only the largest level is read.
+///
+/// As glTF demands, an embedded gamma, colour profile or orientation is not applied; each gets a notice.
+///
+/// # Errors
+/// More pixels than the budget allows, or than so short a file can honestly describe, are refused before they are
+/// decoded. A file that ends early is an error, even where part of the image could be shown.
+pub fn decode_image(
+    bytes: &[u8],
+    path: &Path,
+    color_use: ColorUse,
+    budget: &mut Budget,
+    notices: &mut Vec<String>,
+) -> Result<Image, FormatError> {
+    let Some(kind) = KINDS.iter().find(|kind| (kind.magic)(bytes)) else {
+        let message = "not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR or Radiance HDR";
+        return Err(FormatError::unsupported(path, message));
+    };
+    guarded(path, || {
+        (kind.decode)(&mut Decoder {
+            bytes,
+            path,
+            color_use,
+            budget,
+            notices,
+        })
+    })
+}
+
+impl Decoder<'_> {
+    fn fault(&self, message: impl Into<String>) -> FormatError {
+        FormatError::whole(self.path, message)
+    }
+
+    fn unsupported(&self, message: impl Into<String>) -> FormatError {
+        FormatError::unsupported(self.path, message)
+    }
+
+    fn notice(&mut self, message: impl std::fmt::Display) {
+        self.notices
+            .push(format!("{}: {message}", self.path.display()));
+    }
+
+    /// Takes the pixels of an image from the budget before they are decoded, and refuses what unpacks to more than
+    /// 64 MiB and 4096 times its file.
+    fn take_pixels(&mut self, [columns, rows]: [u32; 2], texel: u64) -> Result<(), FormatError> {
+        let pixels = u64::from(columns) * u64::from(rows);
+        if pixels == 0 {
+            return Err(self.fault(format!("an image of {columns} x {rows} pixels")));
+        }
+        self.budget.take_pixels(self.path, pixels)?;
+        if pixels * texel > (64 << 20) + 4096 * self.bytes.len() as u64 {
+            let message = format!(
+                "{columns} x {rows} pixels in {} bytes: more than so short a file is trusted with; store the image \
+                 smaller, or with less compression",
+                self.bytes.len()
+            );
+            return Err(self.fault(message));
+        }
+        Ok(())
+    }
+
+    fn image(&self, size: [u32; 2], texels: Texels) -> Image {
+        Image {
+            name: self.path.display().to_string(),
+            size,
+            texels,
+        }
+    }
+
+    /// Eight bits a channel, for the image's use.
+    fn texels8(&self, texels: Vec<[u8; 4]>) -> Texels {
+        match self.color_use {
+            ColorUse::Color => Texels::Srgb8(texels),
+            ColorUse::Data => Texels::Linear8(texels),
+        }
+    }
+
+    /// Sixteen bits a channel, for the image's use.
+    fn texels16(&self, mut texels: Vec<[u16; 4]>) -> Texels {
+        if self.color_use == ColorUse::Color {
+            let linear = |v: u16| (65535.0 * linear_from_srgb(f32::from(v) / 65535.0)).round();
+            let table: Vec<_> = (0..=u16::MAX).map(|v| linear(v) as u16).collect();
+            for color in texels.iter_mut().flat_map(|texel| &mut texel[..3]) {
+                *color = table[usize::from(*color)];
+            }
+        }
+        Texels::Linear16(texels)
+    }
+
+    /// Floats, none of them infinite or NaN.
+    fn floats(&mut self, mut texels: Vec<[f32; 4]>) -> Texels {
+        const LARGEST: f32 = 65504.0;
+        let mut replaced = 0;
+        for value in texels.as_flattened_mut() {
+            if !value.is_finite() {
+                *value = if value.is_nan() {
+                    0.0
+                } else {
+                    LARGEST.copysign(*value)
+                };
+                replaced += 1;
+            }
+        }
+        if replaced > 0 {
+            self.notice(format!(
+                "{replaced} values are infinite or not numbers: read as {LARGEST} and 0"
+            ));
+        }
+        Texels::Float(texels)
+    }
+}

@@ -1,0 +1,154 @@
+//! OpenEXR in: the first part that has colours.
+
+use std::io::Cursor;
+
+use ::exr::block::chunk::CompressedBlock;
+use ::exr::meta::header::Header;
+use ::exr::meta::{BlockDescription, MetaData};
+use ::exr::prelude::{
+    Compression, Error, ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read,
+};
+use raycam_scene::Image;
+
+use super::Decoder;
+use crate::error::FormatError;
+
+/// The largest level of the first part with channels R, G, B or Y; alpha from A, else 1.
+pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+    let headers = MetaData::read_from_buffered(Cursor::new(file.bytes), false);
+    let headers = headers.map_err(|e| refused(file, e))?.headers;
+    let has = |header: &Header, name: &str| {
+        let mut names = header.channels.list.iter().map(|c| &c.name);
+        names.any(|channel| channel.eq_case_insensitive(name))
+    };
+    let colored = |header: &&Header| ["R", "G", "B"].iter().all(|name| has(header, name));
+    let grey = |header: &&Header| has(header, "Y") && !has(header, "RY");
+    let flat = || headers.iter().filter(|header| !header.deep);
+    let (part, colors) = if let Some(part) = flat().find(colored) {
+        (part, ["R", "G", "B"])
+    } else if let Some(part) = flat().find(grey) {
+        (part, ["Y"; 3])
+    } else if flat().next().is_none() {
+        return Err(file.unsupported("an EXR image of deep samples, expected flat ones"));
+    } else {
+        let names = flat().flat_map(|header| &header.channels.list);
+        let names: Vec<_> = names.map(|channel| channel.name.to_string()).collect();
+        let message = format!("channels {}, expected R, G and B, or Y", names.join(", "));
+        return Err(file.unsupported(message));
+    };
+    check_blocks(file, part)?;
+    let side = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
+    let size = [side(part.layer_size.0), side(part.layer_size.1)];
+    file.take_pixels(size, 16)?;
+    if part
+        .shared_attributes
+        .chromaticities
+        .is_some_and(other_primaries)
+    {
+        file.notice("its primaries are not those of Rec. 709: read as if they were");
+    }
+    let window = part.shared_attributes.display_window;
+    if window.position != part.own_attributes.layer_position || window.size != part.layer_size {
+        file.notice("only its data window is read, which is not its display window");
+    }
+
+    let columns = part.layer_size.0;
+    let set =
+        move |texels: &mut Vec<[f32; 4]>, at: Vec2<usize>, (r, g, b, a): (f32, f32, f32, f32)| {
+            if let Some(texel) = texels.get_mut(at.1 * columns + at.0) {
+                *texel = [r, g, b, a];
+            }
+        };
+    let reader = || {
+        read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .specific_channels()
+    };
+    let bytes = Cursor::new(file.bytes);
+    let texels = if colors == ["Y"; 3] {
+        let grey = reader().required("Y").optional("A", 1.0_f32);
+        let set = move |texels: &mut _, at, (y, a): (f32, f32)| set(texels, at, (y, y, y, a));
+        let image = grey
+            .collect_pixels(blank, set)
+            .first_valid_layer()
+            .all_attributes();
+        let image = image.non_parallel().from_buffered(bytes);
+        image.map(|image| image.layer_data.channel_data.pixels)
+    } else {
+        let colored = reader()
+            .required("R")
+            .required("G")
+            .required("B")
+            .optional("A", 1.0_f32);
+        let image = colored
+            .collect_pixels(blank, set)
+            .first_valid_layer()
+            .all_attributes();
+        let image = image.non_parallel().from_buffered(bytes);
+        image.map(|image| image.layer_data.channel_data.pixels)
+    };
+    let texels = texels.map_err(|e| refused(file, e))?;
+    let texels = file.floats(texels);
+    Ok(file.image(size, texels))
+}
+
+/// Refuses tiles far larger than the picture, and DWA blocks that declare more than they can hold: the decoder would
+/// allocate what they say.
+fn check_blocks(file: &Decoder<'_>, part: &Header) -> Result<(), FormatError> {
+    const SMALL: usize = 1 << 16;
+    let pixels = part.layer_size.0.saturating_mul(part.layer_size.1);
+    if let BlockDescription::Tiles(tiles) = part.blocks {
+        let Vec2(columns, rows) = tiles.tile_size;
+        if columns.saturating_mul(rows) > pixels.saturating_mul(4).max(SMALL) {
+            let message = format!("tiles of {columns} x {rows} pixels in a picture of {pixels}");
+            return Err(file.fault(message));
+        }
+    }
+    if !matches!(
+        part.compression,
+        Compression::DWAA(_) | Compression::DWAB(_)
+    ) {
+        return Ok(());
+    }
+    let most = (4 * part.max_block_byte_size() + SMALL) as u64;
+    let reader = ::exr::block::read(Cursor::new(file.bytes), false);
+    let chunks = reader.and_then(|reader| reader.filter_chunks(false, |_, _, _| true));
+    for chunk in chunks.map_err(|e| refused(file, e))? {
+        let bytes = match chunk.map_err(|e| refused(file, e))?.compressed_block {
+            CompressedBlock::ScanLine(block) => block.compressed_pixels_le,
+            CompressedBlock::Tile(block) => block.compressed_pixels_le,
+            _ => continue,
+        };
+        // Its version, then nine sizes and counts.
+        let sizes = bytes.as_chunks().0.iter().skip(1).take(9);
+        if let Some(size) = sizes.map(|&b| u64::from_le_bytes(b)).find(|&n| n > most) {
+            let message =
+                format!("a DWA block that declares {size} bytes, at most {most} are possible");
+            return Err(file.fault(message));
+        }
+    }
+    Ok(())
+}
+
+fn blank<Channels>(size: Vec2<usize>, _: &Channels) -> Vec<[f32; 4]> {
+    vec![[0.0; 4]; size.area()]
+}
+
+/// Whether red, green or blue lie elsewhere than those of Rec. 709.
+fn other_primaries(found: ::exr::meta::attribute::Chromaticities) -> bool {
+    let expected = [(0.64, 0.33), (0.3, 0.6), (0.15, 0.06)];
+    let found = [found.red, found.green, found.blue];
+    let differs = |(found, (x, y)): (Vec2<f32>, (f32, f32))| {
+        (found.0 - x).abs() > 0.005 || (found.1 - y).abs() > 0.005
+    };
+    found.into_iter().zip(expected).any(differs)
+}
+
+fn refused(file: &Decoder<'_>, error: Error) -> FormatError {
+    match error {
+        Error::NotSupported(message) => file.unsupported(message),
+        Error::Io(e) => file.fault(format!("ends early: {e}")),
+        error => file.fault(error.to_string()),
+    }
+}

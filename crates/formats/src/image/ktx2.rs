@@ -1,0 +1,368 @@
+//! KTX 2.0 in (Khronos KTX File Format Specification): Basis Universal textures, and plain ones.
+
+use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
+use half::f16;
+use raycam_scene::{Image, Texels};
+use ruzstd::decoding::StreamingDecoder;
+use std::io::Read;
+
+use super::{ColorUse, Decoder};
+use crate::error::FormatError;
+
+pub(super) const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
+
+/// The header, the index and the first entry of the level index.
+const HEADER: usize = 80;
+const LEVEL: usize = 24;
+
+/// The colour models and transfer functions of a data format descriptor that matter here.
+const ETC1S: u8 = 163;
+const UASTC: u8 = 166;
+const SRGB: u8 = 2;
+
+/// What one channel of a plain texture is.
+#[derive(Clone, Copy)]
+enum Sample {
+    U8,
+    U16,
+    F16,
+    F32,
+}
+
+/// How the largest level is stored.
+enum Format {
+    Basis(SourceFormat),
+    /// Channels next to each other, the first one blue or red.
+    Plain {
+        sample: Sample,
+        channels: usize,
+        blue_first: bool,
+    },
+}
+
+/// What the header says.
+struct Header {
+    format: Format,
+    size: [u32; 2],
+    /// 0 is none, 1 is BasisLZ, 2 is Zstandard.
+    scheme: u32,
+    /// The largest level in the file, and how long it is unpacked.
+    level: (usize, usize),
+    unpacked: u64,
+    descriptor: (usize, usize),
+    srgb: bool,
+    premultiplied: bool,
+}
+
+pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+    let header = header(file)?;
+    let [columns, rows] = header.size.map(u64::from);
+    let (texel, expected) = match header.format {
+        Format::Basis(SourceFormat::Etc1s) => (4, None),
+        Format::Basis(_) => (4, Some(columns.div_ceil(4) * rows.div_ceil(4) * 16)),
+        Format::Plain {
+            sample, channels, ..
+        } => {
+            let (stored, texel) = match sample {
+                Sample::U8 => (1, 4),
+                Sample::U16 => (2, 8),
+                Sample::F16 => (2, 16),
+                Sample::F32 => (4, 16),
+            };
+            (texel, Some(columns * rows * channels as u64 * stored))
+        }
+    };
+    file.take_pixels(header.size, texel)?;
+    if let Some(expected) = expected.filter(|&n| n != header.unpacked) {
+        let message = format!("a level of {} bytes, expected {expected}", header.unpacked);
+        return Err(file.fault(message));
+    }
+    if header.srgb != (file.color_use == ColorUse::Color) && texel == 4 {
+        let marked = if header.srgb { "sRGB" } else { "linear" };
+        file.notice(format_args!(
+            "its mark as {marked} is not what it is used for, and is ignored"
+        ));
+    }
+    if header.premultiplied {
+        file.notice("its colours are multiplied by its alpha, and are left so");
+    }
+    let stored = &file.bytes[header.level.0..header.level.1];
+    let unpacked;
+    let level = match header.scheme {
+        2 => {
+            unpacked = unpack(file, stored, header.unpacked)?;
+            &unpacked
+        }
+        _ => stored,
+    };
+    let texels = match header.format {
+        Format::Basis(source) => {
+            let texels = transcode(file, &header, source, level)?;
+            file.texels8(texels)
+        }
+        Format::Plain {
+            sample,
+            channels,
+            blue_first,
+        } => {
+            let mut texels = plain(file, level, sample, channels);
+            if blue_first {
+                texels = swapped(texels);
+            }
+            texels
+        }
+    };
+    Ok(file.image(header.size, texels))
+}
+
+/// Reads and checks the header, the level index and the data format descriptor.
+fn header(file: &Decoder<'_>) -> Result<Header, FormatError> {
+    let bytes = file.bytes;
+    if bytes.len() < HEADER {
+        return Err(file.fault("ends within its header"));
+    }
+    let u32_at =
+        |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+    let u64_at = |at: usize| u64::from(u32_at(at)) | u64::from(u32_at(at + 4)) << 32;
+    // A part of the file as the range of its bytes.
+    let part = |what: &str, start: u64, length: u64| {
+        let end = start.checked_add(length);
+        match end.filter(|&end| end <= bytes.len() as u64) {
+            Some(end) => Ok((start as usize, end as usize)),
+            None => Err(file.fault(format!(
+                "ends early: {what} is {length} bytes from byte {start} on, the file has {}",
+                bytes.len()
+            ))),
+        }
+    };
+    let [
+        vk_format,
+        columns,
+        rows,
+        depth,
+        layers,
+        faces,
+        levels,
+        scheme,
+    ] = [12, 20, 24, 28, 32, 36, 40, 44].map(u32_at);
+    if depth > 0 || layers > 0 || faces != 1 {
+        let message = format!(
+            "a KTX2 texture of depth {depth}, {layers} layers and {faces} faces, expected one picture"
+        );
+        return Err(file.unsupported(message));
+    }
+    if levels > 32 {
+        return Err(file.fault(format!("{levels} levels")));
+    }
+    let levels = levels.max(1) as usize;
+    part("its level index", HEADER as u64, (levels * LEVEL) as u64)?;
+    let mut largest = (0, 0);
+    for level in (0..levels).rev() {
+        let at = HEADER + LEVEL * level;
+        largest = part("a level", u64_at(at), u64_at(at + 8))?;
+    }
+    let unpacked = u64_at(HEADER + 16);
+    part("its global data", u64_at(64), u64_at(72))?;
+    let keys = part(
+        "its key and value data",
+        u32_at(56).into(),
+        u32_at(60).into(),
+    )?;
+    upright(file, &bytes[keys.0..keys.1])?;
+    let descriptor = part(
+        "its format descriptor",
+        u32_at(48).into(),
+        u32_at(52).into(),
+    )?;
+    // The size of all descriptors, the header of the first, its colour model, primaries and transfer function.
+    let [model, _, transfer, flags] = match bytes[descriptor.0..descriptor.1].get(12..16) {
+        Some(&[model, primaries, transfer, flags]) => [model, primaries, transfer, flags],
+        _ => return Err(file.fault("no data format descriptor")),
+    };
+    let format = match (vk_format, model) {
+        (0, ETC1S) if scheme == 1 => Format::Basis(SourceFormat::Etc1s),
+        (0, UASTC) if scheme != 1 => Format::Basis(SourceFormat::UastcLdr),
+        _ => plain_format(vk_format).ok_or_else(|| {
+            file.unsupported(format!(
+                "a KTX2 texture of Vulkan format {vk_format} and colour model {model}, expected ETC1S or UASTC, or \
+                 plain channels of 8, 16 or 32 bits"
+            ))
+        })?,
+    };
+    match (scheme, &format) {
+        (1, Format::Basis(_)) | (0 | 2, _) => {}
+        _ => {
+            let message = format!("KTX2 supercompression {scheme}, expected BasisLZ or Zstandard");
+            return Err(file.unsupported(message));
+        }
+    }
+    Ok(Header {
+        format,
+        size: [columns, rows],
+        scheme,
+        level: largest,
+        unpacked: if scheme == 2 {
+            unpacked
+        } else {
+            (largest.1 - largest.0) as u64
+        },
+        descriptor,
+        srgb: transfer == SRGB,
+        premultiplied: flags & 1 != 0,
+    })
+}
+
+/// Refuses what would have to be turned or to change its channels: keys with other values than glTF allows.
+fn upright(file: &Decoder<'_>, mut keys: &[u8]) -> Result<(), FormatError> {
+    while let Some((length, rest)) = keys.split_first_chunk() {
+        let length = u32::from_le_bytes(*length) as usize;
+        let Some(entry) = rest.get(..length) else {
+            return Err(file.fault("its key and value data end early"));
+        };
+        keys = rest.get(length.next_multiple_of(4)..).unwrap_or_default();
+        let mut words = entry.split(|&b| b == 0);
+        let (key, value) = (words.next(), words.next().unwrap_or_default());
+        let expected: &[u8] = match key {
+            Some(b"KTXorientation") => b"rd",
+            Some(b"KTXswizzle") => b"rgba",
+            _ => continue,
+        };
+        if value != expected {
+            let [key, value, expected] =
+                [key.unwrap_or_default(), value, expected].map(String::from_utf8_lossy);
+            return Err(file.unsupported(format!("{key} {value:?}, expected {expected:?}")));
+        }
+    }
+    Ok(())
+}
+
+/// Vulkan's uncompressed formats of equal channels.
+fn plain_format(vk_format: u32) -> Option<Format> {
+    let (sample, channels, blue_first) = match vk_format {
+        9 | 15 => (Sample::U8, 1, false),
+        16 | 22 => (Sample::U8, 2, false),
+        23 | 29 => (Sample::U8, 3, false),
+        30 | 36 => (Sample::U8, 3, true),
+        37 | 43 => (Sample::U8, 4, false),
+        44 | 50 => (Sample::U8, 4, true),
+        70 | 77 | 84 | 91 => (Sample::U16, (vk_format as usize - 63) / 7, false),
+        76 | 83 | 90 | 97 => (Sample::F16, (vk_format as usize - 69) / 7, false),
+        100 | 103 | 106 | 109 => (Sample::F32, (vk_format as usize - 97) / 3, false),
+        _ => return None,
+    };
+    Some(Format::Plain {
+        sample,
+        channels,
+        blue_first,
+    })
+}
+
+/// Undoes Zstandard, never for more than what was declared and paid for.
+fn unpack(file: &Decoder<'_>, packed: &[u8], length: u64) -> Result<Vec<u8>, FormatError> {
+    let fault = |error: &dyn std::fmt::Display| file.fault(format!("Zstandard: {error}"));
+    let decoder = StreamingDecoder::new(packed).map_err(|e| fault(&e))?;
+    let mut unpacked = Vec::new();
+    let read = decoder.take(length + 1).read_to_end(&mut unpacked);
+    read.map_err(|e| fault(&e))?;
+    if unpacked.len() as u64 != length {
+        return Err(fault(&format_args!(
+            "not the {length} bytes that the level index tells"
+        )));
+    }
+    Ok(unpacked)
+}
+
+/// Decodes Basis Universal's blocks.
+fn transcode(
+    file: &Decoder<'_>,
+    header: &Header,
+    source: SourceFormat,
+    level: &[u8],
+) -> Result<Vec<[u8; 4]>, FormatError> {
+    // UASTC is handed over as a file of this level alone, no longer packed; ETC1S shares its code books.
+    let alone;
+    let bytes = if source == SourceFormat::Etc1s {
+        file.bytes
+    } else {
+        alone = single_level(file.bytes, header.descriptor, level);
+        &alone
+    };
+    let fault = |error: basisu::Error| file.fault(format!("Basis Universal: {error:?}"));
+    let transcoder = Transcoder::new(bytes).map_err(fault)?;
+    let pixels = transcoder.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE);
+    let pixels = pixels.map_err(fault)?.as_chunks::<4>().0.to_vec();
+    if pixels.len() as u64 != u64::from(header.size[0]) * u64::from(header.size[1]) {
+        return Err(file.fault(format!("Basis Universal: {} pixels", pixels.len())));
+    }
+    Ok(pixels)
+}
+
+/// A KTX2 file with one level and without supercompression, of the same size and format.
+fn single_level(bytes: &[u8], descriptor: (usize, usize), level: &[u8]) -> Vec<u8> {
+    let descriptor = &bytes[descriptor.0..descriptor.1];
+    let descriptor_at = HEADER + LEVEL;
+    let level_at = (descriptor_at + descriptor.len()).next_multiple_of(16);
+    let mut out = bytes[..40].to_vec();
+    // One level, no scheme; the descriptor; no keys and no global data.
+    for word in [1, 0, descriptor_at as u32, descriptor.len() as u32, 0, 0] {
+        out.extend(word.to_le_bytes());
+    }
+    for long in [0, 0, level_at, level.len(), level.len()] {
+        out.extend((long as u64).to_le_bytes());
+    }
+    out.extend(descriptor);
+    out.resize(level_at, 0);
+    out.extend(level);
+    out
+}
+
+/// Channels as they are; missing ones are 0, as in Vulkan, and missing alpha is 1.
+fn plain(file: &mut Decoder<'_>, level: &[u8], sample: Sample, channels: usize) -> Texels {
+    fn spread<T: Copy, const N: usize>(
+        level: &[u8],
+        channels: usize,
+        [none, one]: [T; 2],
+        from: impl Fn([u8; N]) -> T,
+    ) -> Vec<[T; 4]> {
+        let texel = |samples: &[[u8; N]]| {
+            let mut texel = [none, none, none, one];
+            for (to, &sample) in texel.iter_mut().zip(samples) {
+                *to = from(sample);
+            }
+            texel
+        };
+        level
+            .as_chunks()
+            .0
+            .chunks_exact(channels)
+            .map(texel)
+            .collect()
+    }
+    match sample {
+        Sample::U8 => {
+            let texels = spread(level, channels, [0, 255], u8::from_le_bytes);
+            file.texels8(texels)
+        }
+        Sample::U16 => {
+            // Linear for any use: there is no sRGB format of 16 bits.
+            Texels::Linear16(spread(level, channels, [0, u16::MAX], u16::from_le_bytes))
+        }
+        Sample::F16 => {
+            let from = |bytes| f16::from_le_bytes(bytes).to_f32();
+            let texels = spread(level, channels, [0.0, 1.0], from);
+            file.floats(texels)
+        }
+        Sample::F32 => {
+            let texels = spread(level, channels, [0.0, 1.0], f32::from_le_bytes);
+            file.floats(texels)
+        }
+    }
+}
+
+/// Red and blue in each other's place.
+fn swapped(mut texels: Texels) -> Texels {
+    if let Texels::Srgb8(texels) | Texels::Linear8(texels) = &mut texels {
+        texels.iter_mut().for_each(|texel| texel.swap(0, 2));
+    }
+    texels
+}

@@ -1,0 +1,145 @@
+//! PNG, JPEG, WebP and Radiance HDR.
+
+use std::io::{Cursor, Read};
+
+use ::image::codecs::hdr::HdrDecoder;
+use ::image::codecs::jpeg::JpegDecoder;
+use ::image::codecs::png::PngDecoder;
+use ::image::codecs::webp::WebPDecoder;
+use ::image::metadata::Orientation;
+use ::image::{ColorType, DynamicImage, ImageDecoder, ImageError, Limits};
+use raycam_scene::Image;
+
+use super::Decoder;
+use crate::error::FormatError;
+
+pub(super) fn png(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+    // What its chunks besides the pixels may unpack to.
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some((64 << 20) + 16 * file.bytes.len() as u64);
+    let decoder = PngDecoder::with_limits(Cursor::new(file.bytes), limits);
+    let decoder = decoder.map_err(|e| refused(file, e))?;
+    if let Some(gamma) = other_gamma(file.bytes) {
+        file.notice(format_args!("its gamma of {gamma} is not applied"));
+    }
+    pixels(file, decoder)
+}
+
+pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+    whole_jpeg(file)?;
+    let decoder = JpegDecoder::new(Cursor::new(file.bytes));
+    let decoder = decoder.map_err(|e| refused(file, e))?;
+    pixels(file, decoder)
+}
+
+pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+    // The length that the container tells (RIFF, a chunk of so many bytes after it).
+    if let Some(length) = file.bytes.get(4..8).and_then(|b| b.first_chunk()) {
+        let length = u64::from(u32::from_le_bytes(*length)) + 8;
+        if (file.bytes.len() as u64) < length {
+            let message = format!("ends early: {} bytes of {length}", file.bytes.len());
+            return Err(file.fault(message));
+        }
+    }
+    let decoder = WebPDecoder::new(Cursor::new(file.bytes));
+    let decoder = decoder.map_err(|e| refused(file, e))?;
+    if decoder.has_animation() {
+        file.notice("an animation, of which only the first picture is read");
+    }
+    pixels(file, decoder)
+}
+
+pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+    // The other signature means the same.
+    let rest = file.bytes.strip_prefix(b"#?RGBE");
+    let rest = rest.or_else(|| file.bytes.strip_prefix(b"#?RADIANCE"));
+    let bytes = b"#?RADIANCE".chain(rest.unwrap_or_default());
+    let decoder = HdrDecoder::new(bytes).map_err(|e| refused(file, e))?;
+    let metadata = decoder.metadata();
+    for (key, value) in &metadata.custom_attributes {
+        if key == "FORMAT" && value != "32-bit_rle_rgbe" {
+            let message = format!("an HDR image in {value}, expected 32-bit_rle_rgbe");
+            return Err(file.unsupported(message));
+        }
+    }
+    if let Some(exposure) = metadata.exposure.filter(|&e| e != 1.0) {
+        file.notice(format_args!("its EXPOSURE of {exposure} is not applied"));
+    }
+    pixels(file, decoder)
+}
+
+/// The decoded image, if the budget has room for it.
+fn pixels(file: &mut Decoder<'_>, mut decoder: impl ImageDecoder) -> Result<Image, FormatError> {
+    let (columns, rows) = decoder.dimensions();
+    let size = [columns, rows];
+    let color = decoder.color_type();
+    let texel = match color {
+        ColorType::Rgb32F | ColorType::Rgba32F => 16,
+        ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16 => 8,
+        _ => 4,
+    };
+    file.take_pixels(size, texel)?;
+    if let Ok(Some(profile)) = decoder.icc_profile()
+        // "sRGB" in the profile's description, as text or as UTF-16: nothing to apply.
+        && !profile.windows(4).any(|w| w == b"sRGB")
+        && !profile.windows(7).any(|w| w == b"s\0R\0G\0B")
+    {
+        file.notice("its colour profile is not applied");
+    }
+    if let Ok(orientation) = decoder.orientation()
+        && orientation != Orientation::NoTransforms
+    {
+        file.notice("its EXIF orientation is not applied");
+    }
+    let image = DynamicImage::from_decoder(decoder).map_err(|e| refused(file, e))?;
+    let texels = match texel {
+        4 => file.texels8(grouped(image.into_rgba8().into_raw())),
+        8 => file.texels16(grouped(image.into_rgba16().into_raw())),
+        _ => file.floats(grouped(image.into_rgba32f().into_raw())),
+    };
+    Ok(file.image(size, texels))
+}
+
+fn grouped<T: Copy>(channels: Vec<T>) -> Vec<[T; 4]> {
+    channels.as_chunks::<4>().0.to_vec()
+}
+
+fn refused(file: &Decoder<'_>, error: ImageError) -> FormatError {
+    match error {
+        ImageError::Unsupported(e) => file.unsupported(e.to_string()),
+        ImageError::IoError(e) => file.fault(format!("ends early: {e}")),
+        e => file.fault(e.to_string()),
+    }
+}
+
+/// The gamma of a PNG where it is not sRGB's; `image` does not tell.
+fn other_gamma(bytes: &[u8]) -> Option<f32> {
+    let reader = ::png::Decoder::new(Cursor::new(bytes)).read_info().ok()?;
+    let gamma = reader.info().gamma()?.into_value();
+    ((gamma - 1.0 / 2.2).abs() > 0.01).then_some(gamma)
+}
+
+/// The decoder fills up what is missing; here a JPEG without its end (ITU-T T.81, B.1.1.3, marker EOI) is an error.
+fn whole_jpeg(file: &Decoder<'_>) -> Result<(), FormatError> {
+    let cut = || file.fault("ends early: no end-of-image marker");
+    let mut at = 2;
+    // Over the segments before the first scan: a thumbnail in one of them has its own end.
+    loop {
+        let [0xff, marker, rest @ ..] = file.bytes.get(at..).unwrap_or(&[]) else {
+            return Err(cut());
+        };
+        at += match (marker, rest) {
+            (0xff, _) => 1,
+            (0xda, _) => break,
+            (0xd0..=0xd9 | 0x01, _) => 2,
+            (_, [high, low, ..]) => 2 + usize::from(u16::from_be_bytes([*high, *low])),
+            _ => return Err(cut()),
+        };
+    }
+    // In a scan every 0xff of the data is followed by a 0.
+    if file.bytes[at..].windows(2).any(|w| w == [0xff, 0xd9]) {
+        Ok(())
+    } else {
+        Err(cut())
+    }
+}

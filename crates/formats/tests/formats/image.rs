@@ -1,0 +1,252 @@
+use std::fs;
+use std::path::Path;
+
+use raycam_formats::{Budget, ColorUse, FormatError, decode_image};
+use raycam_scene::color::linear_from_srgb;
+use raycam_scene::{Image, Texels};
+
+use crate::common::data;
+
+/// A small image of every kind, and what others make of it: for PNG what was written, for JPEG and WebP Pillow, for
+/// KTX2 Basis Universal, for EXR OpenEXR, for HDR OpenCV.
+struct Case {
+    name: String,
+    file: Vec<u8>,
+    size: [u32; 2],
+    /// Eight or sixteen bits a channel, or floats.
+    kind: String,
+    expected: Vec<f32>,
+}
+
+fn cases() -> Vec<Case> {
+    let all = fs::read(data("images.cases")).unwrap();
+    let mut rest = &all[..];
+    let mut cases = Vec::new();
+    while let Some(end) = rest.iter().position(|&b| b == b'\n') {
+        let line = std::str::from_utf8(&rest[..end]).unwrap();
+        let [name, columns, rows, kind, length] = line.split(' ').collect::<Vec<_>>()[..] else {
+            panic!("{line}");
+        };
+        let size: [u32; 2] = [columns, rows].map(|side| side.parse().unwrap());
+        let channels = 4 * (size[0] * size[1]) as usize;
+        let (file, after) = rest[end + 1..].split_at(length.parse().unwrap());
+        let width = match kind {
+            "u8" => 1,
+            "u16" => 2,
+            _ => 4,
+        };
+        let (values, after) = after.split_at(width * channels);
+        let expected = match kind {
+            "u8" => values.iter().map(|&v| v.into()).collect(),
+            "u16" => (values.as_chunks().0.iter())
+                .map(|&v| u16::from_le_bytes(v).into())
+                .collect(),
+            _ => (values.as_chunks().0.iter())
+                .map(|&v| f32::from_le_bytes(v))
+                .collect(),
+        };
+        cases.push(Case {
+            name: name.into(),
+            file: file.into(),
+            size,
+            kind: kind.into(),
+            expected,
+        });
+        rest = after;
+    }
+    cases
+}
+
+fn read(
+    name: &str,
+    bytes: &[u8],
+    color_use: ColorUse,
+) -> Result<(Image, Vec<String>), FormatError> {
+    let mut notices = Vec::new();
+    let mut budget = Budget::default();
+    let image = decode_image(bytes, Path::new(name), color_use, &mut budget, &mut notices)?;
+    Ok((image, notices))
+}
+
+fn values(texels: &Texels) -> Vec<f32> {
+    match texels {
+        Texels::Srgb8(t) | Texels::Linear8(t) => {
+            t.as_flattened().iter().map(|&v| v.into()).collect()
+        }
+        Texels::Linear16(t) => t.as_flattened().iter().map(|&v| v.into()).collect(),
+        Texels::Float(t) => t.as_flattened().to_vec(),
+    }
+}
+
+#[test]
+fn images_are_what_others_read() {
+    let cases = cases();
+    assert!(cases.len() > 60, "{}", cases.len());
+    for case in cases {
+        let (image, notices) = read(&case.name, &case.file, ColorUse::Data).unwrap();
+        assert_eq!(image.size, case.size, "{}", case.name);
+        assert_eq!(image.name, case.name);
+        let kind = match &image.texels {
+            Texels::Srgb8(_) | Texels::Linear8(_) => "u8",
+            Texels::Linear16(_) => "u16",
+            Texels::Float(_) => "f32",
+        };
+        assert_eq!(kind, case.kind, "{}", case.name);
+        // JPEG and lossy WebP leave upsampling and rounding to the decoder.
+        let tolerance = match &case.name[..] {
+            "420.jpg" | "422.jpg" | "progressive.jpg" | "restart.jpg" => 6.0,
+            name if name.ends_with(".jpg") => 3.0,
+            name if name.starts_with("lossy") => 4.0,
+            _ => 0.0,
+        };
+        let found = values(&image.texels);
+        assert_eq!(found.len(), case.expected.len(), "{}", case.name);
+        for (i, (a, b)) in found.iter().zip(&case.expected).enumerate() {
+            let rounding = if kind == "f32" { 1e-6 * b.abs() } else { 0.0 };
+            assert!(
+                (a - b).abs() <= tolerance + rounding,
+                "{}, value {i}: {a} {b}",
+                case.name
+            );
+        }
+        let marked = case.name.ends_with(".ktx2") && kind == "u8";
+        assert!(notices.is_empty() || marked, "{}: {notices:?}", case.name);
+    }
+}
+
+#[test]
+fn colours_are_srgb_and_data_is_linear() {
+    for case in cases() {
+        let (color, _) = read(&case.name, &case.file, ColorUse::Color).unwrap();
+        let (data, _) = read(&case.name, &case.file, ColorUse::Data).unwrap();
+        match (&color.texels, &data.texels) {
+            (Texels::Srgb8(a), Texels::Linear8(b)) => assert_eq!(a, b, "{}", case.name),
+            (Texels::Float(a), Texels::Float(b)) => assert_eq!(a, b, "{}", case.name),
+            // KTX2 has no sRGB of sixteen bits.
+            (Texels::Linear16(a), Texels::Linear16(b)) if case.name.ends_with("ktx2") => {
+                assert_eq!(a, b, "{}", case.name);
+            }
+            (Texels::Linear16(a), Texels::Linear16(b)) => {
+                for (a, b) in a.iter().zip(b) {
+                    let expected = 65535.0 * linear_from_srgb(f32::from(b[0]) / 65535.0);
+                    assert!((f32::from(a[0]) - expected).abs() <= 0.5, "{}", case.name);
+                    assert_eq!(a[3], b[3], "{}", case.name);
+                }
+            }
+            other => panic!("{}: {other:?}", case.name),
+        }
+    }
+}
+
+#[test]
+fn what_is_not_applied_is_said() {
+    let notices = |name: &str, change: &dyn Fn(&mut Vec<u8>), color_use| {
+        let mut file = cases()
+            .into_iter()
+            .find(|case| case.name == name)
+            .unwrap()
+            .file;
+        change(&mut file);
+        read(name, &file, color_use).unwrap().1
+    };
+    let linear = notices("uastclinear.ktx2", &|_| {}, ColorUse::Color);
+    let expected =
+        "uastclinear.ktx2: its mark as linear is not what it is used for, and is ignored";
+    assert_eq!(linear, [expected]);
+    assert!(notices("uastc.ktx2", &|_| {}, ColorUse::Color).is_empty());
+    let exposed = |file: &mut Vec<u8>| {
+        let at = file.iter().position(|&b| b == b'\n').unwrap() + 1;
+        file.splice(at..at, *b"EXPOSURE=2.5\n");
+    };
+    let notice = notices("flat.hdr", &exposed, ColorUse::Color);
+    assert_eq!(notice, ["flat.hdr: its EXPOSURE of 2.5 is not applied"]);
+    // The last texel of the last line's channel before the last becomes an infinity.
+    let infinite = |file: &mut Vec<u8>| {
+        let at = file.len() - 2 * 21 - 2;
+        file[at..at + 2].copy_from_slice(&0x7c00_u16.to_le_bytes());
+    };
+    let notice = notices("nonehalf.exr", &infinite, ColorUse::Color);
+    let expected = "nonehalf.exr: 1 values are infinite or not numbers: read as 65504 and 0";
+    assert_eq!(notice, [expected]);
+}
+
+#[test]
+fn more_pixels_than_a_file_can_hold_are_refused() {
+    // A flat file of a few bytes that declares 16384 x 8000 pixels.
+    let mut bomb = b"#?RADIANCE\n\n-Y 8000 +X 16384\n".to_vec();
+    bomb.extend([2, 2, 64, 0, 255, 255]);
+    let error = read("a.hdr", &bomb, ColorUse::Color)
+        .unwrap_err()
+        .to_string();
+    let expected =
+        "a.hdr: 16384 x 8000 pixels in 35 bytes: more than so short a file is trusted with";
+    assert!(error.starts_with(expected), "{error}");
+    for case in cases() {
+        let pixels = u64::from(case.size[0]) * u64::from(case.size[1]);
+        for (left, fits) in [(pixels, true), (pixels - 1, false)] {
+            let mut budget = Budget {
+                pixels: left,
+                ..Budget::default()
+            };
+            let read = decode_image(
+                &case.file,
+                Path::new(&case.name),
+                ColorUse::Color,
+                &mut budget,
+                &mut Vec::new(),
+            );
+            assert_eq!(read.is_ok(), fits, "{}", case.name);
+        }
+    }
+}
+
+#[test]
+fn other_kinds_are_named() {
+    let error = read("a.gif", b"GIF89a", ColorUse::Color).unwrap_err();
+    let expected =
+        "a.gif: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR or Radiance HDR";
+    assert_eq!(error.to_string(), expected);
+    let mut cube = cases()
+        .into_iter()
+        .find(|case| case.name == "uastc.ktx2")
+        .unwrap()
+        .file;
+    cube[36] = 6;
+    let error = read("a.ktx2", &cube, ColorUse::Color)
+        .unwrap_err()
+        .to_string();
+    let expected = "a.ktx2: a KTX2 texture of depth 0, 0 layers and 6 faces, expected one picture";
+    assert_eq!(error, expected);
+}
+
+#[test]
+fn an_image_that_ends_early_is_an_error() {
+    for case in cases() {
+        let whole = read(&case.name, &case.file, ColorUse::Data).unwrap().0;
+        for length in 0..case.file.len() {
+            if let Ok((image, _)) = read(&case.name, &case.file[..length], ColorUse::Data) {
+                assert_eq!(
+                    image,
+                    whole,
+                    "{}: {length} of {}",
+                    case.name,
+                    case.file.len()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn damage_is_an_error_or_harmless() {
+    for case in cases() {
+        for at in 0..case.file.len() {
+            let mut damaged = case.file.clone();
+            damaged[at] ^= 1 << (at % 8);
+            if let Ok((image, _)) = read(&case.name, &damaged, ColorUse::Color) {
+                let pixels = image.size[0] as usize * image.size[1] as usize;
+                assert_eq!(image.texels.len(), pixels, "{}: byte {at}", case.name);
+            }
+        }
+    }
+}
