@@ -14,12 +14,12 @@ from .world import World
 
 __all__ = ["DEFAULT_CHANNELS", "FILTERS", "INTEGRATORS", "channel_names", "render"]
 
-INTEGRATORS = ["flat", "direct", "reference"]
+INTEGRATORS = ["flat", "direct", "path", "ao", "reference"]
 FILTERS = ["box", "blackman-harris"]
 DEFAULT_CHANNELS = ("color", "depth", "instance", "triangle")
 DEFAULT_SAMPLES = 16
 
-Integrator = Literal["flat", "direct", "reference"]
+Integrator = Literal["flat", "direct", "path", "ao", "reference"]
 Filter = Literal["box", "blackman-harris"]
 Region = Sequence[int]
 Progress = Callable[[int, int], object]
@@ -31,6 +31,8 @@ def render(
     *,
     integrator: Integrator | None = None,
     samples: int | None = None,
+    max_depth: int | None = None,
+    clamp: float | None = None,
     filter: Filter | None = None,
     channels: Sequence[str] | str = DEFAULT_CHANNELS,
     seed: int | None = None,
@@ -46,8 +48,12 @@ def render(
     What is not given is what `[render]` of the world's file says, or else the default:
 
     * `integrator` ("direct"): "flat" is the colour of the closest triangle, unlit; "direct" adds lights, shadows
-      and reflectances (a world without lights gets a sky, and the frame says so in its notices); "reference" is
+      and reflectances (a world without lights gets a sky, and the frame says so in its notices); "path" follows
+      light over any number of bounces, unbiased; "ao" shows how much of the sky each point sees; "reference" is
       "flat" by the lecture's procedure in NumPy, brute force and slow: the oracle.
+    * `max_depth` (no limit): the segments of a path at most. 1 sees what shines, 2 what it lights, and so on.
+    * `clamp` (off): the largest radiance of a sample. It hides bright specks and makes the picture darker, and the
+      frame's notices say how often.
     * `samples` (16) rays per pixel; with 1, the ray through the pixel's centre. `filter` ("box") or
       "blackman-harris" weighs them. `channels` names what the frame holds, "all" for everything there is.
     * `seed` (0) and `frame` (0) choose the random numbers. The same call gives the same bytes on any number of
@@ -64,6 +70,8 @@ def render(
     given = {
         "integrator": integrator,
         "samples": samples,
+        "max_depth": max_depth,
+        "clamp": clamp,
         "filter": filter,
         "seed": seed,
         "threads": threads,
@@ -84,7 +92,13 @@ def render(
         "filter": "box",
         "seed": 0,
     }
-    settings |= {"threads": None, "ambient_occlusion": False, "exposure": 0.0}
+    settings |= {
+        "max_depth": None,
+        "clamp": None,
+        "threads": None,
+        "ambient_occlusion": False,
+        "exposure": 0.0,
+    }
     settings |= world.render_settings | chosen
     stops = _stops(settings.pop("exposure"))
     request = {
@@ -94,6 +108,8 @@ def render(
         "seed": whole("seed", settings["seed"], 0, (1 << 64) - 1),
         "frame": whole("frame", frame, 0, (1 << 32) - 1),
         "channels": names,
+        "max_depth": _optional("max_depth", settings["max_depth"]),
+        "clamp": _clamp(settings["clamp"]),
         "ambient_occlusion": _occlusion(settings["ambient_occlusion"]),
         "region": None if region is None else _region(region),
         "threads": None if settings["threads"] is None else whole("threads", settings["threads"], 1, 1 << 16),
@@ -144,6 +160,19 @@ def _occlusion(value: object) -> float | None:
     if isinstance(value, int | float) and value > 0:
         return float(value)
     raise SettingsError(f"ambient_occlusion must be True, False or a distance > 0, not {value!r}")
+
+
+def _optional(name: str, value: object) -> int | None:
+    return None if value is None else whole(name, value, 1, (1 << 32) - 1)
+
+
+def _clamp(value: object) -> float | None:
+    """The largest radiance of a sample."""
+    if value is None:
+        return None
+    if not isinstance(value, bool) and isinstance(value, int | float) and 0 < value < math.inf:
+        return float(value)
+    raise SettingsError(f"clamp must be a radiance > 0, not {value!r}")
 
 
 def _stops(value: object) -> float:

@@ -18,6 +18,8 @@ pub(crate) struct Request {
     seed: u64,
     frame: u32,
     channels: Vec<String>,
+    max_depth: Option<u32>,
+    clamp: Option<f32>,
     ambient_occlusion: Option<f64>,
     region: Option<[u32; 4]>,
     threads: Option<usize>,
@@ -31,6 +33,8 @@ impl Request {
             integrator: match &self.integrator[..] {
                 "flat" => Integrator::Flat,
                 "direct" => Integrator::Direct,
+                "path" => Integrator::Path,
+                "ao" => Integrator::Ao,
                 name => return Err(unknown("integrator", name)),
             },
             samples: self.samples,
@@ -46,6 +50,8 @@ impl Request {
                 .iter()
                 .map(|name| channel(name))
                 .collect::<PyResult<_>>()?,
+            max_depth: self.max_depth,
+            clamp: self.clamp,
             ambient_occlusion: self.ambient_occlusion,
             region: self.region,
             threads: self.threads,
@@ -66,11 +72,10 @@ pub(crate) fn written<'py>(py: Python<'py>, spec: &RenderSpec) -> PyResult<Bound
     put(
         &dict,
         "integrator",
-        spec.integrator.map(|name| match name {
-            IntegratorName::Flat => "flat",
-            IntegratorName::Direct => "direct",
-        }),
+        spec.integrator.map(IntegratorName::name),
     )?;
+    put(&dict, "max_depth", spec.max_depth)?;
+    put(&dict, "clamp", spec.clamp)?;
     put(&dict, "samples", spec.samples)?;
     put(
         &dict,

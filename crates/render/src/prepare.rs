@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_bvh::{BuildError, BuildOptions, Bvh, ExactTriangles, Instance, Scene};
-use raycam_scene::{Material, Mesh, Object, Texture, World};
+use raycam_scene::{Alpha, Material, Mesh, Object, Texture, World};
 use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::light::{Lights, default_lights};
-use crate::reflectance::Lobe;
+use crate::scatter::Lobe;
 use crate::threads::with_pool;
 
 /// A mesh and its acceleration structure, which holds float32 vertices relative to `center`.
@@ -31,6 +31,8 @@ pub(crate) struct PreparedObject {
     pub world_from_mesh: DAffine3,
     /// Takes normals to the world: the inverse transpose of the linear part, up to length.
     pub normal_from_mesh: DMat3,
+    /// Whether it turns counter-clockwise triangles clockwise.
+    pub mirrored: bool,
     /// Per slot, an index into [`PreparedWorld::materials`].
     pub materials: Vec<usize>,
     /// Its number in the world's categories, or -1.
@@ -56,6 +58,8 @@ pub struct PreparedWorld {
     pub(crate) radius: f64,
     pub(crate) objects: Vec<PreparedObject>,
     pub(crate) materials: Vec<PreparedMaterial>,
+    /// Whether some material's opacity counts.
+    pub(crate) see_through: bool,
     pub(crate) textures: Vec<Arc<Texture>>,
     pub(crate) lights: Lights,
     /// What lights a world without lights.
@@ -111,6 +115,10 @@ impl PreparedWorld {
             radius,
             objects,
             materials: prepare_materials(&world.materials),
+            see_through: world
+                .materials
+                .iter()
+                .any(|material| material.alpha != Alpha::Opaque),
             textures: world.textures.clone(),
             lights: Lights::new(&world.lights, origin),
             default_lights: world
@@ -186,6 +194,7 @@ impl PreparedObject {
             },
             world_from_mesh: object.world_from_mesh,
             normal_from_mesh: inverse.transpose(),
+            mirrored: linear.determinant() < 0.0,
             materials: object.materials.clone(),
             category: -1,
             mesh,

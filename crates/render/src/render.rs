@@ -58,6 +58,14 @@ pub fn render(
             "{rejected} samples were too bright for float32 and count as black"
         ));
     }
+    let clamped = picture.clamped.into_inner();
+    if let Some(limit) = settings.clamp
+        && clamped > 0
+    {
+        notices.push(format!(
+            "{clamped} samples were brighter than clamp = {limit} and count as that: the picture is darker than the world"
+        ));
+    }
     Ok(Frame {
         size: camera.size(),
         region,
@@ -78,6 +86,8 @@ struct Picture<'a> {
     colored: bool,
     /// Samples whose radiance is not finite.
     rejected: AtomicU64,
+    /// Samples brighter than the settings allow.
+    clamped: AtomicU64,
 }
 
 /// What a thread needs for a tile; kept from tile to tile.
@@ -88,6 +98,8 @@ struct Buffers {
     exact_hits: Vec<ExactHit>,
     rays: Vec<Ray>,
     hits: Vec<Hit>,
+    /// Scene-local.
+    origins: Vec<DVec3>,
     directions: Vec<Vec3>,
     samplers: Vec<Sampler>,
     radiance: Vec<Vec3>,
@@ -109,6 +121,7 @@ impl<'a> Picture<'a> {
             sampled: !single && (asked(Channel::Color) || asked(Channel::Coverage)),
             colored: asked(Channel::Color),
             rejected: AtomicU64::new(0),
+            clamped: AtomicU64::new(0),
         }
     }
 
@@ -161,6 +174,7 @@ impl<'a> Picture<'a> {
             exact_rays,
             exact_hits,
             hits,
+            origins,
             directions,
             samplers,
             ..
@@ -182,6 +196,12 @@ impl<'a> Picture<'a> {
         if !self.sampled {
             hits.clear();
             hits.extend(exact_hits.iter().map(truth::rounded));
+            origins.clear();
+            origins.extend(
+                exact_rays
+                    .iter()
+                    .map(|ray| DVec3::from(ray.origin) - self.world.origin),
+            );
             directions.clear();
             directions.extend(
                 exact_rays
@@ -199,11 +219,13 @@ impl<'a> Picture<'a> {
             pixels,
             rays,
             hits,
+            origins,
             directions,
             samplers,
             ..
         } = buffers;
         rays.clear();
+        origins.clear();
         directions.clear();
         samplers.clear();
         for &mut [x, y] in pixels {
@@ -212,6 +234,7 @@ impl<'a> Picture<'a> {
             let pixel = self.camera.pixel_center_of(x, y) + DVec2::from(offset);
             let (origin, direction) = self.camera.ray(pixel);
             rays.push(self.world.local_ray(origin, direction, f64::INFINITY).0);
+            origins.push(origin - self.world.origin);
             directions.push(direction.as_vec3());
             samplers.push(sampler);
         }
@@ -229,6 +252,7 @@ impl<'a> Picture<'a> {
         let Buffers {
             exact_hits,
             hits,
+            origins,
             directions,
             samplers,
             radiance,
@@ -245,16 +269,24 @@ impl<'a> Picture<'a> {
         radiance.clear();
         radiance.resize(hits.len(), Vec3::ZERO);
         let batch = Batch {
+            origins,
             directions,
             hits,
             samplers,
         };
         integrator::radiance(self.world, self.settings, &batch, control, radiance)?;
-        for (sum, radiance) in color.iter_mut().zip(radiance) {
-            if radiance.is_finite() {
-                *sum += radiance.as_dvec3();
-            } else {
+        let limit = self.settings.clamp.unwrap_or(f32::INFINITY);
+        for (sum, &mut radiance) in color.iter_mut().zip(radiance) {
+            if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
                 self.rejected.fetch_add(1, Ordering::Relaxed);
+                continue;
+            }
+            let brightest = radiance.max_element();
+            if brightest > limit {
+                self.clamped.fetch_add(1, Ordering::Relaxed);
+                *sum += radiance.as_dvec3() * f64::from(limit / brightest);
+            } else {
+                *sum += radiance.as_dvec3();
             }
         }
         Ok(())

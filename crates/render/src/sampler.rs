@@ -19,9 +19,18 @@ pub(crate) enum Pair {
     Filter,
     /// The direction of the ambient occlusion ray.
     Ambient,
-    /// Where on a light; lights count from 0.
-    Light(usize),
+    /// At the surfaces of a path, which count from 0: which part of the material scatters, and which light shines.
+    Which(u32),
+    /// Where the surface scatters to.
+    Scatter(u32),
+    /// Whether the surface is there, and whether the path goes on.
+    Fate(u32),
+    /// Where on each of the lights that are sampled there.
+    Light(u32, usize),
 }
+
+/// More than all pairs of one surface.
+const PER_BOUNCE: u64 = 128;
 
 impl Sampler {
     pub fn new(seed: u64, frame: u32, [x, y]: [u32; 2], sample: u32) -> Self {
@@ -34,7 +43,10 @@ impl Sampler {
         let number = match pair {
             Pair::Filter => 0,
             Pair::Ambient => 1,
-            Pair::Light(i) => 2 + i as u64,
+            Pair::Which(bounce) => PER_BOUNCE * (1 + u64::from(bounce)),
+            Pair::Scatter(bounce) => PER_BOUNCE * (1 + u64::from(bounce)) + 1,
+            Pair::Fate(bounce) => PER_BOUNCE * (1 + u64::from(bounce)) + 2,
+            Pair::Light(bounce, i) => PER_BOUNCE * (1 + u64::from(bounce)) + 3 + i as u64,
         };
         let seed = mix(self
             .pixel
@@ -88,7 +100,7 @@ mod tests {
             for columns in [1, 2, 4, 8, 16, 32, 64] {
                 let mut cells = vec![0; 64];
                 for sample in 0..64 {
-                    let [x, y] = Sampler::new(3, 1, [pixel, 7], sample).pair(Pair::Light(2));
+                    let [x, y] = Sampler::new(3, 1, [pixel, 7], sample).pair(Pair::Light(2, 1));
                     let rows = 64 / columns;
                     let column = (x * columns as f32) as usize;
                     cells[(y * rows as f32) as usize * columns + column] += 1;
@@ -122,7 +134,7 @@ mod tests {
             (5, 2, [10, 21], 3, Pair::Filter),
             (5, 2, [10, 20], 4, Pair::Filter),
             (5, 2, [10, 20], 3, Pair::Ambient),
-            (5, 2, [10, 20], 3, Pair::Light(0)),
+            (5, 2, [10, 20], 3, Pair::Light(0, 0)),
         ];
         for other in others {
             assert_ne!(of(base), of(other), "{other:?}");

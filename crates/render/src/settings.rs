@@ -10,8 +10,12 @@ pub enum Integrator {
     /// The base colour of the nearest triangle, whatever the light: the lecture's picture.
     #[default]
     Flat,
-    /// Light that comes straight from the lights, with shadows.
+    /// Light that comes straight from the lights, with shadows, also in mirrors and through smooth glass.
     Direct,
+    /// All light, by any number of bounces: unbiased.
+    Path,
+    /// How much of the sky each point sees.
+    Ao,
 }
 
 /// What is asked of a picture.
@@ -29,6 +33,10 @@ pub struct Settings {
     pub frame: u32,
     /// What the frame holds, each channel once.
     pub channels: Vec<Channel>,
+    /// The most segments of a path in `path`: 1 sees what shines, 2 what it lights, and so on; `None` for no limit.
+    pub max_depth: Option<u32>,
+    /// The largest value of a sample, which makes pictures darker than they are; `None` for none.
+    pub clamp: Option<f32>,
     /// How far, in metres, surfaces darken the sky of others (infinity: any distance); `None` for an unoccluded sky.
     pub ambient_occlusion: Option<f64>,
     /// x, y, width and height of the part to render; `None` for all of it.
@@ -46,6 +54,8 @@ impl Default for Settings {
             seed: 0,
             frame: 0,
             channels: vec![Channel::Color],
+            max_depth: None,
+            clamp: None,
             ambient_occlusion: None,
             region: None,
             threads: None,
@@ -80,6 +90,14 @@ impl Settings {
             return fail(format!(
                 "ambient_occlusion is {distance}; expected a distance above 0, or infinity"
             ));
+        }
+        if self.max_depth == Some(0) {
+            return fail("max_depth is 0; expected at least 1 segment of a path".into());
+        }
+        if let Some(clamp) = self.clamp
+            && !(clamp.is_finite() && clamp > 0.0)
+        {
+            return fail(format!("clamp is {clamp}; expected a radiance above 0"));
         }
         let whole = [0, 0, width, height];
         let region = self.region.unwrap_or(whole);

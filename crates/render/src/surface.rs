@@ -1,10 +1,12 @@
 //! From a hit to what is there: colour, normals, and where rays may start.
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::Hit;
-use raycam_scene::Reflectance;
+use raycam_bvh::{Hit, Ray};
+use raycam_scene::{Alpha, Reflectance, TextureSlot};
 
+use crate::light::Reference;
 use crate::prepare::{PreparedMaterial, PreparedWorld};
+use crate::scatter::{Frame, Lecture, Scatter};
 
 impl PreparedWorld {
     /// The material of a hit triangle.
@@ -57,18 +59,57 @@ impl PreparedWorld {
                 hit,
             );
         }
-        if let Some(slot) = &material.texture
-            && let Some(uv) = self.uv(
-                hit.instance,
-                hit.triangle,
-                slot.uv_set,
-                [hit.u, hit.v].map(f64::from),
-            )
-        {
-            let texel = self.textures[slot.texture].lookup(slot.coordinates(uv));
+        if let Some(texel) = material.texture.and_then(|slot| self.texel(&slot, hit)) {
             color *= Vec3::from_slice(&texel);
         }
         color
+    }
+
+    /// How much of a hit surface is there, 0..=1 (glTF 2.0, 3.9.4).
+    pub(crate) fn opacity(&self, hit: &Hit) -> f32 {
+        let material = &self.material(hit).material;
+        if material.alpha == Alpha::Opaque {
+            return 1.0;
+        }
+        let mesh = &*self.objects[hit.instance as usize].mesh.mesh;
+        let mut opacity = material.opacity;
+        if let Some([.., alpha]) = material.texture.and_then(|slot| self.texel(&slot, hit)) {
+            opacity *= alpha;
+        }
+        if let Some(opacities) = &mesh.vertex_opacities {
+            let [a, b, c] = mesh.triangles[hit.triangle as usize].map(|i| opacities[i as usize]);
+            opacity *= a + (b - a) * hit.u + (c - a) * hit.v;
+        }
+        match material.alpha {
+            Alpha::Mask { cutoff } => f32::from(opacity >= cutoff),
+            Alpha::Opaque | Alpha::Blend => opacity,
+        }
+    }
+
+    /// What the surface shines against a direction, in W/(m² sr): one-sided surfaces from their front alone.
+    pub(crate) fn emission(&self, hit: &Hit, direction: Vec3) -> Vec3 {
+        let material = &self.material(hit).material;
+        if material.emission.value == [0.0; 3] {
+            return Vec3::ZERO;
+        }
+        if !material.double_sided {
+            let [a, b, c] = self.corners(hit.instance, hit.triangle);
+            let mirrored = self.objects[hit.instance as usize].mirrored;
+            let away = (b - a).cross(c - a).dot(direction.as_dvec3()) > 0.0;
+            if away != mirrored {
+                return Vec3::ZERO;
+            }
+        }
+        let texture = material.emission.texture;
+        let texel = texture.and_then(|slot| self.texel(&slot, hit));
+        Vec3::from(material.emission.value) * texel.map_or(Vec3::ONE, |t| Vec3::from_slice(&t))
+    }
+
+    /// The value of a texture at a hit, linear; `None` where the mesh lacks its coordinates.
+    pub(crate) fn texel(&self, slot: &TextureSlot, hit: &Hit) -> Option<[f32; 4]> {
+        let weights = [hit.u, hit.v].map(f64::from);
+        let uv = self.uv(hit.instance, hit.triangle, slot.uv_set, weights)?;
+        Some(self.textures[slot.texture].lookup(slot.coordinates(uv)))
     }
 
     /// Texture coordinates of a set at the weights of a triangle's second and third corner; `None` where the mesh has
@@ -108,27 +149,26 @@ pub(crate) fn facing_normal([a, b, c]: [DVec3; 3], direction: DVec3) -> DVec3 {
     }
 }
 
-/// A lit point of a surface, on the side that is seen. All vectors are in the world and of unit length.
-#[derive(Clone, Copy, Debug)]
+/// A point of a surface, on the side that is seen.
+#[derive(Clone, Debug)]
 pub(crate) struct Surface<'a> {
-    /// Index of its ray in the batch.
-    pub ray: usize,
     /// Scene-local.
     pub position: DVec3,
-    /// Where rays that leave the surface start: beyond all float32 rounding, scene-local.
-    pub start: DVec3,
-    /// Of the triangle.
-    pub geometric: Vec3,
-    /// Of the smooth surface that the triangle stands for.
-    pub normal: Vec3,
-    /// Towards the viewer.
-    pub view: Vec3,
-    pub base: Vec3,
-    pub material: &'a PreparedMaterial,
+    /// Its normals and the viewer.
+    pub frame: Frame,
+    /// Whether the viewer is where the triangle's corners run counter-clockwise.
+    pub front: bool,
+    /// What happens to light.
+    pub scatter: Scatter<'a>,
+    /// Where rays start that leave it towards the viewer's side, and to the other: beyond all float32 rounding,
+    /// scene-local.
+    above: DVec3,
+    below: DVec3,
 }
 
 impl<'a> Surface<'a> {
-    pub fn new(world: &'a PreparedWorld, ray: usize, direction: Vec3, hit: &Hit) -> Self {
+    /// What a ray in this direction sees at its hit.
+    pub fn new(world: &'a PreparedWorld, direction: Vec3, hit: &Hit) -> Self {
         let corners = world
             .corners(hit.instance, hit.triangle)
             .map(|corner| corner - world.origin);
@@ -136,71 +176,90 @@ impl<'a> Surface<'a> {
         let (u, v) = (f64::from(hit.u), f64::from(hit.v));
         let position = a + (b - a) * u + (c - a) * v;
         let geometric = facing_normal(corners, direction.as_dvec3());
-        let mut surface = Self {
-            ray,
+        let outwards = (b - a).cross(c - a).dot(geometric) > 0.0;
+        let beyond = geometric * world.rounding(hit.instance, position, geometric);
+        let (normal, lift) = smooth(world, hit, corners, position, geometric);
+        Self {
             position,
-            start: position + geometric * world.rounding(hit.instance, position, geometric),
-            geometric: geometric.as_vec3(),
-            normal: geometric.as_vec3(),
-            view: -direction,
-            base: world.base_color(hit),
-            material: world.material(hit),
-        };
-        surface.smooth(world, hit, corners, geometric);
-        surface
+            frame: Frame::new(geometric.as_vec3(), normal, -direction),
+            front: outwards != world.objects[hit.instance as usize].mirrored,
+            scatter: scatter(world, hit),
+            above: position + beyond + lift,
+            below: position - beyond,
+        }
     }
 
-    /// Takes the normal from the corners' normals, where there are any, and lifts the start of rays to the smooth
-    /// surface, so that a coarse mesh does not shade itself (J. Hanika, "Hacking the Shadow Terminator", Ray Tracing
-    /// Gems II, 2021, chapter 4).
-    fn smooth(&mut self, world: &PreparedWorld, hit: &Hit, corners: [DVec3; 3], geometric: DVec3) {
-        let Some(normals) = world.corner_normals(hit.instance, hit.triangle, geometric) else {
-            return;
-        };
-        let (u, v) = (f64::from(hit.u), f64::from(hit.v));
-        let weights = [1.0 - u - v, u, v];
-        let (mut normal, mut lift) = (DVec3::ZERO, DVec3::ZERO);
-        for k in 0..3 {
-            normal += normals[k] * weights[k];
-            let below = (corners[k] - self.position).dot(normals[k]).max(0.0);
-            lift += normals[k] * (weights[k] * below);
+    /// This point, as lights are sampled for it.
+    pub fn reference(&self) -> Reference {
+        Reference {
+            position: self.position,
+            normal: if self.scatter.is_transmissive() {
+                Vec3::ZERO
+            } else {
+                self.frame.geometric
+            },
         }
-        self.normal = normal.normalize_or(geometric).as_vec3();
-        self.start += lift;
     }
 
-    /// Reflectance times cosine towards a light: what share of an irradiance becomes radiance towards the viewer.
-    pub fn reflected(&self, light: Vec3) -> Vec3 {
-        let cosine = self.normal.dot(light);
-        // Light from below the triangle would shine through it, whatever the smooth surface says.
-        if cosine <= 0.0 || self.geometric.dot(light) <= 0.0 {
-            return Vec3::ZERO;
+    /// Where rays in this direction start, scene-local.
+    pub fn start(&self, direction: Vec3) -> DVec3 {
+        if self.frame.geometric.dot(direction) < 0.0 {
+            self.below
+        } else {
+            self.above
         }
-        let Reflectance::Lecture {
+    }
+
+    /// A ray from here into the world.
+    pub fn leaving(&self, direction: Vec3, t_max: f32) -> Ray {
+        Ray {
+            origin: self.start(direction).as_vec3().to_array(),
+            direction: direction.to_array(),
+            t_max,
+        }
+    }
+}
+
+/// What happens to light at a hit.
+fn scatter<'a>(world: &'a PreparedWorld, hit: &Hit) -> Scatter<'a> {
+    let PreparedMaterial { material, lobe } = world.material(hit);
+    match &material.reflectance {
+        Reflectance::Lecture {
             diffuse, specular, ..
-        } = &self.material.material.reflectance
-        else {
-            return Vec3::ZERO;
-        };
-        let mut reflected = self.base * (*diffuse * std::f32::consts::FRAC_1_PI);
-        if let Some(lobe) = &self.material.lobe {
-            reflected += Vec3::from(*specular) * lobe.evaluate(self.normal, self.view, light);
-        }
-        reflected * cosine
+        } => Scatter::Lecture(Lecture {
+            diffuse: world.base_color(hit) * *diffuse,
+            specular: Vec3::from(*specular),
+            lobe: lobe.as_deref(),
+        }),
+        Reflectance::Unlit => Scatter::Black,
+        Reflectance::Principled(_) => Scatter::Lecture(Lecture {
+            diffuse: world.base_color(hit),
+            specular: Vec3::ZERO,
+            lobe: None,
+        }),
     }
+}
 
-    /// The radiance towards the viewer under a sky of radiance 1 that nothing hides.
-    pub fn ambient(&self) -> Vec3 {
-        let Reflectance::Lecture {
-            diffuse, specular, ..
-        } = &self.material.material.reflectance
-        else {
-            return Vec3::ZERO;
-        };
-        let mut reflected = self.base * *diffuse;
-        if let Some(lobe) = &self.material.lobe {
-            reflected += Vec3::from(*specular) * lobe.albedo(self.normal.dot(self.view));
-        }
-        reflected
+/// The normal of the smooth surface that the corners' normals describe, on the side of `geometric`, and how far above
+/// the triangle it lies: rays start there, so that a coarse mesh does not shade itself (J. Hanika, "Hacking the Shadow
+/// Terminator", Ray Tracing Gems II, 2021, chapter 4).
+fn smooth(
+    world: &PreparedWorld,
+    hit: &Hit,
+    corners: [DVec3; 3],
+    position: DVec3,
+    geometric: DVec3,
+) -> (Vec3, DVec3) {
+    let Some(normals) = world.corner_normals(hit.instance, hit.triangle, geometric) else {
+        return (geometric.as_vec3(), DVec3::ZERO);
+    };
+    let (u, v) = (f64::from(hit.u), f64::from(hit.v));
+    let weights = [1.0 - u - v, u, v];
+    let (mut normal, mut lift) = (DVec3::ZERO, DVec3::ZERO);
+    for k in 0..3 {
+        normal += normals[k] * weights[k];
+        let below = (corners[k] - position).dot(normals[k]).max(0.0);
+        lift += normals[k] * (weights[k] * below);
     }
+    (normal.normalize_or(geometric).as_vec3(), lift)
 }

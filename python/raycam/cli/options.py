@@ -51,9 +51,16 @@ def add_rendering(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--integrator",
         metavar="NAME",
-        help="direct: lit, with shadows (default); flat: plain colours; reference: flat by the lecture, slow",
+        help="direct: lit, with shadows (default); path: all light; ao: open sky; flat: plain colours; reference: flat "
+        "by the lecture, slow",
     )
     group.add_argument("--samples", metavar="N", type=int, help="rays per pixel (default 16)")
+    group.add_argument(
+        "--max-depth", metavar="N", type=int, help="segments of a path at most (default: no limit)"
+    )
+    group.add_argument(
+        "--clamp", metavar="RADIANCE", type=float, help="the largest value of a sample (default: none)"
+    )
     group.add_argument("--filter", metavar="NAME", help="box (default) or blackman-harris")
     group.add_argument("--seed", metavar="N", type=int, help="the seed of all random numbers (default 0)")
     group.add_argument(
@@ -79,7 +86,17 @@ def add_rendering(command: argparse.ArgumentParser) -> None:
     )
 
 
-RENDERING = ("integrator", "samples", "filter", "seed", "threads", "ambient_occlusion", "exposure")
+RENDERING = (
+    "integrator",
+    "samples",
+    "max_depth",
+    "clamp",
+    "filter",
+    "seed",
+    "threads",
+    "ambient_occlusion",
+    "exposure",
+)
 
 
 def rendering(options: argparse.Namespace) -> dict[str, Any]:

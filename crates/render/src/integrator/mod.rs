@@ -1,9 +1,11 @@
 //! From hits to radiance: the closed set of integrators, each a chain of stages over a batch of rays.
 
-mod direct;
+mod ao;
 mod flat;
+mod path;
+mod shadows;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, NOTHING};
 
 use crate::control::Control;
@@ -12,9 +14,12 @@ use crate::light::Lights;
 use crate::prepare::PreparedWorld;
 use crate::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
+use path::Rules;
 
 /// Rays of one tile and what they met, entry by entry.
 pub(crate) struct Batch<'a> {
+    /// Scene-local.
+    pub origins: &'a [DVec3],
     /// Unit length.
     pub directions: &'a [Vec3],
     pub hits: &'a [Hit],
@@ -29,25 +34,61 @@ pub(crate) fn radiance(
     control: &Control,
     radiance: &mut [Vec3],
 ) -> Result<(), RenderError> {
-    match settings.integrator {
+    let integrator = settings.integrator;
+    let lights = integrator.lights(world);
+    let reach = settings.ambient_occlusion;
+    match integrator {
         Integrator::Flat => flat::radiance(world, batch, radiance),
-        Integrator::Direct => direct::radiance(world, settings, batch, control, radiance)?,
+        Integrator::Ao => {
+            let distance = reach.unwrap_or(f64::INFINITY) as f32;
+            ao::radiance(world, distance, batch, radiance);
+        }
+        Integrator::Direct => {
+            let rules = Rules {
+                max_depth: 2,
+                free_mirrors: true,
+                light_samples: lights.sources.len().clamp(1, MAX_LIGHT_SAMPLES),
+                ambient: match reach {
+                    None => Some(None),
+                    // Occluded at any distance, the sky is a light like others.
+                    Some(distance) if distance.is_infinite() => None,
+                    Some(distance) => Some(Some(distance as f32)),
+                },
+            };
+            path::radiance(world, lights, &rules, batch, control, radiance)?;
+        }
+        Integrator::Path => {
+            let rules = Rules {
+                max_depth: settings.max_depth.unwrap_or(u32::MAX),
+                free_mirrors: false,
+                light_samples: 1,
+                ambient: None,
+            };
+            path::radiance(world, lights, &rules, batch, control, radiance)?;
+        }
     }
     Ok(())
 }
 
+/// The most lights that `direct` samples at a point.
+const MAX_LIGHT_SAMPLES: usize = 64;
+
 impl Integrator {
     /// The lights it works with: a world without any gets some where light is needed to see anything.
     pub(crate) fn lights(self, world: &PreparedWorld) -> &Lights {
-        match (self, &world.default_lights) {
-            (Integrator::Direct, Some(lights)) => lights,
+        match &world.default_lights {
+            Some(lights) if self.needs_light() => lights,
             _ => &world.lights,
         }
     }
 
+    fn needs_light(self) -> bool {
+        matches!(self, Self::Direct | Self::Path)
+    }
+
     /// What the one who looks at the picture should know.
     pub(crate) fn notices(self, world: &PreparedWorld) -> Vec<String> {
-        if self == Integrator::Direct && world.default_lights.is_some() {
+        if self.needs_light() && world.default_lights.is_some() {
             vec!["the world has no lights: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4".into()]
         } else {
             vec![]

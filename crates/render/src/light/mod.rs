@@ -21,7 +21,7 @@ use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 use raycam_scene::{Light, Up};
 
-use crate::prepare::PreparedWorld;
+use crate::prepare::{PreparedMaterial, PreparedWorld};
 use bulb::Bulb;
 use sky::Sky;
 use sun::Sun;
@@ -127,6 +127,14 @@ impl Lights {
         (sample.pdf > 0.0).then_some(sample)
     }
 
+    /// Whether rays that are scattered may find light that [`Lights::sample`] finds too; even skies do not count where
+    /// they are an ambient term.
+    pub fn is_found(&self, world: &PreparedWorld, ambient: bool) -> bool {
+        let shines = |material: &PreparedMaterial| material.material.emission.value != [0.0; 3];
+        let found = |source: &Source| source.is_found(ambient);
+        self.sources.iter().any(found) || world.materials.iter().any(shines)
+    }
+
     /// The radiance from infinitely far away, out of a direction of unit length: what a ray that meets nothing sees.
     pub fn sky(&self, direction: Vec3) -> Vec3 {
         self.infinite
@@ -145,8 +153,8 @@ impl Lights {
     }
 
     /// What the surface at a hit shines by itself against `direction`, in W/(m² sr).
-    pub fn emitted(&self, _world: &PreparedWorld, _hit: &Hit, _direction: Vec3) -> Vec3 {
-        Vec3::ZERO
+    pub fn emitted(&self, world: &PreparedWorld, hit: &Hit, direction: Vec3) -> Vec3 {
+        world.emission(hit, direction)
     }
 
     /// The density with which [`Lights::sample`] finds this hit, `distance` away from `from`.
@@ -245,17 +253,12 @@ impl Source {
         }
     }
 
-    /// Whether it shines evenly from everywhere: `direct` takes that for an ambient term.
-    pub fn is_ambient(&self) -> bool {
-        matches!(self, Self::Sky(_))
-    }
-
-    /// Whether shadow rays of neighbouring points run alike.
-    pub fn is_coherent(&self) -> bool {
+    /// Whether it has a size, so that rays may find it.
+    fn is_found(&self, ambient: bool) -> bool {
         match self {
-            Self::Sun(_) => true,
-            Self::Bulb(bulb) => bulb.is_point(),
-            Self::Sky(_) => false,
+            Self::Sun(sun) => !sun.is_point(),
+            Self::Bulb(bulb) => !bulb.is_point(),
+            Self::Sky(_) => !ambient,
         }
     }
 }

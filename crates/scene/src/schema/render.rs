@@ -12,10 +12,15 @@ use crate::error::SceneError;
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RenderSpec {
-    /// "flat": the colour of the closest triangle, unlit. "direct": lit by the lights, with shadows.
+    /// "flat": the colour of the closest triangle, unlit. "direct": lit by the lights, with shadows. "path": all light,
+    /// by any number of bounces. "ao": how much of the sky each point sees.
     pub integrator: Option<IntegratorName>,
     /// Samples per pixel, >= 1.
     pub samples: Option<u32>,
+    /// The most segments of a path, >= 1: 1 sees what shines, 2 what it lights, and so on; no limit where not given.
+    pub max_depth: Option<u32>,
+    /// The largest value of a sample, which hides bright specks and makes the picture darker; none where not given.
+    pub clamp: Option<f32>,
     /// The pixel filter.
     pub filter: Option<FilterName>,
     /// The seed of all random numbers.
@@ -78,6 +83,22 @@ pub enum IntegratorName {
     Flat,
     /// Direct light with shadows.
     Direct,
+    /// All light, by any number of bounces.
+    Path,
+    /// Ambient occlusion by itself.
+    Ao,
+}
+
+impl IntegratorName {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Flat => "flat",
+            Self::Direct => "direct",
+            Self::Path => "path",
+            Self::Ao => "ao",
+        }
+    }
 }
 
 /// The closed set of pixel filters.
@@ -106,6 +127,20 @@ impl RenderSpec {
             return Err(SceneError::schema(
                 "threads",
                 "0: expected a whole number >= 1",
+            ));
+        }
+        if self.max_depth == Some(0) {
+            return Err(SceneError::schema(
+                "max_depth",
+                "0: expected a whole number of segments >= 1",
+            ));
+        }
+        if let Some(clamp) = self.clamp
+            && !(clamp.is_finite() && clamp > 0.0)
+        {
+            return Err(SceneError::schema(
+                "clamp",
+                format!("{clamp}: expected a number greater than 0"),
             ));
         }
         match self.exposure {

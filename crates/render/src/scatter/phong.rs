@@ -1,11 +1,11 @@
-//! How a surface reflects light: the lecture's Lambert plus modified Phong.
+//! The modified Phong lobe.
 //!
 //! E. P. Lafortune and Y. D. Willems, "Using the modified Phong reflectance model for physically based rendering",
 //! report CW 197, K.U. Leuven, 1994: f = diffuse / pi + specular (n + 2) / (2 pi) cos^n(a), where a is the angle
 //! between the light and the mirror direction of the view. Its albedo is exactly `specular` at normal incidence and
 //! falls off where the lobe dips below the horizon.
 
-use std::f32::consts::PI;
+use std::f32::consts::{PI, TAU};
 
 use glam::Vec3;
 use raycam_scene::Reflectance;
@@ -47,6 +47,21 @@ impl Lobe {
             return 0.0;
         }
         (self.shininess + 2.0) / (2.0 * PI) * cosine.powf(self.shininess)
+    }
+
+    /// The density of [`Lobe::sample`] by solid angle.
+    pub fn pdf(&self, normal: Vec3, view: Vec3, light: Vec3) -> f32 {
+        self.evaluate(normal, view, light) * ((self.shininess + 1.0) / (self.shininess + 2.0))
+    }
+
+    /// A direction around the mirror direction with density (n + 1) / (2 pi) cos^n; it may lie below the surface.
+    pub fn sample(&self, normal: Vec3, view: Vec3, [x, y]: [f32; 2]) -> Vec3 {
+        let mirror = 2.0 * normal.dot(view) * normal - view;
+        let cosine = (1.0 - x).powf(1.0 / (self.shininess + 1.0));
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        let (right, up) = mirror.any_orthonormal_pair();
+        let (sin, cos) = (TAU * y).sin_cos();
+        (right * cos + up * sin) * sine + mirror * cosine
     }
 
     /// The share of a white sky that it sends towards the view.

@@ -1,0 +1,28 @@
+//! `ao`: how much of the sky each point of a surface sees, as if everything were white and matte.
+
+use glam::Vec3;
+use raycam_bvh::Coherence;
+
+use super::shadows::Shadows;
+use super::{Batch, is_miss};
+use crate::prepare::PreparedWorld;
+use crate::sampler::Pair;
+use crate::scatter::cosine_direction;
+use crate::surface::Surface;
+
+/// 1 in the open and for the background, 0 where all directions, weighed by their cosine, end within `distance`.
+pub(super) fn radiance(world: &PreparedWorld, distance: f32, batch: &Batch, radiance: &mut [Vec3]) {
+    let mut shadows = Shadows::default();
+    for (i, hit) in batch.hits.iter().enumerate() {
+        if is_miss(hit) {
+            radiance[i] = Vec3::ONE;
+            continue;
+        }
+        radiance[i] = Vec3::ZERO;
+        let surface = Surface::new(world, batch.directions[i], hit);
+        let random = batch.samplers[i].pair(Pair::Ambient);
+        let direction = surface.frame.above(cosine_direction(random));
+        shadows.ask(surface.leaving(direction, distance), i, Vec3::ONE);
+    }
+    shadows.settle(world, Coherence::Incoherent, radiance);
+}

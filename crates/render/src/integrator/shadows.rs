@@ -1,0 +1,79 @@
+//! Light on its way to the rays of a batch, unless something stands in between.
+
+use glam::Vec3;
+use raycam_bvh::{Coherence, Hit, Ray};
+
+use super::is_miss;
+use crate::prepare::PreparedWorld;
+use crate::surface::Surface;
+
+/// A shadow ray ends this share before its light, which may lie on a surface.
+pub(super) const BEFORE_LIGHT: f32 = 1.0 - 1.0 / (1 << 16) as f32;
+
+/// Shadow rays, and what arrives along each.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Shadows {
+    rays: Vec<Ray>,
+    dark: Vec<bool>,
+    /// Which ray of the batch it is for, and how much.
+    light: Vec<(usize, Vec3)>,
+}
+
+impl Shadows {
+    pub fn ask(&mut self, ray: Ray, index: usize, light: Vec3) {
+        self.rays.push(ray);
+        self.light.push((index, light));
+    }
+
+    /// Answers everything asked since the last time.
+    pub fn settle(&mut self, world: &PreparedWorld, coherence: Coherence, radiance: &mut [Vec3]) {
+        if world.see_through {
+            self.settle_through(world, radiance);
+        } else {
+            self.dark.clear();
+            self.dark.resize(self.rays.len(), false);
+            world.scene.occluded(&self.rays, &mut self.dark, coherence);
+            for (&(index, light), dark) in self.light.iter().zip(&self.dark) {
+                if !dark {
+                    radiance[index] += light;
+                }
+            }
+        }
+        self.rays.clear();
+        self.light.clear();
+    }
+
+    /// Where surfaces may let light through by their opacity: from one to the next.
+    fn settle_through(&mut self, world: &PreparedWorld, radiance: &mut [Vec3]) {
+        let mut hits = vec![];
+        while !self.rays.is_empty() {
+            hits.clear();
+            hits.resize(self.rays.len(), Hit::MISS);
+            world
+                .scene
+                .closest(&self.rays, &mut hits, Coherence::Incoherent);
+            let mut kept = 0;
+            for i in 0..self.rays.len() {
+                let ((index, light), ray) = (self.light[i], self.rays[i]);
+                if is_miss(&hits[i]) {
+                    radiance[index] += light;
+                    continue;
+                }
+                let light = light * (1.0 - world.opacity(&hits[i]));
+                if light == Vec3::ZERO {
+                    continue;
+                }
+                // From the other side of the surface to the same end.
+                let direction = Vec3::from(ray.direction);
+                let length = direction.length();
+                let surface = Surface::new(world, direction / length, &hits[i]);
+                let left = (ray.t_max - hits[i].t) * length;
+                self.rays[kept] = surface.leaving(direction / length, left);
+                self.light[kept] = (index, light);
+                kept += 1;
+            }
+            self.rays.truncate(kept);
+            self.light.truncate(kept);
+        }
+    }
+}

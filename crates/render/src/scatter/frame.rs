@@ -1,0 +1,57 @@
+//! The directions of a surface point.
+
+use std::f32::consts::{PI, TAU};
+
+use glam::Vec3;
+
+/// Directions at a surface point, in the world and of unit length.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    /// The triangle's, on the viewer's side.
+    pub geometric: Vec3,
+    /// Of the smooth surface that the triangle stands for.
+    pub normal: Vec3,
+    /// At right angles to `normal`.
+    pub tangent: Vec3,
+    /// At right angles to both.
+    pub bitangent: Vec3,
+    /// Towards the viewer.
+    pub view: Vec3,
+}
+
+impl Frame {
+    /// With any tangent.
+    pub fn new(geometric: Vec3, normal: Vec3, view: Vec3) -> Self {
+        let (tangent, bitangent) = normal.any_orthonormal_pair();
+        Self {
+            geometric,
+            normal,
+            tangent,
+            bitangent,
+            view,
+        }
+    }
+
+    /// From coordinates along any two directions in the triangle's plane and its normal.
+    pub fn above(&self, v: Vec3) -> Vec3 {
+        let (right, up) = self.geometric.any_orthonormal_pair();
+        right * v.x + up * v.y + self.geometric * v.z
+    }
+
+    /// From coordinates along tangent, bitangent and normal.
+    pub fn world(&self, v: Vec3) -> Vec3 {
+        self.tangent * v.x + self.bitangent * v.y + self.normal * v.z
+    }
+}
+
+/// A direction above z = 0 with density z / pi (Malley's method).
+pub(crate) fn cosine_direction([x, y]: [f32; 2]) -> Vec3 {
+    let (sin, cos) = (TAU * y).sin_cos();
+    let radius = x.sqrt();
+    Vec3::new(radius * cos, radius * sin, (1.0 - x).sqrt())
+}
+
+/// The density of [`cosine_direction`].
+pub(crate) fn cosine_density(cosine: f32) -> f32 {
+    cosine.max(0.0) / PI
+}
