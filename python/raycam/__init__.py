@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 from ._core import __version__
 from .camera import Camera
 from .errors import CameraError, Error, FormatError, SettingsError, WorldError
+from .flow import disparity, flow
 from .frame import Frame
+from .labels import Box3D, Keypoints, Label, box3d, keypoints, label
 from .render import render
 from .world import Object, Video, World, load
 
@@ -20,19 +22,27 @@ if TYPE_CHECKING:
     from .explain_pixel import Explanation, explain
 
 __all__ = [
+    "Box3D",
     "Camera",
     "CameraError",
     "Error",
     "Explanation",
     "FormatError",
     "Frame",
+    "Keypoints",
+    "Label",
     "Object",
     "SettingsError",
     "Video",
     "World",
     "WorldError",
     "__version__",
+    "box3d",
+    "disparity",
     "explain",
+    "flow",
+    "keypoints",
+    "label",
     "load",
     "render",
 ]

@@ -13,6 +13,7 @@ mod node;
 mod settings;
 mod state;
 mod triangles;
+mod truth;
 mod watch;
 mod world;
 
@@ -29,6 +30,8 @@ mod core {
     use crate::encode::{encode_exr, encode_png, linear_from_srgb8, srgb_from_linear};
     #[pymodule_export]
     use crate::frame::{channels, merge};
+    #[pymodule_export]
+    use crate::truth::{flow, oriented_box, silhouettes};
     #[pymodule_export]
     use crate::world::World;
 

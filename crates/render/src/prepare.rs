@@ -19,8 +19,8 @@ use crate::threads::with_pool;
 pub(crate) struct PreparedMesh {
     pub mesh: Arc<Mesh>,
     bvh: Arc<Bvh>,
-    lower: DVec3,
-    upper: DVec3,
+    pub lower: DVec3,
+    pub upper: DVec3,
     center: DVec3,
 }
 
@@ -202,7 +202,7 @@ impl PreparedObject {
     }
 
     /// Where the mesh's own float32 coordinates lie in scene-local ones.
-    fn instance(&self, origin: DVec3) -> Instance {
+    pub fn instance(&self, origin: DVec3) -> Instance {
         let linear = self.world_from_mesh.matrix3;
         let place = self.world_from_mesh.transform_point3(self.mesh.center) - origin;
         let row = |i: usize| {

@@ -13,6 +13,7 @@ pub mod light;
 pub mod material;
 pub mod mesh;
 pub mod model;
+pub mod oriented_box;
 pub mod pose;
 pub mod primitive;
 pub mod principled;

@@ -1,0 +1,102 @@
+//! Ground truth beyond a frame's channels: flow, silhouettes, boxes.
+
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raycam_render::flow::{View, flow as follow};
+use raycam_render::silhouette;
+
+use crate::arrays::{array, rows_of};
+use crate::camera::Camera;
+use crate::error::settings_error;
+use crate::watch::watched;
+use crate::world::World;
+
+/// What the first camera sees of the first world, followed to the second: arrays [height, width] or
+/// [height, width, components] by name.
+#[pyfunction]
+pub(crate) fn flow<'py>(
+    py: Python<'py>,
+    first: (PyRef<'py, World>, PyRef<'py, Camera>),
+    second: (PyRef<'py, World>, PyRef<'py, Camera>),
+    threads: Option<usize>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let worlds = (
+        first.0.prepared(py, threads)?,
+        second.0.prepared(py, threads)?,
+    );
+    let cameras = (&first.1.inner, &second.1.inner);
+    let [width, height] = cameras.0.size().map(|side| side as usize);
+    let (from, to) = (
+        View {
+            world: &worlds.0,
+            camera: cameras.0,
+        },
+        View {
+            world: &worlds.1,
+            camera: cameras.1,
+        },
+    );
+    let found = watched(py, None, |control| follow(from, to, threads, control))?;
+    let dict = PyDict::new(py);
+    let flat = [height, width];
+    dict.set_item(
+        "flow",
+        array(py, found.flow.into_flattened(), &[height, width, 2])?,
+    )?;
+    dict.set_item(
+        "scene_flow",
+        array(py, found.scene_flow.into_flattened(), &[height, width, 3])?,
+    )?;
+    dict.set_item("depth", array(py, found.depth, &flat)?)?;
+    dict.set_item("occluded", array(py, found.occluded, &flat)?)?;
+    dict.set_item("outside", array(py, found.outside, &flat)?)?;
+    Ok(dict)
+}
+
+/// (object, (x, y, width, height), mask [height, width]) of each object that covers anything.
+type Silhouettes<'py> = Vec<(usize, (i32, i32, i32, i32), Bound<'py, PyArrayDyn<bool>>)>;
+
+/// What objects alone cover of a picture with its margin.
+#[pyfunction]
+pub(crate) fn silhouettes<'py>(
+    py: Python<'py>,
+    world: PyRef<'py, World>,
+    camera: PyRef<'py, Camera>,
+    objects: Vec<usize>,
+    margin: [u32; 2],
+    threads: Option<usize>,
+) -> PyResult<Silhouettes<'py>> {
+    let prepared = world.prepared(py, threads)?;
+    let camera = &camera.inner;
+    let found = watched(py, None, |control| {
+        silhouette::silhouettes(&prepared, camera, &objects, margin, threads, control)
+    })?;
+    found
+        .into_iter()
+        .map(|found| {
+            let [_, _, width, height] = found.region;
+            let mask = array(py, found.mask, &[height as usize, width as usize])?;
+            Ok((found.object, found.region.into(), mask))
+        })
+        .collect()
+}
+
+/// The rotation world_from_box, the centre and the size of a box.
+type Box3 = ([[f64; 3]; 3], [f64; 3], [f64; 3]);
+
+/// The box around an object along its own axes.
+#[pyfunction]
+pub(crate) fn oriented_box(py: Python<'_>, world: &World, object: usize) -> PyResult<Box3> {
+    let inner = world.snapshot();
+    let found = py.detach(|| inner.oriented_box(object));
+    let found = found.ok_or_else(|| {
+        let count = inner.objects.len();
+        settings_error(format!("object {object} of a world with {count} objects"))
+    })?;
+    Ok((
+        rows_of(found.rotation),
+        found.center.to_array(),
+        found.size.to_array(),
+    ))
+}

@@ -1,0 +1,94 @@
+//! Silhouettes against pictures of a world with one object.
+
+mod common;
+
+use common::*;
+use glam::DVec3;
+use raycam_render::silhouette::silhouettes;
+use raycam_render::{Channel, Control, RenderError, Settings};
+
+fn settings() -> Settings {
+    Settings {
+        channels: vec![Channel::Instance],
+        ..Settings::default()
+    }
+}
+
+#[test]
+fn an_object_covers_what_it_covers_alone() {
+    let world = still_life();
+    let camera = look_at(
+        DVec3::new(3.0, -5.0, 3.0),
+        DVec3::new(-1.0, 0.0, 0.4),
+        30.0,
+        [70, 50],
+    );
+    let prepared = prepare(&world);
+    let found = silhouettes(
+        &prepared,
+        &camera,
+        &[2, 0, 1],
+        [0, 0],
+        None,
+        &Control::new(),
+    )
+    .unwrap();
+    assert_eq!(
+        found.iter().map(|f| f.object).collect::<Vec<_>>(),
+        [2, 0, 1]
+    );
+    for one in found {
+        let mut alone = world.clone();
+        alone.objects = vec![world.objects[one.object].clone()];
+        let frame = render(&alone, &camera, &settings());
+        let [x, y, width, height] = one.region;
+        for (i, id) in i32s(&frame, Channel::Instance).iter().enumerate() {
+            let (u, v) = (i as i32 % 70 - x, i as i32 / 70 - y);
+            let inside = (0..width).contains(&u) && (0..height).contains(&v);
+            let covered = inside && one.mask[(v * width + u) as usize];
+            assert_eq!(covered, *id == 0, "object {} at {i}", one.object);
+        }
+    }
+}
+
+#[test]
+fn threads_and_tiles_do_not_matter() {
+    let world = prepare(&still_life());
+    let camera = look_at(DVec3::new(3.0, -5.0, 3.0), DVec3::ZERO, 20.0, [33, 65]);
+    let of = |margin, threads| {
+        silhouettes(
+            &world,
+            &camera,
+            &[0, 1, 2],
+            margin,
+            Some(threads),
+            &Control::new(),
+        )
+        .unwrap()
+    };
+    assert_eq!(of([40, 30], 1), of([40, 30], 3));
+    // Another margin moves the tiles and cuts off nothing of what lies within both.
+    let (small, large) = (of([100, 100], 2), of([107, 101], 2));
+    assert_eq!((&small[1], &small[2]), (&large[1], &large[2]));
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let world = prepare(&still_life());
+    let camera = look_at(DVec3::new(3.0, -5.0, 3.0), DVec3::ZERO, 20.0, [8, 8]);
+    let of = |objects: &[usize], margin| {
+        silhouettes(&world, &camera, objects, margin, None, &Control::new())
+    };
+    assert!(matches!(of(&[3], [0, 0]), Err(RenderError::Settings(_))));
+    for margin in [[u32::MAX, 0], [1 << 20, 1 << 20]] {
+        assert!(matches!(
+            of(&[0], margin),
+            Err(RenderError::TooLarge { .. })
+        ));
+    }
+    assert_eq!(of(&[], [0, 0]), Ok(vec![]));
+    let control = Control::new();
+    control.cancel();
+    let stopped = silhouettes(&world, &camera, &[0], [0, 0], None, &control);
+    assert_eq!(stopped, Err(RenderError::Cancelled));
+}

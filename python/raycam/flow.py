@@ -1,0 +1,88 @@
+"""Optical flow, scene flow and disparity: what one camera sees, followed to another time and another camera."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .camera import Camera
+from .errors import CameraError
+from .world import World
+
+__all__ = ["disparity", "flow"]
+
+Maps = dict[str, npt.NDArray[Any]]
+
+
+def flow(
+    world: World,
+    camera: Camera,
+    world2: World | None = None,
+    camera2: Camera | None = None,
+    *,
+    threads: int | None = None,
+) -> Maps:
+    """Where what `camera` sees of `world` is in `world2`, and where `camera2` sees it there.
+
+    The second world is the first at another time (`world.at(0.5)`), or any with the same objects and triangles; not
+    given, it is the first, as is the camera. The surface point at each pixel's exact centre ray keeps its object,
+    its triangle and its place on it: rigid and deforming meshes are followed alike, by arithmetic in float64.
+    Returns arrays of the size of `camera`:
+
+    ========== ================ ========================================================================== ==========
+    flow       float32 [h, w, 2] pixels right and down, from the pixel's centre to the point's new image    NaN
+    scene_flow float32 [h, w, 3] how far the point moves in the world, metres                               NaN
+    depth      float32 [h, w]    its z along the principal axis of `camera2`, metres                        NaN
+    occluded   bool [h, w]       it is inside of the second picture, but something hides it there           False
+    outside    bool [h, w]       it is not inside of the second picture                                     False
+    ========== ================ ========================================================================== ==========
+
+    The last column is the background's. `flow` is NaN too where `camera2` has no image of the point: behind it, or
+    beyond its lens. A point counts as hidden where the second camera's own ray to it meets something nearer by more
+    than a millionth of the distance; a point on the far side of its object is hidden by the object.
+
+    Raises `WorldError` where the worlds differ in objects or triangles.
+    """
+    second = (world if world2 is None else world2, camera if camera2 is None else camera2)
+    return _core.flow((world._core, camera._core), (second[0]._core, second[1]._core), threads)
+
+
+def disparity(world: World, left: Camera, right: Camera, *, threads: int | None = None) -> Maps:
+    """The disparity of a rectified pair, as the left camera sees it: x_left - x_right of the same point, in pixels.
+
+    Returns `disparity` float32 [h, w] (NaN for the background), and `occluded` and `outside` bool [h, w] as `flow`
+    does. With focal length f and baseline B it is f B / depth + (cx_left - cx_right).
+
+    Raises `CameraError` where the cameras are no rectified pair: the same rotation, focal lengths, skew and
+    row of the principal point, no lens, and the right camera's centre to the right along the x axis of the left one.
+    """
+    _check_rectified(left, right)
+    found = flow(world, left, world, right, threads=threads)
+    return {
+        "disparity": -found["flow"][..., 0],
+        "occluded": found["occluded"],
+        "outside": found["outside"],
+    }
+
+
+def _check_rectified(left: Camera, right: Camera) -> None:
+    same = np.ones((3, 3), dtype=bool)
+    same[0, 2] = False
+    baseline = left.R @ (right.C - left.C)
+    reasons = {
+        "a lens": left.model != "pinhole" or right.model != "pinhole",
+        "different rotations": not np.allclose(left.R, right.R, rtol=0, atol=1e-9),
+        "different intrinsics": not np.allclose(left.K[same], right.K[same], rtol=1e-9, atol=1e-9),
+        "different conventions of pixel centres": left.pixel_center != right.pixel_center,
+        f"the baseline {baseline} in the left camera's axes": not (
+            baseline[0] > 0 and np.abs(baseline[1:]).max() <= 1e-9 * baseline[0]
+        ),
+    }
+    found = [reason for reason, there in reasons.items() if there]
+    if found:
+        raise CameraError(
+            f"not a rectified pair, because of {', '.join(found)}; raycam.flow follows any two cameras"
+        )

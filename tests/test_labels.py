@@ -1,0 +1,150 @@
+"""Labels against pictures of each object alone, closed forms and NumPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import raycam
+from raycam.labels import box3d, keypoints, label
+
+SIZE = (96, 64)
+
+
+def add_all(world: raycam.World, only: int | None = None) -> None:
+    things = [
+        {"plane": {"size": [9, 9]}, "name": "floor"},
+        {"box": {"size": [1, 1.5, 0.8]}, "location": [0.3, 0.2, 0.4], "yaw": 20, "category": "crate"},
+        {"sphere": {"radius": 0.4}, "location": [1.2, -0.4, 0.5], "category": 5},
+        {
+            "torus": {"radius": 0.6, "tube": 0.15},
+            "location": [-2.6, -2.5, 0.6],
+            "scale": [1, 2, 1],
+            "category": "crate",
+        },
+        {"box": {"size": 0.2}, "location": [0, 0, -5]},
+        {"box": {"size": 1}, "location": [8, -6, 2]},
+    ]
+    for number, thing in enumerate(things):
+        if only in (None, number):
+            world.add_object(thing)
+
+
+def world(only: int | None = None) -> raycam.World:
+    made = raycam.World()
+    add_all(made, only)
+    return made
+
+
+def cameras() -> dict[str, raycam.Camera]:
+    place = {"eye": [4, -3, 2.5], "target": [0, 0, 0.4], "size": SIZE}
+    return {
+        "pinhole": raycam.Camera.look_at(**place, fov=35),
+        "lens": raycam.Camera.look_at(
+            **place, fov=60, distortion=[-0.25, 0.05, 0.002, 0.001], pixel_center="half"
+        ),
+        "fisheye": raycam.Camera.look_at(**place, focal=30, distortion=[0.02, 0, 0, 0], model="fisheye"),
+    }
+
+
+@pytest.mark.parametrize("name", cameras())
+def test_masks_are_those_of_each_object_alone(name: str) -> None:
+    camera = cameras()[name]
+    instance = raycam.render(world(), camera, samples=1, channels="instance")["instance"]
+    labels = {item.object: item for item in label(world(), camera)}
+    seen = set(np.unique(instance)) - {-1}
+    assert seen <= set(labels)
+    for number in range(6):
+        alone = raycam.render(world(number), camera, samples=1, channels="instance")["instance"] == 0
+        if number not in labels:
+            assert not alone.any()
+            continue
+        item = labels[number]
+        np.testing.assert_array_equal(item.in_picture(item.amodal_mask), alone)
+        np.testing.assert_array_equal(item.in_picture(item.visible_mask), instance == number)
+        assert item.visible_pixels == (instance == number).sum()
+        assert 0 <= item.visible_fraction <= 1
+        if item.visible_box is not None:
+            x, y, w, h = item.visible_box
+            rows, columns = np.nonzero(instance == number)
+            assert (x, y) == (columns.min(), rows.min())
+            assert (x + w, y + h) == (columns.max() + 1, rows.max() + 1)
+        assert item.amodal_mask.any(axis=0)[[0, -1]].all()
+        assert item.amodal_mask.any(axis=1)[[0, -1]].all()
+
+
+def test_what_the_edge_cuts_off_counts() -> None:
+    camera = cameras()["pinhole"]
+    wide = raycam.Camera(
+        camera.K + np.array([[0, 0, SIZE[0]], [0, 0, SIZE[1]], [0, 0, 0]]),
+        camera.R,
+        camera.C,
+        (3 * SIZE[0], 3 * SIZE[1]),
+    )
+    whole = {item.object: item for item in label(world(), wide, margin=(0, 0))}
+    cut = {item.object: item for item in label(world(), camera)}
+    assert set(whole) == set(cut)
+    for number, item in cut.items():
+        x, y, w, h = whole[number].amodal_box
+        assert item.amodal_box == (x - SIZE[0], y - SIZE[1], w, h)
+        np.testing.assert_array_equal(item.amodal_mask, whole[number].amodal_mask)
+    assert any(0 < item.truncated_fraction < 1 for item in cut.values())
+    inside = label(world(), camera, margin=(0, 0))
+    assert all(item.truncated_fraction == 0 for item in inside)
+
+
+def test_names_and_choices() -> None:
+    camera = cameras()["pinhole"]
+    labels = label(world(), camera, objects=[2, 1])
+    assert [(item.object, item.category, item.category_id) for item in labels] == [
+        (2, "5", 5),
+        (1, "crate", 1),
+    ]
+    with pytest.raises(raycam.SettingsError, match="object is 9, expected 0 to 5"):
+        label(world(), camera, objects=[9])
+    with pytest.raises(raycam.SettingsError, match=r"shape \[2, 2\], expected \[64, 96\]"):
+        label(world(), camera, instance=np.zeros((2, 2), np.int32))
+
+
+def test_boxes_in_the_world() -> None:
+    box = box3d(world(), 1)
+    np.testing.assert_allclose(box.size, [1, 1.5, 0.8])
+    np.testing.assert_allclose(box.center, [0.3, 0.2, 0.4])
+    angle = np.radians(20)
+    np.testing.assert_allclose(box.rotation[:, 0], [np.cos(angle), np.sin(angle), 0], atol=1e-12)
+    triangles = world().triangles()[world().triangle_ids()[:, 0] == 1].reshape(-1, 3)
+    np.testing.assert_allclose(np.unique(box.corners.round(9), axis=0), np.unique(triangles.round(9), axis=0))
+    np.testing.assert_allclose(box.corners[6] - box.corners[0], box.rotation @ [0, 1.5, 0.8])
+    np.testing.assert_allclose(box3d(world(), 3).size, [1.5, 3, 0.3], rtol=1e-2)
+    with pytest.raises(raycam.SettingsError, match="object 6 of a world with 6"):
+        box3d(world(), 6)
+
+
+@pytest.mark.parametrize("name", cameras())
+def test_keypoints_are_seen_where_their_object_is(name: str) -> None:
+    camera = cameras()[name]
+    rng = np.random.default_rng(2)
+    # Points on the faces of the box, in its own coordinates; and one behind the camera.
+    points = rng.uniform(-0.5, 0.5, (200, 3))
+    points[np.arange(200), np.arange(200) % 3] = rng.choice([-0.5, 0.5], 200)
+    points *= [1, 1.5, 0.8]
+    found = keypoints(world(), camera, points, [1] * 200, tolerance=1e-6)
+    angle = np.radians(20)
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    np.testing.assert_allclose(found.points, points @ turn.T + [0.3, 0.2, 0.4])
+    pixels, _ = camera.project(found.points)
+    np.testing.assert_array_equal(found.pixels, pixels)
+    assert found.visible.any()
+    assert {-1, 1, 2} <= set(found.occluder)
+    # A face that looks away is hidden by the box itself, or by what stands before that.
+    normals = np.zeros((200, 3))
+    normals[np.arange(200), np.arange(200) % 3] = np.sign(points[np.arange(200), np.arange(200) % 3])
+    away = ((camera.C - found.points) * (normals @ turn.T)).sum(axis=1) < 0
+    assert not found.visible[away].any()
+    assert set(found.occluder[~away]) <= {-1, 2}
+    behind = keypoints(world(), camera, [camera.C - camera.forward, [50, 50, 0.0]])
+    if name == "pinhole":
+        assert np.isnan(behind.pixels[0]).all()
+    assert not behind.visible.any()
+    assert (behind.occluder == -1).all()
+    with pytest.raises(raycam.SettingsError, match="objects has 1 entries for 2 points"):
+        keypoints(world(), camera, [[0, 0, 0], [1, 1, 1]], [0])
