@@ -384,8 +384,8 @@ def render(world: World, camera: Camera) -> dict[str, npt.NDArray[Any]]:
 
 
 def background(world: World) -> Floats:
-    """Linear RGB of a pixel that meets no triangle, [3]: the sky, or black."""
-    skies = [light["radiance"] for light in world.lights if light["type"] == "sky"]
+    """Linear RGB of a pixel that meets no triangle, [3]: the even skies; all others are black here."""
+    skies = [light["radiance"] for light in world.lights if light["type"] == "sky" and "radiance" in light]
     return np.asarray(np.sum(np.asarray(skies, dtype=np.float64).reshape(-1, 3), axis=0))
 
 

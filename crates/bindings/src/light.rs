@@ -1,41 +1,39 @@
 //! Lights as dicts.
 
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_scene::Light;
+use serde_json::Value;
 
-/// A light as it is written.
+/// A light as it is written: its `type`, then its keys.
 pub(crate) fn light_dict<'py>(py: Python<'py>, light: &Light) -> PyResult<Bound<'py, PyDict>> {
+    let value = serde_json::to_value(light).map_err(|e| PyValueError::new_err(e.to_string()))?;
     let dict = PyDict::new(py);
-    match light {
-        Light::Sun {
-            direction,
-            irradiance,
-        } => {
-            dict.set_item("type", "sun")?;
-            dict.set_item("direction", direction)?;
-            dict.set_item("irradiance", irradiance)?;
-        }
-        Light::Bulb {
-            position,
-            power,
-            intensity,
-            radius,
-        } => {
-            dict.set_item("type", "bulb")?;
-            dict.set_item("position", position)?;
-            if let Some(power) = power {
-                dict.set_item("power", power)?;
-            }
-            if let Some(intensity) = intensity {
-                dict.set_item("intensity", intensity)?;
-            }
-            dict.set_item("radius", radius)?;
-        }
-        Light::Sky { radiance } => {
-            dict.set_item("type", "sky")?;
-            dict.set_item("radiance", radiance)?;
+    let Value::Object(light) = value else {
+        return Ok(dict);
+    };
+    for (kind, keys) in light {
+        dict.set_item("type", kind)?;
+        let Value::Object(keys) = keys else { continue };
+        for (key, value) in keys {
+            dict.set_item(key, python(py, &value)?)?;
         }
     }
     Ok(dict)
+}
+
+/// A value of a light as Python has it.
+fn python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match value {
+        Value::Null => py.None().into_bound(py),
+        Value::Bool(value) => value.into_pyobject(py)?.to_owned().into_any(),
+        Value::Number(number) => number.as_f64().into_pyobject(py)?,
+        Value::String(text) => text.into_pyobject(py)?.into_any(),
+        Value::Array(items) => {
+            let items: PyResult<Vec<_>> = items.iter().map(|item| python(py, item)).collect();
+            items?.into_pyobject(py)?
+        }
+        Value::Object(_) => return Err(PyValueError::new_err("a light holds no tables")),
+    })
 }

@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 use raycam_formats::{Budget, Folder, FormatError};
 use raycam_render::{queries, render};
 use raycam_scene::schema::{ObjectSpec, VideoSpec, WorldFile, from_node};
-use raycam_scene::{Video, World as Inner};
+use raycam_scene::{Light, Video, World as Inner};
 
 use crate::arrays::{Floats, array, rows};
 use crate::camera::{Camera, up, up_name};
@@ -85,7 +85,10 @@ impl World {
     fn add_light(&self, description: &Bound<'_, PyAny>) -> PyResult<usize> {
         let node = node(description, "")?;
         self.change(|world| {
-            let light = from_node(&node).map_err(IntoPyErr::into_py_err)?;
+            let mut files = Folder::new(&self.folder, &Budget::default());
+            let mut light: Light = from_node(&node).map_err(IntoPyErr::into_py_err)?;
+            light.read(&mut files).map_err(IntoPyErr::into_py_err)?;
+            world.notices.extend(files.take_notices());
             world.add_light(light).map_err(IntoPyErr::into_py_err)
         })
     }

@@ -4,10 +4,11 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
-use raycam_scene::{Files, Model, Texture, Wrap};
+use raycam_scene::{Files, Model, Profile, Texture, Wrap};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
+use crate::ies;
 use crate::load;
 use crate::texture;
 
@@ -166,5 +167,10 @@ impl Files for Folder {
     fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, FormatError> {
         let source = self.follow(Path::new(""), file)?;
         texture::decode(&source, wrap, &mut self.budget, &mut self.notices)
+    }
+
+    fn profile(&mut self, file: &str) -> Result<Profile, FormatError> {
+        let source = self.follow(Path::new(""), file)?;
+        ies::read(&source, &mut self.budget)
     }
 }

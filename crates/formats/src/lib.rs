@@ -16,6 +16,7 @@ pub mod exr;
 mod folder;
 mod guard;
 pub mod hdr;
+mod ies;
 mod image;
 mod load;
 mod mtl;

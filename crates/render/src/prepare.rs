@@ -109,7 +109,7 @@ impl PreparedWorld {
             )),
             other => RenderError::World(other.to_string()),
         })?;
-        Ok(Self {
+        let mut prepared = Self {
             scene,
             origin,
             radius,
@@ -120,12 +120,15 @@ impl PreparedWorld {
                 .iter()
                 .any(|material| material.alpha != Alpha::Opaque),
             textures: world.textures.clone(),
-            lights: Lights::new(&world.lights, origin),
-            default_lights: world
-                .lights
-                .is_empty()
-                .then(|| Lights::new(&default_lights(world.up), origin)),
-        })
+            lights: Lights::default(),
+            default_lights: None,
+        };
+        prepared.lights = Lights::new(&world.lights, world.up, origin).with_surfaces(&prepared);
+        if prepared.lights.count() == 0 {
+            let lights = default_lights(world.up);
+            prepared.default_lights = Some(Lights::new(&lights, world.up, origin));
+        }
+        Ok(prepared)
     }
 
     /// How many objects have the very acceleration structure that `other` has too.

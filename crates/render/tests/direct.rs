@@ -32,6 +32,7 @@ fn sun(towards: DVec3, irradiance: f32) -> Light {
     Light::Sun {
         direction: (-towards).to_array(),
         irradiance: [irradiance; 3],
+        angular_diameter: 0.0,
     }
 }
 
@@ -303,7 +304,7 @@ fn the_phong_lobe_gives_no_energy() {
                 material([1.0; 3], 0.0, 1.0, shininess),
                 DAffine3::IDENTITY,
             );
-            world.add_light(Light::Sky { radiance: [1.0; 3] }).unwrap();
+            world.add_light(Light::even_sky([1.0; 3])).unwrap();
             close(
                 radiance(&world, eye, DVec3::ZERO, &settings(1)),
                 found,
@@ -364,7 +365,7 @@ fn the_sky_is_ambient_and_hidden_when_asked() {
         DAffine3::IDENTITY,
     );
     for radiance in [[1.5; 3], [0.5; 3]] {
-        world.add_light(Light::Sky { radiance }).unwrap();
+        world.add_light(Light::even_sky(radiance)).unwrap();
     }
     // From below the disc, whose form factor for a point under its middle is r^2 / (r^2 + h^2).
     let eye = DVec3::new(0.5, 0.0, 0.3);
@@ -430,7 +431,7 @@ fn a_world_without_lights_gets_some_and_says_so() {
     let flat = render(&world, &camera, &Settings::default());
     assert!(flat.notices.is_empty());
     let mut dark = world;
-    dark.add_light(Light::Sky { radiance: [0.0; 3] }).unwrap();
+    dark.add_light(Light::even_sky([0.0; 3])).unwrap();
     let frame = render(&dark, &camera, &settings(4));
     assert!(frame.notices.is_empty());
     assert_eq!(f32s(&frame, Channel::Color)[0], 0.0);

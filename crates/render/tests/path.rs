@@ -35,7 +35,7 @@ fn glowing_sphere(albedo: f32) -> World {
     let mut matter = material([1.0; 3], albedo, 0.0, 1.0);
     matter.emission = [0.5; 3].into();
     add(&mut world, mesh, matter, DAffine3::IDENTITY);
-    world.add_light(Light::Sky { radiance: [0.0; 3] }).unwrap();
+    world.add_light(Light::even_sky([0.0; 3])).unwrap();
     world
 }
 
@@ -112,7 +112,7 @@ fn a_white_furnace_stays_white() {
             place,
         );
     }
-    world.add_light(Light::Sky { radiance: [1.0; 3] }).unwrap();
+    world.add_light(Light::even_sky([1.0; 3])).unwrap();
     let camera = look_at(DVec3::new(0.0, -6.0, 0.0), DVec3::ZERO, 40.0, [32, 24]);
     let frame = render(&world, &camera, &settings(Integrator::Path, 256));
     for pixel in f32s(&frame, Channel::Color).chunks(3) {
@@ -140,6 +140,7 @@ fn screened(alpha: Alpha, opacity: f32) -> World {
     let sun = Light::Sun {
         direction: [0.0, 0.0, -1.0],
         irradiance: [std::f32::consts::PI; 3],
+        angular_diameter: 0.0,
     };
     world.add_light(sun).unwrap();
     world
@@ -179,7 +180,7 @@ fn the_camera_looks_through_the_back_of_one_sided_surfaces() {
         mean(world, &camera, &settings(Integrator::Path, 16))
     };
     assert_eq!(seen(2.0, &world), 0.0, "its front is black");
-    world.lights.push(Light::Sky { radiance: [1.0; 3] });
+    world.lights.push(Light::even_sky([1.0; 3]));
     close(seen(0.5, &world), 1.0, 1e-6);
     world.materials[1].double_sided = true;
     assert!(seen(0.5, &world) < 0.01);
@@ -203,7 +204,7 @@ fn unlit_surfaces_are_seen_and_light_nothing() {
         ..Mesh::default()
     };
     add(&mut world, wall, shade, DAffine3::IDENTITY);
-    world.add_light(Light::Sky { radiance: [0.0; 3] }).unwrap();
+    world.add_light(Light::even_sky([0.0; 3])).unwrap();
     let eye = DVec3::new(0.0, -2.0, 1.0);
     let camera = look_at(eye, DVec3::new(0.0, 1.0, 1.0), 5.0, [4, 4]);
     let frame = render(&world, &camera, &settings(Integrator::Path, 8));

@@ -90,6 +90,7 @@ fn worlds_that_do_not_fit_together_are_refused() {
             w.lights.push(Light::Sun {
                 direction: [0.0; 3],
                 irradiance: [1.0; 3],
+                angular_diameter: 0.0,
             });
         },
         "direction",

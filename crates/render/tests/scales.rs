@@ -147,6 +147,7 @@ fn a_gap_lets_light_through() {
                 .add_light(Light::Sun {
                     direction: (-low).to_array(),
                     irradiance: [1e4; 3],
+                    angular_diameter: 0.0,
                 })
                 .unwrap();
             let lit = |x: f64| {

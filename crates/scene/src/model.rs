@@ -1,6 +1,7 @@
 //! What a mesh file holds, before it is placed in a world.
 
 use crate::error::SceneError;
+use crate::light::Profile;
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::texture::{Texture, Wrap};
@@ -46,6 +47,12 @@ pub trait Files {
     /// # Errors
     /// Where it is missing, unreadable, too large or malformed.
     fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, Self::Error>;
+
+    /// The IES file of this name.
+    ///
+    /// # Errors
+    /// Where it is missing, unreadable, too large or malformed.
+    fn profile(&mut self, file: &str) -> Result<Profile, Self::Error>;
 }
 
 /// For descriptions that may name no files.
@@ -64,6 +71,12 @@ impl Files for NoFiles {
     fn texture(&mut self, file: &str, _wrap: [Wrap; 2]) -> Result<Texture, SceneError> {
         Err(SceneError::World(format!(
             "texture {file:?}: files cannot be read here"
+        )))
+    }
+
+    fn profile(&mut self, file: &str) -> Result<Profile, SceneError> {
+        Err(SceneError::World(format!(
+            "profile {file:?}: files cannot be read here"
         )))
     }
 }

@@ -66,7 +66,8 @@ fn the_example_of_the_guide_is_a_world() {
         world.lights,
         [Light::Sun {
             direction: [-1.0, 1.0, -2.0],
-            irradiance: [3.0; 3]
+            irradiance: [3.0; 3],
+            angular_diameter: 0.0
         }]
     );
     let [roll, pitch, yaw] = world.cameras[0].camera.roll_pitch_yaw(world.up);
@@ -94,7 +95,7 @@ fn unknown_keys_and_names_get_the_nearest() {
     );
     assert_error(
         build(r#"{ "light": { "type": "lamp" } }"#),
-        r#"light[0].type: unknown name "lamp"; expected one of "sun", "bulb", "sky""#,
+        r#"light[0].type: unknown name "lamp"; expected one of "sun", "bulb", "spot", "area", "disk", "ies", "sky", "daylight", "environment""#,
     );
     assert_error(
         build(r#"{ "light": { "type": "sun", "direction": [0, 0, -1], "iradiance": [1, 1, 1] } }"#),
@@ -166,15 +167,15 @@ fn wrong_types_and_lengths_say_what_was_expected() {
     assert_error(build(r#"{ "light": 5 }"#), "light: 5: expected a list");
     assert_error(
         build(r#"{ "light": [5] }"#),
-        r#"light[0]: 5: expected one of "sun", "bulb", "sky""#,
+        r#"light[0]: 5: expected one of "sun", "bulb", "spot", "area", "disk", "ies", "sky", "daylight", "environment""#,
     );
     assert_error(
         build(r#"{ "light": {} }"#),
-        r#"light[0]: the key "type" is missing: one of "sun", "bulb", "sky""#,
+        r#"light[0]: the key "type" is missing: one of "sun", "bulb", "spot", "area", "disk", "ies", "sky", "daylight", "environment""#,
     );
     assert_error(
         build(r#"{ "light": { "type": "sky" } }"#),
-        r#"light[0]: the key "radiance" is missing"#,
+        "light[0]: a sky without radiance: give radiance, or zenith and horizon, in W/(m² sr)",
     );
     assert_error(
         build(r#"{ "render": { "samples": 0 } }"#),
@@ -732,7 +733,20 @@ fn the_json_schema_names_every_key_and_is_closed() {
         .iter()
         .map(|light| light["properties"]["type"]["const"].as_str().unwrap())
         .collect();
-    assert_eq!(types, ["sun", "bulb", "sky"]);
+    assert_eq!(
+        types,
+        [
+            "sun",
+            "bulb",
+            "spot",
+            "area",
+            "disk",
+            "ies",
+            "sky",
+            "daylight",
+            "environment"
+        ]
+    );
     assert!(
         lights
             .iter()

@@ -10,7 +10,7 @@ use raycam_bvh::{Hit, NOTHING};
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::light::Lights;
+use crate::light::{Choice, Lights};
 use crate::prepare::PreparedWorld;
 use crate::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
@@ -47,7 +47,12 @@ pub(crate) fn radiance(
             let rules = Rules {
                 max_depth: 2,
                 free_mirrors: true,
-                light_samples: lights.sources.len().clamp(1, MAX_LIGHT_SAMPLES),
+                light_samples: lights.count().clamp(1, MAX_LIGHT_SAMPLES),
+                choice: if lights.count() <= MAX_LIGHT_SAMPLES {
+                    Choice::Even
+                } else {
+                    Choice::Weighed
+                },
                 ambient: match reach {
                     None => Some(None),
                     // Occluded at any distance, the sky is a light like others.
@@ -62,6 +67,7 @@ pub(crate) fn radiance(
                 max_depth: settings.max_depth.unwrap_or(u32::MAX),
                 free_mirrors: false,
                 light_samples: 1,
+                choice: Choice::Weighed,
                 ambient: None,
             };
             path::radiance(world, lights, &rules, batch, control, radiance)?;

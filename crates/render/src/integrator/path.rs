@@ -8,11 +8,11 @@ use glam::Vec3;
 use raycam_bvh::{Coherence, Hit, Ray};
 use raycam_scene::{Alpha, Reflectance};
 
-use super::shadows::{BEFORE_LIGHT, Shadows};
+use super::shadows::Shadows;
 use super::{Batch, is_miss};
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::light::{Lights, Reference};
+use crate::light::{BEFORE_LIGHT, Choice, Lights, Reference};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
 use crate::scatter::cosine_direction;
@@ -27,6 +27,8 @@ pub(super) struct Rules {
     pub free_mirrors: bool,
     /// How many lights are sampled at a point.
     pub light_samples: usize,
+    /// How they are chosen.
+    pub choice: Choice,
     /// Takes the even skies for an ambient term, dimmed by what is nearer than a distance where there is one.
     pub ambient: Option<Option<f32>>,
 }
@@ -67,7 +69,7 @@ pub(super) fn radiance(
         lights,
         rules,
         samplers: batch.samplers,
-        found: lights.is_found(world, rules.ambient.is_some()),
+        found: lights.is_found(rules.ambient.is_some()),
     };
     let mut wave = Wave {
         shadows: vec![Shadows::default(); rules.light_samples],
@@ -201,16 +203,23 @@ impl Walk<'_> {
 
     /// Lights without a mesh that the ray crosses.
     fn pick_up(&self, path: &Path, distance: f64, out: &mut Vec3) {
-        self.lights
-            .crossed(&path.from, path.direction, distance, |radiance, pdf| {
+        self.lights.crossed(
+            &path.from,
+            self.rules.choice,
+            path.direction,
+            distance,
+            |radiance, pdf| {
                 *out += path.throughput * radiance * self.weight(path, pdf);
-            });
+            },
+        );
     }
 
     fn see_sky(&self, path: &Path, out: &mut Vec3) {
         let sky = self.sky(path.straight, self.lights.sky(path.direction));
         if sky != Vec3::ZERO {
-            let pdf = self.lights.sky_pdf(&path.from, path.direction);
+            let pdf = self
+                .lights
+                .sky_pdf(&path.from, self.rules.choice, path.direction);
             *out += path.throughput * sky * self.weight(path, pdf);
         }
     }
@@ -232,9 +241,14 @@ impl Walk<'_> {
         }
         let emitted = self.lights.emitted(world, hit, direction);
         if emitted != Vec3::ZERO {
-            let pdf = self
-                .lights
-                .emitted_pdf(&path.from, world, hit, direction, distance);
+            let pdf = self.lights.emitted_pdf(
+                &path.from,
+                self.rules.choice,
+                world,
+                hit,
+                direction,
+                distance,
+            );
             *out += path.throughput * emitted * self.weight(path, pdf);
         }
     }
@@ -266,8 +280,11 @@ impl Walk<'_> {
         let [_, choice] = sampler.pair(Pair::Which(path.bounce));
         for (index, shadows) in wave.shadows.iter_mut().enumerate() {
             let [x, y] = sampler.pair(Pair::Light(path.bounce, index));
-            let choice = (choice + index as f32) / count as f32;
-            let Some(sample) = self.lights.sample(self.world, &from, [choice, x, y]) else {
+            let which = [(choice + index as f32) / count as f32, x, y];
+            let Some(sample) = self
+                .lights
+                .sample(self.world, &from, self.rules.choice, which)
+            else {
                 continue;
             };
             let radiance = match sample.end {

@@ -7,9 +7,6 @@ use super::is_miss;
 use crate::prepare::PreparedWorld;
 use crate::surface::Surface;
 
-/// A shadow ray ends this share before its light, which may lie on a surface.
-pub(super) const BEFORE_LIGHT: f32 = 1.0 - 1.0 / (1 << 16) as f32;
-
 /// Shadow rays, and what arrives along each.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shadows {

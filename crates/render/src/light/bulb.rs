@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::LightSample;
 use super::cone::Cone;
+use super::tree::Bounds;
 
 #[derive(Debug)]
 pub(crate) struct Bulb {
@@ -26,6 +27,11 @@ impl Bulb {
             intensity,
             radius,
         }
+    }
+
+    pub fn bounds(&self) -> Bounds {
+        let reach = DVec3::splat(self.radius);
+        Bounds::around(self.center - reach, self.center + reach, self.intensity)
     }
 
     pub fn is_point(&self) -> bool {
@@ -52,11 +58,7 @@ impl Bulb {
         }
         let cone = Cone::new(axis, sin2);
         let direction = cone.sample(random);
-        let along = direction.dot(offset);
-        let near = along
-            - (self.radius.powi(2) - (offset - direction * along).length_squared())
-                .max(0.0)
-                .sqrt();
+        let near = self.near(offset, direction);
         Some(LightSample {
             direction: direction.as_vec3(),
             end: Some(point + direction * near),
@@ -79,22 +81,19 @@ impl Bulb {
         (distance > self.radius && sin2 >= POINT).then(|| Cone::new(offset / distance, sin2))
     }
 
-    pub fn pdf(&self, point: DVec3, direction: Vec3) -> f32 {
-        match self.cone(point) {
-            Some(cone) if cone.contains(direction.as_dvec3()) => (1.0 / cone.solid_angle()) as f32,
-            _ => 0.0,
-        }
-    }
-
-    pub fn crossed(&self, point: DVec3, direction: Vec3, distance: f64) -> Option<Vec3> {
+    pub fn crossed(&self, point: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
         let cone = self.cone(point)?;
         let direction = direction.as_dvec3();
-        let offset = self.center - point;
+        cone.contains(direction).then(|| {
+            let near = self.near(self.center - point, direction);
+            (near, self.radiance(), 1.0 / cone.solid_angle())
+        })
+    }
+
+    /// How far the front of the sphere is in a direction, its rim where rounding leads past it.
+    fn near(&self, offset: DVec3, direction: DVec3) -> f64 {
         let along = direction.dot(offset);
-        let near = along
-            - (self.radius.powi(2) - (offset - direction * along).length_squared())
-                .max(0.0)
-                .sqrt();
-        (cone.contains(direction) && near <= distance).then(|| self.radiance())
+        let height2 = self.radius.powi(2) - (offset - direction * along).length_squared();
+        along - height2.max(0.0).sqrt()
     }
 }

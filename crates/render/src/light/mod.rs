@@ -12,19 +12,31 @@
 //! direction: that is all that multiple importance sampling needs (E. Veach, "Robust Monte Carlo Methods for Light
 //! Transport Simulation", 1997, chapter 9).
 
+mod area;
 mod bulb;
 mod cone;
+mod daylight;
+mod disk;
+mod emissive;
+mod environment;
+mod ies;
+mod panorama;
 mod sky;
+mod source;
+mod spot;
 mod sun;
+#[cfg(test)]
+mod tests;
+mod tree;
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 use raycam_scene::{Light, Up};
 
-use crate::prepare::{PreparedMaterial, PreparedWorld};
-use bulb::Bulb;
-use sky::Sky;
-use sun::Sun;
+use crate::prepare::PreparedWorld;
+use emissive::Emissive;
+use source::Source;
+use tree::{Bounds, Tree};
 
 /// A point that is lit.
 #[derive(Clone, Copy, Debug)]
@@ -52,16 +64,33 @@ pub(crate) struct LightSample {
     pub delta: bool,
 }
 
+/// A shadow ray ends this share before its light, which may lie on a surface.
+pub(crate) const BEFORE_LIGHT: f32 = 1.0 - 1.0 / (1 << 16) as f32;
+
+/// How often each light is chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Choice {
+    /// By how much it may matter to the point that is lit.
+    Weighed,
+    /// As often as any other: asked for [`Lights::count`] samples with evenly spread numbers, each once. Surfaces that
+    /// shine count as one.
+    Even,
+}
+
 /// All lights of a world.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Lights {
     /// Lights without a mesh, in the order of the world.
-    pub sources: Vec<Source>,
+    sources: Vec<Source>,
     /// The radiance of all even skies together, in the integrators that take it for an ambient term.
     pub ambient: Vec3,
     /// Which of `sources` are infinitely far, and which are not.
     infinite: Vec<usize>,
     finite: Vec<usize>,
+    /// Which of `finite` to choose.
+    tree: Tree,
+    /// Surfaces that shine.
+    surfaces: Emissive,
 }
 
 /// What a world without lights gets where light is needed to see anything: a sky, and a sun that stands high to the
@@ -72,84 +101,158 @@ pub(crate) fn default_lights(up: Up) -> [Light; 2] {
         Up::Y => [1.0, -3.0, -2.0],
     };
     [
-        Light::Sky { radiance: [0.4; 3] },
+        Light::even_sky([0.4; 3]),
         Light::Sun {
             direction,
             irradiance: [2.4; 3],
+            angular_diameter: 0.0,
         },
     ]
 }
 
-/// A light without a mesh.
-#[derive(Debug)]
-pub(crate) enum Source {
-    Sun(Sun),
-    Bulb(Bulb),
-    Sky(Sky),
+impl LightSample {
+    /// The only direction to a light: `irradiance` on a surface that faces it.
+    fn delta(direction: DVec3, end: Option<DVec3>, irradiance: DVec3) -> Self {
+        Self {
+            direction: direction.as_vec3(),
+            end,
+            radiance: irradiance.as_vec3(),
+            pdf: 1.0,
+            delta: true,
+        }
+    }
+
+    /// One of many, unless its density is beyond float32.
+    fn toward(direction: DVec3, end: DVec3, radiance: Vec3, density: f64) -> Option<Self> {
+        let pdf = density as f32;
+        (pdf > 0.0 && pdf.is_finite()).then(|| Self {
+            direction: direction.as_vec3(),
+            end: Some(end),
+            radiance,
+            pdf,
+            delta: false,
+        })
+    }
 }
 
 impl Lights {
-    pub fn new(lights: &[Light], origin: DVec3) -> Self {
+    /// Lights without a mesh; surfaces that shine come with [`Lights::with_surfaces`].
+    pub fn new(lights: &[Light], up: Up, origin: DVec3) -> Self {
         let sources: Vec<Source> = lights
             .iter()
-            .map(|light| Source::new(light, origin))
+            .flat_map(|light| Source::new(light, up, origin))
             .collect();
-        let (infinite, finite) = (0..sources.len()).partition(|&i| sources[i].is_infinite());
+        let (infinite, finite): (Vec<_>, Vec<_>) =
+            (0..sources.len()).partition(|&i| sources[i].is_infinite());
         let even = |source: &Source| match source {
-            Source::Sky(sky) => sky.radiance,
+            Source::Sky(sky) if sky.is_even() => sky.horizon,
             _ => Vec3::ZERO,
         };
+        let bounds: Vec<Bounds> = finite.iter().map(|&i| sources[i].bounds()).collect();
         Self {
             ambient: sources.iter().map(even).sum(),
+            tree: Tree::new(&bounds),
             sources,
             infinite,
             finite,
+            surfaces: Emissive::default(),
         }
+    }
+
+    /// The surfaces of a world that shine by themselves.
+    pub fn with_surfaces(self, world: &PreparedWorld) -> Self {
+        Self {
+            surfaces: Emissive::new(world),
+            ..self
+        }
+    }
+
+    /// Whether any surface shines by itself.
+    pub fn has_surfaces(&self) -> bool {
+        !self.surfaces.is_empty()
+    }
+
+    /// How many there are to choose from; all surfaces that shine count as one.
+    pub fn count(&self) -> usize {
+        self.sources.len() + usize::from(self.has_surfaces())
     }
 
     /// One light chosen for this point, and a direction to it. Lights infinitely far away count as one where their
     /// directions meet: their radiance and densities are sums.
     pub fn sample(
         &self,
-        _world: &PreparedWorld,
+        world: &PreparedWorld,
         from: &Reference,
-        [choice, x, y]: [f32; 3],
+        choice: Choice,
+        [which, x, y]: [f32; 3],
     ) -> Option<LightSample> {
-        let count = self.sources.len();
-        let index = ((choice * count as f32) as usize).min(count.checked_sub(1)?);
-        let source = &self.sources[index];
-        let mut sample = source.sample(from, [x, y])?;
-        sample.pdf /= count as f32;
-        if !sample.delta && source.is_infinite() {
-            sample.radiance = self.sky(sample.direction);
-            sample.pdf = self.sky_pdf(from, sample.direction);
+        let odds = self.odds(from, choice);
+        let mut which = f64::from(which);
+        let infinite = odds.infinite * self.infinite.len() as f64;
+        if which < infinite {
+            let index = ((which / odds.infinite) as usize).min(self.infinite.len() - 1);
+            let mut sample = self.sources[self.infinite[index]].sample(from, [x, y])?;
+            if sample.delta {
+                sample.pdf = odds.infinite as f32;
+            } else {
+                (sample.radiance, sample.pdf) = self.behind(from, choice, sample.direction);
+            }
+            return (sample.pdf > 0.0).then_some(sample);
         }
-        (sample.pdf > 0.0).then_some(sample)
+        which -= infinite;
+        let (mut sample, probability) = if which < odds.finite {
+            let (index, probability) = match choice {
+                Choice::Weighed => self.tree.choose(from, which / odds.finite)?,
+                Choice::Even => {
+                    let count = self.finite.len();
+                    let index = (which / odds.finite * count as f64) as usize;
+                    (index.min(count - 1), 1.0 / count as f64)
+                }
+            };
+            let sample = self.sources[self.finite[index]].sample(from, [x, y])?;
+            (sample, odds.finite * probability)
+        } else if odds.surfaces > 0.0 {
+            let which = ((which - odds.finite) / odds.surfaces).clamp(0.0, 1.0);
+            (
+                self.surfaces.sample(world, from, which, [x, y])?,
+                odds.surfaces,
+            )
+        } else {
+            return None;
+        };
+        sample.pdf *= probability as f32;
+        (sample.pdf > 0.0 && sample.pdf.is_finite()).then_some(sample)
     }
 
     /// Whether rays that are scattered may find light that [`Lights::sample`] finds too; even skies do not count where
     /// they are an ambient term.
-    pub fn is_found(&self, world: &PreparedWorld, ambient: bool) -> bool {
-        let shines = |material: &PreparedMaterial| material.material.emission.value != [0.0; 3];
+    pub fn is_found(&self, ambient: bool) -> bool {
         let found = |source: &Source| source.is_found(ambient);
-        self.sources.iter().any(found) || world.materials.iter().any(shines)
+        self.has_surfaces() || self.sources.iter().any(found)
     }
 
     /// The radiance from infinitely far away, out of a direction of unit length: what a ray that meets nothing sees.
     pub fn sky(&self, direction: Vec3) -> Vec3 {
         self.infinite
             .iter()
-            .map(|&i| self.sources[i].radiance(direction))
+            .map(|&i| self.sources[i].behind(Vec3::ZERO, direction).0)
             .sum()
     }
 
     /// The density with which [`Lights::sample`] finds this direction for the sake of the sky.
-    pub fn sky_pdf(&self, from: &Reference, direction: Vec3) -> f32 {
-        let choice = 1.0 / self.sources.len() as f32;
-        self.infinite
+    pub fn sky_pdf(&self, from: &Reference, choice: Choice, direction: Vec3) -> f32 {
+        self.behind(from, choice, direction).1
+    }
+
+    fn behind(&self, from: &Reference, choice: Choice, direction: Vec3) -> (Vec3, f32) {
+        let odds = self.odds(from, choice).infinite as f32;
+        let all = self
+            .infinite
             .iter()
-            .map(|&i| choice * self.sources[i].pdf(from, direction))
-            .sum()
+            .map(|&i| self.sources[i].behind(from.normal, direction));
+        all.fold((Vec3::ZERO, 0.0), |(radiance, density), (r, d)| {
+            (radiance + r, density + odds * d)
+        })
     }
 
     /// What the surface at a hit shines by itself against `direction`, in W/(m² sr).
@@ -160,13 +263,15 @@ impl Lights {
     /// The density with which [`Lights::sample`] finds this hit, `distance` away from `from`.
     pub fn emitted_pdf(
         &self,
-        _from: &Reference,
-        _world: &PreparedWorld,
-        _hit: &Hit,
-        _direction: Vec3,
-        _distance: f64,
+        from: &Reference,
+        choice: Choice,
+        world: &PreparedWorld,
+        hit: &Hit,
+        direction: Vec3,
+        distance: f64,
     ) -> f32 {
-        0.0
+        let density = self.surfaces.density(world, from, hit, direction, distance);
+        (self.odds(from, choice).surfaces * density) as f32
     }
 
     /// Tells of every light without a mesh that a ray from `from` picks up on its way of at most `distance`: its
@@ -174,91 +279,60 @@ impl Lights {
     pub fn crossed(
         &self,
         from: &Reference,
+        choice: Choice,
         direction: Vec3,
         distance: f64,
         mut tell: impl FnMut(Vec3, f32),
     ) {
-        let choice = 1.0 / self.sources.len() as f32;
-        for &i in &self.finite {
-            if let Some(radiance) = self.sources[i].crossed(from.position, direction, distance) {
-                tell(radiance, choice * self.sources[i].pdf(from, direction));
+        for (index, &i) in self.finite.iter().enumerate() {
+            if let Some((at, radiance, density)) = self.sources[i].crossed(from.position, direction)
+                && at * f64::from(BEFORE_LIGHT) <= distance
+            {
+                let probability = match choice {
+                    Choice::Weighed => self.tree.probability(from, index),
+                    Choice::Even => 1.0 / self.finite.len() as f64,
+                };
+                let odds = self.odds(from, choice).finite * probability;
+                tell(radiance, (odds * density) as f32);
+            }
+        }
+    }
+
+    /// With which probability each kind of light is chosen.
+    fn odds(&self, from: &Reference, choice: Choice) -> Odds {
+        match choice {
+            Choice::Even => {
+                let one = 1.0 / self.count().max(1) as f64;
+                Odds {
+                    infinite: one,
+                    finite: one * self.finite.len() as f64,
+                    surfaces: if self.has_surfaces() { one } else { 0.0 },
+                }
+            }
+            // Nothing says how much of what is infinitely far away arrives: each is as likely as all that is near.
+            Choice::Weighed => {
+                let near = [self.tree.importance(from), self.surfaces.importance(from)];
+                let total = near[0] + near[1];
+                let groups = self.infinite.len() + usize::from(total > 0.0);
+                let one = 1.0 / groups.max(1) as f64;
+                let [finite, surfaces] =
+                    near.map(|part| if total > 0.0 { one * part / total } else { 0.0 });
+                Odds {
+                    infinite: one,
+                    finite,
+                    surfaces,
+                }
             }
         }
     }
 }
 
-impl Source {
-    fn new(light: &Light, origin: DVec3) -> Self {
-        match *light {
-            Light::Sun {
-                direction,
-                irradiance,
-            } => Self::Sun(Sun::new(direction, irradiance, 0.0)),
-            Light::Bulb {
-                position,
-                power,
-                intensity,
-                radius,
-            } => {
-                let intensity = intensity.map(Vec3::from).unwrap_or_else(|| {
-                    Vec3::from(power.unwrap_or_default()) / (4.0 * std::f32::consts::PI)
-                });
-                Self::Bulb(Bulb::new(DVec3::from(position) - origin, intensity, radius))
-            }
-            Light::Sky { radiance } => Self::Sky(Sky {
-                radiance: radiance.into(),
-            }),
-        }
-    }
-
-    fn is_infinite(&self) -> bool {
-        match self {
-            Self::Sun(_) | Self::Sky(_) => true,
-            Self::Bulb(_) => false,
-        }
-    }
-
-    /// A direction to this light alone, as if there were no other.
-    pub fn sample(&self, from: &Reference, random: [f32; 2]) -> Option<LightSample> {
-        match self {
-            Self::Sun(sun) => Some(sun.sample(random)),
-            Self::Bulb(bulb) => bulb.sample(from.position, random),
-            Self::Sky(sky) => Some(sky.sample(from.normal, random)),
-        }
-    }
-
-    /// The density of [`Source::sample`] by solid angle; 0 for delta lights.
-    fn pdf(&self, from: &Reference, direction: Vec3) -> f32 {
-        match self {
-            Self::Sun(sun) => sun.pdf(direction),
-            Self::Bulb(bulb) => bulb.pdf(from.position, direction),
-            Self::Sky(sky) => sky.pdf(from.normal, direction),
-        }
-    }
-
-    /// What comes from infinitely far away.
-    fn radiance(&self, direction: Vec3) -> Vec3 {
-        match self {
-            Self::Sun(sun) => sun.radiance(direction),
-            Self::Sky(sky) => sky.radiance,
-            Self::Bulb(_) => Vec3::ZERO,
-        }
-    }
-
-    /// What a ray picks up from a light that is not infinitely far away.
-    fn crossed(&self, from: DVec3, direction: Vec3, distance: f64) -> Option<Vec3> {
-        match self {
-            Self::Sun(_) | Self::Sky(_) => None,
-            Self::Bulb(bulb) => bulb.crossed(from, direction, distance),
-        }
-    }
-
-    /// Whether it has a size, so that rays may find it.
-    fn is_found(&self, ambient: bool) -> bool {
-        match self {
-            Self::Sun(sun) => !sun.is_point(),
-            Self::Bulb(bulb) => !bulb.is_point(),
-            Self::Sky(_) => !ambient,
-        }
-    }
+/// Probabilities that add up to 1 over all lights.
+struct Odds {
+    /// Of each light that is infinitely far away.
+    infinite: f64,
+    /// Of all others without a mesh together.
+    finite: f64,
+    /// Of all surfaces that shine together.
+    surfaces: f64,
 }

@@ -1,4 +1,4 @@
-//! The sky: the same radiance from everywhere.
+//! The sky: the same radiance from everywhere, or from the zenith down to the horizon.
 
 use std::f32::consts::{PI, TAU};
 
@@ -8,16 +8,34 @@ use super::LightSample;
 
 #[derive(Debug)]
 pub(crate) struct Sky {
-    pub radiance: Vec3,
+    pub up: Vec3,
+    pub zenith: Vec3,
+    pub horizon: Vec3,
+    pub ground: Vec3,
 }
 
 impl Sky {
+    pub fn is_even(&self) -> bool {
+        self.zenith == self.horizon && self.horizon == self.ground
+    }
+
+    /// Linear in the sine of the elevation.
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        let sine = self.up.dot(direction);
+        if self.is_even() {
+            self.horizon
+        } else if sine < 0.0 {
+            self.ground
+        } else {
+            self.horizon + (self.zenith - self.horizon) * sine.min(1.0)
+        }
+    }
+
     /// A direction by its cosine to the normal (Malley's method); from the whole sphere where there is none.
     pub fn sample(&self, normal: Vec3, [x, y]: [f32; 2]) -> LightSample {
         let (sin, cos) = (TAU * y).sin_cos();
         let (axis, height, radius) = if normal == Vec3::ZERO {
-            let height = 1.0 - 2.0 * x;
-            (Vec3::Z, height, 2.0 * (x * (1.0 - x)).sqrt())
+            (Vec3::Z, 1.0 - 2.0 * x, 2.0 * (x * (1.0 - x)).sqrt())
         } else {
             (normal, (1.0 - x).sqrt(), x.sqrt())
         };
@@ -26,7 +44,7 @@ impl Sky {
         LightSample {
             direction,
             end: None,
-            radiance: self.radiance,
+            radiance: self.radiance(direction),
             pdf: self.pdf(normal, direction),
             delta: false,
         }

@@ -132,6 +132,7 @@ pub fn still_life() -> World {
     let sun = Light::Sun {
         direction: [-1.0, 0.5, -2.0],
         irradiance: [2.0, 1.9, 1.7],
+        angular_diameter: 0.0,
     };
     world.add_light(sun).unwrap();
     let bulb = Light::Bulb {
@@ -141,10 +142,6 @@ pub fn still_life() -> World {
         radius: 0.3,
     };
     world.add_light(bulb).unwrap();
-    world
-        .add_light(Light::Sky {
-            radiance: [0.1, 0.12, 0.2],
-        })
-        .unwrap();
+    world.add_light(Light::even_sky([0.1, 0.12, 0.2])).unwrap();
     world
 }

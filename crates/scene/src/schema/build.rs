@@ -48,7 +48,8 @@ impl WorldFile {
                     Failure::File(error) => error,
                 })?;
         }
-        for (i, light) in self.light.into_iter().enumerate() {
+        for (i, mut light) in self.light.into_iter().enumerate() {
+            light.read(files)?;
             world
                 .add_light(light)
                 .map_err(|error| error.within(&format!("light[{i}]")))?;

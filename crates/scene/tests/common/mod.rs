@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test uses some of it")]
 
 use raycam_scene::schema::{Entry, Node, Value};
-use raycam_scene::{Files, Model, SceneError, Texture, Wrap};
+use raycam_scene::{Files, Model, Profile, SceneError, Texture, Wrap};
 
 /// A description from JSON text, in which it is shortest to write.
 pub fn node(json: &str) -> Node {
@@ -44,6 +44,14 @@ impl Files for FakeFiles {
 
     fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, SceneError> {
         Ok(Texture::from_srgb8(file, [1, 1], [[255, 0, 0]], wrap))
+    }
+
+    fn profile(&mut self, _: &str) -> Result<Profile, SceneError> {
+        Ok(Profile {
+            vertical: vec![0.0, 90.0],
+            horizontal: vec![0.0],
+            candela: vec![100.0, 0.0],
+        })
     }
 }
 

@@ -1,0 +1,72 @@
+//! The spot light: a point that shines into a cone.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec3, Vec3};
+
+use super::LightSample;
+use super::tree::Bounds;
+
+#[derive(Debug)]
+pub(crate) struct Spot {
+    /// Scene-local.
+    position: DVec3,
+    axis: DVec3,
+    /// In W/sr, on the axis.
+    intensity: Vec3,
+    cos_inner: f64,
+    cos_outer: f64,
+}
+
+impl Spot {
+    /// `inner` and `outer` in degrees.
+    pub fn new(position: DVec3, direction: DVec3, inner: f64, outer: f64) -> Self {
+        Self {
+            position,
+            axis: direction.normalize_or_zero(),
+            intensity: Vec3::ONE,
+            cos_inner: inner.to_radians().cos(),
+            cos_outer: outer.to_radians().cos(),
+        }
+    }
+
+    pub fn with_intensity(self, intensity: Vec3) -> Self {
+        Self { intensity, ..self }
+    }
+
+    /// The integral of the falloff: 2π (1 - cos inner) of full light, and the mean of a square, a third, of the rest.
+    pub fn with_power(self, power: Vec3) -> Self {
+        let full = 1.0 - self.cos_inner + (self.cos_inner - self.cos_outer) / 3.0;
+        self.with_intensity((power.as_dvec3() / (TAU * full)).as_vec3())
+    }
+
+    pub fn bounds(&self) -> Bounds {
+        let spread = self.cos_outer.acos() - self.cos_inner.acos();
+        Bounds {
+            cos_normals: self.cos_inner as f32,
+            cos_emission: spread.cos() as f32,
+            axis: self.axis.as_vec3(),
+            ..Bounds::around(self.position, self.position, self.intensity)
+        }
+    }
+
+    pub fn sample(&self, point: DVec3) -> Option<LightSample> {
+        let offset = self.position - point;
+        let distance = offset.length();
+        if distance == 0.0 {
+            return None;
+        }
+        let direction = offset / distance;
+        let falloff = self.falloff(-direction.dot(self.axis));
+        let radiance = self.intensity.as_dvec3() * (falloff / (distance * distance));
+        (falloff > 0.0).then(|| LightSample::delta(direction, Some(self.position), radiance))
+    }
+
+    fn falloff(&self, cos: f64) -> f64 {
+        if cos >= self.cos_inner {
+            return 1.0;
+        }
+        let share = (cos - self.cos_outer) / (self.cos_inner - self.cos_outer);
+        share.max(0.0).powi(2)
+    }
+}

@@ -1,0 +1,108 @@
+//! How a luminaire spreads its light, as measured.
+
+use crate::error::SceneError;
+
+/// Luminous intensity by direction: IES type C photometry. The vertical angle is measured from the nadir, the
+/// horizontal one around it, counter-clockwise seen from above a luminaire that shines down.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// Degrees from the nadir, increasing, within 0..=180. There is no light outside of them.
+    pub vertical: Vec<f64>,
+    /// Degrees, increasing from 0 to 0 (the same all around), 90 (four quadrants alike), 180 (two halves alike) or up
+    /// to 360.
+    pub horizontal: Vec<f64>,
+    /// In candela, the vertical angles of the first horizontal one first.
+    pub candela: Vec<f32>,
+}
+
+impl Profile {
+    /// Whether its angles and intensities fit together.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where they do not.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        let fail = |message: String| Err(SceneError::World(message));
+        let increases = |angles: &[f64], limit: f64| {
+            !angles.is_empty()
+                && angles.windows(2).all(|pair| pair[0] < pair[1])
+                && angles.iter().all(|angle| (0.0..=limit).contains(angle))
+        };
+        if !increases(&self.vertical, 180.0) {
+            return fail("vertical angles: expected increasing ones within 0..=180".into());
+        }
+        let last = self.horizontal.last().copied().unwrap_or_default();
+        if !increases(&self.horizontal, 360.0)
+            || self.horizontal[0] != 0.0
+            || !(last == 0.0 || last == 90.0 || last >= 180.0)
+        {
+            return fail(
+                "horizontal angles: expected increasing ones from 0 to 0, 90, 180 or up to 360"
+                    .into(),
+            );
+        }
+        if self.candela.len() != self.vertical.len() * self.horizontal.len() {
+            return fail(format!(
+                "{} intensities, expected {} x {}",
+                self.candela.len(),
+                self.horizontal.len(),
+                self.vertical.len()
+            ));
+        }
+        match self.candela.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
+            Some(wrong) => fail(format!("{wrong} cd: expected finite numbers >= 0")),
+            None => Ok(()),
+        }
+    }
+
+    /// Candela at angles in degrees, linear in both; 0 outside of the vertical angles.
+    pub fn intensity(&self, vertical: f64, horizontal: f64) -> f32 {
+        let [first, last] = [self.vertical[0], self.vertical[self.vertical.len() - 1]];
+        if !(first..=last).contains(&vertical) {
+            return 0.0;
+        }
+        let (row, down) = between(&self.vertical, vertical);
+        let full = self.horizontal[self.horizontal.len() - 1];
+        let around = horizontal.rem_euclid(360.0);
+        let folded = match full {
+            full if full <= 90.0 => {
+                let half = if around > 180.0 {
+                    360.0 - around
+                } else {
+                    around
+                };
+                if half > 90.0 { 180.0 - half } else { half }
+            }
+            180.0 if around > 180.0 => 360.0 - around,
+            _ => around,
+        };
+        let at = |column: usize| {
+            let value = |row: usize| self.candela[column * self.vertical.len() + row];
+            let next = (row + 1).min(self.vertical.len() - 1);
+            f64::from(value(row)) * (1.0 - down) + f64::from(value(next)) * down
+        };
+        let (column, across) = between(&self.horizontal, folded);
+        let next = column + 1;
+        let value = if next < self.horizontal.len() {
+            at(column) * (1.0 - across) + at(next) * across
+        } else if full > 180.0 && full < 360.0 {
+            // From the last angle round to the first.
+            let across = (folded - full) / (360.0 - full);
+            at(column) * (1.0 - across) + at(0) * across
+        } else {
+            at(column)
+        };
+        value as f32
+    }
+}
+
+/// The last angle that is not beyond `angle`, and how far from it towards the next.
+fn between(angles: &[f64], angle: f64) -> (usize, f64) {
+    let index = angles.partition_point(|&a| a <= angle).saturating_sub(1);
+    match angles.get(index + 1) {
+        Some(next) => (
+            index,
+            ((angle - angles[index]) / (next - angles[index])).clamp(0.0, 1.0),
+        ),
+        None => (index, 0.0),
+    }
+}
