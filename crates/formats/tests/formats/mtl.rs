@@ -137,7 +137,7 @@ fn missing_and_forbidden_files_are_left_out_with_a_notice() {
         ),
         ("file:///etc/passwd", "expected a path relative"),
         ("C:\\wood.png", "expected a path relative"),
-        ("a.obj", "not a PNG or JPEG image"),
+        ("a.obj", "not an image that is known"),
     ] {
         let model = model(&format!("newmtl m 1\nKd 0.5 0.5 0.5\nmap_Kd {map}\n")).unwrap();
         assert!(
