@@ -1,27 +1,33 @@
 //! Wavefront OBJ (Alias Wavefront, 1995, appendix "Object Files"), polygons only.
 //!
-//! Parts are made by `o`. Vertex colours after the coordinates are read as sRGB, as Blender and MeshLab write them.
-//! Texture coordinates have their origin at the bottom left in the file and at the top left here.
+//! Parts are made by `o`, or by `g` in a file without any `o`. Where a corner has no normal, smoothing groups give it one.
+//! Vertex colours after the coordinates are read as sRGB, as Blender and MeshLab write them. Texture coordinates have
+//! their origin at the bottom left in the file and at the top left here.
 
 use std::collections::HashMap;
 use std::path::Path;
 
 use glam::DVec3;
 use raycam_scene::Model;
-use raycam_scene::color::{Rgb, linear_from_srgb};
+use raycam_scene::color::Rgb;
 
-use crate::corners::{Corner, NONE};
+use crate::corners::Corner;
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
+use crate::obj_chunk::{self, Chunk, Fault, KINDS, Run, Stretch};
 use crate::obj_model;
 use crate::obj_skipped::Skipped;
+use crate::parallel;
 use crate::polygons::Polygons;
-use crate::text::{self, Lines, Words};
+use crate::text;
 
-/// More names of parts, materials or material files than this are refused.
+/// More names of parts, materials or groups than this are refused.
 const MOST_NAMES: usize = 1 << 16;
+/// Bytes that are read at a time; the same for any number of threads, though nothing depends on it.
+const STRETCH: usize = 1 << 18;
 
 /// The statements of an OBJ file.
+#[derive(Default)]
 pub(crate) struct Obj {
     pub(crate) positions: Vec<DVec3>,
     /// Linear, as long as `positions` once one has a colour; white where it has none.
@@ -32,365 +38,296 @@ pub(crate) struct Obj {
     pub(crate) polygons: Polygons<Corner>,
     /// What holds from which polygon on, in order.
     pub(crate) runs: Vec<Run>,
-    /// By `usemtl`.
+    /// By `usemtl`, each once.
     pub(crate) materials: Vec<String>,
     /// By `o`.
     pub(crate) parts: Vec<String>,
+    /// By `g`, each once.
+    pub(crate) groups: Vec<String>,
     /// By `mtllib`.
     pub(crate) libraries: Vec<String>,
     pub(crate) notices: Vec<String>,
 }
 
-/// Polygons of one part and one material.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Run {
-    /// Its first polygon.
-    pub(crate) start: usize,
-    /// Index into `parts`; `None` before the first `o`.
-    pub(crate) part: Option<usize>,
-    /// Index into `materials`; `None` before the first `usemtl`.
-    pub(crate) material: Option<usize>,
-}
-
 /// The model in an OBJ file, with the materials and textures it names.
 pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
-    let obj = Parser::new(&source.path).parse(&source.bytes)?;
+    let obj = parse(&source.path, &source.bytes, STRETCH)?;
     obj_model::build(obj, &source.path, folder)
 }
 
-struct Parser<'a> {
-    path: &'a Path,
-    obj: Obj,
-    material_numbers: HashMap<Vec<u8>, usize>,
-    /// The first colour that is none, with its line.
-    bad_color: Option<usize>,
-    /// Whether some vertices have a colour and some have not.
-    colored: usize,
-    /// The largest index of a position, texture coordinates and a normal, with its line: they may come after the faces.
-    highest: [(i64, usize); 3],
-    skipped: Skipped,
+/// Reads a file in stretches of about `size` bytes, side by side.
+fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj, FormatError> {
+    let texts = obj_chunk::stretches(text::plain(path, bytes)?, size);
+    let counts = parallel::map(&texts, |text| text::line_ends(text));
+    let mut lines_before = 0;
+    let mut stretches = Vec::with_capacity(texts.len());
+    for (text, count) in texts.into_iter().zip(counts) {
+        stretches.push(Stretch { text, lines_before });
+        lines_before += count;
+    }
+    let mut whole = Whole::default();
+    for chunk in parallel::map(&stretches, Chunk::read) {
+        let added = whole.add(chunk);
+        added.map_err(|(line, message)| FormatError::line(path, line, message))?;
+    }
+    whole.finish(path)
 }
 
-impl<'a> Parser<'a> {
-    fn new(path: &'a Path) -> Self {
-        Self {
-            path,
-            obj: Obj {
-                positions: Vec::new(),
-                colors: Vec::new(),
-                uvs: Vec::new(),
-                normals: Vec::new(),
-                polygons: Polygons::new(),
-                runs: vec![Run {
-                    start: 0,
-                    part: None,
-                    material: None,
-                }],
-                materials: Vec::new(),
-                parts: Vec::new(),
-                libraries: Vec::new(),
-                notices: Vec::new(),
-            },
-            material_numbers: HashMap::new(),
-            bad_color: None,
-            colored: 0,
-            highest: [(0, 0); 3],
-            skipped: Skipped::default(),
-        }
-    }
+/// What has been read so far.
+#[derive(Default)]
+struct Whole {
+    obj: Obj,
+    material_numbers: HashMap<String, usize>,
+    group_numbers: HashMap<String, usize>,
+    colored: usize,
+    bad_color: Option<usize>,
+    highest: [(i64, usize); 3],
+    skipped: Skipped,
+    open_end: Option<usize>,
+}
 
-    fn parse(mut self, bytes: &[u8]) -> Result<Obj, FormatError> {
-        let mut lines = Lines::new(text::plain(self.path, bytes)?);
-        let mut last = 0;
-        while let Some((line, text)) = lines.next() {
-            if text.ends_with(b"\\") && !text::trim(text).starts_with(b"#") {
-                let mut joined = Vec::new();
-                let mut piece = text;
-                while let Some(start) = piece.strip_suffix(b"\\") {
-                    joined.extend_from_slice(start);
-                    joined.push(b' ');
-                    piece = lines.next().map_or(&[], |(_, next)| next);
-                }
-                joined.extend_from_slice(piece);
-                self.statement(line, &joined)?;
-            } else {
-                self.statement(line, text)?;
-            }
-            last = line;
+impl Whole {
+    /// Adds the next stretch, or says which of its faults comes first.
+    fn add(&mut self, mut chunk: Chunk) -> Result<(), Fault> {
+        let fault = chunk.fault.take();
+        let mut faults: Vec<Fault> = fault.into_iter().collect();
+        faults.extend(self.resolve(&mut chunk).err());
+        faults.extend(
+            self.skipped
+                .append(std::mem::take(&mut chunk.skipped))
+                .err(),
+        );
+        let names = self.names(&mut chunk);
+        faults.extend(names.err());
+        if let Some(first) = faults.into_iter().min_by_key(|&(line, _)| line) {
+            return Err(first);
         }
-        if !lines.ended() {
-            self.obj.notices.push(format!(
-                "{}:{last}: the last line has no line end; the file may be cut off",
-                self.path.display()
-            ));
-        }
-        self.finish()
-    }
-
-    fn statement(&mut self, line: usize, text: &[u8]) -> Result<(), FormatError> {
-        let (key, rest) = text::split_word(text);
-        match key {
-            b"v" => self.vertex(line, rest),
-            b"vt" => {
-                let [u, v, _] = self.numbers(line, rest, "vt", 1)?;
-                self.obj.uvs.push([u as f32, (1.0 - v) as f32]);
-                Ok(())
-            }
-            b"vn" => {
-                let normal = DVec3::from(self.numbers(line, rest, "vn", 3)?);
-                self.obj
-                    .normals
-                    .push(normal.normalize_or_zero().as_vec3().to_array());
-                Ok(())
-            }
-            b"f" | b"fo" => self.face(line, rest),
-            b"o" => {
-                let part = Some(self.obj.parts.len());
-                self.obj.parts.push(text::name(rest));
-                self.limit(line, self.obj.parts.len(), "objects")?;
-                self.run(|run| run.part = part);
-                Ok(())
-            }
-            b"usemtl" => self.use_material(line, text::trim(rest)),
-            b"mtllib" => self.libraries(line, text::trim(rest)),
-            b"" | b"g" => Ok(()),
-            _ if key[0] == b'#' => Ok(()),
-            b"s" if matches!(text::trim(rest), b"off" | b"0" | b"") => Ok(()),
-            _ => self
-                .skipped
-                .add(line, key)
-                .map_err(|message| self.error(line, message)),
-        }
-    }
-
-    fn error(&self, line: usize, message: impl Into<String>) -> FormatError {
-        FormatError::line(self.path, line, message)
-    }
-
-    fn limit(&self, line: usize, count: usize, what: &str) -> Result<(), FormatError> {
-        if count <= MOST_NAMES {
-            return Ok(());
-        }
-        Err(self.error(line, format!("more than {MOST_NAMES} {what} in one file")))
-    }
-
-    /// One to three numbers, of which at least `least`.
-    fn numbers(
-        &self,
-        line: usize,
-        rest: &[u8],
-        key: &str,
-        least: usize,
-    ) -> Result<[f64; 3], FormatError> {
-        let mut values = [0.0; 3];
-        let mut count = 0;
-        for word in Words(rest) {
-            let value = text::number(word)
-                .filter(|v| v.is_finite())
-                .ok_or_else(|| {
-                    self.error(
-                        line,
-                        format!("{key}: {} is not a finite number", text::shown(word)),
-                    )
-                })?;
-            match values.get_mut(count) {
-                Some(slot) => *slot = value,
-                None => return Err(self.error(line, format!("{key} has more than 3 numbers"))),
-            }
-            count += 1;
-        }
-        if count < least {
-            return Err(self.error(line, format!("{key} has {count} numbers, expected {least}")));
-        }
-        Ok(values)
-    }
-
-    /// `v x y z`, `v x y z w`, `v x y z r g b` or `v x y z r g b a`.
-    fn vertex(&mut self, line: usize, rest: &[u8]) -> Result<(), FormatError> {
-        let mut values = [0.0; 7];
-        let mut count = 0;
-        for word in Words(rest) {
-            let value = text::number(word)
-                .filter(|v| v.is_finite() || count >= 3)
-                .ok_or_else(|| {
-                    self.error(
-                        line,
-                        format!("v: coordinate {} is not a finite number", text::shown(word)),
-                    )
-                })?;
-            match values.get_mut(count) {
-                Some(slot) => *slot = value,
-                None => return Err(self.error(line, "v has more than 7 numbers")),
-            }
-            count += 1;
-        }
-        let [x, y, z, r, g, b, _] = values;
-        match count {
-            3 | 4 => {}
-            6 | 7 => {
-                let rgb = [r, g, b];
-                if rgb.iter().all(|c| (0.0..=1.0).contains(c)) {
-                    self.obj.colors.resize(self.obj.positions.len(), [1.0; 3]);
-                    self.obj
-                        .colors
-                        .push(rgb.map(|c| linear_from_srgb(c as f32)));
-                    self.colored += 1;
-                } else {
-                    self.bad_color.get_or_insert(line);
-                }
-            }
-            _ => {
-                let message = format!("v has {count} numbers, expected 3, or 6 with a colour");
-                return Err(self.error(line, message));
+        for (mine, theirs) in self.highest.iter_mut().zip(chunk.highest) {
+            if theirs.0 > mine.0 {
+                *mine = theirs;
             }
         }
-        self.obj.positions.push(DVec3::new(x, y, z));
-        Ok(())
-    }
-
-    fn face(&mut self, line: usize, rest: &[u8]) -> Result<(), FormatError> {
-        for word in Words(rest) {
-            let mut indices = [NONE; 3];
-            for (kind, index) in word.split(|&b| b == b'/').enumerate() {
-                if kind == 3 {
-                    let message =
-                        format!("f: corner {} has more than 3 indices", text::shown(word));
-                    return Err(self.error(line, message));
-                }
-                if !index.is_empty() {
-                    indices[kind] = self.index(line, kind, index)?;
-                }
-            }
-            let [position, uv, normal] = indices;
-            if position == NONE {
-                let message = format!("f: corner {} has no vertex", text::shown(word));
-                return Err(self.error(line, message));
-            }
-            self.obj.polygons.corner(Corner {
-                position,
-                uv,
-                normal,
+        self.bad_color = self.bad_color.or(chunk.bad_color);
+        self.open_end = chunk.open_end;
+        self.colored += chunk.colored;
+        let obj = &mut self.obj;
+        if self.colored > 0 {
+            obj.colors.resize(obj.positions.len(), [1.0; 3]);
+            chunk.colors.resize(chunk.positions.len(), [1.0; 3]);
+            obj.colors.append(&mut chunk.colors);
+        }
+        let start = obj.polygons.len();
+        let before = obj.runs.last().copied().unwrap_or_default();
+        for run in chunk.runs {
+            obj.runs.push(Run {
+                start: start + run.start,
+                part: run.part.or(before.part),
+                group: run.group.or(before.group),
+                material: run.material.or(before.material),
+                smoothing: run.smoothing.or(before.smoothing),
             });
         }
-        match self.obj.polygons.end() {
-            0..3 => Err(self.error(line, "f: a face needs at least 3 corners")),
-            _ => Ok(()),
-        }
+        obj.positions.append(&mut chunk.positions);
+        obj.uvs.append(&mut chunk.uvs);
+        obj.normals.append(&mut chunk.normals);
+        obj.polygons.append(chunk.polygons);
+        Ok(())
     }
 
-    /// An index from 0; in the file they count from 1, or from -1 backwards.
-    fn index(&mut self, line: usize, kind: usize, word: &[u8]) -> Result<u32, FormatError> {
+    /// Fills in the indices that count backwards.
+    fn resolve(&self, chunk: &mut Chunk) -> Result<(), Fault> {
         let obj = &self.obj;
-        let (count, name) = match kind {
-            0 => (obj.positions.len(), "vertex"),
-            1 => (obj.uvs.len(), "texture coordinate"),
-            _ => (obj.normals.len(), "normal"),
-        };
-        let value = text::integer(word)
-            .ok_or_else(|| self.error(line, format!("f: {} is not an index", text::shown(word))))?;
-        let index = match value {
-            0 => return Err(self.error(line, format!("f: {name} 0, but indices start at 1"))),
-            1.. => value - 1,
-            _ => count as i64 + value,
-        };
-        if index < 0 {
-            let message = format!("f: {name} {value}, but only {count} came before");
-            return Err(self.error(line, message));
-        }
-        if index >= count as i64 && value > self.highest[kind].0 {
-            self.highest[kind] = (value, line);
-        }
-        // Larger ones are found out at the end.
-        Ok(u32::try_from(index).unwrap_or(NONE - 1))
-    }
-
-    /// Changes what holds from the next polygon on.
-    fn run(&mut self, change: impl FnOnce(&mut Run)) {
-        let start = self.obj.polygons.len();
-        let mut run = self.obj.runs[self.obj.runs.len() - 1];
-        if run.start == start {
-            self.obj.runs.pop();
-        }
-        run.start = start;
-        change(&mut run);
-        self.obj.runs.push(run);
-    }
-
-    fn use_material(&mut self, line: usize, name: &[u8]) -> Result<(), FormatError> {
-        let material = match self.material_numbers.get(name) {
-            Some(&number) => number,
-            None => {
-                let number = self.obj.materials.len();
-                self.material_numbers.insert(name.into(), number);
-                self.obj.materials.push(text::name(name));
-                number
+        let bases = [obj.positions.len(), obj.uvs.len(), obj.normals.len()];
+        for relative in &chunk.relative {
+            let kind = relative.kind;
+            let count = bases[kind] + relative.before;
+            let Ok(index) = u32::try_from(count as i64 + relative.value) else {
+                let (name, value) = (KINDS[kind], relative.value);
+                let message = format!("f: {name} {value}, but only {count} came before");
+                return Err((relative.line, message));
+            };
+            if let Some(corner) = chunk.polygons.corner_mut(relative.corner) {
+                match kind {
+                    0 => corner.position = index,
+                    1 => corner.uv = index,
+                    _ => corner.normal = index,
+                }
             }
-        };
-        self.limit(line, self.obj.materials.len(), "materials")?;
-        self.run(|run| run.material = Some(material));
-        Ok(())
-    }
-
-    /// Several names, which end in `.mtl` and may have spaces, or one of any kind.
-    fn libraries(&mut self, line: usize, names: &[u8]) -> Result<(), FormatError> {
-        let (mut start, mut ends) = (0, Vec::new());
-        for (at, window) in names.windows(5).enumerate() {
-            if window[..4].eq_ignore_ascii_case(b".mtl") && window[4].is_ascii_whitespace() {
-                ends.push(at + 4);
-            }
-        }
-        ends.push(names.len());
-        for end in ends {
-            let name = text::name(&names[start..end]);
-            if !name.is_empty() && !self.obj.libraries.contains(&name) {
-                self.obj.libraries.push(name);
-            }
-            start = end;
-        }
-        if self.obj.libraries.len() > 256 {
-            return Err(self.error(line, "more than 256 material files"));
         }
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Obj, FormatError> {
-        let path = self.path.display();
+    /// Numbers the stretch's names as the file's.
+    fn names(&mut self, chunk: &mut Chunk) -> Result<(), Fault> {
         let obj = &mut self.obj;
+        let unique = |names: &mut Vec<String>,
+                      numbers: &mut HashMap<String, usize>,
+                      added: &[(usize, String)],
+                      what| {
+            let number = |(line, name): &(usize, String)| {
+                let number = *numbers.entry(name.clone()).or_insert_with(|| {
+                    names.push(name.clone());
+                    names.len() - 1
+                });
+                limit(*line, names.len(), what).map(|()| number)
+            };
+            added.iter().map(number).collect::<Result<Vec<_>, Fault>>()
+        };
+        let materials = unique(
+            &mut obj.materials,
+            &mut self.material_numbers,
+            &chunk.materials,
+            "materials",
+        )?;
+        let groups = unique(
+            &mut obj.groups,
+            &mut self.group_numbers,
+            &chunk.groups,
+            "groups",
+        )?;
+        let parts_before = obj.parts.len();
+        for (line, name) in chunk.parts.drain(..) {
+            obj.parts.push(name);
+            limit(line, obj.parts.len(), "objects")?;
+        }
+        for run in &mut chunk.runs {
+            run.part = run.part.map(|part| parts_before + part);
+            run.group = run.group.map(|group| groups[group]);
+            run.material = run.material.map(|material| materials[material]);
+        }
+        for (line, names) in &chunk.libraries {
+            libraries(names, &mut obj.libraries);
+            if obj.libraries.len() > 256 {
+                return Err((*line, "more than 256 material files".into()));
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self, path: &Path) -> Result<Obj, FormatError> {
+        let mut obj = self.obj;
+        let shown = path.display();
         let counts = [obj.positions.len(), obj.uvs.len(), obj.normals.len()];
-        let names = [
-            ("vertex", "vertices"),
-            ("texture coordinate", "texture coordinates"),
-            ("normal", "normals"),
-        ];
-        for (((value, line), count), (one, many)) in self.highest.into_iter().zip(counts).zip(names)
-        {
+        let many = ["vertices", "texture coordinates", "normals"];
+        for (kind, ((value, line), count)) in self.highest.into_iter().zip(counts).enumerate() {
             if value > count as i64 {
+                let (one, many) = (KINDS[kind], many[kind]);
                 let message = format!("f: {one} {value}, but the file has {count} {many}");
-                return Err(FormatError::line(self.path, line, message));
+                return Err(FormatError::line(path, line, message));
             }
         }
         if obj.polygons.len() == 0 {
             let vertices = obj.positions.len();
             let message = format!("no faces (f), only {vertices} vertices: nothing to see");
-            return Err(FormatError::whole(self.path, message));
+            return Err(FormatError::whole(path, message));
+        }
+        if let Some(last) = self.open_end {
+            obj.notices.push(format!(
+                "{shown}:{last}: the last line has no line end; the file may be cut off"
+            ));
         }
         if let Some(line) = self.bad_color {
             obj.notices.push(format!(
-                "{path}:{line}: a vertex colour outside 0..=1; all vertex colours of the file are ignored"
+                "{shown}:{line}: a vertex colour outside 0..=1; all vertex colours of the file are ignored"
             ));
             obj.colors.clear();
         } else if self.colored > 0 {
             let without = obj.positions.len() - self.colored;
             if without > 0 {
                 obj.notices.push(format!(
-                    "{path}: {without} vertices without a colour are white"
+                    "{shown}: {without} vertices without a colour are white"
                 ));
             }
             obj.colors.resize(obj.positions.len(), [1.0; 3]);
         }
-        if let Some(skipped) = self.skipped.described(!obj.normals.is_empty()) {
-            obj.notices.push(format!("{path}: not used: {skipped}"));
+        if let Some(skipped) = self.skipped.described() {
+            obj.notices.push(format!("{shown}: not used: {skipped}"));
         }
-        Ok(self.obj)
+        Ok(obj)
+    }
+}
+
+fn limit(line: usize, count: usize, what: &str) -> Result<(), Fault> {
+    if count <= MOST_NAMES {
+        return Ok(());
+    }
+    Err((line, format!("more than {MOST_NAMES} {what} in one file")))
+}
+
+/// Several names, which end in `.mtl` and may have spaces, or one of any kind.
+fn libraries(names: &[u8], known: &mut Vec<String>) {
+    let (mut start, mut ends) = (0, Vec::new());
+    for (at, window) in names.windows(5).enumerate() {
+        if window[..4].eq_ignore_ascii_case(b".mtl") && window[4].is_ascii_whitespace() {
+            ends.push(at + 4);
+        }
+    }
+    ends.push(names.len());
+    for end in ends {
+        let name = text::name(&names[start..end]);
+        if !name.is_empty() && !known.contains(&name) {
+            known.push(name);
+        }
+        start = end;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Everything that a file says, however it is cut into stretches.
+    fn said(text: &str, size: usize) -> String {
+        match parse(Path::new("a.obj"), text.as_bytes(), size) {
+            Err(error) => error.to_string(),
+            Ok(obj) => {
+                let polygons: Vec<_> = (0..obj.polygons.len())
+                    .map(|p| obj.polygons.get(p))
+                    .collect();
+                let mut runs = obj.runs;
+                runs.dedup_by(|b, a| {
+                    Run {
+                        start: a.start,
+                        ..*b
+                    } == *a
+                });
+                runs.retain(|run| run.start < polygons.len());
+                runs.reverse();
+                runs.dedup_by_key(|run| run.start);
+                format!(
+                    "{:?} {:?} {:?} {:?} {polygons:?} {runs:?} {:?} {:?} {:?} {:?} {:?}",
+                    obj.positions,
+                    obj.colors,
+                    obj.uvs,
+                    obj.normals,
+                    obj.materials,
+                    obj.parts,
+                    obj.groups,
+                    obj.libraries,
+                    obj.notices
+                )
+            }
+        }
+    }
+
+    #[test]
+    fn where_a_file_is_cut_changes_nothing() {
+        let good = "mtllib a.mtl b.mtl\r\nv 0 0 0\nv 1 0 0\rv 1 1 0 1 0 0\nvt 0 1\nvn 0 0 2\n\no one\ng x y\n\
+            s 3\nf -3 -2 -1\nusemtl red\nf 1/1/1 2/1/1 \\\n 3//-1\n# \\\nusemtl blue\nv 0 1 0\nf 1 2 3 4\ns off\n\
+            o two\nusemtl red\nl 1 2\nf -1 -2 -3\ng x y\nf 4 3 2 1";
+        let bad = [
+            "v 0 0 0\nv 0 0 1\nv 0 1 0\nf 1 2 3\nf 1 2 -4\nf 0 1 2\n",
+            "v 0 0 0\nv 0 0 1\nv 0 1 0\nf 1 2 3\nf 1 2 9\nf 1 2 10\nf 1 10 2\n",
+            "v 0 0 0\nv 0 0 1\r\nv 0 1 0\n\rf 1 2 3\nv 1 2\n",
+        ];
+        for text in [good].into_iter().chain(bad) {
+            let whole = said(text, 1 << 20);
+            for size in 2..text.len() {
+                assert_eq!(said(text, size), whole, "{size}");
+            }
+        }
+        assert!(said(bad[0], 8).starts_with("a.obj:5: f: vertex -4, but only 3"));
+        assert!(said(bad[1], 8).starts_with("a.obj:6: f: vertex 10, but the file has 3"));
+        assert!(said(bad[2], 8).starts_with("a.obj:6: v has 2 numbers"));
     }
 }

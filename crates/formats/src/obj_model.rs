@@ -12,62 +12,121 @@ use crate::corners::{Corner, NONE, Vertices};
 use crate::error::FormatError;
 use crate::folder::Folder;
 use crate::mtl::{self, Map, MtlMaterial};
-use crate::obj::{Obj, Run};
+use crate::obj::Obj;
+use crate::obj_chunk::Run;
+use crate::polygons::Polygons;
 
-/// One part for each `o` that has faces.
+/// One part for each `o` that has faces, or for each `g` where there is no `o`.
 pub(crate) fn build(mut obj: Obj, path: &Path, folder: &mut Folder) -> Result<Model, FormatError> {
     let elements = obj.positions.len() + obj.uvs.len() + obj.normals.len();
     folder.budget.take_elements(path, elements as u64)?;
-    obj.runs.push(Run {
-        start: obj.polygons.len(),
-        part: None,
-        material: None,
-    });
-
     let mut model = Model {
         notices: std::mem::take(&mut obj.notices),
         ..Model::default()
     };
-    let materials = Materials::read(&obj, path, folder, &mut model)?;
+    let runs = std::mem::take(&mut obj.runs);
+    let ends = runs[1..]
+        .iter()
+        .map(|run| run.start)
+        .chain([obj.polygons.len()]);
+    let runs: Vec<Stretch> = (runs.iter().zip(ends))
+        .filter(|(run, end)| run.start < *end)
+        .map(|(&run, end)| Stretch {
+            run,
+            polygons: run.start..end,
+        })
+        .collect();
+    let materials = Materials::read(&obj, &runs, path, folder, &mut model)?;
     let mut vertices = Vertices::new(obj.positions.len());
-    let mut runs = 0;
-    while runs + 1 < obj.runs.len() {
-        let same = obj.runs[runs..obj.runs.len() - 1]
-            .iter()
-            .take_while(|r| r.part == obj.runs[runs].part);
-        let end = runs + same.count();
-        let [start, stop] = [runs, end].map(|run| obj.runs[run].start);
-        if start < stop {
-            vertices.clear();
-            if stop - start == obj.polygons.len() {
-                vertices.reserve(0..obj.positions.len() as u32);
-            } else {
-                let mut used: Vec<u32> = (start..stop)
-                    .flat_map(|p| obj.polygons.get(p))
-                    .map(|c| c.position)
-                    .collect();
-                used.sort_unstable();
-                vertices.reserve(used.into_iter());
-            }
-            let part = part(&mut obj, runs..end, path, folder, &mut vertices, &materials)?;
-            model.parts.push(part);
-        }
-        runs = end;
+    for (name, runs) in parts(&obj, runs) {
+        let part = part(
+            &mut obj,
+            name,
+            &runs,
+            path,
+            folder,
+            &mut vertices,
+            &materials,
+        )?;
+        model.parts.push(part);
     }
     Ok(model)
 }
 
-/// The polygons of some runs, which are all those of one part.
+/// Polygons to which the same applies; at least one.
+struct Stretch {
+    run: Run,
+    polygons: Range<usize>,
+}
+
+/// The name of each part and what belongs to it, in the order of their first faces.
+fn parts(obj: &Obj, runs: Vec<Stretch>) -> Vec<(String, Vec<Stretch>)> {
+    let mut parts: Vec<(String, Vec<Stretch>)> = Vec::new();
+    let mut number_of = HashMap::new();
+    for stretch in runs {
+        let (key, names) = if obj.parts.is_empty() {
+            (stretch.run.group, &obj.groups)
+        } else {
+            (stretch.run.part, &obj.parts)
+        };
+        let number = *number_of.entry(key).or_insert_with(|| {
+            let name = key.map_or(String::new(), |name| names[name].clone());
+            parts.push((name, Vec::new()));
+            parts.len() - 1
+        });
+        parts[number].1.push(stretch);
+    }
+    parts
+}
+
+/// The part of this name and these polygons.
 fn part(
     obj: &mut Obj,
-    runs: Range<usize>,
+    name: String,
+    runs: &[Stretch],
     path: &Path,
     folder: &mut Folder,
     vertices: &mut Vertices,
     materials: &Materials,
 ) -> Result<Part, FormatError> {
-    let range = obj.runs[runs.start].start..obj.runs[runs.end].start;
-    let any = |has: fn(&Corner) -> bool| range.clone().flat_map(|p| obj.polygons.get(p)).any(has);
+    let count: usize = runs.iter().map(|run| run.polygons.len()).sum();
+    let used = if count == obj.polygons.len() {
+        None
+    } else {
+        let polygons = runs.iter().flat_map(|run| run.polygons.clone());
+        let mut used: Vec<u32> = polygons
+            .flat_map(|p| obj.polygons.get(p))
+            .map(|c| c.position)
+            .collect();
+        used.sort_unstable();
+        used.dedup();
+        Some(used)
+    };
+    let begin = |vertices: &mut Vertices| {
+        vertices.clear();
+        match &used {
+            None => vertices.reserve(0..obj.positions.len() as u32),
+            Some(used) => vertices.reserve(used.iter().copied()),
+        }
+    };
+    if runs
+        .iter()
+        .any(|run| run.run.smoothing.is_some_and(|group| group > 0))
+    {
+        begin(vertices);
+        smooth(
+            &mut obj.polygons,
+            &obj.positions,
+            &mut obj.normals,
+            runs,
+            vertices,
+        );
+    }
+    begin(vertices);
+    let any = |has: fn(&Corner) -> bool| {
+        let polygons = runs.iter().flat_map(|run| run.polygons.clone());
+        polygons.flat_map(|p| obj.polygons.get(p)).any(has)
+    };
     let (has_uvs, has_normals) = (any(|c| c.uv != NONE), any(|c| c.normal != NONE));
 
     let Obj {
@@ -76,34 +135,21 @@ fn part(
         uvs,
         normals,
         polygons,
-        runs: all_runs,
-        parts,
         ..
     } = obj;
     let mut mesh = Mesh::default();
     let (mut slots, mut slot_of, mut used) = (Vec::new(), HashMap::new(), Vec::new());
-    let (mut run, mut slot) = (runs.start, None);
     let mut flat = None;
     let position = |c: Corner| positions[c.position as usize];
-    polygons.triangles(
-        range,
-        path,
-        &mut folder.budget,
-        position,
-        |polygon, mut corners| {
-            while run + 1 < runs.end && all_runs[run + 1].start <= polygon {
-                run += 1;
-                slot = None;
-            }
-            let slot = *slot.get_or_insert_with(|| {
-                let material = all_runs[run]
-                    .material
-                    .map_or(materials.none, |m| materials.named[m]);
-                *slot_of.entry(material).or_insert_with(|| {
-                    used.push(material);
-                    used.len() - 1
-                })
-            });
+    for stretch in runs {
+        let material = stretch.run.material;
+        let material = material.map_or(materials.none, |m| materials.named[m]);
+        let slot = *slot_of.entry(material).or_insert_with(|| {
+            used.push(material);
+            used.len() - 1
+        });
+        let range = stretch.polygons.clone();
+        let triangle = |polygon: usize, mut corners: [Corner; 3]| {
             if has_normals {
                 for corner in &mut corners {
                     if corner.normal == NONE || normals[corner.normal as usize] == [0.0; 3] {
@@ -115,9 +161,8 @@ fn part(
                             normals.len() as u32
                         };
                         if known != polygon {
-                            normals.push(flat_normal(
-                                polygons.get(polygon).iter().map(|&c| position(c)),
-                            ));
+                            let corners = polygons.get(polygon).iter();
+                            normals.push(flat_normal(corners.map(|&c| position(c))));
                             flat = Some((polygon, corner.normal));
                         }
                     }
@@ -126,8 +171,9 @@ fn part(
             mesh.triangles
                 .push(corners.map(|corner| vertices.vertex(corner)));
             slots.push(slot as u16);
-        },
-    )?;
+        };
+        polygons.triangles(range, path, &mut folder.budget, position, triangle)?;
+    }
 
     let made_of = &vertices.made_of;
     mesh.vertices = made_of.iter().map(|&c| position(c)).collect();
@@ -137,32 +183,77 @@ fn part(
     }
     if has_normals {
         let normal = |c: &Corner| {
-            normals
-                .get(c.normal as usize)
-                .copied()
-                .unwrap_or([0.0, 0.0, 1.0])
+            let normal = normals.get(c.normal as usize).copied();
+            normal.unwrap_or([0.0, 0.0, 1.0])
         };
         mesh.normals = Some(made_of.iter().map(normal).collect());
     }
     if !colors.is_empty() {
-        mesh.vertex_colors = Some(
-            made_of
-                .iter()
-                .map(|c| colors[c.position as usize])
-                .collect(),
-        );
+        let color = |c: &Corner| colors[c.position as usize];
+        mesh.vertex_colors = Some(made_of.iter().map(color).collect());
     }
     if used.len() > 1 {
         mesh.material_slots = Some(slots);
     }
-    let name = all_runs[runs.start]
-        .part
-        .map_or(String::new(), |part| parts[part].clone());
     Ok(Part {
         name,
         mesh,
         materials: used,
     })
+}
+
+/// Gives corners without a normal that of their smoothing group: the mean of the normals of its polygons that meet there,
+/// weighted by their angles (Thuermer and Wuethrich, 1998).
+fn smooth(
+    polygons: &mut Polygons<Corner>,
+    positions: &[DVec3],
+    normals: &mut Vec<[f32; 3]>,
+    runs: &[Stretch],
+    sites: &mut Vertices,
+) {
+    let first = normals.len();
+    let mut sums: Vec<DVec3> = Vec::new();
+    for Stretch {
+        run,
+        polygons: range,
+    } in runs
+    {
+        let Some(group) = run.smoothing.filter(|&group| group > 0) else {
+            continue;
+        };
+        for corners in polygons.corners_mut(range.clone()) {
+            if corners.iter().all(|corner| corner.normal != NONE) {
+                continue;
+            }
+            let at: Vec<DVec3> = corners
+                .iter()
+                .map(|c| positions[c.position as usize])
+                .collect();
+            let normal = DVec3::from(flat_normal(at.iter().copied()).map(f64::from));
+            for (i, corner) in corners.iter_mut().enumerate() {
+                let [before, after] =
+                    [at.len() - 1, 1].map(|step| at[(i + step) % at.len()] - at[i]);
+                let site = sites.vertex(Corner {
+                    position: corner.position,
+                    uv: group,
+                    normal: 0,
+                });
+                if sums.len() <= site as usize {
+                    sums.resize(site as usize + 1, DVec3::ZERO);
+                }
+                if before != DVec3::ZERO && after != DVec3::ZERO {
+                    sums[site as usize] += normal * before.angle_between(after);
+                }
+                if corner.normal == NONE {
+                    corner.normal = (first + site as usize) as u32;
+                }
+            }
+        }
+    }
+    normals.extend(
+        sums.iter()
+            .map(|sum| sum.normalize_or_zero().as_vec3().to_array()),
+    );
 }
 
 /// The direction of a polygon's area vector; up where it has none.
@@ -190,6 +281,7 @@ struct Materials {
 impl Materials {
     fn read(
         obj: &Obj,
+        runs: &[Stretch],
         path: &Path,
         folder: &mut Folder,
         model: &mut Model,
@@ -209,12 +301,8 @@ impl Materials {
         };
         let mut textures: HashMap<Map, Option<usize>> = HashMap::new();
         let mut undefined = Vec::new();
-        for runs in obj
-            .runs
-            .windows(2)
-            .filter(|runs| runs[0].start < runs[1].start)
-        {
-            let number = match runs[0].material {
+        for Stretch { run, .. } in runs {
+            let number = match run.material {
                 Some(name) => &mut materials.named[name],
                 None => &mut materials.none,
             };
@@ -222,7 +310,7 @@ impl Materials {
                 continue;
             }
             *number = model.materials.len();
-            let name = runs[0].material.map(|name| obj.materials[name].as_str());
+            let name = run.material.map(|name| obj.materials[name].as_str());
             match name.and_then(|name| defined.get(name)) {
                 Some((library, material)) => {
                     let texture = match &material.map {

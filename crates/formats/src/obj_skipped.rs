@@ -27,17 +27,19 @@ impl Skipped {
         Ok(())
     }
 
-    /// What was passed over, if anything was. With normals, smoothing groups have nothing to add.
-    pub fn described(&self, has_normals: bool) -> Option<String> {
-        let described: Vec<_> = self
-            .0
-            .iter()
-            .filter(|(key, _)| !(has_normals && key == b"s"))
+    /// Remembers those of a later stretch too; where they are too many, the line and what to say.
+    pub fn append(&mut self, later: Self) -> Result<(), (usize, String)> {
+        let mut later = later.0.into_iter();
+        later.try_for_each(|(key, line)| self.add(line, &key).map_err(|message| (line, message)))
+    }
+
+    /// What was passed over, if anything was.
+    pub fn described(&self) -> Option<String> {
+        let described: Vec<_> = (self.0.iter())
             .map(|(key, line)| {
                 let what = match &key[..] {
                     b"p" => " (points)",
                     b"l" => " (lines)",
-                    b"s" => " (smoothing groups; only vn makes it smooth)",
                     _ => "",
                 };
                 format!("{}{what} (line {line})", key.escape_ascii())
@@ -54,11 +56,13 @@ mod tests {
     #[test]
     fn a_keyword_is_named_once_with_its_first_line() {
         let mut skipped = Skipped::default();
-        assert_eq!(skipped.described(false), None);
-        for (line, key) in [(3, "l"), (5, "l"), (7, "s")] {
+        assert_eq!(skipped.described(), None);
+        for (line, key) in [(3, "l"), (5, "l"), (7, "curv")] {
             skipped.add(line, key.as_bytes()).unwrap();
         }
-        assert_eq!(skipped.described(true).unwrap(), "l (lines) (line 3)");
-        assert!(skipped.described(false).unwrap().ends_with("(line 7)"));
+        assert_eq!(
+            skipped.described().unwrap(),
+            "l (lines) (line 3), curv (line 7)"
+        );
     }
 }

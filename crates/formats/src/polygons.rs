@@ -20,12 +20,18 @@ pub(crate) struct Polygons<C> {
     ends: Vec<usize>,
 }
 
-impl<C: Copy> Polygons<C> {
-    pub(crate) fn new() -> Self {
+impl<C> Default for Polygons<C> {
+    fn default() -> Self {
         Self {
             corners: Vec::new(),
             ends: Vec::new(),
         }
+    }
+}
+
+impl<C: Copy> Polygons<C> {
+    pub(crate) fn new() -> Self {
+        Self::default()
     }
 
     /// How many polygons there are.
@@ -43,6 +49,40 @@ impl<C: Copy> Polygons<C> {
         let size = self.corners.len() - self.ends.last().copied().unwrap_or(0);
         self.ends.push(self.corners.len());
         size
+    }
+
+    /// Adds polygons after these.
+    pub(crate) fn append(&mut self, mut later: Self) {
+        let start = self.corners.len();
+        self.ends.extend(later.ends.iter().map(|end| start + end));
+        self.corners.append(&mut later.corners);
+    }
+
+    /// How many corners all polygons have, with the one under way.
+    pub(crate) fn corner_count(&self) -> usize {
+        self.corners.len()
+    }
+
+    /// A corner, counted over all polygons.
+    pub(crate) fn corner_mut(&mut self, corner: usize) -> Option<&mut C> {
+        self.corners.get_mut(corner)
+    }
+
+    /// The corners of a range of polygons, to be changed, and where each polygon ends in all corners.
+    pub(crate) fn corners_mut(&mut self, range: Range<usize>) -> impl Iterator<Item = &mut [C]> {
+        let first = if range.start == 0 {
+            0
+        } else {
+            self.ends[range.start - 1]
+        };
+        let ends = &self.ends[range];
+        let mut rest = &mut self.corners[first..];
+        let mut start = first;
+        ends.iter().map(move |&end| {
+            let (polygon, after) = std::mem::take(&mut rest).split_at_mut(end - start);
+            (rest, start) = (after, end);
+            polygon
+        })
     }
 
     /// The corners of a polygon.

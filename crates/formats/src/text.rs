@@ -54,6 +54,17 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
+/// How many line ends there are.
+pub(crate) fn line_ends(text: &[u8]) -> usize {
+    let feeds = text.iter().filter(|&&b| b == b'\n').count();
+    let returns = text.iter().filter(|&&b| b == b'\r').count();
+    if returns == 0 {
+        return feeds;
+    }
+    let pairs = text.windows(2).filter(|pair| pair == b"\r\n").count();
+    feeds + returns - pairs
+}
+
 /// The text of a file that must not be UTF-16, without a byte order mark.
 pub(crate) fn plain<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8], FormatError> {
     let utf16 = bytes.starts_with(&[0xff, 0xfe])
@@ -199,6 +210,7 @@ mod tests {
             .collect();
         let expected: [(usize, &[u8]); 5] = [(1, b"a"), (2, b"b"), (3, b""), (4, b"c"), (5, b"")];
         assert_eq!(lines, expected.map(|(n, l)| (n, l.to_vec())));
+        assert_eq!(line_ends(b"a\nb\r\n\rc\n\n"), 5);
     }
 
     #[test]

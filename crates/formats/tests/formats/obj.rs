@@ -190,11 +190,67 @@ fn what_is_not_used_is_named_once() {
         "{:?}",
         model.notices
     );
-    let smooth = model_notices("s 1\ns off\ncurv2 1 2\ncurv2 3 4\n");
-    assert!(
-        smooth.contains("s (smoothing groups; only vn makes it smooth) (line 5), curv2 (line 7)"),
-        "{smooth}"
+    let skipped = model_notices("curv2 1 2\ncurv2 3 4\n");
+    assert_eq!(skipped, "a.obj: not used: curv2 (line 5)");
+}
+
+#[test]
+fn smoothing_groups_give_normals() {
+    // Three sides of a cube at a corner; the first two in one group, the third alone, then one without a group.
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 0 -1\nv 1 1 -1\nv 0 1 -1\n\
+        s 1\nf 1 2 3 4\nf 2 5 6 3\ns 2\nf 4 3 6 7\ns off\nf 3 2 1\n";
+    let mesh = mesh("a.obj", text);
+    let normals = mesh.normals.unwrap();
+    let at = |position: [f64; 3]| {
+        let mut found: Vec<[f32; 3]> = (mesh.vertices.iter().zip(&normals))
+            .filter(|(vertex, _)| vertex.to_array() == position)
+            .map(|(_, &normal)| normal)
+            .collect();
+        found.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        found
+    };
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    // Flat alone, its group alone, and between the two of one group.
+    assert_eq!(at([1.0, 1.0, -1.0]), [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+    assert_eq!(at([0.0, 0.0, 0.0]), [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]);
+    let corner = at([1.0, 1.0, 0.0]);
+    assert_eq!(corner.len(), 3, "{corner:?}");
+    let expected = [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [half, 0.0, half]];
+    for (found, expected) in corner.iter().flatten().zip(expected.as_flattened()) {
+        assert!((found - expected).abs() < 1e-6, "{corner:?}");
+    }
+    // Without any group nothing is smooth, and the file's own normals come first.
+    let bare = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    assert_eq!(
+        self::mesh("a.obj", format!("{bare}f 1 2 3\n")).normals,
+        None
     );
+    let given = self::mesh("a.obj", format!("{bare}vn 1 0 0\ns 1\nf 1//1 2//1 3//1\n"));
+    assert_eq!(given.normals.unwrap(), [[1.0, 0.0, 0.0]; 3]);
+    let error = error("a.obj", format!("{bare}s round\nf 1 2 3\n"));
+    assert_eq!(
+        error,
+        "a.obj:4: s \"round\": expected a smoothing group or off"
+    );
+}
+
+#[test]
+fn groups_make_parts_where_nothing_else_does() {
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\ng left arm\nf 1 2 4\ng body\nf 1 3 4\n\
+        g left arm\nf 2 3 4\n";
+    let names = |text: &str| -> Vec<(String, usize)> {
+        let parts = model("a.obj", text).parts.into_iter();
+        parts
+            .map(|part| (part.name, part.mesh.triangles.len()))
+            .collect()
+    };
+    let expected = [("", 1), ("left arm", 2), ("body", 1)];
+    assert_eq!(
+        names(text),
+        expected.map(|(name, count)| (name.to_owned(), count))
+    );
+    let objects = text.replacen("f 1 2 3", "o all\nf 1 2 3", 1);
+    assert_eq!(names(&objects), [("all".to_owned(), 4)]);
 }
 
 fn model_notices(extra: &str) -> String {
