@@ -26,6 +26,7 @@ mod scatter;
 mod settings;
 pub mod silhouette;
 mod surface;
+mod tangent;
 pub mod threads;
 mod tile;
 mod truth;

@@ -19,6 +19,8 @@ pub(crate) enum Pair {
     Filter,
     /// The direction of the ambient occlusion ray.
     Ambient,
+    /// Which colour a path carries after dispersion.
+    Spectrum,
     /// At the surfaces of a path, which count from 0: which part of the material scatters, and which light shines.
     Which(u32),
     /// Where the surface scatters to.
@@ -43,6 +45,7 @@ impl Sampler {
         let number = match pair {
             Pair::Filter => 0,
             Pair::Ambient => 1,
+            Pair::Spectrum => 2,
             Pair::Which(bounce) => PER_BOUNCE * (1 + u64::from(bounce)),
             Pair::Scatter(bounce) => PER_BOUNCE * (1 + u64::from(bounce)) + 1,
             Pair::Fate(bounce) => PER_BOUNCE * (1 + u64::from(bounce)) + 2,

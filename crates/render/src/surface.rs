@@ -2,11 +2,11 @@
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, Ray};
-use raycam_scene::{Alpha, Reflectance, TextureSlot};
+use raycam_scene::{Alpha, TextureSlot};
 
 use crate::light::Reference;
 use crate::prepare::{PreparedMaterial, PreparedWorld};
-use crate::scatter::{Frame, Lecture, Scatter};
+use crate::scatter::{Frame, Scatter};
 
 impl PreparedWorld {
     /// The material of a hit triangle.
@@ -167,8 +167,14 @@ pub(crate) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// What a ray in this direction sees at its hit.
-    pub fn new(world: &'a PreparedWorld, direction: Vec3, hit: &Hit) -> Self {
+    /// What a ray in this direction sees at its hit; `channel` is the colour that it carries, where it has lost the others
+    /// by dispersion.
+    pub fn new(
+        world: &'a PreparedWorld,
+        direction: Vec3,
+        hit: &Hit,
+        channel: Option<usize>,
+    ) -> Self {
         let corners = world
             .corners(hit.instance, hit.triangle)
             .map(|corner| corner - world.origin);
@@ -179,11 +185,14 @@ impl<'a> Surface<'a> {
         let outwards = (b - a).cross(c - a).dot(geometric) > 0.0;
         let beyond = geometric * world.rounding(hit.instance, position, geometric);
         let (normal, lift) = smooth(world, hit, corners, position, geometric);
+        let front = outwards != world.objects[hit.instance as usize].mirrored;
+        let smooth = Frame::new(geometric.as_vec3(), normal, -direction);
+        let (scatter, frame) = Scatter::new(world, hit, smooth, front, channel);
         Self {
             position,
-            frame: Frame::new(geometric.as_vec3(), normal, -direction),
-            front: outwards != world.objects[hit.instance as usize].mirrored,
-            scatter: scatter(world, hit),
+            frame,
+            front,
+            scatter,
             above: position + beyond + lift,
             below: position - beyond,
         }
@@ -217,26 +226,6 @@ impl<'a> Surface<'a> {
             direction: direction.to_array(),
             t_max,
         }
-    }
-}
-
-/// What happens to light at a hit.
-fn scatter<'a>(world: &'a PreparedWorld, hit: &Hit) -> Scatter<'a> {
-    let PreparedMaterial { material, lobe } = world.material(hit);
-    match &material.reflectance {
-        Reflectance::Lecture {
-            diffuse, specular, ..
-        } => Scatter::Lecture(Lecture {
-            diffuse: world.base_color(hit) * *diffuse,
-            specular: Vec3::from(*specular),
-            lobe: lobe.as_deref(),
-        }),
-        Reflectance::Unlit => Scatter::Black,
-        Reflectance::Principled(_) => Scatter::Lecture(Lecture {
-            diffuse: world.base_color(hit),
-            specular: Vec3::ZERO,
-            lobe: None,
-        }),
     }
 }
 

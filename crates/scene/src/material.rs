@@ -2,7 +2,9 @@
 
 use crate::color::Rgb;
 use crate::error::SceneError;
+use crate::glass::Glass;
 use crate::mesh::Mesh;
+use crate::metal::Metal;
 use crate::principled::{NormalMap, Principled, Textured};
 use crate::texture::TextureSlot;
 
@@ -62,6 +64,10 @@ pub enum Reflectance {
     },
     /// The base colour itself, whatever the light.
     Unlit,
+    /// A metal by its index of refraction; the base colour multiplies what it reflects.
+    Metal(Metal),
+    /// What refracts.
+    Glass(Glass),
     /// glTF's metallic-roughness with its extensions.
     Principled(Box<Principled>),
 }
@@ -114,7 +120,7 @@ impl Material {
     pub fn texture_slots_mut(&mut self) -> impl Iterator<Item = &mut TextureSlot> {
         let principled = match &mut self.reflectance {
             Reflectance::Principled(principled) => Some(principled.texture_slots_mut()),
-            Reflectance::Lecture { .. } | Reflectance::Unlit => None,
+            _ => None,
         };
         let own = [
             self.texture.as_mut(),
@@ -173,6 +179,8 @@ impl Material {
         }
         match self.reflectance {
             Reflectance::Unlit => Ok(()),
+            Reflectance::Metal(metal) => metal.validate(),
+            Reflectance::Glass(glass) => glass.validate(),
             Reflectance::Principled(ref principled) => principled.validate(),
             Reflectance::Lecture {
                 diffuse,

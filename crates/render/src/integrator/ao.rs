@@ -19,7 +19,7 @@ pub(super) fn radiance(world: &PreparedWorld, distance: f32, batch: &Batch, radi
             continue;
         }
         radiance[i] = Vec3::ZERO;
-        let surface = Surface::new(world, batch.directions[i], hit);
+        let surface = Surface::new(world, batch.directions[i], hit, None);
         let random = batch.samplers[i].pair(Pair::Ambient);
         let direction = surface.frame.above(cosine_direction(random));
         shadows.ask(surface.leaving(direction, distance), i, Vec3::ONE);

@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 use raycam_bvh::{Coherence, Hit, Ray};
-use raycam_scene::{Alpha, Reflectance};
+use raycam_scene::{Alpha, Material, Reflectance};
 
 use super::shadows::Shadows;
 use super::{Batch, is_miss};
@@ -15,7 +15,7 @@ use crate::error::RenderError;
 use crate::light::{BEFORE_LIGHT, Choice, Lights, Reference};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
-use crate::scatter::cosine_direction;
+use crate::scatter::{cosine_direction, inside, is_dispersive};
 use crate::surface::Surface;
 
 /// What one picture's paths do.
@@ -52,6 +52,12 @@ struct Path {
     straight: bool,
     /// Segments, this one included, as the rules count them.
     depth: u32,
+    /// What is lost per metre where it goes.
+    absorption: Vec3,
+    /// The one colour that it carries, where dispersion has split it.
+    channel: Option<usize>,
+    /// What refraction has divided the throughput by, and will multiply it by on the way out.
+    squeeze: f32,
     /// Surfaces met: which random numbers it has used.
     bounce: u32,
 }
@@ -91,6 +97,9 @@ pub(super) fn radiance(
             pdf: 0.0,
             straight: true,
             depth: 1,
+            absorption: Vec3::ZERO,
+            channel: None,
+            squeeze: 1.0,
             bounce: 0,
         })
         .collect();
@@ -153,7 +162,16 @@ impl Walk<'_> {
             self.see_sky(path, out);
             return;
         }
-        let surface = Surface::new(self.world, path.direction, hit);
+        let mut path = *path;
+        let path = &mut path;
+        let material = &self.world.material(hit).material;
+        if path.channel.is_none() && is_dispersive(material) {
+            let [choice, _] = self.samplers[path.ray].pair(Pair::Spectrum);
+            let channel = ((choice * 3.0) as usize).min(2);
+            path.channel = Some(channel);
+            path.throughput *= 3.0 * Vec3::AXES[channel];
+        }
+        let surface = Surface::new(self.world, path.direction, hit, path.channel);
         if self.passes(path, &surface, hit) {
             // The same ray, from the other side.
             wave.rays
@@ -165,11 +183,19 @@ impl Walk<'_> {
             return;
         }
         let distance = (surface.position - path.from.position).length();
+        let absorption = match inside(material) {
+            // The ray has run inside, wherever it came from.
+            Some(absorption) if !surface.front => absorption,
+            _ => path.absorption,
+        };
+        if absorption != Vec3::ZERO {
+            path.throughput *= (-absorption * distance as f32).exp();
+        }
         self.pick_up(path, distance, out);
         self.see_surface(path, hit, distance, out);
         if self.free(path) || path.depth < self.rules.max_depth {
             self.sample_lights(path, &surface, wave, out);
-            self.scatter(path, &surface, wave);
+            self.scatter(path, material, &surface, wave);
         }
     }
 
@@ -315,7 +341,7 @@ impl Walk<'_> {
     }
 
     /// Sends the path on, where it has a future.
-    fn scatter(&self, path: &Path, surface: &Surface, wave: &mut Wave) {
+    fn scatter(&self, path: &Path, material: &Material, surface: &Surface, wave: &mut Wave) {
         let sampler = &self.samplers[path.ray];
         let [choice, _] = sampler.pair(Pair::Which(path.bounce));
         let [x, y] = sampler.pair(Pair::Scatter(path.bounce));
@@ -330,8 +356,9 @@ impl Walk<'_> {
             return;
         }
         let mut throughput = path.throughput * sample.weight;
+        let squeeze = path.squeeze * sample.squeeze;
         if path.bounce + 2 > SAFE_DEPTH {
-            let survival = throughput.max_element().min(0.95);
+            let survival = (throughput.max_element() * squeeze).min(0.95);
             let [_, chance] = sampler.pair(Pair::Fate(path.bounce));
             if chance >= survival {
                 return;
@@ -341,6 +368,12 @@ impl Walk<'_> {
         if throughput == Vec3::ZERO {
             return;
         }
+        let passed = surface.frame.geometric.dot(sample.direction) < 0.0;
+        let absorption = match inside(material) {
+            Some(absorption) if passed && surface.front => absorption,
+            Some(_) if passed => Vec3::ZERO,
+            _ => path.absorption,
+        };
         wave.rays
             .push(surface.leaving(sample.direction, f32::INFINITY));
         wave.next.push(Path {
@@ -351,6 +384,9 @@ impl Walk<'_> {
             pdf: sample.pdf,
             straight: sample.delta,
             depth,
+            absorption,
+            channel: path.channel,
+            squeeze,
             bounce: path.bounce + 1,
         });
     }

@@ -63,7 +63,7 @@ impl Shadows {
                 // From the other side of the surface to the same end.
                 let direction = Vec3::from(ray.direction);
                 let length = direction.length();
-                let surface = Surface::new(world, direction / length, &hits[i]);
+                let surface = Surface::new(world, direction / length, &hits[i], None);
                 let left = (ray.t_max - hits[i].t) * length;
                 self.rays[kept] = surface.leaving(direction / length, left);
                 self.light[kept] = (index, light);

@@ -32,6 +32,38 @@ impl Frame {
         }
     }
 
+    /// In coordinates along tangent, bitangent and normal.
+    pub fn local(&self, v: Vec3) -> Vec3 {
+        Vec3::new(
+            self.tangent.dot(v),
+            self.bitangent.dot(v),
+            self.normal.dot(v),
+        )
+    }
+
+    /// The same with another normal, bent where needed so that the viewer sees it, and its tangent as near to `tangent`
+    /// as it can be.
+    pub fn with_normal(&self, normal: Vec3, tangent: Option<Vec3>) -> Self {
+        /// The smallest cosine of the view.
+        const GRAZING: f32 = 1e-3;
+        let cosine = normal.dot(self.view);
+        let normal = if cosine < GRAZING {
+            (normal + self.view * (GRAZING * 1.1 - cosine)).normalize()
+        } else {
+            normal
+        };
+        let along = tangent
+            .map(|tangent| (tangent - normal * normal.dot(tangent)).normalize_or_zero())
+            .filter(|&tangent| tangent != Vec3::ZERO)
+            .unwrap_or_else(|| normal.any_orthonormal_vector());
+        Self {
+            normal,
+            tangent: along,
+            bitangent: normal.cross(along),
+            ..*self
+        }
+    }
+
     /// From coordinates along any two directions in the triangle's plane and its normal.
     pub fn above(&self, v: Vec3) -> Vec3 {
         let (right, up) = self.geometric.any_orthonormal_pair();

@@ -68,6 +68,7 @@ impl Lecture<'_> {
                 weight: self.diffuse,
                 pdf: cosine_density(frame.normal.dot(direction)),
                 delta: false,
+                squeeze: 1.0,
             });
         }
         let Value { value, pdf } = self.evaluate(frame, direction);
@@ -76,6 +77,7 @@ impl Lecture<'_> {
             weight: value / pdf,
             pdf,
             delta: false,
+            squeeze: 1.0,
         })
     }
 

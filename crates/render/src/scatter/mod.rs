@@ -3,15 +3,31 @@
 //! All directions point away from the surface and are of unit length. `evaluate` and `sample` agree: a sample's weight
 //! is its value divided by its density, and what one never returns the other gives no density.
 
+mod energy;
+mod film;
 mod frame;
+mod fresnel;
+mod ggx;
+mod glass;
+mod layered;
 mod lecture;
+mod metal;
 mod phong;
+mod principled;
+mod sheen;
 
 use glam::Vec3;
+use raycam_bvh::Hit;
+use raycam_scene::{Material, Reflectance};
+
+use crate::prepare::{PreparedMaterial, PreparedWorld};
 
 pub(crate) use frame::{Frame, cosine_direction};
+pub(crate) use layered::Layered;
 pub(crate) use lecture::Lecture;
 pub(crate) use phong::Lobe;
+
+use principled::{Lookup, Seen};
 
 /// How one point scatters light, its textures looked up.
 #[derive(Clone, Debug)]
@@ -19,6 +35,7 @@ pub(crate) enum Scatter<'a> {
     /// It does not: it absorbs, or shines by itself.
     Black,
     Lecture(Lecture<'a>),
+    Layered(Layered),
 }
 
 /// A direction that light may come from.
@@ -31,6 +48,9 @@ pub(crate) struct ScatterSample {
     pub pdf: f32,
     /// Whether this direction is one of few: no light sampling finds it.
     pub delta: bool,
+    /// The square of the relative index of refraction where it is refracted, else 1: what the weight has been divided
+    /// by, and will be multiplied by on the way out.
+    pub squeeze: f32,
 }
 
 /// What share of an irradiance becomes radiance towards the viewer, and the density of sampling its direction.
@@ -42,16 +62,70 @@ pub(crate) struct Value {
     pub pdf: f32,
 }
 
-impl Scatter<'_> {
+impl<'a> Scatter<'a> {
+    /// What happens to light at a hit, and the directions that it happens by: `smooth` with the normal map's normal.
+    pub fn new(
+        world: &'a PreparedWorld,
+        hit: &Hit,
+        smooth: Frame,
+        front: bool,
+        channel: Option<usize>,
+    ) -> (Self, Frame) {
+        let PreparedMaterial { material, lobe } = world.material(hit);
+        let normal = material
+            .normal_map
+            .and_then(|map| world.mapped_normal(&map, hit, smooth.normal, front));
+        let mut frame = smooth;
+        if let Some(normal) = normal {
+            frame = smooth.with_normal(normal, None);
+        }
+        let base = world.base_color(hit);
+        let scatter = match &material.reflectance {
+            Reflectance::Lecture {
+                diffuse, specular, ..
+            } => Self::Lecture(Lecture {
+                diffuse: base * *diffuse,
+                specular: Vec3::from(*specular),
+                lobe: lobe.as_deref(),
+            }),
+            Reflectance::Unlit => Self::Black,
+            Reflectance::Metal(metal) => {
+                frame = frame.with_normal(frame.normal, None);
+                Self::Layered(metal::metal(metal, base, &frame))
+            }
+            Reflectance::Glass(glass) => {
+                frame = frame.with_normal(frame.normal, None);
+                let eta = glass::eta(glass, front, channel);
+                Self::Layered(glass::glass(glass, eta, base, &frame))
+            }
+            Reflectance::Principled(p) => {
+                let lookup = Lookup { world, hit };
+                frame = frame.with_normal(frame.normal, lookup.tangent(p));
+                let coat = p
+                    .clearcoat_normal
+                    .and_then(|map| world.mapped_normal(&map, hit, smooth.normal, front));
+                let seen = Seen {
+                    frame,
+                    coat: smooth.with_normal(coat.unwrap_or(smooth.normal), None),
+                    front,
+                    channel,
+                    base,
+                };
+                Self::Layered(principled::principled(p, &lookup, &seen))
+            }
+        };
+        (scatter, frame)
+    }
+
     /// The value of light from a direction.
     pub fn evaluate(&self, frame: &Frame, light: Vec3) -> Value {
-        // A triangle sends light back on the viewer's side, whatever the smooth surface says.
-        if frame.geometric.dot(light) <= 0.0 {
-            return Value::default();
-        }
         match self {
-            Self::Black => Value::default(),
-            Self::Lecture(lecture) => lecture.evaluate(frame, light),
+            // A triangle sends light back on the viewer's side, whatever the smooth surface says.
+            Self::Lecture(lecture) if frame.geometric.dot(light) > 0.0 => {
+                lecture.evaluate(frame, light)
+            }
+            Self::Black | Self::Lecture(_) => Value::default(),
+            Self::Layered(layered) => layered.evaluate(frame, light),
         }
     }
 
@@ -60,6 +134,7 @@ impl Scatter<'_> {
         match self {
             Self::Black => None,
             Self::Lecture(lecture) => lecture.sample(frame, random),
+            Self::Layered(layered) => layered.sample(frame, random),
         }
     }
 
@@ -68,6 +143,7 @@ impl Scatter<'_> {
         match self {
             Self::Black => Vec3::ZERO,
             Self::Lecture(lecture) => lecture.albedo(frame),
+            Self::Layered(layered) => layered.albedo(),
         }
     }
 
@@ -76,6 +152,7 @@ impl Scatter<'_> {
         match self {
             Self::Black => false,
             Self::Lecture(_) => true,
+            Self::Layered(layered) => layered.is_lit(),
         }
     }
 
@@ -83,6 +160,28 @@ impl Scatter<'_> {
     pub fn is_transmissive(&self) -> bool {
         match self {
             Self::Black | Self::Lecture(_) => false,
+            Self::Layered(layered) => layered.is_transmissive(),
         }
     }
 }
+
+/// What the inside of a material does to light that goes through it: absorption per metre, where it has an inside.
+pub(crate) fn inside(material: &Material) -> Option<Vec3> {
+    match &material.reflectance {
+        Reflectance::Principled(p) => principled::inside(p),
+        Reflectance::Glass(glass) => glass::inside(glass),
+        Reflectance::Lecture { .. } | Reflectance::Unlit | Reflectance::Metal(_) => None,
+    }
+}
+
+/// Whether a material refracts colours differently.
+pub(crate) fn is_dispersive(material: &Material) -> bool {
+    match &material.reflectance {
+        Reflectance::Principled(p) => p.dispersion > 0.0 && principled::is_solid(p),
+        Reflectance::Glass(glass) => glass.dispersion > 0.0 && !glass.thin,
+        Reflectance::Lecture { .. } | Reflectance::Unlit | Reflectance::Metal(_) => false,
+    }
+}
+
+#[cfg(test)]
+mod tests;

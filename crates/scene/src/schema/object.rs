@@ -75,14 +75,62 @@ pub struct ObjectSpec {
     pub wrap: Option<Wraps>,
     /// The share of light reflected equally everywhere, times the base colour: 0..=1, 1 where not given.
     pub diffuse: Option<f32>,
-    /// The share of light reflected around the mirror direction, 0..=1: a number or linear RGB; 0 where not given.
+    /// The share of light reflected around the mirror direction, 0..=1: a number or linear RGB; 0 where not given. With
+    /// type = "principled": the strength of the dielectric's reflection, a number, 1 where not given.
     pub specular: Option<Splat<3>>,
     /// The Phong exponent of the specular share, >= 0: larger is sharper; 32 where not given.
     pub shininess: Option<f32>,
+    /// Linear radiance that the surface shines by itself, in W/(m² sr): a number or red, green, blue >= 0.
+    pub emission: Option<Splat<3>>,
+    /// 0..=1: the share of it that is there; 1 where not given.
+    pub opacity: Option<f32>,
+
+    /// With type = "metal": its name ("gold", "silver", "copper", "aluminium", "iron", ...) instead of a color.
+    pub metal: Option<String>,
+    /// With type = "metal", "glass" or "principled": perceptual roughness 0..=1, 0 for mirrors and clear glass.
+    pub roughness: Option<f32>,
+    /// With type = "glass" or "principled": the index of refraction, >= 1; 1.5 where not given.
+    pub ior: Option<f32>,
+    /// With type = "glass" or "principled": whether its surfaces are thin walls instead of the skin of something solid.
+    pub thin: Option<bool>,
+    /// With type = "glass" or "principled": how differently it refracts colours: 20 / Abbe number.
+    pub dispersion: Option<f32>,
+    /// With type = "glass" or "principled": what is left of white light after `attenuation_distance`.
+    pub attenuation_color: Option<Color>,
+    /// With type = "glass" or "principled": metres; no absorption where not given.
+    pub attenuation_distance: Option<f32>,
+    /// With type = "principled": 0 dielectric (where not given) to 1 metal.
+    pub metallic: Option<f32>,
+    /// With type = "principled": the colour of the dielectric's reflection.
+    pub specular_color: Option<Color>,
+    /// With type = "principled": the share of light that passes instead of being reflected diffusely, 0..=1.
+    pub transmission: Option<f32>,
+    /// With type = "principled": the strength of a clear coat, 0..=1.
+    pub clearcoat: Option<f32>,
+    /// With type = "principled": its roughness, 0..=1.
+    pub clearcoat_roughness: Option<f32>,
+    /// With type = "principled": the colour of the sheen of cloth.
+    pub sheen_color: Option<Color>,
+    /// With type = "principled": its roughness, 0..=1.
+    pub sheen_roughness: Option<f32>,
+    /// With type = "principled": the strength of a thin film, 0..=1.
+    pub iridescence: Option<f32>,
+    /// With type = "principled": the film's index of refraction; 1.3 where not given.
+    pub iridescence_ior: Option<f32>,
+    /// With type = "principled": its thickness in nanometres; 400 where not given.
+    pub iridescence_thickness: Option<f32>,
+    /// With type = "principled": how much longer highlights are along the tangent, 0..=1.
+    pub anisotropy: Option<f32>,
+    /// With type = "principled": degrees counter-clockwise from the tangent.
+    pub anisotropy_rotation: Option<f64>,
+    /// With type = "principled": the share of diffuse light that goes on instead of back, 0..=1.
+    pub diffuse_transmission: Option<f32>,
+    /// With type = "principled": what colours it; white where not given.
+    pub diffuse_transmission_color: Option<Color>,
 }
 
 /// How many optional keys [`ObjectSpec`] has, besides name and category.
-pub(super) const KEYS: usize = 28;
+pub(super) const KEYS: usize = 51;
 
 impl ObjectSpec {
     /// Which keys were written.
@@ -116,6 +164,35 @@ impl ObjectSpec {
             ("diffuse", self.diffuse.is_some()),
             ("specular", self.specular.is_some()),
             ("shininess", self.shininess.is_some()),
+            ("emission", self.emission.is_some()),
+            ("opacity", self.opacity.is_some()),
+            ("metal", self.metal.is_some()),
+            ("roughness", self.roughness.is_some()),
+            ("ior", self.ior.is_some()),
+            ("thin", self.thin.is_some()),
+            ("dispersion", self.dispersion.is_some()),
+            ("attenuation_color", self.attenuation_color.is_some()),
+            ("attenuation_distance", self.attenuation_distance.is_some()),
+            ("metallic", self.metallic.is_some()),
+            ("specular_color", self.specular_color.is_some()),
+            ("transmission", self.transmission.is_some()),
+            ("clearcoat", self.clearcoat.is_some()),
+            ("clearcoat_roughness", self.clearcoat_roughness.is_some()),
+            ("sheen_color", self.sheen_color.is_some()),
+            ("sheen_roughness", self.sheen_roughness.is_some()),
+            ("iridescence", self.iridescence.is_some()),
+            ("iridescence_ior", self.iridescence_ior.is_some()),
+            (
+                "iridescence_thickness",
+                self.iridescence_thickness.is_some(),
+            ),
+            ("anisotropy", self.anisotropy.is_some()),
+            ("anisotropy_rotation", self.anisotropy_rotation.is_some()),
+            ("diffuse_transmission", self.diffuse_transmission.is_some()),
+            (
+                "diffuse_transmission_color",
+                self.diffuse_transmission_color.is_some(),
+            ),
         ])
     }
 }
@@ -243,6 +320,12 @@ impl Default for TorusShape {
 pub enum MaterialType {
     /// Diffuse alone.
     Matte,
+    /// A metal, by its name or by its color.
+    Metal,
+    /// What refracts: glass, water, a pane.
+    Glass,
+    /// glTF's metallic-roughness with its extensions.
+    Principled,
     /// The base colour itself, whatever the light.
     Unlit,
 }

@@ -1,0 +1,115 @@
+//! How much of the light an interface reflects.
+
+use glam::Vec3;
+
+use super::film::Film;
+
+/// An interface, as the viewer meets it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Fresnel {
+    /// C. Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994.
+    Schlick {
+        /// At normal incidence, and at grazing incidence.
+        f0: Vec3,
+        f90: Vec3,
+        /// The index of the other side relative to the viewer's, where it is less dense than the viewer's.
+        inside: Option<f32>,
+    },
+    /// The same under a thin film, which has this share of the surface.
+    Film {
+        film: Film,
+        f0: Vec3,
+        f90: Vec3,
+        share: f32,
+    },
+    /// Fresnel's equations for unpolarised light; the index of the other side relative to the viewer's.
+    Dielectric(f32),
+    /// The same for a pane of two parallel interfaces, with all reflections in between.
+    Pane(f32),
+    /// Fresnel's equations for metals, times a colour.
+    Conductor {
+        ior: Vec3,
+        extinction: Vec3,
+        tint: Vec3,
+    },
+}
+
+impl Fresnel {
+    /// The share that is reflected, by the cosine between the microfacet's normal and a direction on the viewer's side.
+    pub fn reflected(&self, cosine: f32) -> Vec3 {
+        match *self {
+            Self::Schlick { f0, f90, inside } => match inside {
+                None => schlick(f0, f90, cosine),
+                // By the angle on the thinner side, so that both directions agree.
+                Some(eta) => match refracted_cosine(cosine, eta) {
+                    Some(outside) => schlick(f0, f90, outside),
+                    None => Vec3::ONE,
+                },
+            },
+            Self::Film {
+                film,
+                f0,
+                f90,
+                share,
+            } => schlick(f0, f90, cosine).lerp(film.reflected(cosine, f0), share),
+            Self::Dielectric(eta) => Vec3::splat(dielectric(cosine, eta)),
+            Self::Pane(eta) => {
+                let once = dielectric(cosine, eta);
+                Vec3::splat(2.0 * once / (1.0 + once))
+            }
+            Self::Conductor {
+                ior,
+                extinction,
+                tint,
+            } => {
+                let channel = |i: usize| conductor(cosine, ior[i], extinction[i]);
+                tint * Vec3::new(channel(0), channel(1), channel(2))
+            }
+        }
+    }
+
+    /// At normal and at grazing incidence.
+    pub fn ends(&self) -> (Vec3, Vec3) {
+        match *self {
+            Self::Schlick { f0, f90, .. } => (f0, f90),
+            Self::Film { f90, .. } => (self.reflected(1.0), f90),
+            Self::Conductor { tint, .. } => (self.reflected(1.0), tint),
+            Self::Dielectric(_) | Self::Pane(_) => (self.reflected(1.0), Vec3::ONE),
+        }
+    }
+}
+
+fn schlick(f0: Vec3, f90: Vec3, cosine: f32) -> Vec3 {
+    let x = (1.0 - cosine).clamp(0.0, 1.0);
+    let x2 = x * x;
+    f0 + (f90 - f0) * (x2 * x2 * x)
+}
+
+/// The cosine on the other side; `None` for total reflection.
+pub(crate) fn refracted_cosine(cosine: f32, eta: f32) -> Option<f32> {
+    let sin2 = (1.0 - cosine * cosine).max(0.0) / (eta * eta);
+    (sin2 < 1.0).then(|| (1.0 - sin2).sqrt())
+}
+
+fn dielectric(cosine: f32, eta: f32) -> f32 {
+    let Some(other) = refracted_cosine(cosine, eta) else {
+        return 1.0;
+    };
+    let parallel = (eta * cosine - other) / (eta * cosine + other);
+    let perpendicular = (cosine - eta * other) / (cosine + eta * other);
+    (parallel * parallel + perpendicular * perpendicular) / 2.0
+}
+
+/// M. Born and E. Wolf, "Principles of Optics", section 14.2.
+fn conductor(cosine: f32, n: f32, k: f32) -> f32 {
+    let (c, n, k) = (f64::from(cosine), f64::from(n), f64::from(k));
+    let (c2, s2) = (c * c, 1.0 - c * c);
+    let t = n * n - k * k - s2;
+    let a2b2 = (t * t + 4.0 * n * n * k * k).sqrt();
+    let a = ((a2b2 + t) / 2.0).max(0.0).sqrt();
+    let (t1, t2) = (a2b2 + c2, 2.0 * c * a);
+    let perpendicular = (t1 - t2) / (t1 + t2);
+    let (t3, t4) = (c2 * a2b2 + s2 * s2, t2 * s2);
+    let parallel = perpendicular * (t3 - t4) / (t3 + t4);
+    ((perpendicular + parallel) / 2.0) as f32
+}

@@ -1,0 +1,87 @@
+//! The GGX distribution of microfacets, with visible normals.
+//!
+//! B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007; E. Heitz, "Understanding the
+//! Masking-Shadowing Function", JCGT 3(2), 2014 (height-correlated, anisotropic); J. Dupuy and A. Benyoub, "Sampling
+//! Visible GGX Normals with Spherical Caps", 2023. Directions are in coordinates along tangent, bitangent and normal.
+
+use std::f32::consts::{PI, TAU};
+
+use glam::Vec3;
+
+/// Roughness along the tangent and the bitangent.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ggx {
+    pub x: f32,
+    pub y: f32,
+}
+
+/// Below this, float32 cannot tell a lobe from a mirror.
+const SMOOTH: f32 = 1e-3;
+
+impl Ggx {
+    /// Of perceptual roughness 0..=1, the same in all directions.
+    pub fn isotropic(roughness: f32) -> Self {
+        let alpha = roughness * roughness;
+        Self { x: alpha, y: alpha }
+    }
+
+    /// Whether it is a mirror.
+    pub fn is_smooth(&self) -> bool {
+        self.x.max(self.y) < SMOOTH
+    }
+
+    /// The perceptual roughness of an isotropic lobe that is about as wide.
+    pub fn roughness(&self) -> f32 {
+        (self.x * self.y).sqrt().sqrt()
+    }
+
+    /// Whether it is the same in all directions.
+    pub fn is_isotropic(&self) -> bool {
+        self.x == self.y
+    }
+
+    /// The density of normals over projected area.
+    pub fn density(&self, h: Vec3) -> f32 {
+        let (x, y) = (h.x / self.x, h.y / self.y);
+        let s = x * x + y * y + h.z * h.z;
+        1.0 / (PI * self.x * self.y * s * s)
+    }
+
+    /// Smith's function: hidden area per visible area.
+    fn lambda(&self, v: Vec3) -> f32 {
+        let (x, y) = (self.x * v.x, self.y * v.y);
+        ((1.0 + (x * x + y * y) / (v.z * v.z)).sqrt() - 1.0) / 2.0
+    }
+
+    /// The share of microfacets that a direction sees.
+    pub fn visible(&self, v: Vec3) -> f32 {
+        1.0 / (1.0 + self.lambda(v))
+    }
+
+    /// The share that two directions see.
+    pub fn visible_both(&self, v: Vec3, l: Vec3) -> f32 {
+        1.0 / (1.0 + self.lambda(v) + self.lambda(l))
+    }
+
+    /// The share of what one direction sees that the other sees too.
+    pub fn visible_also(&self, v: Vec3, l: Vec3) -> f32 {
+        let seen = self.lambda(v);
+        (1.0 + seen) / (1.0 + seen + self.lambda(l))
+    }
+
+    /// A normal as often as `v`, above the surface, sees it.
+    pub fn sample(&self, v: Vec3, [a, b]: [f32; 2]) -> Vec3 {
+        let standard = Vec3::new(self.x * v.x, self.y * v.y, v.z).normalize();
+        let z = (1.0 - b) * (1.0 + standard.z) - standard.z;
+        let radius = (1.0 - z * z).max(0.0).sqrt();
+        let (sin, cos) = (TAU * a).sin_cos();
+        let cap = Vec3::new(radius * cos, radius * sin, z);
+        let h = cap + standard;
+        Vec3::new(self.x * h.x, self.y * h.y, h.z.max(0.0)).normalize_or(Vec3::Z)
+    }
+
+    /// The density of [`Ggx::sample`] by solid angle.
+    pub fn pdf(&self, v: Vec3, h: Vec3) -> f32 {
+        self.visible(v) * v.dot(h).max(0.0) * self.density(h) / v.z
+    }
+}

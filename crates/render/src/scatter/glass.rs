@@ -1,0 +1,42 @@
+//! Glass: Fresnel's equations, refraction, and panes.
+
+use glam::Vec3;
+use raycam_scene::Glass;
+
+use super::frame::Frame;
+use super::fresnel::Fresnel;
+use super::ggx::Ggx;
+use super::layered::{Layered, Layers};
+use super::principled::{absorption, dispersed};
+
+/// The index of the other side relative to the viewer's; a pane's own.
+pub(super) fn eta(glass: &Glass, front: bool, channel: Option<usize>) -> f32 {
+    let ior = dispersed(glass.ior, glass.dispersion, channel);
+    if front || glass.thin { ior } else { 1.0 / ior }
+}
+
+/// Glass whose base colour tints what passes its surface.
+pub(super) fn glass(glass: &Glass, eta: f32, base: Vec3, frame: &Frame) -> Layered {
+    let fresnel = if glass.thin {
+        Fresnel::Pane(eta)
+    } else {
+        Fresnel::Dielectric(eta)
+    };
+    let layers = Layers {
+        fresnel,
+        over: fresnel,
+        ggx: Ggx::isotropic(glass.roughness),
+        diffuse: Vec3::ZERO,
+        through: Vec3::ZERO,
+        transmission: base,
+        eta: if glass.thin { 1.0 } else { eta },
+        coat: None,
+        sheen: None,
+    };
+    Layered::new(layers, frame)
+}
+
+/// Its absorption per metre, where it has an inside.
+pub(super) fn inside(glass: &Glass) -> Option<Vec3> {
+    (!glass.thin).then(|| absorption(glass.attenuation_color, glass.attenuation_distance))
+}

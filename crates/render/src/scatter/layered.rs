@@ -1,0 +1,409 @@
+//! Layers over a base: metal, glass and glTF's principled material are this with other numbers.
+//!
+//! From above: a clear coat, a sheen, a rough interface, and below it a diffuse base that sends light back and on, or
+//! refraction. The interface and the base share energy by their albedos (C. Kelemen and L. Szirmay-Kalos, "A Microfacet
+//! Based Coupled Specular-Matte BRDF Model", 2001): reciprocal, and lossless where the base is white.
+
+use std::f32::consts::FRAC_1_PI;
+
+use glam::Vec3;
+
+use super::energy::{Albedo, Energy};
+use super::frame::{Frame, cosine_density, cosine_direction};
+use super::fresnel::{Fresnel, refracted_cosine};
+use super::ggx::Ggx;
+use super::sheen::Sheen;
+use super::{ScatterSample, Value};
+
+/// A clear layer on top.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coat {
+    pub weight: f32,
+    pub ggx: Ggx,
+    /// It may have normals of its own.
+    pub frame: Frame,
+}
+
+/// The index of a coat is 1.5.
+const COAT: Fresnel = Fresnel::Schlick {
+    f0: Vec3::splat(0.04),
+    f90: Vec3::ONE,
+    inside: None,
+};
+
+/// What a point is made of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Layers {
+    /// Of the interface: what it reflects, and what it keeps from the base.
+    pub fresnel: Fresnel,
+    pub over: Fresnel,
+    pub ggx: Ggx,
+    /// What the base reflects, and what it lets through, diffusely.
+    pub diffuse: Vec3,
+    pub through: Vec3,
+    /// What is left of light that is refracted.
+    pub transmission: Vec3,
+    /// The index of the other side relative to the viewer's; 1 for thin walls.
+    pub eta: f32,
+    pub coat: Option<Coat>,
+    pub sheen: Option<Sheen>,
+}
+
+/// Layers seen from a direction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Layered {
+    layers: Layers,
+    /// In coordinates along tangent, bitangent and normal.
+    view: Vec3,
+    energy: Energy,
+    /// What the interface leaves for the base: from here, and in the mean.
+    left: f32,
+    left_mean: f32,
+    /// The coat's share of the view.
+    coated: f32,
+    /// How often each lobe is sampled.
+    shares: [f32; LOBES],
+}
+
+const LOBES: usize = 5;
+const SPECULAR: usize = 0;
+const UP: usize = 1;
+const DOWN: usize = 2;
+const REFRACTION: usize = 3;
+
+impl Layered {
+    pub fn new(layers: Layers, frame: &Frame) -> Self {
+        let view = frame.local(frame.view);
+        let energy = Energy::new(layers.ggx.roughness());
+        let coated = layers
+            .coat
+            .map_or(0.0, |coat| coat.reflected(coat.frame.local(frame.view).z));
+        let mut this = Self {
+            layers,
+            view,
+            energy,
+            left: 0.0,
+            left_mean: 0.0,
+            coated,
+            shares: [0.0; LOBES],
+        };
+        this.left = this.left(view.z);
+        this.left_mean = this.left_mean();
+        this.shares = this.shares();
+        this
+    }
+
+    fn shares(&self) -> [f32; LOBES] {
+        let mean = |color: Vec3| color.element_sum() / 3.0;
+        let layers = &self.layers;
+        let own = self.albedo_of(&layers.fresnel, self.view.z);
+        let sheen = layers
+            .sheen
+            .map_or(Vec3::ZERO, |sheen| sheen.reflected(self.view.z));
+        let below = 1.0 - mean(layers.over.reflected(self.view.z));
+        let weights = [
+            mean(own.single),
+            mean(own.multiple + layers.diffuse * self.left + sheen),
+            mean(layers.through) * self.left,
+            mean(layers.transmission) * below,
+            0.0,
+        ];
+        let sum: f32 = weights.iter().sum();
+        if sum <= 0.0 {
+            return [0.0, 0.0, 0.0, 0.0, f32::from(self.coated > 0.0)];
+        }
+        let scale = (1.0 - self.coated) / sum;
+        let mut shares = weights.map(|weight| weight * scale);
+        shares[LOBES - 1] = self.coated;
+        shares
+    }
+
+    /// What the interface reflects at a cosine.
+    fn albedo_of(&self, fresnel: &Fresnel, cosine: f32) -> Albedo {
+        if let Fresnel::Schlick { inside: None, .. } = fresnel {
+            return self.energy.albedo(fresnel.ends(), cosine);
+        }
+        let lost = self.energy.lost(cosine);
+        Albedo {
+            single: fresnel.reflected(cosine) * (1.0 - lost),
+            multiple: self.energy.multiple(fresnel.ends()) * lost,
+        }
+    }
+
+    /// What the interface leaves for the base at a cosine.
+    fn left(&self, cosine: f32) -> f32 {
+        let Albedo { single, multiple } = self.albedo_of(&self.layers.over, cosine);
+        (1.0 - (single + multiple).max_element()).max(0.0)
+    }
+
+    /// The same in the mean over the hemisphere, weighed by the cosine.
+    fn left_mean(&self) -> f32 {
+        if self.layers.diffuse == Vec3::ZERO && self.layers.through == Vec3::ZERO {
+            return 1.0;
+        }
+        if let Fresnel::Schlick { inside: None, .. } = self.layers.over {
+            let Albedo { single, multiple } = self.energy.albedo_mean(self.layers.over.ends());
+            return (1.0 - (single + multiple).max_element()).max(1e-6);
+        }
+        const POINTS: usize = 8;
+        let sum: f32 = (0..POINTS)
+            .map(|i| self.left(((i as f32 + 0.5) / POINTS as f32).sqrt()))
+            .sum();
+        (sum / POINTS as f32).max(1e-6)
+    }
+
+    /// What the coat and the sheen leave of light that goes both ways.
+    fn covered(&self, frame: &Frame, light: Vec3) -> (f32, f32) {
+        let coat = self.layers.coat.map_or(1.0, |coat| {
+            let cosine = coat.frame.normal.dot(light).abs();
+            1.0 - self.coated.max(coat.reflected(cosine))
+        });
+        let sheen = self.layers.sheen.map_or(1.0, |sheen| {
+            let cosine = frame.normal.dot(light).abs();
+            sheen.left(self.view.z).min(sheen.left(cosine))
+        });
+        (coat, sheen)
+    }
+
+    pub fn evaluate(&self, frame: &Frame, light: Vec3) -> Value {
+        let l = frame.local(light);
+        let up = frame.geometric.dot(light) > 0.0;
+        if up != (l.z > 0.0) || l.z == 0.0 {
+            return Value::default();
+        }
+        let (coat, sheen) = self.covered(frame, light);
+        if !up {
+            let Value { value, pdf } = self.below(l);
+            return Value {
+                value: value * (coat * sheen),
+                pdf,
+            };
+        }
+        let mut found = self.above(l);
+        found.value *= sheen;
+        if let Some(sheen) = &self.layers.sheen {
+            found.value += sheen.evaluate(self.view, l);
+        }
+        found.value *= coat;
+        if let Some(coat) = &self.layers.coat {
+            let Value { value, pdf } = coat.evaluate(frame.view, light);
+            found.value += value;
+            found.pdf += pdf * self.shares[LOBES - 1];
+        }
+        found
+    }
+
+    /// The interface and the base, on the viewer's side.
+    fn above(&self, l: Vec3) -> Value {
+        let (layers, v) = (&self.layers, self.view);
+        let mut value = Vec3::ZERO;
+        let mut pdf = cosine_density(l.z) * self.shares[UP];
+        if !layers.ggx.is_smooth() {
+            let (f, density) = microfacets(&layers.ggx, &layers.fresnel, v, l);
+            value += f;
+            pdf += density * self.shares[SPECULAR];
+            let lost = self.energy.lost_mean();
+            // The tables know isotropic lobes; others keep their loss.
+            if lost > 1e-6 && layers.ggx.is_isotropic() {
+                let lost = self.energy.lost(v.z) * self.energy.lost(l.z) / lost;
+                value += self.energy.multiple(layers.fresnel.ends()) * (lost * l.z * FRAC_1_PI);
+            }
+        }
+        value += layers.diffuse * self.base(l.z);
+        Value { value, pdf }
+    }
+
+    /// The base of albedo 1, times the cosine.
+    fn base(&self, cosine: f32) -> f32 {
+        self.left * self.left(cosine) / self.left_mean * (cosine * FRAC_1_PI)
+    }
+
+    /// The base and refraction, on the other side.
+    fn below(&self, l: Vec3) -> Value {
+        let (layers, v) = (&self.layers, self.view);
+        let mut found = Value {
+            value: layers.through * self.base(-l.z),
+            pdf: cosine_density(-l.z) * self.shares[DOWN],
+        };
+        if layers.transmission == Vec3::ZERO || layers.ggx.is_smooth() {
+            return found;
+        }
+        let ggx = &layers.ggx;
+        if layers.eta == 1.0 {
+            // Thin walls: the reflection, seen from behind.
+            let l = Vec3::new(l.x, l.y, -l.z);
+            let h = (v + l).normalize();
+            let cosine = v.dot(h);
+            let rest = (Vec3::ONE - layers.over.reflected(cosine)) * layers.transmission;
+            found.value += rest * (ggx.density(h) * ggx.visible_both(v, l) / (4.0 * v.z));
+            found.pdf += ggx.pdf(v, h) / (4.0 * cosine) * self.shares[REFRACTION];
+            return found;
+        }
+        let sum = v + l * layers.eta;
+        let h = sum.normalize_or_zero();
+        let h = if h.z < 0.0 { -h } else { h };
+        let (seen, lit) = (v.dot(h), l.dot(h));
+        if seen <= 0.0 || lit >= 0.0 {
+            return found;
+        }
+        let rest = (Vec3::ONE - layers.over.reflected(seen)) * layers.transmission;
+        let squeeze = -lit / (seen + layers.eta * lit).powi(2);
+        let down = Vec3::new(l.x, l.y, -l.z);
+        let shape = ggx.density(h) * ggx.visible_both(v, down) * seen / v.z;
+        found.value += rest * (shape * squeeze);
+        let density = ggx.pdf(v, h) * layers.eta * layers.eta * squeeze;
+        found.pdf += density * self.shares[REFRACTION];
+        found
+    }
+
+    pub fn sample(&self, frame: &Frame, [choice, x, y]: [f32; 3]) -> Option<ScatterSample> {
+        let mut left = choice;
+        let mut lobe = 0;
+        while lobe + 1 < LOBES && left >= self.shares[lobe] {
+            left -= self.shares[lobe];
+            lobe += 1;
+        }
+        while self.shares[lobe] == 0.0 {
+            // Rounding, or the end of a list of nothing.
+            lobe = lobe.checked_sub(1)?;
+        }
+        let (v, ggx) = (self.view, &self.layers.ggx);
+        let direction = match lobe {
+            SPECULAR if ggx.is_smooth() => {
+                let weight = self.layers.fresnel.reflected(v.z) / self.shares[lobe];
+                return self.delta(frame, Vec3::new(-v.x, -v.y, v.z), weight);
+            }
+            SPECULAR => frame.world(reflect(v, ggx.sample(v, [x, y]))?),
+            UP => frame.world(cosine_direction([x, y])),
+            DOWN => frame.world(-cosine_direction([x, y])),
+            REFRACTION if ggx.is_smooth() => {
+                let rest = Vec3::ONE - self.layers.over.reflected(v.z);
+                let eta = self.layers.eta;
+                let weight = rest * self.layers.transmission / (self.shares[lobe] * eta * eta);
+                return self.delta(frame, refract(v, Vec3::Z, eta)?, weight);
+            }
+            REFRACTION if self.layers.eta == 1.0 => {
+                let l = reflect(v, ggx.sample(v, [x, y]))?;
+                frame.world(Vec3::new(l.x, l.y, -l.z))
+            }
+            REFRACTION => frame.world(refract(v, ggx.sample(v, [x, y]), self.layers.eta)?),
+            _ => {
+                let coat = self.layers.coat.as_ref()?;
+                let v = coat.frame.local(frame.view);
+                if coat.ggx.is_smooth() {
+                    let direction = coat.frame.world(Vec3::new(-v.x, -v.y, v.z));
+                    let weight = COAT.reflected(v.z) * (coat.weight / self.shares[lobe]);
+                    return (frame.geometric.dot(direction) > 0.0).then_some(ScatterSample {
+                        direction,
+                        weight,
+                        pdf: 0.0,
+                        delta: true,
+                        squeeze: 1.0,
+                    });
+                }
+                coat.frame.world(reflect(v, coat.ggx.sample(v, [x, y]))?)
+            }
+        };
+        let Value { value, pdf } = self.evaluate(frame, direction);
+        (pdf > 0.0).then(|| ScatterSample {
+            direction,
+            weight: value / pdf,
+            pdf,
+            delta: false,
+            squeeze: self.squeeze(frame, direction),
+        })
+    }
+
+    /// A sample of a smooth interface.
+    fn delta(&self, frame: &Frame, l: Vec3, weight: Vec3) -> Option<ScatterSample> {
+        let direction = frame.world(l);
+        if (frame.geometric.dot(direction) > 0.0) != (l.z > 0.0) {
+            return None;
+        }
+        let (coat, sheen) = self.covered(frame, direction);
+        Some(ScatterSample {
+            direction,
+            weight: weight * (coat * sheen),
+            pdf: 0.0,
+            delta: true,
+            squeeze: self.squeeze(frame, direction),
+        })
+    }
+
+    /// By how much radiance is squeezed together where it goes on.
+    fn squeeze(&self, frame: &Frame, direction: Vec3) -> f32 {
+        if frame.geometric.dot(direction) < 0.0 {
+            self.layers.eta * self.layers.eta
+        } else {
+            1.0
+        }
+    }
+
+    pub fn albedo(&self) -> Vec3 {
+        let layers = &self.layers;
+        let Albedo { single, multiple } = self.albedo_of(&layers.fresnel, self.view.z);
+        let below = (Vec3::ONE - layers.over.reflected(self.view.z)) * layers.transmission;
+        let inner = single + multiple + (layers.diffuse + layers.through) * self.left + below;
+        let (sheen, left) = layers.sheen.map_or((Vec3::ZERO, 1.0), |sheen| {
+            (sheen.reflected(self.view.z), sheen.left(self.view.z))
+        });
+        let coat = Vec3::splat(self.coated);
+        (coat + (inner * left + sheen) * (1.0 - self.coated)).min(Vec3::ONE)
+    }
+
+    pub fn is_transmissive(&self) -> bool {
+        self.layers.transmission != Vec3::ZERO || self.layers.through != Vec3::ZERO
+    }
+
+    /// Whether light sampling finds something of it: it is not mirror and smooth glass alone.
+    pub fn is_lit(&self) -> bool {
+        let rough = |ggx: &Ggx| !ggx.is_smooth();
+        rough(&self.layers.ggx)
+            || self.layers.coat.is_some_and(|coat| rough(&coat.ggx))
+            || self.shares[UP] > 0.0
+            || self.shares[DOWN] > 0.0
+    }
+}
+
+impl Coat {
+    /// What it reflects of white light at a cosine.
+    fn reflected(&self, cosine: f32) -> f32 {
+        let energy = Energy::new(self.ggx.roughness());
+        self.weight * energy.albedo(COAT.ends(), cosine.max(0.0)).single.x
+    }
+
+    fn evaluate(&self, view: Vec3, light: Vec3) -> Value {
+        let (v, l) = (self.frame.local(view), self.frame.local(light));
+        if self.ggx.is_smooth() || l.z <= 0.0 || v.z <= 0.0 {
+            return Value::default();
+        }
+        let (value, pdf) = microfacets(&self.ggx, &COAT, v, l);
+        Value {
+            value: value * self.weight,
+            pdf,
+        }
+    }
+}
+
+/// The reflection of rough mirrors, times the cosine, and the density of sampling it.
+fn microfacets(ggx: &Ggx, fresnel: &Fresnel, v: Vec3, l: Vec3) -> (Vec3, f32) {
+    let h = (v + l).normalize_or(Vec3::Z);
+    let cosine = v.dot(h);
+    let shape = ggx.density(h) / (4.0 * v.z);
+    let value = fresnel.reflected(cosine) * (shape * ggx.visible_both(v, l));
+    (value, shape * ggx.visible(v))
+}
+
+/// The mirror direction about a normal, where it lies above the surface.
+fn reflect(v: Vec3, h: Vec3) -> Option<Vec3> {
+    let l = 2.0 * v.dot(h) * h - v;
+    (l.z > 0.0).then_some(l)
+}
+
+/// The refracted direction, where there is one and it lies below the surface; `eta` is the index there relative to here.
+fn refract(v: Vec3, h: Vec3, eta: f32) -> Option<Vec3> {
+    let cosine = v.dot(h);
+    let other = refracted_cosine(cosine, eta)?;
+    let l = h * (cosine / eta - other) - v / eta;
+    (l.z < 0.0).then_some(l)
+}

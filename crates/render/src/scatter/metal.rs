@@ -1,0 +1,30 @@
+//! Metals by their index of refraction.
+
+use glam::Vec3;
+use raycam_scene::Metal;
+
+use super::frame::Frame;
+use super::fresnel::Fresnel;
+use super::ggx::Ggx;
+use super::layered::{Layered, Layers};
+
+/// A metal whose reflection is multiplied by a base colour.
+pub(super) fn metal(metal: &Metal, base: Vec3, frame: &Frame) -> Layered {
+    let fresnel = Fresnel::Conductor {
+        ior: metal.ior.into(),
+        extinction: metal.extinction.into(),
+        tint: base,
+    };
+    let layers = Layers {
+        fresnel,
+        over: fresnel,
+        ggx: Ggx::isotropic(metal.roughness),
+        diffuse: Vec3::ZERO,
+        through: Vec3::ZERO,
+        transmission: Vec3::ZERO,
+        eta: 1.0,
+        coat: None,
+        sheen: None,
+    };
+    Layered::new(layers, frame)
+}

@@ -1,0 +1,201 @@
+//! glTF's principled material at a point: textures looked up, layers filled in.
+//!
+//! glTF 2.0, appendix B, and the `KHR_materials_*` extensions. The interface shares energy with the base by albedo
+//! instead of by the half vector, so that nothing is lost or gained.
+
+use glam::Vec3;
+use raycam_bvh::Hit;
+use raycam_scene::{Principled, TextureSlot, Textured};
+
+use super::film::Film;
+use super::frame::Frame;
+use super::fresnel::Fresnel;
+use super::ggx::Ggx;
+use super::layered::{Coat, Layered, Layers};
+use super::sheen::Sheen;
+use crate::prepare::PreparedWorld;
+
+/// A point whose textures are looked up.
+pub(super) struct Lookup<'a> {
+    pub world: &'a PreparedWorld,
+    pub hit: &'a Hit,
+}
+
+impl Lookup<'_> {
+    /// The direction along which highlights are wider, where that matters: the tangent, turned by the material's rotation
+    /// and its texture's.
+    pub fn tangent(&self, p: &Principled) -> Option<Vec3> {
+        if p.anisotropy.value == 0.0 {
+            return None;
+        }
+        let set = p.anisotropy.texture.map_or(0, |slot| slot.uv_set);
+        let [tangent, bitangent] = self.world.tangents(self.hit, set)?;
+        let (sin, cos) = p.anisotropy_rotation.sin_cos();
+        let [x, y] = match p.anisotropy.texture {
+            None => [1.0, 0.0],
+            slot => {
+                let [red, green, ..] = self.texel(slot);
+                [red, green].map(|v| 2.0 * v - 1.0)
+            }
+        };
+        Some(tangent * (cos * x - sin * y) + bitangent * (sin * x + cos * y))
+    }
+
+    fn texel(&self, slot: Option<TextureSlot>) -> [f32; 4] {
+        slot.and_then(|slot| self.world.texel(&slot, self.hit))
+            .unwrap_or([1.0; 4])
+    }
+
+    fn number(&self, value: &Textured<f32>, channel: usize) -> f32 {
+        match value.texture {
+            None => value.value,
+            slot => value.value * self.texel(slot)[channel],
+        }
+    }
+
+    fn color(&self, value: &Textured<[f32; 3]>) -> Vec3 {
+        let color = Vec3::from(value.value);
+        match value.texture {
+            None => color,
+            slot => color * Vec3::from_slice(&self.texel(slot)),
+        }
+    }
+}
+
+/// What is seen from where.
+pub(super) struct Seen {
+    /// With the normal map's normal.
+    pub frame: Frame,
+    /// With the coat's.
+    pub coat: Frame,
+    pub front: bool,
+    /// Of the three colours, the one that the path carries; all where `None`.
+    pub channel: Option<usize>,
+    pub base: Vec3,
+}
+
+/// Index of refraction of a channel (`KHR_materials_dispersion`).
+pub(super) fn dispersed(ior: f32, dispersion: f32, channel: Option<usize>) -> f32 {
+    let spread = (ior - 1.0) * 0.025 * dispersion;
+    ior + match channel {
+        Some(0) => -spread,
+        Some(2) => spread,
+        _ => 0.0,
+    }
+}
+
+/// The layers of a point.
+pub(super) fn principled(p: &Principled, lookup: &Lookup, seen: &Seen) -> Layered {
+    let metallic = lookup.number(&p.metallic, 2);
+    let roughness = lookup.number(&p.roughness, 1);
+    let transmission = lookup.number(&p.transmission, 0);
+    let strength = lookup.number(&p.specular, 3);
+    let ior = dispersed(p.ior, p.dispersion, seen.channel);
+    let eta = match (is_solid(p), seen.front) {
+        (false, _) => 1.0,
+        (true, true) => ior,
+        (true, false) => 1.0 / ior,
+    };
+    let f0 = if p.ior == 0.0 {
+        1.0
+    } else {
+        ((ior - 1.0) / (ior + 1.0)).powi(2)
+    };
+    let f0 = (f0 * lookup.color(&p.specular_color)).min(Vec3::ONE) * strength;
+    let f90 = Vec3::splat(strength);
+    let iridescence = lookup.number(&p.iridescence, 0);
+    let film = Film {
+        ior: p.iridescence_ior,
+        thickness: {
+            let [thin, thick] = p.iridescence_thickness;
+            let texel = lookup.texel(p.iridescence_thickness_texture);
+            thin + (thick - thin) * texel[1]
+        },
+    };
+    let interface = |f0: Vec3, f90: Vec3| {
+        if eta < 1.0 {
+            Fresnel::Schlick {
+                f0,
+                f90,
+                inside: Some(eta),
+            }
+        } else if iridescence > 0.0 && film.thickness > 0.0 {
+            Fresnel::Film {
+                film,
+                f0,
+                f90,
+                share: iridescence,
+            }
+        } else {
+            Fresnel::Schlick {
+                f0,
+                f90,
+                inside: None,
+            }
+        }
+    };
+    let base = seen.base * (1.0 - metallic);
+    let through = lookup.number(&p.diffuse_transmission, 3);
+    let diffuse = 1.0 - transmission;
+    let layers = Layers {
+        fresnel: interface(f0.lerp(seen.base, metallic), f90.lerp(Vec3::ONE, metallic)),
+        over: interface(f0, f90),
+        ggx: ggx(p, lookup, roughness),
+        diffuse: base * (diffuse * (1.0 - through)),
+        through: lookup.color(&p.diffuse_transmission_color)
+            * ((1.0 - metallic) * diffuse * through),
+        transmission: base * transmission,
+        eta,
+        coat: coat(p, lookup, seen),
+        sheen: (p.sheen_color.value != [0.0; 3]).then(|| Sheen {
+            color: lookup.color(&p.sheen_color),
+            roughness: lookup.number(&p.sheen_roughness, 3),
+        }),
+    };
+    Layered::new(layers, &seen.frame)
+}
+
+fn coat(p: &Principled, lookup: &Lookup, seen: &Seen) -> Option<Coat> {
+    let weight = lookup.number(&p.clearcoat, 0);
+    (weight > 0.0).then(|| Coat {
+        weight,
+        ggx: Ggx::isotropic(lookup.number(&p.clearcoat_roughness, 1)),
+        frame: seen.coat,
+    })
+}
+
+/// The interface's roughness, wider along the tangent (`KHR_materials_anisotropy`); the frame has turned already.
+fn ggx(p: &Principled, lookup: &Lookup, roughness: f32) -> Ggx {
+    let Ggx { x: alpha, .. } = Ggx::isotropic(roughness);
+    let strength = lookup.number(&p.anisotropy, 2);
+    Ggx {
+        x: alpha + (1.0 - alpha) * strength * strength,
+        // A mirror across, rough along: float32 needs some width.
+        y: if strength > 0.0 {
+            alpha.max(1e-3)
+        } else {
+            alpha
+        },
+    }
+}
+
+/// Whether light that enters it is refracted: it has an inside and lets light through.
+pub(super) fn is_solid(p: &Principled) -> bool {
+    p.thickness.value > 0.0 && p.ior > 0.0 && p.transmission.value > 0.0
+}
+
+/// Its absorption per metre, where it has an inside.
+pub(super) fn inside(p: &Principled) -> Option<Vec3> {
+    let passes = p.transmission.value > 0.0 || p.diffuse_transmission.value > 0.0;
+    (passes && p.thickness.value > 0.0)
+        .then(|| absorption(p.attenuation_color, p.attenuation_distance))
+}
+
+/// Beer's law: what leaves this share of white light after this distance.
+pub(super) fn absorption(color: [f32; 3], distance: f32) -> Vec3 {
+    if distance.is_infinite() {
+        return Vec3::ZERO;
+    }
+    // Black swallows all: a finite number that leaves nothing of it after a small part of the distance.
+    Vec3::from(color.map(|share| -share.max(1e-30).ln() / distance))
+}

@@ -1,0 +1,80 @@
+//! Glass, water and other clear matter.
+
+use crate::color::Rgb;
+use crate::error::SceneError;
+
+/// What refracts light: the inside of a closed mesh, or a pane. The base colour tints what passes the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glass {
+    /// Index of refraction, >= 1.
+    pub ior: f32,
+    /// Perceptual, 0..=1; alpha is its square.
+    pub roughness: f32,
+    /// Whether each surface is a pane of its own, which light passes straight.
+    pub thin: bool,
+    /// 20 / Abbe number; 0 without.
+    pub dispersion: f32,
+    /// What is left of white light after `attenuation_distance`.
+    pub attenuation_color: Rgb,
+    /// In metres; infinite without absorption.
+    pub attenuation_distance: f32,
+}
+
+impl Default for Glass {
+    /// Smooth window glass.
+    fn default() -> Self {
+        Self {
+            ior: 1.5,
+            roughness: 0.0,
+            thin: false,
+            dispersion: 0.0,
+            attenuation_color: [1.0; 3],
+            attenuation_distance: f32::INFINITY,
+        }
+    }
+}
+
+impl Glass {
+    /// Whether its values make sense.
+    ///
+    /// # Errors
+    /// [`SceneError::World`]: a value that is not finite or outside of its range.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        let fail = |message: String| Err(SceneError::World(message));
+        if !(self.ior.is_finite() && self.ior >= 1.0) {
+            return fail(format!("ior {}: expected a finite number >= 1", self.ior));
+        }
+        if !(self.dispersion.is_finite() && self.dispersion >= 0.0) {
+            return fail(format!(
+                "dispersion {}: expected a finite number >= 0",
+                self.dispersion
+            ));
+        }
+        if !self
+            .attenuation_color
+            .iter()
+            .all(|v| (0.0..=1.0).contains(v))
+        {
+            return fail(format!(
+                "attenuation_color {:?}: expected 0..=1",
+                self.attenuation_color
+            ));
+        }
+        if self.attenuation_distance.is_nan() || self.attenuation_distance <= 0.0 {
+            return fail(format!(
+                "attenuation_distance {}: expected a number > 0, or infinity",
+                self.attenuation_distance
+            ));
+        }
+        check_roughness(self.roughness)
+    }
+}
+
+pub(crate) fn check_roughness(roughness: f32) -> Result<(), SceneError> {
+    if (0.0..=1.0).contains(&roughness) {
+        return Ok(());
+    }
+    Err(SceneError::World(format!(
+        "roughness {roughness}: expected 0..=1"
+    )))
+}
