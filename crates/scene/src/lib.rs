@@ -28,7 +28,6 @@ pub mod world;
 pub use camera::{Camera, Lens, LensModel, PixelCenter};
 pub use error::{SceneError, suggestion};
 pub use glass::Glass;
-pub use light::Light;
 pub use light::{FromFile, Light, Profile};
 pub use material::{Alpha, Material, Reflectance};
 pub use mesh::Mesh;

