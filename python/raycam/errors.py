@@ -6,7 +6,7 @@ everywhere in Python. The rest are subclasses of `Error`, and of `ValueError`.
 
 from __future__ import annotations
 
-__all__ = ["CameraError", "Error", "FormatError", "SettingsError", "WorldError", "nearest"]
+__all__ = ["CameraError", "Error", "FormatError", "JobError", "SettingsError", "WorldError", "nearest"]
 
 
 class Error(Exception):
@@ -23,6 +23,10 @@ class CameraError(Error, ValueError):
 
 class FormatError(Error, ValueError):
     """A file that does not follow its format, asks for more than the budget allows, or is of an unknown kind."""
+
+
+class JobError(Error, RuntimeError):
+    """A job that cannot go on, or some of whose frames failed."""
 
 
 class SettingsError(Error, ValueError):

@@ -10,12 +10,14 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["atomic_path", "check_writable", "write"]
+__all__ = ["atomic_path", "check_writable", "sync", "write"]
 
 
 @contextlib.contextmanager
-def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
+def atomic_path(path: str | os.PathLike[str], scratch: Path | None = None) -> Iterator[Path]:
     """A temporary path beside `path`, which becomes `path` when the block ends.
+
+    `scratch` is another folder of the same disk for the temporary file, for those who clean it up after a crash.
 
     The file written there is synced to the disk, renamed over `path`, and the folder is synced: whoever sees
     `path` sees all of it, after a crash too. When the block raises, nothing is left behind and an existing
@@ -25,10 +27,10 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     target = Path(path)
     check_writable(target)
-    temporary = target.with_name(f".{target.stem}.{secrets.token_hex(4)}{target.suffix}")
+    temporary = (scratch or target.parent) / f".{target.stem}.{secrets.token_hex(4)}{target.suffix}"
     try:
         yield temporary
-        _sync(temporary)
+        sync(temporary)
         # A rename keeps the mode of the new file; one that replaces another should not change who may read it.
         if target.exists():
             shutil.copymode(target, temporary)
@@ -37,12 +39,12 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
         with contextlib.suppress(FileNotFoundError):
             temporary.unlink()
         raise
-    _sync(target.parent)
+    sync(target.parent)
 
 
-def write(path: str | os.PathLike[str], data: bytes) -> None:
+def write(path: str | os.PathLike[str], data: bytes, scratch: Path | None = None) -> None:
     """Writes a whole file by `atomic_path`."""
-    with atomic_path(path) as temporary:
+    with atomic_path(path, scratch) as temporary:
         temporary.write_bytes(data)
 
 
@@ -75,7 +77,7 @@ def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
         )
 
 
-def _sync(path: Path) -> None:
+def sync(path: Path) -> None:
     """Waits until a file or a folder is on the disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:

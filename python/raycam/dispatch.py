@@ -1,0 +1,231 @@
+"""Hands frames to workers and gets them back, whatever happens to the workers.
+
+What counts is on the side of whoever calls: a frame is finished when its result is here, the first result counts,
+and later ones of the same frame are dropped. So workers may die, stand still and come back, or answer twice.
+"""
+
+from __future__ import annotations
+
+import queue
+import time
+import traceback
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import BrokenExecutor, CancelledError, Future
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from .errors import Error, JobError
+from .package import Package
+from .workers import Made, Task
+
+__all__ = ["Failed", "Pool", "PoolLost", "WorkerDied", "dispatch"]
+
+ATTEMPTS = 3
+"""How often a frame is tried that raises what may pass, such as running out of memory; and how many workers a frame
+may kill."""
+PATIENCE = 30.0
+"""Seconds, at least, after which a frame that is late is given to a second worker."""
+LATE = 5.0
+"""How many times as long as the others take is late."""
+
+
+class WorkerDied(Exception):
+    """A worker ended in the middle of a frame."""
+
+    def __init__(self, message: str, certain: bool = True, deaths: int = 1) -> None:
+        super().__init__(message)
+        self.certain = certain
+        """Whether this very frame was in it, not only waiting beside another."""
+        self.deaths = deaths
+        """How many workers ended so."""
+
+
+class PoolLost(Exception):
+    """There are no workers any more, nor will there be."""
+
+
+class Pool(Protocol):
+    """Where frames are made."""
+
+    apart: bool
+    """Whether its workers fail one by one, so that a second one may help where the first does not answer."""
+
+    threads: int | None
+    """How many threads each worker renders with; None for all."""
+
+    def open(self, package: Package) -> None:
+        """Prepares for the frames of a job."""
+
+    def submit(self, task: Task) -> Future[Made]:
+        """Starts a frame; the future raises `WorkerDied` or `PoolLost` where it is not the frame's own fault."""
+
+    def slots(self) -> int:
+        """How many frames to hand over at a time, now."""
+
+    def close(self) -> None:
+        """Ends it, and what still runs."""
+
+
+@dataclass
+class Failed:
+    """A frame that was given up."""
+
+    frame: int
+    """Its number."""
+    error: str
+    """Why, in one line."""
+    log: str
+    """Every attempt, with its traceback."""
+
+
+def dispatch(
+    pool: Pool,
+    tasks: Iterable[Task],
+    *,
+    attempts: int = ATTEMPTS,
+    now: Callable[[], float] = time.monotonic,
+) -> Iterator[Made | Failed]:
+    """Every frame once, as they are finished: made, or given up.
+
+    At most `pool.slots()` are under way, so what waits here stays small. A frame that raises an error of raycam's own
+    is given up at once, since it would raise it again; other errors and deaths of workers are tried `attempts` times.
+    Where a pool cannot tell which of several frames killed a worker, the suspects are tried again at the end, each
+    alone, so that no frame is given up for another's fault. A frame that takes very long while nothing else is left
+    to do is given to a second worker too.
+
+    Raises `JobError` where the workers are gone for good.
+    """
+    return _Dispatch(pool, iter(tasks), attempts, now).run()
+
+
+@dataclass
+class _Story:
+    """What happened to a frame so far."""
+
+    tries: int = 0
+    deaths: int = 0
+    logs: list[str] = field(default_factory=list)
+
+
+class _Dispatch:
+    """The state of one `dispatch`."""
+
+    def __init__(self, pool: Pool, tasks: Iterator[Task], attempts: int, now: Callable[[], float]) -> None:
+        self._pool, self._tasks, self._attempts, self._now = pool, tasks, attempts, now
+        self._again: deque[Task] = deque()
+        self._suspects: deque[Task] = deque()
+        self._stories: dict[int, _Story] = {}
+        self._under_way: dict[Future[Made], tuple[Task, float]] = {}
+        self._copies: Counter[int] = Counter()
+        self._settled: set[int] = set()  # while another copy of them is under way
+        self._arrived: queue.SimpleQueue[Future[Made]] = queue.SimpleQueue()
+        self._usual = 0.0
+
+    def run(self) -> Iterator[Made | Failed]:
+        """See `dispatch`."""
+        while True:
+            self._fill()
+            if not self._under_way or self._settled.issuperset(
+                task.frame for task, _ in self._under_way.values()
+            ):
+                return
+            try:
+                outcome = self._settle(self._arrived.get(timeout=1.0))
+            except queue.Empty:
+                self._help_the_late()
+                continue
+            if outcome is not None:
+                yield outcome
+
+    def _fill(self) -> None:
+        """Hands over frames as long as there is room: new ones, then those to be tried again, then suspects."""
+        while len(self._under_way) < max(1, self._pool.slots()):
+            task = next(self._tasks, None)
+            if task is None and self._again:
+                task = self._again.popleft()
+            if task is None and self._suspects and not self._under_way:
+                task = self._suspects.popleft()
+            if task is None:
+                return
+            self._hand_over(task)
+
+    def _hand_over(self, task: Task) -> None:
+        try:
+            future = self._pool.submit(task)
+        except (
+            PoolLost,
+            RuntimeError,
+        ) as fault:  # a BrokenExecutor is a RuntimeError, as is one that was shut down
+            raise _lost(fault) from fault
+        self._copies[task.frame] += 1
+        self._under_way[future] = (task, self._now())
+        future.add_done_callback(self._arrived.put)
+
+    def _settle(self, future: Future[Made]) -> Made | Failed | None:
+        """What a future means that is done."""
+        task, started = self._under_way.pop(future)
+        frame = task.frame
+        self._copies[frame] -= 1
+        another = self._copies[frame] > 0
+        if not another:
+            del self._copies[frame]
+        if frame in self._settled:  # the first result counts
+            if not another:
+                self._settled.discard(frame)
+            return None
+        try:
+            made = future.result()
+        except (PoolLost, CancelledError) as fault:
+            raise _lost(fault) from fault
+        except Exception as fault:
+            outcome = self._judge(task, fault, another)
+        else:
+            self._usual = max(self._usual, self._now() - started)
+            outcome = made
+        if outcome is not None:
+            self._stories.pop(frame, None)
+            if another:
+                self._settled.add(frame)
+        return outcome
+
+    def _judge(self, task: Task, fault: Exception, another: bool) -> Failed | None:
+        """Whether a fault is the end of a frame; if not, it is tried again."""
+        story = self._stories.setdefault(task.frame, _Story())
+        story.tries += 1
+        story.logs.append(f"attempt {story.tries}:\n" + "".join(traceback.format_exception(fault)))
+        died = isinstance(fault, WorkerDied | BrokenExecutor)
+        certain = not died or not self._under_way or (isinstance(fault, WorkerDied) and fault.certain)
+        if died:
+            story.deaths += fault.deaths if isinstance(fault, WorkerDied) else 1
+            enough = certain and story.deaths >= self._attempts
+        else:
+            enough = isinstance(fault, Error) or story.tries - story.deaths >= self._attempts
+        if enough:
+            text = str(fault).strip().partition("\n")[0]
+            name = type(fault).__name__
+            killed = f"{story.deaths} workers died of it, the last: " if died else ""
+            return Failed(
+                task.frame, f"{killed}{name}: {text}" if text else f"{killed}{name}", "\n".join(story.logs)
+            )
+        if not another:
+            (self._again if certain else self._suspects).append(task)
+        return None
+
+    def _help_the_late(self) -> None:
+        """Gives late frames to a second worker, where one has nothing else to do."""
+        if not self._pool.apart or self._suspects or self._again:
+            return
+        late = max(PATIENCE, LATE * self._usual)
+        for task, started in sorted(self._under_way.values(), key=lambda pair: pair[1]):
+            if len(self._under_way) >= self._pool.slots():
+                return
+            alone = self._copies[task.frame] == 1 and task.frame not in self._settled
+            if alone and self._now() - started > late:
+                self._hand_over(task)
+
+
+def _lost(fault: BaseException) -> JobError:
+    return JobError(
+        f"the workers are gone ({type(fault).__name__}: {fault}); what is finished is kept, and the same command goes on"
+    )

@@ -1,0 +1,392 @@
+"""Jobs: frames that survive. Videos, data sets and large pictures are made by them.
+
+A job is a folder. Its frames are pure functions of a `Package` (world, settings, version) and their number, so a job
+can be killed at any instant, go on later, be split over processes and machines, and give the same bytes:
+
+    package = Package("video", frames=96, settings={...}, world=world)
+    job = Job(folder, package)
+    job.run(pool_of("local:4"))        # raises JobError at the end where frames failed
+    for number, files in job.finished(): ...
+
+A kind of job is a module with `maker(world, settings, threads)`, which gives a function `(number, progress)` that
+returns the files of a frame as `{name: bytes}`, and notices; and a row in `workers.KINDS`. Names are relative to the
+folder, with `/` between folders. Making an index of all frames is for whoever called `run`, from `finished()`.
+
+In the folder, `.raycam/` holds `job.json` (what the job is, to be read), `package` (the same, complete), `ledger.jsonl`
+(which frames are finished, with the hashes of their files; one more for each shard), and `failed/` (logs of frames that
+were given up). Everything else are results. A final name means a complete file: results are written to a temporary
+name, synced, renamed, and their folder is synced, before the ledger says so.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from . import files, ledger
+from .dispatch import Failed, Pool, dispatch
+from .errors import JobError
+from .ledger import Entry, Ledger
+from .lock import locked
+from .package import Package
+from .workers import Made, Task
+
+__all__ = ["Job", "Status"]
+
+STATE = ".raycam"
+NOT_DONE = -1
+PLACE_BITS = 44  # of a ledger, at most 16 TiB long
+
+Progress = Callable[[int, int, int], object]
+Shard = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Status:
+    """How far a job is."""
+
+    frames: int
+    """How many it has."""
+    finished: int
+    """How many are made."""
+    failed: Mapping[int, str]
+    """Why, of those that were given up, by number."""
+
+
+class Job:
+    """A job in a folder, begun or gone on with.
+
+    `package` says what the job is; None for one that is there already. The folder is made where it is not there;
+    where it holds this very job, its finished frames stay. With `resume=False` it begins anew, and the files that the
+    job in the folder has made are removed first.
+
+    Raises `JobError` where the folder holds another job, with every difference, or where there is none and no
+    package, and `OSError` as the disk does.
+    """
+
+    def __init__(
+        self, folder: str | os.PathLike[str], package: Package | None = None, *, resume: bool = True
+    ) -> None:
+        self.folder = Path(folder)
+        """Where the results are."""
+        self._state = self.folder / STATE
+        there = _description(self._state / "job.json")
+        if package is None:
+            if there is None:
+                raise JobError(f"{self.folder}: no job is here (there is no {STATE}/job.json)")
+        elif there is not None and not resume:
+            Job(self.folder)._remove()
+            there = None
+        elif there is not None and there["job"] != package.id:
+            raise JobError(_different(self.folder, there, package.describe()))
+        self._package = package
+        if package is not None:
+            self._begin(package, there)
+            there = {"job": package.id, **package.describe()}
+        assert there is not None
+        self.description: dict[str, Any] = there
+        """What `job.json` says: `job` (the package's id), `raycam`, `kind`, `frames`, `world`, `settings`."""
+        self._ledgers: list[Path] = []
+        self._places = array("q", [NOT_DONE]) * self.description["frames"]
+        self._failed: dict[int, str] = {}
+        self._read()
+
+    # What there is --------------------------------------------------------------------------------------------
+
+    @property
+    def package(self) -> Package:
+        """What the job is, complete; raises `FormatError` where it was damaged."""
+        if self._package is None:
+            path = self._state / "package"
+            self._package = Package.from_bytes(path.read_bytes(), str(path), self.description["job"])
+        return self._package
+
+    def status(self) -> Status:
+        """How far it is, as far as this object knows: others may be at it."""
+        done = sum(place != NOT_DONE for place in self._places)
+        return Status(len(self._places), done, dict(sorted(self._failed.items())))
+
+    def has(self, frame: int) -> bool:
+        """Whether a frame is finished."""
+        return self._places[frame] != NOT_DONE
+
+    def read(self, frame: int) -> dict[str, bytes]:
+        """The files of a finished frame, by name.
+
+        Raises `JobError` where a file is not as the ledger says, and `KeyError` where the frame is not finished.
+        """
+        return {name: self._checked(name, stamp) for name, stamp in self._entry(frame).files.items()}
+
+    def finished(self) -> Iterator[tuple[int, dict[str, bytes]]]:
+        """All finished frames in order, each with its files as `read` gives them."""
+        for frame in range(len(self._places)):
+            if self.has(frame):
+                yield frame, self.read(frame)
+
+    def verify(self) -> dict[str, str]:
+        """Reads every file of every finished frame, and gives those that are not as they were made, with what is wrong.
+
+        A damaged file gets the ending `.damaged`, where that is possible: the next run makes its frame again.
+        """
+        wrong: dict[str, str] = {}
+        for frame in range(len(self._places)):
+            if not self.has(frame):
+                continue
+            for name, stamp in self._entry(frame).files.items():
+                try:
+                    self._checked(name, stamp)
+                except JobError as fault:
+                    wrong[name] = str(fault)
+                    path = self.folder / name
+                    with contextlib.suppress(OSError):
+                        path.rename(path.with_name(path.name + ".damaged"))
+                    self._places[frame] = NOT_DONE
+        return wrong
+
+    # Making it ------------------------------------------------------------------------------------------------
+
+    def run(
+        self,
+        pool: Pool,
+        *,
+        frames: Iterable[int] | None = None,
+        shard: Shard | None = None,
+        retry_failed: bool = False,
+        progress: Progress | None = None,
+        finished: Callable[[Made], object] | None = None,
+    ) -> None:
+        """Makes what is not made yet of `frames` (default: all), in any order.
+
+        `shard` (i, n) makes only every n-th frame from the i-th (from 1): n such runs, on any machines that see the
+        folder, make all of them. Frames that were given up before stay so, unless `retry_failed`.
+        `progress(done, total, failed)` counts the frames asked for, `finished(made)` is told of each new one.
+
+        Raises `JobError` where another process is at the same frames, where the workers are gone, and at the end
+        where any of the frames asked for failed; and `OSError` where the disk refuses. Whatever it raises, and
+        wherever it is killed, the frames that were finished stay.
+        """
+        asked = _asked(frames, shard, len(self._places))
+        name = "" if shard is None else f"-{shard[0]}-of-{shard[1]}"
+        with locked(self._state / f"lock{name}", self.folder), self._scratch(name) as scratch:
+            self._read()
+            if retry_failed:
+                self._failed.clear()
+            todo = [frame for frame in asked if not self.has(frame) and frame not in self._failed]
+            failed = sum(frame in self._failed for frame in asked)
+            done = len(asked) - len(todo) - failed
+            path = self._state / f"ledger{name}.jsonl"
+            if todo:
+                pool.open(self.package)
+            package = str((self._state / "package").resolve())
+            tasks = (Task(self.description["job"], package, frame, pool.threads) for frame in todo)
+            with Ledger(path) as book, contextlib.closing(dispatch(pool, tasks)) as outcomes:
+                if path not in self._ledgers:
+                    self._ledgers.append(path)
+                number = self._ledgers.index(path)
+                _tell(progress, done, len(asked), failed)
+                for outcome in outcomes:
+                    if isinstance(outcome, Failed):
+                        self._give_up(outcome, book, scratch)
+                        failed += 1
+                    else:
+                        place = book.add(self._store(outcome, scratch))
+                        self._places[outcome.frame] = number << PLACE_BITS | place
+                        done += 1
+                        if finished is not None:
+                            finished(outcome)
+                    _tell(progress, done, len(asked), failed)
+        self._check(asked)
+
+    def remove(self) -> None:
+        """Removes everything that the job has made, and the folder where nothing else is in it."""
+        with locked(self._state / "lock", self.folder):
+            self._remove()
+        with contextlib.suppress(OSError):
+            self.folder.rmdir()
+
+    # Within ---------------------------------------------------------------------------------------------------
+
+    def _begin(self, package: Package, there: dict[str, Any] | None) -> None:
+        """Writes what is not there yet; `job.json` is last, and means that all is."""
+        self._state.mkdir(parents=True, exist_ok=True)
+        path = self._state / "package"
+        if there is None or not path.exists():
+            files.write(path, package.to_bytes())
+        if there is None:
+            text = json.dumps({"job": package.id, **package.describe()}, indent=2) + "\n"
+            files.write(self._state / "job.json", text.encode())
+            files.sync(self.folder)
+
+    def _read(self) -> None:
+        """What the ledgers say, as far as the files are there."""
+        self._ledgers = sorted(self._state.glob("ledger*.jsonl"))
+        for index in range(len(self._places)):
+            self._places[index] = NOT_DONE
+        self._failed.clear()
+        for number, path in enumerate(self._ledgers):
+            for place, entry in ledger.read(path):
+                if not 0 <= entry.frame < len(self._places):
+                    raise JobError(f"{path}: frame {entry.frame} of {len(self._places)} at byte {place}")
+                if entry.error is not None:
+                    self._failed[entry.frame] = entry.error
+                elif all(self._is_there(name, size) for name, (size, _) in entry.files.items()):
+                    self._places[entry.frame] = number << PLACE_BITS | place
+        self._failed = {frame: error for frame, error in self._failed.items() if not self.has(frame)}
+
+    def _is_there(self, name: str, size: int) -> bool:
+        try:
+            return os.stat(self.folder / _safe(name)).st_size == size
+        except FileNotFoundError:
+            return False
+
+    def _entry(self, frame: int) -> Entry:
+        value = self._places[frame]
+        if value == NOT_DONE:
+            raise KeyError(frame)
+        return ledger.entry_at(self._ledgers[value >> PLACE_BITS], value & ((1 << PLACE_BITS) - 1))
+
+    def _checked(self, name: str, stamp: tuple[int, str]) -> bytes:
+        path = self.folder / _safe(name)
+        try:
+            data = path.read_bytes()
+        except FileNotFoundError:
+            raise JobError(f"{path}: it was made, and is not there any more") from None
+        if ledger.digest(data) != stamp:
+            raise JobError(
+                f"{path}: it was made with {stamp[0]} bytes and SHA-256 {stamp[1][:12]}, it has {len(data)} and "
+                f"{ledger.digest(data)[1][:12]}"
+            )
+        return data
+
+    def _store(self, made: Made, scratch: Path) -> Entry:
+        """Writes the files of a frame; an entry for them."""
+        stamps = {}
+        for name, data in made.files.items():
+            path = self.folder / _safe(name)
+            if not path.parent.is_dir():
+                _make_folder(path.parent)
+            files.write(path, data, scratch)
+            stamps[name] = ledger.digest(data)
+        return Entry(made.frame, stamps, seconds=made.seconds)
+
+    def _give_up(self, failed: Failed, book: Ledger, scratch: Path) -> None:
+        path = self._log(failed.frame)
+        if not path.parent.is_dir():
+            _make_folder(path.parent)
+        files.write(path, f"frame {failed.frame}: {failed.error}\n\n{failed.log}".encode(), scratch)
+        book.add(Entry(failed.frame, error=failed.error))
+        self._failed[failed.frame] = failed.error
+
+    def _log(self, frame: int) -> Path:
+        return self._state / "failed" / f"frame_{frame:04}.log"
+
+    def _check(self, asked: Iterable[int]) -> None:
+        wanted = set(asked)
+        failed = [frame for frame in sorted(self._failed) if frame in wanted]
+        if failed:
+            first = failed[0]
+            many = f"frame {first}" if len(failed) == 1 else f"{len(failed)} frames, the first is {first}"
+            raise JobError(
+                f"{self.folder}: failed: {many}: {self._failed[first]}. All others are finished. See "
+                f"{self._log(first)}; --retry-failed tries again"
+            )
+
+    @contextlib.contextmanager
+    def _scratch(self, name: str) -> Iterator[Path]:
+        """A folder for temporary files, without those that a killed run has left."""
+        path = self._state / f"scratch{name}"
+        shutil.rmtree(path, ignore_errors=True)
+        path.mkdir(exist_ok=True)
+        yield path
+        shutil.rmtree(path, ignore_errors=True)
+
+    def _remove(self) -> None:
+        """Removes the files in the ledgers and then the ledgers: killed here, it is a job with less."""
+        folders = set()
+        for frame in range(len(self._places)):
+            if self.has(frame):
+                for name in self._entry(frame).files:
+                    (self.folder / _safe(name)).unlink(missing_ok=True)
+                    folders.update(parent for parent in PurePosixPath(name).parents if parent.name)
+        for folder in sorted(folders, key=lambda one: -len(one.parts)):
+            with contextlib.suppress(OSError):
+                (self.folder / folder).rmdir()
+        (self._state / "job.json").unlink(missing_ok=True)
+        shutil.rmtree(self._state)
+
+
+def _description(path: Path) -> dict[str, Any] | None:
+    """What a `job.json` says; None where there is none."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    try:
+        fields = json.loads(text)
+        if not isinstance(fields["job"], str) or not 1 <= fields["frames"] <= 1 << 31:
+            raise ValueError
+    except (ValueError, KeyError, TypeError):
+        raise JobError(f"{path}: this is no description of a job") from None
+    return dict(fields)
+
+
+def _different(folder: Path, there: dict[str, Any], asked: dict[str, Any]) -> str:
+    """Why a job is not gone on with."""
+    lines = list(_differences("", there, {"job": there["job"], **asked}))
+    return (
+        f"{folder}: another job is here: {'; '.join(lines)}. Use another folder, or --no-resume to begin anew and remove "
+        "what this one has made"
+    )
+
+
+def _differences(key: str, there: Any, asked: Any) -> Iterator[str]:
+    """ "key is 1 there and 2 here" for everything that differs."""
+    if isinstance(there, dict) and isinstance(asked, dict):
+        for name in dict.fromkeys([*there, *asked]):
+            yield from _differences(f"{key}.{name}" if key else name, there.get(name), asked.get(name))
+    elif there != asked:
+        before, after = (_short(value) for value in (there, asked))
+        yield f"{key} was {before}, is {after}"
+
+
+def _short(value: Any) -> str:
+    text = "not given" if value is None else json.dumps(value)
+    return text if len(text) <= 60 else f"{text[:28]} ... {text[-28:]}"
+
+
+def _asked(frames: Iterable[int] | None, shard: Shard | None, count: int) -> list[int]:
+    """The numbers of the frames that a run is for."""
+    asked = sorted(set(range(count) if frames is None else frames))
+    if asked and not (asked[0] >= 0 and asked[-1] < count):
+        raise JobError(f"frames {asked[0]} to {asked[-1]}: the job has {count}, from 0")
+    if shard is not None:
+        i, n = shard
+        if not 1 <= i <= n:
+            raise JobError(f"shard {i}/{n}: expected I/N with I from 1 to N")
+        asked = [frame for frame in asked if frame % n == i - 1]
+    return asked
+
+
+def _safe(name: str) -> PurePosixPath:
+    """The name of a result, which lies in the folder and is not the job's own."""
+    path = PurePosixPath(name)
+    if not path.parts or path.is_absolute() or ".." in path.parts or path.parts[0] == STATE:
+        raise JobError(f"{name!r} is no name for a file of a job")
+    return path
+
+
+def _make_folder(folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    files.sync(folder.parent)
+
+
+def _tell(progress: Progress | None, done: int, total: int, failed: int) -> None:
+    if progress is not None:
+        progress(done, total, failed)

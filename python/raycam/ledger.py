@@ -1,0 +1,161 @@
+"""The ledger of a job: which frames are finished, and which files they made.
+
+A text file that only grows: one JSON object a line, one line a frame,
+
+    {"frame": 12, "files": {"frame_0012.png": [41802, "9f86d0..."]}, "seconds": 0.52}
+    {"frame": 13, "error": "WorldError: ..."}
+
+where a file has its size in bytes and its SHA-256. A line is written after its files have their final names, and
+synced: what the ledger says is on the disk. A process that is killed while it writes leaves half a line at the
+end, which does not count and is cut off by the next one to write.
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from .errors import JobError
+from .files import sync
+
+__all__ = ["Entry", "Ledger", "digest", "entry_at", "read"]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What became of a frame."""
+
+    frame: int
+    """Its number."""
+    files: Mapping[str, tuple[int, str]] = field(default_factory=dict)
+    """Name to (bytes, SHA-256 in hexadecimal) of what it made."""
+    error: str | None = None
+    """Why it was given up, in one line; None where it is finished."""
+    seconds: float | None = None
+    """How long making it took its worker."""
+
+    def line(self) -> bytes:
+        """Itself as a line of the ledger."""
+        fields: dict[str, Any] = {"frame": self.frame}
+        if self.error is not None:
+            fields["error"] = self.error
+        else:
+            fields["files"] = {name: list(value) for name, value in self.files.items()}
+        if self.seconds is not None:
+            fields["seconds"] = round(self.seconds, 4)
+        return json.dumps(fields, separators=(",", ":")).encode() + b"\n"
+
+
+def digest(data: bytes) -> tuple[int, str]:
+    """Size and SHA-256 of a file, as an entry has them."""
+    return len(data), hashlib.sha256(data).hexdigest()
+
+
+def read(path: Path) -> Iterator[tuple[int, Entry]]:
+    """The entries of a ledger with their places, oldest first; none where there is no file.
+
+    What is no entry is no frame.
+    """
+    try:
+        with path.open("rb") as lines:
+            place = 0
+            for line in lines:
+                entry = _entry(line)
+                if entry is not None:
+                    yield place, entry
+                place += len(line)
+    except FileNotFoundError:
+        return
+
+
+def entry_at(path: Path, place: int) -> Entry:
+    """The entry at a place that `read` or `Ledger.add` gave; raises `JobError` where there is none any more."""
+    with path.open("rb") as lines:
+        lines.seek(place)
+        entry = _entry(lines.readline())
+    if entry is None:
+        raise JobError(f"{path}: it was changed by somebody else, at byte {place}")
+    return entry
+
+
+def _entry(line: bytes) -> Entry | None:
+    """An entry, or None for half a line or the zeros that a power cut may leave."""
+    if not line.endswith(b"\n"):
+        return None
+    try:
+        fields = json.loads(line)
+        files = {str(name): (int(size), str(sha)) for name, (size, sha) in fields.get("files", {}).items()}
+        error = fields.get("error")
+        if error is None and "files" not in fields:
+            return None
+        return Entry(
+            int(fields["frame"]), files, None if error is None else str(error), fields.get("seconds")
+        )
+    except (ValueError, TypeError, KeyError, AttributeError):
+        return None
+
+
+class Ledger:
+    """A ledger to write to; made where it is not there. Raises `OSError` as the disk does."""
+
+    def __init__(self, path: Path) -> None:
+        new = not path.exists()
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+        try:
+            if new:
+                sync(path.parent)
+            self._cut()
+        except BaseException:
+            os.close(self._file)
+            raise
+
+    def _cut(self) -> None:
+        """Cuts off half a line at the end."""
+        size = os.fstat(self._file).st_size
+        end = size
+        while end > 0:
+            start = max(0, end - 4096)
+            newline = os.pread(self._file, end - start, start).rfind(b"\n")
+            end = start + newline + 1 if newline >= 0 else start
+            if newline >= 0:
+                break
+        if end != size:
+            os.ftruncate(self._file, end)
+            os.fsync(self._file)
+
+    def add(self, entry: Entry) -> int:
+        """Writes an entry, waits until it is on the disk, and gives its place. Where that fails, it is not there."""
+        line = entry.line()
+        before = os.fstat(self._file).st_size
+        try:
+            if os.write(self._file, line) != len(line):
+                # The disk took a part: asking again gives the reason, or the rest of the room.
+                os.ftruncate(self._file, before)
+                if os.write(self._file, line) != len(line):
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            os.fsync(self._file)
+        except OSError:
+            os.ftruncate(self._file, before)
+            raise
+        return before
+
+    def close(self) -> None:
+        """Closes the file."""
+        os.close(self._file)
+
+    def __enter__(self) -> Ledger:
+        """Itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Closes the file."""
+        self.close()
