@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ._core import __version__
 from .camera import Camera
-from .errors import CameraError, Error, FormatError, SettingsError, WorldError
+from .errors import CameraError, Error, FormatError, JobError, SettingsError, WorldError
 from .flow import disparity, flow
 from .frame import Frame
 from .labels import Box3D, Keypoints, Label, box3d, keypoints, label
@@ -29,6 +29,7 @@ __all__ = [
     "Explanation",
     "FormatError",
     "Frame",
+    "JobError",
     "Keypoints",
     "Label",
     "Object",

@@ -26,6 +26,9 @@ __all__ = [
     "oriented_box",
     "silhouettes",
     "srgb_from_linear",
+    "world_from_bytes",
+    "world_to_bytes",
+    "world_with_cameras",
 ]
 __version__: str
 
@@ -59,6 +62,9 @@ def silhouettes(
     world: World, camera: Camera, objects: Sequence[int], margin: _Size, threads: int | None
 ) -> list[tuple[int, tuple[int, int, int, int], npt.NDArray[np.bool_]]]: ...
 def srgb_from_linear(linear: npt.NDArray[np.float32], scale: float, bits: int) -> npt.NDArray[Any]: ...
+def world_from_bytes(bytes: bytes) -> World: ...
+def world_to_bytes(world: World) -> bytes: ...
+def world_with_cameras(world: World, cameras: Sequence[tuple[str, Camera]]) -> World: ...
 
 @final
 class Camera:

@@ -1,27 +1,58 @@
 """Where the frames of a job are made: in this process, in others on this machine, or on a cluster.
 
-`pool_of` chooses. Whatever it is, the frames come out the same, byte for byte.
+`pool_of` chooses. Whatever it is, the frames come out the same, byte for byte: they are functions of the job's
+package and their number, and the bytes come back to the one process that writes final files.
 """
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
 from . import workers
-from .dispatch import PoolLost
+from .dispatch import Pool, PoolLost
+from .errors import SettingsError
 from .package import Package
 from .workers import Made, Task
 
-__all__ = ["Executors", "Here", "Processes", "pool_of"]
+__all__ = ["Executors", "Here", "pool_of"]
+
+
+def pool_of(
+    where: int | str | Executor | Callable[[], Executor] | None = None, *, threads: int | None = None
+) -> contextlib.AbstractContextManager[Pool]:
+    """The workers for `Job.run`, to be closed by `with`.
+
+    * None: this process.
+    * a number: so many processes on this machine, fewer where memory is short. One that dies takes no other along.
+    * "local:N": a Dask cluster of N processes on this machine.
+    * "tcp://HOST:PORT", "tls://HOST:PORT": the Dask cluster of the scheduler there.
+    * an `Executor` of `concurrent.futures`, which stays open, or a function that makes one, called again where one
+      breaks. Its workers import this version of raycam and see the job's folder under the same name.
+
+    `threads` is how many threads a worker renders with; None shares out the cores where they are known.
+
+    Raises `SettingsError` for anything else, and where Dask is not installed.
+    """
+    if where is None:
+        return contextlib.closing(Here(threads))
+    if isinstance(where, bool) or (isinstance(where, int) and where < 1):
+        raise SettingsError(f"workers must be a whole number >= 1, not {where!r}")
+    if isinstance(where, int):
+        from .processes import Processes
+
+        return contextlib.closing(Processes(where, threads))
+    if isinstance(where, str):
+        from .dask_cluster import connect
+
+        return contextlib.closing(connect(where, threads))
+    return contextlib.closing(Executors(where, threads=threads))
 
 
 class Here:
-    """This process: two frames at a time, so that one is rendered while the other is written.
-
-    A frame uses all `threads`.
-    """
+    """This process, a frame after the other on all `threads`; files of one are encoded while the next is rendered."""
 
     apart = False
 
@@ -31,7 +62,7 @@ class Here:
         self._executor = ThreadPoolExecutor(2, "raycam-frame")
         self._stopped = threading.Event()
 
-    def open(self, package: Package) -> None:
+    def open(self, package: Package, path: str) -> None:
         """Remembers the package, whose world is here."""
         workers.keep(package)
 
@@ -55,15 +86,12 @@ class Here:
 
 
 class Executors:
-    """Any `concurrent.futures.Executor`, or a function that makes one, for those that break when a worker dies.
-
-    Its workers import raycam, of this very version, and read the job's folder under the same name.
-    """
+    """Any `concurrent.futures.Executor`, or a function that makes one, called again where one breaks."""
 
     apart = True
 
     def __init__(
-        self, executor: Executor | Callable[[], Executor], slots: int = 4, threads: int | None = None
+        self, executor: Executor | Callable[[], Executor], slots: int = 8, threads: int | None = None
     ) -> None:
         self.threads = threads
         """How many threads each worker renders with; None for all."""
@@ -71,14 +99,14 @@ class Executors:
         self._executor = executor if isinstance(executor, Executor) else executor()
         self._slots = slots
 
-    def open(self, package: Package) -> None:
-        """Nothing: workers fetch it."""
+    def open(self, package: Package, path: str) -> None:
+        """Workers fetch the package by themselves."""
 
     def submit(self, task: Task) -> Future[Made]:
         """Starts a frame."""
         try:
             return self._executor.submit(workers.make, task)
-        except RuntimeError:
+        except RuntimeError:  # a BrokenExecutor is one
             if self._make is None:
                 raise
             self._executor = self._make()
@@ -90,4 +118,5 @@ class Executors:
 
     def close(self) -> None:
         """Ends an executor that was made here; one that was given stays open."""
-        self._executor.shutdown(wait=False, cancel_futures=True) if self._make else None
+        if self._make is not None:
+            self._executor.shutdown(wait=False, cancel_futures=True)

@@ -10,7 +10,7 @@ import queue
 import time
 import traceback
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Future
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -51,11 +51,12 @@ class Pool(Protocol):
     apart: bool
     """Whether its workers fail one by one, so that a second one may help where the first does not answer."""
 
-    threads: int | None
-    """How many threads each worker renders with; None for all."""
+    @property
+    def threads(self) -> int | None:
+        """How many threads each worker renders with; None for all."""
 
-    def open(self, package: Package) -> None:
-        """Prepares for the frames of a job."""
+    def open(self, package: Package, path: str) -> None:
+        """Prepares for the frames of a job, whose package is in the file `path`."""
 
     def submit(self, task: Task) -> Future[Made]:
         """Starts a frame; the future raises `WorkerDied` or `PoolLost` where it is not the frame's own fault."""
@@ -85,7 +86,7 @@ def dispatch(
     *,
     attempts: int = ATTEMPTS,
     now: Callable[[], float] = time.monotonic,
-) -> Iterator[Made | Failed]:
+) -> Generator[Made | Failed, None, None]:
     """Every frame once, as they are finished: made, or given up.
 
     At most `pool.slots()` are under way, so what waits here stays small. A frame that raises an error of raycam's own
@@ -121,14 +122,13 @@ class _Dispatch:
         self._settled: set[int] = set()  # while another copy of them is under way
         self._arrived: queue.SimpleQueue[Future[Made]] = queue.SimpleQueue()
         self._usual = 0.0
+        self._alone = False  # whether the one that is under way is a suspect
 
-    def run(self) -> Iterator[Made | Failed]:
+    def run(self) -> Generator[Made | Failed, None, None]:
         """See `dispatch`."""
         while True:
             self._fill()
-            if not self._under_way or self._settled.issuperset(
-                task.frame for task, _ in self._under_way.values()
-            ):
+            if not self._waited_for():
                 return
             try:
                 outcome = self._settle(self._arrived.get(timeout=1.0))
@@ -140,24 +140,23 @@ class _Dispatch:
 
     def _fill(self) -> None:
         """Hands over frames as long as there is room: new ones, then those to be tried again, then suspects."""
-        while len(self._under_way) < max(1, self._pool.slots()):
+        while not self._alone and self._waited_for() < max(1, self._pool.slots()):
             task = next(self._tasks, None)
             if task is None and self._again:
                 task = self._again.popleft()
-            if task is None and self._suspects and not self._under_way:
-                task = self._suspects.popleft()
+            if task is None and self._suspects and not self._waited_for():
+                self._hand_over(self._suspects.popleft(), alone=True)
+                return
             if task is None:
                 return
             self._hand_over(task)
 
-    def _hand_over(self, task: Task) -> None:
+    def _hand_over(self, task: Task, alone: bool = False) -> None:
         try:
             future = self._pool.submit(task)
-        except (
-            PoolLost,
-            RuntimeError,
-        ) as fault:  # a BrokenExecutor is a RuntimeError, as is one that was shut down
+        except (PoolLost, RuntimeError) as fault:  # a broken or closed executor raises a RuntimeError
             raise _lost(fault) from fault
+        self._alone = alone
         self._copies[task.frame] += 1
         self._under_way[future] = (task, self._now())
         future.add_done_callback(self._arrived.put)
@@ -165,6 +164,7 @@ class _Dispatch:
     def _settle(self, future: Future[Made]) -> Made | Failed | None:
         """What a future means that is done."""
         task, started = self._under_way.pop(future)
+        alone, self._alone = self._alone, self._alone and bool(self._under_way)
         frame = task.frame
         self._copies[frame] -= 1
         another = self._copies[frame] > 0
@@ -179,7 +179,7 @@ class _Dispatch:
         except (PoolLost, CancelledError) as fault:
             raise _lost(fault) from fault
         except Exception as fault:
-            outcome = self._judge(task, fault, another)
+            outcome: Made | Failed | None = self._judge(task, fault, alone, another)
         else:
             self._usual = max(self._usual, self._now() - started)
             outcome = made
@@ -189,16 +189,16 @@ class _Dispatch:
                 self._settled.add(frame)
         return outcome
 
-    def _judge(self, task: Task, fault: Exception, another: bool) -> Failed | None:
+    def _judge(self, task: Task, fault: Exception, alone: bool, another: bool) -> Failed | None:
         """Whether a fault is the end of a frame; if not, it is tried again."""
         story = self._stories.setdefault(task.frame, _Story())
         story.tries += 1
         story.logs.append(f"attempt {story.tries}:\n" + "".join(traceback.format_exception(fault)))
         died = isinstance(fault, WorkerDied | BrokenExecutor)
-        certain = not died or not self._under_way or (isinstance(fault, WorkerDied) and fault.certain)
+        named = isinstance(fault, WorkerDied) and fault.certain
         if died:
             story.deaths += fault.deaths if isinstance(fault, WorkerDied) else 1
-            enough = certain and story.deaths >= self._attempts
+            enough = (named or alone) and story.deaths >= self._attempts
         else:
             enough = isinstance(fault, Error) or story.tries - story.deaths >= self._attempts
         if enough:
@@ -209,23 +209,28 @@ class _Dispatch:
                 task.frame, f"{killed}{name}: {text}" if text else f"{killed}{name}", "\n".join(story.logs)
             )
         if not another:
-            (self._again if certain else self._suspects).append(task)
+            (self._suspects if died and not named else self._again).append(task)
         return None
 
     def _help_the_late(self) -> None:
         """Gives late frames to a second worker, where one has nothing else to do."""
-        if not self._pool.apart or self._suspects or self._again:
+        if not self._pool.apart or self._again:
             return
         late = max(PATIENCE, LATE * self._usual)
         for task, started in sorted(self._under_way.values(), key=lambda pair: pair[1]):
-            if len(self._under_way) >= self._pool.slots():
+            if self._waited_for() >= self._pool.slots():
                 return
             alone = self._copies[task.frame] == 1 and task.frame not in self._settled
             if alone and self._now() - started > late:
-                self._hand_over(task)
+                self._hand_over(task, self._alone)
+
+    def _waited_for(self) -> int:
+        """How many are under way whose answer still matters."""
+        return len(self._under_way) - sum(self._copies[frame] for frame in self._settled)
 
 
 def _lost(fault: BaseException) -> JobError:
     return JobError(
-        f"the workers are gone ({type(fault).__name__}: {fault}); what is finished is kept, and the same command goes on"
+        f"the workers are gone ({type(fault).__name__}: {fault}); what is finished is kept, and the same command goes "
+        "on"
     )

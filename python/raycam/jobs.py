@@ -88,7 +88,7 @@ class Job:
             raise JobError(_different(self.folder, there, package.describe()))
         self._package = package
         if package is not None:
-            self._begin(package, there)
+            self._begin(package)
             there = {"job": package.id, **package.describe()}
         assert there is not None
         self.description: dict[str, Any] = there
@@ -115,7 +115,7 @@ class Job:
 
     def has(self, frame: int) -> bool:
         """Whether a frame is finished."""
-        return self._places[frame] != NOT_DONE
+        return bool(self._places[frame] != NOT_DONE)
 
     def read(self, frame: int) -> dict[str, bytes]:
         """The files of a finished frame, by name.
@@ -182,9 +182,9 @@ class Job:
             failed = sum(frame in self._failed for frame in asked)
             done = len(asked) - len(todo) - failed
             path = self._state / f"ledger{name}.jsonl"
-            if todo:
-                pool.open(self.package)
             package = str((self._state / "package").resolve())
+            if todo:
+                pool.open(self.package, package)
             tasks = (Task(self.description["job"], package, frame, pool.threads) for frame in todo)
             with Ledger(path) as book, contextlib.closing(dispatch(pool, tasks)) as outcomes:
                 if path not in self._ledgers:
@@ -213,16 +213,24 @@ class Job:
 
     # Within ---------------------------------------------------------------------------------------------------
 
-    def _begin(self, package: Package, there: dict[str, Any] | None) -> None:
+    def _begin(self, package: Package) -> None:
         """Writes what is not there yet; `job.json` is last, and means that all is."""
+        path, description = self._state / "package", self._state / "job.json"
+        begun = self._state / "scratch-begin"  # there where somebody is at it, or was killed at it
+        if description.exists() and path.exists() and not begun.exists():
+            return
         self._state.mkdir(parents=True, exist_ok=True)
-        path = self._state / "package"
-        if there is None or not path.exists():
-            files.write(path, package.to_bytes())
-        if there is None:
-            text = json.dumps({"job": package.id, **package.describe()}, indent=2) + "\n"
-            files.write(self._state / "job.json", text.encode())
-            files.sync(self.folder)
+        # Many shards may begin at the same time: one of them writes, the others wait.
+        with locked(self._state / "lock-begin", self.folder, patience=60), self._scratch("-begin") as scratch:
+            there = _description(description)
+            if there is not None and there["job"] != package.id:
+                raise JobError(_different(self.folder, there, package.describe()))
+            if there is None or not path.exists():
+                files.write(path, package.to_bytes(), scratch)
+            if there is None:
+                text = json.dumps({"job": package.id, **package.describe()}, indent=2) + "\n"
+                files.write(description, text.encode(), scratch)
+                files.sync(self.folder)
 
     def _read(self) -> None:
         """What the ledgers say, as far as the files are there."""
@@ -308,8 +316,8 @@ class Job:
         shutil.rmtree(path, ignore_errors=True)
 
     def _remove(self) -> None:
-        """Removes the files in the ledgers and then the ledgers: killed here, it is a job with less."""
-        folders = set()
+        """Removes what the ledgers name, then the job itself: killed in between, it is a job with less."""
+        folders: set[PurePosixPath] = set()
         for frame in range(len(self._places)):
             if self.has(frame):
                 for name in self._entry(frame).files:
@@ -341,8 +349,8 @@ def _different(folder: Path, there: dict[str, Any], asked: dict[str, Any]) -> st
     """Why a job is not gone on with."""
     lines = list(_differences("", there, {"job": there["job"], **asked}))
     return (
-        f"{folder}: another job is here: {'; '.join(lines)}. Use another folder, or --no-resume to begin anew and remove "
-        "what this one has made"
+        f"{folder}: another job is here: {'; '.join(lines)}. Use another folder, or --no-resume to begin anew and "
+        "remove what this one has made"
     )
 
 

@@ -15,14 +15,20 @@ __all__ = ["holder", "locked"]
 
 
 @contextlib.contextmanager
-def locked(path: Path, folder: Path) -> Iterator[None]:
+def locked(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]:
     """Holds the lock file `path` of `folder` while the block lasts; a process that dies lets go of it.
+
+    Somebody else is waited for `patience` seconds; `holder` takes it for an instant only.
 
     Raises `JobError` with the process that holds it, where another one does.
     """
     file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     try:
-        if not any(_take(file) or time.sleep(0.05) for _ in range(4)):  # `holder` takes it for an instant
+        end = time.monotonic() + patience
+        while not _take(file):
+            if time.monotonic() < end:
+                time.sleep(0.02)
+                continue
             who = os.pread(file, 200, 0).decode(errors="replace").strip() or "another process"
             raise JobError(
                 f"{folder}: {who} is at it already; wait for it, stop it, or give each run its part: --shard I/N"

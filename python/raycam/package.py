@@ -27,12 +27,18 @@ class Package:
     """What a worker needs to make the frames of a job.
 
     `kind` is the name of a row of `workers.KINDS`, `frames` how many there are, `settings` whatever the kind makes
-    of it: plain JSON. `world` is a world, or the bytes of one.
+    of it: plain JSON. `world` is a world, or the bytes of one; cameras go with it by `World.with_cameras`.
 
     Raises `JobError` where `settings` are not JSON or `frames` is less than 1.
     """
 
-    def __init__(self, kind: str, frames: int, settings: Mapping[str, Any], world: World | bytes) -> None:
+    def __init__(
+        self,
+        kind: str,
+        frames: int,
+        settings: Mapping[str, Any],
+        world: World | bytes,
+    ) -> None:
         if frames < 1:
             raise JobError(f"a job of {frames} frames: there must be at least one")
         try:

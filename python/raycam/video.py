@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,10 @@ from .arrays import whole
 from .camera import Camera
 from .errors import SettingsError
 from .frame import Frame
+from .package import Package
 from .render import render
-from .video_files import open_video
+from .video_files import open_video, picture_name
+from .workers import Maker
 from .world import World
 
 __all__ = ["Film", "write_video"]
@@ -75,15 +78,49 @@ class Film:
         """When in the world's own time frame `number` is, in seconds."""
         return number / self.fps * self._pace
 
-    def frame(self, number: int) -> Frame:
-        """Frame `number`, from 0, with the channel `color`; its random numbers are its own."""
+    def frame(self, number: int, progress: Progress | None = None) -> Frame:
+        """Frame `number`, from 0, with the channel `color`; its random numbers are its own.
+
+        `progress` is that of `raycam.render`.
+        """
         number = whole("frame", number, 0, len(self) - 1)
         # Every moment shares what has been built of the world by now.
         self._world.prepare(threads=self._settings.get("threads"))
         moment = self._world.at(self.time(number))
         camera = self._world.camera_at(self.camera, self.time(number))
         own: dict[str, Any] = {} if self._settings.get("integrator") == "reference" else {"frame": number}
-        return render(moment, camera, channels="color", **own, **self._settings)
+        return render(moment, camera, channels="color", progress=progress, **own, **self._settings)
+
+    def package(self) -> Package:
+        """The film as a job, one PNG picture a frame."""
+        name = next(name for name in _names("film") if name not in self._world.cameras)
+        settings = {
+            "camera": name,
+            "view": self.camera.P.tolist(),  # for people: the camera itself is with the world
+            "size": self.camera.size,
+            "fps": self.fps,
+            "seconds": self.seconds,
+            "render": {key: value for key, value in self._settings.items() if key != "threads"},
+        }
+        return Package("video", len(self), settings, self._world.with_cameras({name: self.camera}))
+
+
+def maker(world: World, settings: Mapping[str, Any], threads: int | None) -> Maker:
+    """What a worker does for a job of kind "video": frame_0000.png and so on."""
+    film = Film(
+        world,
+        world.camera(settings["camera"]),
+        fps=settings["fps"],
+        seconds=settings["seconds"],
+        threads=None if settings["render"].get("integrator") == "reference" else threads,
+        **settings["render"],
+    )
+
+    def make(number: int, progress: Progress | None) -> tuple[dict[str, bytes], list[str]]:
+        frame = film.frame(number, progress)
+        return {picture_name(number): frame.to_png()}, frame.notices
+
+    return make
 
 
 def write_video(
@@ -147,6 +184,12 @@ def with_orbit(world: World) -> World:
     middle = [0.0, 0.0, 0.0] if bounds is None else bounds.mean(axis=0).tolist()
     moving.set_video(orbit={"target": middle})
     return moving
+
+
+def _names(name: str) -> Iterator[str]:
+    """The name, and more like it."""
+    yield name
+    yield from (f"{name}-{number}" for number in count(2))
 
 
 def _positive(name: str, value: float) -> float:

@@ -150,9 +150,14 @@ def png_folder(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
     files.check_writable(path / "frame")
 
     def add(number: int, picture: Picture) -> None:
-        files.write(path / f"frame_{number:04}.png", _core.encode_png(picture))
+        files.write(path / picture_name(number), _core.encode_png(picture))
 
     yield add
+
+
+def picture_name(number: int) -> str:
+    """The name of the picture of a frame."""
+    return f"frame_{number:04}.png"
 
 
 FORMATS: dict[str, Callable[[Path, tuple[int, int], float], AbstractContextManager[Add]]] = {

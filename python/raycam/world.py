@@ -91,6 +91,23 @@ class World:
         """
         return cls._of(_core.World.from_dict(_plain(description), os.fspath(Path(folder).absolute())))
 
+    def to_bytes(self) -> bytes:
+        """Everything that pictures are made of, exactly, for `World.from_bytes` of the same version of raycam.
+
+        The same world gives the same bytes, wherever its files lay.
+        """
+        return _core.world_to_bytes(self._core)
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> World:
+        """The world that `to_bytes` wrote; raises `FormatError` and `WorldError` where it is none that can be."""
+        return cls._of(_core.world_from_bytes(data))
+
+    def with_cameras(self, cameras: Mapping[str, Camera]) -> World:
+        """A copy with more cameras under these names, or names with a number where taken; shares what is built."""
+        more = [(name, camera._core) for name, camera in cameras.items()]
+        return World._of(_core.world_with_cameras(self._core, more))
+
     # Building ---------------------------------------------------------------------------------------------
 
     def add_mesh(

@@ -4,6 +4,7 @@
 #![forbid(unsafe_code)]
 
 mod arrays;
+mod bundle;
 mod camera;
 mod encode;
 mod error;
@@ -24,6 +25,8 @@ use pyo3::prelude::*;
 mod core {
     use super::*;
 
+    #[pymodule_export]
+    use crate::bundle::{world_from_bytes, world_to_bytes, world_with_cameras};
     #[pymodule_export]
     use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_models};
     #[pymodule_export]

@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 mod budget;
+pub mod bundle;
 pub mod codec;
 mod companion;
 mod corners;

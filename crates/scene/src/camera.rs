@@ -41,7 +41,7 @@ impl PixelCenter {
 }
 
 /// A camera: `x = K R (X - C)`, with what its lens does between R and K. Axes x right, y down, z forward. All float64.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     k: DMat3,
     r: DMat3,

@@ -22,6 +22,7 @@ pub mod principled;
 pub mod refine;
 pub mod schema;
 pub mod texture;
+mod validate;
 pub mod video;
 pub mod world;
 

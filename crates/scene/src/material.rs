@@ -10,7 +10,7 @@ use crate::texture::TextureSlot;
 
 /// What a surface is made of. The base colour at a point is the product of `color`, the mesh's face or vertex colour
 /// and the texture.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Material {
     /// Empty when it has none.
     pub name: String,
@@ -35,7 +35,7 @@ pub struct Material {
 }
 
 /// What a material's opacity means (glTF 2.0, 3.9.4).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Alpha {
     /// Nothing: it is all there.
     #[default]
@@ -50,7 +50,7 @@ pub enum Alpha {
 }
 
 /// The closed set of reflection models.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Reflectance {
     /// The lecture's: Lambert of albedo `diffuse * base colour` plus the energy-conserving modified Phong lobe of
     /// Lafortune and Willems (1994) with albedo `specular` and exponent `shininess`.

@@ -8,7 +8,7 @@ use crate::error::SceneError;
 /// Indexed triangles in mesh-local coordinates. Vertices are used exactly as given.
 ///
 /// Per-vertex arrays are as long as `vertices`, per-triangle arrays as long as `triangles`; an absent one is `None`.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Mesh {
     /// Corner positions.
     pub vertices: Vec<DVec3>,

@@ -5,7 +5,7 @@ use crate::error::SceneError;
 use crate::texture::TextureSlot;
 
 /// A number or colour, and a texture that multiplies it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Textured<T> {
     /// Linear.
     pub value: T,
@@ -23,7 +23,7 @@ impl<T> From<T> for Textured<T> {
 }
 
 /// A texture of tangent-space normals.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct NormalMap {
     /// Red, green, blue are x, y, z, each 0..=1 for -1..=1.
     pub texture: TextureSlot,
@@ -33,7 +33,7 @@ pub struct NormalMap {
 
 /// Metal and dielectric in one, layered as the glTF 2.0 specification, appendix B, and its `KHR_materials_*` extensions
 /// say. The base colour is the material's.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Principled {
     /// 0 dielectric, 1 metal. Texture: blue.
     pub metallic: Textured<f32>,

@@ -9,7 +9,9 @@ use crate::color::linear_from_srgb8;
 use crate::error::SceneError;
 
 /// What a texture does beyond 0..1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Wrap {
     /// Starts again.
@@ -22,7 +24,7 @@ pub enum Wrap {
 }
 
 /// What lies between texels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize)]
 pub enum Interpolation {
     /// The nearest texel.
     Nearest,
@@ -32,7 +34,7 @@ pub enum Interpolation {
 }
 
 /// How an image is looked up, as glTF's samplers say.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize)]
 pub struct TextureSampler {
     /// Wrap modes of u and v.
     pub wrap: [Wrap; 2],
@@ -45,7 +47,7 @@ pub struct TextureSampler {
 }
 
 /// The texels of an image, row-major, row 0 at the top: red, green, blue and alpha. Alpha is always linear.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, Deserialize)]
 pub enum Texels {
     /// Colours in sRGB.
     Srgb8(Vec<[u8; 4]>),
@@ -88,9 +90,10 @@ impl Texels {
 }
 
 /// An image.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, Deserialize)]
 pub struct Image {
     /// The file it came from, or empty.
+    #[serde(serialize_with = "last_part")]
     pub name: String,
     /// Columns and rows.
     pub size: [u32; 2],
@@ -98,8 +101,13 @@ pub struct Image {
     pub texels: Texels,
 }
 
+/// A file without its folder: the same image is the same data wherever it was read from.
+fn last_part<S: serde::Serializer>(name: &str, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(name.rsplit(['/', '\\']).next().unwrap_or(name))
+}
+
 /// An image and how it is looked up. Several textures may share an image.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, Deserialize)]
 pub struct Texture {
     /// The image.
     pub image: Arc<Image>,
@@ -107,8 +115,67 @@ pub struct Texture {
     pub sampler: TextureSampler,
 }
 
+/// Textures as serde's data, an image that several of them share only once.
+pub(crate) mod sharing_images {
+    use std::collections::HashMap;
+    use std::sync::Arc;
+
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::{Image, Texture, TextureSampler};
+
+    #[derive(Serialize)]
+    struct Shown<'a> {
+        images: Vec<&'a Image>,
+        textures: Vec<(usize, TextureSampler)>,
+    }
+
+    #[derive(Deserialize)]
+    struct Found {
+        images: Vec<Arc<Image>>,
+        textures: Vec<(usize, TextureSampler)>,
+    }
+
+    pub(crate) fn serialize<S: Serializer>(
+        textures: &[Arc<Texture>],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        let mut images: Vec<&Image> = Vec::new();
+        let mut known = HashMap::new();
+        let textures = textures
+            .iter()
+            .map(|texture| {
+                let index = *known.entry(Arc::as_ptr(&texture.image)).or_insert_with(|| {
+                    images.push(&texture.image);
+                    images.len() - 1
+                });
+                (index, texture.sampler)
+            })
+            .collect();
+        Shown { images, textures }.serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vec<Arc<Texture>>, D::Error> {
+        let Found { images, textures } = Found::deserialize(deserializer)?;
+        let texture = |(index, sampler): (usize, TextureSampler)| match images.get(index) {
+            Some(image) => Ok(Arc::new(Texture {
+                image: image.clone(),
+                sampler,
+            })),
+            None => Err(D::Error::custom(format_args!(
+                "image {index} of {}",
+                images.len()
+            ))),
+        };
+        textures.into_iter().map(texture).collect()
+    }
+}
+
 /// Where a material takes a value from a texture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, Deserialize)]
 pub struct TextureSlot {
     /// Index into the world's textures.
     pub texture: usize,

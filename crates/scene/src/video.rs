@@ -15,7 +15,7 @@ use crate::world::{Object, Up, World};
 pub const MAX_FRAMES: f64 = 1_000_000.0;
 
 /// A `[video]` whose object names are resolved and whose keyframes are in order.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Video {
     fps: f64,
     seconds: f64,
@@ -27,7 +27,7 @@ pub struct Video {
 }
 
 /// What keyframes say of one mover. `rotation` is world_from_body, body axes x forward, y left, z up.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 struct Motion {
     location: Track<DVec3>,
     rotation: Track<DQuat>,
@@ -92,18 +92,7 @@ impl Video {
             spec.fps,
             spec.seconds.unwrap_or(if last > 0.0 { last } else { 4.0 }),
         );
-        if !(fps.is_finite() && fps > 0.0) {
-            return fail(
-                "fps",
-                format!("{fps}: expected a finite number greater than 0"),
-            );
-        }
-        if !(seconds.is_finite() && seconds > 0.0 && fps * seconds <= MAX_FRAMES) {
-            return fail(
-                "seconds",
-                format!("{seconds}: expected more than 0, and at most {MAX_FRAMES} frames"),
-            );
-        }
+        check_length(fps, seconds)?;
         let objects = objects
             .into_iter()
             .map(|(id, mover)| (id, mover.motion))
@@ -116,6 +105,19 @@ impl Video {
             camera: camera.motion,
             objects,
         })
+    }
+
+    /// Whether it is one for a world of so many objects.
+    ///
+    /// # Errors
+    /// [`SceneError`] where it moves others, or has no length or no end.
+    pub(crate) fn check(&self, objects: usize) -> Result<(), SceneError> {
+        if let Some((id, _)) = self.objects.iter().find(|(id, _)| *id >= objects) {
+            return Err(SceneError::World(format!(
+                "the video moves object {id} of {objects}"
+            )));
+        }
+        check_length(self.fps, self.seconds)
     }
 
     /// Frames per second.
@@ -299,4 +301,21 @@ impl Mover {
         }
         Ok(())
     }
+}
+
+/// Whether a video has an end.
+fn check_length(fps: f64, seconds: f64) -> Result<(), SceneError> {
+    if !(fps.is_finite() && fps > 0.0) {
+        return Err(SceneError::schema(
+            "fps",
+            format!("{fps}: expected a finite number greater than 0"),
+        ));
+    }
+    if !(seconds.is_finite() && seconds > 0.0 && fps * seconds <= MAX_FRAMES) {
+        return Err(SceneError::schema(
+            "seconds",
+            format!("{seconds}: expected more than 0, and at most {MAX_FRAMES} frames"),
+        ));
+    }
+    Ok(())
 }

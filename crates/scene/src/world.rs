@@ -1,6 +1,6 @@
 //! The world: everything there is, by index.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::{BVec3, DAffine3, DMat3, DVec2, DVec3};
@@ -38,7 +38,7 @@ impl Up {
 }
 
 /// A placed mesh: what the ground truth calls an instance. Its id is its index in [`World::objects`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Object {
     /// Unique within the world; made from the shape where none was given.
     pub name: String,
@@ -74,7 +74,7 @@ impl Object {
 }
 
 /// A camera with the name it is asked for by.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NamedCamera {
     /// Unique within the world.
     pub name: String,
@@ -83,13 +83,14 @@ pub struct NamedCamera {
 }
 
 /// Meshes, materials, lights and cameras, joined by index. Cloning is cheap: geometry and images are shared.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct World {
     /// Which way is up.
     pub up: Up,
     /// Shared geometry.
     pub meshes: Vec<Arc<Mesh>>,
     /// Shared images.
+    #[serde(with = "crate::texture::sharing_images")]
     pub textures: Vec<Arc<Texture>>,
     /// Shared materials.
     pub materials: Vec<Material>,
@@ -341,10 +342,10 @@ impl World {
 }
 
 /// Names in use.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Names {
     /// For each name in use, the number to try next where it is wanted again.
-    next: HashMap<String, usize>,
+    next: BTreeMap<String, usize>,
 }
 
 impl Names {

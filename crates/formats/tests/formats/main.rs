@@ -1,6 +1,7 @@
 //! One file for each concept of the crate, of the same name.
 
 mod budget;
+mod bundle;
 mod common;
 mod draco;
 mod exr;

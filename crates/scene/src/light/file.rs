@@ -33,17 +33,25 @@ impl<T> FromFile<T> {
     }
 }
 
-impl<'de, T> Deserialize<'de> for FromFile<T> {
+// People write the name alone; between machines the content travels with it.
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for FromFile<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Ok(Self {
-            file: String::deserialize(deserializer)?,
-            content: None,
-        })
+        let (file, content) = if deserializer.is_human_readable() {
+            (String::deserialize(deserializer)?, None)
+        } else {
+            Deserialize::deserialize(deserializer)?
+        };
+        Ok(Self { file, content })
     }
 }
 
-impl<T> Serialize for FromFile<T> {
+impl<T: Serialize> Serialize for FromFile<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.file.serialize(serializer)
+        if serializer.is_human_readable() {
+            self.file.serialize(serializer)
+        } else {
+            (&self.file, &self.content).serialize(serializer)
+        }
     }
 }

@@ -4,7 +4,7 @@ use crate::error::SceneError;
 
 /// Luminous intensity by direction: IES type C photometry. The vertical angle is measured from the nadir, the
 /// horizontal one around it, counter-clockwise seen from above a luminaire that shines down.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Profile {
     /// Degrees from the nadir, increasing, within 0..=180. There is no light outside of them.
     pub vertical: Vec<f64>,

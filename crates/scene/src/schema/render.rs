@@ -9,7 +9,7 @@ use serde::de::{Deserializer, Error, Visitor};
 use crate::error::SceneError;
 
 /// How to render; everything may be left out, and what the command line or the call says goes first.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RenderSpec {
     /// "flat": the colour of the closest triangle, unlit. "direct": lit by the lights, with shadows. "path": all light,
@@ -34,7 +34,8 @@ pub struct RenderSpec {
 }
 
 /// `true`, `false` or a distance.
-#[derive(Clone, Copy, Debug, PartialEq, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, JsonSchema)]
+#[serde(untagged)]
 #[schemars(untagged)]
 pub enum AmbientOcclusion {
     /// Whether surfaces at any distance count.
@@ -76,7 +77,7 @@ impl<'de> Deserialize<'de> for AmbientOcclusion {
 }
 
 /// The closed set of integrators.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum IntegratorName {
     /// The colour of the closest triangle, unlit.
@@ -102,7 +103,7 @@ impl IntegratorName {
 }
 
 /// The closed set of pixel filters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FilterName {
     /// The mean over the pixel's square.

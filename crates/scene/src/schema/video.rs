@@ -21,7 +21,7 @@ pub struct VideoSpec {
 }
 
 /// Carries the camera around the upright axis through a target, as a whole: the first frame is the still picture.
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OrbitSpec {
     /// The point to go around.
@@ -55,7 +55,7 @@ pub struct KeyframeSpec {
 }
 
 /// What happens between keyframes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Interpolation {
     /// Straight lines at constant speed.

@@ -5,12 +5,12 @@ use glam::{DQuat, DVec3};
 use crate::schema::Interpolation;
 
 /// Keys in order of time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Track<T> {
     keys: Vec<Key<T>>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 struct Key<T> {
     time: f64,
     value: T,

@@ -14,7 +14,7 @@ const DIRECTIONS: u32 = 32;
 const TOLERANCE: f64 = 1e-13;
 
 /// The coefficients, 0 where a model does not have them.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Terms {
     /// Of r², r⁴, ... in the radial factor, and in what divides it.
     pub numerator: [f64; 6],
@@ -29,7 +29,7 @@ pub struct Terms {
 /// A distortion on a disc around the principal point: the largest one, up to a radius, on which the symmetric part of
 /// the Jacobian is positive definite. A map with this property on a convex set is one-to-one there; for radial
 /// distortion the disc ends exactly where the distorted radius stops growing.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Brown {
     terms: Terms,
     /// The radius of the disc; not reached.

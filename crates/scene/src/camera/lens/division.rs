@@ -8,7 +8,7 @@ use crate::error::SceneError;
 
 /// `k`: the point (x, y) of the image at the radius r has the direction (x, y, 1 + k r²). It is one-to-one within
 /// `r < 1 / sqrt(|k|)` for k > 0, and everywhere for k < 0, where it sees all but straight back.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Division {
     k: [f64; 1],
 }

@@ -13,7 +13,7 @@ const STEPS: u32 = 4096;
 
 /// An image at the radius `θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸)`, θ the angle from the principal axis: up to 180
 /// degrees (a field of view of 360), or to the first angle where the radius stops growing.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Fisheye {
     k: [f64; 4],
     /// The largest angle, in radians, and its radius; neither is reached.

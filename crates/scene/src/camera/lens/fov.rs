@@ -9,7 +9,7 @@ use super::{LensModel, wrong_count};
 use crate::error::SceneError;
 
 /// `ω`: an image at the radius `atan(2 r tan(ω / 2)) / ω`, r the radius at depth 1; less than 90 degrees from the axis.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Fov {
     omega: [f64; 1],
     /// `2 tan(ω / 2)`.

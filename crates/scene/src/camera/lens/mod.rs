@@ -111,7 +111,7 @@ impl LensModel {
 
 /// What a lens does to directions. Each model is one-to-one on the region where it does not fold over, and has no image
 /// outside of it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Lens {
     /// None: straight lines stay straight.
     #[default]

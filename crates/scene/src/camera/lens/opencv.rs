@@ -15,7 +15,7 @@ const NEARLY: f64 = 2047.0 / 2048.0;
 ///
 /// The model is used on a disc of the plane at depth 1, less than 90 degrees from the axis, on which it is one-to-one;
 /// the tilt after it is a homography.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct OpenCv {
     given: Vec<f64>,
     plane: Brown,

@@ -11,7 +11,7 @@ use crate::error::SceneError;
 
 /// The equidistant plane, where a direction at the angle θ from the axis lies at the radius θ, distorted. It is used on a
 /// disc, at most 180 degrees from the axis, on which it is one-to-one.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PrismFisheye {
     given: Vec<f64>,
     plane: Brown,

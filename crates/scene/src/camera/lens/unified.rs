@@ -15,7 +15,7 @@ use crate::error::SceneError;
 const NEARLY: f64 = 2047.0 / 2048.0;
 
 /// A direction of length d at `(x, y) / (a d + b z)`, b >= 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 struct Sphere {
     a: f64,
     b: f64,
@@ -56,7 +56,7 @@ impl Sphere {
 }
 
 /// `ξ [k1 k2 p1 p2]`: `x = X / (Z + ξ d)`, d the distance, then radial and tangential distortion.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Omni {
     given: Vec<f64>,
     sphere: Sphere,
@@ -123,7 +123,7 @@ impl Omni {
 }
 
 /// `α β`: `x = X / (α sqrt(β (X² + Y²) + Z²) + (1 - α) Z)`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Eucm {
     given: [f64; 2],
     sphere: Sphere,
@@ -167,7 +167,7 @@ impl Eucm {
 }
 
 /// `ξ α`: the direction moved by ξ along the axis, `Z' = Z + ξ d`, then `x = X / (α d' + (1 - α) Z')`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DoubleSphere {
     given: [f64; 2],
     first: Sphere,

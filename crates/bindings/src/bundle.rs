@@ -1,0 +1,51 @@
+//! Worlds as bytes, for other processes.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use raycam_formats::{Budget, bundle};
+
+use crate::camera::Camera;
+use crate::error::{IntoPyErr, caught};
+use crate::world::World;
+
+/// The world with more cameras at the end, a copy that shares what is built.
+#[pyfunction]
+pub(crate) fn world_with_cameras(
+    world: &World,
+    cameras: Vec<(String, PyRef<'_, Camera>)>,
+) -> PyResult<World> {
+    let copy = World {
+        state: Mutex::new(world.state().clone()),
+        folder: world.folder.clone(),
+    };
+    copy.change(|inner| {
+        for (name, camera) in cameras {
+            inner.add_camera(&name, camera.inner.clone());
+        }
+        Ok(())
+    })?;
+    Ok(copy)
+}
+
+/// The world as bytes.
+#[pyfunction]
+pub(crate) fn world_to_bytes<'py>(py: Python<'py>, world: &World) -> PyResult<Bound<'py, PyBytes>> {
+    let inner = world.snapshot();
+    let bytes = py
+        .detach(|| caught(|| bundle::write(&inner)))?
+        .map_err(IntoPyErr::into_py_err)?;
+    Ok(PyBytes::new(py, &bytes))
+}
+
+/// The world in such bytes.
+#[pyfunction]
+pub(crate) fn world_from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<World> {
+    let read = || bundle::read(bytes, Path::new("the world of the job"), Budget::default());
+    let world = py
+        .detach(|| caught(read))?
+        .map_err(IntoPyErr::into_py_err)?;
+    Ok(World::of(world, PathBuf::from(".")))
+}

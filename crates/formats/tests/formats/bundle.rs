@@ -1,0 +1,148 @@
+//! Worlds as bytes.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use raycam_formats::{Budget, bundle, world_file};
+use raycam_scene::{Image, Material, Texels, Texture, TextureSampler, TextureSlot, World};
+
+const WORLD: &str = r##"
+up = "y"
+[[camera]]
+size = [64, 48]
+fov = 40
+location = [3, -4, 2]
+target = [0, 0, 0]
+distortion = [0.1, 0.02, 0.001, -0.002, 0.003]
+[[camera]]
+name = "round"
+size = [64, 64]
+focal = 20
+lens = "fisheye"
+distortion = [0.01, 0.002, 0, 0]
+[[object]]
+name = "box"
+box = { size = 1 }
+color = "#c83c28"
+category = "solid"
+[[object]]
+name = "lid"
+instance_of = "box"
+matrix = [[1, 0.5, 0, 0], [0, -1, 0, 2], [0, 0, 1, 0.1], [0, 0, 0, 1]]
+[[object]]
+vertices = [[0, 0, 0], [0.1, 0, 0], [0, 1e-300, 3]]
+triangles = [[0, 1, 2]]
+face_colors = [[0.1, 0.2, 0.3]]
+[[light]]
+type = "bulb"
+position = [0, 0, 3]
+power = [60, 60, 60]
+[render]
+samples = 7
+ambient_occlusion = 2.5
+filter = "blackman-harris"
+seed = 9007199254740993
+[video]
+fps = 10
+keyframe = [{ time = 0, object = "box", location = [0, 0, 0] }, { time = 1, object = "box", location = [1, 0, 0] }]
+"##;
+
+fn world() -> World {
+    let mut world = world_file::parse(
+        WORLD,
+        Path::new("."),
+        Path::new("here.toml"),
+        &Budget::default(),
+    )
+    .unwrap();
+    let image = Arc::new(Image {
+        name: "/somewhere/else/brick.png".into(),
+        size: [2, 1],
+        texels: Texels::Float(vec![[0.5, 1e9, f32::MIN_POSITIVE, 1.0]; 2]),
+    });
+    for mip in [None, Some(raycam_scene::Interpolation::Linear)] {
+        let sampler = TextureSampler {
+            mip,
+            ..TextureSampler::default()
+        };
+        let texture = world.add_texture(Texture {
+            image: image.clone(),
+            sampler,
+        });
+        world
+            .add_material(Material {
+                texture: Some(TextureSlot::plain(texture)),
+                ..Material::default()
+            })
+            .unwrap();
+    }
+    world.notices.push("read from /somewhere/else".into());
+    world
+}
+
+fn read(bytes: &[u8]) -> Result<World, raycam_formats::FormatError> {
+    bundle::read(bytes, Path::new("w"), Budget::default())
+}
+
+#[test]
+fn a_world_comes_back_exactly() {
+    let world = world();
+    let bytes = bundle::write(&world).unwrap();
+    let back = read(&bytes).unwrap();
+    assert!(back.notices.is_empty());
+    assert_eq!(back.textures[0].image.name, "brick.png");
+    assert!(Arc::ptr_eq(
+        &back.textures[0].image,
+        &back.textures[1].image
+    ));
+    assert_eq!(
+        back.textures[0].image.texels,
+        world.textures[0].image.texels
+    );
+    let same = World {
+        notices: world.notices.clone(),
+        textures: world.textures.clone(),
+        ..back.clone()
+    };
+    assert_eq!(same, world);
+    assert_eq!(bundle::write(&back).unwrap(), bytes);
+    // A change anywhere is a change of the bytes.
+    let mut other = world.clone();
+    other.lights.truncate(0);
+    assert_ne!(bundle::write(&other).unwrap(), bytes);
+}
+
+#[test]
+fn every_piece_of_it_is_no_world() {
+    let bytes = bundle::write(&world()).unwrap();
+    for end in 0..bytes.len() {
+        assert!(read(&bytes[..end]).is_err(), "the first {end} bytes");
+    }
+    for place in 0..bytes.len() {
+        // Anything but a panic: a colour may be another colour.
+        for flip in [0x01, 0x80, 0xff] {
+            let mut changed = bytes.clone();
+            changed[place] ^= flip;
+            let _ = read(&changed);
+        }
+    }
+}
+
+#[test]
+fn what_it_is_not_is_said() {
+    let bytes = bundle::write(&world()).unwrap();
+    let text = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
+    assert!(text(b"solid cube").contains("not the bytes of a world"));
+    let other = [b"raycam world 9.9.9\n", &bytes[19..]].concat();
+    assert!(text(&other).contains("a world of raycam 9.9.9"));
+    let budget = Budget {
+        bytes: 10,
+        ..Budget::default()
+    };
+    let refused = bundle::read(&bytes, Path::new("w"), budget).unwrap_err();
+    assert!(refused.to_string().contains("budget"));
+    // Far corners: an index that leads nowhere is found before anything is traced.
+    let mut broken = world();
+    broken.objects[0].mesh = 99;
+    assert!(text(&bundle::write(&broken).unwrap()).contains("mesh 99"));
+}

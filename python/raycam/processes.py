@@ -1,0 +1,225 @@
+"""Frames made by processes of their own on this machine, and how they are talked to.
+
+Each worker is `python -m raycam.processes`: it reads tasks as lines of JSON and answers each with a line of JSON and
+the bytes of the files. Nothing is pickled. A worker that dies takes one frame with it, which is known exactly.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import queue
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import traceback
+from concurrent.futures import Future
+from typing import IO, Any
+
+from . import _core, errors, memory, workers
+from .dispatch import PoolLost, WorkerDied
+from .errors import Error
+from .package import Package
+from .workers import Made, Task
+
+__all__ = ["FrameError", "Processes"]
+
+# A world in memory with what is built of it, beside its bytes; and a worker without any.
+GROWTH = 20
+BARE = 150 << 20
+FULL = 0.9
+"""The share of the memory that workers may fill."""
+
+
+class FrameError(Exception):
+    """What a frame raised in a worker, where it is no error of raycam's own."""
+
+
+class Processes:
+    """Workers on this machine, `count` processes with `threads` each (default: the cores shared out).
+
+    Where the memory would not do for all of them, fewer are started.
+    """
+
+    apart = True
+
+    def __init__(self, count: int, threads: int | None = None) -> None:
+        self.threads: int | None = threads or max(1, _core.available_threads() // count)
+        """How many threads each worker renders with."""
+        self._count = count
+        self._tasks: queue.SimpleQueue[tuple[Task, Future[Made]] | None] = queue.SimpleQueue()
+        self._threads: list[threading.Thread] = []
+        self._workers: list[_Worker] = []
+        self._closing = False
+        self._expected = BARE
+
+    def open(self, package: Package, path: str) -> None:
+        """Thinks about how much memory a worker will need."""
+        self._expected = BARE + GROWTH * len(package.world_bytes)
+
+    def submit(self, task: Task) -> Future[Made]:
+        """Starts a frame."""
+        future: Future[Made] = Future()
+        self._tasks.put((task, future))
+        return future
+
+    def slots(self) -> int:
+        """Two for each worker, so that none waits for the next frame; starts more workers where they fit."""
+        while len(self._threads) < self._count and (not self._threads or self._has_room()):
+            thread = threading.Thread(target=self._serve, name="raycam-worker", daemon=True)
+            self._threads.append(thread)
+            thread.start()
+        return 2 * len(self._threads)
+
+    def pids(self) -> list[int]:
+        """The process numbers of the workers."""
+        return [worker.process.pid for worker in self._workers]
+
+    def close(self) -> None:
+        """Ends all workers at once, whatever they do."""
+        self._closing = True
+        for _ in self._threads:
+            self._tasks.put(None)
+        for worker in list(self._workers):
+            worker.process.kill()
+        for thread in self._threads:
+            thread.join()
+
+    def _has_room(self) -> bool:
+        """Whether one more worker fits into the memory, those that still grow taken as large as the largest."""
+        sizes = [memory.peak(pid) for pid in self.pids()]
+        expected = max([self._expected, *sizes])
+        growing = sum(expected - size for size in sizes) + expected * (len(self._threads) - len(sizes))
+        return memory.used() + growing + expected <= FULL * memory.limit()
+
+    def _serve(self) -> None:
+        """Hands tasks to one worker after the other, and a new worker in place of one that died."""
+        worker: _Worker | None = None
+        while (item := self._tasks.get()) is not None and not self._closing:
+            task, future = item
+            if not future.set_running_or_notify_cancel():
+                continue
+            try:
+                if worker is None:
+                    worker = _Worker()
+                    self._workers.append(worker)
+                    if self._closing:
+                        worker.process.kill()
+                made = worker.make(task)
+            except BaseException as fault:
+                if worker is not None and isinstance(fault, WorkerDied):
+                    self._workers.remove(worker)
+                    worker = None
+                future.set_exception(PoolLost("stopped") if self._closing else fault)
+            else:
+                future.set_result(made)
+        if worker is not None:
+            self._workers.remove(worker)
+            worker.end()
+
+
+class _Worker:
+    """The parent's side of one worker process."""
+
+    def __init__(self) -> None:
+        self._said = tempfile.TemporaryFile()  # noqa: SIM115
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", __name__],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._said,
+        )
+
+    def make(self, task: Task) -> Made:
+        """Makes a frame; raises `WorkerDied` where the worker does not live to answer."""
+        to, back = self.process.stdin, self.process.stdout
+        if to is None or back is None:  # they are pipes
+            raise AssertionError
+        try:
+            to.write(json.dumps(task._asdict()).encode() + b"\n")
+            to.flush()
+            answer = json.loads(_line(back))
+            if "error" in answer:
+                raise _fault(answer)
+            files = {name: _exactly(back, size) for name, size in answer["files"]}
+        except (EOFError, BrokenPipeError):
+            raise WorkerDied(self.end()) from None
+        return Made(task.frame, files, answer["notices"], answer["seconds"])
+
+    def end(self) -> str:
+        """Ends the process; how it ended, and the last that it said."""
+        for pipe in (self.process.stdin, self.process.stdout):
+            if pipe is not None:
+                with contextlib.suppress(OSError):
+                    pipe.close()
+        try:
+            code = self.process.wait(5)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            code = self.process.wait()
+        with self._said as said:
+            said.seek(max(0, said.seek(0, os.SEEK_END) - 2000))
+            words = said.read().decode(errors="replace").strip()
+        how = f"exit status {code}"
+        if code < 0:
+            name = signal.Signals(-code).name if -code in signal.Signals._value2member_map_ else str(-code)
+            how = f"signal {name}" + (" (perhaps for want of memory)" if name == "SIGKILL" else "")
+        return f"a worker ended with {how}" + (f"\n{words}" if words else "")
+
+
+def _fault(answer: dict[str, Any]) -> Exception:
+    """What the worker raised."""
+    kind = getattr(errors, answer["error"], None)
+    fault: Exception = FrameError(f"{answer['error']}: {answer['text']}")
+    if isinstance(kind, type) and issubclass(kind, Error):
+        fault = kind(answer["text"])
+    fault.add_note("in the worker:\n" + answer["trace"])
+    return fault
+
+
+def _line(pipe: IO[bytes]) -> bytes:
+    line = pipe.readline()
+    if not line.endswith(b"\n"):
+        raise EOFError
+    return line
+
+
+def _exactly(pipe: IO[bytes], size: int) -> bytes:
+    data = pipe.read(size)
+    if len(data) != size:
+        raise EOFError
+    return data
+
+
+def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
+    """The worker: answers tasks until there are no more."""
+    for line in tasks:
+        files: dict[str, bytes] = {}
+        try:
+            made = workers.make(Task(**json.loads(line)))
+            files = dict(made.files)
+            sizes = [(name, len(data)) for name, data in files.items()]
+            answer: dict[str, Any] = {"files": sizes, "notices": made.notices, "seconds": made.seconds}
+        except Exception as fault:
+            answer = {"error": type(fault).__name__, "text": str(fault), "trace": traceback.format_exc()}
+        answers.write(json.dumps(answer).encode() + b"\n")
+        for data in files.values():
+            answers.write(data)
+        answers.flush()
+
+
+def main() -> None:
+    """Serves on the standard streams; whatever else prints does so to standard error."""
+    # Ctrl-C reaches every process of the terminal: it is the parent who decides.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with os.fdopen(os.dup(1), "wb") as answers:
+        os.dup2(2, 1)
+        with contextlib.suppress(BrokenPipeError):
+            serve(sys.stdin.buffer, answers)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,69 @@
+"""Small films as jobs, and pools that fail on demand, for the tests of jobs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import raycam
+from raycam import workers
+from raycam.package import Package
+from raycam.video import Film
+from raycam.workers import Made, Task
+
+
+def world() -> raycam.World:
+    world = raycam.World()
+    world.add_object(box={"size": [1, 1, 1]}, name="box", color=[0.8, 0.1, 0.1])
+    world.add_camera(raycam.Camera.look_at([3, -2, 2], [0, 0, 0], size=(16, 12), fov=45))
+    world.set_video(fps=10, seconds=0.8, orbit={"target": [0, 0, 0]})
+    return world
+
+
+def film(**options: Any) -> Film:
+    return Film(world(), **({"integrator": "flat", "samples": 1} | options))
+
+
+def package(**options: Any) -> Package:
+    return film(**options).package()
+
+
+class Pool:
+    """Makes frames at once, here; `before(frame)` may raise instead."""
+
+    apart = False
+    threads = 1
+
+    def __init__(self, before: Callable[[int], object] = lambda _: None, slots: int = 2) -> None:
+        self.before, self._slots = before, slots
+        self.made: list[int] = []
+
+    def open(self, package: Package, path: str) -> None:
+        self.path = path
+        workers.keep(package)
+
+    def submit(self, task: Task) -> Future[Made]:
+        future: Future[Made] = Future()
+        try:
+            self.before(task.frame)
+            self.made.append(task.frame)
+            future.set_result(workers.make(task))
+        except Exception as fault:
+            future.set_exception(fault)
+        return future
+
+    def slots(self) -> int:
+        return self._slots
+
+    def close(self) -> None: ...
+
+
+def results(folder: Path) -> dict[str, bytes]:
+    """Every file of a folder that is not the job's own, by name."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and ".raycam" not in path.parts
+    }

@@ -1,0 +1,84 @@
+"""The ledger: what it says is what happened, wherever its writer was killed."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from raycam import ledger
+from raycam.errors import JobError
+from raycam.ledger import Entry, Ledger
+
+ENTRIES = [
+    Entry(3, {"a/b.png": (5, "aa" * 32), "c.json": (0, "bb" * 32)}, seconds=0.25),
+    Entry(0, error="WorldError: “odd”\nsecond line"),
+    Entry(1, {}),
+]
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    path = tmp_path / "ledger.jsonl"
+    with Ledger(path) as book:
+        for entry in ENTRIES:
+            book.add(entry)
+    return path
+
+
+def entries(path: Path) -> list[Entry]:
+    return [entry for _, entry in ledger.read(path)]
+
+
+def test_entries_come_back_and_have_places(path: Path) -> None:
+    assert entries(path) == ENTRIES
+    for place, entry in ledger.read(path):
+        assert ledger.entry_at(path, place) == entry
+    with pytest.raises(JobError, match="changed by somebody"):
+        ledger.entry_at(path, 1)
+    assert entries(path.with_name("none")) == []
+
+
+def test_half_a_line_at_any_byte_loses_that_line_alone(path: Path) -> None:
+    data = path.read_bytes()
+    ends = [0] + [index + 1 for index, byte in enumerate(data) if byte == ord("\n")]
+    for size in range(len(data) + 1):
+        path.write_bytes(data[:size])
+        whole = sum(end <= size for end in ends) - 1
+        assert entries(path) == ENTRIES[:whole]
+        with Ledger(path) as book:
+            place = book.add(Entry(9, {}))
+        assert entries(path) == [*ENTRIES[:whole], Entry(9, {})]
+        assert place == ends[whole]
+
+
+def test_lines_that_are_no_entries_are_passed_over(path: Path) -> None:
+    nonsense = b'\0\0\0\0\n[]\n{"frame": "x", "files": {}}\n{"frame": 4}\n{"frame": 4, "files": {"a": 3}}\n'
+    path.write_bytes(nonsense + path.read_bytes())
+    assert entries(path) == ENTRIES
+
+
+def test_a_write_that_fails_leaves_no_trace(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = path.read_bytes()
+
+    def fail(*_: object) -> int:
+        raise OSError(5, "Input/output error")
+
+    real_write = os.write
+    with Ledger(path) as book:
+        for name, broken in (("write", lambda file, data: real_write(file, data[:7])), ("fsync", fail)):
+            with monkeypatch.context() as patch:
+                patch.setattr(os, name, broken)
+                with pytest.raises(OSError, match=r"No space|Input/output"):
+                    book.add(Entry(7, {}))
+            assert path.read_bytes() == before
+        book.add(Entry(7, {}))
+    assert entries(path) == [*ENTRIES, Entry(7, {})]
+
+
+def test_what_is_added_is_synced_before_add_returns(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced = []
+    monkeypatch.setattr(os, "fsync", lambda file: synced.append(os.fstat(file).st_size))
+    with Ledger(path) as book:
+        book.add(Entry(8, {}))
+    assert synced == [path.stat().st_size]
