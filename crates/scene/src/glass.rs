@@ -4,7 +4,7 @@ use crate::color::Rgb;
 use crate::error::SceneError;
 
 /// What refracts light: the inside of a closed mesh, or a pane. The base colour tints what passes the surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Glass {
     /// Index of refraction, >= 1.
     pub ior: f32,

@@ -4,7 +4,7 @@ use crate::color::Rgb;
 use crate::error::SceneError;
 
 /// A rough or smooth metal.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Metal {
     /// The real part of the index of refraction, per channel.
     pub ior: Rgb,
