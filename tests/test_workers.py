@@ -1,0 +1,77 @@
+"""The worker's side: fetches once, makes what is asked for, says why it cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from job_frames import film, package
+from raycam import video, workers
+from raycam.errors import FormatError, JobError
+from raycam.package import Package
+from raycam.workers import Task, make
+
+
+@pytest.fixture(autouse=True)
+def forgetful() -> Iterator[None]:
+    workers.forget()
+    yield
+    workers.forget()
+
+
+def put(folder: Path, one: Package) -> str:
+    path = folder / "package"
+    path.write_bytes(one.to_bytes())
+    return str(path)
+
+
+def test_it_makes_frames_and_fetches_the_package_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = package()
+    path = put(tmp_path, one)
+    makers = []
+    real = video.maker
+    monkeypatch.setattr(video, "maker", lambda *given: makers.append(given) or real(*given))
+    for frame in (5, 2):
+        made = make(Task(one.id, path, frame))
+        assert made.frame == frame
+        assert dict(made.files) == {f"frame_000{frame}.png": film().frame(frame).to_png()}
+        Path(path).unlink(missing_ok=True)
+    assert len(makers) == 1
+    other = package(seed=3)
+    put(tmp_path, other)
+    make(Task(other.id, path, 0))
+    make(Task(one.id, "nowhere", 0))
+    assert len(makers) == 2
+
+
+def test_it_looks_where_packages_were_delivered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = package()
+    (tmp_path / one.id).write_bytes(one.to_bytes())
+    monkeypatch.setattr(workers, "PLACES", [tmp_path])
+    assert make(Task(one.id, "nowhere", 1)).frame == 1
+
+
+def test_what_is_missing_or_strange_is_named(tmp_path: Path) -> None:
+    one = package()
+    with pytest.raises(JobError, match=r"no job .* at nowhere seen from"):
+        make(Task(one.id, "nowhere", 1))
+    path = put(tmp_path, one)
+    with pytest.raises(FormatError, match="expected the job"):
+        make(Task("0" * 64, path, 1))
+    strange = Package("vidoe", 1, {}, one.world)
+    with pytest.raises(JobError, match="unknown kind of job 'vidoe'; did you mean 'video'"):
+        make(Task(strange.id, put(tmp_path, strange), 0))
+
+
+def test_stopping_is_asked_for_through_progress() -> None:
+    one = package(samples=4096)
+    workers.keep(one)
+
+    def stop(done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make(Task(one.id, "nowhere", 1), stop)
