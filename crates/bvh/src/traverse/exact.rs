@@ -6,11 +6,11 @@
 //! scene's box: the bound counts from there.
 
 use super::exact_packet::closest_exact_packet;
-use super::local::{EPS, LocalRay, TriangleRay};
+use super::local::{EPS, LocalRay};
 use super::packet::SIZE;
 use super::stack::Stack;
 use super::steps::enter_children;
-use super::triangle::{corners, indices, relative};
+use super::triangle::{Line, corners, indices, sheared};
 use crate::block::{LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::ray::{ExactHit, ExactRay};
 use crate::scene::{ExactTriangles, Placed, Scene};
@@ -252,13 +252,8 @@ pub fn off(scene: &Scene, placed: &Placed, distance: f32, drift: f64) -> f32 {
 /// x1 y2 - y1 x2 then by e (|x1| + |y1| + |x2| + |y2|) + 2 e^2, and rounding, which `off` exceeds by far, by less than
 /// that again.
 #[inline(always)]
-pub fn may_meet<I: Isa>(leaf: &Leaf, ray: &TriangleRay, off: f32) -> u32 {
-    let [kx, ky, kz] = ray.axes;
-    let rx = relative::<I>(leaf, kx, ray.origin[kx]);
-    let ry = relative::<I>(leaf, ky, ray.origin[ky]);
-    let rz = relative::<I>(leaf, kz, ray.origin[kz]);
-    let px = rx.sub(I::F16::splat(ray.shear[0]).mul(rz));
-    let py = ry.sub(I::F16::splat(ray.shear[1]).mul(rz));
+pub fn may_meet<I: Isa>(leaf: &Leaf, ray: impl Line, off: f32) -> u32 {
+    let [px, py] = sheared::<I>(leaf, ray);
     let size = px.abs().add(py.abs());
     let index = indices::<I>(leaf);
     let (x, y) = (corners::<I>(px, &index), corners::<I>(py, &index));

@@ -6,6 +6,7 @@ use super::local::{BOX_PAD, EPS};
 use super::packet::{Packet, SIZE};
 use super::stack::Stack;
 use super::together::NO_RAY;
+use super::triangle::Member;
 use crate::block::{LEAF, NO_CHILD, leaf, node};
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::{ExactTriangles, Scene};
@@ -88,7 +89,7 @@ pub fn closest_exact_packet<I: Isa>(
             while active != 0 {
                 let i = active.trailing_zeros() as usize & (SIZE - 1);
                 active &= active - 1;
-                let mut near = may_meet::<I>(leaf, &packet.triangle_ray(i), off);
+                let mut near = may_meet::<I>(leaf, Member(&packet, i), off);
                 let Some(ray) = moved[i].as_mut().filter(|_| near != 0) else {
                     continue;
                 };

@@ -3,8 +3,8 @@
 
 use super::local::LocalRay;
 use super::stack::Stack;
-use super::steps::{Best, NO_SLOT, enter_children, transformed};
-use super::triangle::{Found, test};
+use super::steps::{Best, NO_SLOT, any, enter_children, transformed};
+use super::triangle::within;
 use crate::block::{Block, LEAF, NO_CHILD, leaf, node};
 use crate::mesh::Bvh;
 use crate::ray::{Hit, Ray};
@@ -159,7 +159,7 @@ impl<'a> Slot<'a> {
 
     /// One node or leaf; true once the ray is done.
     #[inline(always)]
-    fn step<I: Isa, const ANY: bool>(&mut self, scene: &'a Scene, found: &mut Found) -> bool {
+    fn step<I: Isa, const ANY: bool>(&mut self, scene: &'a Scene) -> bool {
         if self.at & LEAF == 0 {
             let node = node(self.blocks, self.at);
             let (mask, enter) = enter_children::<I>(node, &self.ray, self.best.t);
@@ -174,13 +174,14 @@ impl<'a> Slot<'a> {
             }
         } else if let Some(mesh) = self.mesh {
             let leaf = leaf(self.blocks, self.at);
-            let mask = test::<I>(leaf, &self.ray.triangle, self.best.t, found);
-            if mask != 0 {
-                if ANY {
+            let near = within::<I>(leaf, &self.ray.triangle);
+            if ANY {
+                if any(leaf, near, &self.ray.triangle, self.best.t) {
                     self.hit.instance = self.instance;
                     return true;
                 }
-                self.best.take(mesh, leaf.first, mask, found);
+            } else {
+                self.best.take(mesh, leaf, near, &self.ray.triangle);
             }
         } else if self.enter_instance(scene) {
             return false;
@@ -244,7 +245,6 @@ impl<'a> Slot<'a> {
 #[inline(always)]
 pub fn trace<I: Isa, B: Batch, const ANY: bool>(scene: &Scene, batch: &mut B) {
     let mut slots: [Slot; SLOTS] = std::array::from_fn(|_| Slot::idle());
-    let mut found = Found::NOTHING;
     let mut n = 0;
     while n < SLOTS && refill(&mut slots[n], scene, batch) {
         n += 1;
@@ -254,7 +254,7 @@ pub fn trace<I: Isa, B: Batch, const ANY: bool>(scene: &Scene, batch: &mut B) {
         while i < n {
             // SAFETY: `i` is below `n`, which is at most `SLOTS`.
             let slot = unsafe { slots.get_unchecked_mut(i) };
-            if slot.step::<I, ANY>(scene, &mut found) {
+            if slot.step::<I, ANY>(scene) {
                 batch.answer(slot.number, slot.hit);
                 if !refill(slot, scene, batch) {
                     n -= 1;

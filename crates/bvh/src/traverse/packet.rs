@@ -5,7 +5,7 @@
 //! the extremes of their reciprocal directions: one test serves 64 rays, and is as sharp as their fan is narrow.
 
 use super::fan::{Apex, Fan};
-use super::local::{ORIGIN_LIMIT, REACH_LIMIT, STEEPEST, TRIANGLE_PAD, TriangleRay};
+use super::local::{ORIGIN_LIMIT, REACH_LIMIT, STEEPEST, TRIANGLE_PAD};
 use super::rows::{bits, extremes, load, load3, store};
 use super::triangle::{corners, indices, relative};
 use crate::block::Leaf;
@@ -330,23 +330,6 @@ impl Packet {
     #[inline(always)]
     pub fn lanes<I: Isa>(&self, row: &[f32; SIZE], group: usize) -> I::F16 {
         load::<I>(row, group & 3)
-    }
-
-    /// One ray, for the test of triangles.
-    #[inline(always)]
-    pub fn triangle_ray(&self, i: usize) -> TriangleRay {
-        let i = i & (SIZE - 1);
-        TriangleRay {
-            origin: [self.origin[0][i], self.origin[1][i], self.origin[2][i]],
-            reciprocal: [
-                self.reciprocal[0][i],
-                self.reciprocal[1][i],
-                self.reciprocal[2][i],
-            ],
-            pad: [self.pad[0][i], self.pad[1][i], self.pad[2][i]],
-            shear: [self.shear[0][i], self.shear[1][i], self.shear[2][i]],
-            axes: self.axes,
-        }
     }
 
     /// The largest t that is of interest to any ray.

@@ -5,8 +5,9 @@ use super::fan::Apex;
 use super::interleaved::{Work, trace};
 use super::packet::{Packet, SIZE};
 use super::stack::MaskStack;
+use super::steps::any;
 use super::together::{FEW, NO_RAY, groups, outer_pad, prefetch, scaled};
-use super::triangle::{Found, test, test_rays};
+use super::triangle::{Found, Member, test_rays, within};
 use crate::block::{LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::mesh::Bvh;
 use crate::ray::{Coherence, Ray};
@@ -148,7 +149,8 @@ fn dark_in_leaf<I: Isa>(leaf: &Leaf, mut active: u64, packet: &Packet, found: &m
     while active != 0 {
         let i = active.trailing_zeros() as usize & (SIZE - 1);
         active &= active - 1;
-        if test::<I>(leaf, &packet.triangle_ray(i), packet.t_max[i], found) != 0 {
+        let ray = Member(packet, i);
+        if any(leaf, within::<I>(leaf, ray), ray, packet.t_max[i]) {
             dark |= 1 << i;
         }
     }

@@ -1,8 +1,8 @@
 //! The steps that every traversal is made of.
 
 use super::local::LocalRay;
-use super::triangle::Found;
-use crate::block::Node;
+use super::triangle::{Line, Met, meet_one};
+use crate::block::{Leaf, Node};
 use crate::mesh::Bvh;
 use crate::ray::Ray;
 use crate::scene::{Placed, Scene};
@@ -33,25 +33,38 @@ impl Best {
         }
     }
 
-    /// Takes the triangles of `hit` where they come first by (t, id).
+    /// Takes those of the triangles `near` of a leaf that the ray meets, where they come first by (t, id); whether one
+    /// was.
     #[inline(always)]
-    pub fn take(&mut self, mesh: &Bvh, first: u32, mut hit: u32, found: &Found) {
-        while hit != 0 {
-            let lane = hit.trailing_zeros() as usize & 15;
-            hit &= hit - 1;
-            let (t, slot) = (found.t[lane], first + lane as u32);
-            let before = t < self.t
-                || t == self.t && (self.slot == NO_SLOT || mesh.id(slot) < mesh.id(self.slot));
-            if before {
-                *self = Best {
-                    t,
-                    u: found.u[lane],
-                    v: found.v[lane],
-                    slot,
-                };
+    pub fn take(&mut self, mesh: &Bvh, leaf: &Leaf, mut near: u32, ray: impl Line) -> bool {
+        let mut closer = false;
+        while near != 0 {
+            let lane = near.trailing_zeros();
+            near &= near - 1;
+            let Some(Met { t, u, v }) = meet_one(leaf, lane as usize, ray, self.t) else {
+                continue;
+            };
+            let slot = leaf.first + lane;
+            if t < self.t || self.slot == NO_SLOT || mesh.id(slot) < mesh.id(self.slot) {
+                *self = Best { t, u, v, slot };
+                closer = true;
             }
         }
+        closer
     }
+}
+
+/// Whether the ray meets any of the triangles `near` of a leaf.
+#[inline(always)]
+pub fn any(leaf: &Leaf, mut near: u32, ray: impl Line, t_max: f32) -> bool {
+    while near != 0 {
+        let lane = near.trailing_zeros() as usize;
+        near &= near - 1;
+        if meet_one(leaf, lane, ray, t_max).is_some() {
+            return true;
+        }
+    }
+    false
 }
 
 /// Which children of a node the ray enters no later than `t_max`, and where.

@@ -5,7 +5,7 @@ use super::local::{BOX_PAD, EPS};
 use super::packet::{Packet, SIZE};
 use super::stack::Stack;
 use super::steps::NO_SLOT;
-use super::triangle::{Found, test, test_rays};
+use super::triangle::{Found, Member, Met, meet_one, test_rays, within};
 use crate::block::{Block, LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::mesh::Bvh;
 use crate::ray::{Coherence, Hit, Ray};
@@ -256,7 +256,8 @@ fn closest_in_leaf<I: Isa>(
                 while hit != 0 {
                     let lane = hit.trailing_zeros() as usize & 15;
                     hit &= hit - 1;
-                    nearest.take(mesh, leaf.first + k, found, lane, 16 * group + lane, packet);
+                    let met = found.at(lane);
+                    nearest.take(mesh, leaf.first + k, met, 16 * group + lane, packet);
                 }
             }
         }
@@ -265,12 +266,14 @@ fn closest_in_leaf<I: Isa>(
     while active != 0 {
         let i = active.trailing_zeros() as usize & (SIZE - 1);
         active &= active - 1;
-        let mut hit = test::<I>(leaf, &packet.triangle_ray(i), packet.t_max[i], found);
-        closer |= hit != 0;
-        while hit != 0 {
-            let lane = hit.trailing_zeros() as usize & 15;
-            hit &= hit - 1;
-            nearest.take(mesh, leaf.first + lane as u32, found, lane, i, packet);
+        let mut near = within::<I>(leaf, Member(packet, i));
+        while near != 0 {
+            let lane = near.trailing_zeros();
+            near &= near - 1;
+            if let Some(met) = meet_one(leaf, lane as usize, Member(packet, i), packet.t_max[i]) {
+                closer = true;
+                nearest.take(mesh, leaf.first + lane, met, i, packet);
+            }
         }
     }
     closer
@@ -285,26 +288,17 @@ pub fn groups(active: u64) -> u32 {
 }
 
 impl Nearest {
-    /// Takes what was found in a lane for ray `i`, if it comes first by (t, id).
+    /// Takes what was found for ray `i`, if it comes first by (t, id).
     #[inline(always)]
-    fn take(
-        &mut self,
-        mesh: &Bvh,
-        slot: u32,
-        found: &Found,
-        lane: usize,
-        i: usize,
-        packet: &mut Packet,
-    ) {
-        let t = found.t[lane];
+    fn take(&mut self, mesh: &Bvh, slot: u32, Met { t, u, v }: Met, i: usize, packet: &mut Packet) {
         let known = self.slot[i];
         let before = t < packet.t_max[i]
             || t == packet.t_max[i] && (known == NO_SLOT || mesh.id(slot) < mesh.id(known));
         if before {
             packet.t_max[i] = t;
             self.slot[i] = slot;
-            self.u[i] = found.u[lane];
-            self.v[i] = found.v[lane];
+            self.u[i] = u;
+            self.v[i] = v;
         }
     }
 }

@@ -5,8 +5,9 @@
 //! the same value with opposite sign, so no ray passes between them, and where a value is 0 float64 decides exactly.
 //! Front and back are both hit. The edges count as inside.
 //!
-//! The lanes are sixteen triangles and one ray ([`test`]) or sixteen rays and one triangle ([`test_rays`]); both run
-//! through [`meet`], so a ray and a triangle have the same answer in either.
+//! One ray meets sixteen triangles in two steps: all edges at once ([`within`]), then the few triangles that remain one
+//! by one ([`meet_one`]). Sixteen rays meet one triangle at once ([`test_rays`]). Each computes every value by the same
+//! operations in the same order, so a ray and a triangle have the same answer in either.
 
 use super::local::TriangleRay;
 use super::packet::{Packet, SIZE};
@@ -27,6 +28,17 @@ impl Found {
         u: [0.0; 16],
         v: [0.0; 16],
     };
+
+    /// What a lane holds.
+    #[inline(always)]
+    pub fn at(&self, lane: usize) -> Met {
+        let lane = lane & 15;
+        Met {
+            t: self.t[lane],
+            u: self.u[lane],
+            v: self.v[lane],
+        }
+    }
 }
 
 /// The corners of the triangles of a leaf.
@@ -57,14 +69,6 @@ pub fn relative<I: Isa>(leaf: &Leaf, axis: usize, origin: f32) -> I::F16 {
     row.sub(I::F16::splat(origin))
 }
 
-/// Sixteen triangles and one ray.
-struct OneRay<'a, I: Isa> {
-    leaf: &'a Leaf,
-    ray: &'a TriangleRay,
-    index: [I::Index; 3],
-    t_max: f32,
-}
-
 /// One triangle and sixteen rays.
 struct OneTriangle<'a> {
     leaf: &'a Leaf,
@@ -74,72 +78,158 @@ struct OneTriangle<'a> {
     group: usize,
 }
 
-/// Bit i: the ray meets triangle i of the leaf at a t of `0..=t_max`.
-#[inline(always)]
-pub fn test<I: Isa>(leaf: &Leaf, ray: &TriangleRay, t_max: f32, found: &mut Found) -> u32 {
-    let [kx, ky, kz] = ray.axes;
-    let rx = relative::<I>(leaf, kx, ray.origin[kx]);
-    let ry = relative::<I>(leaf, ky, ray.origin[ky]);
-    let rz = relative::<I>(leaf, kz, ray.origin[kz]);
-    let px = rx.sub(I::F16::splat(ray.shear[0]).mul(rz));
-    let py = ry.sub(I::F16::splat(ray.shear[1]).mul(rz));
-    let index = indices::<I>(leaf);
-    let (x, y) = (corners::<I>(px, &index), corners::<I>(py, &index));
-    meet::<I, _>(
-        x,
-        y,
-        leaf.solid,
-        found,
-        OneRay::<I> {
-            leaf,
-            ray,
-            index,
-            t_max,
-        },
-    )
+/// A ray as it is tested against triangles, one of a packet or not.
+pub trait Line: Copy {
+    /// See [`TriangleRay::axes`].
+    fn axes(&self) -> [usize; 3];
+    fn origin(&self, axis: usize) -> f32;
+    fn shear(&self, k: usize) -> f32;
+    fn reciprocal(&self, axis: usize) -> f32;
+    fn pad(&self, axis: usize) -> f32;
 }
 
-impl<I: Isa> Lanes<I> for OneRay<'_, I> {
+impl Line for &TriangleRay {
     #[inline(always)]
-    fn rest(&self) -> Rest<I::F16> {
-        let Self {
-            leaf,
-            ray,
-            index,
-            t_max,
-        } = self;
-        let of = [
-            relative::<I>(leaf, 0, ray.origin[0]),
-            relative::<I>(leaf, 1, ray.origin[1]),
-            relative::<I>(leaf, 2, ray.origin[2]),
-        ];
-        Rest {
-            main: ray.axes[2],
-            scale: I::F16::splat(ray.shear[2]),
-            corners: [
-                corners::<I>(of[0], index),
-                corners::<I>(of[1], index),
-                corners::<I>(of[2], index),
-            ],
-            backwards: [
-                ray.reciprocal[0] < 0.0,
-                ray.reciprocal[1] < 0.0,
-                ray.reciprocal[2] < 0.0,
-            ],
-            reciprocal: splat3::<I>(&ray.reciprocal),
-            pad: splat3::<I>(&ray.pad),
-            t_max: I::F16::splat(*t_max),
-        }
+    fn axes(&self) -> [usize; 3] {
+        self.axes
+    }
+    #[inline(always)]
+    fn origin(&self, axis: usize) -> f32 {
+        self.origin[axis]
+    }
+    #[inline(always)]
+    fn shear(&self, k: usize) -> f32 {
+        self.shear[k]
+    }
+    #[inline(always)]
+    fn reciprocal(&self, axis: usize) -> f32 {
+        self.reciprocal[axis]
+    }
+    #[inline(always)]
+    fn pad(&self, axis: usize) -> f32 {
+        self.pad[axis]
     }
 }
 
+/// Ray `1` of a packet.
+#[derive(Clone, Copy)]
+pub struct Member<'a>(pub &'a Packet, pub usize);
+
+impl Line for Member<'_> {
+    #[inline(always)]
+    fn axes(&self) -> [usize; 3] {
+        self.0.axes
+    }
+    #[inline(always)]
+    fn origin(&self, axis: usize) -> f32 {
+        self.0.origin[axis][self.1 & (SIZE - 1)]
+    }
+    #[inline(always)]
+    fn shear(&self, k: usize) -> f32 {
+        self.0.shear[k][self.1 & (SIZE - 1)]
+    }
+    #[inline(always)]
+    fn reciprocal(&self, axis: usize) -> f32 {
+        self.0.reciprocal[axis][self.1 & (SIZE - 1)]
+    }
+    #[inline(always)]
+    fn pad(&self, axis: usize) -> f32 {
+        self.0.pad[axis][self.1 & (SIZE - 1)]
+    }
+}
+
+/// The vertices of a leaf in x and y, sheared so that the ray runs along z from 0.
 #[inline(always)]
-fn splat3<I: Isa>(v: &[f32; 3]) -> [I::F16; 3] {
-    [
-        I::F16::splat(v[0]),
-        I::F16::splat(v[1]),
-        I::F16::splat(v[2]),
-    ]
+pub fn sheared<I: Isa>(leaf: &Leaf, ray: impl Line) -> [I::F16; 2] {
+    let [kx, ky, kz] = ray.axes();
+    let rx = relative::<I>(leaf, kx, ray.origin(kx));
+    let ry = relative::<I>(leaf, ky, ray.origin(ky));
+    let rz = relative::<I>(leaf, kz, ray.origin(kz));
+    let px = rx.sub(I::F16::splat(ray.shear(0)).mul(rz));
+    let py = ry.sub(I::F16::splat(ray.shear(1)).mul(rz));
+    [px, py]
+}
+
+/// Bit i: the line of the ray runs within the edges of triangle i of the leaf, or so close that [`meet_one`] decides.
+#[inline(always)]
+pub fn within<I: Isa>(leaf: &Leaf, ray: impl Line) -> u32 {
+    let [px, py] = sheared::<I>(leaf, ray);
+    let index = indices::<I>(leaf);
+    let ([ax, bx, cx], [ay, by, cy]) = (corners::<I>(px, &index), corners::<I>(py, &index));
+    let u = cx.mul(by).sub(cy.mul(bx));
+    let v = ax.mul(cy).sub(ay.mul(cx));
+    let w = bx.mul(ay).sub(by.mul(ax));
+    let zero = I::F16::splat(0.0);
+    let inside = <I::F16 as Vector>::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero));
+    <I::F16 as Vector>::bits(inside) & leaf.solid
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Met {
+    pub t: f32,
+    pub u: f32,
+    pub v: f32,
+}
+
+/// Where the ray meets triangle `k` of the leaf, at a t of `0..=t_max`: for those that [`within`] names.
+#[inline(always)]
+pub fn meet_one(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met> {
+    let corner = corner_lanes(leaf, k);
+    let [kx, ky, kz] = ray.axes();
+    let along = |axis: usize| {
+        let origin = ray.origin(axis);
+        corner.map(|lane| leaf.vertex[axis][lane] - origin)
+    };
+    let relative = [along(0), along(1), along(2)];
+    let (x, y, z) = (relative[kx], relative[ky], relative[kz]);
+    let (sx, sy) = (ray.shear(0), ray.shear(1));
+    let sheared = |i: usize| (x[i] - sx * z[i], y[i] - sy * z[i]);
+    let ((ax, ay), (bx, by), (cx, cy)) = (sheared(0), sheared(1), sheared(2));
+    let mut u = cx * by - cy * bx;
+    let mut v = ax * cy - ay * cx;
+    let mut w = bx * ay - by * ax;
+    if u == 0.0 || v == 0.0 || w == 0.0 {
+        [u, v, w] = decide([ax, ay, bx, by, cx, cy])?;
+    }
+    let det = u + v + w;
+    let (wa, wb, wc) = (u / det, v / det, w / det);
+    let depth = wa * z[0] + wb * z[1] + wc * z[2];
+    let mut t = depth * ray.shear(2);
+    // Into the triangle's own interval of t: see TRIANGLE_PAD.
+    let (mut enter, mut leave) = (f32::NEG_INFINITY, f32::INFINITY);
+    for (axis, [a, b, c]) in relative.into_iter().enumerate() {
+        let (lower, upper) = (least(least(a, b), c), greatest(greatest(a, b), c));
+        let reciprocal = ray.reciprocal(axis);
+        let (first, last) = if reciprocal < 0.0 {
+            (upper, lower)
+        } else {
+            (lower, upper)
+        };
+        enter = greatest(enter, first * reciprocal - ray.pad(axis));
+        leave = least(leave, last * reciprocal + ray.pad(axis));
+    }
+    t = greatest(least(t, leave), enter);
+    (0.0 <= t && t <= t_max).then_some(Met { t, u: wb, v: wc })
+}
+
+/// [`Vector::min`] of one lane.
+#[inline(always)]
+fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// [`Vector::max`] of one lane.
+#[inline(always)]
+fn greatest(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The lanes of the corners of triangle `k`.
+#[inline(always)]
+fn corner_lanes(leaf: &Leaf, k: usize) -> [usize; 3] {
+    let shift = 32 * (k % 2) + 4 * (k / 2 % 8);
+    leaf.corner.map(|word| (word >> shift) as usize & 15)
 }
 
 /// Bit i: ray `16 * group + i` of the packet, one of `active`, meets triangle `k` of the leaf.
@@ -153,12 +243,9 @@ pub fn test_rays<I: Isa>(
     found: &mut Found,
 ) -> u32 {
     let [kx, ky, kz] = packet.axes;
-    let shift = 32 * (k % 2) + 4 * (k / 2);
-    let at = |word: u64| (word >> shift) as usize & 15;
-    let corner = [at(leaf.corner[0]), at(leaf.corner[1]), at(leaf.corner[2])];
     let lanes = OneTriangle {
         leaf,
-        corner,
+        corner: corner_lanes(leaf, k),
         packet,
         group,
     };
@@ -179,7 +266,7 @@ pub fn test_rays<I: Isa>(
         ry[1].sub(sy.mul(rz[1])),
         ry[2].sub(sy.mul(rz[2])),
     ];
-    meet::<I, _>(x, y, active, found, lanes)
+    meet::<I>(x, y, active, found, lanes)
 }
 
 impl OneTriangle<'_> {
@@ -207,9 +294,9 @@ impl OneTriangle<'_> {
     }
 }
 
-impl<I: Isa> Lanes<I> for OneTriangle<'_> {
+impl OneTriangle<'_> {
     #[inline(always)]
-    fn rest(&self) -> Rest<I::F16> {
+    fn rest<I: Isa>(&self) -> Rest<I::F16> {
         let packet = self.packet;
         Rest {
             main: packet.axes[2],
@@ -231,11 +318,6 @@ impl<I: Isa> Lanes<I> for OneTriangle<'_> {
     }
 }
 
-/// Where [`meet`] gets the rest from.
-trait Lanes<I: Isa> {
-    fn rest(&self) -> Rest<I::F16>;
-}
-
 /// What is needed once a lane has passed the edges.
 struct Rest<V> {
     /// The main axis, and one over the direction along it.
@@ -251,12 +333,12 @@ struct Rest<V> {
 
 /// The test, given the sheared corners: the lanes of `active` that are hit.
 #[inline(always)]
-fn meet<I: Isa, L: Lanes<I>>(
+fn meet<I: Isa>(
     [ax, bx, cx]: [I::F16; 3],
     [ay, by, cy]: [I::F16; 3],
     active: u32,
     found: &mut Found,
-    lanes: L,
+    lanes: OneTriangle,
 ) -> u32 {
     let mut u = cx.mul(by).sub(cy.mul(bx));
     let mut v = ax.mul(cy).sub(ay.mul(cx));
@@ -267,7 +349,7 @@ fn meet<I: Isa, L: Lanes<I>>(
     if hit == 0 {
         return 0;
     }
-    let rest = lanes.rest();
+    let rest = lanes.rest::<I>();
     let smallest = u.abs().min(v.abs()).min(w.abs());
     let unsure = <I::F16 as Vector>::bits(smallest.eq(zero)) & hit;
     if unsure != 0 {
@@ -281,7 +363,7 @@ fn meet<I: Isa, L: Lanes<I>>(
             // SAFETY: each array holds 16 floats.
             unsafe { vector.store(array.as_mut_ptr()) };
         }
-        hit = decide(&corners, unsure, hit, &mut edges);
+        hit = decide_lanes(&corners, unsure, hit, &mut edges);
         // SAFETY: each array holds 16 floats.
         [u, v, w] = edges.map(|array| unsafe { I::F16::load(array.as_ptr()) });
     }
@@ -318,22 +400,35 @@ fn meet<I: Isa, L: Lanes<I>>(
     hit
 }
 
-/// Decides the lanes of `unsure` by float64, in which the products are exact; returns the lanes of `hit` that stay.
+/// Decides the lanes of `unsure`; returns the lanes of `hit` that stay.
 #[cold]
 #[inline(never)]
-fn decide(corners: &[[f32; 16]; 6], unsure: u32, mut hit: u32, edges: &mut [[f32; 16]; 3]) -> u32 {
+fn decide_lanes(
+    corners: &[[f32; 16]; 6],
+    unsure: u32,
+    mut hit: u32,
+    edges: &mut [[f32; 16]; 3],
+) -> u32 {
     for lane in (0..16).filter(|lane| unsure >> lane & 1 != 0) {
-        let [ax, ay, bx, by, cx, cy] = corners.map(|c| f64::from(c[lane]));
-        let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
-        let det = u + v + w;
-        let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-        if !inside || det == 0.0 {
-            hit &= !(1 << lane);
-            continue;
-        }
-        for (edge, value) in edges.iter_mut().zip([u, v, w]) {
-            edge[lane] = (value / det) as f32;
+        match decide(corners.map(|row| row[lane])) {
+            Some(decided) => {
+                for (edge, value) in edges.iter_mut().zip(decided) {
+                    edge[lane] = value;
+                }
+            }
+            None => hit &= !(1 << lane),
         }
     }
     hit
+}
+
+/// The edge functions by float64, in which the products are exact; `None` outside.
+#[cold]
+#[inline(never)]
+fn decide(corners: [f32; 6]) -> Option<[f32; 3]> {
+    let [ax, ay, bx, by, cx, cy] = corners.map(f64::from);
+    let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
+    let det = u + v + w;
+    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+    (inside && det != 0.0).then(|| [u, v, w].map(|value| (value / det) as f32))
 }
