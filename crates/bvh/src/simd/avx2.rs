@@ -116,7 +116,6 @@ impl Isa for Avx2 {
     type F8 = Ymm;
     type F16 = Pair<Ymm, 8>;
     type Index = (__m256i, __m256i);
-    type Order = __m256i;
 
     #[inline(always)]
     fn index(packed: u64) -> Self::Index {
@@ -152,21 +151,17 @@ impl Isa for Avx2 {
         })
     }
     #[inline(always)]
-    fn descending(v: Ymm, mask: u32) -> __m256i {
+    fn least_lane(v: Ymm, mask: u32) -> usize {
         on_avx2!({
             let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
             let bit = _mm256_sllv_epi32(_mm256_set1_epi32(1), lanes);
             let named =
                 _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), bit), bit);
-            sorted(_mm256_or_si256(
-                descending_keys(v),
+            lane_of_least(_mm256_or_si256(
+                keys(v),
                 _mm256_andnot_si256(named, _mm256_set1_epi32(-1)),
             ))
         })
-    }
-    #[inline(always)]
-    fn reorder(v: Ymm, order: __m256i) -> Ymm {
-        on_avx2!(Ymm(_mm256_permutevar8x32_ps(v.0, order)))
     }
     #[inline(always)]
     unsafe fn transpose(from: [*const f32; 4], to: [*mut f32; 4]) {
@@ -196,32 +191,25 @@ pub unsafe fn transpose(from: [*const f32; 4], to: [*mut f32; 4]) {
     })
 }
 
-/// Unsigned keys that fall as the value rises, with the lane in the low three bits; none is the largest integer.
+/// Unsigned keys that rise with the value, which is not negative, and hold the lane in the low three bits.
 #[inline(always)]
-pub fn descending_keys(v: Ymm) -> __m256i {
+pub fn keys(v: Ymm) -> __m256i {
     on_avx2!({
-        let falling = _mm256_sub_epi32(_mm256_set1_epi32(i32::MIN), _mm256_castps_si256(v.0));
-        let high = _mm256_andnot_si256(_mm256_set1_epi32(7), falling);
+        let high = _mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(v.0));
         _mm256_or_si256(high, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7))
     })
 }
 
-/// Sorts eight unsigned integers by a bitonic network.
+/// The lane in the least of eight keys.
 #[inline(always)]
-pub fn sorted(v: __m256i) -> __m256i {
+pub fn lane_of_least(keys: __m256i) -> usize {
     on_avx2!({
-        macro_rules! exchange {
-            ($v:expr, $other:expr, $upper:literal) => {{
-                let (v, other) = ($v, $other);
-                _mm256_blend_epi32::<$upper>(_mm256_min_epu32(v, other), _mm256_max_epu32(v, other))
-            }};
-        }
-        let v = exchange!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b10101010);
-        let v = exchange!(v, _mm256_shuffle_epi32::<0b00_01_10_11>(v), 0b11001100);
-        let v = exchange!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b10101010);
-        let mirror = _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0);
-        let v = exchange!(v, _mm256_permutevar8x32_epi32(v, mirror), 0b11110000);
-        let v = exchange!(v, _mm256_shuffle_epi32::<0b01_00_11_10>(v), 0b11001100);
-        exchange!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b10101010)
+        let v = _mm_min_epu32(
+            _mm256_castsi256_si128(keys),
+            _mm256_extracti128_si256::<1>(keys),
+        );
+        let v = _mm_min_epu32(v, _mm_shuffle_epi32::<0b01_00_11_10>(v));
+        let v = _mm_min_epu32(v, _mm_shuffle_epi32::<0b10_11_00_01>(v));
+        _mm_cvtsi128_si32(v) as usize & 7
     })
 }

@@ -180,13 +180,13 @@ impl<'a> Slot<'a> {
                     self.hit.instance = self.instance;
                     return true;
                 }
-            } else {
-                self.best.take(mesh, leaf, near, &self.ray.triangle);
+            } else if self.best.take(mesh, leaf, near, &self.ray.triangle) {
+                self.stack.cut(self.base as usize, self.best.t);
             }
         } else if self.enter_instance(scene) {
             return false;
         }
-        match self.stack.pop(self.base as usize, self.best.t) {
+        match self.stack.pop_any(self.base as usize) {
             Some(next) => {
                 self.at = next;
                 self.prefetch::<I>();
@@ -219,7 +219,8 @@ impl<'a> Slot<'a> {
         if !self.leave(scene, t_max) {
             return true;
         }
-        match self.stack.pop(0, self.best.t) {
+        self.stack.cut(0, self.best.t);
+        match self.stack.pop_any(0) {
             Some(next) => {
                 self.at = next;
                 false

@@ -27,57 +27,57 @@ impl Stack {
         }
     }
 
-    /// Puts the children of `mask`, which is not 0, on the stack but for the last one, which is returned: the nearest
-    /// one if they are `SORTED`.
+    /// Puts the children of `mask`, which is not 0, on the stack but for one, which is returned: the nearest one if
+    /// that is to come `FIRST`.
     #[inline(always)]
-    pub fn push<I: Isa, const SORTED: bool>(
-        &mut self,
-        node: &Node,
-        enter: I::F8,
-        mask: u32,
-    ) -> u32 {
+    pub fn push<I: Isa, const FIRST: bool>(&mut self, node: &Node, enter: I::F8, mask: u32) -> u32 {
         debug_assert!(self.len + 8 <= STACK && mask != 0);
-        if SORTED && mask.count_ones() <= 2 {
-            return self.push_two::<I>(node, enter, mask);
-        }
+        let lane = if FIRST {
+            I::least_lane(enter, mask)
+        } else {
+            mask.trailing_zeros() as usize & 7
+        };
+        let rest = mask & !(1 << lane);
         // SAFETY: `STACK` leaves room for 8 more entries, by the depth of every tree (see there). References are
         // carried as floats, of which no arithmetic is done.
         unsafe {
-            let child = I::F8::load(node.child.as_ptr().cast());
-            let (child, enter) = if SORTED {
-                let order = I::descending(enter, mask);
-                (I::reorder(child, order), I::reorder(enter, order))
-            } else {
-                (I::compress(child, mask), I::compress(enter, mask))
-            };
+            let child = I::compress(I::F8::load(node.child.as_ptr().cast()), rest);
             child.store(self.child.as_mut_ptr().add(self.len).cast());
-            enter.store(self.enter.as_mut_ptr().add(self.len).cast());
-            self.len += mask.count_ones() as usize - 1;
-            self.child.get_unchecked(self.len).assume_init()
+            if FIRST {
+                let enter = I::compress(enter, rest);
+                enter.store(self.enter.as_mut_ptr().add(self.len).cast());
+            }
         }
+        self.len += rest.count_ones() as usize;
+        node.child[lane]
     }
 
-    /// One child or two, by far the most frequent: cheaper than sorting, and without a branch between the two.
+    /// Takes the last entry above `base`, whenever the ray enters it: for stacks without `FIRST`, and those that are
+    /// kept [`Stack::cut`].
     #[inline(always)]
-    fn push_two<I: Isa>(&mut self, node: &Node, enter: I::F8, mask: u32) -> u32 {
-        let mut t = [0.0f32; 8];
-        // SAFETY: the array holds 8 floats; `STACK` leaves room for 8 more entries.
-        unsafe {
-            enter.store(t.as_mut_ptr());
-            let (a, b) = (
-                mask.trailing_zeros() as usize & 7,
-                (31 - mask.leading_zeros()) as usize & 7,
-            );
-            let swap = t[b] > t[a];
-            let near = std::hint::select_unpredictable(swap, a, b);
-            let far = a + b - near;
-            self.child
-                .get_unchecked_mut(self.len)
-                .write(node.child[far]);
-            self.enter.get_unchecked_mut(self.len).write(t[far]);
-            self.len += usize::from(a != b);
-            node.child[near]
+    pub fn pop_any(&mut self, base: usize) -> Option<u32> {
+        if self.len <= base {
+            return None;
         }
+        self.len -= 1;
+        // SAFETY: entries below the former `len` were written by `push`.
+        Some(unsafe { self.child.get_unchecked(self.len).assume_init() })
+    }
+
+    /// Leaves out what the ray enters after `t_max`.
+    #[inline(always)]
+    pub fn cut(&mut self, base: usize, t_max: f32) {
+        let mut len = base;
+        for i in base..self.len {
+            // SAFETY: entries below `len` were written by `push`.
+            unsafe {
+                let enter = self.enter.get_unchecked(i).assume_init();
+                *self.child.get_unchecked_mut(len) = *self.child.get_unchecked(i);
+                self.enter.get_unchecked_mut(len).write(enter);
+                len += usize::from(enter <= t_max);
+            }
+        }
+        self.len = len;
     }
 
     /// Takes the last entry above `base` that is entered no later than `t_max`.

@@ -9,6 +9,8 @@
 //! by one ([`meet_one`]). Sixteen rays meet one triangle at once ([`test_rays`]). Each computes every value by the same
 //! operations in the same order, so a ray and a triangle have the same answer in either.
 
+use std::hint::select_unpredictable;
+
 use super::local::TriangleRay;
 use super::packet::{Packet, SIZE};
 use crate::block::Leaf;
@@ -178,11 +180,31 @@ pub fn meet_one(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met
     let corner = corner_lanes(leaf, k);
     let [kx, ky, kz] = ray.axes();
     let along = |axis: usize| {
-        let origin = ray.origin(axis);
-        corner.map(|lane| leaf.vertex[axis][lane] - origin)
+        let (row, origin) = (&leaf.vertex[axis], ray.origin(axis));
+        [
+            row[corner[0]] - origin,
+            row[corner[1]] - origin,
+            row[corner[2]] - origin,
+        ]
     };
-    let relative = [along(0), along(1), along(2)];
-    let (x, y, z) = (relative[kx], relative[ky], relative[kz]);
+    let (x, y, z) = (along(kx), along(ky), along(kz));
+    // Into the triangle's own interval of t: see TRIANGLE_PAD.
+    let interval = |axis: usize, [a, b, c]: [f32; 3]| {
+        let (lower, upper) = (least(least(a, b), c), greatest(greatest(a, b), c));
+        let reciprocal = ray.reciprocal(axis);
+        let backwards = reciprocal < 0.0;
+        let first = select_unpredictable(backwards, upper, lower);
+        let last = select_unpredictable(backwards, lower, upper);
+        let pad = ray.pad(axis);
+        (first * reciprocal - pad, last * reciprocal + pad)
+    };
+    let (ex, lx) = interval(kx, x);
+    let (ey, ly) = interval(ky, y);
+    let (ez, lz) = interval(kz, z);
+    let (enter, leave) = (greatest(greatest(ex, ey), ez), least(least(lx, ly), lz));
+    if enter > t_max {
+        return None;
+    }
     let (sx, sy) = (ray.shear(0), ray.shear(1));
     let sheared = |i: usize| (x[i] - sx * z[i], y[i] - sy * z[i]);
     let ((ax, ay), (bx, by), (cx, cy)) = (sheared(0), sheared(1), sheared(2));
@@ -195,21 +217,7 @@ pub fn meet_one(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met
     let det = u + v + w;
     let (wa, wb, wc) = (u / det, v / det, w / det);
     let depth = wa * z[0] + wb * z[1] + wc * z[2];
-    let mut t = depth * ray.shear(2);
-    // Into the triangle's own interval of t: see TRIANGLE_PAD.
-    let (mut enter, mut leave) = (f32::NEG_INFINITY, f32::INFINITY);
-    for (axis, [a, b, c]) in relative.into_iter().enumerate() {
-        let (lower, upper) = (least(least(a, b), c), greatest(greatest(a, b), c));
-        let reciprocal = ray.reciprocal(axis);
-        let (first, last) = if reciprocal < 0.0 {
-            (upper, lower)
-        } else {
-            (lower, upper)
-        };
-        enter = greatest(enter, first * reciprocal - ray.pad(axis));
-        leave = least(leave, last * reciprocal + ray.pad(axis));
-    }
-    t = greatest(least(t, leave), enter);
+    let t = greatest(least(depth * ray.shear(2), leave), enter);
     (0.0 <= t && t <= t_max).then_some(Met { t, u: wb, v: wc })
 }
 
@@ -299,7 +307,7 @@ impl OneTriangle<'_> {
     fn rest<I: Isa>(&self) -> Rest<I::F16> {
         let packet = self.packet;
         Rest {
-            main: packet.axes[2],
+            axes: packet.axes,
             scale: packet.lanes::<I>(&packet.shear[2], self.group),
             corners: [
                 self.relative::<I>(0),
@@ -320,8 +328,9 @@ impl OneTriangle<'_> {
 
 /// What is needed once a lane has passed the edges.
 struct Rest<V> {
-    /// The main axis, and one over the direction along it.
-    main: usize,
+    /// See [`TriangleRay::axes`].
+    axes: [usize; 3],
+    /// One over the direction along the main axis.
     scale: V,
     /// The corners, relative to the origin, by axis.
     corners: [[V; 3]; 3],
@@ -369,13 +378,13 @@ fn meet<I: Isa>(
     }
     let det = u.add(v).add(w);
     let (wa, wb, wc) = (u.div(det), v.div(det), w.div(det));
-    let [za, zb, zc] = rest.corners[rest.main];
+    let [za, zb, zc] = rest.corners[rest.axes[2]];
     let depth = wa.mul(za).add(wb.mul(zb)).add(wc.mul(zc));
     let mut t = depth.mul(rest.scale);
     // Into the triangle's own interval of t: see TRIANGLE_PAD.
     let mut enter = I::F16::splat(f32::NEG_INFINITY);
     let mut leave = I::F16::splat(f32::INFINITY);
-    for axis in 0..3 {
+    for axis in rest.axes {
         let [a, b, c] = rest.corners[axis];
         let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
         let (first, last) = if rest.backwards[axis] {
