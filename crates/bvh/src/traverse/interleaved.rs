@@ -83,7 +83,8 @@ impl<'a> Slot<'a> {
         self.number = number;
         self.given = given;
         self.stack.len = 0;
-        self.base = 0;
+        self.stack.floor();
+        self.base = 1;
         if scene.root == NO_CHILD || given.t_max.is_nan() || given.t_max < 0.0 {
             return false;
         }
@@ -163,15 +164,13 @@ impl<'a> Slot<'a> {
         if self.at & LEAF == 0 {
             let node = node(self.blocks, self.at);
             let (mask, enter) = enter_children::<I>(node, &self.ray, self.best.t);
-            if mask != 0 {
-                self.at = if ANY {
-                    self.stack.push::<I, false>(node, enter, mask)
-                } else {
-                    self.stack.push::<I, true>(node, enter, mask)
-                };
-                self.prefetch::<I>();
-                return false;
-            }
+            self.at = if ANY {
+                self.stack.exchange::<I, false>(node, enter, mask)
+            } else {
+                self.stack.exchange::<I, true>(node, enter, mask)
+            };
+        } else if self.at == NO_CHILD {
+            return self.pop_instance(scene);
         } else if let Some(mesh) = self.mesh {
             let leaf = leaf(self.blocks, self.at);
             let near = within::<I>(leaf, &self.ray.triangle);
@@ -183,27 +182,23 @@ impl<'a> Slot<'a> {
             } else if self.best.take(mesh, leaf, near, &self.ray.triangle) {
                 self.stack.cut(self.base as usize, self.best.t);
             }
-        } else if self.enter_instance(scene) {
-            return false;
+            self.at = self.stack.next();
+        } else {
+            self.enter_instance(scene);
         }
-        match self.stack.pop_any(self.base as usize) {
-            Some(next) => {
-                self.at = next;
-                self.prefetch::<I>();
-                false
-            }
-            None => self.pop_instance(scene),
-        }
+        self.prefetch::<I>();
+        false
     }
 
-    /// Enters the instance at hand.
+    /// Enters the instance at hand, or goes on where the ray cannot.
     #[inline(never)]
-    fn enter_instance(&mut self, scene: &'a Scene) -> bool {
+    fn enter_instance(&mut self, scene: &'a Scene) {
         let t_max = self.t_max();
-        self.base = self.stack.len as u32;
-        self.enter::<false>(scene, self.at & !LEAF, t_max) || {
-            self.base = 0;
-            false
+        if self.enter::<false>(scene, self.at & !LEAF, t_max) {
+            self.stack.floor();
+            self.base = self.stack.len as u32;
+        } else {
+            self.at = self.stack.next();
         }
     }
 
@@ -211,22 +206,17 @@ impl<'a> Slot<'a> {
     #[inline(never)]
     fn pop_instance(&mut self, scene: &'a Scene) -> bool {
         self.conclude();
-        if scene.direct || self.mesh.is_none() || self.stack.len == 0 {
+        if scene.direct || self.mesh.is_none() {
             return true;
         }
         let t_max = self.t_max();
-        self.base = 0;
         if !self.leave(scene, t_max) {
             return true;
         }
-        self.stack.cut(0, self.best.t);
-        match self.stack.pop_any(0) {
-            Some(next) => {
-                self.at = next;
-                false
-            }
-            None => true,
-        }
+        self.base = 1;
+        self.stack.cut(1, self.best.t);
+        self.at = self.stack.next();
+        false
     }
 
     #[inline(always)]

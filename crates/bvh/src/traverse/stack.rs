@@ -2,13 +2,15 @@
 
 use std::mem::MaybeUninit;
 
-use crate::block::Node;
+use std::hint::select_unpredictable;
+
+use crate::block::{NO_CHILD, Node};
 use crate::build::MAX_DEPTH;
 use crate::simd::{Isa, Vector};
 
 /// A path has at most `MAX_DEPTH` nodes in the tree over instances and as many in a mesh, each leaves at most 7
-/// children for later, and [`Stack::push`] writes 8 at once: no stack grows beyond this.
-const STACK: usize = 2 * 7 * MAX_DEPTH + 8;
+/// children for later, both have a [`Stack::floor`], and [`Stack::push`] writes 8 at once: no stack grows beyond this.
+const STACK: usize = 2 * (7 * MAX_DEPTH + 1) + 8;
 
 /// References with the t at which the ray enters them.
 pub struct Stack {
@@ -52,16 +54,52 @@ impl Stack {
         node.child[lane]
     }
 
-    /// Takes the last entry above `base`, whenever the ray enters it: for stacks without `FIRST`, and those that are
-    /// kept [`Stack::cut`].
+    /// Puts [`NO_CHILD`] on the stack: what [`Stack::next`] returns where there is nothing above.
     #[inline(always)]
-    pub fn pop_any(&mut self, base: usize) -> Option<u32> {
-        if self.len <= base {
-            return None;
-        }
+    pub fn floor(&mut self) {
+        debug_assert!(self.len < STACK);
+        // SAFETY: `STACK` leaves room, by the depth of every tree (see there).
+        unsafe { self.child.get_unchecked_mut(self.len) }.write(NO_CHILD);
+        self.len += 1;
+    }
+
+    /// Takes the last entry of a stack that has a floor, whenever the ray enters it.
+    #[inline(always)]
+    pub fn next(&mut self) -> u32 {
+        debug_assert!(self.len > 0);
         self.len -= 1;
-        // SAFETY: entries below the former `len` were written by `push`.
-        Some(unsafe { self.child.get_unchecked(self.len).assume_init() })
+        // SAFETY: entries below the former `len` were written; a stack with a floor is not empty before it is taken.
+        unsafe { self.child.get_unchecked(self.len).assume_init() }
+    }
+
+    /// [`Stack::push`] where there are any children, and else [`Stack::next`], without a branch: which of them happens
+    /// is anybody's guess.
+    #[inline(always)]
+    pub fn exchange<I: Isa, const FIRST: bool>(
+        &mut self,
+        node: &Node,
+        enter: I::F8,
+        mask: u32,
+    ) -> u32 {
+        debug_assert!(self.len > 0 && self.len + 8 <= STACK);
+        let lane = if FIRST {
+            I::least_lane(enter, mask)
+        } else {
+            mask.trailing_zeros() as usize & 7
+        };
+        let rest = mask & !(1 << lane);
+        // SAFETY: as in `push` and `next`.
+        let last = unsafe {
+            let child = I::compress(I::F8::load(node.child.as_ptr().cast()), rest);
+            child.store(self.child.as_mut_ptr().add(self.len).cast());
+            if FIRST {
+                let enter = I::compress(enter, rest);
+                enter.store(self.enter.as_mut_ptr().add(self.len).cast());
+            }
+            self.child.get_unchecked(self.len - 1).assume_init()
+        };
+        self.len = self.len + rest.count_ones() as usize - usize::from(mask == 0);
+        select_unpredictable(mask == 0, last, node.child[lane])
     }
 
     /// Leaves out what the ray enters after `t_max`.
