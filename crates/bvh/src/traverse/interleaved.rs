@@ -12,7 +12,7 @@ use crate::scene::Scene;
 use crate::simd::Isa;
 
 /// How many rays take turns. An odd number of cache lines per [`Slot`] keeps them in different cache sets.
-const SLOTS: usize = 6;
+const SLOTS: usize = 4;
 
 /// A ray to be traced.
 #[derive(Clone, Copy)]
@@ -40,6 +40,9 @@ struct Slot<'a> {
     /// Entries below belong to the tree over instances.
     base: u32,
     best: Best,
+    /// Of the leaf at hand: triangles within whose edges the ray runs. They wait for the ray's next turn, when it is
+    /// known for sure whether there are any, and no work is begun in vain. (Any hits come too early for that to pay.)
+    near: u32,
     /// The mesh that is being traced; `None` above the instances.
     mesh: Option<&'a Bvh>,
     instance: u32,
@@ -58,6 +61,7 @@ impl<'a> Slot<'a> {
             at: NO_CHILD,
             base: 0,
             best: Best::nothing(0.0),
+            near: 0,
             mesh: None,
             instance: 0,
             number: 0,
@@ -82,6 +86,7 @@ impl<'a> Slot<'a> {
         self.hit = Hit::MISS;
         self.number = number;
         self.given = given;
+        self.near = 0;
         self.stack.len = 0;
         self.stack.floor();
         self.base = 1;
@@ -173,16 +178,23 @@ impl<'a> Slot<'a> {
             return self.pop_instance(scene);
         } else if let Some(mesh) = self.mesh {
             let leaf = leaf(self.blocks, self.at);
-            let near = within::<I>(leaf, &self.ray.triangle);
             if ANY {
+                let near = within::<I>(leaf, &self.ray.triangle);
                 if any(leaf, near, &self.ray.triangle, self.best.t) {
                     self.hit.instance = self.instance;
                     return true;
                 }
-            } else if self.best.take(mesh, leaf, near, &self.ray.triangle) {
-                self.stack.cut(self.base as usize, self.best.t);
+                self.at = self.stack.next();
+            } else if self.near == 0 {
+                self.near = within::<I>(leaf, &self.ray.triangle);
+                self.at = self.stack.next_if(self.near == 0, self.at);
+            } else {
+                let near = std::mem::take(&mut self.near);
+                if self.best.take(mesh, leaf, near, &self.ray.triangle) {
+                    self.stack.cut(self.base as usize, self.best.t);
+                }
+                self.at = self.stack.next();
             }
-            self.at = self.stack.next();
         } else {
             self.enter_instance(scene);
         }

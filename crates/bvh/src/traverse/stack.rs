@@ -72,6 +72,16 @@ impl Stack {
         unsafe { self.child.get_unchecked(self.len).assume_init() }
     }
 
+    /// [`Stack::next`] if `done` and else `at`, without a branch.
+    #[inline(always)]
+    pub fn next_if(&mut self, done: bool, at: u32) -> u32 {
+        debug_assert!(self.len > 0);
+        // SAFETY: as in `next`.
+        let last = unsafe { self.child.get_unchecked(self.len - 1).assume_init() };
+        self.len -= usize::from(done);
+        select_unpredictable(done, last, at)
+    }
+
     /// [`Stack::push`] where there are any children, and else [`Stack::next`], without a branch: which of them happens
     /// is anybody's guess.
     #[inline(always)]
