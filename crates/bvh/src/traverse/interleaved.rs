@@ -221,12 +221,16 @@ impl<'a> Slot<'a> {
         if scene.direct || self.mesh.is_none() {
             return true;
         }
+        let closer = self.best.slot != NO_SLOT;
         let t_max = self.t_max();
         if !self.leave(scene, t_max) {
             return true;
         }
         self.base = 1;
-        self.stack.cut(1, self.best.t);
+        // Only then do entries say where they are entered: those of any hits do not.
+        if closer {
+            self.stack.cut(1, self.best.t);
+        }
         self.at = self.stack.next();
         false
     }
