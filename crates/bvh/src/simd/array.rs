@@ -1,6 +1,6 @@
 //! Plain arrays: any machine, and the yardstick of the others.
 
-use super::{COMPRESS, Isa, Vector, least_lane};
+use super::{COMPRESS, Isa, Vector, descending, least_lane};
 
 /// No instruction set in particular.
 #[derive(Clone, Copy)]
@@ -109,6 +109,7 @@ impl Isa for Portable {
     type F8 = Array<8>;
     type F16 = Array<16>;
     type Index = [u8; 16];
+    type Order = [u8; 8];
 
     #[inline(always)]
     fn index(packed: u64) -> [u8; 16] {
@@ -121,6 +122,14 @@ impl Isa for Portable {
     #[inline(always)]
     fn compress(v: Array<8>, mask: u32) -> Array<8> {
         Array(COMPRESS[mask as usize & 255].map(|lane| v.0[lane as usize & 7]))
+    }
+    #[inline(always)]
+    fn descending(v: Array<8>, mask: u32) -> [u8; 8] {
+        descending(&v.0, mask)
+    }
+    #[inline(always)]
+    fn reorder(v: Array<8>, order: [u8; 8]) -> Array<8> {
+        Array(order.map(|lane| v.0[lane as usize & 7]))
     }
     #[inline(always)]
     fn least_lane(v: Array<8>, mask: u32) -> usize {

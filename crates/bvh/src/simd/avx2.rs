@@ -116,6 +116,7 @@ impl Isa for Avx2 {
     type F8 = Ymm;
     type F16 = Pair<Ymm, 8>;
     type Index = (__m256i, __m256i);
+    type Order = __m256i;
 
     #[inline(always)]
     fn index(packed: u64) -> Self::Index {
@@ -149,6 +150,23 @@ impl Isa for Avx2 {
             let lanes = _mm_loadl_epi64(COMPRESS[mask as usize & 255].as_ptr().cast());
             Ymm(_mm256_permutevar8x32_ps(v.0, _mm256_cvtepu8_epi32(lanes)))
         })
+    }
+    #[inline(always)]
+    fn descending(v: Ymm, mask: u32) -> __m256i {
+        on_avx2!({
+            let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+            let bit = _mm256_sllv_epi32(_mm256_set1_epi32(1), lanes);
+            let named =
+                _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), bit), bit);
+            sorted(_mm256_or_si256(
+                descending_keys(v),
+                _mm256_andnot_si256(named, _mm256_set1_epi32(-1)),
+            ))
+        })
+    }
+    #[inline(always)]
+    fn reorder(v: Ymm, order: __m256i) -> Ymm {
+        on_avx2!(Ymm(_mm256_permutevar8x32_ps(v.0, order)))
     }
     #[inline(always)]
     fn least_lane(v: Ymm, mask: u32) -> usize {
@@ -188,6 +206,36 @@ pub unsafe fn transpose(from: [*const f32; 4], to: [*mut f32; 4]) {
         let (ab, cd) = (_mm_unpackhi_ps(a, b), _mm_unpackhi_ps(c, d));
         _mm_storeu_ps(to[2], _mm_movelh_ps(ab, cd));
         _mm_storeu_ps(to[3], _mm_movehl_ps(cd, ab));
+    })
+}
+
+/// Unsigned keys that fall as the value rises, with the lane in the low three bits; none is the largest integer.
+#[inline(always)]
+pub fn descending_keys(v: Ymm) -> __m256i {
+    on_avx2!({
+        let falling = _mm256_sub_epi32(_mm256_set1_epi32(i32::MIN), _mm256_castps_si256(v.0));
+        let high = _mm256_andnot_si256(_mm256_set1_epi32(7), falling);
+        _mm256_or_si256(high, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7))
+    })
+}
+
+/// Sorts eight unsigned integers by a bitonic network.
+#[inline(always)]
+pub fn sorted(v: __m256i) -> __m256i {
+    on_avx2!({
+        macro_rules! exchange {
+            ($v:expr, $other:expr, $upper:literal) => {{
+                let (v, other) = ($v, $other);
+                _mm256_blend_epi32::<$upper>(_mm256_min_epu32(v, other), _mm256_max_epu32(v, other))
+            }};
+        }
+        let v = exchange!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b10101010);
+        let v = exchange!(v, _mm256_shuffle_epi32::<0b00_01_10_11>(v), 0b11001100);
+        let v = exchange!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b10101010);
+        let mirror = _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0);
+        let v = exchange!(v, _mm256_permutevar8x32_epi32(v, mirror), 0b11110000);
+        let v = exchange!(v, _mm256_shuffle_epi32::<0b01_00_11_10>(v), 0b11001100);
+        exchange!(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v), 0b10101010)
     })
 }
 

@@ -71,6 +71,8 @@ pub trait Isa: Copy + 'static {
     type F16: Vector;
     /// Sixteen indices into sixteen lanes.
     type Index: Copy;
+    /// Eight indices into eight lanes.
+    type Order: Copy;
 
     /// Spreads sixteen packed 4-bit indices: that of lane i stands in bits `4 * (i / 2)` of 32-bit word `i % 2`.
     fn index(packed: u64) -> Self::Index;
@@ -78,6 +80,11 @@ pub trait Isa: Copy + 'static {
     fn lookup(table: Self::F16, index: Self::Index) -> Self::F16;
     /// The lanes named by `mask`, in order, in the first lanes; what follows them is anything.
     fn compress(v: Self::F8, mask: u32) -> Self::F8;
+    /// The lanes named by `mask` from the greatest value to the least, up to 7 ulp; what follows them is anything.
+    /// The values are not negative.
+    fn descending(v: Self::F8, mask: u32) -> Self::Order;
+    /// `v[order]`, lane by lane.
+    fn reorder(v: Self::F8, order: Self::Order) -> Self::F8;
     /// The lane of the least value among those named by `mask`, up to 7 ulp. The values are not negative.
     fn least_lane(v: Self::F8, mask: u32) -> usize;
     /// Four rows of four floats become four columns.
@@ -113,6 +120,14 @@ pub static COMPRESS: [[u8; 8]; 256] = {
     }
     table
 };
+
+/// [`Isa::descending`] for those without a better way.
+pub fn descending(v: &[f32; 8], mask: u32) -> [u8; 8] {
+    let mut order = COMPRESS[mask as usize & 255];
+    order[..mask.count_ones() as usize]
+        .sort_by(|&a, &b| v[b as usize & 7].total_cmp(&v[a as usize & 7]));
+    order
+}
 
 /// [`Isa::least_lane`] for those without a better way.
 pub fn least_lane(v: &[f32; 8], mask: u32) -> usize {

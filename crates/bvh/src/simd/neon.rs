@@ -3,7 +3,7 @@
 use std::arch::aarch64::*;
 
 use super::pair::Pair;
-use super::{COMPRESS, Isa, Vector, least_lane};
+use super::{COMPRESS, Isa, Vector, descending, least_lane};
 
 /// aarch64 with NEON.
 #[derive(Clone, Copy)]
@@ -108,6 +108,7 @@ impl Isa for Neon {
     type F8 = Eight;
     type F16 = Pair<Eight, 8>;
     type Index = [uint8x16_t; 4];
+    type Order = [u8; 8];
 
     #[inline(always)]
     fn index(packed: u64) -> Self::Index {
@@ -145,6 +146,22 @@ impl Isa for Neon {
                     .map(|lane| values[lane as usize & 7])
                     .as_ptr(),
             )
+        }
+    }
+    #[inline(always)]
+    fn descending(v: Eight, mask: u32) -> [u8; 8] {
+        let mut values = [0.0f32; 8];
+        // SAFETY: the array holds 8 floats.
+        unsafe { v.store(values.as_mut_ptr()) };
+        descending(&values, mask)
+    }
+    #[inline(always)]
+    fn reorder(v: Eight, order: [u8; 8]) -> Eight {
+        let mut values = [0.0; 8];
+        // SAFETY: both arrays hold 8 floats.
+        unsafe {
+            v.store(values.as_mut_ptr());
+            Eight::load(order.map(|lane| values[lane as usize & 7]).as_ptr())
         }
     }
     #[inline(always)]

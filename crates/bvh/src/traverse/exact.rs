@@ -176,7 +176,7 @@ fn through_scene<I: Isa>(
                 let limit = outer.inner_t(ray.limit()).next_up();
                 let (into, enter) = enter_children::<I>(node, &outer, limit);
                 if into != 0 {
-                    at = stack.push::<I, true>(node, enter, into);
+                    at = stack.push::<I>(node, enter, into);
                     continue;
                 }
             } else {
@@ -219,7 +219,7 @@ fn through_mesh<I: Isa>(
             let (into, enter) =
                 enter_children::<I>(node, &local, local.inner_t(ray.limit()).next_up());
             if into != 0 {
-                at = stack.push::<I, true>(node, enter, into);
+                at = stack.push::<I>(node, enter, into);
                 continue;
             }
         } else {

@@ -79,7 +79,7 @@ pub fn closest_exact_packet<I: Isa>(
             let node = node(mesh.blocks(), at);
             let (mask, enter) = packet.fan.children::<I>(node, t_max);
             if mask != 0 {
-                at = stack.push::<I, true>(node, enter, mask);
+                at = stack.push::<I>(node, enter, mask);
                 continue;
             }
         } else {

@@ -29,29 +29,22 @@ impl Stack {
         }
     }
 
-    /// Puts the children of `mask`, which is not 0, on the stack but for one, which is returned: the nearest one if
-    /// that is to come `FIRST`.
+    /// Puts the children of `mask`, which is not 0, on the stack but for the nearest one, which is returned; the nearer
+    /// ones come first.
     #[inline(always)]
-    pub fn push<I: Isa, const FIRST: bool>(&mut self, node: &Node, enter: I::F8, mask: u32) -> u32 {
+    pub fn push<I: Isa>(&mut self, node: &Node, enter: I::F8, mask: u32) -> u32 {
         debug_assert!(self.len + 8 <= STACK && mask != 0);
-        let lane = if FIRST {
-            I::least_lane(enter, mask)
-        } else {
-            mask.trailing_zeros() as usize & 7
-        };
-        let rest = mask & !(1 << lane);
         // SAFETY: `STACK` leaves room for 8 more entries, by the depth of every tree (see there). References are
         // carried as floats, of which no arithmetic is done.
         unsafe {
-            let child = I::compress(I::F8::load(node.child.as_ptr().cast()), rest);
+            let order = I::descending(enter, mask);
+            let child = I::reorder(I::F8::load(node.child.as_ptr().cast()), order);
             child.store(self.child.as_mut_ptr().add(self.len).cast());
-            if FIRST {
-                let enter = I::compress(enter, rest);
-                enter.store(self.enter.as_mut_ptr().add(self.len).cast());
-            }
+            let enter = I::reorder(enter, order);
+            enter.store(self.enter.as_mut_ptr().add(self.len).cast());
+            self.len += mask.count_ones() as usize - 1;
+            self.child.get_unchecked(self.len).assume_init()
         }
-        self.len += rest.count_ones() as usize;
-        node.child[lane]
     }
 
     /// Puts [`NO_CHILD`] on the stack: what [`Stack::next`] returns where there is nothing above.
@@ -82,8 +75,9 @@ impl Stack {
         select_unpredictable(done, last, at)
     }
 
-    /// [`Stack::push`] where there are any children, and else [`Stack::next`], without a branch: which of them happens
-    /// is anybody's guess.
+    /// Puts the children of `mask` on the stack but for one, which is returned: the nearest one if that is to come
+    /// `FIRST`. Where there are none, it is [`Stack::next`]: which of them happens is anybody's guess, so there is no
+    /// branch between them.
     #[inline(always)]
     pub fn exchange<I: Isa, const FIRST: bool>(
         &mut self,

@@ -122,7 +122,7 @@ fn closest_in_instances<I: Isa>(
             let node = node(scene.blocks(), at);
             let (mask, enter) = outer.fan.children::<I>(node, t_max);
             if mask != 0 {
-                at = stack.push::<I, true>(node, enter, mask);
+                at = stack.push::<I>(node, enter, mask);
                 continue;
             }
         } else {
@@ -211,7 +211,7 @@ fn closest_in_mesh<I: Isa>(mesh: &Bvh, packet: &mut Packet, nearest: &mut Neares
                     prefetch::<I>(blocks, node.child[soon.trailing_zeros() as usize & 7]);
                     soon &= soon - 1;
                 }
-                at = stack.push::<I, true>(node, enter, mask);
+                at = stack.push::<I>(node, enter, mask);
                 continue;
             }
         } else {
