@@ -15,6 +15,10 @@ use crate::simd::Isa;
 /// Rays of a packet that are fewer than this at a node go on alone.
 pub const FEW: u32 = 5;
 
+/// Rays of a packet that are as few at a leaf are tested against all its triangles: finding those that may be met costs
+/// as much.
+pub const ALL_TRIANGLES: u32 = 6;
+
 /// By how much the boxes of instances are padded, of the largest coordinate at hand.
 pub fn outer_pad(scene: &Scene) -> f32 {
     BOX_PAD
@@ -241,7 +245,10 @@ fn closest_in_leaf<I: Isa>(
     found: &mut Found,
 ) -> bool {
     let mut closer = false;
-    let mut triangles = packet.candidates::<I>(leaf);
+    let mut triangles = u32::MAX;
+    if active.count_ones() > ALL_TRIANGLES {
+        triangles = packet.candidates::<I>(leaf);
+    }
     if triangles.count_ones() * groups(active) < active.count_ones() {
         while triangles != 0 {
             let k = triangles.trailing_zeros();
@@ -263,10 +270,19 @@ fn closest_in_leaf<I: Isa>(
         }
         return closer;
     }
+    // All edges first, without a branch; then the few triangles that remain.
+    let mut near = [0u32; SIZE];
+    let mut some = 0u64;
     while active != 0 {
         let i = active.trailing_zeros() as usize & (SIZE - 1);
         active &= active - 1;
-        let mut near = within::<I>(leaf, Member(packet, i));
+        near[i] = within::<I>(leaf, Member(packet, i));
+        some |= u64::from(near[i] != 0) << i;
+    }
+    while some != 0 {
+        let i = some.trailing_zeros() as usize & (SIZE - 1);
+        some &= some - 1;
+        let mut near = near[i];
         while near != 0 {
             let lane = near.trailing_zeros();
             near &= near - 1;
