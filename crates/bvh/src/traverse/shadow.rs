@@ -6,7 +6,7 @@ use super::interleaved::{Work, trace};
 use super::packet::{Packet, SIZE};
 use super::stack::MaskStack;
 use super::steps::any;
-use super::together::{FEW, NO_RAY, groups, outer_pad, prefetch, scaled};
+use super::together::{ALL_TRIANGLES, FEW, NO_RAY, groups, outer_pad, prefetch, scaled};
 use super::triangle::{Found, Member, test_rays, within};
 use crate::block::{LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::mesh::Bvh;
@@ -131,7 +131,10 @@ fn occluded_in_mesh<I: Isa>(mesh: &Bvh, packet: &Packet, mut alone: impl FnMut(u
 #[inline(always)]
 fn dark_in_leaf<I: Isa>(leaf: &Leaf, mut active: u64, packet: &Packet, found: &mut Found) -> u64 {
     let mut dark = 0;
-    let mut triangles = packet.candidates::<I>(leaf);
+    let mut triangles = u32::MAX;
+    if active.count_ones() > ALL_TRIANGLES {
+        triangles = packet.candidates::<I>(leaf);
+    }
     if triangles.count_ones() * groups(active) < active.count_ones() {
         while triangles != 0 {
             let k = triangles.trailing_zeros() as usize;
