@@ -202,7 +202,8 @@ pub fn meet_one(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met
     let (ey, ly) = interval(ky, y);
     let (ez, lz) = interval(kz, z);
     let (enter, leave) = (greatest(greatest(ex, ey), ez), least(least(lx, ly), lz));
-    if enter > t_max {
+    // What t will be clamped to says it already, one way or the other.
+    if (enter > t_max) | ((enter < 0.0) & (leave < 0.0)) {
         return None;
     }
     let (sx, sy) = (ray.shear(0), ray.shear(1));
