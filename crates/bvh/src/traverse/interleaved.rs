@@ -1,5 +1,6 @@
 //! Rays that run apart: several are traced in turn on one thread, each a step at a time, while the memory that the
-//! others' next steps need is on its way.
+//! others' next steps need is on its way. Those at nodes and those at leaves are listed apart, so that the same code
+//! runs for many in a row: which kind of step a ray needs next is what no processor can guess.
 
 use super::local::LocalRay;
 use super::stack::Stack;
@@ -12,7 +13,10 @@ use crate::scene::Scene;
 use crate::simd::Isa;
 
 /// How many rays take turns. An odd number of cache lines per [`Slot`] keeps them in different cache sets.
-const SLOTS: usize = 4;
+const SLOTS: usize = 16;
+
+/// Rays at nodes that wait for those at leaves.
+const FEW: usize = 8;
 
 /// A ray to be traced.
 #[derive(Clone, Copy)]
@@ -163,40 +167,46 @@ impl<'a> Slot<'a> {
         }
     }
 
-    /// One node or leaf; true once the ray is done.
+    /// One node.
     #[inline(always)]
-    fn step<I: Isa, const ANY: bool>(&mut self, scene: &'a Scene) -> bool {
-        if self.at & LEAF == 0 {
-            let node = node(self.blocks, self.at);
-            let (mask, enter) = enter_children::<I>(node, &self.ray, self.best.t);
-            self.at = if ANY {
-                self.stack.exchange::<I, false>(node, enter, mask)
-            } else {
-                self.stack.exchange::<I, true>(node, enter, mask)
-            };
-        } else if self.at == NO_CHILD {
-            return self.pop_instance(scene);
-        } else if let Some(mesh) = self.mesh {
-            let leaf = leaf(self.blocks, self.at);
-            if ANY {
-                let near = within::<I>(leaf, &self.ray.triangle);
-                if any(leaf, near, &self.ray.triangle, self.best.t) {
-                    self.hit.instance = self.instance;
-                    return true;
-                }
-                self.at = self.stack.next();
-            } else if self.near == 0 {
-                self.near = within::<I>(leaf, &self.ray.triangle);
-                self.at = self.stack.next_if(self.near == 0, self.at);
-            } else {
-                let near = std::mem::take(&mut self.near);
-                if self.best.take(mesh, leaf, near, &self.ray.triangle) {
-                    self.stack.cut(self.base as usize, self.best.t);
-                }
-                self.at = self.stack.next();
-            }
+    fn step_node<I: Isa, const ANY: bool>(&mut self) {
+        let node = node(self.blocks, self.at);
+        let (mask, enter) = enter_children::<I>(node, &self.ray, self.best.t);
+        self.at = if ANY {
+            self.stack.exchange::<I, false>(node, enter, mask)
         } else {
+            self.stack.exchange::<I, true>(node, enter, mask)
+        };
+        self.prefetch::<I>();
+    }
+
+    /// What is not a node; true once the ray is done.
+    #[inline(always)]
+    fn step_leaf<I: Isa, const ANY: bool>(&mut self, scene: &'a Scene) -> bool {
+        if self.at == NO_CHILD {
+            return self.pop_instance(scene);
+        }
+        let Some(mesh) = self.mesh else {
             self.enter_instance(scene);
+            return false;
+        };
+        let leaf = leaf(self.blocks, self.at);
+        if ANY {
+            let near = within::<I>(leaf, &self.ray.triangle);
+            if any(leaf, near, &self.ray.triangle, self.best.t) {
+                self.hit.instance = self.instance;
+                return true;
+            }
+            self.at = self.stack.next();
+        } else if self.near == 0 {
+            self.near = within::<I>(leaf, &self.ray.triangle);
+            self.at = self.stack.next_if(self.near == 0, self.at);
+        } else {
+            let near = std::mem::take(&mut self.near);
+            if self.best.take(mesh, leaf, near, &self.ray.triangle) {
+                self.stack.cut(self.base as usize, self.best.t);
+            }
+            self.at = self.stack.next();
         }
         self.prefetch::<I>();
         false
@@ -248,28 +258,68 @@ impl<'a> Slot<'a> {
     }
 }
 
+/// Some of the slots.
+struct List {
+    slots: [u8; SLOTS],
+    len: usize,
+}
+
+impl List {
+    const EMPTY: List = List {
+        slots: [0; SLOTS],
+        len: 0,
+    };
+
+    /// Adds a slot if that is so; there is room.
+    #[inline(always)]
+    fn add_if(&mut self, yes: bool, slot: usize) {
+        debug_assert!(self.len < SLOTS);
+        // SAFETY: no slot is in two lists, or twice in one.
+        unsafe { *self.slots.get_unchecked_mut(self.len) = slot as u8 };
+        self.len += usize::from(yes);
+    }
+}
+
 /// Traces a batch. With `ANY`, any hit will do: of the answer, only whether there is an instance counts.
 #[inline(always)]
 pub fn trace<I: Isa, B: Batch, const ANY: bool>(scene: &Scene, batch: &mut B) {
     let mut slots: [Slot; SLOTS] = std::array::from_fn(|_| Slot::idle());
-    let mut n = 0;
-    while n < SLOTS && refill(&mut slots[n], scene, batch) {
-        n += 1;
+    let (mut nodes, mut leaves) = (List::EMPTY, List::EMPTY);
+    for (i, slot) in slots.iter_mut().enumerate() {
+        if !refill(slot, scene, batch) {
+            break;
+        }
+        let is_leaf = slot.at & LEAF != 0;
+        nodes.add_if(!is_leaf, i);
+        leaves.add_if(is_leaf, i);
     }
-    while n > 0 {
-        let mut i = 0;
-        while i < n {
-            // SAFETY: `i` is below `n`, which is at most `SLOTS`.
-            let slot = unsafe { slots.get_unchecked_mut(i) };
-            if slot.step::<I, ANY>(scene) {
+    loop {
+        while nodes.len > FEW || leaves.len == 0 {
+            if nodes.len == 0 {
+                return;
+            }
+            let n = std::mem::take(&mut nodes.len);
+            for k in 0..n {
+                let i = nodes.slots[k] as usize & (SLOTS - 1);
+                slots[i].step_node::<I, ANY>();
+                let is_leaf = slots[i].at & LEAF != 0;
+                nodes.add_if(!is_leaf, i);
+                leaves.add_if(is_leaf, i);
+            }
+        }
+        let n = std::mem::take(&mut leaves.len);
+        for k in 0..n {
+            let i = leaves.slots[k] as usize & (SLOTS - 1);
+            let slot = &mut slots[i];
+            if slot.step_leaf::<I, ANY>(scene) {
                 batch.answer(slot.number, slot.hit);
                 if !refill(slot, scene, batch) {
-                    n -= 1;
-                    slots.swap(i, n);
                     continue;
                 }
             }
-            i += 1;
+            let is_leaf = slot.at & LEAF != 0;
+            nodes.add_if(!is_leaf, i);
+            leaves.add_if(is_leaf, i);
         }
     }
 }
