@@ -29,6 +29,7 @@ mod off;
 mod parallel;
 mod ply;
 mod ply_header;
+mod ply_kind;
 mod ply_rows;
 pub mod png;
 mod polygon;

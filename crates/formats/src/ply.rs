@@ -96,7 +96,10 @@ impl<'a> Ply<'a> {
         let mut uvs = columns.have(&[U, V]).then(Vec::new);
         let mut row = Row::default();
         for number in 0..element.count {
-            columns.read(body, &mut row)?;
+            match columns.stride().and_then(|stride| body.binary(stride)) {
+                Some((bytes, big_endian)) => columns.read_fixed(bytes, big_endian, &mut row),
+                None => columns.read(body, &mut row)?,
+            }
             let vector = |names: [Meaning; 3]| DVec3::from(names.map(|m| row.numbers[m as usize]));
             let position = vector([X, Y, Z]);
             if !position.is_finite() {
@@ -274,9 +277,14 @@ impl<'a> Ply<'a> {
             corner_uvs,
             ..
         } = &mut self;
-        let mut vertices = Vertices::new(mesh.vertices.len());
-        vertices.reserve(0..mesh.vertices.len() as u32);
-        let (mut triangles, mut colors) = (Vec::new(), Vec::new());
+        // Without texture coordinates of their own, corners are the file's vertices.
+        let seams = !corner_uvs.is_empty();
+        let mut vertices = Vertices::new(if seams { mesh.vertices.len() } else { 0 });
+        if seams {
+            vertices.reserve(0..mesh.vertices.len() as u32);
+        }
+        let mut triangles = Vec::with_capacity(polygons.len());
+        let mut colors = Vec::new();
         let position = |c: Corner| mesh.vertices[c.position as usize];
         let all = 0..polygons.len();
         polygons.triangles(
@@ -285,13 +293,17 @@ impl<'a> Ply<'a> {
             &mut folder.budget,
             position,
             |polygon, corners| {
-                triangles.push(corners.map(|corner| vertices.vertex(corner)));
+                triangles.push(if seams {
+                    corners.map(|corner| vertices.vertex(corner))
+                } else {
+                    corners.map(|corner| corner.position)
+                });
                 colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
             },
         )?;
         mesh.triangles = triangles;
         mesh.face_colors = face_colors.is_some().then_some(colors);
-        if !corner_uvs.is_empty() {
+        if seams {
             let of = |c: &Corner| corner_uvs.get(c.uv as usize).copied().unwrap_or([0.0; 2]);
             let origin = |c: &Corner| c.position as usize;
             let made_of = &vertices.made_of;

@@ -3,49 +3,8 @@
 use std::path::Path;
 
 use crate::error::FormatError;
+use crate::ply_kind::Kind;
 use crate::text::{self, Lines, Words};
-
-/// A kind of number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
-impl Kind {
-    fn parse(word: &[u8]) -> Option<Self> {
-        Some(match word {
-            b"char" | b"int8" => Self::I8,
-            b"uchar" | b"uint8" => Self::U8,
-            b"short" | b"int16" => Self::I16,
-            b"ushort" | b"uint16" => Self::U16,
-            b"int" | b"int32" => Self::I32,
-            b"uint" | b"uint32" => Self::U32,
-            b"float" | b"float32" => Self::F32,
-            b"double" | b"float64" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    fn bytes(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
-
-    pub(crate) fn is_float(self) -> bool {
-        matches!(self, Self::F32 | Self::F64)
-    }
-}
 
 /// A column of an element.
 #[derive(Clone, Debug)]
@@ -312,25 +271,54 @@ impl Body<'_> {
                 let Some(found) = bytes.get(*at..*at + size) else {
                     return Err(self.cut());
                 };
-                let mut raw = [0; 8];
-                raw[..size].copy_from_slice(found);
-                if *big_endian {
-                    raw[..size].reverse();
-                }
                 *at += size;
-                let [a, b, c, d, ..] = raw;
-                Ok(match kind {
-                    Kind::I8 => f64::from(a.cast_signed()),
-                    Kind::U8 => f64::from(a),
-                    Kind::I16 => f64::from(i16::from_le_bytes([a, b])),
-                    Kind::U16 => f64::from(u16::from_le_bytes([a, b])),
-                    Kind::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
-                    Kind::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
-                    Kind::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
-                    Kind::F64 => f64::from_le_bytes(raw),
-                })
+                Ok(kind.number(found, *big_endian))
             }
         }
+    }
+
+    /// The next values of the row.
+    pub(crate) fn values(
+        &mut self,
+        kind: Kind,
+        count: usize,
+        values: &mut Vec<f64>,
+    ) -> Result<(), FormatError> {
+        if let Form::Binary {
+            bytes,
+            at,
+            big_endian,
+        } = &mut self.form
+        {
+            let size = kind.bytes();
+            let end = count.checked_mul(size).and_then(|n| at.checked_add(n));
+            let Some(found) = end.and_then(|end| bytes.get(*at..end)) else {
+                return Err(self.cut());
+            };
+            *at += found.len();
+            let numbers = found.chunks_exact(size);
+            values.extend(numbers.map(|number| kind.number(number, *big_endian)));
+            return Ok(());
+        }
+        for _ in 0..count {
+            values.push(self.value(kind)?);
+        }
+        Ok(())
+    }
+
+    /// The next bytes of a binary file, if there are so many, and whether their numbers begin with the highest.
+    pub(crate) fn binary(&mut self, count: usize) -> Option<(&[u8], bool)> {
+        let Form::Binary {
+            bytes,
+            at,
+            big_endian,
+        } = &mut self.form
+        else {
+            return None;
+        };
+        let found = bytes.get(*at..at.checked_add(count)?)?;
+        *at += count;
+        Some((found, *big_endian))
     }
 
     /// The length of a list.

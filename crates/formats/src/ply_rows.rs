@@ -1,9 +1,10 @@
 //! The rows of a PLY file's tables by what their columns mean.
 
-use raycam_scene::color::{Rgb, linear_from_srgb};
+use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
 
 use crate::error::FormatError;
-use crate::ply_header::{self, Body, Element, Kind};
+use crate::ply_header::{self, Body, Element};
+use crate::ply_kind::Kind;
 
 /// What a column means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -60,6 +61,7 @@ pub(crate) struct Row {
     pub(crate) numbers: [f64; Meaning::Nothing as usize + 1],
     pub(crate) corners: Vec<f64>,
     pub(crate) uvs: Vec<f64>,
+    unused: Vec<f64>,
 }
 
 /// The columns of an element.
@@ -89,22 +91,37 @@ impl<'a> Columns<'a> {
     pub(crate) fn read(&self, body: &mut Body<'_>, row: &mut Row) -> Result<(), FormatError> {
         row.corners.clear();
         row.uvs.clear();
+        row.unused.clear();
         body.row()?;
         for (property, &meaning) in self.element.properties.iter().zip(&self.meanings) {
             let Some(list) = property.list else {
                 row.numbers[meaning as usize] = body.value(property.kind)?;
                 continue;
             };
-            for _ in 0..body.length(list)? {
-                let value = body.value(property.kind)?;
-                match meaning {
-                    Meaning::Corners => row.corners.push(value),
-                    Meaning::CornerUvs => row.uvs.push(value),
-                    _ => {}
-                }
-            }
+            let length = body.length(list)?;
+            let values = match meaning {
+                Meaning::Corners => &mut row.corners,
+                Meaning::CornerUvs => &mut row.uvs,
+                _ => &mut row.unused,
+            };
+            body.values(property.kind, length, values)?;
         }
         body.end_row()
+    }
+
+    /// The bytes of a row without lists in a binary file.
+    pub(crate) fn stride(&self) -> Option<usize> {
+        let properties = &self.element.properties;
+        let lists = properties.iter().any(|p| p.list.is_some());
+        (!lists).then(|| properties.iter().map(|p| p.kind.bytes()).sum())
+    }
+
+    /// Reads a row of so many bytes.
+    pub(crate) fn read_fixed(&self, mut bytes: &[u8], big_endian: bool, row: &mut Row) {
+        for (property, &meaning) in self.element.properties.iter().zip(&self.meanings) {
+            row.numbers[meaning as usize] = property.kind.number(bytes, big_endian);
+            bytes = bytes.get(property.kind.bytes()..).unwrap_or_default();
+        }
     }
 
     /// The linear colour of a row.
@@ -117,11 +134,11 @@ impl<'a> Columns<'a> {
         let given = [Red, Green, Blue].map(|m| row.numbers[m as usize]);
         let one = self.white();
         if given.iter().all(|c| (0.0..=one).contains(c)) {
-            let share = given.map(|c| (c / one) as f32);
-            return Ok(if self.color.is_float() {
-                share
-            } else {
-                share.map(linear_from_srgb)
+            let share = || given.map(|c| (c / one) as f32);
+            return Ok(match self.color {
+                Kind::F32 | Kind::F64 => share(),
+                Kind::U8 => linear_from_srgb8(given.map(|c| c as u8)),
+                _ => share().map(linear_from_srgb),
             });
         }
         let name = &self.element.name;

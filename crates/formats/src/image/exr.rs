@@ -36,10 +36,14 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
         let message = format!("channels {}, expected R, G and B, or Y", names.join(", "));
         return Err(file.unsupported(message));
     };
-    check_blocks(file, part)?;
+    let index = headers.iter().position(|header| std::ptr::eq(header, part));
+    let index = index.unwrap_or_default();
     let side = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
     let size = [side(part.layer_size.0), side(part.layer_size.1)];
-    file.take_pixels(size, 16)?;
+    // Channels that are not shown are unpacked too.
+    let texel = part.channels.bytes_per_pixel.max(16) as u64;
+    file.take_pixels(size, texel)?;
+    check_blocks(file, part, index)?;
     if part
         .shared_attributes
         .chromaticities
@@ -95,7 +99,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
 
 /// Refuses tiles far larger than the picture, and DWA blocks that declare more than they can hold: the decoder would
 /// allocate what they say.
-fn check_blocks(file: &Decoder<'_>, part: &Header) -> Result<(), FormatError> {
+fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize) -> Result<(), FormatError> {
     const SMALL: usize = 1 << 16;
     let pixels = part.layer_size.0.saturating_mul(part.layer_size.1);
     if let BlockDescription::Tiles(tiles) = part.blocks {
@@ -113,7 +117,8 @@ fn check_blocks(file: &Decoder<'_>, part: &Header) -> Result<(), FormatError> {
     }
     let most = (4 * part.max_block_byte_size() + SMALL) as u64;
     let reader = ::exr::block::read(Cursor::new(file.bytes), false);
-    let chunks = reader.and_then(|reader| reader.filter_chunks(false, |_, _, _| true));
+    let chunks =
+        reader.and_then(|reader| reader.filter_chunks(false, |_, _, block| block.layer == index));
     for chunk in chunks.map_err(|e| refused(file, e))? {
         let bytes = match chunk.map_err(|e| refused(file, e))?.compressed_block {
             CompressedBlock::ScanLine(block) => block.compressed_pixels_le,
