@@ -50,7 +50,7 @@ def test_the_table_of_channels() -> None:
     assert set(CHANNELS) == {
         *("color", "albedo", "depth", "distance", "position"),
         *("normal", "normal_camera", "shading_normal", "shading_normal_camera"),
-        *("instance", "category", "triangle", "barycentric", "uv", "material", "coverage"),
+        *("instance", "category", "triangle", "barycentric", "uv", "material", "coverage", "error"),
     }
 
 
@@ -127,6 +127,7 @@ def test_exr(tmp_path: Path, half: bool) -> None:
         "position": ["position.X", "position.Y", "position.Z"],
         "uv": ["uv.U", "uv.V"],
         "coverage": ["coverage.V"],
+        "error": ["error.V"],
     }
     vectors = ["albedo", "normal", "normal_camera", "shading_normal", "shading_normal_camera", "barycentric"]
     names |= {name: [f"{name}.{axis}" for axis in "XYZ"] for name in vectors}

@@ -44,9 +44,10 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     uv                    float32 [h, w, 2] texture coordinates, v down; NaN where the mesh has none    NaN
     material              int32   [h, w]    number of the material in the world                         -1
     coverage              float32 [h, w]    share of the samples that see the same object as the centre
+    error                 float32 [h, w]    estimated standard error of the colour's luminance
     ===================== ======= ========= =========================================================== ==========
 
-    All but `color` and `coverage` describe the exact ray through the pixel's centre: they are never filtered.
+    All but `color`, `coverage` and `error` describe the exact ray through the pixel's centre: they are never filtered.
     """
 
     def __init__(

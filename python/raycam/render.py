@@ -18,6 +18,8 @@ INTEGRATORS = ["flat", "direct", "path", "ao", "reference"]
 FILTERS = ["box", "blackman-harris"]
 DEFAULT_CHANNELS = ("color", "depth", "instance", "triangle")
 DEFAULT_SAMPLES = 16
+MOST_SAMPLES = 1 << 14
+"""What a pixel gets at most where noise or time ends it."""
 
 Integrator = Literal["flat", "direct", "path", "ao", "reference"]
 Filter = Literal["box", "blackman-harris"]
@@ -31,6 +33,8 @@ def render(
     *,
     integrator: Integrator | None = None,
     samples: int | None = None,
+    noise: float | None = None,
+    time: float | None = None,
     max_depth: int | None = None,
     clamp: float | None = None,
     filter: Filter | None = None,
@@ -51,6 +55,9 @@ def render(
       and reflectances (a world without lights gets a sky, and the frame says so in its notices); "path" follows
       light over any number of bounces, unbiased; "ao" shows how much of the sky each point sees; "reference" is
       "flat" by the lecture's procedure in NumPy, brute force and slow: the oracle.
+    * `noise` instead of samples stops each pixel when the estimated standard error of its luminance is no more than
+      that; the channel `error` is the estimate. `time` stops the picture after so many seconds and says how many
+      samples give the same one again. With either, `samples` is the most that a pixel gets (16384).
     * `max_depth` (no limit): the segments of a path at most. 1 sees what shines, 2 what it lights, and so on.
     * `clamp` (off): the largest radiance of a sample. It hides bright specks and makes the picture darker, and the
       frame's notices say how often.
@@ -70,6 +77,8 @@ def render(
     given = {
         "integrator": integrator,
         "samples": samples,
+        "noise": noise,
+        "time": time,
         "max_depth": max_depth,
         "clamp": clamp,
         "filter": filter,
@@ -99,7 +108,10 @@ def render(
         "ambient_occlusion": False,
         "exposure": 0.0,
     }
-    settings |= world.render_settings | chosen
+    asked = world.render_settings | chosen
+    if ("noise" in asked or "time" in asked) and "samples" not in asked:
+        asked["samples"] = MOST_SAMPLES
+    settings |= asked
     stops = _stops(settings.pop("exposure"))
     request = {
         "integrator": _name("integrator", settings["integrator"], INTEGRATORS),
@@ -109,7 +121,9 @@ def render(
         "frame": whole("frame", frame, 0, (1 << 32) - 1),
         "channels": names,
         "max_depth": _optional("max_depth", settings["max_depth"]),
-        "clamp": _clamp(settings["clamp"]),
+        "noise": _positive("noise", settings["noise"], "a radiance"),
+        "time": _positive("time", settings["time"], "seconds"),
+        "clamp": _positive("clamp", settings["clamp"], "a radiance"),
         "ambient_occlusion": _occlusion(settings["ambient_occlusion"]),
         "region": None if region is None else _region(region),
         "threads": None if settings["threads"] is None else whole("threads", settings["threads"], 1, 1 << 16),
@@ -166,13 +180,13 @@ def _optional(name: str, value: object) -> int | None:
     return None if value is None else whole(name, value, 1, (1 << 32) - 1)
 
 
-def _clamp(value: object) -> float | None:
-    """The largest radiance of a sample."""
+def _positive(name: str, value: object, what: str) -> float | None:
+    """A finite number above 0, or None."""
     if value is None:
         return None
     if not isinstance(value, bool) and isinstance(value, int | float) and 0 < value < math.inf:
         return float(value)
-    raise SettingsError(f"clamp must be a radiance > 0, not {value!r}")
+    raise SettingsError(f"{name} must be {what} > 0, not {value!r}")
 
 
 def _stops(value: object) -> float:

@@ -14,6 +14,8 @@ use crate::frame::channel;
 pub(crate) struct Request {
     integrator: String,
     samples: u32,
+    noise: Option<f32>,
+    time: Option<f64>,
     filter: String,
     seed: u64,
     frame: u32,
@@ -38,6 +40,8 @@ impl Request {
                 name => return Err(unknown("integrator", name)),
             },
             samples: self.samples,
+            noise: self.noise,
+            time: self.time,
             filter: match &self.filter[..] {
                 "box" => Filter::Box,
                 "blackman-harris" => Filter::BlackmanHarris,
@@ -77,6 +81,8 @@ pub(crate) fn written<'py>(py: Python<'py>, spec: &RenderSpec) -> PyResult<Bound
     put(&dict, "max_depth", spec.max_depth)?;
     put(&dict, "clamp", spec.clamp)?;
     put(&dict, "samples", spec.samples)?;
+    put(&dict, "noise", spec.noise)?;
+    put(&dict, "time", spec.time)?;
     put(
         &dict,
         "filter",

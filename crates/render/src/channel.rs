@@ -11,7 +11,7 @@ pub enum Kind {
     I32,
 }
 
-/// What a frame can say about each pixel. All but `Color` and `Coverage` describe the exact pixel-centre ray.
+/// What a frame can say about each pixel. All but `Color`, `Coverage` and `Error` describe the exact pixel-centre ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
     /// Linear Rec. 709 radiance, filtered over the pixel's samples. Background: the sky's radiance, or black.
@@ -49,6 +49,9 @@ pub enum Channel {
     /// The fraction of the pixel's samples that see the same object as the pixel-centre ray, the background counting as
     /// one: 1 is a pure pixel.
     Coverage,
+    /// The estimated standard error of the colour's luminance, by the scatter of independent sequences of samples: asking
+    /// for it draws other samples than not asking. With one sample per pixel: +inf.
+    Error,
 }
 
 /// A row of the channel table.
@@ -68,7 +71,7 @@ const fn row(channel: Channel, name: &'static str, kind: Kind, components: usize
     }
 }
 
-const TABLE: [Row; 16] = [
+const TABLE: [Row; 17] = [
     row(Channel::Color, "color", Kind::F32, 3),
     row(Channel::Albedo, "albedo", Kind::F32, 3),
     row(Channel::Depth, "depth", Kind::F32, 1),
@@ -90,6 +93,7 @@ const TABLE: [Row; 16] = [
     row(Channel::Uv, "uv", Kind::F32, 2),
     row(Channel::Material, "material", Kind::I32, 1),
     row(Channel::Coverage, "coverage", Kind::F32, 1),
+    row(Channel::Error, "error", Kind::F32, 1),
 ];
 
 impl Channel {
@@ -123,7 +127,7 @@ impl Channel {
 
     /// Whether it comes from the exact ray through the pixel centre.
     pub(crate) fn is_truth(self) -> bool {
-        self != Channel::Color
+        !matches!(self, Channel::Color | Channel::Error)
     }
 
     /// Bytes per pixel.

@@ -44,7 +44,11 @@ impl Control {
     }
 
     pub(crate) fn advance(&self) {
-        self.done.fetch_add(1, Ordering::Relaxed);
+        self.advance_by(1);
+    }
+
+    pub(crate) fn advance_by(&self, units: usize) {
+        self.done.fetch_add(units, Ordering::Relaxed);
     }
 
     pub(crate) fn check(&self) -> Result<(), RenderError> {

@@ -12,12 +12,14 @@
 mod channel;
 mod control;
 mod error;
+mod estimate;
 mod film;
 mod filter;
 pub mod flow;
 mod frame;
 mod integrator;
 mod light;
+mod picture;
 mod prepare;
 pub mod queries;
 mod render;

@@ -40,6 +40,23 @@ impl Sampler {
         Self { pixel, sample }
     }
 
+    /// A sample of one of several sequences that are independent of each other: sample s is number s / n of sequence
+    /// s % n.
+    pub fn of_sequences(
+        seed: u64,
+        frame: u32,
+        pixel: [u32; 2],
+        sample: u32,
+        sequences: u32,
+    ) -> Self {
+        let number = u64::from(sample % sequences) + 1;
+        let first = Self::new(seed, frame, pixel, sample / sequences);
+        Self {
+            pixel: mix(first.pixel ^ mix(number)),
+            ..first
+        }
+    }
+
     /// Two numbers in [0, 1).
     pub fn pair(&self, pair: Pair) -> [f32; 2] {
         let number = match pair {

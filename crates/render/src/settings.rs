@@ -25,6 +25,12 @@ pub struct Settings {
     pub integrator: Integrator,
     /// Samples per pixel, at least 1. One sample goes through the exact pixel centre, whatever the filter.
     pub samples: u32,
+    /// Stops each pixel when the estimated standard error of its luminance is no more than this; `samples` is then the most
+    /// that a pixel gets.
+    pub noise: Option<f32>,
+    /// Stops the picture after about as many seconds, all pixels at the same number of samples, `samples` at most. What
+    /// comes out depends on the machine; the notices say how many samples give the same.
+    pub time: Option<f64>,
     /// How samples are spread over the pixel.
     pub filter: Filter,
     /// Chooses the random numbers, together with `frame`.
@@ -50,6 +56,8 @@ impl Default for Settings {
         Self {
             integrator: Integrator::Flat,
             samples: 1,
+            noise: None,
+            time: None,
             filter: Filter::Box,
             seed: 0,
             frame: 0,
@@ -90,6 +98,19 @@ impl Settings {
             return fail(format!(
                 "ambient_occlusion is {distance}; expected a distance above 0, or infinity"
             ));
+        }
+        if let Some(noise) = self.noise
+            && !(noise.is_finite() && noise > 0.0)
+        {
+            return fail(format!("noise is {noise}; expected a radiance above 0"));
+        }
+        if let Some(time) = self.time
+            && !(time.is_finite() && time > 0.0)
+        {
+            return fail(format!("time is {time}; expected seconds above 0"));
+        }
+        if self.noise.is_some() && self.time.is_some() {
+            return fail("both noise and time are given; expected one of them".into());
         }
         if self.max_depth == Some(0) {
             return fail("max_depth is 0; expected at least 1 segment of a path".into());

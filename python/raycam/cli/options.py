@@ -56,6 +56,10 @@ def add_rendering(command: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--samples", metavar="N", type=int, help="rays per pixel (default 16)")
     group.add_argument(
+        "--noise", metavar="ERROR", type=float, help="sample each pixel until its standard error is this"
+    )
+    group.add_argument("--time", metavar="SECONDS", type=seconds, help="sample for this long: 30, 30s or 5m")
+    group.add_argument(
         "--max-depth", metavar="N", type=int, help="segments of a path at most (default: no limit)"
     )
     group.add_argument(
@@ -89,6 +93,8 @@ def add_rendering(command: argparse.ArgumentParser) -> None:
 RENDERING = (
     "integrator",
     "samples",
+    "noise",
+    "time",
     "max_depth",
     "clamp",
     "filter",
@@ -111,6 +117,15 @@ def size_of(text: str) -> tuple[int, int]:
         return int(width), int(height)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not WIDTHxHEIGHT, as in 640x480") from None
+
+
+def seconds(text: str) -> float:
+    """Seconds from "30", "30s", "5m" or "1h"."""
+    unit = {"s": 1.0, "m": 60.0, "h": 3600.0}
+    try:
+        return float(text[:-1]) * unit[text[-1]] if text[-1:] in unit else float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a time, as in 30s or 5m") from None
 
 
 def numbers(text: str) -> tuple[int, ...]:

@@ -17,6 +17,11 @@ pub struct RenderSpec {
     pub integrator: Option<IntegratorName>,
     /// Samples per pixel, >= 1.
     pub samples: Option<u32>,
+    /// Instead of samples: the standard error of a pixel's luminance at which it is done; `samples` is then the most that it
+    /// gets, 16384 where not given.
+    pub noise: Option<f32>,
+    /// Instead of samples: seconds after which the picture is done; `samples` is then the most that a pixel gets.
+    pub time: Option<f64>,
     /// The most segments of a path, >= 1: 1 sees what shines, 2 what it lights, and so on; no limit where not given.
     pub max_depth: Option<u32>,
     /// The largest value of a sample, which hides bright specks and makes the picture darker; none where not given.
@@ -135,6 +140,16 @@ impl RenderSpec {
                 "max_depth",
                 "0: expected a whole number of segments >= 1",
             ));
+        }
+        for (key, value) in [("noise", self.noise.map(f64::from)), ("time", self.time)] {
+            if let Some(value) = value
+                && !(value.is_finite() && value > 0.0)
+            {
+                return Err(SceneError::schema(
+                    key,
+                    format!("{value}: expected a number greater than 0"),
+                ));
+            }
         }
         if let Some(clamp) = self.clamp
             && !(clamp.is_finite() && clamp > 0.0)

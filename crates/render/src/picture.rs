@@ -1,0 +1,395 @@
+//! How the pixels of a tile are seen: exact rays through their centres, samples around them, sums of what these bring.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::{DVec2, DVec3, Vec3};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, Ray};
+use raycam_scene::Camera;
+
+use crate::channel::Channel;
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::estimate::{Estimate, SEQUENCES};
+use crate::film::{Film, Strip};
+use crate::filter::PreparedFilter;
+use crate::integrator::{self, Batch};
+use crate::prepare::PreparedWorld;
+use crate::sampler::{Pair, Sampler};
+use crate::settings::Settings;
+use crate::tile::Tile;
+use crate::truth::{self, Truth, put};
+
+/// All that the tiles of one picture share.
+pub(crate) struct Picture<'a> {
+    world: &'a PreparedWorld,
+    camera: &'a Camera,
+    pub settings: &'a Settings,
+    filter: PreparedFilter,
+    /// Whether pixel-centre rays are needed, and whether samples are.
+    exact: bool,
+    pub sampled: bool,
+    colored: bool,
+    /// Whether the error of the colour is estimated.
+    estimated: bool,
+    /// Samples whose radiance is not finite.
+    rejected: AtomicU64,
+    /// Samples brighter than the settings allow.
+    clamped: AtomicU64,
+    /// Samples of all pixels together, and pixels that are still too noisy.
+    spent: AtomicU64,
+    unfinished: AtomicU64,
+}
+
+/// What a thread needs for a tile; kept from tile to tile.
+#[derive(Default)]
+pub(crate) struct Buffers {
+    pixels: Vec<[u32; 2]>,
+    exact_rays: Vec<ExactRay>,
+    exact_hits: Vec<ExactHit>,
+    rays: Vec<Ray>,
+    hits: Vec<Hit>,
+    /// Scene-local.
+    origins: Vec<DVec3>,
+    directions: Vec<Vec3>,
+    samplers: Vec<Sampler>,
+    radiance: Vec<Vec3>,
+    /// The pixels that get more samples.
+    active: Vec<usize>,
+    pub estimate: Estimate,
+}
+
+/// Samples after which a pixel may stop, and then each power of two: enough to trust the estimated error.
+const FIRST_BARRIER: u32 = 64;
+
+impl<'a> Picture<'a> {
+    pub fn new(world: &'a PreparedWorld, camera: &'a Camera, settings: &'a Settings) -> Self {
+        let asked = |channel| settings.channels.contains(&channel);
+        let single = settings.samples == 1;
+        let estimated = asked(Channel::Error) || settings.noise.is_some();
+        Self {
+            world,
+            camera,
+            settings,
+            filter: PreparedFilter::new(settings.filter),
+            exact: single || settings.channels.iter().any(|channel| channel.is_truth()),
+            sampled: !single
+                && (asked(Channel::Color) || asked(Channel::Coverage) || asked(Channel::Error)),
+            colored: asked(Channel::Color) || asked(Channel::Error),
+            estimated,
+            rejected: AtomicU64::new(0),
+            clamped: AtomicU64::new(0),
+            spent: AtomicU64::new(0),
+            unfinished: AtomicU64::new(0),
+        }
+    }
+
+    /// What the one who looks at the picture should know of its samples.
+    pub fn notices(&self, [_, _, width, height]: [u32; 4], notices: &mut Vec<String>) {
+        let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
+        if let Some(noise) = self.settings.noise {
+            let mean = of(&self.spent) / (u64::from(width) * u64::from(height));
+            let mut notice = format!("{mean} samples per pixel in the mean for noise = {noise}");
+            if of(&self.unfinished) > 0 {
+                notice += &format!(
+                    "; {} pixels have not reached it with samples = {}",
+                    of(&self.unfinished),
+                    self.settings.samples
+                );
+            }
+            notices.push(notice);
+        }
+        if of(&self.rejected) > 0 {
+            notices.push(format!(
+                "{} samples were too bright for float32 and count as black",
+                of(&self.rejected)
+            ));
+        }
+        if let Some(limit) = self.settings.clamp
+            && of(&self.clamped) > 0
+        {
+            notices.push(format!(
+                "{} samples were brighter than clamp = {limit} and count as that: the picture is darker than the world",
+                of(&self.clamped)
+            ));
+        }
+    }
+
+    /// Batches of rays per tile.
+    pub fn passes(&self) -> usize {
+        usize::from(self.exact)
+            + if self.sampled {
+                self.settings.samples as usize
+            } else {
+                0
+            }
+    }
+
+    /// Traces all rays of a tile.
+    pub fn trace(
+        &self,
+        tile: &Tile,
+        buffers: &mut Buffers,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        self.begin(tile, buffers, control)?;
+        if !self.sampled {
+            return Ok(());
+        }
+        let samples = self.settings.samples;
+        for sample in 0..samples {
+            self.add_sample(buffers, sample, control)?;
+            if let Some(noise) = self.settings.noise {
+                let taken = sample + 1;
+                if taken >= FIRST_BARRIER && taken.is_power_of_two() {
+                    let Buffers {
+                        active, estimate, ..
+                    } = &mut *buffers;
+                    // Every pixel by itself, so that it does not depend on the tile.
+                    active.retain(|&pixel| estimate.error(pixel) > noise);
+                    if active.is_empty() {
+                        control.advance_by((samples - taken) as usize);
+                        break;
+                    }
+                }
+            }
+        }
+        if let Some(noise) = self.settings.noise {
+            let pixels = 0..buffers.pixels.len();
+            let estimate = &buffers.estimate;
+            let spent = pixels.map(|pixel| u64::from(estimate.samples(pixel))).sum();
+            self.spent.fetch_add(spent, Ordering::Relaxed);
+            let noisy = |&&pixel: &&usize| estimate.error(pixel) > noise;
+            let unfinished = buffers.active.iter().filter(noisy).count() as u64;
+            self.unfinished.fetch_add(unfinished, Ordering::Relaxed);
+        }
+        Ok(())
+    }
+
+    /// Goes on with a tile where an earlier round has left it.
+    pub fn resume(&self, tile: &Tile, buffers: &mut Buffers, state: &mut Estimate) {
+        tile.pixels(&mut buffers.pixels);
+        buffers.active.clear();
+        buffers.active.extend(0..buffers.pixels.len());
+        std::mem::swap(&mut buffers.estimate, state);
+        self.look(buffers);
+    }
+
+    /// Prepares a tile's buffers, with the rays through its pixels' centres where they are needed.
+    pub fn begin(
+        &self,
+        tile: &Tile,
+        buffers: &mut Buffers,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        tile.pixels(&mut buffers.pixels);
+        let count = buffers.pixels.len();
+        buffers.estimate.reset(count, self.estimated);
+        buffers.active.clear();
+        buffers.active.extend(0..count);
+        control.check()?;
+        self.look(buffers);
+        if self.exact && !self.sampled {
+            self.shade(buffers, 0, control)?;
+        }
+        if self.exact && self.settings.time.is_none() {
+            control.advance();
+        }
+        Ok(())
+    }
+
+    /// The exact rays, where they are needed.
+    fn look(&self, buffers: &mut Buffers) {
+        if self.exact {
+            self.trace_exact(buffers);
+        }
+    }
+
+    /// Another sample of every active pixel.
+    pub fn add_sample(
+        &self,
+        buffers: &mut Buffers,
+        sample: u32,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        control.check()?;
+        self.trace_sample(buffers, sample);
+        self.shade(buffers, sample, control)?;
+        if self.settings.time.is_none() {
+            control.advance();
+        }
+        Ok(())
+    }
+
+    /// The rays through the pixels' centres, in float64. Their hits also are those of the first sample.
+    fn trace_exact(&self, buffers: &mut Buffers) {
+        let Buffers {
+            pixels,
+            exact_rays,
+            exact_hits,
+            hits,
+            origins,
+            directions,
+            samplers,
+            ..
+        } = buffers;
+        exact_rays.clear();
+        exact_rays.extend(pixels.iter().map(|&[x, y]| {
+            let (origin, direction) = self.camera.ray(self.camera.pixel_center_of(x, y));
+            ExactRay {
+                origin: origin.to_array(),
+                direction: direction.to_array(),
+                t_max: f64::INFINITY,
+            }
+        }));
+        exact_hits.clear();
+        exact_hits.resize(pixels.len(), ExactHit::MISS);
+        self.world
+            .scene
+            .closest_exact(exact_rays, self.world, exact_hits);
+        if !self.sampled {
+            hits.clear();
+            hits.extend(exact_hits.iter().map(truth::rounded));
+            origins.clear();
+            origins.extend(
+                exact_rays
+                    .iter()
+                    .map(|ray| DVec3::from(ray.origin) - self.world.origin),
+            );
+            directions.clear();
+            directions.extend(
+                exact_rays
+                    .iter()
+                    .map(|ray| DVec3::from(ray.direction).as_vec3()),
+            );
+            samplers.clear();
+            samplers.extend(pixels.iter().map(|&pixel| self.sampler(pixel, 0)));
+        }
+    }
+
+    /// One ray per active pixel, in float32.
+    fn trace_sample(&self, buffers: &mut Buffers, sample: u32) {
+        let Buffers {
+            pixels,
+            rays,
+            hits,
+            origins,
+            directions,
+            samplers,
+            active,
+            ..
+        } = buffers;
+        rays.clear();
+        origins.clear();
+        directions.clear();
+        samplers.clear();
+        for &mut i in active {
+            let [x, y] = pixels[i];
+            let sampler = self.sampler([x, y], sample);
+            let offset = self.filter.offset(sampler.pair(Pair::Filter));
+            let pixel = self.camera.pixel_center_of(x, y) + DVec2::from(offset);
+            let (origin, direction) = self.camera.ray(pixel);
+            rays.push(self.world.local_ray(origin, direction, f64::INFINITY).0);
+            origins.push(origin - self.world.origin);
+            directions.push(direction.as_vec3());
+            samplers.push(sampler);
+        }
+        hits.clear();
+        hits.resize(rays.len(), Hit::MISS);
+        self.world.scene.closest(rays, hits, Coherence::Coherent);
+    }
+
+    fn sampler(&self, pixel: [u32; 2], sample: u32) -> Sampler {
+        let Settings { seed, frame, .. } = *self.settings;
+        if self.estimated {
+            Sampler::of_sequences(seed, frame, pixel, sample, SEQUENCES)
+        } else {
+            Sampler::new(seed, frame, pixel, sample)
+        }
+    }
+
+    /// Adds the radiance of the hits at hand, of a certain sample, to the active pixels' sums.
+    fn shade(
+        &self,
+        buffers: &mut Buffers,
+        sample: u32,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        let Buffers {
+            exact_hits,
+            hits,
+            origins,
+            directions,
+            samplers,
+            radiance,
+            active,
+            estimate,
+            ..
+        } = buffers;
+        for (&mut pixel, hit) in active.iter_mut().zip(&*hits) {
+            let exact = exact_hits.get(pixel);
+            estimate.count(
+                pixel,
+                exact.is_some_and(|exact| hit.instance == exact.instance),
+            );
+        }
+        if !self.colored {
+            return Ok(());
+        }
+        radiance.clear();
+        radiance.resize(hits.len(), Vec3::ZERO);
+        let batch = Batch {
+            origins,
+            directions,
+            hits,
+            samplers,
+        };
+        integrator::radiance(self.world, self.settings, &batch, control, radiance)?;
+        let limit = self.settings.clamp.unwrap_or(f32::INFINITY);
+        for (&mut pixel, &mut radiance) in active.iter_mut().zip(radiance) {
+            if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
+                self.rejected.fetch_add(1, Ordering::Relaxed);
+                continue;
+            }
+            let brightest = radiance.max_element();
+            if brightest > limit {
+                self.clamped.fetch_add(1, Ordering::Relaxed);
+                estimate.add(pixel, sample, radiance * (limit / brightest));
+            } else {
+                estimate.add(pixel, sample, radiance);
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes a tile's pixels to the film.
+    pub fn develop(&self, tile: &Tile, buffers: &Buffers, film: &Film) {
+        let estimate = &buffers.estimate;
+        let camera_from_world = self.camera.r();
+        let truth = |i: usize| Truth {
+            world: self.world,
+            camera_from_world,
+            origin: buffers.exact_rays[i].origin.into(),
+            direction: buffers.exact_rays[i].direction.into(),
+            hit: buffers.exact_hits[i],
+        };
+        film.write(tile, &buffers.pixels, |channel, strip, places| {
+            if truth::write(channel, strip, places, truth) {
+                return;
+            }
+            match (channel, strip) {
+                (Channel::Color, Strip::F32(strip)) => {
+                    put(strip, places, |i| estimate.color(i).to_array());
+                }
+                (Channel::Coverage, Strip::F32(strip)) => {
+                    put(strip, places, |i| [estimate.coverage(i)]);
+                }
+                (Channel::Error, Strip::F32(strip)) => {
+                    put(strip, places, |i| [estimate.error(i)]);
+                }
+                (channel, _) => {
+                    unreachable!("{channel:?} is stored as its row in the channel table says")
+                }
+            }
+        });
+    }
+}
