@@ -15,6 +15,7 @@ mod corners;
 mod error;
 pub mod exr;
 mod folder;
+mod gltf;
 mod guard;
 pub mod hdr;
 mod ies;

@@ -9,7 +9,7 @@ use raycam_scene::{Model, Object, World};
 use crate::budget::Budget;
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
-use crate::{obj, off, ply, stl, world_file};
+use crate::{gltf, obj, off, ply, stl, world_file};
 
 /// A kind of file that can be loaded.
 struct Loader {
@@ -20,6 +20,8 @@ struct Loader {
 
 enum Reader {
     World(fn(&Source, &mut Folder) -> Result<World, FormatError>),
+    /// A world of its own that can be an object of another, too.
+    Scene(fn(&Source, &mut Folder) -> Result<World, FormatError>),
     Model(fn(&Source, &mut Folder) -> Result<Model, FormatError>),
 }
 
@@ -28,6 +30,14 @@ const LOADERS: &[Loader] = &[
     Loader {
         extension: "toml",
         read: Reader::World(world_file::read),
+    },
+    Loader {
+        extension: "gltf",
+        read: Reader::Scene(gltf::read),
+    },
+    Loader {
+        extension: "glb",
+        read: Reader::Scene(gltf::read),
     },
     Loader {
         extension: "obj",
@@ -52,21 +62,21 @@ pub fn extensions() -> impl Iterator<Item = &'static str> {
     LOADERS.iter().map(|loader| loader.extension)
 }
 
-/// The world in a file: `.toml`, `.obj`, `.ply`, `.stl`, `.off`, in capitals or not.
+/// The world in a file: `.toml`, `.gltf`, `.glb`, `.obj`, `.ply`, `.stl`, `.off`, in capitals or not.
 ///
-/// A mesh file becomes a world of its parts, each an object, without lights and cameras, z up.
+/// A mesh file (glTF apart, which holds worlds) becomes a world of its parts, each an object, without lights and cameras, z up.
 ///
 /// # Errors
 /// See [`FormatError`]; an unknown extension lists the known ones.
 pub fn load(path: &Path, budget: &Budget) -> Result<World, FormatError> {
     let mut folder = Folder::around(path, budget);
     match find(path)? {
-        Reader::World(read) => read(&folder.read(path)?, &mut folder),
+        Reader::World(read) | Reader::Scene(read) => read(&folder.read(path)?, &mut folder),
         Reader::Model(_) => world(model(folder.read(path)?, &mut folder)?, path),
     }
 }
 
-/// The model in a mesh file: `.obj` with its materials and textures, `.ply`, `.stl`, `.off`.
+/// The model in a mesh file: `.obj` and `.gltf` with their materials and textures, `.glb`, `.ply`, `.stl`, `.off`.
 ///
 /// # Errors
 /// See [`FormatError`].
@@ -93,11 +103,14 @@ pub fn decode_model(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<Mode
 
 /// The model in a mesh file that has been read: everything in it fits together.
 pub(crate) fn model(source: Source, folder: &mut Folder) -> Result<Model, FormatError> {
-    let Reader::Model(read) = find(&source.path)? else {
-        let message = "a world file, expected a mesh file";
-        return Err(FormatError::unsupported(&source.path, message));
+    let model = match find(&source.path)? {
+        Reader::Model(read) => read(&source, folder)?,
+        Reader::Scene(read) => flat(read(&source, folder)?, &source.path, folder)?,
+        Reader::World(_) => {
+            let message = "a world file, expected a mesh file";
+            return Err(FormatError::unsupported(&source.path, message));
+        }
     };
-    let model = read(&source, folder)?;
     for part in &model.parts {
         let valid = part.mesh.validate();
         valid.map_err(|error| FormatError::Scene {
@@ -105,6 +118,25 @@ pub(crate) fn model(source: Source, folder: &mut Folder) -> Result<Model, Format
             source: error,
         })?;
     }
+    Ok(model)
+}
+
+/// The model of a world whose objects are all one; each copy of a mesh counts.
+fn flat(world: World, path: &Path, folder: &mut Folder) -> Result<Model, FormatError> {
+    let (lights, cameras) = (world.lights.len(), world.cameras.len());
+    let left_out = (lights + cameras > 0).then(|| {
+        format!(
+            "{}: as an object it has no lights and cameras: {lights} and {cameras} are left out",
+            path.display()
+        )
+    });
+    for object in &world.objects {
+        let mesh = &world.meshes[object.mesh];
+        let amount = mesh.vertices.len() + 3 * mesh.triangles.len();
+        folder.budget.take_elements(path, amount as u64)?;
+    }
+    let mut model = Model::of_world(world);
+    model.notices.extend(left_out);
     Ok(model)
 }
 

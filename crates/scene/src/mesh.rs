@@ -1,6 +1,6 @@
 //! A mesh: indexed triangles in float64, with what its corners and faces carry.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::color::Rgb;
 use crate::error::SceneError;
@@ -170,6 +170,38 @@ impl Mesh {
                 let (low, high) = bounds.unwrap_or((point, point));
                 Some((low.min(point), high.max(point)))
             })
+    }
+
+    /// The same mesh in the coordinates that a transform leads to; where that mirrors, triangles turn the other way, so
+    /// that outside stays outside.
+    pub fn placed(&self, world_from_mesh: DAffine3) -> Mesh {
+        let mut placed = self.clone();
+        if world_from_mesh == DAffine3::IDENTITY {
+            return placed;
+        }
+        let linear = world_from_mesh.matrix3;
+        let mirrored = linear.determinant() < 0.0;
+        let normal_from_mesh = linear.inverse().transpose();
+        let turn = |matrix: DMat3, [x, y, z]: [f32; 3]| {
+            let vector = matrix * Vec3::new(x, y, z).as_dvec3();
+            vector.normalize_or_zero().as_vec3().to_array()
+        };
+        for vertex in &mut placed.vertices {
+            *vertex = world_from_mesh.transform_point3(*vertex);
+        }
+        for normal in placed.normals.iter_mut().flatten() {
+            *normal = turn(normal_from_mesh, *normal);
+        }
+        for [x, y, z, sign] in placed.tangents.iter_mut().flatten() {
+            [*x, *y, *z] = turn(linear, [*x, *y, *z]);
+            if mirrored {
+                *sign = -*sign;
+            }
+        }
+        if mirrored {
+            placed.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        placed
     }
 
     /// Adds the vertices and triangles of another mesh, whose triangles get these material slots.

@@ -5,6 +5,7 @@ use crate::light::Profile;
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::texture::{Texture, Wrap};
+use crate::world::{Object, World};
 
 /// A named piece of a mesh file (an OBJ `o`), in the file's coordinates.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,6 +83,21 @@ impl Files for NoFiles {
 }
 
 impl Model {
+    /// The objects of a world as parts, where they are; its lights and cameras have no place in a model.
+    pub fn of_world(world: World) -> Self {
+        let part = |object: &Object| Part {
+            name: object.name.clone(),
+            mesh: world.meshes[object.mesh].placed(object.world_from_mesh),
+            materials: object.materials.clone(),
+        };
+        Self {
+            parts: world.objects.iter().map(part).collect(),
+            textures: world.textures.iter().map(|t| (**t).clone()).collect(),
+            materials: world.materials,
+            notices: world.notices,
+        }
+    }
+
     /// All parts as one mesh, with the materials of its slots as indices into [`Model::materials`].
     ///
     /// A part that lacks a per-vertex or per-triangle array which another has gets the value that changes nothing:

@@ -5,10 +5,13 @@ use std::path::Path;
 use raycam_formats::{Budget, FormatError, extensions, load, read_model};
 
 use crate::common::{data, file, folder, message};
+use crate::gltf;
 
 /// A triangle in every format of the table.
-fn triangle(extension: &str) -> &'static str {
-    match extension {
+fn triangle(extension: &str) -> Vec<u8> {
+    let text = match extension {
+        "gltf" => return gltf::triangle().into_bytes(),
+        "glb" => return gltf::glb(&gltf::triangle(), &[]),
         "toml" => {
             "object = { name = \"a\", vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles = [[0, 1, 2]] }\n"
         }
@@ -23,7 +26,8 @@ fn triangle(extension: &str) -> &'static str {
         }
         "off" => "OFF\n3 1 3\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
         other => panic!("no sample of {other}"),
-    }
+    };
+    text.into()
 }
 
 #[test]
@@ -55,7 +59,7 @@ fn every_format_tells_empty_cut_and_foreign_files() {
         let text = triangle(extension);
         for bytes in [
             &b""[..],
-            &text.as_bytes()[..text.len() * 2 / 3],
+            &text[..text.len() * 2 / 3],
             b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0",
             &[0; 4096],
         ] {
@@ -99,7 +103,9 @@ fn an_unknown_kind_lists_the_known_ones() {
         let error = message(load(&path, &Budget::default()).unwrap_err(), &path);
         assert_eq!(
             error,
-            format!("{name}: unknown kind of file; known are .toml, .obj, .ply, .stl, .off")
+            format!(
+                "{name}: unknown kind of file; known are .toml, .gltf, .glb, .obj, .ply, .stl, .off"
+            )
         );
     }
     let path = file("a.toml", "");

@@ -6,6 +6,7 @@ mod common;
 mod draco;
 mod exr;
 mod folder;
+mod gltf;
 mod hdr;
 mod image;
 mod load;

@@ -1,0 +1,375 @@
+//! Accessors: typed elements in bytes (glTF 2.0, section 3.6.2), strided, sparse, normalised or none of these.
+
+use std::borrow::Cow;
+
+use super::Document;
+use super::json::Accessor;
+use super::ledger::Ledger;
+use crate::codec::draco;
+use crate::error::FormatError;
+
+/// The type of one number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    fn from_code(code: u32) -> Option<Self> {
+        Some(match code {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            _ => return None,
+        })
+    }
+
+    /// That of a Draco stream, unless glTF cannot have it.
+    pub(super) fn from_draco(component: draco::Component) -> Option<Self> {
+        Some(match component {
+            draco::Component::I8 => Self::I8,
+            draco::Component::U8 => Self::U8,
+            draco::Component::I16 => Self::I16,
+            draco::Component::U16 => Self::U16,
+            draco::Component::U32 => Self::U32,
+            draco::Component::F32 => Self::F32,
+            draco::Component::I32 => return None,
+        })
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+}
+
+/// The elements of an accessor.
+pub(super) struct Elements<'a> {
+    /// As errors name it: `accessors[3]`.
+    pub(super) place: String,
+    pub(super) component: Component,
+    pub(super) arity: usize,
+    pub(super) normalized: bool,
+    pub(super) count: usize,
+    pub(super) stride: usize,
+    /// At least `(count - 1) * stride` and one element.
+    pub(super) bytes: Cow<'a, [u8]>,
+}
+
+/// Columns, rows, and so components of an element of this type.
+fn shape(kind: &str) -> Option<(usize, usize)> {
+    Some(match kind {
+        "SCALAR" => (1, 1),
+        "VEC2" => (1, 2),
+        "VEC3" => (1, 3),
+        "VEC4" => (1, 4),
+        "MAT2" => (2, 2),
+        "MAT3" => (3, 3),
+        "MAT4" => (4, 4),
+        _ => return None,
+    })
+}
+
+/// The type of an accessor's elements, checked.
+struct Layout {
+    component: Component,
+    arity: usize,
+    size: usize,
+}
+
+impl Layout {
+    fn new(accessor: &Accessor) -> Result<Self, String> {
+        let Some(component) = Component::from_code(accessor.component_type) else {
+            return Err(format!(
+                ".componentType: {}, expected 5120, 5121, 5122, 5123, 5125 or 5126 (VALUE_NOT_IN_LIST)",
+                accessor.component_type
+            ));
+        };
+        let Some((columns, rows)) = shape(&accessor.kind) else {
+            return Err(format!(
+                ".type: {:?}, expected SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4 (VALUE_NOT_IN_LIST)",
+                accessor.kind
+            ));
+        };
+        let column = rows * component.size();
+        // Columns of matrices begin at multiples of four bytes (3.6.2.4).
+        let size = if columns > 1 && column % 4 != 0 {
+            return Err(": a matrix of small integers: they are used nowhere".into());
+        } else {
+            columns * column
+        };
+        Ok(Self {
+            component,
+            arity: columns * rows,
+            size,
+        })
+    }
+}
+
+impl<'a> Document<'a> {
+    /// The elements of an accessor that is referred to from `from`.
+    pub(super) fn elements(
+        &'a self,
+        index: usize,
+        from: &str,
+        ledger: &mut Ledger,
+    ) -> Result<Elements<'a>, FormatError> {
+        let Some(accessor) = self.root.accessors.get(index) else {
+            return Err(self.unresolved(from, index, self.root.accessors.len()));
+        };
+        let place = format!("accessors[{index}]");
+        let fault = |message: String| self.fault(format!("{place}{message}"));
+        let layout = Layout::new(accessor).map_err(fault)?;
+        let Layout {
+            component,
+            arity,
+            size,
+        } = layout;
+        let count = accessor.count;
+        if count == 0 {
+            return Err(fault(
+                ".count: 0, expected at least 1 (VALUE_NOT_IN_RANGE)".into(),
+            ));
+        }
+        let (mut bytes, stride): (Cow<'_, [u8]>, usize) = match accessor.buffer_view {
+            None => {
+                ledger.take(self.path, &place, count, size as u64)?;
+                (vec![0; count as usize * size].into(), size)
+            }
+            Some(view) => {
+                let (bytes, stride) = self
+                    .resources
+                    .bytes(view)
+                    .map_err(|e| fault(format!(".bufferView: {e}")))?;
+                let stride = stride.unwrap_or(size);
+                let held = held(bytes, accessor.byte_offset, count, size, stride).map_err(|e| {
+                    fault(format!("{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)"))
+                })?;
+                (held.into(), stride)
+            }
+        };
+        let count = count as usize;
+        let mut stride = stride;
+        if let Some(sparse) = &accessor.sparse {
+            ledger.take(self.path, &place, count as u64, size as u64)?;
+            // Without gaps, so that overlapping strides cannot be written through.
+            let mut dense = Vec::with_capacity(count * size);
+            for i in 0..count {
+                dense.extend_from_slice(&bytes[i * stride..i * stride + size]);
+            }
+            stride = size;
+            let part = |name: &str, view: usize, offset: u64, size: usize| {
+                let fault = |message: String| fault(format!(".sparse.{name}{message}"));
+                let (bytes, _) = self
+                    .resources
+                    .bytes(view)
+                    .map_err(|e| fault(format!(".bufferView: {e}")))?;
+                held(bytes, offset, sparse.count, size, size)
+                    .map_err(|e| fault(format!("{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)")))
+            };
+            let indices = &sparse.indices;
+            let kind = Component::from_code(indices.component_type)
+                .filter(|kind| matches!(kind, Component::U8 | Component::U16 | Component::U32));
+            let Some(kind) = kind else {
+                return Err(fault(format!(
+                    ".sparse.indices.componentType: {}, expected 5121, 5123 or 5125 (VALUE_NOT_IN_LIST)",
+                    indices.component_type
+                )));
+            };
+            if sparse.count > count as u64 {
+                return Err(fault(format!(
+                    ".sparse.count: {} of {count} elements (ACCESSOR_SPARSE_COUNT_OUT_OF_RANGE)",
+                    sparse.count
+                )));
+            }
+            let at = part(
+                "indices",
+                indices.buffer_view,
+                indices.byte_offset,
+                kind.size(),
+            )?;
+            let values = &sparse.values;
+            let values = part("values", values.buffer_view, values.byte_offset, size)?;
+            for (i, value) in values.chunks_exact(size).enumerate() {
+                let target = integer(kind, &at[i * kind.size()..]) as usize;
+                let Some(element) = dense.get_mut(target * size..(target + 1) * size) else {
+                    return Err(fault(format!(
+                        ".sparse.indices: index {i} is {target} of {count} elements (ACCESSOR_SPARSE_INDEX_OOB)"
+                    )));
+                };
+                element.copy_from_slice(value);
+            }
+            bytes = dense.into();
+        }
+        Ok(Elements {
+            place,
+            component,
+            arity,
+            normalized: accessor.normalized,
+            count,
+            stride,
+            bytes,
+        })
+    }
+}
+
+/// The bytes of so many elements in a view.
+fn held(
+    bytes: &[u8],
+    offset: u64,
+    count: u64,
+    size: usize,
+    stride: usize,
+) -> Result<&[u8], String> {
+    let needed = count
+        .saturating_sub(1)
+        .checked_mul(stride as u64)
+        .and_then(|bytes| bytes.checked_add(size as u64))
+        .and_then(|bytes| bytes.checked_add(offset))
+        .unwrap_or(u64::MAX);
+    if stride < size || needed > bytes.len() as u64 {
+        return Err(format!(
+            ": {count} elements of {size} bytes, {stride} apart from {offset}, end beyond the {} bytes",
+            bytes.len()
+        ));
+    }
+    Ok(&bytes[offset as usize..needed as usize])
+}
+
+/// One unsigned integer; 0 where there are too few bytes, which lengths checked before rule out.
+fn integer(component: Component, bytes: &[u8]) -> u32 {
+    match (component, bytes) {
+        (Component::U8, [a, ..]) => u32::from(*a),
+        (Component::U16, [a, b, ..]) => u32::from(u16::from_le_bytes([*a, *b])),
+        (Component::U32, [a, b, c, d, ..]) => u32::from_le_bytes([*a, *b, *c, *d]),
+        _ => 0,
+    }
+}
+
+impl Elements<'_> {
+    /// Only the elements from `first` on, `count` of them.
+    pub(super) fn window(self, first: usize, count: usize) -> Self {
+        if first == 0 && count == self.count {
+            return self;
+        }
+        let start = (first * self.stride).min(self.bytes.len());
+        let bytes = match self.bytes {
+            Cow::Borrowed(bytes) => Cow::Borrowed(&bytes[start..]),
+            Cow::Owned(mut bytes) => {
+                bytes.drain(..start);
+                Cow::Owned(bytes)
+            }
+        };
+        Self {
+            bytes,
+            count,
+            ..self
+        }
+    }
+
+    /// All elements as floats, integers divided by their largest where they are normalised.
+    pub(super) fn floats<const N: usize>(
+        &self,
+        document: &Document<'_>,
+        ledger: &mut Ledger,
+    ) -> Result<Vec<[f32; N]>, FormatError> {
+        if self.arity != N {
+            return Err(document.fault(format!(
+                "{}.type: {} components, expected {N} (ACCESSOR_INVALID_FORMAT)",
+                self.place, self.arity
+            )));
+        }
+        ledger.take(document.path, &self.place, self.count as u64, 4 * N as u64)?;
+        let unit = self.normalized;
+        let values = match self.component {
+            Component::F32 => self.decode::<4, N>(f32::from_le_bytes),
+            Component::I8 if unit => {
+                self.decode::<1, N>(|[v]| (f32::from(v as i8) / 127.0).max(-1.0))
+            }
+            Component::I8 => self.decode::<1, N>(|[v]| f32::from(v as i8)),
+            Component::U8 if unit => self.decode::<1, N>(|[v]| f32::from(v) / 255.0),
+            Component::U8 => self.decode::<1, N>(|[v]| f32::from(v)),
+            Component::I16 if unit => {
+                self.decode::<2, N>(|v| (f32::from(i16::from_le_bytes(v)) / 32767.0).max(-1.0))
+            }
+            Component::I16 => self.decode::<2, N>(|v| f32::from(i16::from_le_bytes(v))),
+            Component::U16 if unit => {
+                self.decode::<2, N>(|v| f32::from(u16::from_le_bytes(v)) / 65535.0)
+            }
+            Component::U16 => self.decode::<2, N>(|v| f32::from(u16::from_le_bytes(v))),
+            Component::U32 => {
+                return Err(document.fault(format!(
+                    "{}.componentType: 5125 is for indices only (ACCESSOR_INVALID_FORMAT)",
+                    self.place
+                )));
+            }
+        };
+        if self.component == Component::F32
+            && let Some(i) = values
+                .iter()
+                .position(|value| value.iter().any(|v| !v.is_finite()))
+        {
+            return Err(document.fault(format!(
+                "{}: element {i} is {:?}: expected finite numbers (ACCESSOR_INVALID_FLOAT)",
+                self.place, values[i]
+            )));
+        }
+        Ok(values)
+    }
+
+    fn decode<const S: usize, const N: usize>(
+        &self,
+        read: impl Fn([u8; S]) -> f32,
+    ) -> Vec<[f32; N]> {
+        let size = S * N;
+        let element = |bytes: &[u8]| {
+            let (numbers, _) = bytes.as_chunks::<S>();
+            std::array::from_fn(|i| read(numbers[i]))
+        };
+        if self.stride == size {
+            return self.bytes[..self.count * size]
+                .chunks_exact(size)
+                .map(element)
+                .collect();
+        }
+        (0..self.count)
+            .map(|i| element(&self.bytes[i * self.stride..i * self.stride + size]))
+            .collect()
+    }
+
+    /// All elements as unsigned integers.
+    pub(super) fn integers<const N: usize>(
+        &self,
+        document: &Document<'_>,
+        ledger: &mut Ledger,
+    ) -> Result<Vec<[u32; N]>, FormatError> {
+        let unsigned = matches!(
+            self.component,
+            Component::U8 | Component::U16 | Component::U32
+        );
+        if self.arity != N || !unsigned || self.normalized {
+            return Err(document.fault(format!(
+                "{}: {} components of type {:?}, expected {N} unsigned integers (ACCESSOR_INVALID_FORMAT)",
+                self.place, self.arity, self.component
+            )));
+        }
+        ledger.take(document.path, &self.place, self.count as u64, 4 * N as u64)?;
+        let size = self.component.size();
+        let element = |i: usize| {
+            let bytes = &self.bytes[i * self.stride..];
+            std::array::from_fn(|j| integer(self.component, &bytes[j * size..]))
+        };
+        Ok((0..self.count).map(element).collect())
+    }
+}

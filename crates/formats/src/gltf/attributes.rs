@@ -1,0 +1,146 @@
+//! Where a primitive's attributes and indices come from: accessors, or a Draco stream.
+
+use std::borrow::Cow;
+
+use super::Document;
+use super::accessor::{Component, Elements};
+use super::json::{Draco, Primitive};
+use super::ledger::Ledger;
+use crate::codec::draco;
+use crate::error::FormatError;
+use crate::folder::Folder;
+
+/// A primitive's attributes by name.
+pub(super) struct AttributeSource<'a> {
+    document: &'a Document<'a>,
+    /// As errors name the primitive.
+    pub(super) place: String,
+    primitive: &'a Primitive,
+    decoded: Option<(&'a Draco, draco::Decoded)>,
+}
+
+impl<'a> AttributeSource<'a> {
+    pub(super) fn new(
+        document: &'a Document<'a>,
+        place: &str,
+        primitive: &'a Primitive,
+        folder: &mut Folder,
+        ledger: &mut Ledger,
+    ) -> Result<Self, FormatError> {
+        let mut decoded = None;
+        if let Some(draco) = &primitive.extensions.draco {
+            let place = format!("{place}.extensions.KHR_draco_mesh_compression");
+            let (bytes, _) = document
+                .resources
+                .bytes(draco.buffer_view)
+                .map_err(|e| document.fault(format!("{place}.bufferView: {e}")))?;
+            let mesh = draco::decode(bytes, document.path, &mut folder.budget)?;
+            let bytes = mesh.attributes.iter().map(|a| a.bytes.len());
+            ledger.grant(bytes.sum::<usize>() + 12 * mesh.triangles.len());
+            decoded = Some((draco, mesh));
+        }
+        Ok(Self {
+            document,
+            place: place.into(),
+            primitive,
+            decoded,
+        })
+    }
+
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.primitive.attributes.contains_key(name)
+    }
+
+    /// The elements of an attribute, where it has it.
+    pub(super) fn elements(
+        &'a self,
+        name: &str,
+        ledger: &mut Ledger,
+    ) -> Result<Option<Elements<'a>>, FormatError> {
+        let Some(&index) = self.primitive.attributes.get(name) else {
+            return Ok(None);
+        };
+        let place = format!("{}.attributes.{name}", self.place);
+        let accessor = self.document.root.accessors.get(index);
+        if name == "POSITION"
+            && let Some(accessor) = accessor
+            && (accessor.min.is_none() || accessor.max.is_none())
+        {
+            return Err(self.document.fault(format!(
+                "{place}: accessors[{index}] has no min and max \
+                 (MESH_PRIMITIVE_POSITION_ACCESSOR_WITHOUT_BOUNDS)"
+            )));
+        }
+        let Some((draco, mesh)) = &self.decoded else {
+            return self.document.elements(index, &place, ledger).map(Some);
+        };
+        let Some(&id) = draco.attributes.get(name) else {
+            return self.document.elements(index, &place, ledger).map(Some);
+        };
+        let found = mesh.attributes.iter().find(|a| a.id as usize == id);
+        let Some(attribute) = found else {
+            return Err(self.document.fault(format!(
+                "{}.extensions.KHR_draco_mesh_compression.attributes.{name}: the stream has no attribute {id}",
+                self.place
+            )));
+        };
+        let Some(component) = Component::from_draco(attribute.component) else {
+            return Err(self.document.fault(format!(
+                "{place}: 32-bit signed integers in the Draco stream, which glTF does not have"
+            )));
+        };
+        Ok(Some(Elements {
+            place,
+            component,
+            arity: attribute.components,
+            normalized: accessor.is_some_and(|accessor| accessor.normalized),
+            count: mesh.count,
+            stride: attribute.bytes.len() / mesh.count.max(1),
+            bytes: Cow::Borrowed(&attribute.bytes),
+        }))
+    }
+
+    /// Which vertices the primitive's corners are, in order; `count` vertices there are.
+    pub(super) fn corners(
+        &'a self,
+        count: usize,
+        ledger: &mut Ledger,
+    ) -> Result<Vec<u32>, FormatError> {
+        let document = self.document;
+        if let Some((_, mesh)) = &self.decoded {
+            return Ok(mesh.triangles.as_flattened().to_vec());
+        }
+        let Some(index) = self.primitive.indices else {
+            let place = format!("{}.attributes", self.place);
+            ledger.take(document.path, &place, count as u64, 4)?;
+            let count = u32::try_from(count).map_err(|_| {
+                document.fault(format!(
+                    "{place}: {count} vertices, more than 32 bits count"
+                ))
+            })?;
+            return Ok((0..count).collect());
+        };
+        let place = format!("{}.indices", self.place);
+        let elements = document.elements(index, &place, ledger)?;
+        let restart = match elements.component {
+            Component::U8 => 0xff,
+            Component::U16 => 0xffff,
+            _ => u32::MAX,
+        };
+        let place = elements.place.clone();
+        let indices = elements.integers::<1>(document, ledger)?;
+        let indices = indices.into_flattened();
+        if let Some(i) = indices.iter().position(|&index| index as usize >= count) {
+            let found = indices[i];
+            let code = if found == restart {
+                "ACCESSOR_INDEX_PRIMITIVE_RESTART"
+            } else {
+                "ACCESSOR_INDEX_OOB"
+            };
+            return Err(document.fault(format!(
+                "{place}: index {i} is {found}, but there are {count} vertices ({code})"
+            )));
+        }
+        Ok(indices)
+    }
+}

@@ -1,0 +1,102 @@
+//! Cameras. glTF's look along -z with y up and have an aspect ratio, ours have pixels: as many as 640 x 480.
+
+use glam::{DAffine3, DMat3, DMat4};
+use raycam_scene::camera::intrinsics_from_fov;
+use raycam_scene::{Camera, PixelCenter};
+
+use super::Builder;
+use crate::error::FormatError;
+
+/// Of the image of a camera that does not say.
+const ASPECT: f64 = 4.0 / 3.0;
+const PIXELS: f64 = 640.0 * 480.0;
+
+impl Builder<'_, '_> {
+    /// Adds the camera that a node refers to.
+    pub(super) fn camera(
+        &mut self,
+        place: &str,
+        index: usize,
+        node_name: &str,
+        world_from_node: DAffine3,
+    ) -> Result<(), FormatError> {
+        let document = self.document;
+        let json = document.get(&document.root.cameras, index, place)?;
+        let place = format!("cameras[{index}]");
+        let fault = |message: &str| document.fault(format!("{place}{message}"));
+        let perspective = match (&json.kind[..], &json.perspective, &json.orthographic) {
+            ("perspective", Some(perspective), _) => perspective,
+            ("orthographic", _, Some(orthographic)) => {
+                let [x, y] = [orthographic.xmag, orthographic.ymag];
+                if !(x.is_normal() && y.is_normal()) {
+                    return Err(fault(
+                        ".orthographic: a magnification of 0 (VALUE_NOT_IN_RANGE)",
+                    ));
+                }
+                let message = "orthographic cameras are not there yet: this one is left out";
+                self.ledger.note(&place, message);
+                return Ok(());
+            }
+            ("perspective" | "orthographic", ..) => {
+                return Err(fault(
+                    ": the object that its type names is missing (UNDEFINED_PROPERTY)",
+                ));
+            }
+            _ => {
+                return Err(fault(
+                    ".type: expected perspective or orthographic (VALUE_NOT_IN_LIST)",
+                ));
+            }
+        };
+        let aspect = perspective.aspect_ratio.unwrap_or(ASPECT);
+        if !(aspect.is_normal() && aspect > 0.0) {
+            return Err(fault(
+                ".perspective.aspectRatio: expected more than 0 (VALUE_NOT_IN_RANGE)",
+            ));
+        }
+        let size = image_size(aspect);
+        let world_from_camera = match rigid(world_from_node) {
+            Some((pose, false)) => pose,
+            Some((pose, true)) => {
+                let message = "its node mirrors or shears it, which is left out of its pose";
+                self.ledger.note(&place, message);
+                pose
+            }
+            None => {
+                let message = "its node flattens it: the camera is left out";
+                self.ledger.note(&place, message);
+                return Ok(());
+            }
+        };
+        let pixel_center = PixelCenter::default();
+        let camera = intrinsics_from_fov(perspective.yfov.to_degrees(), size, pixel_center)
+            .and_then(|k| Camera::from_opengl(k, world_from_camera, size, pixel_center))
+            .map_err(|error| document.scene(&place, error))?;
+        let name = match (&json.name[..], node_name) {
+            ("", "") => "camera",
+            ("", name) => name,
+            (name, _) => name,
+        };
+        self.world.add_camera(name, camera);
+        Ok(())
+    }
+}
+
+/// An image of this aspect ratio with the usual number of pixels.
+fn image_size(aspect: f64) -> [u32; 2] {
+    let width = (PIXELS * aspect).sqrt();
+    [width, width / aspect].map(|side| side.round().clamp(1.0, 8192.0) as u32)
+}
+
+/// The rotation and translation of a transform, and whether it has more than these and scale.
+fn rigid(transform: DAffine3) -> Option<(DMat4, bool)> {
+    let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis];
+    let back = z.try_normalize()?;
+    let right = (x - x.dot(back) * back).try_normalize()?;
+    let up = back.cross(right);
+    let off = |a: glam::DVec3, b: glam::DVec3| a.dot(b).abs() > 1e-5 * a.length() * b.length();
+    let more = transform.matrix3.determinant() < 0.0 || off(x, y) || off(y, z) || off(z, x);
+    let rotation = DMat3::from_cols(right, up, back);
+    let pose = DAffine3::from_mat3_translation(rotation, transform.translation);
+    Some((DMat4::from(pose), more))
+}

@@ -1,0 +1,158 @@
+//! The two containers: GLB chunks (glTF 2.0, chapter 4), and plain JSON.
+
+use std::ops::Range;
+use std::path::Path;
+
+use super::json::Root;
+use super::ledger::Ledger;
+use crate::error::FormatError;
+
+const MAGIC: &[u8; 4] = b"glTF";
+const JSON: &[u8; 4] = b"JSON";
+const BIN: &[u8; 4] = b"BIN\0";
+
+/// Where in the file its parts are.
+pub(super) struct Container {
+    pub(super) json: Range<usize>,
+    /// The buffer without a URI.
+    pub(super) binary: Option<Range<usize>>,
+}
+
+impl Container {
+    /// Told apart by content.
+    pub(super) fn open(
+        bytes: &[u8],
+        path: &Path,
+        ledger: &mut Ledger,
+    ) -> Result<Self, FormatError> {
+        if !bytes.starts_with(MAGIC) {
+            let start = if bytes.starts_with(b"\xef\xbb\xbf") {
+                ledger.note("the file", "begins with a byte order mark (INVALID_JSON)");
+                3
+            } else {
+                0
+            };
+            return Ok(Self {
+                json: start..bytes.len(),
+                binary: None,
+            });
+        }
+        let fault = |at: usize, message: String| Err(FormatError::byte(path, at, message));
+        let word = |at: usize| {
+            bytes
+                .get(at..at + 4)
+                .and_then(|word| word.try_into().ok())
+                .map(u32::from_le_bytes)
+        };
+        let (Some(version), Some(length)) = (word(4), word(8)) else {
+            let message = "the file ends inside its header (GLB_UNEXPECTED_END_OF_HEADER)";
+            return fault(bytes.len(), message.into());
+        };
+        if version != 2 {
+            let message = format!("GLB version {version} (GLB_INVALID_VERSION); version 2 is read");
+            return Err(FormatError::unsupported(path, message));
+        }
+        let length = length as usize;
+        if length > bytes.len() || length < 12 {
+            let message = format!(
+                "{length} bytes declared, but the file has {} (GLB_LENGTH_MISMATCH)",
+                bytes.len()
+            );
+            return fault(8, message);
+        }
+        if length < bytes.len() {
+            let extra = bytes.len() - length;
+            let message =
+                format!("{extra} bytes after its declared end are not used (GLB_LENGTH_MISMATCH)");
+            ledger.note("the file", message);
+        }
+        let (mut json, mut binary) = (None, None);
+        let mut at = 12;
+        while at < length {
+            let (Some(size), Some(kind)) = (word(at), bytes.get(at + 4..at + 8)) else {
+                let message =
+                    "the file ends inside a chunk's header (GLB_UNEXPECTED_END_OF_CHUNK_HEADER)";
+                return fault(at, message.into());
+            };
+            let start = at + 8;
+            let end = start + size as usize;
+            if end > length {
+                let message = format!(
+                    "a chunk of {size} bytes, but {} are left (GLB_UNEXPECTED_END_OF_CHUNK_DATA)",
+                    length.saturating_sub(start)
+                );
+                return fault(at, message);
+            }
+            match (kind, json.is_none()) {
+                (kind, true) if kind == JSON => json = Some(start..end),
+                (_, true) => {
+                    let message = "the first chunk is not JSON (GLB_UNEXPECTED_FIRST_CHUNK)";
+                    return fault(at, message.into());
+                }
+                (kind, false) if kind == BIN && binary.is_none() => binary = Some(start..end),
+                (kind, false) if kind == BIN || kind == JSON => {
+                    return fault(
+                        at,
+                        "a second chunk of its kind (GLB_DUPLICATE_CHUNK)".into(),
+                    );
+                }
+                _ => {
+                    let message = "chunks of unknown kinds are not used (GLB_UNKNOWN_CHUNK_TYPE)";
+                    ledger.note("the file", message);
+                }
+            }
+            at = end;
+        }
+        let Some(json) = json else {
+            return fault(length, "no JSON chunk (GLB_UNEXPECTED_FIRST_CHUNK)".into());
+        };
+        Ok(Self { json, binary })
+    }
+
+    /// The document: text that is JSON, of a glTF version that is read.
+    pub(super) fn document(&self, bytes: &[u8], path: &Path) -> Result<Root, FormatError> {
+        let text = std::str::from_utf8(&bytes[self.json.clone()]).map_err(|error| {
+            let at = self.json.start + error.valid_up_to();
+            FormatError::byte(path, at, "not UTF-8 text (INVALID_JSON)")
+        })?;
+        // Keeping track of the path costs time, which only errors are worth.
+        let root = match serde_json::from_str::<Root>(text) {
+            Ok(root) => root,
+            Err(error) => return Err(located(text, path, &error)),
+        };
+        let Some(asset) = &root.asset else {
+            let message = "asset: missing (UNDEFINED_PROPERTY); is it a glTF file?";
+            return Err(FormatError::whole(path, message));
+        };
+        let major = |version: &str| version.split('.').next() == Some("2");
+        if !major(&asset.version) {
+            let message = format!(
+                "asset.version {:?} (UNKNOWN_ASSET_MAJOR_VERSION); glTF 2.0 is read",
+                asset.version
+            );
+            return Err(FormatError::unsupported(path, message));
+        }
+        if let Some(least) = asset.min_version.as_ref().filter(|v| *v != "2.0") {
+            let message = format!("asset.minVersion {least:?}; glTF 2.0 is read");
+            return Err(FormatError::unsupported(path, message));
+        }
+        Ok(root)
+    }
+}
+
+/// The error with the place in the document.
+fn located(text: &str, path: &Path, error: &serde_json::Error) -> FormatError {
+    let reader = &mut serde_json::Deserializer::from_str(text);
+    let found: Result<Root, _> = serde_path_to_error::deserialize(reader);
+    let code = match error.classify() {
+        serde_json::error::Category::Data => "TYPE_MISMATCH or UNDEFINED_PROPERTY",
+        _ => "INVALID_JSON",
+    };
+    match found {
+        Err(found) if found.path().to_string() != "." => {
+            let (place, inner) = (found.path().to_string(), found.into_inner());
+            FormatError::line(path, inner.line(), format!("{place}: {inner} ({code})"))
+        }
+        _ => FormatError::line(path, error.line().max(1), format!("{error} ({code})")),
+    }
+}

@@ -1,0 +1,62 @@
+//! Which extensions are read.
+
+use std::path::Path;
+
+use super::json::Root;
+use super::ledger::Ledger;
+use crate::error::FormatError;
+
+/// Every extension that is read.
+const READ: &[&str] = &[
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
+    "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_node_visibility",
+    "KHR_texture_basisu",
+    "KHR_texture_transform",
+];
+
+/// Extensions that say nothing about the picture.
+const HARMLESS: &[&str] = &["KHR_xmp", "KHR_xmp_json_ld"];
+
+/// Refuses a file that requires what is not read; says what is used and not read.
+pub(super) fn check(root: &Root, path: &Path, ledger: &mut Ledger) -> Result<(), FormatError> {
+    let known = |name: &String| READ.contains(&&name[..]) || HARMLESS.contains(&&name[..]);
+    let unknown: Vec<&str> = root
+        .extensions_required
+        .iter()
+        .filter(|name| !known(name))
+        .map(|name| &name[..])
+        .collect();
+    if !unknown.is_empty() {
+        let message = format!(
+            "extensionsRequired: {} (UNSUPPORTED_EXTENSION); read are {}",
+            unknown.join(", "),
+            READ.join(", ")
+        );
+        return Err(FormatError::unsupported(path, message));
+    }
+    for name in root.extensions_used.iter().filter(|name| !known(name)) {
+        let message = format!("{name} is not read, and not required (UNSUPPORTED_EXTENSION)");
+        ledger.note("extensionsUsed", message);
+    }
+    Ok(())
+}

@@ -1,0 +1,68 @@
+//! `KHR_lights_punctual`.
+//!
+//! Its lights are photometric, in candela and lux; ours are radiometric. One of theirs is one of ours, as one nit of an
+//! emissive material is one W/(m² sr): all by the same factor, which is an exposure.
+
+use glam::DAffine3;
+use raycam_scene::Light;
+
+use super::Builder;
+use super::material::ANY;
+use crate::error::FormatError;
+
+impl Builder<'_, '_> {
+    /// Adds the light that a node refers to.
+    pub(super) fn light(
+        &mut self,
+        place: &str,
+        index: usize,
+        world_from_node: DAffine3,
+    ) -> Result<(), FormatError> {
+        let document = self.document;
+        let lights = document.root.extensions.lights.as_ref();
+        let lights = lights.map_or(&[][..], |lights| &lights.lights);
+        let json = document.get(lights, index, place)?;
+        let place = format!("extensions.KHR_lights_punctual.lights[{index}]");
+        let color = self.numbers(&format!("{place}.color"), json.color, [0.0, 1.0]);
+        let intensity = self.number(&format!("{place}.intensity"), json.intensity, ANY);
+        let power = color.map(|v| v * intensity);
+        if json.range.is_some() {
+            let message = "range is a hint to cut light off, which is not followed";
+            self.ledger.note(&place, message);
+        }
+        let position = world_from_node.translation.to_array();
+        // Light leaves along -z; scale does not matter.
+        let direction = -world_from_node.matrix3.z_axis;
+        let Some(direction) = direction.try_normalize() else {
+            let message = "its node flattens it: the light is left out";
+            self.ledger.note(&place, message);
+            return Ok(());
+        };
+        let light = match &json.kind[..] {
+            "directional" => Light::Sun {
+                direction: direction.to_array(),
+                irradiance: power,
+            },
+            "point" => Light::Bulb {
+                position,
+                power: None,
+                intensity: Some(power),
+                radius: 0.0,
+            },
+            "spot" => {
+                let message = "spot lights are not there yet: this one is left out";
+                self.ledger.note(&place, message);
+                return Ok(());
+            }
+            kind => {
+                return Err(document.fault(format!(
+                    "{place}.type: {kind:?}, expected directional, point or spot (VALUE_NOT_IN_LIST)"
+                )));
+            }
+        };
+        let added = self.world.add_light(light);
+        added
+            .map(drop)
+            .map_err(|error| document.scene(&place, error))
+    }
+}

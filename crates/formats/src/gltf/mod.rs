@@ -1,0 +1,115 @@
+//! glTF 2.0 (Khronos, version 2.0.1), as JSON and as GLB, with its extensions.
+//!
+//! The whole document becomes a world: nodes with meshes become objects, cameras and lights what they are. Up is y.
+//! Errors and notices name the place in the document and, where it has one, the code of Khronos' glTF-Validator.
+
+mod accessor;
+mod attributes;
+mod camera;
+mod container;
+mod extensions;
+#[allow(dead_code, reason = "animation reads the rest")]
+mod json;
+#[allow(dead_code, reason = "animation reads the rest")]
+mod json_extensions;
+mod json_material;
+mod ledger;
+mod light;
+mod material;
+mod mesh;
+mod node;
+mod primitive;
+mod resource;
+mod specular_glossiness;
+mod tangent;
+mod texture;
+
+use std::path::Path;
+
+use raycam_scene::{SceneError, Up, World};
+
+use self::container::Container;
+use self::json::Root;
+use self::ledger::Ledger;
+use self::mesh::Meshes;
+use self::resource::Resources;
+use self::texture::Textures;
+use crate::error::FormatError;
+use crate::folder::{Folder, Source};
+
+/// A document and the bytes it refers to.
+pub(super) struct Document<'a> {
+    path: &'a Path,
+    source: &'a Source,
+    root: Root,
+    resources: Resources<'a>,
+}
+
+impl Document<'_> {
+    /// An error of this file; the message begins with the place in the document.
+    fn fault(&self, message: impl Into<String>) -> FormatError {
+        FormatError::whole(self.path, message)
+    }
+
+    /// The error of an index that leads nowhere.
+    fn unresolved(&self, place: &str, index: usize, count: usize) -> FormatError {
+        self.fault(format!(
+            "{place}: {index}, but there are {count} (UNRESOLVED_REFERENCE)"
+        ))
+    }
+
+    /// What an index written at `place` refers to.
+    fn get<'b, T>(&self, all: &'b [T], index: usize, place: &str) -> Result<&'b T, FormatError> {
+        all.get(index)
+            .ok_or_else(|| self.unresolved(place, index, all.len()))
+    }
+
+    fn scene(&self, place: &str, source: SceneError) -> FormatError {
+        self.fault(format!("{place}: {source}"))
+    }
+}
+
+/// A world on its way in.
+struct Builder<'a, 'b> {
+    document: &'a Document<'a>,
+    folder: &'b mut Folder,
+    ledger: Ledger,
+    world: World,
+    textures: Textures,
+    meshes: Meshes,
+}
+
+/// The world in a glTF file.
+pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<World, FormatError> {
+    let path = &source.path;
+    let mut ledger = Ledger::new();
+    let container = Container::open(&source.bytes, path, &mut ledger)?;
+    let root = container.document(&source.bytes, path)?;
+    extensions::check(&root, path, &mut ledger)?;
+    let resources = Resources::read(source, &container, &root, folder, &mut ledger)?;
+    let document = Document {
+        path,
+        source,
+        root,
+        resources,
+    };
+    let mut builder = Builder {
+        document: &document,
+        folder,
+        ledger,
+        world: World {
+            up: Up::Y,
+            ..World::default()
+        },
+        textures: Textures::default(),
+        meshes: Meshes::default(),
+    };
+    builder.materials()?;
+    builder.nodes()?;
+    let Builder {
+        mut world, ledger, ..
+    } = builder;
+    let notices = ledger.into_notices(path, folder);
+    world.notices.extend(notices);
+    Ok(world)
+}

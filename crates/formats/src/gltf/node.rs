@@ -1,0 +1,270 @@
+//! Nodes: the tree of transforms, and what hangs on it.
+
+use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
+use raycam_scene::Object;
+
+use super::json::Node;
+use super::mesh::Placeable;
+use super::{Builder, Document};
+use crate::error::FormatError;
+
+/// The tree, parents before children.
+struct Tree {
+    order: Vec<usize>,
+    parents: Vec<Option<usize>>,
+}
+
+impl Builder<'_, '_> {
+    /// Adds everything that the scene's nodes show.
+    pub(super) fn nodes(&mut self) -> Result<(), FormatError> {
+        let document = self.document;
+        let nodes = &document.root.nodes;
+        let tree = document.tree()?;
+        let roots = self.scene_roots(&tree)?;
+        let mut shown = vec![false; nodes.len()];
+        let mut visible = vec![true; nodes.len()];
+        let mut world_from_node = vec![DAffine3::IDENTITY; nodes.len()];
+        for &root in &roots {
+            shown[root] = true;
+        }
+        for &i in &tree.order {
+            let node = &nodes[i];
+            let local = document.local_transform(i, node)?;
+            let wanted = node
+                .extensions
+                .visibility
+                .as_ref()
+                .is_none_or(|v| v.visible);
+            (world_from_node[i], visible[i]) = match tree.parents[i] {
+                Some(parent) => {
+                    shown[i] |= shown[parent];
+                    (world_from_node[parent] * local, visible[parent] && wanted)
+                }
+                None => (local, wanted),
+            };
+        }
+        let root = &document.root;
+        for (name, count) in [
+            ("skins", root.skins.len()),
+            ("animations", root.animations.len()),
+            (
+                "extensions.KHR_materials_variants",
+                root.extensions.variants().len(),
+            ),
+        ] {
+            if count > 0 {
+                self.ledger.note(name, "not read yet: shown as without");
+            }
+        }
+        // In the order of the document, which is that of the objects' numbers.
+        for (i, node) in nodes.iter().enumerate().filter(|(i, _)| shown[*i]) {
+            let (place, transform) = (format!("nodes[{i}]"), world_from_node[i]);
+            if let Some(camera) = node.camera {
+                self.camera(&format!("{place}.camera"), camera, &node.name, transform)?;
+            }
+            if !visible[i] {
+                let message = "hidden, with all below it, as KHR_node_visibility says";
+                self.ledger.note(place, message);
+                continue;
+            }
+            if let Some(light) = &node.extensions.light {
+                let place = format!("{place}.extensions.KHR_lights_punctual.light");
+                self.light(&place, light.light, transform)?;
+            }
+            if let Some(mesh) = node.mesh
+                && let Some(placeable) = self.mesh(&format!("{place}.mesh"), mesh)?
+            {
+                self.objects(&place, node, &placeable, transform)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The nodes of the scene to show: the default one, else the first, else all.
+    fn scene_roots(&mut self, tree: &Tree) -> Result<Vec<usize>, FormatError> {
+        let document = self.document;
+        let root = &document.root;
+        let index = match root.scene {
+            Some(index) => index,
+            None if root.scenes.is_empty() => {
+                return Ok((0..root.nodes.len())
+                    .filter(|&i| tree.parents[i].is_none())
+                    .collect());
+            }
+            None => 0,
+        };
+        let scene = document.get(&root.scenes, index, "scene")?;
+        if root.scenes.len() > 1 {
+            let message = format!(
+                "number {index} {:?} is shown, the one of {} that the file says is its default",
+                scene.name,
+                root.scenes.len()
+            );
+            self.ledger.note("scenes", message);
+        }
+        for (i, &node) in scene.nodes.iter().enumerate() {
+            let place = format!("scenes[{index}].nodes[{i}]");
+            document.get(&root.nodes, node, &place)?;
+            if tree.parents[node].is_some() {
+                let message = "a node that has a parent (SCENE_NON_ROOT_NODE)";
+                self.ledger.note(place, message);
+            }
+        }
+        Ok(scene.nodes.clone())
+    }
+
+    /// The object of a node, or one for each of its instances.
+    fn objects(
+        &mut self,
+        place: &str,
+        node: &Node,
+        placeable: &Placeable,
+        world_from_node: DAffine3,
+    ) -> Result<(), FormatError> {
+        let document = self.document;
+        let mesh_name = node.mesh.and_then(|mesh| document.root.meshes.get(mesh));
+        let mesh_name = mesh_name.map_or("", |mesh| &mesh.name);
+        let name = match (&node.name[..], mesh_name) {
+            ("", "") => place,
+            ("", name) => name,
+            (name, _) => name,
+        };
+        for node_from_mesh in self.instances(place, node)? {
+            let world_from_mesh = world_from_node * node_from_mesh;
+            if !world_from_mesh.inverse().is_finite() {
+                let message = "its transform flattens it: nothing to see";
+                self.ledger.note(place, message);
+                continue;
+            }
+            let Placeable { mesh, materials } = placeable.clone();
+            let added = self
+                .world
+                .add_object(Object::new(name, mesh, materials, world_from_mesh));
+            added.map_err(|error| document.scene(place, error))?;
+        }
+        Ok(())
+    }
+
+    /// `EXT_mesh_gpu_instancing`; a node without it has one instance, in its own place.
+    fn instances(&mut self, place: &str, node: &Node) -> Result<Vec<DAffine3>, FormatError> {
+        let document = self.document;
+        let Some(attributes) = node.extensions.instances() else {
+            return Ok(vec![DAffine3::IDENTITY]);
+        };
+        let place = format!("{place}.extensions.EXT_mesh_gpu_instancing.attributes");
+        let (mut translations, mut rotations, mut scales) = (None, None, None);
+        let mut count = None;
+        for (name, &index) in attributes {
+            let place = format!("{place}.{name}");
+            if !matches!(&name[..], "TRANSLATION" | "ROTATION" | "SCALE") {
+                self.ledger.note(place, "not used");
+                continue;
+            }
+            let elements = document.elements(index, &place, &mut self.ledger)?;
+            if *count.get_or_insert(elements.count) != elements.count {
+                let message = format!("{place}: another number of elements than the others");
+                return Err(document.fault(message));
+            }
+            // An instance is an object of its own, which takes more than a vertex.
+            let amount = 16 * elements.count as u64;
+            self.folder.budget.take_elements(document.path, amount)?;
+            match &name[..] {
+                "TRANSLATION" => {
+                    translations = Some(elements.floats::<3>(document, &mut self.ledger)?)
+                }
+                "ROTATION" => rotations = Some(elements.floats::<4>(document, &mut self.ledger)?),
+                _ => scales = Some(elements.floats::<3>(document, &mut self.ledger)?),
+            }
+        }
+        let count = count.unwrap_or(0);
+        self.ledger.take(document.path, &place, count as u64, 512)?;
+        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+        Ok((0..count)
+            .map(|i| {
+                let translation = translations
+                    .as_ref()
+                    .map_or(DVec3::ZERO, |all| wide(all[i]));
+                let scale = scales.as_ref().map_or(DVec3::ONE, |all| wide(all[i]));
+                let rotation = rotations.as_ref().map_or(DQuat::IDENTITY, |all| {
+                    unit(all[i].map(f64::from)).unwrap_or(DQuat::IDENTITY)
+                });
+                DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+            })
+            .collect())
+    }
+}
+
+/// The rotation of a quaternion that is not 0.
+fn unit(xyzw: [f64; 4]) -> Option<DQuat> {
+    let quaternion = DVec4::from_array(xyzw).try_normalize()?;
+    Some(DQuat::from_vec4(quaternion))
+}
+
+impl Document<'_> {
+    /// The tree of nodes: each has at most one parent, and none is above itself.
+    fn tree(&self) -> Result<Tree, FormatError> {
+        let nodes = &self.root.nodes;
+        let mut parents = vec![None; nodes.len()];
+        for (i, node) in nodes.iter().enumerate() {
+            for (j, &child) in node.children.iter().enumerate() {
+                let place = format!("nodes[{i}].children[{j}]");
+                self.get(nodes, child, &place)?;
+                if let Some(other) = parents[child].replace(i) {
+                    return Err(self.fault(format!(
+                        "{place}: node {child} is a child of nodes[{other}] too (NODE_PARENT_OVERRIDE)"
+                    )));
+                }
+            }
+        }
+        let mut order: Vec<usize> = (0..nodes.len()).filter(|&i| parents[i].is_none()).collect();
+        let mut next = 0;
+        while let Some(&i) = order.get(next) {
+            order.extend(&nodes[i].children);
+            next += 1;
+        }
+        if order.len() < nodes.len() {
+            let mut reached = vec![false; nodes.len()];
+            order.iter().for_each(|&i| reached[i] = true);
+            let i = reached.iter().position(|reached| !reached).unwrap_or(0);
+            let message =
+                format!("nodes[{i}]: above or below a node that is above itself (NODE_LOOP)");
+            return Err(self.fault(message));
+        }
+        Ok(Tree { order, parents })
+    }
+
+    fn local_transform(&self, i: usize, node: &Node) -> Result<DAffine3, FormatError> {
+        let fault = |message: String| Err(self.fault(format!("nodes[{i}].{message}")));
+        if let Some(matrix) = node.matrix {
+            let matrix = DMat4::from_cols_array(&matrix);
+            if matrix.row(3) != DVec4::W || !matrix.is_finite() {
+                return fail_matrix(fault, matrix);
+            }
+            return Ok(DAffine3::from_mat4(matrix));
+        }
+        let translation = DVec3::from(node.translation.unwrap_or_default());
+        let scale = DVec3::from(node.scale.unwrap_or([1.0; 3]));
+        let rotation = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+        let Some(rotation) = unit(rotation) else {
+            return fault(format!("rotation: {rotation:?} (ROTATION_NON_UNIT)"));
+        };
+        if !(translation.is_finite() && scale.is_finite()) {
+            return fault("translation or scale: not finite".into());
+        }
+        Ok(DAffine3::from_scale_rotation_translation(
+            scale,
+            rotation,
+            translation,
+        ))
+    }
+}
+
+fn fail_matrix<T>(
+    fault: impl Fn(String) -> Result<T, FormatError>,
+    matrix: DMat4,
+) -> Result<T, FormatError> {
+    fault(format!(
+        "matrix: its last row is {}, expected 0 0 0 1 (NODE_MATRIX_NON_TRS)",
+        matrix.row(3)
+    ))
+}

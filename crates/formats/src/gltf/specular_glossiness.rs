@@ -1,0 +1,79 @@
+//! `KHR_materials_pbrSpecularGlossiness`, archived and still found, as a principled material.
+//!
+//! `KHR_materials_ior` has the conversion: a dielectric of infinite index (0) reflects exactly its specular colour at
+//! normal incidence, so that nothing has to be solved for, and textures stay as they are. Only roughness, one minus
+//! glossiness, becomes a texture of its own.
+
+use std::sync::Arc;
+
+use raycam_scene::material::Material;
+use raycam_scene::principled::{Principled, Textured};
+use raycam_scene::texture::TextureSlot;
+use raycam_scene::{Image, Texels, Texture};
+
+use super::Builder;
+use super::json_material::SpecularGlossiness;
+use crate::error::FormatError;
+use crate::image::ColorUse::Color;
+
+impl Builder<'_, '_> {
+    pub(super) fn specular_glossiness(
+        &mut self,
+        place: &str,
+        json: &SpecularGlossiness,
+        material: &mut Material,
+        principled: &mut Principled,
+    ) -> Result<(), FormatError> {
+        let share = [0.0, 1.0];
+        let at =
+            |key: &str| format!("{place}.extensions.KHR_materials_pbrSpecularGlossiness.{key}");
+        let diffuse = json.diffuse_factor.unwrap_or([1.0; 4]);
+        let [r, g, b, a] = self.numbers(&at("diffuseFactor"), diffuse, share);
+        (material.color, material.opacity) = ([r, g, b], a);
+        let texture = json.diffuse_texture.as_ref();
+        material.texture = self.slot(&at("diffuseTexture"), texture, Color)?;
+        let info = json.specular_glossiness_texture.as_ref();
+        let texture = self.slot(&at("specularGlossinessTexture"), info, Color)?;
+        let specular = json.specular_factor.unwrap_or([1.0; 3]);
+        principled.metallic = 0.0.into();
+        principled.ior = 0.0;
+        principled.specular_color = Textured {
+            value: self.numbers(&at("specularFactor"), specular, share),
+            texture,
+        };
+        let glossiness = json.glossiness_factor.unwrap_or(1.0);
+        let glossiness = self.number(&at("glossinessFactor"), glossiness, share);
+        principled.roughness = match texture {
+            Some(slot) => Textured {
+                value: 1.0,
+                texture: Some(self.roughness(slot, glossiness)),
+            },
+            None => (1.0 - glossiness).into(),
+        };
+        Ok(())
+    }
+
+    /// A texture of roughness from the glossiness in another's alpha.
+    fn roughness(&mut self, slot: TextureSlot, factor: f32) -> TextureSlot {
+        let Texture { image, sampler } = &*self.world.textures[slot.texture];
+        let rough = |glossiness: f32| {
+            let v = (65535.0 * (1.0 - factor * glossiness)).round() as u16;
+            [v, v, v, u16::MAX]
+        };
+        let texels = (0..image.texels.len())
+            .map(|i| rough(image.texels.linear(i)[3]))
+            .collect();
+        let texture = Texture {
+            image: Arc::new(Image {
+                name: format!("{} (roughness)", image.name),
+                size: image.size,
+                texels: Texels::Linear16(texels),
+            }),
+            sampler: *sampler,
+        };
+        TextureSlot {
+            texture: self.world.add_texture(texture),
+            ..slot
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Textures: which image, how it is looked up, and where on it.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use raycam_scene::texture::{Interpolation, TextureSampler, TextureSlot};
+use raycam_scene::{Image, Texture, Wrap};
+
+use super::json::{Sampler, TextureInfo};
+use super::resource;
+use super::{Builder, Document};
+use crate::error::FormatError;
+use crate::image::{ColorUse, decode_image};
+
+/// What has been read so far, by index in the document and use.
+#[derive(Default)]
+pub(super) struct Textures {
+    textures: HashMap<(usize, bool), usize>,
+    images: HashMap<(usize, bool), Arc<Image>>,
+}
+
+impl Builder<'_, '_> {
+    /// Where a material takes a value from; `place` is that of the reference.
+    pub(super) fn slot(
+        &mut self,
+        place: &str,
+        info: Option<&TextureInfo>,
+        color_use: ColorUse,
+    ) -> Result<Option<TextureSlot>, FormatError> {
+        let Some(info) = info else { return Ok(None) };
+        let index = &format!("{place}.index");
+        let Some(texture) = self.texture(index, info.index, color_use)? else {
+            return Ok(None);
+        };
+        Ok(Some(TextureSlot {
+            texture,
+            uv_set: info.uv_set(),
+            image_from_mesh: info.image_from_mesh(),
+        }))
+    }
+
+    /// A texture for a use; `None` where it has no image.
+    fn texture(
+        &mut self,
+        place: &str,
+        index: usize,
+        color_use: ColorUse,
+    ) -> Result<Option<usize>, FormatError> {
+        let document = self.document;
+        let texture = document.get(&document.root.textures, index, place)?;
+        let key = (index, color_use == ColorUse::Color);
+        if let Some(&known) = self.textures.textures.get(&key) {
+            return Ok(Some(known));
+        }
+        let place = format!("textures[{index}]");
+        let extensions = &texture.extensions;
+        // KTX2 and WebP are there for those who can read them; the image in `source` is for the others.
+        let source = [&extensions.basisu, &extensions.webp]
+            .into_iter()
+            .find_map(|extension| extension.as_ref()?.source)
+            .or(texture.source);
+        let Some(source) = source else {
+            let message = "no image: the material does without it";
+            self.ledger.note(place, message);
+            return Ok(None);
+        };
+        let image = self.image(&format!("{place}.source"), source, color_use)?;
+        let sampler = match texture.sampler {
+            Some(sampler) => {
+                let place = &format!("{place}.sampler");
+                let json = document.get(&document.root.samplers, sampler, place)?;
+                sampler_of(document, &format!("samplers[{sampler}]"), json)?
+            }
+            None => TextureSampler {
+                mip: Some(Interpolation::Linear),
+                ..TextureSampler::default()
+            },
+        };
+        let added = self.world.add_texture(Texture { image, sampler });
+        self.textures.textures.insert(key, added);
+        Ok(Some(added))
+    }
+
+    fn image(
+        &mut self,
+        place: &str,
+        index: usize,
+        color_use: ColorUse,
+    ) -> Result<Arc<Image>, FormatError> {
+        let document = self.document;
+        let image = document.get(&document.root.images, index, place)?;
+        let key = (index, color_use == ColorUse::Color);
+        if let Some(known) = self.textures.images.get(&key) {
+            return Ok(known.clone());
+        }
+        let place = format!("images[{index}]");
+        let fetched;
+        let (bytes, name) = match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => {
+                let uri_place = format!("{place}.uri");
+                fetched = resource::fetch(document.source, uri, &uri_place, self.folder)?;
+                let named = !uri.starts_with("data:");
+                (&fetched[..], named.then_some(&uri[..]))
+            }
+            (None, Some(view)) => {
+                let found = document.resources.bytes(view);
+                let (bytes, _) =
+                    found.map_err(|e| document.fault(format!("{place}.bufferView: {e}")))?;
+                (bytes, None)
+            }
+            (None, None) => {
+                return Err(document.fault(format!(
+                    "{place}: neither uri nor bufferView (ONE_OF_MISMATCH)"
+                )));
+            }
+        };
+        let shown = document.path.display();
+        let path = PathBuf::from(format!("{shown}: {place}"));
+        let mut notices = Vec::new();
+        let mut decoded = decode_image(
+            bytes,
+            &path,
+            color_use,
+            &mut self.folder.budget,
+            &mut notices,
+        )?;
+        self.world.notices.extend(notices);
+        decoded.name = match (&image.name[..], name) {
+            ("", Some(name)) => name.into(),
+            ("", None) => place,
+            (name, _) => name.into(),
+        };
+        let decoded = Arc::new(decoded);
+        self.textures.images.insert(key, decoded.clone());
+        Ok(decoded)
+    }
+}
+
+impl TextureInfo {
+    /// Which texture coordinates.
+    pub(super) fn uv_set(&self) -> usize {
+        let transform = self.extensions.transform.as_ref();
+        transform
+            .and_then(|transform| transform.tex_coord)
+            .unwrap_or(self.tex_coord)
+    }
+
+    /// `KHR_texture_transform`: translation * rotation * scale, rotation counter-clockwise in the image.
+    fn image_from_mesh(&self) -> [[f32; 3]; 2] {
+        let Some(transform) = &self.extensions.transform else {
+            return [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        };
+        let (sin, cos) = transform.rotation.sin_cos();
+        let ([x, y], [width, height]) = (transform.offset, transform.scale);
+        [
+            [cos * width, sin * height, x],
+            [-sin * width, cos * height, y],
+        ]
+        .map(|row| row.map(|v| v as f32))
+    }
+}
+
+fn sampler_of(
+    document: &Document<'_>,
+    place: &str,
+    sampler: &Sampler,
+) -> Result<TextureSampler, FormatError> {
+    let unknown = |name: &str, code: u32| {
+        document.fault(format!("{place}.{name}: {code} (VALUE_NOT_IN_LIST)"))
+    };
+    let wrap = |name, code| match code {
+        None | Some(10497) => Ok(Wrap::Repeat),
+        Some(33071) => Ok(Wrap::Clamp),
+        Some(33648) => Ok(Wrap::Mirror),
+        Some(code) => Err(unknown(name, code)),
+    };
+    use Interpolation::{Linear, Nearest};
+    let magnification = match sampler.mag_filter {
+        None | Some(9729) => Linear,
+        Some(9728) => Nearest,
+        Some(code) => return Err(unknown("magFilter", code)),
+    };
+    let (minification, mip) = match sampler.min_filter {
+        None | Some(9987) => (Linear, Some(Linear)),
+        Some(9728) => (Nearest, None),
+        Some(9729) => (Linear, None),
+        Some(9984) => (Nearest, Some(Nearest)),
+        Some(9985) => (Linear, Some(Nearest)),
+        Some(9986) => (Nearest, Some(Linear)),
+        Some(code) => return Err(unknown("minFilter", code)),
+    };
+    Ok(TextureSampler {
+        wrap: [
+            wrap("wrapS", sampler.wrap_s)?,
+            wrap("wrapT", sampler.wrap_t)?,
+        ],
+        magnification,
+        minification,
+        mip,
+    })
+}

@@ -1,0 +1,266 @@
+//! glTF: containers, resources, accessors and primitives. The files are built here.
+
+use raycam_formats::{Budget, load};
+use raycam_scene::{Reflectance, Up, World};
+
+use crate::common::{file, folder, message};
+
+/// A document of a triangle named "a" whose 36 bytes of corners are in a data URI.
+pub fn triangle() -> String {
+    document(&corners_uri(), "")
+}
+
+/// Three corners in base64.
+pub fn corners_uri() -> String {
+    let corners = [[0.0_f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let bytes: Vec<u8> = corners
+        .as_flattened()
+        .iter()
+        .flat_map(|v| v.to_le_bytes())
+        .collect();
+    format!("data:application/octet-stream;base64,{}", base64(&bytes))
+}
+
+/// Bytes in base64, without any care for speed.
+pub fn base64(bytes: &[u8]) -> String {
+    let alphabet = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::new();
+    for group in bytes.chunks(3) {
+        let at = |i: usize| u32::from(*group.get(i).unwrap_or(&0));
+        let bits = at(0) << 16 | at(1) << 8 | at(2);
+        for i in 0..4 {
+            let digit = alphabet[(bits >> (18 - 6 * i) & 63) as usize] as char;
+            text.push(if i <= group.len() { digit } else { '=' });
+        }
+    }
+    text
+}
+
+/// A triangle whose corners are at a URI; `more` goes into the document's top level.
+pub fn document(uri: &str, more: &str) -> String {
+    format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"name": "a", "mesh": 0}}],
+"meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "material": 0}}]}}],
+"materials": [{{"pbrMetallicRoughness": {{"baseColorFactor": [0.8, 0.8, 0.8, 1], "metallicFactor": 0}}}}],
+"accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}}],
+"bufferViews": [{{"buffer": 0, "byteLength": 36}}],
+"buffers": [{{"uri": "{uri}", "byteLength": 36}}]{more}}}"#
+    )
+}
+
+/// The container of a document and its binary chunk.
+pub fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
+    let mut chunks = Vec::new();
+    for (kind, bytes, pad) in [(b"JSON", json.as_bytes(), b' '), (b"BIN\0", binary, 0)] {
+        let mut bytes = bytes.to_vec();
+        bytes.resize(bytes.len().next_multiple_of(4), pad);
+        if !bytes.is_empty() {
+            chunks.extend((bytes.len() as u32).to_le_bytes());
+            chunks.extend(kind);
+            chunks.extend(bytes);
+        }
+    }
+    let length = 12 + chunks.len() as u32;
+    [
+        b"glTF",
+        &2u32.to_le_bytes()[..],
+        &length.to_le_bytes(),
+        &chunks,
+    ]
+    .concat()
+}
+
+pub fn world(json: &str) -> World {
+    load(&file("a.gltf", json), &Budget::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+pub fn error(bytes: impl AsRef<[u8]>) -> String {
+    let path = file("a.gltf", bytes);
+    message(load(&path, &Budget::default()).unwrap_err(), &path)
+}
+
+#[test]
+fn a_document_becomes_a_world_with_y_up() {
+    let world = world(&triangle());
+    assert_eq!(world.up, Up::Y);
+    assert!(matches!(
+        world.materials[0].reflectance,
+        Reflectance::Principled(_)
+    ));
+    assert!(!world.materials[0].double_sided);
+}
+
+#[test]
+fn buffers_come_from_the_chunk_a_file_or_the_uri() {
+    let corners: Vec<u8> = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+        .iter()
+        .flat_map(|v| v.to_le_bytes())
+        .collect();
+    let expected = world(&triangle()).meshes;
+    let chunk = document("", "").replace(r#""uri": "", "#, "");
+    let path = file("b.glb", glb(&chunk, &corners));
+    assert_eq!(load(&path, &Budget::default()).unwrap().meshes, expected);
+    let path = file("a.gltf", document("my%20corners.bin", ""));
+    std::fs::write(path.with_file_name("my corners.bin"), &corners).unwrap();
+    assert_eq!(load(&path, &Budget::default()).unwrap().meshes, expected);
+}
+
+#[test]
+fn nothing_outside_the_folder_is_opened() {
+    let outside = folder();
+    std::fs::write(outside.join("a.bin"), [0; 36]).unwrap();
+    let absolute = outside.join("a.bin").display().to_string();
+    let name = outside.file_name().unwrap().to_string_lossy().into_owned();
+    for uri in [
+        &absolute,
+        &format!("../{name}/a.bin"),
+        &format!("%2e%2e/{name}/a.bin"),
+        &format!("x/..%2F..%2f{name}/a.bin"),
+        "file:///etc/passwd",
+        "http://example.com/a.bin",
+        r"..\\a.bin",
+        "C:/a.bin",
+        "a%00.bin",
+        "%FF.bin",
+        "",
+    ] {
+        let told = error(document(uri, ""));
+        let expected = [
+            "outside",
+            "out of the folder",
+            "relative",
+            "expected",
+            "UTF-8",
+        ];
+        assert!(
+            expected.iter().any(|words| told.contains(words)),
+            "{uri}: {told}"
+        );
+    }
+}
+
+#[test]
+fn errors_name_the_place() {
+    let text = triangle();
+    for (from, to, expected) in [
+        (
+            r#""count": 3"#,
+            r#""count": "3""#,
+            "accessors[0].count: invalid type",
+        ),
+        (
+            r#""count": 3"#,
+            r#""count": -3"#,
+            "accessors[0].count: invalid value",
+        ),
+        (r#""count": 3, "#, "", "accessors[0]: missing field `count`"),
+        (
+            r#""count": 3"#,
+            r#""count": 4"#,
+            "accessors[0]: 4 elements of 12 bytes",
+        ),
+        (
+            r#""count": 3"#,
+            r#""count": 4000000000000000000"#,
+            "(ACCESSOR_TOO_LONG)",
+        ),
+        (r#""count": 3"#, r#""count": 0"#, "accessors[0].count: 0"),
+        ("5126", "5124", "accessors[0].componentType: 5124"),
+        ("VEC3", "VEC5", "accessors[0].type: \"VEC5\""),
+        (
+            r#""min": [0, 0, 0], "#,
+            "",
+            "MESH_PRIMITIVE_POSITION_ACCESSOR_WITHOUT_BOUNDS",
+        ),
+        (
+            r#""POSITION": 0"#,
+            r#""POSITION": 1"#,
+            "meshes[0].primitives[0].attributes.POSITION: 1, but there are 1",
+        ),
+        (
+            r#""mesh": 0"#,
+            r#""mesh": 7"#,
+            "nodes[0].mesh: 7, but there are 1 (UNRESOLVED_REFERENCE)",
+        ),
+        (
+            r#""material": 0"#,
+            r#""material": 1"#,
+            "meshes[0].primitives[0].material: 1, but",
+        ),
+        (
+            r#""mesh": 0"#,
+            r#""mesh": 0, "children": [0]"#,
+            "nodes[0]: above or below a node that is above itself (NODE_LOOP)",
+        ),
+        (
+            r#""byteLength": 36}]}"#,
+            r#""byteLength": 37}]}"#,
+            "buffers[0].byteLength: 37 declared",
+        ),
+        (
+            r#""byteLength": 36}],"#,
+            r#""byteLength": 37}],"#,
+            "bufferViews[0]: 37 bytes from 0",
+        ),
+        (r#""2.0""#, r#""1.0""#, "asset.version \"1.0\""),
+        ("base64,A", "base64,!", "buffers[0].uri: not base64"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let told = error(text.replacen(from, to, 1));
+        assert!(told.contains(expected), "{from} -> {to}: {told}");
+    }
+}
+
+#[test]
+fn unknown_extensions_are_refused_where_required() {
+    let used = r#", "extensionsUsed": ["X_y"]"#;
+    let notices = world(&document(&corners_uri(), used)).notices;
+    assert!(
+        notices[0].contains("X_y is not read, and not required"),
+        "{notices:?}"
+    );
+    let required = r#", "extensionsUsed": ["X_y"], "extensionsRequired": ["X_y"]"#;
+    assert!(
+        error(document(&corners_uri(), required))
+            .contains("extensionsRequired: X_y (UNSUPPORTED_EXTENSION)")
+    );
+}
+
+#[test]
+fn bombs_end_in_an_error() {
+    let zeros = triangle()
+        .replace(r#""bufferView": 0, "#, "")
+        .replace(r#""count": 3"#, r#""count": 4000000000"#);
+    assert!(error(zeros).contains("accessors[0]: 48000000000 bytes to decode"));
+    let deep = format!("{}{}", r#"{"extras":"#.repeat(100_000), "}".repeat(100_000));
+    assert!(error(deep).contains("asset: missing"));
+    let long = (0..100_000)
+        .map(|i| format!(r#"{{"children": [{}]}}"#, i + 1))
+        .collect::<Vec<_>>()
+        .join(",");
+    let chain = triangle().replace(
+        r#"{"name": "a", "mesh": 0}"#,
+        &format!(r#"{long}, {{"mesh": 0}}"#),
+    );
+    assert_eq!(world(&chain).objects.len(), 1);
+    let many = (0..20_000)
+        .map(|_| r#"{"primitives": [{"attributes": {"POSITION": 0}}]}"#)
+        .collect::<Vec<_>>()
+        .join(",");
+    let nodes = (0..20_000)
+        .map(|i| format!(r#"{{"mesh": {i}}}"#))
+        .collect::<Vec<_>>()
+        .join(",");
+    let roots = (0..20_000)
+        .map(|i| i.to_string())
+        .collect::<Vec<_>>()
+        .join(",");
+    let shared = triangle()
+        .replace(
+            r#"{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}"#,
+            &many,
+        )
+        .replace(r#"{"name": "a", "mesh": 0}"#, &nodes)
+        .replace(r#""nodes": [0]"#, &format!(r#""nodes": [{roots}]"#));
+    assert_eq!(world(&shared).objects.len(), 20_000);
+}
