@@ -3,6 +3,8 @@
 //! Its lights are photometric, in candela and lux; ours are radiometric. One of theirs is one of ours, as one nit of an
 //! emissive material is one W/(m² sr): all by the same factor, which is an exposure.
 
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+
 use glam::DAffine3;
 use raycam_scene::Light;
 
@@ -42,6 +44,7 @@ impl Builder<'_, '_> {
             "directional" => Light::Sun {
                 direction: direction.to_array(),
                 irradiance: power,
+                angular_diameter: 0.0,
             },
             "point" => Light::Bulb {
                 position,
@@ -50,9 +53,23 @@ impl Builder<'_, '_> {
                 radius: 0.0,
             },
             "spot" => {
-                let message = "spot lights are not there yet: this one is left out";
-                self.ledger.note(&place, message);
-                return Ok(());
+                let (inner, outer) = json.spot.as_ref().map_or((0.0, FRAC_PI_4), |spot| {
+                    (spot.inner_cone_angle, spot.outer_cone_angle)
+                });
+                if !(0.0 <= inner && inner < outer && outer <= FRAC_PI_2) {
+                    return Err(document.fault(format!(
+                        "{place}.spot: angles {inner} and {outer}, expected 0 <= inner < outer <= pi/2 \
+                         (KHR_LIGHTS_PUNCTUAL_LIGHT_SPOT_ANGLES)"
+                    )));
+                }
+                Light::Spot {
+                    position,
+                    direction: direction.to_array(),
+                    power: None,
+                    intensity: Some(power),
+                    inner: inner.to_degrees(),
+                    outer: outer.to_degrees(),
+                }
             }
             kind => {
                 return Err(document.fault(format!(
