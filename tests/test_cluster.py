@@ -75,7 +75,7 @@ def test_here_stops_in_the_middle_of_a_frame(tmp_path: Path) -> None:
     pool = Here()
     threading.Timer(0.5, pool.close).start()
     start = time.monotonic()
-    with pytest.raises(JobError, match="stopped"):
+    with pytest.raises(JobError, match="the workers are gone"):
         job.run(pool)
     assert time.monotonic() - start < 10
 

@@ -109,6 +109,7 @@ def test_a_poison_frame_is_given_up_alone(tmp_path: Path, dask_pool: dask_cluste
     assert job.status().finished == 7
 
 
-def test_without_a_scheduler_nothing_is_lost(tmp_path: Path) -> None:
+def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dask_cluster, "CONNECT", 0.5)
     with pytest.raises(OSError, match=r"no Dask scheduler answers at tcp://127"):
         dask_cluster.connect("tcp://127.0.0.1:1")

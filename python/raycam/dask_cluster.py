@@ -23,6 +23,8 @@ from .workers import Made, Task
 
 __all__ = ["Dask", "connect"]
 
+CONNECT = 20.0  # seconds in which a scheduler answers
+ANSWER = 5.0  # seconds in which a worker says whether it sees a file
 REFRESH = 2.0  # seconds for which the number of workers is believed
 
 
@@ -43,7 +45,8 @@ def connect(address: str, threads: int | None = None) -> Dask:
         import dask
 
         # Deaths of workers are counted here, frame by frame.
-        with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
+        rules = {"distributed.scheduler.allowed-failures": 0, "distributed.scheduler.worker-ttl": "60s"}
+        with dask.config.set(rules):
             cluster = distributed.LocalCluster(
                 n_workers=count,
                 threads_per_worker=1,
@@ -59,7 +62,7 @@ def connect(address: str, threads: int | None = None) -> Dask:
     if kind not in ("tcp", "tls") or not urlsplit(address).port:
         raise SettingsError(f"{address!r}: expected tcp://HOST:PORT, tls://HOST:PORT or local:N")
     try:
-        return Dask(distributed.Client(address, timeout=20, set_as_default=False), threads)
+        return Dask(distributed.Client(address, timeout=CONNECT, set_as_default=False), threads)
     except OSError as fault:
         raise OSError(f"no Dask scheduler answers at {address}: {fault}") from None
 
@@ -98,8 +101,13 @@ class Dask:
         """Sends the package to the workers, where one of them does not see it."""
         name = f"raycam-{package.id}"
         self._client.wait_for_workers(1)
-        seen = self._client.run(_sees, package.id, path)
-        if not all(seen.values()):
+        asked = [
+            self._client.submit(_sees, package.id, path, workers=[address], pure=False)
+            for address in self._client.scheduler_info(n_workers=-1)["workers"]
+        ]
+        with contextlib.suppress(TimeoutError):  # one that stands still is no reason to wait
+            _wait(asked)
+        if not all(one.result() for one in asked if one.status == "finished"):
             from .dask_worker import Delivery
 
             self._client.register_plugin(Delivery(package.id, package.to_bytes()), name=name)
@@ -153,6 +161,13 @@ def _answer(ours: Future[Made], theirs: Future[Made]) -> None:
         ours.set_exception(PoolLost(f"the scheduler has gone: {fault}"))
     except BaseException as fault:
         ours.set_exception(fault)
+
+
+def _wait(futures: list[Any]) -> None:
+    """Waits a little for answers; raises `TimeoutError` where not all come."""
+    import distributed
+
+    distributed.wait(futures, timeout=ANSWER)
 
 
 def _sees(job: str, path: str) -> bool:

@@ -25,7 +25,9 @@ ATTEMPTS = 3
 """How often a frame is tried that raises what may pass, such as running out of memory; and how many workers a frame
 may kill."""
 PATIENCE = 30.0
-"""Seconds, at least, after which a frame that is late is given to a second worker."""
+"""Seconds, at least, after which a frame that is late is given to another worker."""
+COPIES = 6
+"""How many workers a frame is given to at a time, at most: the second may be standing still too."""
 LATE = 5.0
 """How many times as long as the others take is late."""
 
@@ -217,11 +219,12 @@ class _Dispatch:
         if not self._pool.apart or self._again:
             return
         late = max(PATIENCE, LATE * self._usual)
-        for task, started in sorted(self._under_way.values(), key=lambda pair: pair[1]):
+        latest = dict(self._under_way.values())  # they are in the order in which they were handed over
+        for task, started in latest.items():
             if self._waited_for() >= self._pool.slots():
                 return
-            alone = self._copies[task.frame] == 1 and task.frame not in self._settled
-            if alone and self._now() - started > late:
+            more = task.frame not in self._settled and self._copies[task.frame] < COPIES
+            if more and self._now() - started > late:
                 self._hand_over(task, self._alone)
 
     def _waited_for(self) -> int:

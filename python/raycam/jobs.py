@@ -34,7 +34,7 @@ from . import files, ledger
 from .dispatch import Failed, Pool, dispatch
 from .errors import JobError
 from .ledger import Entry, Ledger
-from .lock import locked
+from .lock import holder, locked
 from .package import Package
 from .workers import Made, Task
 
@@ -112,6 +112,11 @@ class Job:
         """How far it is, as far as this object knows: others may be at it."""
         done = sum(place != NOT_DONE for place in self._places)
         return Status(len(self._places), done, dict(sorted(self._failed.items())))
+
+    def runs(self) -> list[str]:
+        """Who is at it now, as far as this machine knows."""
+        who = (holder(path) for path in sorted(self._state.glob("lock*")))
+        return [one for one in who if one is not None]
 
     def has(self, frame: int) -> bool:
         """Whether a frame is finished."""
@@ -285,14 +290,15 @@ class Job:
         return Entry(made.frame, stamps, seconds=made.seconds)
 
     def _give_up(self, failed: Failed, book: Ledger, scratch: Path) -> None:
-        path = self._log(failed.frame)
+        path = self.log(failed.frame)
         if not path.parent.is_dir():
             _make_folder(path.parent)
         files.write(path, f"frame {failed.frame}: {failed.error}\n\n{failed.log}".encode(), scratch)
         book.add(Entry(failed.frame, error=failed.error))
         self._failed[failed.frame] = failed.error
 
-    def _log(self, frame: int) -> Path:
+    def log(self, frame: int) -> Path:
+        """Where the log of a frame lies that was given up."""
         return self._state / "failed" / f"frame_{frame:04}.log"
 
     def _check(self, asked: Iterable[int]) -> None:
@@ -303,7 +309,7 @@ class Job:
             many = f"frame {first}" if len(failed) == 1 else f"{len(failed)} frames, the first is {first}"
             raise JobError(
                 f"{self.folder}: failed: {many}: {self._failed[first]}. All others are finished. See "
-                f"{self._log(first)}; --retry-failed tries again"
+                f"{self.log(first)}; --retry-failed tries again"
             )
 
     @contextlib.contextmanager

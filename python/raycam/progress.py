@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-__all__ = ["bar"]
+__all__ = ["bar", "frames_bar"]
 
 # Shorter work than this shows no bar, and does not wait for one to be imported.
 PATIENCE = 0.5
@@ -51,6 +51,56 @@ def _rich_bar() -> Progress:
         BarColumn(),
         TextColumn("{task.percentage:3.0f} %"),
         TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
+
+
+@contextmanager
+def frames_bar(title: str) -> Iterator[Callable[[int, int, int], None]]:
+    """A function `progress(done, total, failed)` that draws a bar of frames, their rate, the time left and failures.
+
+    Away from a terminal it draws nothing.
+    """
+    start = time.monotonic()
+    first: int | None = None
+    shown: Progress | None = None
+
+    def progress(done: int, total: int, failed: int) -> None:
+        nonlocal shown, first
+        first = done + failed if first is None else first
+        if shown is None and sys.stderr.isatty() and done < total and time.monotonic() - start > PATIENCE:
+            shown = _rich_frames()
+            shown.start()
+            shown.add_task(title, total=total, rate="", failed="")
+        if shown is not None:
+            rate = (done + failed - first) / max(time.monotonic() - start, 1e-9)
+            shown.update(
+                shown.task_ids[0],
+                completed=done + failed,
+                total=total,
+                rate=f"{rate:.3g}/s",
+                failed=f"{failed} failed" if failed else "",
+            )
+
+    try:
+        yield progress
+    finally:
+        if shown is not None:
+            shown.stop()
+
+
+def _rich_frames() -> Progress:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("frames  {task.fields[rate]}"),
+        TimeRemainingColumn(),
+        TextColumn("[red]{task.fields[failed]}"),
         console=Console(stderr=True),
         transient=True,
     )

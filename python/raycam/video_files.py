@@ -37,8 +37,12 @@ GIF_MAX_FPS = 50
 REPRODUCIBLE = {"fflags": "+bitexact"}
 
 
-def open_video(path: Path, size: tuple[int, int], fps: float) -> AbstractContextManager[Add]:
+def open_video(
+    path: Path, size: tuple[int, int], fps: float, *, lossless: bool = False
+) -> AbstractContextManager[Add]:
     """The video file of a path by its ending: .mp4, .gif, or none for a folder of PNG pictures.
+
+    `lossless` keeps every bit of the pictures, in an MP4; a folder does anyway.
 
     Raises SettingsError for other endings. Entering it raises SettingsError where the size or the rate does
     not suit, and OSError where nothing can be written there: before anything is rendered.
@@ -48,6 +52,12 @@ def open_video(path: Path, size: tuple[int, int], fps: float) -> AbstractContext
         raise SettingsError(
             f"{path.name}: the ending {suffix!r} is none of a video; expected "
             f"{' or '.join(filter(None, FORMATS))}, or no ending for a folder of PNG pictures"
+        )
+    if lossless and suffix == ".mp4":
+        return lossless_mp4(path, size, fps)
+    if lossless and suffix:
+        raise SettingsError(
+            f"{path.name}: a {suffix} file is never lossless; take .mp4, or a folder of PNG pictures"
         )
     return FORMATS[suffix](path, size, fps)
 
@@ -93,6 +103,50 @@ def mp4(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
 
         yield add
         file.mux(stream.encode(None))
+
+
+@contextmanager
+def lossless_mp4(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
+    """H.264 in an MP4 that keeps every bit: RGB without loss (High 4:4:4 Predictive profile).
+
+    FFmpeg, VLC and mpv play it, most browsers and hardware do not.
+    """
+    import av
+
+    rate = as_rate(fps)
+    with (
+        files.atomic_path(path) as temporary,
+        av.open(
+            str(temporary), "w", format="mp4", container_options=REPRODUCIBLE | {"movflags": "+faststart"}
+        ) as file,
+    ):
+        stream = file.add_stream("libx264rgb", rate=rate)
+        stream.width, stream.height = size
+        stream.pix_fmt = "rgb24"
+        stream.options = {"qp": "0", "preset": "medium", "flags": "+bitexact", "x264-params": "mbtree=0"}
+        codec = stream.codec_context
+        codec.time_base = 1 / rate
+        codec.thread_count = ENCODER_THREADS
+        codec.color_primaries, codec.color_trc = BT709, SRGB_CURVE
+        same = Filters(rate, [("rgb24", size)], [("null", "")])
+
+        def add(_: int, picture: Picture) -> None:
+            for frame in same.push(picture):
+                file.mux(stream.encode(frame))
+
+        yield add
+        file.mux(stream.encode(None))
+
+
+def read_picture(png: bytes) -> Picture:
+    """The picture in a PNG file, [height, width, 3] in 8-bit sRGB."""
+    import av
+
+    codec = av.CodecContext.create("png", "r")
+    if not isinstance(codec, av.VideoCodecContext):  # PNG is one
+        raise TypeError("png")
+    [frame] = [*codec.decode(av.Packet(png)), *codec.decode(None)]
+    return np.asarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)
 
 
 @contextmanager

@@ -12,13 +12,15 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from ..errors import Error, SettingsError, nearest
-from . import demo, doctor, explain, info, render, video
+from . import demo, doctor, explain, info, render, status, video
 
 __all__ = ["COMMANDS", "main"]
 
 COMMANDS = {
     "render": render.COMMAND,
     "video": video.COMMAND,
+    "status": status.STATUS,
+    "verify": status.VERIFY,
     "explain": explain.COMMAND,
     "info": info.COMMAND,
     "doctor": doctor.COMMAND,

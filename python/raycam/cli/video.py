@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from .job_options import add_job, job_pool, shard_of
 from .options import Command, add_camera, add_rendering, add_world, load_world, rendering, tell, view
 
 
@@ -20,38 +21,54 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--fps", metavar="N", type=float, help="frames per second (default: the world's, or 24)"
     )
     command.add_argument("--seconds", metavar="N", type=float, help="play the same motion in N seconds")
+    command.add_argument(
+        "--lossless", action="store_true", help="keep every bit in an .mp4, for FFmpeg, VLC or mpv"
+    )
+    command.add_argument(
+        "--keep-frames", action="store_true", help="leave the frames in FILE.job when the file is complete"
+    )
     add_rendering(command)
+    add_job(command)
     command.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
-    from ..progress import bar
-    from ..video import frame_range, write_video
+    from ..progress import frames_bar
+    from ..video import Film, frame_range
+    from ..video_job import make_video
 
     frames = None if options.frames is None else frame_range(options.frames)
+    shard = shard_of(options)
     world = load_world(options)
-    with bar("rendering frames") as progress:
-        film = write_video(
-            world,
+    film = Film(world, view(world, options), fps=options.fps, seconds=options.seconds, **rendering(options))
+    with job_pool(options) as pool, frames_bar("rendering") as progress:
+        count = make_video(
+            film,
             options.output,
-            camera=view(world, options),
+            pool,
             frames=frames,
-            fps=options.fps,
-            seconds=options.seconds,
+            shard=shard,
+            resume=options.resume,
+            retry_failed=options.retry_failed,
+            keep_frames=options.keep_frames,
+            lossless=options.lossless,
             progress=progress,
-            **rendering(options),
         )
     tell(film.notices)
     width, height = film.camera.size
-    count = len(range(len(film))[slice(*frames)]) if frames else len(film)
-    print(f"{options.output}: {count} frames of {width} x {height}, {film.fps:g} a second")
+    if count is None:
+        print(f"shard {options.shard} is finished; {options.output} is made when all are")
+    else:
+        print(f"{options.output}: {count} frames of {width} x {height}, {film.fps:g} a second")
 
 
 COMMAND = Command(
     _add,
     "make a video of a world as its [video] says",
     [
-        "raycam video room.toml -o room.mp4",
+        "raycam video room.toml -o room.mp4                          again after Ctrl-C: goes on",
         "raycam video room.toml -o room.gif --frames 0:24 --size 320x240",
+        "raycam video room.toml -o frames --shard 3/16               one of sixteen machines",
+        "raycam video room.toml -o room.mp4 --cluster tcp://scheduler:8786",
     ],
 )

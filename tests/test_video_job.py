@@ -1,0 +1,163 @@
+"""Videos as jobs, from Python and from the command line."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+from job_frames import Pool, film, package, results, world
+from raycam.cli import main
+from raycam.errors import JobError
+from raycam.jobs import Job
+from raycam.video import write_video
+from raycam.video_files import open_video, read_picture
+from raycam.video_job import job_folder, make_video
+
+WORLD = """
+[camera]
+size = [64, 48]
+fov = 40
+location = [3, -4, 2]
+target = [0, 0, 0]
+[[object]]
+name = "box"
+box = { size = 1 }
+color = "#c83c28"
+[video]
+fps = 10
+seconds = 0.8
+orbit = { target = [0, 0, 0] }
+"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "box.toml").write_text(WORLD)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(command: str) -> int:
+    return main(shlex.split(command))
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
+def test_the_file_is_that_of_one_go_whatever_the_order(tmp_path: Path, name: str) -> None:
+    (tmp_path / "one").mkdir()
+    write_video(world(), tmp_path / "one" / name, integrator="flat", samples=1)
+    Job(job_folder(tmp_path / name), package()).run(Pool(), frames=[5, 2])
+    pool = Pool()
+    assert make_video(film(), tmp_path / name, pool) == 8
+    assert 5 not in pool.made
+    assert (tmp_path / name).read_bytes() == (tmp_path / "one" / name).read_bytes()
+    assert not job_folder(tmp_path / name).exists()
+
+
+def test_an_interrupted_video_leaves_frames_and_no_file(tmp_path: Path) -> None:
+    def before(frame: int) -> None:
+        if frame == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make_video(film(), tmp_path / "a.mp4", Pool(before))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mp4.job"]
+    pool = Pool()
+    make_video(film(), tmp_path / "a.mp4", pool, keep_frames=True)
+    assert min(pool.made) >= 4
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mp4", "a.mp4.job"]
+    again = Pool()
+    first = (tmp_path / "a.mp4").read_bytes()
+    make_video(film(), tmp_path / "a.mp4", again)
+    assert (again.made, (tmp_path / "a.mp4").read_bytes()) == ([], first)
+
+
+def test_a_video_with_a_failed_frame_is_none(tmp_path: Path) -> None:
+    def before(frame: int) -> None:
+        if frame == 5:
+            raise JobError("odd")
+
+    with pytest.raises(JobError, match="frame 5"):
+        make_video(film(), tmp_path / "a.mp4", Pool(before))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mp4.job"]
+
+
+def test_the_last_shard_makes_the_file(tmp_path: Path) -> None:
+    assert make_video(film(), tmp_path / "a.mp4", Pool(), shard=(2, 2)) is None
+    assert not (tmp_path / "a.mp4").exists()
+    assert make_video(film(), tmp_path / "a.mp4", Pool(), shard=(1, 2)) == 8
+    assert (tmp_path / "a.mp4").exists()
+
+
+def test_a_lossless_file_keeps_every_bit(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    pictures = [rng.integers(0, 256, (12, 16, 3), np.uint8) for _ in range(4)]
+    for name in ("a.mp4", "b.mp4"):
+        with open_video(tmp_path / name, (16, 12), 10, lossless=True) as add:
+            for number, picture in enumerate(pictures):
+                add(number, picture)
+    with av.open(str(tmp_path / "a.mp4")) as file:
+        back = [frame.to_ndarray(format="rgb24") for frame in file.decode(video=0)]
+    np.testing.assert_array_equal(back, pictures)
+    assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
+    with pytest.raises(ValueError, match=r"\.gif file is never lossless"):
+        open_video(tmp_path / "a.gif", (16, 12), 10, lossless=True)
+
+
+def test_pictures_are_read_back_exactly() -> None:
+    frame = film().frame(2)
+    np.testing.assert_array_equal(read_picture(frame.to_png()), frame.to_srgb8())
+
+
+# The command line ---------------------------------------------------------------------------------------------
+
+
+def test_commands_of_jobs(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    video = "video box.toml -o frames --samples 1 --integrator flat"
+    assert run(f"{video} --shard 1/2") == 0
+    assert run(f"{video} --shard 2/2 --workers 1 --low-priority") == 0
+    capsys.readouterr()
+    assert run("status frames") == 0
+    out = capsys.readouterr().out
+    assert "frames    8 of 8 finished" in out
+    assert "running   no" in out
+    assert run("verify frames") == 0
+    assert "8 of 8 frames finished, every byte as it was made" in capsys.readouterr().out
+    Path("frames/frame_0002.png").write_bytes(b"x" * Path("frames/frame_0002.png").stat().st_size)
+    assert run("verify frames") == 1
+    assert "1 damaged, the first: frames/frame_0002.png" in capsys.readouterr().err
+    whole = results(here / "frames")
+    assert run(video) == 0
+    assert len(results(here / "frames")) == len(whole) + 1
+
+    assert run(f"{video} --samples 2") == 1
+    assert "settings.render.samples was 1, is 2" in capsys.readouterr().err
+    assert run(f"{video} --samples 2 --no-resume") == 0
+    for wrong in ("--shard 3", "--shard 0/2", "--workers 0", "--cluster nowhere"):
+        assert run(f"{video} {wrong}") == 2, wrong
+    assert run("status box.toml") == 1
+    assert "no job is here" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("number", "workers"), [(signal.SIGINT, ""), (signal.SIGTERM, "--workers 2")])
+def test_stopping_is_clean_and_goes_on(here: Path, number: signal.Signals, workers: str) -> None:
+    command = [sys.executable, "-m", "raycam"]
+    command += shlex.split(f"video box.toml -o a.mp4 --size 320x240 --samples 64 --seconds 4 {workers}")
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while len(list(here.glob("a.mp4.job/*.png"))) < 2:
+        time.sleep(0.02)
+        assert process.poll() is None
+    os.kill(process.pid, number)
+    _, error = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert error.splitlines()[-1] == "raycam: stopped"
+    assert "Traceback" not in error
+    assert sorted(path.name for path in here.iterdir()) == ["a.mp4.job", "box.toml"]
+    assert Job(here / "a.mp4.job").status().finished >= 2
