@@ -151,7 +151,7 @@ def test_stopping_is_clean_and_goes_on(here: Path, number: signal.Signals, worke
     command = [sys.executable, "-m", "raycam"]
     command += shlex.split(f"video box.toml -o a.mp4 --size 320x240 --samples 64 --seconds 4 {workers}")
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while len(list(here.glob("a.mp4.job/*.png"))) < 2:
+    while len(list(here.glob("a.mp4.job/*.png"))) < 3:
         time.sleep(0.02)
         assert process.poll() is None
     os.kill(process.pid, number)
