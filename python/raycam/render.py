@@ -15,6 +15,7 @@ from .world import World
 __all__ = ["DEFAULT_CHANNELS", "FILTERS", "INTEGRATORS", "channel_names", "render"]
 
 INTEGRATORS = ["flat", "direct", "path", "ao", "reference"]
+SURFACES = ["first", "solid"]
 FILTERS = ["box", "blackman-harris"]
 DEFAULT_CHANNELS = ("color", "depth", "instance", "triangle")
 DEFAULT_SAMPLES = 16
@@ -23,6 +24,7 @@ MOST_SAMPLES = 1 << 14
 
 Integrator = Literal["flat", "direct", "path", "ao", "reference"]
 Filter = Literal["box", "blackman-harris"]
+Surface = Literal["first", "solid"]
 Region = Sequence[int]
 Progress = Callable[[int, int], object]
 
@@ -39,6 +41,7 @@ def render(
     clamp: float | None = None,
     filter: Filter | None = None,
     channels: Sequence[str] | str = DEFAULT_CHANNELS,
+    surface: Surface = "first",
     seed: int | None = None,
     frame: int = 0,
     ambient_occlusion: bool | float | None = None,
@@ -63,6 +66,9 @@ def render(
       frame's notices say how often.
     * `samples` (16) rays per pixel; with 1, the ray through the pixel's centre. `filter` ("box") or
       "blackman-harris" weighs them. `channels` names what the frame holds, "all" for everything there is.
+    * `surface` ("first"): ground truth is of the first triangle on the pixel's centre ray, whatever it is made of; with
+      "solid", of the first that one does not see through: surfaces less than half opaque, the backs of one-sided ones
+      and what refracts (glass, transmission of a half or more) are passed along the straight ray.
     * `seed` (0) and `frame` (0) choose the random numbers. The same call gives the same bytes on any number of
       `threads` (default: all that the process may use).
     * `ambient_occlusion` (off): True, or a distance in metres up to which surfaces darken the sky of others.
@@ -93,6 +99,7 @@ def render(
     names = channel_names(channels)
     if chosen.get("integrator") == "reference":
         unused = (chosen.keys() - {"integrator", "exposure"}) | ({"region"} if region is not None else set())
+        unused |= {"surface"} if surface != "first" else set()
         return _reference(world, camera, names, sorted(unused), float(chosen.get("exposure", 0.0)))
 
     settings: dict[str, Any] = {
@@ -120,6 +127,7 @@ def render(
         "seed": whole("seed", settings["seed"], 0, (1 << 64) - 1),
         "frame": whole("frame", frame, 0, (1 << 32) - 1),
         "channels": names,
+        "surface": _name("surface", surface, SURFACES),
         "max_depth": _optional("max_depth", settings["max_depth"]),
         "noise": _positive("noise", settings["noise"], "a radiance"),
         "time": _positive("time", settings["time"], "seconds"),

@@ -3,7 +3,7 @@
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use raycam_formats::{exr, png};
+use raycam_formats::{exr, mask, png};
 use raycam_scene::color;
 
 use crate::arrays::array;
@@ -137,6 +137,25 @@ pub(crate) fn encode_exr<'py>(
     let camera = camera.map(|camera| &camera.inner);
     let bytes = py.detach(|| caught(|| exr::encode(size, &list, camera, &notes)))?;
     Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
+}
+
+/// COCO's packed run lengths of a mask [height, width].
+#[pyfunction]
+pub(crate) fn mask_runs(py: Python<'_>, pixels: PyReadonlyArrayDyn<'_, bool>) -> PyResult<String> {
+    let ([width, height], _) = size_of(pixels.shape())?;
+    let values = contiguous(&pixels)?;
+    py.detach(|| caught(|| mask::coco_runs(values, width as usize, height as usize)))
+}
+
+/// Polygons [n, 2] along the pixels' edges that fill a mask [height, width].
+#[pyfunction]
+pub(crate) fn mask_polygons(
+    py: Python<'_>,
+    pixels: PyReadonlyArrayDyn<'_, bool>,
+) -> PyResult<Vec<Vec<[u32; 2]>>> {
+    let ([width, height], _) = size_of(pixels.shape())?;
+    let values = contiguous(&pixels)?;
+    py.detach(|| caught(|| mask::polygons(values, width as usize, height as usize)))
 }
 
 /// The values of an array in C order.

@@ -30,7 +30,9 @@ mod core {
     #[pymodule_export]
     use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_models};
     #[pymodule_export]
-    use crate::encode::{encode_exr, encode_png, linear_from_srgb8, srgb_from_linear};
+    use crate::encode::{
+        encode_exr, encode_png, linear_from_srgb8, mask_polygons, mask_runs, srgb_from_linear,
+    };
     #[pymodule_export]
     use crate::frame::{channels, merge};
     #[pymodule_export]

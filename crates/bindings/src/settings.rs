@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_render::{Filter, Integrator, Settings};
+use raycam_render::{Filter, Integrator, Settings, TruthSurface};
 use raycam_scene::schema::{AmbientOcclusion, FilterName, IntegratorName, RenderSpec};
 
 use crate::error::settings_error;
@@ -20,6 +20,7 @@ pub(crate) struct Request {
     seed: u64,
     frame: u32,
     channels: Vec<String>,
+    surface: String,
     max_depth: Option<u32>,
     clamp: Option<f32>,
     ambient_occlusion: Option<f64>,
@@ -54,6 +55,11 @@ impl Request {
                 .iter()
                 .map(|name| channel(name))
                 .collect::<PyResult<_>>()?,
+            surface: match &self.surface[..] {
+                "first" => TruthSurface::First,
+                "solid" => TruthSurface::Solid,
+                name => return Err(unknown("surface", name)),
+            },
             max_depth: self.max_depth,
             clamp: self.clamp,
             ambient_occlusion: self.ambient_occlusion,

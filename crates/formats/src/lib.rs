@@ -21,6 +21,7 @@ pub mod hdr;
 mod ies;
 mod image;
 mod load;
+pub mod mask;
 mod mtl;
 mod obj;
 mod obj_chunk;

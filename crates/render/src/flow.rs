@@ -10,6 +10,7 @@ use crate::error::RenderError;
 use crate::prepare::PreparedWorld;
 use crate::threads::with_pool;
 use crate::tile::{TILE, Tile};
+use crate::truth::exact_ray;
 
 /// What lies nearer to the second camera by this share of the distance hides a point.
 const IN_FRONT: f64 = 1e-6;
@@ -199,12 +200,4 @@ fn follow(first: View, second: View, tile: &Tile) -> Vec<([u32; 2], Moved)> {
         }
     }
     moved
-}
-
-pub(crate) fn exact_ray((origin, direction): (DVec3, DVec3)) -> ExactRay {
-    ExactRay {
-        origin: origin.to_array(),
-        direction: direction.to_array(),
-        t_max: f64::INFINITY,
-    }
 }

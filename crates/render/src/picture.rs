@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{DVec2, DVec3, Vec3};
-use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, Ray};
+use raycam_bvh::{Coherence, Hit, Ray};
 use raycam_scene::Camera;
 
 use crate::channel::Channel;
@@ -15,9 +15,9 @@ use crate::filter::PreparedFilter;
 use crate::integrator::{self, Batch};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
-use crate::settings::Settings;
+use crate::settings::{Settings, TruthSurface};
 use crate::tile::Tile;
-use crate::truth::{self, Truth, put};
+use crate::truth::{self, Exact, put};
 
 /// All that the tiles of one picture share.
 pub(crate) struct Picture<'a> {
@@ -25,10 +25,14 @@ pub(crate) struct Picture<'a> {
     camera: &'a Camera,
     pub settings: &'a Settings,
     filter: PreparedFilter,
-    /// Whether pixel-centre rays are needed, and whether samples are.
+    /// Whether pixel-centre rays are needed, whether samples are, and whether either are looked at for more than the
+    /// ground truth.
     exact: bool,
     pub sampled: bool,
+    shaded: bool,
     colored: bool,
+    /// Whether the ground truth may pass what it meets first.
+    passing: bool,
     /// Whether the error of the colour is estimated.
     estimated: bool,
     /// Samples whose radiance is not finite.
@@ -44,8 +48,7 @@ pub(crate) struct Picture<'a> {
 #[derive(Default)]
 pub(crate) struct Buffers {
     pixels: Vec<[u32; 2]>,
-    exact_rays: Vec<ExactRay>,
-    exact_hits: Vec<ExactHit>,
+    exact: Exact,
     rays: Vec<Ray>,
     hits: Vec<Hit>,
     /// Scene-local.
@@ -65,6 +68,7 @@ impl<'a> Picture<'a> {
     pub fn new(world: &'a PreparedWorld, camera: &'a Camera, settings: &'a Settings) -> Self {
         let asked = |channel| settings.channels.contains(&channel);
         let single = settings.samples == 1;
+        let shaded = asked(Channel::Color) || asked(Channel::Coverage) || asked(Channel::Error);
         let estimated = asked(Channel::Error) || settings.noise.is_some();
         Self {
             world,
@@ -72,8 +76,9 @@ impl<'a> Picture<'a> {
             settings,
             filter: PreparedFilter::new(settings.filter),
             exact: single || settings.channels.iter().any(|channel| channel.is_truth()),
-            sampled: !single
-                && (asked(Channel::Color) || asked(Channel::Coverage) || asked(Channel::Error)),
+            sampled: !single && shaded,
+            shaded,
+            passing: settings.surface == TruthSurface::Solid && world.has_passable(),
             colored: asked(Channel::Color) || asked(Channel::Error),
             estimated,
             rejected: AtomicU64::new(0),
@@ -188,7 +193,7 @@ impl<'a> Picture<'a> {
         buffers.active.extend(0..count);
         control.check()?;
         self.look(buffers);
-        if self.exact && !self.sampled {
+        if self.shaded && self.exact && !self.sampled {
             self.shade(buffers, 0, control)?;
         }
         if self.exact && self.settings.time.is_none() {
@@ -224,40 +229,28 @@ impl<'a> Picture<'a> {
     fn trace_exact(&self, buffers: &mut Buffers) {
         let Buffers {
             pixels,
-            exact_rays,
-            exact_hits,
+            exact,
             hits,
             origins,
             directions,
             samplers,
             ..
         } = buffers;
-        exact_rays.clear();
-        exact_rays.extend(pixels.iter().map(|&[x, y]| {
-            let (origin, direction) = self.camera.ray(self.camera.pixel_center_of(x, y));
-            ExactRay {
-                origin: origin.to_array(),
-                direction: direction.to_array(),
-                t_max: f64::INFINITY,
-            }
-        }));
-        exact_hits.clear();
-        exact_hits.resize(pixels.len(), ExactHit::MISS);
-        self.world
-            .scene
-            .closest_exact(exact_rays, self.world, exact_hits);
-        if !self.sampled {
+        exact.find(self.world, self.camera, pixels, self.settings, self.passing);
+        if self.shaded && !self.sampled {
             hits.clear();
-            hits.extend(exact_hits.iter().map(truth::rounded));
+            hits.extend(exact.hits.iter().map(truth::rounded));
             origins.clear();
             origins.extend(
-                exact_rays
+                exact
+                    .rays
                     .iter()
                     .map(|ray| DVec3::from(ray.origin) - self.world.origin),
             );
             directions.clear();
             directions.extend(
-                exact_rays
+                exact
+                    .rays
                     .iter()
                     .map(|ray| DVec3::from(ray.direction).as_vec3()),
             );
@@ -315,7 +308,7 @@ impl<'a> Picture<'a> {
         control: &Control,
     ) -> Result<(), RenderError> {
         let Buffers {
-            exact_hits,
+            exact,
             hits,
             origins,
             directions,
@@ -326,7 +319,7 @@ impl<'a> Picture<'a> {
             ..
         } = buffers;
         for (&mut pixel, hit) in active.iter_mut().zip(&*hits) {
-            let exact = exact_hits.get(pixel);
+            let exact = exact.hits.get(pixel);
             estimate.count(
                 pixel,
                 exact.is_some_and(|exact| hit.instance == exact.instance),
@@ -365,13 +358,7 @@ impl<'a> Picture<'a> {
     pub fn develop(&self, tile: &Tile, buffers: &Buffers, film: &Film) {
         let estimate = &buffers.estimate;
         let camera_from_world = self.camera.r();
-        let truth = |i: usize| Truth {
-            world: self.world,
-            camera_from_world,
-            origin: buffers.exact_rays[i].origin.into(),
-            direction: buffers.exact_rays[i].direction.into(),
-            hit: buffers.exact_hits[i],
-        };
+        let truth = |i: usize| buffers.exact.truth(self.world, camera_from_world, i);
         film.write(tile, &buffers.pixels, |channel, strip, places| {
             if truth::write(channel, strip, places, truth) {
                 return;

@@ -92,10 +92,7 @@ impl PreparedWorld {
             .iter()
             .zip(meshes)
             .zip(world.categories().of_objects)
-            .map(|((object, mesh), category)| PreparedObject {
-                category,
-                ..PreparedObject::new(object, mesh, origin)
-            })
+            .map(|((object, mesh), category)| PreparedObject::new(object, mesh, origin, category))
             .collect();
         let instances = objects
             .iter()
@@ -184,7 +181,7 @@ struct Rounding {
 }
 
 impl PreparedObject {
-    fn new(object: &Object, mesh: Arc<PreparedMesh>, origin: DVec3) -> Self {
+    fn new(object: &Object, mesh: Arc<PreparedMesh>, origin: DVec3, category: i32) -> Self {
         let linear = object.world_from_mesh.matrix3;
         let inverse = linear.inverse();
         let of_point = linear.abs() * inverse.abs();
@@ -199,7 +196,7 @@ impl PreparedObject {
             normal_from_mesh: inverse.transpose(),
             mirrored: linear.determinant() < 0.0,
             materials: object.materials.clone(),
-            category: -1,
+            category,
             mesh,
         }
     }

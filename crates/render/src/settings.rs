@@ -18,6 +18,17 @@ pub enum Integrator {
     Ao,
 }
 
+/// Which surface on a pixel's centre ray the ground truth tells of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TruthSurface {
+    /// The first triangle, whatever it is made of.
+    #[default]
+    First,
+    /// The first that one does not see through: less than half opaque surfaces, backs of one-sided ones and what
+    /// refracts are passed, along the straight ray.
+    Solid,
+}
+
 /// What is asked of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -39,6 +50,8 @@ pub struct Settings {
     pub frame: u32,
     /// What the frame holds, each channel once.
     pub channels: Vec<Channel>,
+    /// What the ground truth tells of.
+    pub surface: TruthSurface,
     /// The most segments of a path in `path`: 1 sees what shines, 2 what it lights, and so on; `None` for no limit.
     pub max_depth: Option<u32>,
     /// The largest value of a sample, which makes pictures darker than they are; `None` for none.
@@ -62,6 +75,7 @@ impl Default for Settings {
             seed: 0,
             frame: 0,
             channels: vec![Channel::Color],
+            surface: TruthSurface::First,
             max_depth: None,
             clamp: None,
             ambient_occlusion: None,

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::MAX_FRAME_BYTES;
-use crate::flow::exact_ray;
 use crate::prepare::PreparedWorld;
 use crate::threads::with_pool;
 use crate::tile::{TILE, Tile};
+use crate::truth::exact_ray;
 
 /// What one object alone covers.
 #[derive(Clone, Debug, PartialEq)]

@@ -140,8 +140,8 @@ fn interpolate([a, b, c]: [Vec3; 3], hit: &Hit) -> Vec3 {
 pub(crate) fn facing_normal([a, b, c]: [DVec3; 3], direction: DVec3) -> DVec3 {
     // Scaled by its largest edge: corners may be far apart or close together.
     let (e1, e2) = (b - a, c - a);
-    let scale = e1.abs().max(e2.abs()).max_element();
-    let normal = (e1 / scale).cross(e2 / scale).normalize_or_zero();
+    let scale = e1.abs().max(e2.abs()).max_element().recip();
+    let normal = (e1 * scale).cross(e2 * scale).normalize_or_zero();
     if normal.dot(direction) > 0.0 {
         -normal
     } else {

@@ -1,11 +1,13 @@
 //! Ground truth: the channels of the exact ray through the pixel's centre, in float64.
 
 use glam::{DMat3, DVec3};
-use raycam_bvh::{ExactHit, Hit, NOTHING};
+use raycam_bvh::{ExactHit, ExactRay, Hit, NOTHING};
+use raycam_scene::Camera;
 
 use crate::channel::Channel;
 use crate::film::Strip;
 use crate::prepare::PreparedWorld;
+use crate::settings::Settings;
 use crate::surface::facing_normal;
 
 /// A pixel-centre ray and what it met.
@@ -16,6 +18,117 @@ pub(crate) struct Truth<'a> {
     /// Unit length.
     pub direction: DVec3,
     pub hit: ExactHit,
+    /// Where normals are asked for.
+    pub normals: Normals,
+}
+
+/// The normals of a surface in the world, on the side that is seen; 0 for the background.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Normals {
+    /// Of the triangle.
+    geometric: DVec3,
+    /// Of the smooth surface that it stands for.
+    shading: DVec3,
+}
+
+impl Normals {
+    /// Whether any of the channels needs normals, and then whether it needs smooth ones.
+    pub fn asked(channels: &[Channel]) -> Option<bool> {
+        let any = |wanted: [Channel; 2]| channels.iter().any(|channel| wanted.contains(channel));
+        let smooth = any([Channel::ShadingNormal, Channel::ShadingNormalCamera]);
+        (smooth || any([Channel::Normal, Channel::NormalCamera])).then_some(smooth)
+    }
+
+    /// Those of a hit, the smooth one where asked for.
+    fn new(world: &PreparedWorld, ray: &ExactRay, hit: &ExactHit, smooth: bool) -> Self {
+        let ExactHit {
+            instance,
+            triangle,
+            u,
+            v,
+            ..
+        } = *hit;
+        if instance == NOTHING {
+            return Normals::default();
+        }
+        let geometric = facing_normal(world.corners(instance, triangle), ray.direction.into());
+        let corners = smooth
+            .then(|| world.corner_normals(instance, triangle, geometric))
+            .flatten();
+        let shading = corners.map_or(geometric, |[a, b, c]| {
+            (a * (1.0 - u - v) + b * u + c * v).normalize_or(geometric)
+        });
+        Normals { geometric, shading }
+    }
+}
+
+/// Rays that are answered at a time: what is told of their triangles is told while these are in the cache.
+const PACKET: usize = 64;
+
+/// The rays through the pixels' centres, and what they met.
+#[derive(Default)]
+pub(crate) struct Exact {
+    pub rays: Vec<ExactRay>,
+    /// What they met first.
+    pub hits: Vec<ExactHit>,
+    /// What the ground truth tells of: the same, or what lies behind it.
+    told: Vec<ExactHit>,
+    normals: Vec<Normals>,
+}
+
+impl Exact {
+    /// Traces the rays of pixels; with `passing` the ground truth is of what lies behind what one sees through.
+    pub fn find(
+        &mut self,
+        world: &PreparedWorld,
+        camera: &Camera,
+        pixels: &[[u32; 2]],
+        settings: &Settings,
+        passing: bool,
+    ) {
+        self.rays.clear();
+        self.rays.extend(
+            pixels
+                .iter()
+                .map(|&[x, y]| exact_ray(camera.ray(camera.pixel_center_of(x, y)))),
+        );
+        self.hits.clear();
+        self.hits.resize(pixels.len(), ExactHit::MISS);
+        self.told.clear();
+        self.normals.clear();
+        let smooth = Normals::asked(&settings.channels);
+        let packets = self.rays.chunks(PACKET).zip(self.hits.chunks_mut(PACKET));
+        for (rays, hits) in packets {
+            world.scene.closest_exact(rays, world, hits);
+            let first = self.told.len();
+            self.told.extend_from_slice(hits);
+            if passing {
+                world.pass_through(rays, &mut self.told[first..]);
+            }
+            if let Some(smooth) = smooth {
+                let told = rays.iter().zip(&self.told[first..]);
+                self.normals
+                    .extend(told.map(|(ray, hit)| Normals::new(world, ray, hit, smooth)));
+            }
+        }
+    }
+
+    /// What there is to tell of a ray.
+    pub fn truth<'a>(
+        &self,
+        world: &'a PreparedWorld,
+        camera_from_world: DMat3,
+        i: usize,
+    ) -> Truth<'a> {
+        Truth {
+            world,
+            camera_from_world,
+            origin: self.rays[i].origin.into(),
+            direction: self.rays[i].direction.into(),
+            hit: self.told[i],
+            normals: self.normals.get(i).copied().unwrap_or_default(),
+        }
+    }
 }
 
 /// Puts a channel's value of each pixel of a tile in its place in the strip; false where the channel is none of these.
@@ -31,15 +144,17 @@ pub(crate) fn write<'a>(
         (C::Depth, Strip::F32(strip)) => put(strip, places, |i| [truth(i).depth()]),
         (C::Distance, Strip::F32(strip)) => put(strip, places, |i| [truth(i).distance()]),
         (C::Position, Strip::F64(strip)) => put(strip, places, |i| truth(i).position()),
-        (C::Normal, Strip::F32(strip)) => put(strip, places, |i| in_world(truth(i).normal())),
+        (C::Normal, Strip::F32(strip)) => {
+            put(strip, places, |i| stored(truth(i).normals.geometric))
+        }
         (C::NormalCamera, Strip::F32(strip)) => {
-            put(strip, places, |i| truth(i).in_camera(Truth::normal))
+            put(strip, places, |i| truth(i).in_camera(|n| n.geometric))
         }
         (C::ShadingNormal, Strip::F32(strip)) => {
-            put(strip, places, |i| in_world(truth(i).shading_normal()))
+            put(strip, places, |i| stored(truth(i).normals.shading))
         }
         (C::ShadingNormalCamera, Strip::F32(strip)) => {
-            put(strip, places, |i| truth(i).in_camera(Truth::shading_normal))
+            put(strip, places, |i| truth(i).in_camera(|n| n.shading))
         }
         (C::Instance, Strip::I32(strip)) => put(strip, places, |i| [id(truth(i).hit.instance)]),
         (C::Category, Strip::I32(strip)) => put(strip, places, |i| [truth(i).category()]),
@@ -104,35 +219,9 @@ impl Truth<'_> {
         point.to_array()
     }
 
-    fn normal(&self) -> DVec3 {
-        if self.missed() {
-            return DVec3::ZERO;
-        }
-        let corners = self.world.corners(self.hit.instance, self.hit.triangle);
-        facing_normal(corners, self.direction)
-    }
-
-    fn shading_normal(&self) -> DVec3 {
-        let geometric = self.normal();
-        if self.missed() {
-            return geometric;
-        }
-        let ExactHit {
-            instance,
-            triangle,
-            u,
-            v,
-            ..
-        } = self.hit;
-        match self.world.corner_normals(instance, triangle, geometric) {
-            Some([a, b, c]) => (a * (1.0 - u - v) + b * u + c * v).normalize_or(geometric),
-            None => geometric,
-        }
-    }
-
     /// A normal in the camera's axes.
-    fn in_camera(&self, normal: impl Fn(&Self) -> DVec3) -> [f32; 3] {
-        in_world(self.camera_from_world * normal(self))
+    fn in_camera(&self, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
+        stored(self.camera_from_world * normal(&self.normals))
     }
 
     fn barycentric(&self) -> [f32; 3] {
@@ -172,7 +261,7 @@ impl Truth<'_> {
 }
 
 /// A normal as it is stored; 0 stays 0 whatever its sign.
-fn in_world(normal: DVec3) -> [f32; 3] {
+fn stored(normal: DVec3) -> [f32; 3] {
     (normal + 0.0).as_vec3().to_array()
 }
 
@@ -198,4 +287,13 @@ pub(crate) fn rounded(
 /// An id as it is stored: -1 for nothing.
 pub(crate) fn id(id: u32) -> i32 {
     i32::try_from(id).unwrap_or(-1)
+}
+
+/// A camera's ray as the exact search takes it.
+pub(crate) fn exact_ray((origin, direction): (DVec3, DVec3)) -> ExactRay {
+    ExactRay {
+        origin: origin.to_array(),
+        direction: direction.to_array(),
+        t_max: f64::INFINITY,
+    }
 }

@@ -12,13 +12,14 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from ..errors import Error, SettingsError, nearest
-from . import demo, doctor, explain, info, render, status, video
+from . import dataset, demo, doctor, explain, info, render, status, video
 
 __all__ = ["COMMANDS", "main"]
 
 COMMANDS = {
     "render": render.COMMAND,
     "video": video.COMMAND,
+    "dataset": dataset.COMMAND,
     "status": status.STATUS,
     "verify": status.VERIFY,
     "explain": explain.COMMAND,

@@ -10,6 +10,7 @@ mod gltf;
 mod hdr;
 mod image;
 mod load;
+mod mask;
 mod meshopt;
 mod mtl;
 mod obj;

@@ -1,0 +1,102 @@
+"""A thousand small frames of a table of objects as data sets: seconds and memory, world prepared."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+import report
+
+SIZE = (320, 240)
+
+
+def table() -> object:
+    """Twenty objects of four shapes on a table."""
+    import raycam
+
+    world = raycam.World()
+    world.add_object(plane={"size": [8, 8]}, color=[0.7, 0.7, 0.65])
+    random = np.random.default_rng(0)
+    shapes = [
+        {"box": {"size": [0.4, 0.3, 0.5]}},
+        {"sphere": {"radius": 0.25, "level": 4}},
+        {"cylinder": {"radius": 0.2, "height": 0.6}},
+        {"torus": {"radius": 0.3, "tube": 0.1}},
+    ]
+    for number in range(20):
+        place = [*random.uniform(-1.8, 1.8, 2), 0.3]
+        kind = shapes[number % 4]
+        angles = dict(zip(("roll", "pitch", "yaw"), random.uniform(0, 360, 3), strict=True))
+        color = random.uniform(0.2, 0.9, 3)
+        world.add_object({**kind, "location": place, "color": color, "category": next(iter(kind)), **angles})
+    world.add_light({"type": "sun", "direction": [-1, -1, -2], "irradiance": [3, 3, 3]})
+    return world
+
+
+def cameras(count: int) -> list[object]:
+    import raycam
+
+    angles = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    return [
+        raycam.Camera.look_at(
+            [4 * np.cos(a), 4 * np.sin(a), 2.0 + np.sin(5 * a)], [0, 0, 0.2], size=SIZE, fov=40
+        )
+        for a in angles
+    ]
+
+
+def work(name: str, frames: int) -> None:
+    """In a process of its own: write, and tell seconds and how memory grew after the first tenth."""
+    import raycam.dataset
+
+    peaks = []
+    world, seen = table(), cameras(frames)
+
+    def progress(done: int, total: int) -> None:
+        peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+
+    with tempfile.TemporaryDirectory() as folder:
+        start = time.perf_counter()
+        raycam.dataset.write(
+            world, folder, name, cameras=seen, integrator="flat", samples=1, progress=progress
+        )
+        seconds = time.perf_counter() - start
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    print(json.dumps({"seconds": seconds, "first": peaks[len(peaks) // 10], "peak": peak}))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--frames", type=int, default=1000)
+    parser.add_argument("--only", nargs="+", default=["coco", "bop", "kitti", "nerf", "tum", "webdataset"])
+    parser.add_argument("--worker", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.worker:
+        work(options.worker, options.frames)
+        return
+    rows = []
+    for name in options.only:
+        command = [sys.executable, __file__, "--worker", name, "--frames", str(options.frames)]
+        found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+        growth = found["peak"] / found["first"] - 1
+        rate = options.frames / found["seconds"]
+        rows.append(
+            [name, f"{found['seconds']:.1f}", f"{rate:.1f}", f"{found['peak'] / 1024:.0f}", f"{growth:.2%}"]
+        )
+        print(rows[-1], file=sys.stderr)
+    notes = [
+        f"{options.frames} frames of {SIZE[0]} x {SIZE[1]} of twenty objects on a table, flat colours, labels, no"
+        " light; every file synced to the disk. Memory is the peak of the process; its growth is from a tenth of the"
+        " frames to the end, index files included."
+    ]
+    report.write("dataset", "Data sets", notes, ["format", "seconds", "frames/s", "MiB", "growth"], rows)
+
+
+if __name__ == "__main__":
+    main()

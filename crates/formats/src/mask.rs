@@ -1,0 +1,137 @@
+//! Masks as data sets have them: run lengths and polygons.
+
+/// COCO's run-length encoding of a mask, row by row: lengths of runs of 0 and 1 in turn, down the columns, packed as
+/// text: five bits a character from the lowest, the sixth says that more follow; from the fourth run on, a run is told as
+/// the difference to the one two before (`maskApi.c` of COCO's API).
+pub fn coco_runs(mask: &[bool], width: usize, height: usize) -> String {
+    let mut runs: Vec<i64> = vec![];
+    let (mut last, mut length) = (false, 0);
+    for x in 0..width {
+        for y in 0..height {
+            let value = mask[y * width + x];
+            if value != last {
+                runs.push(length);
+                (last, length) = (value, 0);
+            }
+            length += 1;
+        }
+    }
+    runs.push(length);
+    let mut text = String::new();
+    for (i, &run) in runs.iter().enumerate() {
+        let mut value = if i > 2 { run - runs[i - 2] } else { run };
+        loop {
+            let bits = (value & 0x1f) as u8;
+            value >>= 5;
+            let more = if bits & 0x10 != 0 {
+                value != -1
+            } else {
+                value != 0
+            };
+            text.push(char::from(48 + bits + if more { 0x20 } else { 0 }));
+            if !more {
+                break;
+            }
+        }
+    }
+    text
+}
+
+/// The outlines of a mask along the edges of its pixels, as closed polygons of corners (x, y) without the repeated first
+/// one. Polygons have no holes and share no area: a part with a hole is cut in two through it. Filling all of them gives
+/// the mask back.
+pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>> {
+    let mut found = vec![];
+    // What is still to be outlined, and the columns of it.
+    let mut parts = vec![(0, width)];
+    while let Some((left, right)) = parts.pop() {
+        let loops = outlines(mask, [width, height], left, right);
+        let hole = loops.iter().find(|corners| area(corners) < 0);
+        let columns = |corners: &Vec<[u32; 2]>| {
+            let widen = |(low, high): (u32, u32), c: &[u32; 2]| (low.min(c[0]), high.max(c[0]));
+            corners.iter().fold((u32::MAX, 0), widen)
+        };
+        match hole.map(columns) {
+            // Cut through the hole, which opens it on both sides.
+            Some((from, to)) => {
+                let cut = (from + ((to - from) / 2).max(1)) as usize;
+                parts.push((cut, right));
+                parts.push((left, cut));
+            }
+            None => found.extend(loops),
+        }
+    }
+    found
+}
+
+/// Twice the area inside of a closed polygon, positive where it runs clockwise in a picture.
+fn area(corners: &[[u32; 2]]) -> i64 {
+    let next = corners.iter().cycle().skip(1);
+    corners
+        .iter()
+        .zip(next)
+        .map(|(a, b)| i64::from(a[0]) * i64::from(b[1]) - i64::from(b[0]) * i64::from(a[1]))
+        .sum()
+}
+
+/// The way an outline goes on from a corner: right, down, left, up.
+const WAYS: [[i64; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
+
+/// All outlines of the columns from `left` up to `right`, the mask to their right: around parts clockwise, around holes
+/// counter-clockwise. Pixels that touch at a corner are apart.
+fn outlines(
+    mask: &[bool],
+    [width, height]: [usize; 2],
+    left: usize,
+    right: usize,
+) -> Vec<Vec<[u32; 2]>> {
+    let inside = |x: i64, y: i64| {
+        (left as i64..right as i64).contains(&x)
+            && (0..height as i64).contains(&y)
+            && mask[y as usize * width + x as usize]
+    };
+    // Whether an edge leaves a corner that way: the mask to its right and not to its left.
+    let leaves = |[x, y]: [i64; 2], way: usize| {
+        let (a, b) = match way {
+            0 => (inside(x, y), inside(x, y - 1)),
+            1 => (inside(x - 1, y), inside(x, y)),
+            2 => (inside(x - 1, y - 1), inside(x - 1, y)),
+            _ => (inside(x, y - 1), inside(x - 1, y - 1)),
+        };
+        a && !b
+    };
+    let columns = right - left;
+    // Edges to the right are where outlines begin; each outline has some.
+    let mut walked = vec![false; (columns + 1) * (height + 1)];
+    let place = |[x, y]: [i64; 2]| y as usize * (columns + 1) + x as usize - left;
+    let mut loops = vec![];
+    for y in 0..=height as i64 {
+        for x in left as i64..right as i64 {
+            if !leaves([x, y], 0) || walked[place([x, y])] {
+                continue;
+            }
+            let (mut corners, mut at, mut way) = (vec![], [x, y], 0);
+            loop {
+                if way == 0 {
+                    walked[place(at)] = true;
+                }
+                at = [at[0] + WAYS[way][0], at[1] + WAYS[way][1]];
+                // Right turns first: what touches at a corner stays apart.
+                let turn = [(way + 1) % 4, way, (way + 3) % 4];
+                let next = turn
+                    .into_iter()
+                    .find(|&next| leaves(at, next))
+                    .unwrap_or(way);
+                if next != way {
+                    corners.push([at[0] as u32, at[1] as u32]);
+                }
+                way = next;
+                if at == [x, y] && way == 0 {
+                    break;
+                }
+            }
+            loops.push(corners);
+        }
+    }
+    loops
+}

@@ -1,0 +1,72 @@
+use raycam_formats::mask::{coco_runs, polygons};
+
+fn mask(rows: &[&str]) -> (Vec<bool>, usize, usize) {
+    let pixels = rows.iter().flat_map(|row| row.bytes().map(|c| c == b'#'));
+    (pixels.collect(), rows[0].len(), rows.len())
+}
+
+/// Even-odd filling at the pixels' centres.
+fn fill(polygons: &[Vec<[u32; 2]>], width: usize, height: usize) -> Vec<u32> {
+    let mut count = vec![0; width * height];
+    for corners in polygons {
+        for y in 0..height {
+            for x in 0..width {
+                let next = corners.iter().cycle().skip(1);
+                // Edges that a ray from the centre to the left crosses.
+                let crossed = corners.iter().zip(next).filter(|(a, b)| {
+                    let (low, high) = (a[1].min(b[1]) as usize, a[1].max(b[1]) as usize);
+                    a[0] == b[0] && (low..high).contains(&y) && a[0] as usize <= x
+                });
+                count[y * width + x] += crossed.count() as u32 % 2;
+            }
+        }
+    }
+    count
+}
+
+#[test]
+fn runs_go_down_the_columns() {
+    // Runs 0: none, 1: 2, 0: 4, 1: 1, 0: 2 as five-bit characters from '0'; the last two as differences.
+    let (pixels, width, height) = mask(&["#..", "#..", "..#"]);
+    assert_eq!(coco_runs(&pixels, width, height), "026O");
+    assert_eq!(coco_runs(&[false; 6], 3, 2), "6");
+    assert_eq!(coco_runs(&[true; 40], 40, 1), "0X1");
+}
+
+#[test]
+fn outlines_run_along_pixel_edges() {
+    let (pixels, width, height) = mask(&["....", ".##.", ".#..", "...."]);
+    let expected = [[3, 1], [3, 2], [2, 2], [2, 3], [1, 3], [1, 1]];
+    assert_eq!(polygons(&pixels, width, height), [expected]);
+    // What touches at a corner is apart.
+    let (pixels, width, height) = mask(&["#.", ".#"]);
+    assert_eq!(polygons(&pixels, width, height).len(), 2);
+    assert!(polygons(&[false; 4], 2, 2).is_empty());
+}
+
+#[test]
+fn polygons_fill_their_mask_once_whatever_its_holes() {
+    let mut state = 7u64;
+    let mut random = |n: u64| {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) % n
+    };
+    for share in [2, 3, 10, 90] {
+        for _ in 0..40 {
+            let (width, height) = (1 + random(20) as usize, 1 + random(20) as usize);
+            let pixels: Vec<bool> = (0..width * height)
+                .map(|_| random(100) >= 100 / share)
+                .collect();
+            let found = polygons(&pixels, width, height);
+            let expected: Vec<u32> = pixels.iter().map(|&p| u32::from(p)).collect();
+            assert_eq!(fill(&found, width, height), expected);
+            assert!(
+                found
+                    .iter()
+                    .all(|corners| corners.len() >= 4 && corners.len() % 2 == 0)
+            );
+        }
+    }
+}

@@ -1,0 +1,131 @@
+"""COCO: boxes, masks as run lengths or polygons, keypoints. Source: cocodataset.org, "Data format"."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..arrays import Bools
+from ..errors import SettingsError
+from ..labels import Label, keypoints
+from .plan import Format, Index, Made, Plan, Record, Shot
+
+__all__ = ["FORMAT"]
+
+OPTIONS = {"segmentation": "rle", "min_pixels": 1, "keypoints": {}}
+
+
+def check(plan: Plan) -> None:
+    """Whether the options can be."""
+    kind = plan.options["segmentation"]
+    if kind not in ("rle", "polygon"):
+        raise SettingsError(f'segmentation is {kind!r}, expected "rle" or "polygon"')
+    for name, points in plan.options["keypoints"].items():
+        if name not in plan.categories.values():
+            raise SettingsError(
+                f"keypoints: there is no category {name!r}, only {list(plan.categories.values())}"
+            )
+        wanted = {"names", "points"}
+        if not (isinstance(points, dict) and wanted <= points.keys() <= wanted | {"skeleton"}):
+            raise SettingsError(f'keypoints of {name!r}: expected "names", "points" and perhaps "skeleton"')
+        if np.shape(points["points"]) != (len(points["names"]), 3):
+            raise SettingsError(f"keypoints of {name!r}: expected one point [3] for each of the names")
+
+
+def make(plan: Plan, number: int) -> Made:
+    """A picture, and its annotations without their ids."""
+    shot = plan.shot(number)
+    frame = shot.render(["color", "instance"])
+    width, height = shot.camera.size
+    name = f"images/{number:06d}.png"
+    annotations = [
+        annotation(shot, item)
+        for item in shot.labels(frame["instance"])
+        if item.visible_pixels >= max(int(plan.options["min_pixels"]), 1)
+    ]
+    image = {"id": number + 1, "width": width, "height": height, "file_name": name.removeprefix("images/")}
+    return {name: frame.to_png()}, {"image": image, "annotations": annotations}
+
+
+def annotation(shot: Shot, item: Label) -> Record:
+    """One object as COCO has it, and two keys of ours: `amodal_bbox` and `visible_fraction`."""
+    plan = shot.plan
+    found: Record = {
+        "category_id": plan.category(item.object),
+        "iscrowd": 0,
+        "area": item.visible_pixels,
+        "bbox": list(item.visible_box or (0, 0, 0, 0)),
+        "segmentation": segmentation(item, plan.options["segmentation"]),
+        "object": item.name,
+        "amodal_bbox": list(item.amodal_box),
+        "visible_fraction": item.visible_fraction,
+    }
+    points = plan.options["keypoints"].get(plan.categories[plan.category(item.object)])
+    if points is not None:
+        places = points["points"]
+        seen = keypoints(shot.world, shot.camera, places, [item.object] * len(places), threads=plan.threads)
+        corner = (
+            0.5 if shot.camera.pixel_center == "integer" else 0.0
+        )  # from the picture's corner, not its first pixel
+        triples = [
+            [*(pixel + corner).tolist(), 2 if visible else 1] if inside else [0, 0, 0]
+            for pixel, inside, visible in zip(seen.pixels, seen.in_picture, seen.visible, strict=True)
+        ]
+        found["keypoints"] = [value for triple in triples for value in triple]
+        found["num_keypoints"] = int(seen.in_picture.sum())
+    return found
+
+
+def segmentation(item: Label, kind: str) -> Any:
+    """The visible mask: packed run lengths of the whole picture, or polygons around its pixels."""
+    if kind == "rle":
+        mask = item.in_picture(item.visible_mask)
+        return {"size": list(mask.shape), "counts": _core.mask_runs(mask)}
+    x, y = item.region[:2]
+    return [
+        [value for u, v in corners for value in (u + x, v + y)] for corners in polygons(item.visible_mask)
+    ]
+
+
+def polygons(mask: Bools) -> list[list[list[int]]]:
+    """Polygons along the edges of pixels that fill a mask."""
+    return _core.mask_polygons(np.ascontiguousarray(mask))
+
+
+def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
+    """One file over all pictures, in parts: memory does not grow with them."""
+    yield "annotations/instances.json", parts(plan, records)
+
+
+def parts(plan: Plan, records: Callable[[], Iterator[Record]]) -> Iterator[bytes]:
+    """The text of the file."""
+    yield b'{"info": {"description": "made by raycam"}, "licenses": [],\n"categories": '
+    yield json.dumps([category(plan, number) for number in sorted(plan.categories)]).encode()
+    yield b',\n"images": ['
+    for first, record in enumerate(records()):
+        yield (b",\n" if first else b"\n") + json.dumps(record["image"]).encode()
+    yield b'],\n"annotations": ['
+    count = 0
+    for record in records():
+        for one in record["annotations"]:
+            count += 1
+            whole = {"id": count, "image_id": record["image"]["id"], **one}
+            yield (b",\n" if count > 1 else b"\n") + json.dumps(whole).encode()
+    yield b"]}\n"
+
+
+def category(plan: Plan, number: int) -> Record:
+    """A category, with its keypoints where it has some."""
+    name = plan.categories[number]
+    found: Record = {"id": number, "name": name, "supercategory": ""}
+    points = plan.options["keypoints"].get(name)
+    if points is not None:
+        found |= {"keypoints": list(points["names"]), "skeleton": list(points.get("skeleton", []))}
+    return found
+
+
+FORMAT = Format(make, index, check, OPTIONS)

@@ -1,0 +1,200 @@
+"""KITTI: detection, depth, optical flow and stereo.
+
+Source: the development kits of the KITTI object detection 2017, depth prediction, and scene flow 2015 benchmarks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import Floats
+from ..camera import Camera
+from ..errors import CameraError, SettingsError
+from ..flow import disparity, flow
+from ..labels import Label
+from .plan import Format, Index, Made, Plan, Record, Shot, matrix_text, png, whole_centers
+
+__all__ = ["FORMAT"]
+
+OPTIONS = {"baseline": None, "flow": False}
+CLEAR, PARTLY = 0.95, 0.5
+"""The share seen of an object's part in the picture: above the first it is fully visible (0), above the second partly
+occluded (1), else largely (2)."""
+
+
+def check(plan: Plan) -> None:
+    """KITTI has pinhole cameras without skew; flow needs a next picture of the same size."""
+    for number, view in enumerate(plan.shots):
+        if view.camera.model != "pinhole" or view.camera.K[0, 1] != 0.0:
+            raise CameraError(f"camera {number} has a lens or skew; KITTI's cameras have neither")
+    baseline = plan.options["baseline"]
+    if baseline is not None and not (isinstance(baseline, int | float) and baseline > 0):
+        raise SettingsError(f"baseline is {baseline!r}, expected metres to the right camera, more than 0")
+    if plan.options["flow"] and len(plan.shots) < 2:
+        raise SettingsError("flow goes from each view to the next: there is only one")
+
+
+def make(plan: Plan, number: int) -> Made:
+    """`object/training/`: colour, depth, labels, calibration; `scene_flow/training/`: flow and disparity."""
+    shot = plan.shot(number)
+    frame = shot.render(["color", "depth", "instance"])
+    picture = frame.to_png()
+    base, name = "object/training", f"{number:06d}"
+    lines = [line(shot, item) for item in shot.labels(frame["instance"]) if item.visible_pixels]
+    made = {
+        f"{base}/image_2/{name}.png": picture,
+        f"{base}/depth_2/{name}.png": png(depth16(frame["depth"])),
+        f"{base}/label_2/{name}.txt": "".join(lines).encode(),
+        f"{base}/calib/{name}.txt": calibration(shot.camera, plan.options["baseline"]).encode(),
+    }
+    right = right_camera(plan, shot)
+    other = None if right is None else shot.render(["color"], right).to_png()
+    if right is not None and other is not None:
+        made[f"{base}/image_3/{name}.png"] = other
+    if plan.options["flow"] or right is not None:
+        base = "scene_flow/training"
+        made[f"{base}/image_2/{name}_10.png"] = picture
+        if right is not None and other is not None:
+            made[f"{base}/image_3/{name}_10.png"] = other
+            made |= disparities(shot, right, base, name)
+        if plan.options["flow"] and number + 1 < len(plan.shots):
+            following = plan.shot(number + 1)
+            made[f"{base}/image_2/{name}_11.png"] = following.render(["color"]).to_png()
+            made |= flows(shot, following, base, name)
+    return made, {}
+
+
+def right_camera(plan: Plan, shot: Shot) -> Camera | None:
+    """The camera to the right of the shot's, where there is a baseline."""
+    baseline = plan.options["baseline"]
+    if baseline is None:
+        return None
+    camera = shot.camera
+    return Camera(
+        camera.K, camera.R, camera.C + baseline * camera.R[0], camera.size, pixel_center=camera.pixel_center
+    )
+
+
+def line(shot: Shot, item: Label) -> str:
+    """One line of label_2: what bounds the object among boxes that turn about the camera's y axis alone."""
+    height, width, length, location, turn = upright_box(
+        shot.camera, item.box3d.corners, item.box3d.rotation, shot.world.up
+    )
+    x, y, w, h = item.amodal_box
+    last = np.array(shot.camera.size) - 1
+    left, top, right, bottom = max(x, 0), max(y, 0), min(x + w - 1, last[0]), min(y + h - 1, last[1])
+    inside = item.amodal_pixels * (1.0 - item.truncated_fraction)
+    seen = item.visible_pixels / inside
+    occluded = 0 if seen > CLEAR else 1 if seen > PARTLY else 2
+    kind = (item.category or "object").replace(" ", "_")
+    alpha = wrapped(turn - np.arctan2(location[0], location[2]))
+    numbers = [alpha, left, top, right, bottom, height, width, length, *location, turn]
+    return (
+        f"{kind} {item.truncated_fraction:.4f} {occluded} "
+        + " ".join(f"{value:.6f}" for value in numbers)
+        + "\n"
+    )
+
+
+def upright_box(
+    camera: Camera, corners: Floats, rotation: Floats, up: str
+) -> tuple[float, float, float, Floats, float]:
+    """Height, width, length, the middle of the bottom in camera axes, and the turn about y in radians.
+
+    The object's forward axis is x of its mesh (z where y is up). Where the camera's y axis is not along the
+    object's, the box is the smallest that holds the object's own one.
+    """
+    forward = camera.R @ (rotation[:, 0] if up == "z" else rotation[:, 2])
+    turn = float(np.arctan2(-forward[2], forward[0]))
+    cos, sin = np.cos(turn), np.sin(turn)
+    camera_from_box = np.array([[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]])
+    local = (corners - camera.C) @ camera.R.T @ camera_from_box
+    low, high = local.min(axis=0), local.max(axis=0)
+    length, height, width = (float(value) for value in high - low)
+    bottom = camera_from_box @ [(low[0] + high[0]) / 2, high[1], (low[2] + high[2]) / 2]
+    return height, width, length, bottom, turn
+
+
+def wrapped(angle: float) -> float:
+    """An angle in [-pi, pi)."""
+    return float((angle + np.pi) % (2 * np.pi) - np.pi)
+
+
+def calibration(camera: Camera, baseline: float | None) -> str:
+    """The file of a picture: the left colour camera is P2, its axes are the rectified ones, and there is no scanner."""
+    k = whole_centers(camera)
+    left = np.column_stack([k, np.zeros(3)])
+    right = left.copy()
+    right[0, 3] = -k[0, 0] * (baseline or 0.0)
+    identity = np.eye(3, 4)
+    rows: dict[str, npt.NDArray[Any]] = {
+        "P0": left,
+        "P1": right,
+        "P2": left,
+        "P3": right,
+        "R0_rect": np.eye(3),
+    }
+    rows |= {"Tr_velo_to_cam": identity, "Tr_imu_to_velo": identity}
+    return "".join(f"{name}: {matrix_text(matrix)}\n" for name, matrix in rows.items())
+
+
+def depth16(depth: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
+    """Metres times 256; 0 where there is none, and beyond 255.99 m, which KITTI cannot say."""
+    return fixed(depth.astype(np.float64))
+
+
+def fixed(values: Floats) -> npt.NDArray[np.uint16]:
+    """Values times 256 as uint16; 0 (unknown) for those that have no such number."""
+    with np.errstate(invalid="ignore"):
+        scaled = np.rint(values * 256.0)
+        return np.where((scaled >= 1) & (scaled <= 65535), scaled, 0).astype(np.uint16)
+
+
+def disparities(shot: Shot, right: Camera, base: str, name: str) -> dict[str, bytes]:
+    """Of all surfaces, and of those that both cameras see."""
+    found = disparity(shot.world, shot.camera, right, threads=shot.plan.threads)
+    values = fixed(found["disparity"].astype(np.float64))
+    both = ~found["occluded"] & ~found["outside"]
+    return {
+        f"{base}/disp_occ_0/{name}_10.png": png(values),
+        f"{base}/disp_noc_0/{name}_10.png": png(np.where(both, values, 0)),
+    }
+
+
+def flows(shot: Shot, following: Shot, base: str, name: str) -> dict[str, bytes]:
+    """To the next picture: of all surfaces, and of those that it shows."""
+    found = flow(shot.world, shot.camera, following.world, following.camera, threads=shot.plan.threads)
+    both = ~found["occluded"] & ~found["outside"]
+    return {
+        f"{base}/flow_occ/{name}_10.png": png(flow16(found["flow"], np.ones_like(both))),
+        f"{base}/flow_noc/{name}_10.png": png(flow16(found["flow"], both)),
+    }
+
+
+def flow16(moved: npt.NDArray[np.float32], wanted: npt.NDArray[np.bool_]) -> npt.NDArray[np.uint16]:
+    """u, v and whether they are valid: pixels times 64 plus 2^15; beyond 512 pixels, which it cannot say, none is."""
+    with np.errstate(invalid="ignore"):
+        scaled = np.rint(moved.astype(np.float64) * 64.0) + 32768.0
+        valid = wanted & ((scaled >= 0) & (scaled <= 65535)).all(axis=2)
+    image = np.zeros((*valid.shape, 3), dtype=np.uint16)
+    image[valid, :2] = scaled[valid]
+    image[..., 2] = valid
+    return image
+
+
+def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
+    """The poses of all views, camera to world, as of the odometry benchmark."""
+
+    def poses() -> Iterator[bytes]:
+        for view in plan.shots:
+            camera = view.camera
+            yield (matrix_text(np.column_stack([camera.R.T, camera.C])) + "\n").encode()
+
+    yield "poses.txt", poses()
+
+
+FORMAT = Format(make, index, check, OPTIONS)

@@ -1,0 +1,97 @@
+"""NeRF and nerfstudio: `transforms.json`. Source: nerfstudio's documentation, "Data conventions"."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from ..camera import Camera
+from ..errors import CameraError
+from .bop import depth_units
+from .plan import Format, Index, Made, Plan, Record, half, png
+
+__all__ = ["FORMAT"]
+
+DISTORTION = {"opencv": ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"), "fisheye": ("k1", "k2", "k3", "k4")}
+MODELS = {"pinhole": "PINHOLE", "opencv": "OPENCV", "fisheye": "OPENCV_FISHEYE"}
+
+
+def check(plan: Plan) -> None:
+    """Whether nerfstudio has these cameras, all of one model."""
+    for number, view in enumerate(plan.shots):
+        camera = view.camera
+        if camera.model not in MODELS or camera.K[0, 1] != 0.0:
+            raise CameraError(
+                f"camera {number} ({camera.model}) has skew or a lens that transforms.json does not have"
+            )
+        if camera.distortion is not None and np.any(camera.distortion[len(DISTORTION[camera.model]) :]):
+            raise CameraError(
+                f"camera {number} has more distortion than transforms.json: {camera.distortion}"
+            )
+    if len({view.camera.model for view in plan.shots}) > 1:
+        raise CameraError("the cameras have lenses of several models; a transforms.json has one camera_model")
+
+
+def make(plan: Plan, number: int) -> Made:
+    """Colour, depth in millimetres, and a row of the file."""
+    shot = plan.shot(number)
+    frame = shot.render(["color", "depth"])
+    picture, distance = f"images/{number:06d}.png", f"depths/{number:06d}.png"
+    depth, _ = depth_units(frame["depth"], 1.0)
+    row = {
+        "file_path": picture,
+        "depth_file_path": distance,
+        **intrinsics(shot.camera),
+        "transform_matrix": opengl_pose(shot.camera),
+    }
+    return {picture: frame.to_png(), distance: png(depth)}, row
+
+
+def opengl_pose(camera: Camera) -> list[list[float]]:
+    """Camera to world [4, 4], x right, y up, z backward."""
+    pose = np.eye(4)
+    pose[:3, :3] = camera.R.T * [1, -1, -1]
+    pose[:3, 3] = camera.C
+    return [[float(value) for value in row] for row in pose]
+
+
+def intrinsics(camera: Camera) -> Record:
+    """Of one camera; the centre of the first pixel is (0.5, 0.5)."""
+    k = half(camera)
+    width, height = camera.size
+    found = {"fl_x": k[0, 0], "fl_y": k[1, 1], "cx": k[0, 2], "cy": k[1, 2], "w": width, "h": height}
+    if camera.distortion is not None:
+        names = DISTORTION[camera.model]
+        values = np.zeros(len(names))
+        given = camera.distortion[: len(names)]
+        values[: len(given)] = given
+        found |= dict(zip(names, values.tolist(), strict=True))
+    return found
+
+
+def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
+    """One file; what all cameras share stands at the top."""
+    first = plan.shots[0].camera
+    shared = all(intrinsics(view.camera) == intrinsics(first) for view in plan.shots)
+    head: Record = {"camera_model": MODELS[first.model]}
+    if shared:
+        head |= intrinsics(first)
+        if first.model == "pinhole":
+            width, height = first.size
+            head["camera_angle_x"] = float(2 * np.arctan(width / (2 * first.K[0, 0])))
+            head["camera_angle_y"] = float(2 * np.arctan(height / (2 * first.K[1, 1])))
+    own = {"file_path", "depth_file_path", "transform_matrix"}
+
+    def text() -> Iterator[bytes]:
+        yield json.dumps(head, indent=2)[:-2].encode() + b',\n  "frames": ['
+        for number, record in enumerate(records()):
+            row = {key: value for key, value in record.items() if not shared or key in own}
+            yield (b",\n    " if number else b"\n    ") + json.dumps(row).encode()
+        yield b"\n  ]\n}\n"
+
+    yield "transforms.json", text()
+
+
+FORMAT = Format(make, index, check, {})

@@ -1,0 +1,129 @@
+"""RGB-D sequences as TUM's and ScanNet's.
+
+Sources: "File Formats" of the TUM RGB-D benchmark; the export of ScanNet's SensReader.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from ..arrays import Floats
+from ..errors import CameraError, SettingsError
+from .bop import depth_units
+from .plan import Format, Index, Made, Plan, Record, matrix_text, png, whole_centers
+
+__all__ = ["SCANNET", "TUM"]
+
+UNITS_PER_METRE = 5000
+
+
+def check(plan: Plan) -> None:
+    """Both have one pinhole camera."""
+    first = plan.shots[0].camera
+    for number, view in enumerate(plan.shots):
+        camera = view.camera
+        if camera.model != "pinhole" or camera.K[0, 1] != 0.0:
+            raise CameraError(f"camera {number} has a lens or skew; RGB-D sequences have neither")
+        if camera.size != first.size or not np.array_equal(camera.K, first.K):
+            raise CameraError(
+                f"camera {number} has another K or size than the first; an RGB-D sequence has one camera"
+            )
+    fps = plan.options["fps"]
+    if not (isinstance(fps, int | float) and fps > 0):
+        raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0")
+
+
+def timestamp(plan: Plan, number: int) -> str:
+    """In seconds: the view's time, or its place at so many a second."""
+    time = plan.shots[number].time
+    return f"{number / plan.options['fps'] if time is None else time:.6f}"
+
+
+def make_tum(plan: Plan, number: int) -> Made:
+    """Colour, and depth in steps of 0.2 mm, named by their time."""
+    frame = plan.shot(number).render(["color", "depth"])
+    depth, _ = depth_units(frame["depth"], 1000 / UNITS_PER_METRE)
+    name = f"{timestamp(plan, number)}.png"
+    return {f"rgb/{name}": frame.to_png(), f"depth/{name}": png(depth)}, {}
+
+
+def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
+    """Lists of the pictures, the trajectory (camera to world), and the camera."""
+    times = [timestamp(plan, number) for number in range(len(plan.shots))]
+    for kind in ("rgb", "depth"):
+        yield (
+            f"{kind}.txt",
+            [f"# timestamp filename\n{''.join(f'{t} {kind}/{t}.png' + chr(10) for t in times)}".encode()],
+        )
+    yield "associations.txt", ["".join(f"{t} rgb/{t}.png {t} depth/{t}.png\n" for t in times).encode()]
+
+    def trajectory() -> Iterator[bytes]:
+        yield b"# timestamp tx ty tz qx qy qz qw\n"
+        for time, view in zip(times, plan.shots, strict=True):
+            w, x, y, z = quaternion(view.camera.R.T)
+            yield f"{time} {matrix_text(np.array([*view.camera.C, x, y, z, w]))}\n".encode()
+
+    yield "groundtruth.txt", trajectory()
+    k = whole_centers(plan.shots[0].camera)
+    yield (
+        "calibration.txt",
+        [
+            f"# fx fy cx cy, depth is in 1/{UNITS_PER_METRE} m\n{k[0, 0]} {k[1, 1]} {k[0, 2]} {k[1, 2]}\n".encode()
+        ],
+    )
+
+
+def make_scannet(plan: Plan, number: int) -> Made:
+    """Colour, depth in millimetres, and the pose (camera to world)."""
+    shot = plan.shot(number)
+    frame = shot.render(["color", "depth", "instance", "category"])
+    depth, _ = depth_units(frame["depth"], 1.0)
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = shot.camera.R.T, shot.camera.C
+    made = {
+        f"color/{number}.png": frame.to_png(),
+        f"depth/{number}.png": png(depth),
+        f"pose/{number}.txt": four_by_four(pose).encode(),
+    }
+    # 0 is what belongs to nothing, as in ScanNet.
+    for kind, ids in (("instance", frame["instance"] + 1), ("label", np.maximum(frame["category"], 0))):
+        if ids.max() > 65535:
+            raise SettingsError(f"{kind} {ids.max()} does not fit the 16 bits of a PNG")
+        made[f"{kind}/{number}.png"] = png(ids.astype(np.uint16))
+    return made, {}
+
+
+def index_scannet(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
+    """The camera, which colour and depth share."""
+    k = np.eye(4)
+    k[:3, :3] = whole_centers(plan.shots[0].camera)
+    for kind in ("color", "depth"):
+        yield f"intrinsic/intrinsic_{kind}.txt", [four_by_four(k).encode()]
+        yield f"intrinsic/extrinsic_{kind}.txt", [four_by_four(np.eye(4)).encode()]
+
+
+def four_by_four(matrix: Floats) -> str:
+    """A matrix in rows."""
+    return "".join(matrix_text(row) + "\n" for row in matrix)
+
+
+def quaternion(rotation: Floats) -> Floats:
+    """w, x, y, z of a rotation, w >= 0. Source: S. W. Shepperd, Quaternion from rotation matrix, 1978."""
+    r = rotation
+    squares = np.array([np.trace(r), r[0, 0], r[1, 1], r[2, 2]])
+    largest = int(squares.argmax())
+    if largest == 0:
+        q = np.array([1 + squares[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+    else:
+        i, j, k = np.roll([0, 1, 2], 1 - largest)
+        q = np.zeros(4)
+        q[0] = r[k, j] - r[j, k]
+        q[1 + i], q[1 + j], q[1 + k] = 1 + 2 * r[i, i] - squares[0], r[j, i] + r[i, j], r[k, i] + r[i, k]
+    q /= np.linalg.norm(q)
+    return q if q[0] >= 0 else -q
+
+
+TUM = Format(make_tum, index_tum, check, {"fps": 30.0})
+SCANNET = Format(make_scannet, index_scannet, check, {"fps": 30.0})

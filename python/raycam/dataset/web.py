@@ -1,0 +1,110 @@
+"""WebDataset: shards of tar files, read in one go. Source: the format's description at webdataset.github.io."""
+
+from __future__ import annotations
+
+import io
+import json
+import tarfile
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import SettingsError
+from .coco import segmentation
+from .plan import Format, Index, Made, Plan, Record, Shot
+
+__all__ = ["FORMAT"]
+
+OPTIONS = {
+    "shard": 100,
+    "channels": ["depth", "instance", "category", "normal_camera"],
+    "segmentation": "rle",
+}
+
+
+def check(plan: Plan) -> None:
+    """Whether the options can be."""
+    from ..render import channel_names
+
+    if not (isinstance(plan.options["shard"], int) and plan.options["shard"] >= 1):
+        raise SettingsError(
+            f"shard is {plan.options['shard']!r}, expected how many samples go into a tar file"
+        )
+    channel_names(plan.options["channels"])
+
+
+def units(plan: Plan) -> int:
+    """A unit of work is a shard."""
+    return -(-len(plan.shots) // int(plan.options["shard"]))
+
+
+def make(plan: Plan, number: int) -> Made:
+    """One tar file: for each view `key.png`, `key.json` and `key.NAME.npy` for each channel."""
+    size = plan.options["shard"]
+    views = range(number * size, min((number + 1) * size, len(plan.shots)))
+    buffer = io.BytesIO()
+    with tarfile.open(fileobj=buffer, mode="w", format=tarfile.USTAR_FORMAT) as tar:
+        for view in views:
+            for ending, data in sample(plan.shot(view)).items():
+                member = tarfile.TarInfo(f"{view:06d}.{ending}")
+                member.size = len(data)
+                tar.addfile(member, io.BytesIO(data))
+    return {f"shard-{number:06d}.tar": buffer.getvalue()}, {"samples": len(views)}
+
+
+def sample(shot: Shot) -> dict[str, bytes]:
+    """The files of a view by their endings."""
+    names = list(dict.fromkeys(["color", "instance", *shot.plan.options["channels"]]))
+    frame = shot.render(names)
+    camera = shot.camera
+    description = {
+        "K": camera.K.tolist(),
+        "R": camera.R.tolist(),
+        "C": camera.C.tolist(),
+        "size": list(camera.size),
+        "pixel_center": camera.pixel_center,
+        "model": camera.model,
+        "distortion": None if camera.distortion is None else camera.distortion.tolist(),
+        "time": shot.time,
+        "categories": shot.plan.categories,
+        "objects": [
+            {
+                "object": item.object,
+                "name": item.name,
+                "category": shot.plan.category(item.object),
+                "visible_box": item.visible_box,
+                "amodal_box": item.amodal_box,
+                "visible_fraction": item.visible_fraction,
+                "segmentation": segmentation(item, shot.plan.options["segmentation"]),
+                "box3d": {
+                    "rotation": item.box3d.rotation.tolist(),
+                    "center": item.box3d.center.tolist(),
+                    "size": item.box3d.size.tolist(),
+                },
+            }
+            for item in shot.labels(frame["instance"])
+        ],
+    }
+    made = {"png": frame.to_png(), "json": json.dumps(description).encode()}
+    return made | {f"{name}.npy": npy(frame[name]) for name in shot.plan.options["channels"]}
+
+
+def npy(array: npt.NDArray[np.generic]) -> bytes:
+    """A .npy file."""
+    buffer = io.BytesIO()
+    np.save(buffer, array, allow_pickle=False)
+    return buffer.getvalue()
+
+
+def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
+    """How many samples each shard has, as `wids` reads it."""
+    shards = [
+        {"url": f"shard-{number:06d}.tar", "nsamples": record["samples"]}
+        for number, record in enumerate(records())
+    ]
+    head = {"__kind__": "wids-shard-index-v1", "wids_version": 1, "shardlist": shards, "name": "raycam"}
+    yield "index.json", [json.dumps(head, indent=1).encode()]
+
+
+FORMAT = Format(make, index, check, OPTIONS, units)
