@@ -1,7 +1,7 @@
 """Folds measured spectra of metals to red, green and blue: makes the table of `crates/scene/src/metal.rs`.
 
-The reflectance of the published n and k is weighed by D65 and the CIE 1931 observer (C. Wyman, P.-P. Sloan and P. Shirley,
-"Simple Analytic Approximations to the CIE XYZ Color Matching Functions", 2013) and taken to linear Rec. 709, from 0 to
+The reflectance of the published n and k is weighed by D65 and the CIE 1931 observer (C. Wyman, P.-P. Sloan and P.
+Shirley, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions", 2013) and taken to linear Rec. 709, from 0 to
 89 degrees. Per channel, the n and k that give these reflectances best are the metal's. Needs SciPy.
 
     python benchmarks/fold_metals.py
@@ -15,8 +15,8 @@ from scipy.optimize import least_squares
 
 Array = npt.NDArray[np.float64]
 
-# P. B. Johnson and R. W. Christy, Phys. Rev. B 6, 4370 (1972) and 9, 5056 (1974); aluminium: F. Cheng et al., ACS Nano 10,
-# 9852 (2016). As in the refractiveindex.info database, which is in the public domain (CC0). Rows: nm, n, k.
+# P. B. Johnson and R. W. Christy, Phys. Rev. B 6, 4370 (1972) and 9, 5056 (1974); aluminium: F. Cheng et al., ACS
+# Nano 10, 9852 (2016). As in the refractiveindex.info database, which is in the public domain (CC0). Rows: nm, n, k.
 WAVELENGTHS = "381.5 397.4 413.3 430.5 450.9 471.4 495.9 520.9 548.6 582.1 616.8 659.5 704.5 756.0"
 METALS = {
     "aluminium": (

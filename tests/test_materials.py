@@ -1,0 +1,115 @@
+"""Materials by their keys: what they look like in a white sky, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import raycam
+
+
+def seen(**style: object) -> np.ndarray:
+    """The mean colour of a ball in a white sky."""
+    world = raycam.World()
+    world.add_object(sphere={"radius": 1.0}, **style)
+    world.add_light(type="sky", radiance=[1, 1, 1])
+    camera = raycam.Camera.look_at([0, -5, 0], [0, 0, 0], size=(24, 24), fov=12)
+    frame = raycam.render(world, camera, integrator="path", samples=64, channels="color")
+    return frame["color"].mean(axis=(0, 1))
+
+
+@pytest.mark.parametrize(
+    "style",
+    [
+        {"type": "matte", "color": [1, 1, 1]},
+        {"type": "metal", "color": [1, 1, 1], "roughness": 0.4},
+        {"type": "glass"},
+        {"type": "glass", "thin": True},
+        {"type": "principled", "color": [1, 1, 1], "roughness": 0.3},
+        {"type": "principled", "color": [1, 1, 1], "metallic": 1.0, "roughness": 0.7},
+    ],
+)
+def test_what_absorbs_nothing_vanishes_in_a_white_sky(style: dict[str, object]) -> None:
+    assert seen(**style) == pytest.approx(np.ones(3), abs=0.01)
+
+
+def test_gold_is_golden() -> None:
+    red, green, blue = seen(type="metal", metal="gold")
+    assert red > 0.95
+    assert 0.68 < green < 0.82
+    assert 0.35 < blue < 0.5
+
+
+def test_glass_absorbs_as_beer_says() -> None:
+    # Through the middle of a ball of radius 1: two metres.
+    world = raycam.World()
+    world.add_object(
+        sphere={"radius": 1.0, "level": 6},
+        type="glass",
+        ior=1.0001,
+        attenuation_color=[0.9, 0.5, 0.1],
+        attenuation_distance=1.0,
+    )
+    world.add_light(type="sky", radiance=[1, 1, 1])
+    camera = raycam.Camera.look_at([0, -5, 0], [0, 0, 0], size=(4, 4), fov=0.5)
+    color = raycam.render(world, camera, integrator="path", samples=32)["color"].mean(axis=(0, 1))
+    assert color == pytest.approx(np.array([0.9, 0.5, 0.1]) ** 2, rel=0.01)
+
+
+def test_dispersion_splits_white_light() -> None:
+    def spread(dispersion: float) -> float:
+        world = raycam.World()
+        world.add_object(sphere={"radius": 1.0, "level": 6}, type="glass", ior=1.5, dispersion=dispersion)
+        world.add_object(plane={"size": 1}, location=[0, 3, 0], pitch=90, yaw=90, emission=4, color=[0, 0, 0])
+        world.add_light(type="sky", radiance=[0, 0, 0])
+        camera = raycam.Camera.look_at([0, -5, 0], [0, 0, 0], size=(48, 48), fov=24)
+        color = raycam.render(world, camera, integrator="path", samples=64)["color"]
+        return float(np.abs(color[..., 0] - color[..., 2]).mean())
+
+    assert spread(0.0) < 1e-6
+    assert spread(5.0) > 0.005
+
+
+@pytest.mark.parametrize(
+    ("style", "words"),
+    [
+        ({"type": "metal", "metal": "golt"}, ["golt", "'gold'"]),
+        ({"type": "metal", "metal": "gold", "color": [1, 0, 0]}, ["color", "name"]),
+        ({"type": "glass", "ior": 0.5}, ["ior", "0.5"]),
+        ({"type": "glass", "diffuse": 0.5}, ["diffuse"]),
+        ({"type": "principled", "metallic": 2.0}, ["metallic", "2"]),
+        ({"metallic": 1.0}, ["metallic", "principled"]),
+        ({"roughness": 0.5}, ["roughness", "principled"]),
+        ({"type": "matte", "ior": 1.5}, ["ior", "glass"]),
+    ],
+)
+def test_keys_that_do_not_go_together_are_refused(style: dict[str, object], words: list[str]) -> None:
+    world = raycam.World()
+    with pytest.raises(raycam.Error) as refused:
+        world.add_object(sphere={"radius": 1.0}, **style)
+    for word in words:
+        assert word.replace("'", "") in str(refused.value)
+
+
+def test_noise_and_time_end_a_picture() -> None:
+    world = raycam.World()
+    world.add_object(sphere={"radius": 1.0})
+    world.add_object(plane={"size": 6}, location=[0, 0, -1])
+    world.add_light(type="sky", radiance=[1, 1, 1])
+    camera = raycam.Camera.look_at([0, -5, 2], [0, 0, 0], size=(32, 24))
+    frame = raycam.render(world, camera, integrator="path", noise=0.02, channels=["color", "error"])
+    assert (frame["error"] <= 0.02).mean() > 0.99
+    assert any("noise = 0.02" in notice for notice in frame.notices)
+    timed = raycam.render(world, camera, integrator="path", time=0.2, channels="color")
+    samples = int(timed.notices[0].split()[0])
+    again = raycam.render(world, camera, integrator="path", samples=samples, channels="color")
+    assert (timed["color"] == again["color"]).all()
+
+
+@pytest.mark.parametrize("setting", ["noise", "time", "clamp"])
+def test_settings_below_zero_are_refused(setting: str) -> None:
+    world = raycam.World()
+    world.add_object(sphere={"radius": 1.0})
+    with pytest.raises(raycam.SettingsError, match=setting):
+        raycam.render(world, integrator="path", **{setting: -1.0})
+    with pytest.raises(raycam.SettingsError, match="max_depth"):
+        raycam.render(world, integrator="path", max_depth=0)
