@@ -109,6 +109,8 @@ def render(
         "seed": 0,
     }
     settings |= {
+        "noise": None,
+        "time": None,
         "max_depth": None,
         "clamp": None,
         "threads": None,

@@ -1,0 +1,163 @@
+//! Closed forms of light transport.
+
+mod common;
+
+use common::*;
+use glam::{DAffine3, DVec3};
+use raycam_render::{Channel, Integrator, Settings};
+use raycam_scene::{
+    Camera, Glass, Light, Material, Metal, PixelCenter, Reflectance, World, primitive,
+};
+
+fn settings(integrator: Integrator, samples: u32) -> Settings {
+    Settings {
+        integrator,
+        samples,
+        ..Settings::default()
+    }
+}
+
+fn mean(world: &World, camera: &Camera, settings: &Settings) -> f64 {
+    let frame = render(world, camera, settings);
+    let color = f32s(&frame, Channel::Color);
+    color.iter().map(|&v| f64::from(v)).sum::<f64>() / color.len() as f64
+}
+
+/// Sees the unit square around the origin from far above: each point alike, up to the square of a small angle.
+fn above() -> Camera {
+    const HEIGHT: f64 = 1e4;
+    let fov = 2.0 * (0.5 / HEIGHT).atan().to_degrees();
+    look_at(DVec3::new(0.0, 0.0, HEIGHT), DVec3::ZERO, fov, [16, 16])
+}
+
+#[test]
+fn form_factors_of_squares() {
+    // J. R. Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", C-11 and C-14.
+    let parallel = (
+        [0.0, 0.0, 1.0],
+        [1.0, 0.0, 0.0],
+        [0.0, -1.0, 0.0],
+        0.199_825,
+    );
+    let upright = (
+        [-0.5, 0.0, 0.5],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        0.200_044,
+    );
+    for (position, u, v, expected) in [parallel, upright] {
+        let mut world = plane(1.0, 1.0);
+        world
+            .add_light(Light::Area {
+                position,
+                u,
+                v,
+                radiance: [1.0; 3],
+                two_sided: false,
+            })
+            .unwrap();
+        for (integrator, depth) in [(Integrator::Direct, None), (Integrator::Path, Some(2))] {
+            let settings = Settings {
+                max_depth: depth,
+                ..settings(integrator, 1024)
+            };
+            let found = mean(&world, &above(), &settings);
+            assert!(
+                (found / expected - 1.0).abs() < 1e-3,
+                "{integrator:?}: {found}, expected {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
+    let glass = |roughness, thin| {
+        Reflectance::Glass(Glass {
+            roughness,
+            thin,
+            ..Glass::default()
+        })
+    };
+    // Rough glass loses what would be reflected between its microfacets.
+    for (reflectance, least) in [
+        (glass(0.0, false), 0.999),
+        (glass(0.0, true), 0.999),
+        (glass(0.3, false), 0.95),
+        (glass(0.6, false), 0.7),
+    ] {
+        let mut world = World::default();
+        let ball = Material {
+            reflectance: reflectance.clone(),
+            ..Material::default()
+        };
+        let mesh = primitive::sphere(1.0, 5).unwrap();
+        add(&mut world, mesh, ball, DAffine3::IDENTITY);
+        world
+            .add_light(Light::Sky {
+                radiance: Some([1.0; 3]),
+                zenith: None,
+                horizon: None,
+                ground: None,
+            })
+            .unwrap();
+        let camera = look_at(DVec3::new(0.0, -6.0, 0.0), DVec3::ZERO, 16.0, [16, 16]);
+        let found = mean(&world, &camera, &settings(Integrator::Path, 512));
+        assert!(found > least && found < 1.001, "{reflectance:?}: {found}");
+    }
+}
+
+#[test]
+fn a_smooth_metal_mirrors_what_its_fresnel_says() {
+    let metal = Metal::named("copper").unwrap();
+    let mut world = plane(4.0, 1.0);
+    world.materials[0].reflectance = Reflectance::Metal(metal);
+    world
+        .add_light(Light::Sky {
+            radiance: Some([1.0; 3]),
+            zenith: None,
+            horizon: None,
+            ground: None,
+        })
+        .unwrap();
+    let camera = look_at(DVec3::new(0.0, 1e-3, 3.0), DVec3::ZERO, 0.1, [1, 1]);
+    for integrator in [Integrator::Direct, Integrator::Path] {
+        let frame = render(&world, &camera, &settings(integrator, 16));
+        for (i, &found) in f32s(&frame, Channel::Color).iter().enumerate() {
+            let (n, k) = (metal.ior[i], metal.extinction[i]);
+            let expected = ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k);
+            assert!((found - expected).abs() < 1e-4, "{found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn the_error_falls_at_least_as_the_square_root() {
+    let world = still_life();
+    let camera = look_at(
+        DVec3::new(4.0, -6.0, 3.0),
+        DVec3::new(0.0, 0.0, 0.7),
+        40.0,
+        [20, 15],
+    );
+    let of = |samples, seed| {
+        let settings = Settings {
+            max_depth: Some(4),
+            seed,
+            ..settings(Integrator::Path, samples)
+        };
+        f32s(&render(&world, &camera, &settings), Channel::Color).to_vec()
+    };
+    let exact = of(8192, 1);
+    let off = |samples| {
+        let found = of(samples, 2);
+        let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
+        // Without the pixels of the bulb's bright edge, whose few samples say little.
+        let mut squares: Vec<f64> = found.iter().zip(&exact).map(square).collect();
+        squares.sort_by(f64::total_cmp);
+        squares.truncate(squares.len() * 98 / 100);
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    };
+    let slope = (off(256) / off(16)).log2() / 4.0;
+    assert!(slope <= -0.5, "{slope}");
+}
