@@ -1,8 +1,8 @@
 """Path tracing beside Mitsuba 3: the same six scenes, mean radiance, and samples per second at equal path length.
 
 Mitsuba is another Python's (`--mitsuba PYTHON`, with `mitsuba` installed): its pictures come from a second process, one
-at a time. A scene is the same triangles or spheres of triangles in both; an area light of Mitsuba blocks light, so there
-is a black sheet behind ours.
+at a time. A scene is the same triangles or spheres of triangles in both; an area light of Mitsuba blocks light, so
+there is a black sheet behind ours.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Folds measured spectra of metals to red, green and blue: makes the table of `crates/scene/src/metal.rs`.
 
 The reflectance of the published n and k is weighed by D65 and the CIE 1931 observer (C. Wyman, P.-P. Sloan and P.
-Shirley, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions", 2013) and taken to linear Rec. 709, from 0 to
-89 degrees. Per channel, the n and k that give these reflectances best are the metal's. Needs SciPy.
+Shirley, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions", 2013) and taken to linear Rec. 709,
+from 0 to 89 degrees. Per channel, the n and k that give these reflectances best are the metal's. Needs SciPy.
 
     python benchmarks/fold_metals.py
 """
