@@ -3,6 +3,7 @@
 # make lint    formatting, clippy, ruff, mypy, stubs; warnings are errors
 # make bench   the figures in benchmarks/results/
 # make leak    a thousand million rays aimed at edges and vertices; none may leak
+# make fuzz    a minute of damaged files for each reader; needs nightly Rust and cargo-fuzz
 # make docs    the documentation in docs/_build/html
 # make wheel   a wheel and the source archive in dist/
 # make clean   removes everything that was made
@@ -30,7 +31,7 @@ endif
 
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
-.PHONY: help demo test lint bench leak docs wheel clean
+.PHONY: help demo test lint bench leak fuzz docs wheel clean
 
 help:
 	@sed -n 's/^# \{0,1\}//p;/^$$/q' Makefile
@@ -55,6 +56,14 @@ bench: $(DONE)/build $(DONE)/develop
 
 leak: $(DONE)/toolchain.mk
 	cargo run --locked --release -p raycam-bvh --example leaks
+
+# SECONDS_EACH=3600 make fuzz for a long run; what is found lies in fuzz/artifacts/.
+fuzz:
+	$(PYTHON) fuzz/seeds.py
+	cargo +nightly fuzz build --fuzz-dir fuzz -s none
+	@for target in $$(cargo +nightly fuzz list --fuzz-dir fuzz); do echo "== $$target"; \
+	    cargo +nightly fuzz run --fuzz-dir fuzz -s none $$target -- -max_total_time=$${SECONDS_EACH:-60} \
+	    -timeout=10 -rss_limit_mb=1024 -malloc_limit_mb=256 -max_len=16384 -print_final_stats=1; done
 
 docs: $(DONE)/build $(DONE)/documentation
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
 
 FUZZ = Path(__file__).resolve().parent
@@ -18,7 +19,7 @@ def add(target: str, data: bytes) -> None:
         (folder / hashlib.sha1(data).hexdigest()).write_bytes(data)
 
 
-def records(path: Path, lengths) -> list[tuple[list[str], bytes]]:
+def records(path: Path, lengths: Callable[[list[str]], tuple[int, int]]) -> list[tuple[list[str], bytes]]:
     """The files in a file of cases: a line of words, the bytes it measures, and the expected bytes to skip."""
     data = path.read_bytes()
     found = []
@@ -32,15 +33,18 @@ def records(path: Path, lengths) -> list[tuple[list[str], bytes]]:
 
 
 def image_lengths(words: list[str]) -> tuple[int, int]:
+    """The file's bytes, and those of a picture of so many texels of a kind after it."""
     _name, columns, rows, kind, length = words
     return int(length), 4 * int(columns) * int(rows) * {"u8": 1, "u16": 2, "f32": 4}[kind]
 
 
 def meshopt_lengths(words: list[str]) -> tuple[int, int]:
+    """The file's bytes, and those of a view of count times stride bytes after it."""
     return int(words[5]), int(words[3]) * int(words[4])
 
 
 def draco_lengths(words: list[str]) -> tuple[int, int]:
+    """The file's bytes, and those of triangles and the attributes of every point after it."""
     sizes = {"F32": 4, "U16": 2, "U8": 1, "I8": 1}
     attributes = [word.split(",") for word in words[4:]]
     bytes_per_point = sum(sizes[kind] * int(components) for _id, kind, components in attributes)
@@ -55,7 +59,7 @@ def main() -> None:
             add(target, path.read_bytes())
     for words, data in records(DATA / "images.cases", image_lengths):
         add({"jpg": "jpeg"}.get(suffix := words[0].rpartition(".")[2], suffix), data)
-    for words, data in records(DATA / "draco" / "draco.cases", draco_lengths):
+    for _words, data in records(DATA / "draco" / "draco.cases", draco_lengths):
         add("draco", data)
     modes = ["NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR", "TRIANGLES", "INDICES"]
     for words, data in records(DATA / "meshopt" / "meshopt.cases", meshopt_lengths):

@@ -7,6 +7,7 @@ use raycam_scene::{Model, Wrap};
 
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
+use crate::image::ColorUse;
 use crate::texture;
 
 /// The file of this name, as written in the file `from`.
@@ -30,6 +31,7 @@ pub(crate) fn texture(
     from: &Path,
     name: &str,
     wrap: Wrap,
+    color_use: ColorUse,
     folder: &mut Folder,
     model: &mut Model,
 ) -> Result<Option<usize>, FormatError> {
@@ -38,7 +40,13 @@ pub(crate) fn texture(
     let Some(source) = file(from, &name, folder, &mut model.notices)? else {
         return Ok(None);
     };
-    match texture::decode(&source, [wrap; 2], &mut folder.budget, &mut model.notices) {
+    match texture::decode(
+        &source,
+        [wrap; 2],
+        color_use,
+        &mut folder.budget,
+        &mut model.notices,
+    ) {
         Ok(texture) => model.textures.push(texture),
         Err(error @ FormatError::Unsupported { .. }) => {
             model

@@ -9,6 +9,7 @@ use raycam_scene::{Files, Model, Profile, Texture, Wrap};
 use crate::budget::Budget;
 use crate::error::FormatError;
 use crate::ies;
+use crate::image::ColorUse;
 use crate::load;
 use crate::texture;
 
@@ -166,7 +167,13 @@ impl Files for Folder {
 
     fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, FormatError> {
         let source = self.follow(Path::new(""), file)?;
-        texture::decode(&source, wrap, &mut self.budget, &mut self.notices)
+        texture::decode(
+            &source,
+            wrap,
+            ColorUse::Color,
+            &mut self.budget,
+            &mut self.notices,
+        )
     }
 
     fn profile(&mut self, file: &str) -> Result<Profile, FormatError> {

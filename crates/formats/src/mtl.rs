@@ -1,34 +1,37 @@
-//! MTL: the materials of OBJ files (Alias Wavefront, 1995, appendix "Material Library File").
+//! MTL: the materials of OBJ files (Alias Wavefront, 1995, appendix "Material Library File"), with the keys for physically
+//! based ones (Pr, Pm, Ps, Pc, Pcr, aniso, anisor, norm) that Clara.io, Blender and others write.
 //!
-//! Kd, Ks, Ns and map_Kd are used, with Kd and Ks taken as linear, as Blender writes them; everything else that says more
-//! than its default is named in a notice.
+//! A material with any of those, or of an illumination model that refracts, is principled; any other is the lecture's, of
+//! Kd, Ks and Ns. Colours are taken as linear, as Blender writes them. What says more than its default and has no place in
+//! either is named in a notice.
 
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
-use raycam_scene::{Material, Reflectance, TextureSlot};
+use raycam_scene::{Alpha, Material, NormalMap, Principled, Reflectance, TextureSlot};
 
 use crate::error::FormatError;
+use crate::mtl_map::{self, Map, Role};
 use crate::text::{self, Lines, Words};
 
-/// A material before its texture is read.
+/// A material before its textures are read.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MtlMaterial {
     pub(crate) name: String,
     line: usize,
     diffuse: Rgb,
     specular: Rgb,
+    emission: Rgb,
     shininess: f32,
-    /// 0 and 1 have no highlights.
+    opacity: f32,
+    /// What is left of light that goes through.
+    filter: Rgb,
+    ior: f32,
+    /// 0 and 1 have no highlights, 6 and 7 refract.
     illumination: i64,
-    pub(crate) map: Option<Map>,
-}
-
-/// `map_Kd`.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Map {
-    pub(crate) file: String,
-    pub(crate) clamp: bool,
+    /// The keys of physically based materials, where there is one.
+    principled: Option<Principled>,
+    pub(crate) maps: Vec<Map>,
 }
 
 impl MtlMaterial {
@@ -39,19 +42,83 @@ impl MtlMaterial {
             line: 0,
             diffuse: [0.8; 3],
             specular: [0.0; 3],
+            emission: [0.0; 3],
             shininess: 32.0,
+            opacity: 1.0,
+            filter: [1.0; 3],
+            ior: 1.0,
             illumination: 2,
-            map: None,
+            principled: None,
+            maps: Vec::new(),
         }
     }
 
-    /// As a material of a world. Where Kd and Ks reflect more light than falls in, Ks gives way, with a notice.
+    /// As a material of a world, with the texture of each map.
     pub(crate) fn material(
         &self,
         path: &Path,
-        texture: Option<usize>,
+        textures: &[(Role, TextureSlot, f32)],
         notices: &mut Vec<String>,
     ) -> Material {
+        let refracts = matches!(self.illumination, 6 | 7);
+        let slot = |role| (textures.iter().rev()).find(|&&(r, ..)| r == role);
+        let texture = |role| slot(role).map(|&(_, slot, _)| slot);
+        let mut material = Material {
+            name: self.name.clone(),
+            color: self.diffuse,
+            texture: texture(Role::Color),
+            emission: self.emission.into(),
+            ..Material::default()
+        };
+        material.emission.texture = texture(Role::Emission);
+        if material.emission.texture.is_some() && self.emission == [0.0; 3] {
+            material.emission.value = [1.0; 3];
+        }
+        material.normal_map =
+            slot(Role::Normal).map(|&(_, texture, scale)| NormalMap { texture, scale });
+        if !refracts && (self.opacity < 1.0 || texture(Role::Opacity).is_some()) {
+            material.opacity = self.opacity;
+            material.alpha = Alpha::Blend;
+        }
+        material.reflectance = match &self.principled {
+            None if !refracts => {
+                let (specular, shininess) = (self.kept_specular(path, notices), self.shininess);
+                Reflectance::Lecture {
+                    diffuse: 1.0,
+                    specular,
+                    shininess,
+                }
+            }
+            given => {
+                let mut principled = given.clone().unwrap_or_else(|| self.glass());
+                principled.metallic.texture = texture(Role::Metallic);
+                principled.roughness.texture = texture(Role::Roughness);
+                principled.sheen_color.texture = texture(Role::Sheen);
+                // A map of what is 0 otherwise stands for itself.
+                if principled.metallic.texture.is_some() && principled.metallic.value == 0.0 {
+                    principled.metallic.value = 1.0;
+                }
+                if principled.sheen_color.texture.is_some()
+                    && principled.sheen_color.value == [0.0; 3]
+                {
+                    principled.sheen_color.value = [1.0; 3];
+                }
+                if self.ior > 1.0 {
+                    principled.ior = self.ior;
+                }
+                if refracts {
+                    principled.transmission = 1.0.into();
+                    principled.thickness = 1.0.into();
+                    material.color = self.filter;
+                }
+                Reflectance::Principled(Box::new(principled))
+            }
+        };
+        material
+    }
+
+    /// Where Kd and Ks reflect more light than falls in, Ks gives way, with a notice.
+    fn kept_specular(&self, path: &Path, notices: &mut Vec<String>) -> Rgb {
         let wanted = if self.illumination < 2 {
             [0.0; 3]
         } else {
@@ -69,17 +136,26 @@ impl MtlMaterial {
                 self.name,
             ));
         }
-        Material {
-            name: self.name.clone(),
-            color: self.diffuse,
-            texture: texture.map(TextureSlot::plain),
-            reflectance: Reflectance::Lecture {
-                diffuse: 1.0,
-                specular,
-                shininess: self.shininess,
-            },
-            ..Material::default()
+        specular
+    }
+
+    /// Of a material that refracts and says nothing physically based: as rough as its exponent is low (Walter et al.,
+    /// 2007: alpha^2 = 2 / (Ns + 2)).
+    fn glass(&self) -> Principled {
+        Principled {
+            metallic: 0.0.into(),
+            roughness: (2.0 / (self.shininess + 2.0)).powf(0.25).into(),
+            ..Principled::default()
         }
+    }
+
+    /// The physically based part: rough and not metallic until said otherwise.
+    fn physical(&mut self) -> &mut Principled {
+        self.principled.get_or_insert_with(|| Principled {
+            metallic: 0.0.into(),
+            roughness: 1.0.into(),
+            ..Principled::default()
+        })
     }
 }
 
@@ -117,15 +193,20 @@ pub(crate) fn parse(
         };
         let fail = |message: String| Err(FormatError::line(path, line, message));
         match &key.to_ascii_lowercase()[..] {
-            b"kd" | b"ks" => match color(rest) {
-                Ok(value) if key.eq_ignore_ascii_case(b"kd") => material.diffuse = value,
-                Ok(value) => material.specular = value,
+            lower @ (b"kd" | b"ks" | b"ke" | b"tf") => match color(rest, lower == b"ke") {
+                Ok(value) => match lower {
+                    b"kd" => material.diffuse = value,
+                    b"ks" => material.specular = value,
+                    b"ke" => material.emission = value,
+                    _ => material.filter = value,
+                },
                 Err(Reason::Kind) => notice_once(&mut unused, line, text),
                 Err(Reason::Value) => {
                     let key = text::shown(key);
                     let value = text::shown(text::trim(rest));
                     return fail(format!(
-                        "{key} is {value}, expected 1 or 3 numbers in 0..=1"
+                        "{key} is {value}, expected 1 or 3 numbers in 0..=1{}",
+                        if lower == b"ke" { " or more" } else { "" }
                     ));
                 }
             },
@@ -151,7 +232,50 @@ pub(crate) fn parse(
                     return fail(format!("illum is {value}, expected 0 to 10"));
                 }
             },
-            b"map_kd" => material.map = map(path, line, rest, notices)?,
+            b"ni" => match Words(rest).next().and_then(text::number) {
+                Some(value) if (0.001..=10.0).contains(&value) => material.ior = value as f32,
+                _ => {
+                    let value = text::shown(text::trim(rest));
+                    return fail(format!("Ni is {value}, expected a number in 0.001..=10"));
+                }
+            },
+            lower @ (b"d" | b"tr" | b"pr" | b"pm" | b"ps" | b"pc" | b"pcr" | b"aniso"
+            | b"anisor") => {
+                let word = Words(rest).next();
+                let value = word.and_then(text::number).map(|value| value as f32);
+                let Some(value) = value.filter(|v| (0.0..=1.0).contains(v)) else {
+                    // As `d -halo 0.5`, which depends on the direction.
+                    if word.is_some_and(|word| word.starts_with(b"-halo")) {
+                        notice_once(&mut unused, line, text);
+                        continue;
+                    }
+                    let (key, value) = (text::shown(key), text::shown(text::trim(rest)));
+                    return fail(format!("{key} is {value}, expected a number in 0..=1"));
+                };
+                match lower {
+                    b"d" => material.opacity = value,
+                    b"tr" => material.opacity = 1.0 - value,
+                    b"pr" => material.physical().roughness = value.into(),
+                    b"pm" => material.physical().metallic = value.into(),
+                    b"ps" => material.physical().sheen_color = [value; 3].into(),
+                    b"pc" => material.physical().clearcoat = value.into(),
+                    b"pcr" => material.physical().clearcoat_roughness = value.into(),
+                    b"aniso" => material.physical().anisotropy = value.into(),
+                    _ => {
+                        let turn = std::f32::consts::TAU * value;
+                        material.physical().anisotropy_rotation = turn;
+                    }
+                }
+            }
+            lower if Role::of(lower).is_some() => {
+                let role = Role::of(lower).unwrap_or(Role::Color);
+                if matches!(role, Role::Roughness | Role::Metallic | Role::Sheen) {
+                    material.physical();
+                }
+                material
+                    .maps
+                    .extend(mtl_map::read(path, line, role, key, rest, notices)?);
+            }
             other if says_nothing(other, rest) => {}
             _ => notice_once(&mut unused, line, key),
         }
@@ -183,10 +307,7 @@ fn says_nothing(key: &[u8], rest: &[u8]) -> bool {
         values.peek().is_some() && values.all(|v| v == Some(expected))
     };
     match key {
-        b"ka" | b"ke" | b"tr" | b"pr" | b"pm" | b"ps" | b"pc" | b"pcr" | b"aniso" | b"anisor" => {
-            all(0.0)
-        }
-        b"d" | b"tf" | b"ni" => all(1.0),
+        b"ka" => all(0.0),
         _ => false,
     }
 }
@@ -197,7 +318,7 @@ enum Reason {
     Value,
 }
 
-fn color(rest: &[u8]) -> Result<Rgb, Reason> {
+fn color(rest: &[u8], bright: bool) -> Result<Rgb, Reason> {
     let mut values = [0.0; 3];
     let mut count = 0;
     for word in Words(rest) {
@@ -205,7 +326,7 @@ fn color(rest: &[u8]) -> Result<Rgb, Reason> {
             return Err(Reason::Kind);
         }
         let value = text::number(word)
-            .filter(|v| (0.0..=1.0).contains(v))
+            .filter(|&v| (0.0..=1.0).contains(&v) || bright && (0.0..1e30).contains(&v))
             .ok_or(Reason::Value)?;
         *values.get_mut(count).ok_or(Reason::Value)? = value as f32;
         count += 1;
@@ -216,80 +337,6 @@ fn color(rest: &[u8]) -> Result<Rgb, Reason> {
         3 => Ok(values),
         _ => Err(Reason::Value),
     }
-}
-
-/// The file and options of a `map_Kd`. The file name is the rest of the line and may have spaces.
-fn map(
-    path: &Path,
-    line: usize,
-    rest: &[u8],
-    notices: &mut Vec<String>,
-) -> Result<Option<Map>, FormatError> {
-    let mut rest = text::trim(rest);
-    let mut clamp = false;
-    while rest.first() == Some(&b'-') {
-        let (option, mut after) = text::split_word(rest);
-        let option = option.to_ascii_lowercase();
-        let mut values: Vec<&[u8]> = Vec::new();
-        let (least, most) = match &option[..] {
-            b"-clamp" | b"-blendu" | b"-blendv" | b"-cc" | b"-bm" | b"-boost" | b"-texres"
-            | b"-imfchan" | b"-type" => (1, 1),
-            b"-mm" => (2, 2),
-            b"-s" | b"-o" | b"-t" => (1, 3),
-            // A file name may begin with a dash.
-            _ => break,
-        };
-        while values.len() < most {
-            let (word, then) = text::split_word(after);
-            let optional = values.len() >= least;
-            if word.is_empty()
-                || optional && (text::number(word).is_none() || text::trim(then).is_empty())
-            {
-                break;
-            }
-            values.push(word);
-            after = then;
-        }
-        if values.len() < least {
-            let message = format!("map_Kd: option {} without its value", text::shown(&option));
-            return Err(FormatError::line(path, line, message));
-        }
-        let neutral = match &option[..] {
-            b"-clamp" => {
-                clamp = values[0].eq_ignore_ascii_case(b"on");
-                true
-            }
-            b"-s" => values.iter().all(|v| text::number(v) == Some(1.0)),
-            b"-o" | b"-t" => values.iter().all(|v| text::number(v) == Some(0.0)),
-            b"-mm" => values
-                .iter()
-                .map(|v| text::number(v))
-                .eq([Some(0.0), Some(1.0)]),
-            b"-cc" => !values[0].eq_ignore_ascii_case(b"on"),
-            // How to filter, and what bump maps need: nothing that changes a colour looked up.
-            b"-imfchan" => false,
-            _ => true,
-        };
-        if !neutral {
-            let given = String::from_utf8_lossy(&rest[..rest.len() - after.len()]).into_owned();
-            notices.push(format!(
-                "{}:{line}: map_Kd option {given:?} is not applied to the texture",
-                path.display()
-            ));
-        }
-        rest = text::trim(after);
-    }
-    if rest.is_empty() {
-        notices.push(format!(
-            "{}:{line}: map_Kd without a file name",
-            path.display()
-        ));
-        return Ok(None);
-    }
-    Ok(Some(Map {
-        file: text::name(rest),
-        clamp,
-    }))
 }
 
 #[cfg(test)]

@@ -2,18 +2,17 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::{Material, Mesh, Model, Part, Wrap};
+use raycam_scene::{Mesh, Model, Part};
 
-use crate::companion;
 use crate::corners::{Corner, NONE, Vertices};
 use crate::error::FormatError;
 use crate::folder::Folder;
-use crate::mtl::{self, Map, MtlMaterial};
 use crate::obj::Obj;
 use crate::obj_chunk::Run;
+use crate::obj_materials::Materials;
 use crate::polygons::Polygons;
 
 /// One part for each `o` that has faces, or for each `g` where there is no `o`.
@@ -54,8 +53,8 @@ pub(crate) fn build(mut obj: Obj, path: &Path, folder: &mut Folder) -> Result<Mo
 }
 
 /// Polygons to which the same applies; at least one.
-struct Stretch {
-    run: Run,
+pub(crate) struct Stretch {
+    pub(crate) run: Run,
     polygons: Range<usize>,
 }
 
@@ -268,88 +267,4 @@ fn flat_normal(mut corners: impl Iterator<Item = DVec3>) -> [f32; 3] {
         .unwrap_or(DVec3::Z)
         .as_vec3()
         .to_array()
-}
-
-/// The materials that faces use.
-struct Materials {
-    /// For each `usemtl` name, the index into the model's materials.
-    named: Vec<usize>,
-    /// That of faces without `usemtl`.
-    none: usize,
-}
-
-impl Materials {
-    fn read(
-        obj: &Obj,
-        runs: &[Stretch],
-        path: &Path,
-        folder: &mut Folder,
-        model: &mut Model,
-    ) -> Result<Self, FormatError> {
-        let mut defined: HashMap<String, (PathBuf, MtlMaterial)> = HashMap::new();
-        for library in &obj.libraries {
-            let Some(source) = companion::file(path, library, folder, &mut model.notices)? else {
-                continue;
-            };
-            for material in mtl::parse(&source.path, &source.bytes, &mut model.notices)? {
-                defined.insert(material.name.clone(), (source.path.clone(), material));
-            }
-        }
-        let mut materials = Self {
-            named: vec![usize::MAX; obj.materials.len()],
-            none: usize::MAX,
-        };
-        let mut textures: HashMap<Map, Option<usize>> = HashMap::new();
-        let mut undefined = Vec::new();
-        for Stretch { run, .. } in runs {
-            let number = match run.material {
-                Some(name) => &mut materials.named[name],
-                None => &mut materials.none,
-            };
-            if *number != usize::MAX {
-                continue;
-            }
-            *number = model.materials.len();
-            let name = run.material.map(|name| obj.materials[name].as_str());
-            match name.and_then(|name| defined.get(name)) {
-                Some((library, material)) => {
-                    let texture = match &material.map {
-                        Some(map) => match textures.get(map) {
-                            Some(known) => *known,
-                            None => {
-                                let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
-                                let texture =
-                                    companion::texture(library, &map.file, wrap, folder, model)?;
-                                *textures.entry(map.clone()).or_insert(texture)
-                            }
-                        },
-                        None => None,
-                    };
-                    let material = material.material(library, texture, &mut model.notices);
-                    model.materials.push(material);
-                }
-                None => {
-                    undefined.extend(name.filter(|name| !name.is_empty()));
-                    let name = name.unwrap_or_default().to_owned();
-                    // What a mesh with or without colours looks like when nothing else is said.
-                    let colors = (!obj.colors.is_empty()).then(Vec::new);
-                    let plain = Material::plain(&Mesh {
-                        vertex_colors: colors,
-                        ..Mesh::default()
-                    });
-                    model.materials.push(Material { name, ..plain });
-                }
-            }
-        }
-        if !undefined.is_empty() {
-            let more = if undefined.len() > 12 { ", ..." } else { "" };
-            undefined.truncate(12);
-            model.notices.push(format!(
-                "{}: materials without a definition are plain: {}{more}",
-                path.display(),
-                undefined.join(", ")
-            ));
-        }
-        Ok(materials)
-    }
 }

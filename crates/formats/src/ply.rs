@@ -15,6 +15,7 @@ use raycam_scene::{Mesh, Model, TextureSlot, Wrap};
 use crate::corners::{Corner, NONE, Vertices};
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
+use crate::image::ColorUse;
 use crate::ply_header::{self, Body, Element, Header};
 use crate::ply_rows::Meaning::{self, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
 use crate::ply_rows::{Columns, Row};
@@ -317,7 +318,14 @@ impl<'a> Ply<'a> {
         let textured = self.mesh.uvs.is_some();
         let mut model = single::model(self.mesh, self.notices);
         if let Some(file) = header.textures.first().filter(|_| textured) {
-            let texture = companion::texture(path, file, Wrap::Repeat, folder, &mut model)?;
+            let texture = companion::texture(
+                path,
+                file,
+                Wrap::Repeat,
+                ColorUse::Color,
+                folder,
+                &mut model,
+            )?;
             if texture.is_some() {
                 model.materials[0].texture = texture.map(TextureSlot::plain);
                 model.materials[0].color = [1.0; 3];

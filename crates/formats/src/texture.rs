@@ -38,23 +38,28 @@ pub fn decode_texture(
     let texture = decode(
         &source,
         [Wrap::Repeat; 2],
+        ColorUse::Color,
         &mut budget.clone(),
         &mut notices,
     )?;
     Ok((texture, notices))
 }
 
-/// The colour texture in a file that has been read.
+/// The texture in a file that has been read.
 pub(crate) fn decode(
     source: &Source,
     wrap: [Wrap; 2],
+    color_use: ColorUse,
     budget: &mut Budget,
     notices: &mut Vec<String>,
 ) -> Result<Texture, FormatError> {
     let Source { path, bytes } = source;
-    let image = decode_image(bytes, path, ColorUse::Color, budget, notices)?;
+    let image = decode_image(bytes, path, color_use, budget, notices)?;
     if transparent(&image) {
-        notices.push(format!("{}: its transparency is dropped", path.display()));
+        notices.push(format!(
+            "{}: its alpha counts only where its material uses it",
+            path.display()
+        ));
     }
     Ok(Texture {
         image: Arc::new(image),

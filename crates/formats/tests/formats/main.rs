@@ -3,6 +3,7 @@
 mod budget;
 mod bundle;
 mod common;
+mod corpus;
 mod draco;
 mod exr;
 mod folder;

@@ -1,7 +1,7 @@
 use std::fs;
 
 use raycam_formats::{Budget, load, read_model};
-use raycam_scene::{Model, Reflectance, Wrap};
+use raycam_scene::{Alpha, Model, Reflectance, Texels, Wrap};
 
 use crate::common::{folder, message, rgb};
 
@@ -25,6 +25,8 @@ fn model(mtl: &str) -> Result<Model, String> {
         );
         fs::write(folder.join(name), png.unwrap()).unwrap();
     }
+    let grey = raycam_formats::png::encode([1, 1], 1, raycam_formats::png::Samples::U8(&[9]));
+    fs::write(folder.join("grey.png"), grey.unwrap()).unwrap();
     read_model(&path, &Budget::default()).map_err(|error| message(error, &path))
 }
 
@@ -53,6 +55,69 @@ fn colours_and_shininess_are_read() {
         panic!()
     };
     assert_eq!((diffuse, specular, shininess), (1.0, [0.1; 3], 40.0));
+}
+
+#[test]
+fn physically_based_keys_make_a_principled_material() {
+    let model = model(
+        "newmtl m 1\nKd 0.5 0.25 0.125\nPr 0.3\nPm 0.75\nPs 0.1\nPc 0.5\nPcr 0.2\naniso 0.4\nanisor 0.25\n\
+         Ke 2 1 0\nNi 1.4\nmap_Kd -s 2 3 -o 0.5 0.25 wood.png\nnorm -bm 0.5 -x.png\nmap_Pr wood.png\nd 0.75\n",
+    )
+    .unwrap();
+    assert!(model.notices.is_empty(), "{:?}", model.notices);
+    let material = &model.materials[0];
+    let Reflectance::Principled(principled) = &material.reflectance else {
+        panic!("{:?}", material.reflectance);
+    };
+    let values = [
+        principled.roughness.value,
+        principled.metallic.value,
+        principled.sheen_color.value[1],
+        principled.clearcoat.value,
+        principled.clearcoat_roughness.value,
+        principled.anisotropy.value,
+        principled.anisotropy_rotation,
+        principled.ior,
+    ];
+    let quarter = std::f32::consts::FRAC_PI_2;
+    assert_eq!(values, [0.3, 0.75, 0.1, 0.5, 0.2, 0.4, quarter, 1.4]);
+    assert_eq!(material.color, [0.5, 0.25, 0.125]);
+    assert_eq!(material.emission.value, [2.0, 1.0, 0.0]);
+    assert_eq!((material.opacity, material.alpha), (0.75, Alpha::Blend));
+    material.validate().unwrap();
+    let image = |texture: usize| &model.textures[texture].image;
+    let color = material.texture.unwrap();
+    // In the file (u, v) goes to (2 u + 0.5, 3 v + 0.25), with v from the bottom: (0.25, 0.75) to (1, 1.0).
+    assert_eq!(color.coordinates([0.25, 0.75]), [1.0, 0.0]);
+    assert!(matches!(image(color.texture).texels, Texels::Srgb8(_)));
+    let normal = material.normal_map.unwrap();
+    assert_eq!(normal.scale, 0.5);
+    assert!(matches!(
+        image(normal.texture.texture).texels,
+        Texels::Linear8(_)
+    ));
+    let roughness = principled.roughness.texture.unwrap();
+    assert!(matches!(
+        image(roughness.texture).texels,
+        Texels::Linear8(_)
+    ));
+}
+
+#[test]
+fn refracting_materials_are_glass() {
+    let model =
+        model("newmtl m 1\nKd 0 0 0\nTf 0.9 1 0.9\nNi 1.6\nNs 998\nillum 7\nd 0.1\n").unwrap();
+    let material = &model.materials[0];
+    let Reflectance::Principled(principled) = &material.reflectance else {
+        panic!("{:?}", material.reflectance);
+    };
+    assert_eq!((principled.transmission.value, principled.ior), (1.0, 1.6));
+    // alpha^2 = 2 / 1000, and roughness is alpha's root.
+    assert!((principled.roughness.value - 0.002_f32.powf(0.25)).abs() < 1e-6);
+    assert_eq!(
+        (material.color, material.alpha),
+        ([0.9, 1.0, 0.9], Alpha::Opaque)
+    );
 }
 
 #[test]
@@ -100,19 +165,22 @@ fn textures_are_found_by_names_of_every_kind() {
 #[test]
 fn what_is_not_applied_is_said() {
     let text = notices(
-        "newmtl m 1\nTf 1 1 1\nNi 1.45\nmap_Bump bump.png\nKd spectral file.rfl\nmap_Kd -s 2 2 wood.png\nd 0.5\n",
+        "newmtl m 1\nTf 1 1 1\nNi 1.45\nmap_refl sky.png\nKd spectral file.rfl\nmap_Kd -mm 0.5 1 wood.png\n\
+         d -halo 0.5\nmap_d other.png\n",
     );
     assert!(
-        text.contains("map_Kd option \"-s 2 2\" is not applied"),
+        text.contains("map_Kd option \"-mm 0.5 1\" is not applied"),
         "{text}"
     );
+    let expected =
+        "not used: map_refl (line 4), Kd spectral file.rfl (line 5), d -halo 0.5 (line 7)";
+    assert!(text.contains(expected), "{text}");
     assert!(
-        text.contains(
-            "not used: Ni (line 3), map_Bump (line 4), Kd spectral file.rfl (line 5), d (line 7)"
-        ),
+        text.contains("mtl:8: map_d is used where it is the image of map_Kd"),
         "{text}"
     );
     assert!(notices("newmtl m 1\nNs -1.96\n").contains(":2: Ns is -1.96, taken as 0"));
+    assert!(notices("newmtl m 1\nnorm grey.png\n").contains("\"grey.png\" is a map of heights"));
     assert!(notices("newmtl m 1\nmap_Kd\n").contains(":2: map_Kd without a file name"));
     assert!(
         notices("newmtl other\nKd 1 0 0\n")

@@ -47,7 +47,7 @@ fn what_is_dropped_is_said() {
     );
     assert_eq!(rgb(&texture), [[9, 8, 7]]);
     assert!(
-        notices[0].ends_with("a.png: its transparency is dropped"),
+        notices[0].ends_with("a.png: its alpha counts only where its material uses it"),
         "{notices:?}"
     );
     let (_, notices) = read("a.png", encode([1, 1], 2, Samples::U8(&[9, 255])).unwrap());

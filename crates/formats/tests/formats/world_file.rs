@@ -63,7 +63,7 @@ irradiance = [3, 3, 3]
         world
             .notices
             .iter()
-            .any(|n| n.contains("i.png: its transparency is dropped")),
+            .any(|n| n.contains("i.png: its alpha counts only where its material uses it")),
         "{:?}",
         world.notices
     );

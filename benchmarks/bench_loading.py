@@ -1,0 +1,106 @@
+"""Loading beside trimesh and Open3D: the same files, made here, a million triangles each.
+
+    python benchmarks/bench_loading.py [--peers PEERS/bin/python] [--triangles N] [--rounds N]
+
+Every reader loads every file in a process of its own, once to warm the file cache and then `rounds` times; the best
+time counts, and the peak memory of that process beyond what it had before.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+READERS = {
+    "raycam": "import raycam\nload = raycam.load",
+    "trimesh": "import trimesh\nload = lambda path: trimesh.load(path, process=False)",
+    "open3d": "import open3d\nload = lambda path: open3d.io.read_triangle_mesh(path)",
+}
+
+MEASURE = """
+import json, resource, sys, time
+{setup}
+path, rounds = sys.argv[1], int(sys.argv[2])
+peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+before, best = peak(), float("inf")
+for _ in range(rounds + 1):
+    start = time.perf_counter()
+    mesh = load(path)
+    best = min(best, time.perf_counter() - start)
+    del mesh
+print(json.dumps([best, peak() - before]))
+"""
+
+
+def grid(triangles: int) -> tuple[np.ndarray, np.ndarray]:
+    """A wavy square: vertices [n, 3] float32, triangles [m, 3] int32."""
+    side = max(1, round((triangles / 2) ** 0.5))
+    x, y = np.meshgrid(np.linspace(-1, 1, side + 1), np.linspace(-1, 1, side + 1))
+    vertices = np.stack([x, y, 0.1 * np.sin(9 * x) * np.cos(7 * y)], -1).reshape(-1, 3)
+    first = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).reshape(-1)
+    a, b, c, d = first, first + 1, first + side + 2, first + side + 1
+    faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)])
+    return vertices.astype(np.float32), faces.astype(np.int32)
+
+
+def write_files(folder: Path, triangles: int) -> list[Path]:
+    """The mesh as OBJ with and without texture coordinates, binary PLY and STL."""
+    vertices, faces = grid(triangles)
+    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices.tolist()]
+    plain = folder / "plain.obj"
+    plain.write_text("\n".join([*lines, *(f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()), ""]))
+    uvs = [f"vt {x:.6f} {y:.6f}" for x, y, _ in ((vertices + 1) / 2).tolist()]
+    corners = [f"f {a}/{a} {b}/{b} {c}/{c}" for a, b, c in (faces + 1).tolist()]
+    textured = folder / "textured.obj"
+    textured.write_text("\n".join([*lines, *uvs, *corners, ""]))
+    ply = folder / "binary.ply"
+    rows = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    rows["count"], rows["corners"] = 3, faces
+    header = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty float x\nproperty float y\n"
+        f"property float z\nelement face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    ply.write_bytes(header.encode() + vertices.tobytes() + rows.tobytes())
+    stl = folder / "binary.stl"
+    solid = np.zeros(len(faces), dtype=[("numbers", "<f4", (4, 3)), ("unused", "<u2")])
+    solid["numbers"][:, 1:] = vertices[faces]
+    stl.write_bytes(bytes(80) + np.uint32(len(faces)).tobytes() + solid.tobytes())
+    return [plain, textured, ply, stl]
+
+
+def main() -> None:
+    """Prints a table: seconds, and MiB beyond the start, per file and reader."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--peers", help="the Python that has Open3D")
+    parser.add_argument("--triangles", type=int, default=1_000_000)
+    parser.add_argument("--rounds", type=int, default=3)
+    options = parser.parse_args()
+    interpreters = {"raycam": sys.executable, "trimesh": sys.executable}
+    if options.peers:
+        interpreters["open3d"] = options.peers
+    print("| file | MB | " + " | ".join(interpreters) + " |")
+    print("| --- | --: |" + " --: |" * len(interpreters))
+    with tempfile.TemporaryDirectory() as name:
+        for path in write_files(Path(name), options.triangles):
+            cells = []
+            for reader, python in interpreters.items():
+                script = MEASURE.format(setup=READERS[reader])
+                command = [python, "-c", script, str(path), str(options.rounds)]
+                result = subprocess.run(command, capture_output=True, text=True, check=True)
+                seconds, memory = json.loads(result.stdout.splitlines()[-1])
+                cells.append(f"{seconds:.3f} s, {memory:.0f} MiB")
+            print(
+                f"| {path.name} | {path.stat().st_size / 1e6:.1f} | " + " | ".join(cells) + " |", flush=True
+            )
+
+
+if __name__ == "__main__":
+    main()
