@@ -3,7 +3,7 @@
     python benchmarks/bench_loading.py [--peers PEERS/bin/python] [--triangles N] [--rounds N]
 
 Every reader loads every file in a process of its own, once to warm the file cache and then `rounds` times; the best
-time counts, and the peak memory of that process beyond what it had before.
+time counts, and the peak memory of that process beyond what it had before (Linux: VmHWM).
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ READERS = {
 }
 
 MEASURE = """
-import json, resource, sys, time
+import json, sys, time
 {setup}
 path, rounds = sys.argv[1], int(sys.argv[2])
-peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+peak = lambda: int(open("/proc/self/status").read().split("VmHWM:")[1].split()[0]) / 1024
 before, best = peak(), float("inf")
 for _ in range(rounds + 1):
     start = time.perf_counter()
