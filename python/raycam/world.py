@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,51 +14,23 @@ from . import _core
 from .arrays import Bools, Floats, floats, size_of
 from .camera import Camera
 from .errors import SettingsError, WorldError
+from .world_parts import Animation, Object, Video
 
-__all__ = ["Object", "Video", "World", "load"]
-
-
-@dataclass(frozen=True)
-class Object:
-    """A placed mesh of a world: what the ground truth calls an instance."""
-
-    id: int
-    """Its number in the channel `instance`."""
-    name: str
-    """Unique within the world."""
-    category: str | None
-    """Its class, for data sets."""
-    mesh: int
-    """The number of its mesh, which other objects may share."""
-    triangles: int
-    """How many triangles its mesh has."""
-    matrix: Floats
-    """The affine transform world_from_mesh [4, 4]."""
+__all__ = ["Animation", "Object", "Video", "World", "load"]
 
 
-@dataclass(frozen=True)
-class Video:
-    """What `[video]` of a world says: frame n shows `world.at(n / fps)`."""
-
-    fps: float
-    """Frames per second."""
-    seconds: float
-    """Its length."""
-    frames: int
-    """How many frames it has."""
-
-
-def load(path: str | os.PathLike[str]) -> World:
-    """The world in a file: a world file (.toml) or a mesh (.obj .ply .stl .off).
+def load(path: str | os.PathLike[str], *, variant: str | None = None) -> World:
+    """The world in a file: a world file (.toml), glTF (.gltf .glb) or a mesh (.obj .ply .stl .off).
 
     Vertices are used exactly as given, never rotated or scaled; the parts of a mesh file become objects. Files that
     a file names are read from its own folder and from nowhere else. What was skipped or repaired is in
-    `World.notices`.
+    `World.notices`. `variant` is one of the looks that a glTF file may have.
 
     Raises `FileNotFoundError` and other `OSError`s, `FormatError` where the file does not follow its format, and
     `WorldError` or `CameraError` where what it describes cannot be, each with file, line and key.
     """
-    return World._of(_core.World.load(os.fspath(path)))
+    world = World._of(_core.World.load(os.fspath(path)))
+    return world if variant is None else world.with_variant(variant)
 
 
 class World:
@@ -259,9 +230,29 @@ class World:
         video = self._core.video
         return None if video is None else Video(*video)
 
-    def at(self, time: float) -> World:
-        """The world at a time of its video in seconds: objects moved, geometry and what is built of it shared."""
-        return World._of(self._core.at(float(time)))
+    @property
+    def animations(self) -> list[Animation]:
+        """What moves the world, as its glTF file has it."""
+        return [Animation(*animation) for animation in self._core.animations]
+
+    def at(self, time: float, animation: str | int | None = None) -> World:
+        """The world at a time in seconds: of an animation, by name or number (the first), and of its video.
+
+        What does not move, and what is built of it, is shared; meshes that bend keep their triangles. Raises
+        `WorldError` where there is no such animation.
+        """
+        if isinstance(animation, str):
+            animation = self._core.find_animation(animation)
+        return World._of(self._core.at(float(time), animation))
+
+    @property
+    def variants(self) -> list[str]:
+        """The names of its looks: other materials for the same things."""
+        return self._core.variants
+
+    def with_variant(self, name: str) -> World:
+        """The same world in the look of this name; raises `WorldError` with the nearest one."""
+        return World._of(self._core.with_variant(name))
 
     def camera_at(self, camera: Camera, time: float) -> Camera:
         """`camera` as the video moves it, at a time in seconds; raises `WorldError` where there is no video."""

@@ -5,9 +5,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 use raycam_render::PreparedWorld;
-use raycam_scene::World as Inner;
+use raycam_scene::{SceneError, World as Inner};
 
-use crate::error::caught;
+use crate::error::{IntoPyErr, caught};
 use crate::watch::watched;
 use crate::world::World;
 
@@ -76,6 +76,26 @@ impl World {
             state.current = false;
         }
         changed
+    }
+
+    /// A world made of this one, which shares what is built.
+    pub(crate) fn changed(
+        &self,
+        change: impl FnOnce(&Inner) -> Result<Inner, SceneError>,
+    ) -> PyResult<Self> {
+        let State {
+            world, prepared, ..
+        } = self.state().clone();
+        let changed = caught(|| change(&world))?.map_err(IntoPyErr::into_py_err)?;
+        let state = State {
+            world: Arc::new(changed),
+            prepared,
+            current: false,
+        };
+        Ok(Self {
+            state: Mutex::new(state),
+            folder: self.folder.clone(),
+        })
     }
 
     /// The world ready to be traced; builds only what is not built yet.

@@ -248,21 +248,39 @@ impl World {
         Ok(Camera { inner })
     }
 
-    /// The world at a time of its video; it shares what is built.
-    fn at(&self, time: f64) -> PyResult<Self> {
-        let State {
-            world, prepared, ..
-        } = self.state().clone();
-        let moved = caught(|| world.at(time))?.map_err(IntoPyErr::into_py_err)?;
-        let state = State {
-            world: Arc::new(moved),
-            prepared,
-            current: false,
+    /// The world at a time of an animation (the first) and of its video; it shares what is built.
+    #[pyo3(signature = (time, animation))]
+    fn at(&self, time: f64, animation: Option<usize>) -> PyResult<Self> {
+        let move_it = |world: &Inner| match (&world.rig, animation) {
+            (None, None) => world.at(time),
+            _ => world.animated(animation.unwrap_or(0), time)?.at(time),
         };
-        Ok(Self {
-            state: Mutex::new(state),
-            folder: self.folder.clone(),
-        })
+        self.changed(move_it)
+    }
+
+    /// (name, seconds) of each animation.
+    #[getter]
+    fn animations(&self) -> Vec<(String, f64)> {
+        let world = self.snapshot();
+        let animations = world.rig.iter().flat_map(|rig| &rig.animations);
+        animations.map(|a| (a.name.clone(), a.duration())).collect()
+    }
+
+    /// The number of an animation, with the nearest name in the error.
+    fn find_animation(&self, name: &str) -> PyResult<usize> {
+        let found = self.snapshot().find_animation(name);
+        found.map_err(IntoPyErr::into_py_err)
+    }
+
+    #[getter]
+    fn variants(&self) -> Vec<String> {
+        let world = self.snapshot();
+        world.variants.iter().map(|v| v.name.clone()).collect()
+    }
+
+    /// The world in the materials of a variant; it shares what is built.
+    fn with_variant(&self, name: &str) -> PyResult<Self> {
+        self.changed(|world| world.with_variant(name))
     }
 
     /// Corners [n, 3, 3] in the world, in the order of (instance, triangle).

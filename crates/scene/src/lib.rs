@@ -5,6 +5,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod animation;
 pub mod camera;
 pub mod category;
 pub mod color;
@@ -23,6 +24,7 @@ pub mod refine;
 pub mod schema;
 pub mod texture;
 mod validate;
+pub mod variant;
 pub mod video;
 pub mod world;
 

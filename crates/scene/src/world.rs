@@ -7,6 +7,7 @@ use glam::{BVec3, DAffine3, DMat3, DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::animation::Rig;
 use crate::camera::{Camera, PixelCenter, intrinsics_from_fov};
 use crate::error::{SceneError, suggestion};
 use crate::light::Light;
@@ -14,6 +15,7 @@ use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::schema::RenderSpec;
 use crate::texture::Texture;
+use crate::variant::Variant;
 use crate::video::Video;
 
 /// Which axis points up. It matters to roll/pitch/yaw, orbits and the sky; vertices are never turned.
@@ -106,6 +108,10 @@ pub struct World {
     pub render: RenderSpec,
     /// What `raycam video` makes of it.
     pub video: Option<Video>,
+    /// What animations need.
+    pub rig: Option<Arc<Rig>>,
+    /// Named looks to choose from, as `KHR_materials_variants` has them.
+    pub variants: Vec<Variant>,
     /// What reading it had to say: skipped, repaired, counted. Never silent.
     pub notices: Vec<String>,
 }

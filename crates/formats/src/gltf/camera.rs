@@ -12,14 +12,14 @@ const ASPECT: f64 = 4.0 / 3.0;
 const PIXELS: f64 = 640.0 * 480.0;
 
 impl Builder<'_, '_> {
-    /// Adds the camera that a node refers to.
+    /// Adds the camera that a node refers to, and returns its index.
     pub(super) fn camera(
         &mut self,
         place: &str,
         index: usize,
         node_name: &str,
         world_from_node: DAffine3,
-    ) -> Result<(), FormatError> {
+    ) -> Result<Option<usize>, FormatError> {
         let document = self.document;
         let json = document.get(&document.root.cameras, index, place)?;
         let place = format!("cameras[{index}]");
@@ -35,7 +35,7 @@ impl Builder<'_, '_> {
                 }
                 let message = "orthographic cameras are not there yet: this one is left out";
                 self.ledger.note(&place, message);
-                return Ok(());
+                return Ok(None);
             }
             ("perspective" | "orthographic", ..) => {
                 return Err(fault(
@@ -65,7 +65,7 @@ impl Builder<'_, '_> {
             None => {
                 let message = "its node flattens it: the camera is left out";
                 self.ledger.note(&place, message);
-                return Ok(());
+                return Ok(None);
             }
         };
         let pixel_center = PixelCenter::default();
@@ -77,8 +77,7 @@ impl Builder<'_, '_> {
             ("", name) => name,
             (name, _) => name,
         };
-        self.world.add_camera(name, camera);
-        Ok(())
+        Ok(Some(self.world.add_camera(name, camera)))
     }
 }
 

@@ -11,8 +11,6 @@ pub(super) struct Lights {
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Light {
-    #[serde(default)]
-    pub(super) name: String,
     #[serde(rename = "type")]
     pub(super) kind: String,
     #[serde(default = "white")]

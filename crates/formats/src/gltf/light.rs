@@ -13,13 +13,13 @@ use super::material::ANY;
 use crate::error::FormatError;
 
 impl Builder<'_, '_> {
-    /// Adds the light that a node refers to.
+    /// Adds the light that a node refers to, and returns its index.
     pub(super) fn light(
         &mut self,
         place: &str,
         index: usize,
         world_from_node: DAffine3,
-    ) -> Result<(), FormatError> {
+    ) -> Result<Option<usize>, FormatError> {
         let document = self.document;
         let lights = document.root.extensions.lights.as_ref();
         let lights = lights.map_or(&[][..], |lights| &lights.lights);
@@ -38,7 +38,7 @@ impl Builder<'_, '_> {
         let Some(direction) = direction.try_normalize() else {
             let message = "its node flattens it: the light is left out";
             self.ledger.note(&place, message);
-            return Ok(());
+            return Ok(None);
         };
         let light = match &json.kind[..] {
             "directional" => Light::Sun {
@@ -79,7 +79,7 @@ impl Builder<'_, '_> {
         };
         let added = self.world.add_light(light);
         added
-            .map(drop)
+            .map(Some)
             .map_err(|error| document.scene(&place, error))
     }
 }

@@ -1,10 +1,13 @@
 //! Meshes: their primitives as one mesh with a material slot for each.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
+use raycam_scene::animation::Shape;
 use raycam_scene::{Material, Mesh, Model, Part};
 
 use super::Builder;
+use super::deformation::Deformation;
 use crate::error::FormatError;
 
 /// What has been read so far, by index in the document.
@@ -18,6 +21,10 @@ pub(super) struct Meshes {
 pub(super) struct Placeable {
     pub(super) mesh: usize,
     pub(super) materials: Vec<usize>,
+    /// The primitive of the document of each material slot's first use, for variants.
+    pub(super) primitives: Vec<usize>,
+    /// What bends, where it does.
+    pub(super) shape: Option<Arc<Shape>>,
 }
 
 impl Builder<'_, '_> {
@@ -36,12 +43,14 @@ impl Builder<'_, '_> {
             let message = format!("meshes[{index}].primitives: empty (EMPTY_ENTITY)");
             return Err(document.fault(message));
         }
-        let mut parts = Vec::new();
+        let (mut parts, mut bends, mut primitives) = (Vec::new(), Vec::new(), Vec::new());
         for (i, primitive) in json.primitives.iter().enumerate() {
             let place = format!("meshes[{index}].primitives[{i}]");
             let part = document.part(&place, primitive, self.folder, &mut self.ledger)?;
             if let Some(part) = part {
                 let material = self.material_index(&place, part.material)?;
+                bends.push((part.mesh.vertices.len(), part.deformation));
+                primitives.push(i);
                 parts.push((part.mesh, material));
             }
         }
@@ -50,9 +59,14 @@ impl Builder<'_, '_> {
             Some((mesh, materials)) => {
                 mesh.validate()
                     .map_err(|error| document.scene(&place, error))?;
+                let mesh = self.world.add_mesh(mesh);
+                let shared = self.world.meshes[mesh].clone();
+                let bends = Deformation::joined(&bends);
                 Some(Placeable {
-                    mesh: self.world.add_mesh(mesh),
+                    mesh,
                     materials,
+                    primitives,
+                    shape: bends.map(|bends| Arc::new(bends.shape(shared))),
                 })
             }
             None => None,
@@ -69,19 +83,19 @@ fn one(
     if parts.len() < 2 {
         return Ok(parts.pop().map(|(mesh, material)| (mesh, vec![material])));
     }
-    let most = parts.iter().map(|(_, material)| *material).max();
+    // A slot for each primitive, even where materials are the same: variants may tell them apart.
+    let materials: Vec<usize> = parts.iter().map(|(_, material)| *material).collect();
+    let part = |(slot, (mesh, _)): (usize, (Mesh, usize))| Part {
+        name: String::new(),
+        mesh,
+        materials: vec![slot],
+    };
     let model = Model {
-        parts: parts
-            .into_iter()
-            .map(|(mesh, material)| Part {
-                name: String::new(),
-                mesh,
-                materials: vec![material],
-            })
-            .collect(),
+        parts: parts.into_iter().enumerate().map(part).collect(),
         // Only their number counts.
-        materials: vec![Material::default(); most.map_or(0, |most| most + 1)],
+        materials: vec![Material::default(); materials.len()],
         ..Model::default()
     };
-    model.merged().map(Some)
+    let (mesh, _) = model.merged()?;
+    Ok(Some((mesh, materials)))
 }

@@ -4,13 +4,13 @@
 //! Errors and notices name the place in the document and, where it has one, the code of Khronos' glTF-Validator.
 
 mod accessor;
+mod animation;
 mod attributes;
 mod camera;
 mod container;
+mod deformation;
 mod extensions;
-#[allow(dead_code, reason = "animation reads the rest")]
 mod json;
-#[allow(dead_code, reason = "animation reads the rest")]
 mod json_extensions;
 mod json_material;
 mod ledger;
@@ -20,6 +20,7 @@ mod mesh;
 mod node;
 mod primitive;
 mod resource;
+mod skin;
 mod specular_glossiness;
 mod tangent;
 mod texture;

@@ -1,7 +1,11 @@
 //! Nodes: the tree of transforms, and what hangs on it.
 
-use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
-use raycam_scene::Object;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
+use raycam_scene::animation::{self as rig, Mount, Rig, Transform};
+use raycam_scene::variant::Variant;
+use raycam_scene::{Mesh, Object, World};
 
 use super::json::Node;
 use super::mesh::Placeable;
@@ -15,67 +19,93 @@ struct Tree {
 }
 
 impl Builder<'_, '_> {
-    /// Adds everything that the scene's nodes show.
+    /// Adds everything that the scene's nodes show, as it is before anything has moved.
     pub(super) fn nodes(&mut self) -> Result<(), FormatError> {
         let document = self.document;
         let nodes = &document.root.nodes;
         let tree = document.tree()?;
         let roots = self.scene_roots(&tree)?;
         let mut shown = vec![false; nodes.len()];
-        let mut visible = vec![true; nodes.len()];
-        let mut world_from_node = vec![DAffine3::IDENTITY; nodes.len()];
         for &root in &roots {
             shown[root] = true;
         }
+        let mut rig = Rig {
+            skins: self.skins()?,
+            ..Rig::default()
+        };
+        for (i, node) in nodes.iter().enumerate() {
+            rig.nodes.push(rig::Node {
+                parent: tree.parents[i],
+                transform: document.local_transform(i, node)?,
+                visible: node
+                    .extensions
+                    .visibility
+                    .as_ref()
+                    .is_none_or(|v| v.visible),
+                weights: document.weights(node),
+            });
+        }
+        let mut visible = vec![true; nodes.len()];
+        let mut world_from_node = vec![DAffine3::IDENTITY; nodes.len()];
         for &i in &tree.order {
-            let node = &nodes[i];
-            let local = document.local_transform(i, node)?;
-            let wanted = node
-                .extensions
-                .visibility
-                .as_ref()
-                .is_none_or(|v| v.visible);
+            let local = rig.nodes[i].transform.parent_from_node();
             (world_from_node[i], visible[i]) = match tree.parents[i] {
                 Some(parent) => {
                     shown[i] |= shown[parent];
-                    (world_from_node[parent] * local, visible[parent] && wanted)
+                    let seen = visible[parent] && rig.nodes[i].visible;
+                    (world_from_node[parent] * local, seen)
                 }
-                None => (local, wanted),
+                None => (local, rig.nodes[i].visible),
             };
         }
-        let root = &document.root;
-        for (name, count) in [
-            ("skins", root.skins.len()),
-            ("animations", root.animations.len()),
-            (
-                "extensions.KHR_materials_variants",
-                root.extensions.variants().len(),
-            ),
-        ] {
-            if count > 0 {
-                self.ledger.note(name, "not read yet: shown as without");
-            }
+        rig.order = tree.order;
+        rig.animations = self.animations(&rig.nodes)?;
+        let moving = !rig.animations.is_empty();
+        if moving {
+            rig.nothing = self.world.add_mesh(Mesh {
+                vertices: vec![DVec3::ZERO],
+                triangles: vec![[0; 3]],
+                ..Mesh::default()
+            });
         }
+        let variants = document.root.extensions.variants().iter();
+        self.world.variants = variants
+            .map(|variant| Variant {
+                name: variant.name.clone(),
+                materials: Vec::new(),
+            })
+            .collect();
         // In the order of the document, which is that of the objects' numbers.
         for (i, node) in nodes.iter().enumerate().filter(|(i, _)| shown[*i]) {
             let (place, transform) = (format!("nodes[{i}]"), world_from_node[i]);
             if let Some(camera) = node.camera {
-                self.camera(&format!("{place}.camera"), camera, &node.name, transform)?;
+                let at = format!("{place}.camera");
+                let added = self.camera(&at, camera, &node.name, transform)?;
+                rig.cameras.extend(added.map(|camera| (camera, i)));
             }
-            if !visible[i] {
-                let message = "hidden, with all below it, as KHR_node_visibility says";
-                self.ledger.note(place, message);
-                continue;
+            if !visible[i] && (node.mesh.is_some() || node.extensions.light.is_some()) {
+                let message = "hidden, as KHR_node_visibility says";
+                self.ledger.note(&place, message);
             }
-            if let Some(light) = &node.extensions.light {
+            if let Some(light) = node.extensions.light.as_ref().filter(|_| visible[i]) {
                 let place = format!("{place}.extensions.KHR_lights_punctual.light");
-                self.light(&place, light.light, transform)?;
+                let added = self.light(&place, light.light, transform)?;
+                rig.lights.extend(added.map(|light| (light, i)));
             }
-            if let Some(mesh) = node.mesh
+            if let Some(mesh) = node.mesh.filter(|_| visible[i] || moving)
                 && let Some(placeable) = self.mesh(&format!("{place}.mesh"), mesh)?
             {
-                self.objects(&place, node, &placeable, transform)?;
+                self.objects(i, &placeable, transform, &mut rig)?;
             }
+        }
+        if moving || rig.objects.iter().any(|mount| mount.shape.is_some()) {
+            let world = World {
+                rig: Some(Arc::new(rig)),
+                ..std::mem::take(&mut self.world)
+            };
+            let rested = world.at_rest();
+            self.world = rested.map_err(|error| document.scene("nodes", error))?;
+            self.world.rig = self.world.rig.take().filter(|_| moving);
         }
         Ok(())
     }
@@ -116,12 +146,13 @@ impl Builder<'_, '_> {
     /// The object of a node, or one for each of its instances.
     fn objects(
         &mut self,
-        place: &str,
-        node: &Node,
+        index: usize,
         placeable: &Placeable,
         world_from_node: DAffine3,
+        rig: &mut Rig,
     ) -> Result<(), FormatError> {
         let document = self.document;
+        let (place, node) = (&format!("nodes[{index}]"), &document.root.nodes[index]);
         let mesh_name = node.mesh.and_then(|mesh| document.root.meshes.get(mesh));
         let mesh_name = mesh_name.map_or("", |mesh| &mesh.name);
         let name = match (&node.name[..], mesh_name) {
@@ -129,18 +160,79 @@ impl Builder<'_, '_> {
             ("", name) => name,
             (name, _) => name,
         };
+        if let Some(skin) = node.skin {
+            document.get(&rig.skins, skin, &format!("{place}.skin"))?;
+        }
+        let moving = !rig.animations.is_empty();
+        let shape = placeable.shape.as_ref();
+        let skin = node
+            .skin
+            .filter(|_| shape.is_some_and(|shape| !shape.joints.is_empty()));
         for node_from_mesh in self.instances(place, node)? {
-            let world_from_mesh = world_from_node * node_from_mesh;
-            if !world_from_mesh.inverse().is_finite() {
-                let message = "its transform flattens it: nothing to see";
-                self.ledger.note(place, message);
-                continue;
+            let mut world_from_mesh = world_from_node * node_from_mesh;
+            if !world_from_mesh.inverse().is_finite() && skin.is_none() {
+                if !moving {
+                    let message = "its transform flattens it: nothing to see";
+                    self.ledger.note(place, message);
+                    continue;
+                }
+                world_from_mesh.matrix3 = DMat3::IDENTITY;
+            } else if skin.is_some() {
+                world_from_mesh = DAffine3::IDENTITY;
             }
-            let Placeable { mesh, materials } = placeable.clone();
-            let added = self
-                .world
-                .add_object(Object::new(name, mesh, materials, world_from_mesh));
-            added.map_err(|error| document.scene(place, error))?;
+            let mut mesh = placeable.mesh;
+            // What bends has a mesh of its own: the first object takes the one that is there.
+            if let Some(shape) = shape
+                && rig.objects.iter().any(|mount| mount.mesh == mesh)
+            {
+                let size = shape.mesh.vertices.len() + shape.mesh.triangles.len();
+                self.ledger.take(document.path, place, size as u64, 64)?;
+                self.world.meshes.push(shape.mesh.clone());
+                mesh = self.world.meshes.len() - 1;
+            }
+            let materials = placeable.materials.clone();
+            let object = Object::new(name, mesh, materials, world_from_mesh);
+            let added = self.world.add_object(object);
+            let object = added.map_err(|error| document.scene(place, error))?;
+            self.vary(object, node, placeable)?;
+            if moving || shape.is_some() {
+                rig.objects.push(Mount {
+                    object,
+                    node: index,
+                    node_from_mesh,
+                    mesh,
+                    shape: shape.cloned(),
+                    skin,
+                    rest: None,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// `KHR_materials_variants`: which materials an object has in which.
+    fn vary(
+        &mut self,
+        object: usize,
+        node: &Node,
+        placeable: &Placeable,
+    ) -> Result<(), FormatError> {
+        let document = self.document;
+        let mesh = node.mesh.and_then(|mesh| document.root.meshes.get(mesh));
+        for (slot, &primitive) in placeable.primitives.iter().enumerate() {
+            let json = mesh.and_then(|mesh| mesh.primitives.get(primitive));
+            let mappings = json.and_then(|json| json.extensions.variants.as_ref());
+            for mapping in mappings.iter().flat_map(|ext| &ext.mappings) {
+                let place = "meshes.primitives.extensions.KHR_materials_variants";
+                let material = self.material_index(place, Some(mapping.material))?;
+                for &variant in &mapping.variants {
+                    let count = self.world.variants.len();
+                    match self.world.variants.get_mut(variant) {
+                        Some(variant) => variant.materials.push((object, slot, material)),
+                        None => return Err(document.unresolved(place, variant, count)),
+                    }
+                }
+            }
         }
         Ok(())
     }
@@ -233,14 +325,17 @@ impl Document<'_> {
         Ok(Tree { order, parents })
     }
 
-    fn local_transform(&self, i: usize, node: &Node) -> Result<DAffine3, FormatError> {
+    fn local_transform(&self, i: usize, node: &Node) -> Result<Transform, FormatError> {
         let fault = |message: String| Err(self.fault(format!("nodes[{i}].{message}")));
         if let Some(matrix) = node.matrix {
             let matrix = DMat4::from_cols_array(&matrix);
             if matrix.row(3) != DVec4::W || !matrix.is_finite() {
-                return fail_matrix(fault, matrix);
+                return fault(format!(
+                    "matrix: its last row is {}, expected 0 0 0 1 (NODE_MATRIX_NON_TRS)",
+                    matrix.row(3)
+                ));
             }
-            return Ok(DAffine3::from_mat4(matrix));
+            return Ok(Transform::Matrix(DAffine3::from_mat4(matrix)));
         }
         let translation = DVec3::from(node.translation.unwrap_or_default());
         let scale = DVec3::from(node.scale.unwrap_or([1.0; 3]));
@@ -251,20 +346,22 @@ impl Document<'_> {
         if !(translation.is_finite() && scale.is_finite()) {
             return fault("translation or scale: not finite".into());
         }
-        Ok(DAffine3::from_scale_rotation_translation(
-            scale,
-            rotation,
+        Ok(Transform::Parts {
             translation,
-        ))
+            rotation,
+            scale,
+        })
     }
-}
 
-fn fail_matrix<T>(
-    fault: impl Fn(String) -> Result<T, FormatError>,
-    matrix: DMat4,
-) -> Result<T, FormatError> {
-    fault(format!(
-        "matrix: its last row is {}, expected 0 0 0 1 (NODE_MATRIX_NON_TRS)",
-        matrix.row(3)
-    ))
+    /// The weights of a node's morph targets: its own, its mesh's, or 0 for each.
+    fn weights(&self, node: &Node) -> Vec<f32> {
+        let mesh = node.mesh.and_then(|mesh| self.root.meshes.get(mesh));
+        let targets = mesh.into_iter().flat_map(|mesh| &mesh.primitives);
+        let count = targets.map(|primitive| primitive.targets.len()).max();
+        let given = node.weights.as_ref();
+        let given = given.or(mesh.and_then(|mesh| mesh.weights.as_ref()));
+        let mut weights = given.cloned().unwrap_or_default();
+        weights.resize(count.unwrap_or(0), 0.0);
+        weights
+    }
 }

@@ -5,6 +5,7 @@ use raycam_scene::Mesh;
 
 use super::accessor::{Component, Elements};
 use super::attributes::AttributeSource;
+use super::deformation::Deformation;
 use super::json::Primitive;
 use super::ledger::Ledger;
 use super::tangent;
@@ -16,6 +17,7 @@ use crate::folder::Folder;
 pub(super) struct Part {
     pub(super) mesh: Mesh,
     pub(super) material: Option<usize>,
+    pub(super) deformation: Deformation,
 }
 
 impl Document<'_> {
@@ -114,18 +116,17 @@ impl Document<'_> {
         }
         self.colors(place, &window, &mut mesh, ledger)?;
         let mut part = Part {
+            deformation: window.deformation(place, primitive, ledger)?,
             material: primitive.material,
             mesh,
         };
-        if !primitive.targets.is_empty() {
-            ledger.note(place, "morph targets are not read yet");
-        }
         let uses = material::Uses::of(self, place, primitive)?;
         uses.check_uvs(place, &part.mesh, ledger);
         if part.mesh.tangents.is_none()
             && let Some(set) = uses.tangent_uvs
         {
-            tangent::generate(&mut part.mesh, set);
+            let sources = tangent::generate(&mut part.mesh, set);
+            part.deformation.resample(&sources);
         }
         Ok(Some(part))
     }
@@ -218,6 +219,18 @@ impl<'a> Window<'a> {
         };
         self.checked(elements, &format!("attributes.{name}"))
             .map(Some)
+    }
+
+    /// The same elements of an accessor of its own, as morph targets have it.
+    pub(super) fn accessor(
+        &self,
+        index: usize,
+        name: &str,
+        ledger: &mut Ledger,
+    ) -> Result<Elements<'a>, FormatError> {
+        let place = format!("{}.{name}", self.source.place);
+        let elements = self.document.elements(index, &place, ledger)?;
+        self.checked(elements, name)
     }
 
     fn checked(&self, elements: Elements<'a>, name: &str) -> Result<Elements<'a>, FormatError> {

@@ -1,0 +1,43 @@
+//! Skins.
+
+use glam::{DAffine3, DMat4};
+use raycam_scene::animation::Skin;
+
+use super::Builder;
+use crate::error::FormatError;
+
+impl Builder<'_, '_> {
+    /// All skins of the document.
+    pub(super) fn skins(&mut self) -> Result<Vec<Skin>, FormatError> {
+        let document = self.document;
+        let mut skins = Vec::new();
+        for (i, json) in document.root.skins.iter().enumerate() {
+            for (j, &joint) in json.joints.iter().enumerate() {
+                let place = format!("skins[{i}].joints[{j}]");
+                document.get(&document.root.nodes, joint, &place)?;
+            }
+            let mut inverse_bind = vec![DAffine3::IDENTITY; json.joints.len()];
+            if let Some(index) = json.inverse_bind_matrices {
+                let place = format!("skins[{i}].inverseBindMatrices");
+                let elements = document.elements(index, &place, &mut self.ledger)?;
+                if elements.count < json.joints.len() {
+                    return Err(document.fault(format!(
+                        "{place}: {} matrices for {} joints (INVALID_IBM_ACCESSOR_COUNT)",
+                        elements.count,
+                        json.joints.len()
+                    )));
+                }
+                let matrices = elements.floats::<16>(document, &mut self.ledger)?;
+                for (inverse, matrix) in inverse_bind.iter_mut().zip(matrices) {
+                    let matrix = DMat4::from_cols_array(&matrix.map(f64::from));
+                    *inverse = DAffine3::from_mat4(matrix);
+                }
+            }
+            skins.push(Skin {
+                joints: json.joints.clone(),
+                inverse_bind,
+            });
+        }
+        Ok(skins)
+    }
+}

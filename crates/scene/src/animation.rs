@@ -1,0 +1,171 @@
+//! Animation: a tree of nodes that carries objects, lights and cameras, and channels that move it (glTF 2.0, sections
+//! 3.5, 3.7.3 and 3.11).
+
+mod deform;
+mod pose;
+mod sampler;
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+pub use deform::{JointSet, MorphTarget, Shape};
+pub use sampler::{Interpolation, Sampler};
+
+use crate::mesh::Mesh;
+
+/// What a world needs to move.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Rig {
+    /// The tree.
+    pub nodes: Vec<Node>,
+    /// Indices of all nodes, parents before children.
+    pub order: Vec<usize>,
+    /// What bends meshes.
+    pub skins: Vec<Skin>,
+    /// The objects that hang on nodes.
+    pub objects: Vec<Mount>,
+    /// A light of the world and the node it hangs on: it shines along the node's -z.
+    pub lights: Vec<(usize, usize)>,
+    /// A camera of the world and the node it hangs on: it looks along the node's -z, with y up.
+    pub cameras: Vec<(usize, usize)>,
+    /// What moves the nodes.
+    pub animations: Vec<Animation>,
+    /// The world's mesh that cannot be seen: what hidden objects show.
+    pub nothing: usize,
+}
+
+/// A node of the tree.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Node {
+    /// What it moves with.
+    pub parent: Option<usize>,
+    /// Where it is in its parent.
+    pub transform: Transform,
+    /// Whether it and what is below it can be seen.
+    pub visible: bool,
+    /// How much of each morph target its mesh has.
+    pub weights: Vec<f32>,
+}
+
+/// Where a node is: a matrix, or its parts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Transform {
+    /// Cannot be animated.
+    Matrix(DAffine3),
+    /// Translation * rotation * scale.
+    Parts {
+        /// In the parent's coordinates.
+        translation: DVec3,
+        /// Of unit length.
+        rotation: DQuat,
+        /// Per axis.
+        scale: DVec3,
+    },
+}
+
+impl Transform {
+    /// As a matrix.
+    pub fn parent_from_node(&self) -> DAffine3 {
+        match self {
+            Self::Matrix(matrix) => *matrix,
+            Self::Parts {
+                translation,
+                rotation,
+                scale,
+            } => DAffine3::from_scale_rotation_translation(*scale, *rotation, *translation),
+        }
+    }
+}
+
+/// Joints that bend meshes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Skin {
+    /// Node of each joint.
+    pub joints: Vec<usize>,
+    /// joint_from_mesh of each, in the pose in which the mesh was made.
+    pub inverse_bind: Vec<DAffine3>,
+}
+
+/// An object that hangs on a node.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Mount {
+    /// Index into the world's objects.
+    pub object: usize,
+    /// Index into [`Rig::nodes`].
+    pub node: usize,
+    /// The mesh in the node's coordinates, where it is an instance of several.
+    pub node_from_mesh: DAffine3,
+    /// The world's mesh that the object shows when it is not hidden; its own where it has a shape.
+    pub mesh: usize,
+    /// What bends, where the mesh does.
+    pub shape: Option<Arc<Shape>>,
+    /// Index into [`Rig::skins`].
+    pub skin: Option<usize>,
+    /// The mesh as it is when nothing has moved yet.
+    pub rest: Option<Arc<Mesh>>,
+}
+
+/// Channels that run together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Animation {
+    /// Empty where it has none.
+    pub name: String,
+    /// All of them.
+    pub channels: Vec<Channel>,
+}
+
+impl Animation {
+    /// The time of its last keyframe, in seconds.
+    pub fn duration(&self) -> f64 {
+        let ends = self.channels.iter().map(|channel| channel.sampler.end());
+        ends.fold(0.0, f64::max)
+    }
+}
+
+/// A value over time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Channel {
+    /// What it moves.
+    pub target: Target,
+    /// How.
+    pub sampler: Arc<Sampler>,
+}
+
+/// What a channel moves: a property of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Target {
+    /// Three numbers.
+    Translation(usize),
+    /// A quaternion x, y, z, w.
+    Rotation(usize),
+    /// Three numbers.
+    Scale(usize),
+    /// As many as its mesh has morph targets.
+    Weights(usize),
+    /// Not 0 where it can be seen.
+    Visible(usize),
+}
+
+impl Target {
+    /// How many numbers it needs at least.
+    pub fn width(self) -> usize {
+        match self {
+            Self::Translation(_) | Self::Scale(_) => 3,
+            Self::Rotation(_) => 4,
+            Self::Weights(_) | Self::Visible(_) => 1,
+        }
+    }
+
+    /// The node.
+    pub fn node(self) -> usize {
+        match self {
+            Self::Translation(node)
+            | Self::Rotation(node)
+            | Self::Scale(node)
+            | Self::Weights(node)
+            | Self::Visible(node) => node,
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Meshes that bend: morph targets, then joints (glTF 2.0, sections 3.7.2.2 and 3.7.3).
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::mesh::Mesh;
+
+/// What a morph target of weight 1 adds to each vertex.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MorphTarget {
+    /// To its position.
+    pub vertices: Option<Vec<[f32; 3]>>,
+    /// To its normal.
+    pub normals: Option<Vec<[f32; 3]>>,
+    /// To its tangent.
+    pub tangents: Option<Vec<[f32; 3]>>,
+    /// To its first texture coordinates.
+    pub uvs: Option<Vec<[f32; 2]>>,
+    /// To its linear colour.
+    pub colors: Option<Vec<[f32; 3]>>,
+}
+
+/// Up to four joints of each vertex, and how much of each.
+pub type JointSet = (Vec<[u16; 4]>, Vec<[f32; 4]>);
+
+/// A mesh that bends.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Shape {
+    /// As it was made.
+    pub mesh: Arc<Mesh>,
+    /// What it can turn into.
+    pub targets: Vec<MorphTarget>,
+    /// Joints of each vertex and their weights, of sum 1 over all sets; none where no skin bends it.
+    pub joints: Vec<JointSet>,
+}
+
+impl Shape {
+    /// The mesh with these weights of its targets, bent by joints where they are given: world_from_mesh of each. It has
+    /// the same triangles.
+    pub fn deform(&self, weights: &[f32], joints: Option<&[DAffine3]>) -> Mesh {
+        let mut mesh = (*self.mesh).clone();
+        for (target, &weight) in self.targets.iter().zip(weights) {
+            if weight != 0.0 {
+                target.add(&mut mesh, weight);
+            }
+        }
+        if let Some(joints) = joints.filter(|_| !self.joints.is_empty()) {
+            self.bend(&mut mesh, joints);
+        }
+        for normal in mesh.normals.iter_mut().flatten() {
+            *normal = Vec3::from_array(*normal).normalize_or_zero().to_array();
+        }
+        mesh
+    }
+
+    fn bend(&self, mesh: &mut Mesh, joints: &[DAffine3]) {
+        for vertex in 0..mesh.vertices.len() {
+            let mut blend = DAffine3::from_mat3_translation(DMat3::ZERO, DVec3::ZERO);
+            for (indices, weights) in &self.joints {
+                for (&joint, &weight) in indices[vertex].iter().zip(&weights[vertex]) {
+                    let matrix = joints.get(usize::from(joint)).filter(|_| weight != 0.0);
+                    if let Some(matrix) = matrix {
+                        blend.matrix3 += matrix.matrix3 * f64::from(weight);
+                        blend.translation += matrix.translation * f64::from(weight);
+                    }
+                }
+            }
+            mesh.vertices[vertex] = blend.transform_point3(mesh.vertices[vertex]);
+            let linear = blend.matrix3;
+            if let Some(normals) = &mut mesh.normals {
+                // The cofactors turn normals as the inverse transpose does, and exist always.
+                let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
+                let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+                normals[vertex] = turned(cofactors, normals[vertex]);
+            }
+            if let Some(tangents) = &mut mesh.tangents {
+                let [x, y, z, sign] = tangents[vertex];
+                let [x, y, z] = turned(linear, [x, y, z]);
+                tangents[vertex] = [x, y, z, sign];
+            }
+        }
+    }
+}
+
+fn turned(matrix: DMat3, vector: [f32; 3]) -> [f32; 3] {
+    let turned = matrix * Vec3::from_array(vector).as_dvec3();
+    turned.normalize_or_zero().as_vec3().to_array()
+}
+
+impl MorphTarget {
+    fn add(&self, mesh: &mut Mesh, weight: f32) {
+        for (vertex, by) in mesh.vertices.iter_mut().zip(self.vertices.iter().flatten()) {
+            *vertex += Vec3::from_array(*by).as_dvec3() * f64::from(weight);
+        }
+        let plus = |value: &mut [f32], by: &[f32]| {
+            value
+                .iter_mut()
+                .zip(by)
+                .for_each(|(value, by)| *value += weight * by);
+        };
+        let normals = mesh.normals.iter_mut().flatten();
+        normals
+            .zip(self.normals.iter().flatten())
+            .for_each(|(value, by)| plus(value, by));
+        let tangents = mesh.tangents.iter_mut().flatten();
+        tangents
+            .zip(self.tangents.iter().flatten())
+            .for_each(|(value, by)| plus(value, by));
+        let uvs = mesh.uvs.iter_mut().flatten();
+        uvs.zip(self.uvs.iter().flatten())
+            .for_each(|(value, by)| plus(value, by));
+        let colors = mesh.vertex_colors.iter_mut().flatten();
+        colors
+            .zip(self.colors.iter().flatten())
+            .for_each(|(value, by)| {
+                plus(value, by);
+                *value = value.map(|v| v.clamp(0.0, 1.0));
+            });
+    }
+}

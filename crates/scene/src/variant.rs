@@ -1,0 +1,40 @@
+//! Variants of a world: the same things in other materials.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{SceneError, suggestion};
+use crate::world::World;
+
+/// A look: other materials for some objects.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Variant {
+    /// What it is asked for by.
+    pub name: String,
+    /// Object, material slot and the material it gets.
+    pub materials: Vec<(usize, usize, usize)>,
+}
+
+impl World {
+    /// The world with one of its variants' materials.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] with the nearest name.
+    pub fn with_variant(&self, name: &str) -> Result<World, SceneError> {
+        let Some(variant) = self.variants.iter().find(|variant| variant.name == name) else {
+            let names = self.variants.iter().map(|variant| &variant.name[..]);
+            let count = self.variants.len();
+            let near = suggestion(name, names);
+            return Err(SceneError::World(format!(
+                "no variant {name:?} among {count}{near}"
+            )));
+        };
+        let mut world = self.clone();
+        for &(object, slot, material) in &variant.materials {
+            let object = world.objects.get_mut(object);
+            if let Some(own) = object.and_then(|object| object.materials.get_mut(slot)) {
+                *own = material;
+            }
+        }
+        Ok(world)
+    }
+}
