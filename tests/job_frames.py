@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import signal
 from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path
@@ -9,6 +12,7 @@ from typing import Any
 
 import raycam
 from raycam import workers
+from raycam.jobs import Job
 from raycam.package import Package
 from raycam.video import Film
 from raycam.workers import Made, Task
@@ -67,3 +71,54 @@ def results(folder: Path) -> dict[str, bytes]:
         for path in sorted(folder.rglob("*"))
         if path.is_file() and ".raycam" not in path.parts
     }
+
+
+def in_child(work: Callable[[], object]) -> int:
+    """Runs something in a fork, and gives how that ended."""
+    pid = os.fork()
+    if pid == 0:
+        try:
+            work()
+            os._exit(0)
+        except BaseException:
+            os._exit(1)
+    return os.waitpid(pid, 0)[1]
+
+
+def killing_at(step: int, part: bool) -> None:
+    """Lets this process be killed at the `step`-th write, sync, rename or new folder: before it, or half way."""
+    count = 0
+
+    def counted(name: str, module: Any) -> None:
+        real = getattr(module, name)
+
+        def call(*arguments: Any, **keys: Any) -> Any:
+            nonlocal count
+            count += 1
+            if count == step:
+                if part and name in ("write", "write_bytes"):
+                    real(arguments[0], arguments[1][: len(arguments[1]) // 2])
+                elif part:
+                    with contextlib.suppress(OSError):
+                        real(*arguments, **keys)
+                os.kill(os.getpid(), signal.SIGKILL)
+            return real(*arguments, **keys)
+
+        setattr(module, name, call)
+
+    counted("fsync", os)
+    counted("replace", os)
+    counted("write", os)
+    counted("mkdir", os)
+    counted("write_bytes", Path)
+
+
+def check_intact(folder: Path, whole: dict[str, bytes]) -> int:
+    """Every final file is right, and everything that the ledger says is there; how many frames that are."""
+    found = {name: data for name, data in results(folder).items() if not Path(name).name.startswith(".")}
+    assert found.items() <= whole.items()
+    if not (folder / ".raycam/job.json").exists():
+        return 0
+    finished = dict(Job(folder).finished())
+    assert {name: data for one in finished.values() for name, data in one.items()}.items() <= whole.items()
+    return len(finished)

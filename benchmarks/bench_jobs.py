@@ -1,0 +1,198 @@
+"""Jobs: what survives kills, and what they cost beside rendering."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+
+import raycam
+import report
+from job_frames import Pool, check_intact, in_child, killing_at, package, results, world
+from raycam.cluster import pool_of
+from raycam.jobs import Job
+from raycam.video import Film
+
+Row = list[str]
+
+
+def kills(folder: Path, count: int) -> list[Row]:
+    """kill -9 at every step and at random instants: damaged final files, frames lost, bytes that differ."""
+    plan = package()
+    Job(folder / "whole", plan).run(Pool())
+    whole = results(folder / "whole")
+    rows = []
+
+    def recover(one: Path) -> tuple[int, int]:
+        finished = check_intact(one, whole)  # raises where a final file is damaged or a frame is missing
+        pool = Pool()
+        Job(one, plan).run(pool)
+        if len(pool.made) != 8 - finished or results(one) != whole:
+            raise AssertionError(one)
+        return finished, 0
+
+    for part, name in ((False, "before"), (True, "half way or after")):
+        step = 0
+        while True:
+            step += 1
+            one = folder / f"step{part}{step}"
+
+            def work(step: int = step, one: Path = one, part: bool = part) -> None:
+                killing_at(step, part)
+                Job(one, plan).run(Pool())
+
+            ended = in_child(work)
+            recover(one)
+            if ended == 0:
+                break
+        rows.append(
+            [
+                f"kills {name} each write, sync, rename, new folder",
+                f"{step - 1}",
+                "0 damaged, 0 lost, 0 differ",
+            ]
+        )
+
+    start = time.perf_counter()
+    in_child(lambda: Job(folder / "timed", plan).run(Pool()))
+    length = time.perf_counter() - start
+    chance = random.Random(1)
+    between = 0
+    for number in range(count):
+        one = folder / f"random{number}"
+        pid = os.fork()
+        if pid == 0:
+            Job(one, plan).run(Pool())
+            os._exit(0)
+        time.sleep(chance.uniform(0, length))
+        os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
+        finished, _ = recover(one)
+        between += 0 < finished < 8
+    rows.append(
+        ["kills at random instants", f"{count} ({between} amid the frames)", "0 damaged, 0 lost, 0 differ"]
+    )
+    return rows
+
+
+def overhead(folder: Path, where: object, name: str, frames: int) -> Row:
+    """Time per frame beyond rendering, of frames that take next to nothing."""
+    one = Film(world(), integrator="flat", samples=1, fps=frames, seconds=1.0).package()
+    job = Job(folder / name.replace(" ", "-"), one)
+    with pool_of(where, threads=1) as pool:  # type: ignore[arg-type]
+        job.run(pool, frames=range(8))  # starts the workers
+        start = time.perf_counter()
+        job.run(pool)
+        seconds = time.perf_counter() - start
+    return [
+        f"{name}: all that a frame costs, 16 x 12 pixels",
+        f"{frames - 8} frames",
+        f"{1000 * seconds / (frames - 8):.2f} ms",
+    ]
+
+
+def bare(frames: int) -> Row:
+    """The same frames without a job."""
+    one = Film(world(), integrator="flat", samples=1, fps=frames, seconds=1.0, threads=1)
+    one.frame(0)
+    start = time.perf_counter()
+    for number in range(200):
+        one.frame(number).to_png()
+    return [
+        "rendering and PNG alone, the same frames",
+        "200 frames",
+        f"{5 * (time.perf_counter() - start):.2f} ms",
+    ]
+
+
+def long_job(folder: Path, frames: int) -> list[Row]:
+    """Memory and open files of this process while a long job goes on."""
+    one = Film(world(), integrator="flat", samples=1, fps=frames, seconds=1.0).package()
+    seen: dict[int, tuple[int, int]] = {}
+
+    def look(done: int, total: int, failed: int) -> None:
+        if done in (frames // 10, frames):
+            pages = int(Path("/proc/self/statm").read_text().split()[1])
+            seen[done] = (pages * os.sysconf("SC_PAGE_SIZE"), len(os.listdir("/proc/self/fd")))
+
+    start = time.perf_counter()
+    with pool_of(None, threads=1) as pool:
+        Job(folder / "long", one).run(pool, progress=look)
+    seconds = time.perf_counter() - start
+    (early, files), (late, files_late) = seen[frames // 10], seen[frames]
+    return [
+        [
+            f"{frames} frames: resident memory at 10 % and at the end",
+            f"{seconds:.0f} s",
+            f"{early >> 10} KiB, {late >> 10} KiB ({100 * (late / early - 1):+.2f} %)",
+        ],
+        [f"{frames} frames: open files at 10 % and at the end", "", f"{files}, {files_late}"],
+    ]
+
+
+def scaling(folder: Path, frames: int) -> Row:
+    """One worker and two, of one thread each, in turn."""
+    scene = raycam.World()
+    scene.add_object(torus={"radius": 1, "tube": 0.4}, name="ring", refine=2)
+    scene.add_object(plane={"size": [8, 8]}, location=[0, 0, -0.5])
+    scene.add_light({"type": "sky", "radiance": [1, 1, 1]})
+    scene.add_camera(raycam.Camera.look_at([3, -2, 2], [0, 0, 0], size=(480, 360), fov=45))
+    scene.set_video(fps=frames, seconds=1.0, orbit={"target": [0, 0, 0]})
+    seconds = {}
+    each = 0.0
+    for count in (1, 2):
+        one = Film(scene, samples=24, seed=count).package()
+        job = Job(folder / f"scale{count}", one)
+        with pool_of(count, threads=1) as pool:
+            pool.slots()
+            job.run(pool, frames=range(2))
+            start = time.perf_counter()
+            job.run(pool)
+            seconds[count] = time.perf_counter() - start
+        each = seconds[1] / (frames - 2)
+    return [
+        f"2 workers beside 1, frames of {each:.2f} s",
+        f"{frames - 2} frames",
+        f"{seconds[1] / seconds[2]:.2f}x",
+    ]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("parts", nargs="*", default=["kills", "overhead", "long", "scaling"])
+    parser.add_argument("--kills", type=int, default=200)
+    parser.add_argument("--frames", type=int, default=10_000)
+    options = parser.parse_args()
+    rows: list[Row] = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        parts: dict[str, Callable[[], list[Row]]] = {
+            "kills": lambda: kills(folder, options.kills),
+            "overhead": lambda: [
+                bare(400),
+                overhead(folder, None, "this process", 400),
+                overhead(folder, 2, "2 processes", 400),
+                overhead(folder, "local:2", "Dask local 2", 400),
+            ],
+            "long": lambda: long_job(folder, options.frames),
+            "scaling": lambda: [scaling(folder, 16)],
+        }
+        for part in options.parts:
+            rows += parts[part]()
+            print(*rows[-3:], sep="\n", file=sys.stderr)
+    notes = [
+        "Every kill is followed by a run that goes on; its bytes are compared with those of an uninterrupted one."
+    ]
+    report.write("jobs", "Jobs", notes, ["what", "how much", "result"], rows)
+
+
+if __name__ == "__main__":
+    main()
