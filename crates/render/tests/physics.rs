@@ -5,9 +5,7 @@ mod common;
 use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
-use raycam_scene::{
-    Camera, Glass, Light, Material, Metal, PixelCenter, Reflectance, World, primitive,
-};
+use raycam_scene::{Camera, Glass, Light, Material, Metal, Reflectance, World, primitive};
 
 fn settings(integrator: Integrator, samples: u32) -> Settings {
     Settings {

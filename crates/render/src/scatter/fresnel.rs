@@ -86,7 +86,7 @@ fn schlick(f0: Vec3, f90: Vec3, cosine: f32) -> Vec3 {
 }
 
 /// The cosine on the other side; `None` for total reflection.
-pub(crate) fn refracted_cosine(cosine: f32, eta: f32) -> Option<f32> {
+fn refracted_cosine(cosine: f32, eta: f32) -> Option<f32> {
     let sin2 = (1.0 - cosine * cosine).max(0.0) / (eta * eta);
     (sin2 < 1.0).then(|| (1.0 - sin2).sqrt())
 }
@@ -112,4 +112,18 @@ fn conductor(cosine: f32, n: f32, k: f32) -> f32 {
     let (t3, t4) = (c2 * a2b2 + s2 * s2, t2 * s2);
     let parallel = perpendicular * (t3 - t4) / (t3 + t4);
     ((perpendicular + parallel) / 2.0) as f32
+}
+
+/// The mirror direction about a normal, where it lies above the surface.
+pub(crate) fn reflect(v: Vec3, h: Vec3) -> Option<Vec3> {
+    let l = 2.0 * v.dot(h) * h - v;
+    (l.z > 0.0).then_some(l)
+}
+
+/// The refracted direction, where there is one and it lies below the surface; `eta` is the index there relative to here.
+pub(crate) fn refract(v: Vec3, h: Vec3, eta: f32) -> Option<Vec3> {
+    let cosine = v.dot(h);
+    let other = refracted_cosine(cosine, eta)?;
+    let l = h * (cosine / eta - other) - v / eta;
+    (l.z < 0.0).then_some(l)
 }

@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use super::energy::{Albedo, Energy};
 use super::frame::{Frame, cosine_density, cosine_direction};
-use super::fresnel::{Fresnel, refracted_cosine};
+use super::fresnel::{Fresnel, reflect, refract};
 use super::ggx::Ggx;
 use super::sheen::Sheen;
 use super::{ScatterSample, Value};
@@ -392,18 +392,4 @@ fn microfacets(ggx: &Ggx, fresnel: &Fresnel, v: Vec3, l: Vec3) -> (Vec3, f32) {
     let shape = ggx.density(h) / (4.0 * v.z);
     let value = fresnel.reflected(cosine) * (shape * ggx.visible_both(v, l));
     (value, shape * ggx.visible(v))
-}
-
-/// The mirror direction about a normal, where it lies above the surface.
-fn reflect(v: Vec3, h: Vec3) -> Option<Vec3> {
-    let l = 2.0 * v.dot(h) * h - v;
-    (l.z > 0.0).then_some(l)
-}
-
-/// The refracted direction, where there is one and it lies below the surface; `eta` is the index there relative to here.
-fn refract(v: Vec3, h: Vec3, eta: f32) -> Option<Vec3> {
-    let cosine = v.dot(h);
-    let other = refracted_cosine(cosine, eta)?;
-    let l = h * (cosine / eta - other) - v / eta;
-    (l.z < 0.0).then_some(l)
 }
