@@ -1,8 +1,11 @@
 //! Large arrays on large pages.
 
 use std::alloc::{Layout, alloc, dealloc, handle_alloc_error};
+use std::mem::MaybeUninit;
 use std::ops::{Deref, DerefMut};
 use std::ptr::NonNull;
+
+use rayon::prelude::*;
 
 /// The size of a large page.
 const PAGE: usize = 2 << 20;
@@ -67,22 +70,39 @@ impl<T: Copy> Pages<T> {
         self.capacity
     }
 
-    /// Appends values, for which there must be room.
-    pub fn extend_from_slice(&mut self, values: &[T]) {
-        assert!(
-            values.len() <= self.capacity - self.len,
-            "no room for {} values",
-            values.len()
-        );
-        // SAFETY: there is room behind the first `len` values, and `values` lies elsewhere.
-        unsafe {
-            std::ptr::copy_nonoverlapping(
-                values.as_ptr(),
-                self.start.as_ptr().add(self.len),
-                values.len(),
-            );
+    /// The values of all `parts`, `capacity` in number, one after the other: copied in parallel, each part dropped once
+    /// it is. Before that, `place` is told where it will start.
+    pub fn collect<P: AsRef<[T]> + Send>(
+        capacity: usize,
+        parts: Vec<P>,
+        place: impl Fn(&mut P, usize) + Sync,
+    ) -> Self
+    where
+        T: Send + Sync,
+    {
+        let mut pages = Self::with_capacity(capacity);
+        // SAFETY: there is room for that many values, none of which is taken to be written.
+        let mut room = unsafe {
+            std::slice::from_raw_parts_mut(
+                pages.start.as_ptr().cast::<MaybeUninit<T>>(),
+                pages.capacity,
+            )
+        };
+        let mut at = 0;
+        let mut placed = Vec::with_capacity(parts.len());
+        for part in parts {
+            let length = part.as_ref().len();
+            let (here, rest) = room.split_at_mut(length);
+            placed.push((part, at, here));
+            (at, room) = (at + length, rest);
         }
-        self.len += values.len();
+        assert!(at == capacity, "{at} values, expected {capacity}");
+        placed.into_par_iter().for_each(|(mut part, at, here)| {
+            place(&mut part, at);
+            here.write_copy_of_slice(part.as_ref());
+        });
+        pages.len = capacity;
+        pages
     }
 }
 

@@ -60,22 +60,32 @@ impl Binary {
     }
 }
 
-/// Builds a treelet and appends its blocks; returns the reference of its root.
+/// What a thread needs to build a treelet; kept from treelet to treelet, or most of the time would go into new pages.
+#[derive(Default)]
+pub struct Scratch {
+    tree: Vec<Binary>,
+    open: Vec<(usize, usize)>,
+    blocks: Vec<Block>,
+}
+
+/// Builds a treelet; returns its blocks and the reference of its root, which counts from their start.
 pub fn treelet<L: Leaves>(
     items: &mut [Item],
     range: Range,
     first: usize,
     depth: usize,
     leaves: &L,
-    blocks: &mut Vec<Block>,
-) -> u32 {
-    let mut tree = Vec::with_capacity(items.len());
+    scratch: &mut Scratch,
+) -> (Box<[Block]>, u32) {
+    let Scratch { tree, open, blocks } = scratch;
+    tree.clear();
+    blocks.clear();
     tree.push(Binary {
         count: items.len() as u32,
         range,
         ..Binary::default()
     });
-    let mut open = vec![(0usize, depth)];
+    open.push((0, depth));
     while let Some((at, depth)) = open.pop() {
         let Binary {
             first: begin,
@@ -109,12 +119,11 @@ pub fn treelet<L: Leaves>(
     }
     let items = &*items;
     let below = |node: &Binary| &items[node.first as usize..(node.first + node.count) as usize];
-    collapse(&mut tree, |node| leaves.fit(below(node)));
-    let start = blocks.len();
-    debug_assert_eq!(start, 0, "references count from the start of the blocks");
-    emit(&tree, 0, blocks, &mut |node, blocks| {
+    collapse(tree, |node| leaves.fit(below(node)));
+    let root = emit(tree, 0, blocks, &mut |node, blocks| {
         leaves.emit(below(node), first + node.first as usize, blocks)
-    })
+    });
+    (blocks.as_slice().into(), root)
 }
 
 /// Fills in the costs, children before parents.
@@ -126,10 +135,10 @@ pub fn collapse(tree: &mut [Binary], fits: impl Fn(&Binary) -> bool) {
             tree[at].cost = [area * LEAF_COST; 8];
             continue;
         }
-        let (left, right) = (
-            tree[node.left as usize].cost,
-            tree[node.left as usize + 1].cost,
-        );
+        let [left, right] = [0, 1].map(|k| &tree[node.left as usize + k]);
+        // What does not fit into a leaf does not fit with more besides.
+        let small = left.leaf && right.leaf;
+        let (left, right) = (left.cost, right.cost);
         let mut cost = [f32::INFINITY; 8];
         let mut share = [0u8; 8];
         for k in 2..=8usize {
@@ -145,7 +154,7 @@ pub fn collapse(tree: &mut [Binary], fits: impl Fn(&Binary) -> bool) {
         let as_leaf = area * LEAF_COST;
         let here = &mut tree[at];
         here.share = share;
-        here.leaf = as_leaf <= as_node && fits(&node);
+        here.leaf = small && as_leaf <= as_node && fits(&node);
         cost[0] = if here.leaf { as_leaf } else { as_node };
         for k in 1..8 {
             if cost[k - 1] <= cost[k] {

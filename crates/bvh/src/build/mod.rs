@@ -6,12 +6,14 @@
 mod binned;
 mod collapse;
 
+use std::sync::{Mutex, PoisonError};
+
 use rayon::prelude::*;
 
 use crate::block::{Block, LEAF, NO_CHILD, Node};
 use crate::memory::Pages;
 use binned::{Item, Range};
-use collapse::{Binary, collapse};
+use collapse::{Binary, Scratch, collapse};
 
 pub use binned::Item as BuildItem;
 
@@ -62,7 +64,7 @@ pub fn build<L: Leaves>(mut items: Vec<Item>, leaves: &L) -> Tree {
     }
     let whole = Range::of(&items);
     let (lower, upper) = (whole.lower(), whole.upper());
-    let top = split_top(&mut items, whole, 0, 0, leaves);
+    let top = split_top(&mut items, whole, 0, 0, leaves, &Mutex::default());
     let ids = items.par_iter().map(|item| item.id).collect();
     drop(items);
     let mut treelets = vec![];
@@ -87,7 +89,7 @@ enum Top {
 /// A part of the tree, with references that count from its own start.
 struct Treelet {
     range: Range,
-    blocks: Vec<Block>,
+    blocks: Box<[Block]>,
     root: u32,
 }
 
@@ -97,11 +99,14 @@ fn split_top<L: Leaves>(
     first: usize,
     depth: usize,
     leaves: &L,
+    idle: &Mutex<Vec<Scratch>>,
 ) -> Top {
     if items.len() <= TREELET {
-        let mut blocks = vec![];
-        let root = collapse::treelet(items, range, first, depth, leaves, &mut blocks);
-        blocks.shrink_to_fit();
+        // A thread that panicked has left nothing half done in what is idle.
+        let lock = || idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut scratch = lock().pop().unwrap_or_default();
+        let (blocks, root) = collapse::treelet(items, range, first, depth, leaves, &mut scratch);
+        lock().push(scratch);
         return Top::Treelet(Treelet {
             range,
             blocks,
@@ -111,8 +116,8 @@ fn split_top<L: Leaves>(
     let (middle, left, right) = binned::split(items, &range, depth, leaves.bins(items.len()));
     let (a, b) = items.split_at_mut(middle);
     let (a, b) = rayon::join(
-        || split_top(a, left, first, depth + 1, leaves),
-        || split_top(b, right, first + middle, depth + 1, leaves),
+        || split_top(a, left, first, depth + 1, leaves, idle),
+        || split_top(b, right, first + middle, depth + 1, leaves, idle),
     );
     Top::Split(range, Box::new([a, b]))
 }
@@ -162,21 +167,38 @@ fn join<L: Leaves>(binary: &[Binary], treelets: Vec<Treelet>) -> (Pages<Block>, 
         }
     };
     let root = resolve(root);
-    let mut blocks = Pages::with_capacity(base);
-    for mut block in top {
+    for block in &mut top {
         // SAFETY: the top is made of nodes only.
         let node: &mut Node = unsafe { &mut block.node };
         node.child = node.child.map(resolve);
-        blocks.extend_from_slice(&[block]);
     }
-    for treelet in treelets {
-        let base = blocks.len() as u32;
-        blocks.extend_from_slice(&treelet.blocks);
-        if base > 0 && treelet.root & LEAF == 0 {
-            relocate::<L>(&mut blocks, treelet.root + base, base);
+    let mut parts = vec![Part {
+        blocks: top.into(),
+        nodes: None,
+    }];
+    parts.extend(treelets.into_iter().map(|treelet| Part {
+        nodes: (treelet.root & LEAF == 0).then_some(treelet.root),
+        blocks: treelet.blocks,
+    }));
+    // Treelets go as they are copied: never is everything there twice.
+    let blocks = Pages::collect(base, parts, |part, base| {
+        if let Some(root) = part.nodes {
+            relocate::<L>(&mut part.blocks, root, base as u32);
         }
-    }
+    });
     (blocks, root)
+}
+
+/// A part of the blocks, and the root of the nodes in it whose references are still to be moved.
+struct Part {
+    blocks: Box<[Block]>,
+    nodes: Option<u32>,
+}
+
+impl AsRef<[Block]> for Part {
+    fn as_ref(&self) -> &[Block] {
+        &self.blocks
+    }
 }
 
 /// A reference of a treelet whose blocks stand `base` further.
@@ -195,10 +217,10 @@ fn relocate<L: Leaves>(blocks: &mut [Block], node: u32, base: u32) {
         // SAFETY: only references without `LEAF` are opened, and these lead to nodes.
         let node: &mut Node = unsafe { &mut blocks[at as usize].node };
         for child in &mut node.child[..node.children as usize] {
-            *child = moved::<L>(*child, base);
             if *child & LEAF == 0 {
                 open.push(*child);
             }
+            *child = moved::<L>(*child, base);
         }
     }
 }
