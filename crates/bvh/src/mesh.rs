@@ -11,7 +11,7 @@ use crate::traverse::local::REACH_LIMIT;
 /// How much time a build may take for faster rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// For geometry that changes every frame: few bins.
+    /// For geometry that changes every frame: split along a space-filling curve.
     Fast,
     /// Binned surface-area heuristic.
     #[default]
@@ -243,13 +243,13 @@ impl Leaves for Triangles<'_> {
         }
     }
 
-    fn bins(&self, items: usize) -> usize {
+    fn bins(&self, items: usize) -> Option<usize> {
         match self.quality {
-            Quality::Fast => 8,
-            Quality::Default if items < 24 => 8,
-            Quality::Default => 16,
-            Quality::High if items < 24 => 16,
-            Quality::High => 32,
+            Quality::Fast => None,
+            Quality::Default if items < 24 => Some(8),
+            Quality::Default => Some(16),
+            Quality::High if items < 24 => Some(16),
+            Quality::High => Some(32),
         }
     }
 

@@ -243,8 +243,8 @@ impl Leaves for Instances {
         1
     }
 
-    fn bins(&self, _items: usize) -> usize {
-        16
+    fn bins(&self, _items: usize) -> Option<usize> {
+        Some(16)
     }
 
     fn emit(&self, items: &[BuildItem], _first: usize, _blocks: &mut Vec<Block>) -> u32 {

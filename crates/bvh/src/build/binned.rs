@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::MAX_DEPTH;
+use super::morton::Curve;
 use crate::simd::Quad;
 
 /// A box to be placed in the tree; 32 bytes.
@@ -117,6 +118,15 @@ impl Range {
     pub fn upper(&self) -> [f32; 3] {
         let [x, y, z, _] = self.upper.array();
         [x, y, z]
+    }
+
+    /// The lower and the upper corner of the box of the (doubled) centres.
+    pub fn centres(&self) -> ([f32; 3], [f32; 3]) {
+        let three = |corner: Quad| {
+            let [x, y, z, _] = corner.array();
+            [x, y, z]
+        };
+        (three(self.centre_lower), three(self.centre_upper))
     }
 
     /// Half the surface of the box.
@@ -240,17 +250,24 @@ impl<const N: usize> Bins<N> {
     }
 }
 
-/// Splits at least two items in two: reorders them and returns where the right side starts, and both ranges. `bins`
-/// along each axis are looked at: 8, 16 or 32.
+/// Splits at least two items in two: reorders them and returns where the right side starts, and both ranges.
 pub fn split(
     items: &mut [Item],
     range: &Range,
     depth: usize,
-    bins: usize,
+    method: Method,
 ) -> (usize, Range, Range) {
+    let mut middle = items.len() / 2;
     // Halving takes `needed` levels: once that is all that is left, it is all that happens.
     let needed = items.len().next_power_of_two().trailing_zeros() as usize;
     if depth + needed < MAX_DEPTH {
+        let bins = match method {
+            Method::Bins(bins) => bins,
+            Method::Curve(curve) => {
+                middle = curve.split(items).unwrap_or(middle);
+                return halves(items, middle);
+            }
+        };
         let binning = Binning::of(range, bins);
         let best = match bins {
             8 => best::<8>(items, &binning),
@@ -263,7 +280,20 @@ pub fn split(
             });
         }
     }
-    let middle = items.len() / 2;
+    halves(items, middle)
+}
+
+/// How a split is found.
+#[derive(Clone, Copy)]
+pub enum Method<'a> {
+    /// The cheapest of those between 8, 16 or 32 bins along each axis.
+    Bins(usize),
+    /// Along a curve, in whose order the items are.
+    Curve(&'a Curve),
+}
+
+/// The items before `middle` and the others.
+fn halves(items: &[Item], middle: usize) -> (usize, Range, Range) {
     (
         middle,
         Range::of(&items[..middle]),

@@ -2,7 +2,7 @@
 //! Laine 2017, section 3.1, which also merges binary leaves into leaves of sixteen triangles.
 
 use super::binned::{Item, Range, split};
-use super::{LEAF, Leaves, NO_CHILD};
+use super::{LEAF, Leaves, NO_CHILD, Shared};
 use crate::block::{Block, Node};
 
 /// Of a leaf test, in node tests.
@@ -74,9 +74,10 @@ pub fn treelet<L: Leaves>(
     range: Range,
     first: usize,
     depth: usize,
-    leaves: &L,
+    shared: &Shared<L>,
     scratch: &mut Scratch,
 ) -> (Box<[Block]>, u32) {
+    let leaves = shared.leaves;
     let Scratch { tree, open, blocks } = scratch;
     tree.clear();
     blocks.clear();
@@ -98,7 +99,7 @@ pub fn treelet<L: Leaves>(
             continue;
         }
         let here = &mut items[begin as usize..(begin + count) as usize];
-        let (middle, left, right) = split(here, &range, depth, leaves.bins(count as usize));
+        let (middle, left, right) = split(here, &range, depth, shared.method(count as usize));
         let child = tree.len() as u32;
         tree[at].left = child;
         let middle = middle as u32;

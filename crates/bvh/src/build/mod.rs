@@ -5,6 +5,7 @@
 
 mod binned;
 mod collapse;
+mod morton;
 
 use std::sync::{Mutex, PoisonError};
 
@@ -12,8 +13,9 @@ use rayon::prelude::*;
 
 use crate::block::{Block, LEAF, NO_CHILD, Node};
 use crate::memory::Pages;
-use binned::{Item, Range};
+use binned::{Item, Method, Range};
 use collapse::{Binary, Scratch, collapse};
+use morton::Curve;
 
 pub use binned::Item as BuildItem;
 
@@ -34,8 +36,8 @@ pub trait Leaves: Sync {
     const IN_BLOCKS: bool;
     /// The most items in a binary leaf, which must fit into one leaf whatever they are.
     fn binary_leaf(&self) -> usize;
-    /// How many bins along an axis a range of items is worth: 8, 16 or 32.
-    fn bins(&self, items: usize) -> usize;
+    /// How many bins along an axis a range of items is worth: 8, 16 or 32. `None`: it is split along a curve.
+    fn bins(&self, items: usize) -> Option<usize>;
 }
 
 /// A finished tree.
@@ -64,7 +66,15 @@ pub fn build<L: Leaves>(mut items: Vec<Item>, leaves: &L) -> Tree {
     }
     let whole = Range::of(&items);
     let (lower, upper) = (whole.lower(), whole.upper());
-    let top = split_top(&mut items, whole, 0, 0, leaves, &Mutex::default());
+    let shared = Shared {
+        leaves,
+        curve: Curve::of(&whole),
+        idle: Mutex::default(),
+    };
+    if leaves.bins(items.len()).is_none() {
+        items = shared.curve.sort(items);
+    }
+    let top = split_top(&mut items, whole, 0, 0, &shared);
     let ids = items.par_iter().map(|item| item.id).collect();
     drop(items);
     let mut treelets = vec![];
@@ -93,19 +103,32 @@ struct Treelet {
     root: u32,
 }
 
+/// What all parts of a build share.
+struct Shared<'a, L> {
+    leaves: &'a L,
+    curve: Curve,
+    idle: Mutex<Vec<Scratch>>,
+}
+
+impl<L: Leaves> Shared<'_, L> {
+    fn method(&self, items: usize) -> Method<'_> {
+        let bins = self.leaves.bins(items);
+        bins.map_or(Method::Curve(&self.curve), Method::Bins)
+    }
+}
+
 fn split_top<L: Leaves>(
     items: &mut [Item],
     range: Range,
     first: usize,
     depth: usize,
-    leaves: &L,
-    idle: &Mutex<Vec<Scratch>>,
+    shared: &Shared<L>,
 ) -> Top {
     if items.len() <= TREELET {
         // A thread that panicked has left nothing half done in what is idle.
-        let lock = || idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let lock = || shared.idle.lock().unwrap_or_else(PoisonError::into_inner);
         let mut scratch = lock().pop().unwrap_or_default();
-        let (blocks, root) = collapse::treelet(items, range, first, depth, leaves, &mut scratch);
+        let (blocks, root) = collapse::treelet(items, range, first, depth, shared, &mut scratch);
         lock().push(scratch);
         return Top::Treelet(Treelet {
             range,
@@ -113,11 +136,11 @@ fn split_top<L: Leaves>(
             root,
         });
     }
-    let (middle, left, right) = binned::split(items, &range, depth, leaves.bins(items.len()));
+    let (middle, left, right) = binned::split(items, &range, depth, shared.method(items.len()));
     let (a, b) = items.split_at_mut(middle);
     let (a, b) = rayon::join(
-        || split_top(a, left, first, depth + 1, leaves, idle),
-        || split_top(b, right, first + middle, depth + 1, leaves, idle),
+        || split_top(a, left, first, depth + 1, shared),
+        || split_top(b, right, first + middle, depth + 1, shared),
     );
     Top::Split(range, Box::new([a, b]))
 }
@@ -229,8 +252,8 @@ fn relocate<L: Leaves>(blocks: &mut [Block], node: u32, base: u32) {
 mod tests {
     use super::*;
 
-    /// Boxes as leaves, one each.
-    struct Boxes;
+    /// Boxes as leaves, one each; by bins or along a curve.
+    struct Boxes(bool);
 
     impl Leaves for Boxes {
         const IN_BLOCKS: bool = false;
@@ -243,8 +266,8 @@ mod tests {
         fn binary_leaf(&self) -> usize {
             1
         }
-        fn bins(&self, _items: usize) -> usize {
-            16
+        fn bins(&self, _items: usize) -> Option<usize> {
+            self.0.then_some(16)
         }
     }
 
@@ -285,14 +308,14 @@ mod tests {
         deepest
     }
 
-    fn built(boxes: &[([f32; 3], [f32; 3])]) -> Tree {
+    fn built(boxes: &[([f32; 3], [f32; 3])], bins: bool) -> Tree {
         build(
             boxes
                 .iter()
                 .zip(0..)
                 .map(|(b, id)| Item::new(b.0, b.1, id))
                 .collect(),
-            &Boxes,
+            &Boxes(bins),
         )
     }
 
@@ -311,7 +334,8 @@ mod tests {
             .map(|i| ([-1.0 - i as f32; 3], [1.0 + i as f32; 3]))
             .collect();
         for boxes in [same, spread, shrinking, nested, vec![point(0.0)]] {
-            check(&built(&boxes), &boxes);
+            check(&built(&boxes, true), &boxes);
+            check(&built(&boxes, false), &boxes);
         }
     }
 
@@ -323,22 +347,24 @@ mod tests {
                 ([x(0), x(1), x(2)], [x(0) + 9e3, x(1) + 9e3, x(2) + 9e3])
             })
             .collect();
-        let trees = [1, 2, 5].map(|n| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(n)
-                .build()
-                .unwrap();
-            pool.install(|| built(&boxes))
-        });
-        for tree in &trees[1..] {
-            assert_eq!(tree.root, trees[0].root);
-            assert_eq!(tree.ids, trees[0].ids);
-            let nodes = |tree: &Tree| {
-                // SAFETY: this tree has no leaf blocks.
-                let node = |block: &Block| unsafe { (block.node.bounds, block.node.child) };
-                tree.blocks.iter().map(node).collect::<Vec<_>>()
-            };
-            assert!(nodes(tree) == nodes(&trees[0]));
+        for bins in [true, false] {
+            let trees = [1, 2, 5].map(|n| {
+                let pool = rayon::ThreadPoolBuilder::new()
+                    .num_threads(n)
+                    .build()
+                    .unwrap();
+                pool.install(|| built(&boxes, bins))
+            });
+            for tree in &trees[1..] {
+                assert_eq!(tree.root, trees[0].root);
+                assert_eq!(tree.ids, trees[0].ids);
+                let nodes = |tree: &Tree| {
+                    // SAFETY: this tree has no leaf blocks.
+                    let node = |block: &Block| unsafe { (block.node.bounds, block.node.child) };
+                    tree.blocks.iter().map(node).collect::<Vec<_>>()
+                };
+                assert!(nodes(tree) == nodes(&trees[0]));
+            }
         }
     }
 }
