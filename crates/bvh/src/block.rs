@@ -38,12 +38,23 @@ impl Node {
     /// Adds a child.
     pub fn push(&mut self, lower: [f32; 3], upper: [f32; 3], child: u32) {
         let lane = self.children as usize;
+        self.set_bounds(lane, (lower, upper));
+        self.child[lane] = child;
+        self.children += 1;
+    }
+
+    /// Gives a child another box, by its lower and upper corner.
+    pub fn set_bounds(&mut self, lane: usize, (lower, upper): ([f32; 3], [f32; 3])) {
         for axis in 0..3 {
             self.bounds[2 * axis][lane] = lower[axis];
             self.bounds[2 * axis + 1][lane] = upper[axis];
         }
-        self.child[lane] = child;
-        self.children += 1;
+    }
+
+    /// The lower and the upper corner of a child's box.
+    pub fn bounds_of(&self, lane: usize) -> ([f32; 3], [f32; 3]) {
+        let corner = |side: usize| std::array::from_fn(|axis| self.bounds[2 * axis + side][lane]);
+        (corner(0), corner(1))
     }
 }
 
@@ -95,6 +106,30 @@ impl Leaf {
             bounds,
             _pad: 0,
         }
+    }
+}
+
+impl Leaf {
+    /// Moves the triangles to other corners; returns their box. What shared a vertex still does.
+    pub fn refit(
+        &mut self,
+        triangles: impl Iterator<Item = [[f32; 3]; 3]>,
+    ) -> ([f32; 3], [f32; 3]) {
+        let mut vertices = [[0.0; 3]; LEAF_SIZE];
+        let mut corners = [[0; 3]; LEAF_SIZE];
+        let (mut used, mut count) = (0, 0);
+        for (k, triangle) in triangles.enumerate() {
+            for (c, vertex) in triangle.into_iter().enumerate() {
+                let lane = crate::simd::packed_index(self.corner[c], k);
+                vertices[lane as usize] = vertex;
+                corners[k][c] = lane;
+                used = used.max(lane as usize + 1);
+            }
+            count = k + 1;
+        }
+        *self = Self::new(&vertices[..used], &corners[..count], self.first);
+        let corner = |side: usize| std::array::from_fn(|axis| self.bounds[2 * axis + side]);
+        (corner(0), corner(1))
     }
 }
 

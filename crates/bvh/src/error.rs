@@ -26,6 +26,13 @@ pub enum BuildError {
         /// How many there may be.
         limit: usize,
     },
+    /// A tree was to be refitted to a mesh that it does not fit.
+    OtherMesh {
+        /// Triangles of the mesh.
+        given: usize,
+        /// Triangles of the tree.
+        built: usize,
+    },
 }
 
 impl std::fmt::Display for BuildError {
@@ -45,6 +52,11 @@ impl std::fmt::Display for BuildError {
             Self::TooLarge { what, given, limit } => {
                 write!(f, "{given} {what} given, at most {limit} fit")
             }
+            Self::OtherMesh { given, built } => write!(
+                f,
+                "a tree of {built} triangles cannot be refitted to {given} triangles, or not to ones of that size: \
+                 build it anew"
+            ),
         }
     }
 }

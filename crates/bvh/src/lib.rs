@@ -14,6 +14,7 @@ mod error;
 mod memory;
 mod mesh;
 mod ray;
+mod refit;
 mod scene;
 mod simd;
 mod traverse;

@@ -99,10 +99,23 @@ impl<T: Copy> Pages<T> {
         assert!(at == capacity, "{at} values, expected {capacity}");
         placed.into_par_iter().for_each(|(mut part, at, here)| {
             place(&mut part, at);
-            here.write_copy_of_slice(part.as_ref());
+            let from = part.as_ref();
+            assert!(from.len() == here.len(), "a part has changed its length");
+            // SAFETY: as long as each other, and one of them was just allocated.
+            unsafe {
+                let to = here.as_mut_ptr().cast::<T>();
+                std::ptr::copy_nonoverlapping(from.as_ptr(), to, from.len());
+            }
         });
         pages.len = capacity;
         pages
+    }
+}
+
+impl<T: Copy + Send + Sync> Clone for Pages<T> {
+    fn clone(&self) -> Self {
+        let parts = self.chunks(1 << 14).collect();
+        Self::collect(self.len, parts, |_, _| {})
     }
 }
 

@@ -31,6 +31,7 @@ pub struct BuildOptions {
 pub const TRIANGLE_LIMIT: usize = 1 << 30;
 
 /// One mesh, ready to be traced: mesh-local float32 coordinates.
+#[derive(Clone)]
 pub struct Bvh {
     blocks: Pages<Block>,
     root: u32,
@@ -60,13 +61,7 @@ impl Bvh {
         triangles: &[[u32; 3]],
         options: &BuildOptions,
     ) -> Result<Self, BuildError> {
-        check(vertices, triangles)?;
-        let reach = vertices
-            .par_iter()
-            .with_min_len(1 << 14)
-            .map(|v| v[0].abs().max(v[1].abs()).max(v[2].abs()))
-            .reduce(|| 0.0, f32::max);
-        let scale = scale_of(reach);
+        let scale = scale_of(check(vertices, triangles)?);
         let mesh = Triangles {
             vertices,
             triangles,
@@ -120,6 +115,15 @@ impl Bvh {
         self.root
     }
 
+    /// The root, the ids in the order of the leaves, and all blocks.
+    pub(crate) fn parts_mut(&mut self) -> (u32, &[u32], &mut [Block]) {
+        (self.root, &self.ids, &mut self.blocks)
+    }
+
+    pub(crate) fn set_bounds(&mut self, (lower, upper): ([f32; 3], [f32; 3])) {
+        (self.lower, self.upper) = (lower, upper);
+    }
+
     pub(crate) fn blocks(&self) -> &[Block] {
         &self.blocks
     }
@@ -142,7 +146,8 @@ pub(crate) fn scale_of(reach: f32) -> f32 {
     (1.0 / power).min(f64::from(2f32.powi(126))) as f32
 }
 
-fn check(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<(), BuildError> {
+/// The largest coordinate of a mesh that can be built over.
+pub(crate) fn check(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<f32, BuildError> {
     if triangles.len() > TRIANGLE_LIMIT {
         return Err(BuildError::TooLarge {
             what: "triangles",
@@ -176,7 +181,11 @@ fn check(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<(), BuildError
             vertices: vertices.len(),
         });
     }
-    Ok(())
+    let reach = vertices
+        .par_iter()
+        .with_min_len(1 << 14)
+        .map(|v| v[0].abs().max(v[1].abs()).max(v[2].abs()));
+    Ok(reach.reduce(|| 0.0, f32::max))
 }
 
 /// The triangles as the builder sees them.

@@ -22,6 +22,7 @@ mod light;
 mod pass_through;
 mod picture;
 mod prepare;
+mod prepared_mesh;
 pub mod queries;
 mod render;
 mod sampler;

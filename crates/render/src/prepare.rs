@@ -4,25 +4,15 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
-use raycam_bvh::{BuildError, BuildOptions, Bvh, ExactTriangles, Instance, Scene};
-use raycam_scene::{Alpha, Material, Mesh, Object, Texture, World};
-use rayon::prelude::*;
+use raycam_bvh::{BuildError, Bvh, ExactTriangles, Instance, Scene};
+use raycam_scene::{Alpha, Material, Object, Texture, World};
 
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::light::{Lights, default_lights};
+use crate::prepared_mesh::{PreparedMesh, prepare_meshes};
 use crate::scatter::Lobe;
 use crate::threads::with_pool;
-
-/// A mesh and its acceleration structure, which holds float32 vertices relative to `center`.
-#[derive(Debug)]
-pub(crate) struct PreparedMesh {
-    pub mesh: Arc<Mesh>,
-    bvh: Arc<Bvh>,
-    pub lower: DVec3,
-    pub upper: DVec3,
-    center: DVec3,
-}
 
 /// A placed mesh.
 #[derive(Debug)]
@@ -281,77 +271,6 @@ fn check(world: &World) -> Result<(), RenderError> {
         }
     }
     Ok(())
-}
-
-/// Every mesh that an object shows, by its index in the world.
-fn prepare_meshes(
-    world: &World,
-    previous: Option<&PreparedWorld>,
-    control: &Control,
-) -> Result<Vec<Option<Arc<PreparedMesh>>>, RenderError> {
-    let known: HashMap<*const Mesh, &Arc<PreparedMesh>> = previous
-        .iter()
-        .flat_map(|previous| &previous.objects)
-        .map(|object| (Arc::as_ptr(&object.mesh.mesh), &object.mesh))
-        .collect();
-    let mut meshes: Vec<Option<Arc<PreparedMesh>>> = vec![None; world.meshes.len()];
-    let mut missing = vec![];
-    for object in &world.objects {
-        let index = object.mesh;
-        if meshes[index].is_none() {
-            meshes[index] = known
-                .get(&Arc::as_ptr(&world.meshes[index]))
-                .map(|&mesh| mesh.clone());
-            if meshes[index].is_none() {
-                missing.push(index);
-            }
-        }
-    }
-    missing.sort_unstable();
-    missing.dedup();
-    control.start(missing.len());
-    let built: Vec<_> = missing
-        .into_par_iter()
-        .map(|index| {
-            control.check()?;
-            let mesh = PreparedMesh::build(index, world.meshes[index].clone())?;
-            control.advance();
-            Ok((index, Arc::new(mesh)))
-        })
-        .collect::<Result<_, RenderError>>()?;
-    for (index, mesh) in built {
-        meshes[index] = Some(mesh);
-    }
-    Ok(meshes)
-}
-
-impl PreparedMesh {
-    fn build(index: usize, mesh: Arc<Mesh>) -> Result<Self, RenderError> {
-        mesh.validate()
-            .map_err(|error| RenderError::World(format!("mesh {index}: {error}")))?;
-        let (lower, upper) = mesh.bounds().unwrap_or_default();
-        let center = lower + (upper - lower) / 2.0;
-        let vertices: Vec<[f32; 3]> = mesh
-            .vertices
-            .par_iter()
-            .with_min_len(1 << 14)
-            .map(|&vertex| (vertex - center).as_vec3().to_array())
-            .collect();
-        let bvh =
-            Bvh::build(&vertices, &mesh.triangles, &BuildOptions::default()).map_err(|source| {
-                RenderError::Build {
-                    mesh: index,
-                    source,
-                }
-            })?;
-        Ok(Self {
-            mesh,
-            bvh: Arc::new(bvh),
-            lower,
-            upper,
-            center,
-        })
-    }
 }
 
 /// A box around everything; a single untransformed mesh has the box of its mesh, exactly.

@@ -96,3 +96,32 @@ fn worlds_that_do_not_fit_together_are_refused() {
         "direction",
     );
 }
+
+#[test]
+fn a_mesh_that_changes_its_form_is_refitted_until_the_tree_is_worn() {
+    let world = still_life();
+    let first = prepare(&world);
+    let bent = |amount: f64| {
+        let mut bent = world.clone();
+        let mesh = Arc::make_mut(&mut bent.meshes[world.objects[1].mesh]);
+        for vertex in &mut mesh.vertices {
+            vertex.x += amount * (5.0 * vertex.z).sin();
+        }
+        bent
+    };
+    let camera = look_at(DVec3::new(1.0, -6.0, 3.0), DVec3::ZERO, 50.0, [40, 30]);
+    for (amount, refitted) in [(0.1, true), (30.0, false)] {
+        let bent = bent(amount);
+        let moved = PreparedWorld::new(&bent, Some(&first), None, &Control::new()).unwrap();
+        let new = prepare(&bent);
+        let cost = |world: &PreparedWorld| world.bvh(1).unwrap().cost();
+        assert_eq!(cost(&moved) != cost(&new), refitted, "{amount}");
+        let picture = |world| {
+            raycam_render::render(world, &camera, &Settings::default(), &Control::new()).unwrap()
+        };
+        let (moved, new) = (picture(&moved), picture(&new));
+        for (a, b) in moved.planes.iter().zip(&new.planes) {
+            assert!(a == b, "{amount}");
+        }
+    }
+}

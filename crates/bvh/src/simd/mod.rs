@@ -146,3 +146,9 @@ pub fn pack_index(lanes: &[u8; 16]) -> u64 {
         word | u64::from(lanes[i]) << (32 * (i % 2) + 4 * (i / 2))
     })
 }
+
+/// Index `lane` of those that [`pack_index`] packed.
+#[inline(always)]
+pub fn packed_index(packed: u64, lane: usize) -> u8 {
+    (packed >> (32 * (lane % 2) + 4 * (lane / 2 % 8))) as u8 & 15
+}

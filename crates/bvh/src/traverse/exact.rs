@@ -6,11 +6,12 @@
 //! scene's box: the bound counts from there.
 
 use super::exact_packet::closest_exact_packet;
+use super::line::{Line, sheared};
 use super::local::{EPS, LocalRay};
 use super::packet::SIZE;
 use super::stack::Stack;
 use super::steps::enter_children;
-use super::triangle::{Line, corners, indices, sheared};
+use super::triangle::{corners, indices};
 use crate::block::{LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::ray::{ExactHit, ExactRay};
 use crate::scene::{ExactTriangles, Placed, Scene};

@@ -2,11 +2,11 @@
 
 use super::exact::{Moved, may_meet, off};
 use super::fan::Apex;
+use super::line::Member;
 use super::local::{BOX_PAD, EPS};
 use super::packet::{Packet, SIZE};
 use super::stack::Stack;
 use super::together::NO_RAY;
-use super::triangle::Member;
 use crate::block::{LEAF, NO_CHILD, leaf, node};
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::{ExactTriangles, Scene};

@@ -2,10 +2,10 @@
 //! others' next steps need is on its way. Those at nodes and those at leaves are listed apart, so that the same code
 //! runs for many in a row: which kind of step a ray needs next is what no processor can guess.
 
+use super::line::within;
 use super::local::LocalRay;
 use super::stack::Stack;
 use super::steps::{Best, NO_SLOT, any, enter_children, transformed};
-use super::triangle::within;
 use crate::block::{Block, LEAF, NO_CHILD, leaf, node};
 use crate::mesh::Bvh;
 use crate::ray::{Hit, Ray};

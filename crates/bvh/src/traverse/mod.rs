@@ -4,6 +4,7 @@ mod exact;
 mod exact_packet;
 mod fan;
 mod interleaved;
+mod line;
 pub mod local;
 mod packet;
 mod rows;

@@ -3,11 +3,12 @@
 use super::Any;
 use super::fan::Apex;
 use super::interleaved::{Work, trace};
+use super::line::{Member, within};
 use super::packet::{Packet, SIZE};
 use super::stack::MaskStack;
 use super::steps::any;
 use super::together::{ALL_TRIANGLES, FEW, NO_RAY, groups, outer_pad, prefetch, scaled};
-use super::triangle::{Found, Member, test_rays, within};
+use super::triangle::{Found, test_rays};
 use crate::block::{LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::mesh::Bvh;
 use crate::ray::{Coherence, Ray};

@@ -1,7 +1,7 @@
 //! The steps that every traversal is made of.
 
+use super::line::{Line, Met, meet_one};
 use super::local::LocalRay;
-use super::triangle::{Line, Met, meet_one};
 use crate::block::{Leaf, Node};
 use crate::mesh::Bvh;
 use crate::ray::Ray;

@@ -1,11 +1,12 @@
 //! Packets through the scene: the nearest hits.
 
 use super::fan::Apex;
+use super::line::{Member, Met, meet_one, within};
 use super::local::{BOX_PAD, EPS};
 use super::packet::{Packet, SIZE};
 use super::stack::Stack;
 use super::steps::NO_SLOT;
-use super::triangle::{Found, Member, Met, meet_one, test_rays, within};
+use super::triangle::{Found, test_rays};
 use crate::block::{Block, LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::mesh::Bvh;
 use crate::ray::{Coherence, Hit, Ray};

@@ -5,16 +5,14 @@
 //! the same value with opposite sign, so no ray passes between them, and where a value is 0 float64 decides exactly.
 //! Front and back are both hit. The edges count as inside.
 //!
-//! One ray meets sixteen triangles in two steps: all edges at once ([`within`]), then the few triangles that remain one
-//! by one ([`meet_one`]). Sixteen rays meet one triangle at once ([`test_rays`]). Each computes every value by the same
+//! One ray meets sixteen triangles in two steps: all edges at once ([`super::line::within`]), then the few triangles that remain one
+//! by one ([`super::line::meet_one`]). Sixteen rays meet one triangle at once ([`test_rays`]). Each computes every value by the same
 //! operations in the same order, so a ray and a triangle have the same answer in either.
 
-use std::hint::select_unpredictable;
-
-use super::local::TriangleRay;
+use super::line::Met;
 use super::packet::{Packet, SIZE};
 use crate::block::Leaf;
-use crate::simd::{Isa, Vector};
+use crate::simd::{Isa, Vector, packed_index};
 
 /// Where rays meet triangles; only the lanes that the test names are written.
 #[repr(C, align(64))]
@@ -80,165 +78,11 @@ struct OneTriangle<'a> {
     group: usize,
 }
 
-/// A ray as it is tested against triangles, one of a packet or not.
-pub trait Line: Copy {
-    /// See [`TriangleRay::axes`].
-    fn axes(&self) -> [usize; 3];
-    fn origin(&self, axis: usize) -> f32;
-    fn shear(&self, k: usize) -> f32;
-    fn reciprocal(&self, axis: usize) -> f32;
-    fn pad(&self, axis: usize) -> f32;
-}
-
-impl Line for &TriangleRay {
-    #[inline(always)]
-    fn axes(&self) -> [usize; 3] {
-        self.axes
-    }
-    #[inline(always)]
-    fn origin(&self, axis: usize) -> f32 {
-        self.origin[axis]
-    }
-    #[inline(always)]
-    fn shear(&self, k: usize) -> f32 {
-        self.shear[k]
-    }
-    #[inline(always)]
-    fn reciprocal(&self, axis: usize) -> f32 {
-        self.reciprocal[axis]
-    }
-    #[inline(always)]
-    fn pad(&self, axis: usize) -> f32 {
-        self.pad[axis]
-    }
-}
-
-/// Ray `1` of a packet.
-#[derive(Clone, Copy)]
-pub struct Member<'a>(pub &'a Packet, pub usize);
-
-impl Line for Member<'_> {
-    #[inline(always)]
-    fn axes(&self) -> [usize; 3] {
-        self.0.axes
-    }
-    #[inline(always)]
-    fn origin(&self, axis: usize) -> f32 {
-        self.0.origin[axis][self.1 & (SIZE - 1)]
-    }
-    #[inline(always)]
-    fn shear(&self, k: usize) -> f32 {
-        self.0.shear[k][self.1 & (SIZE - 1)]
-    }
-    #[inline(always)]
-    fn reciprocal(&self, axis: usize) -> f32 {
-        self.0.reciprocal[axis][self.1 & (SIZE - 1)]
-    }
-    #[inline(always)]
-    fn pad(&self, axis: usize) -> f32 {
-        self.0.pad[axis][self.1 & (SIZE - 1)]
-    }
-}
-
-/// The vertices of a leaf in x and y, sheared so that the ray runs along z from 0.
-#[inline(always)]
-pub fn sheared<I: Isa>(leaf: &Leaf, ray: impl Line) -> [I::F16; 2] {
-    let [kx, ky, kz] = ray.axes();
-    let rx = relative::<I>(leaf, kx, ray.origin(kx));
-    let ry = relative::<I>(leaf, ky, ray.origin(ky));
-    let rz = relative::<I>(leaf, kz, ray.origin(kz));
-    let px = rx.sub(I::F16::splat(ray.shear(0)).mul(rz));
-    let py = ry.sub(I::F16::splat(ray.shear(1)).mul(rz));
-    [px, py]
-}
-
-/// Bit i: the line of the ray runs within the edges of triangle i of the leaf, or so close that [`meet_one`] decides.
-#[inline(always)]
-pub fn within<I: Isa>(leaf: &Leaf, ray: impl Line) -> u32 {
-    let [px, py] = sheared::<I>(leaf, ray);
-    let index = indices::<I>(leaf);
-    let ([ax, bx, cx], [ay, by, cy]) = (corners::<I>(px, &index), corners::<I>(py, &index));
-    let u = cx.mul(by).sub(cy.mul(bx));
-    let v = ax.mul(cy).sub(ay.mul(cx));
-    let w = bx.mul(ay).sub(by.mul(ax));
-    let zero = I::F16::splat(0.0);
-    let inside = <I::F16 as Vector>::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero));
-    <I::F16 as Vector>::bits(inside) & leaf.solid
-}
-
-/// Where a ray meets a triangle.
-#[derive(Clone, Copy, Debug)]
-pub struct Met {
-    pub t: f32,
-    pub u: f32,
-    pub v: f32,
-}
-
-/// Where the ray meets triangle `k` of the leaf, at a t of `0..=t_max`: for those that [`within`] names.
-#[inline(always)]
-pub fn meet_one(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met> {
-    let corner = corner_lanes(leaf, k);
-    let [kx, ky, kz] = ray.axes();
-    let along = |axis: usize| {
-        let (row, origin) = (&leaf.vertex[axis], ray.origin(axis));
-        [
-            row[corner[0]] - origin,
-            row[corner[1]] - origin,
-            row[corner[2]] - origin,
-        ]
-    };
-    let (x, y, z) = (along(kx), along(ky), along(kz));
-    // Into the triangle's own interval of t: see TRIANGLE_PAD.
-    let interval = |axis: usize, [a, b, c]: [f32; 3]| {
-        let (lower, upper) = (least(least(a, b), c), greatest(greatest(a, b), c));
-        let reciprocal = ray.reciprocal(axis);
-        let backwards = reciprocal < 0.0;
-        let first = select_unpredictable(backwards, upper, lower);
-        let last = select_unpredictable(backwards, lower, upper);
-        let pad = ray.pad(axis);
-        (first * reciprocal - pad, last * reciprocal + pad)
-    };
-    let (ex, lx) = interval(kx, x);
-    let (ey, ly) = interval(ky, y);
-    let (ez, lz) = interval(kz, z);
-    let (enter, leave) = (greatest(greatest(ex, ey), ez), least(least(lx, ly), lz));
-    // What t will be clamped to says it already, one way or the other.
-    if (enter > t_max) | ((enter < 0.0) & (leave < 0.0)) {
-        return None;
-    }
-    let (sx, sy) = (ray.shear(0), ray.shear(1));
-    let sheared = |i: usize| (x[i] - sx * z[i], y[i] - sy * z[i]);
-    let ((ax, ay), (bx, by), (cx, cy)) = (sheared(0), sheared(1), sheared(2));
-    let mut u = cx * by - cy * bx;
-    let mut v = ax * cy - ay * cx;
-    let mut w = bx * ay - by * ax;
-    if u == 0.0 || v == 0.0 || w == 0.0 {
-        [u, v, w] = decide([ax, ay, bx, by, cx, cy])?;
-    }
-    let det = u + v + w;
-    let (wa, wb, wc) = (u / det, v / det, w / det);
-    let depth = wa * z[0] + wb * z[1] + wc * z[2];
-    let t = greatest(least(depth * ray.shear(2), leave), enter);
-    (0.0 <= t && t <= t_max).then_some(Met { t, u: wb, v: wc })
-}
-
-/// [`Vector::min`] of one lane.
-#[inline(always)]
-fn least(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-/// [`Vector::max`] of one lane.
-#[inline(always)]
-fn greatest(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
 /// The lanes of the corners of triangle `k`.
 #[inline(always)]
-fn corner_lanes(leaf: &Leaf, k: usize) -> [usize; 3] {
-    let shift = 32 * (k % 2) + 4 * (k / 2 % 8);
-    leaf.corner.map(|word| (word >> shift) as usize & 15)
+pub fn corner_lanes(leaf: &Leaf, k: usize) -> [usize; 3] {
+    leaf.corner
+        .map(|packed| usize::from(packed_index(packed, k)))
 }
 
 /// Bit i: ray `16 * group + i` of the packet, one of `active`, meets triangle `k` of the leaf.
@@ -435,7 +279,7 @@ fn decide_lanes(
 /// The edge functions by float64, in which the products are exact; `None` outside.
 #[cold]
 #[inline(never)]
-fn decide(corners: [f32; 6]) -> Option<[f32; 3]> {
+pub fn decide(corners: [f32; 6]) -> Option<[f32; 3]> {
     let [ax, ay, bx, by, cx, cy] = corners.map(f64::from);
     let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
     let det = u + v + w;

@@ -1,0 +1,72 @@
+//! Trees that follow their vertices.
+
+mod common;
+
+use std::sync::Arc;
+
+use common::*;
+use raycam_bvh::{BuildError, BuildOptions, Bvh, Coherence, Hit, Instance, NOTHING, Ray, Scene};
+
+fn answers(bvh: Bvh, rays: &[Ray]) -> Vec<Hit> {
+    let placed = Instance {
+        bvh: Arc::new(bvh),
+        world_from_mesh: [
+            [1.0, 0.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0, 0.0],
+            [0.0, 0.0, 1.0, 0.0],
+        ],
+    };
+    let scene = Scene::build(vec![placed], [0.0; 3]).unwrap();
+    let mut hits = vec![Hit::MISS; rays.len()];
+    scene.closest(rays, &mut hits, Coherence::Unknown);
+    hits
+}
+
+#[test]
+fn a_refitted_tree_answers_as_a_new_one() {
+    let mut rng = Rng(4);
+    for mesh in [sphere(60, &mut rng), soup(2000, 0.3, &mut rng), grid(20)] {
+        let rays: Vec<Ray> = (0..4000)
+            .map(|_| Ray {
+                origin: std::array::from_fn(|_| 3.0 * rng.signed()),
+                direction: std::array::from_fn(|_| rng.signed()),
+                t_max: f32::INFINITY,
+            })
+            .collect();
+        let bent: Vec<[f32; 3]> = mesh
+            .vertices
+            .iter()
+            .map(|&[x, y, z]| [x + 0.3 * z.sin(), 1.2 * y, z - 0.4 * x * y])
+            .collect();
+        for quality in QUALITIES {
+            let options = BuildOptions { quality };
+            let mut moved = Bvh::build(&mesh.vertices, &mesh.triangles, &options).unwrap();
+            let still = moved.cost();
+            moved.refit(&bent, &mesh.triangles).unwrap();
+            assert!(moved.cost() > 1.0 && moved.cost() != still);
+            let new = answers(Bvh::build(&bent, &mesh.triangles, &options).unwrap(), &rays);
+            assert!(new.iter().any(|hit| hit.instance != NOTHING));
+            assert!(answers(moved, &rays) == new, "{quality:?}");
+        }
+    }
+}
+
+#[test]
+fn another_mesh_is_refused() {
+    let mut rng = Rng(5);
+    let mesh = sphere(10, &mut rng);
+    let mut bvh = Bvh::build(&mesh.vertices, &mesh.triangles, &BuildOptions::default()).unwrap();
+    let fewer = &mesh.triangles[1..];
+    assert_eq!(
+        bvh.refit(&mesh.vertices, fewer),
+        Err(BuildError::OtherMesh {
+            given: fewer.len(),
+            built: mesh.triangles.len()
+        })
+    );
+    let huge: Vec<_> = mesh.vertices.iter().map(|v| v.map(|x| x * 1e30)).collect();
+    assert!(bvh.refit(&huge, &mesh.triangles).is_err());
+    let mut broken = mesh.vertices.clone();
+    broken[0][0] = f32::NAN;
+    assert!(bvh.refit(&broken, &mesh.triangles).is_err());
+}
