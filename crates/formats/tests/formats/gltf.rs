@@ -232,7 +232,11 @@ fn bombs_end_in_an_error() {
         .replace(r#""bufferView": 0, "#, "")
         .replace(r#""count": 3"#, r#""count": 4000000000"#);
     assert!(error(zeros).contains("accessors[0]: 48000000000 bytes to decode"));
-    let deep = format!("{}{}", r#"{"extras":"#.repeat(100_000), "}".repeat(100_000));
+    let deep = format!(
+        "{}0{}",
+        r#"{"extras":"#.repeat(100_000),
+        "}".repeat(100_000)
+    );
     assert!(error(deep).contains("asset: missing"));
     let long = (0..100_000)
         .map(|i| format!(r#"{{"children": [{}]}}"#, i + 1))
@@ -263,4 +267,78 @@ fn bombs_end_in_an_error() {
         .replace(r#"{"name": "a", "mesh": 0}"#, &nodes)
         .replace(r#""nodes": [0]"#, &format!(r#""nodes": [{roots}]"#));
     assert_eq!(world(&shared).objects.len(), 20_000);
+}
+
+/// A triangle that slides 4 along x in 2 seconds, while its second corner morphs 1 along z.
+fn moving() -> String {
+    let floats =
+        |values: &[f32]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
+    let mut bytes = floats(&[0.0, 2.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 1.0]);
+    bytes.extend(floats(&[0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]));
+    let more = format!(
+        r#", "animations": [{{"name": "slide", "channels": [
+{{"sampler": 0, "target": {{"node": 0, "path": "translation"}}}}, {{"sampler": 1, "target": {{"node": 0, "path": "weights"}}}}],
+"samplers": [{{"input": 1, "output": 2}}, {{"input": 1, "output": 3}}]}}]}}"#
+    );
+    let accessor = |offset: usize, count: usize, kind: &str| {
+        format!(
+            r#", {{"bufferView": 1, "byteOffset": {offset}, "componentType": 5126, "count": {count}, "type": "{kind}", "min": [0], "max": [0]}}"#
+        )
+    };
+    let accessors = accessor(0, 2, "SCALAR")
+        + &accessor(8, 2, "VEC3")
+        + &accessor(32, 2, "SCALAR")
+        + &accessor(40, 3, "VEC3");
+    let buffer = format!(
+        r#", {{"uri": "data:;base64,{}", "byteLength": {}}}]"#,
+        base64(&bytes),
+        bytes.len()
+    );
+    let text = triangle();
+    let text = text.replace(
+        r#""max": [1, 1, 0]}]"#,
+        &format!(r#""max": [1, 1, 0]}}{accessors}]"#),
+    );
+    let text = text.replace(
+        r#""byteLength": 36}],"#,
+        &format!(
+            r#""byteLength": 36}}, {{"buffer": 1, "byteLength": {}}}],"#,
+            bytes.len()
+        ),
+    );
+    let text = text.replace(
+        r#""material": 0}"#,
+        r#""material": 0, "targets": [{"POSITION": 4}]}"#,
+    );
+    text.replace(
+        r#""byteLength": 36}]}"#,
+        &format!(r#""byteLength": 36}}{buffer}{more}"#),
+    )
+}
+
+#[test]
+fn animations_move_nodes_and_meshes() {
+    let world = world(&moving());
+    let still = world.animated(0, 0.0).unwrap();
+    assert_eq!(world.rig.as_ref().unwrap().animations[0].duration(), 2.0);
+    let half = world
+        .animated(world.find_animation("slide").unwrap(), 1.0)
+        .unwrap();
+    assert_eq!(half.objects[0].world_from_mesh.translation.x, 2.0);
+    let corner = |world: &World| world.meshes[world.objects[0].mesh].vertices[1].z;
+    assert_eq!((corner(&still), corner(&half)), (0.0, 0.5));
+    assert!(std::sync::Arc::ptr_eq(&world.meshes[0], &still.meshes[0]));
+    let over = half.animated(0, 9.0).unwrap();
+    assert_eq!(
+        (over.objects[0].world_from_mesh.translation.x, corner(&over)),
+        (4.0, 1.0)
+    );
+    assert!(
+        world
+            .find_animation("slid")
+            .unwrap_err()
+            .to_string()
+            .contains("did you mean \"slide\"")
+    );
+    assert!(world.animated(1, 0.0).is_err());
 }
