@@ -110,7 +110,7 @@ pub struct World {
     pub video: Option<Video>,
     /// What animations need.
     pub rig: Option<Arc<Rig>>,
-    /// Named looks to choose from, as `KHR_materials_variants` has them.
+    /// Looks to choose from.
     pub variants: Vec<Variant>,
     /// What reading it had to say: skipped, repaired, counted. Never silent.
     pub notices: Vec<String>,
@@ -240,8 +240,7 @@ impl World {
         self.cameras.len() - 1
     }
 
-    /// The smallest and largest corner of all objects in the world, as tight as their vertices; `None` when there is
-    /// nothing.
+    /// The smallest and largest corner of all objects, as tight as their vertices; `None` when there is nothing.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         self.objects
             .iter()

@@ -1,0 +1,29 @@
+use glam::DAffine3;
+use raycam_scene::variant::Variant;
+use raycam_scene::{Material, Object, World, primitive};
+
+#[test]
+fn a_variant_changes_materials_and_nothing_else() {
+    let mut world = World::default();
+    let mesh = world.add_mesh(primitive::plane([1.0; 2]).unwrap());
+    for _ in 0..2 {
+        world.add_material(Material::default()).unwrap();
+    }
+    let object = Object::new("a", mesh, vec![0], DAffine3::IDENTITY);
+    world.add_object(object).unwrap();
+    world.variants.push(Variant {
+        name: "night".into(),
+        materials: vec![(0, 0, 1)],
+    });
+    let night = world.with_variant("night").unwrap();
+    assert_eq!(night.objects[0].materials, [1]);
+    assert_eq!(
+        (world.objects[0].materials[0], &night.meshes),
+        (0, &world.meshes)
+    );
+    let error = world.with_variant("nigth").unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "no variant \"nigth\" among 1; did you mean \"night\"?"
+    );
+}
