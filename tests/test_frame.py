@@ -181,12 +181,12 @@ def test_arrays_need_not_be_contiguous(tmp_path: Path) -> None:
 
 def test_what_cannot_be_saved(tmp_path: Path) -> None:
     with pytest.raises(
-        raycam.FormatError, match=r"an ending '.jpg'; pictures are written to .png, .exr, .npz"
+        raycam.FormatError, match=r"an ending '.jpg'; pictures are written to .png, .hdr, .exr, .npz"
     ):
         frame().save(tmp_path / "a.jpg")
     with pytest.raises(raycam.FormatError, match="no ending"):
         frame().save(tmp_path / "a")
-    with pytest.raises(raycam.SettingsError, match=r"a PNG shows the channel color, this has depth"):
+    with pytest.raises(raycam.SettingsError, match=r".png files show the channel color, this has depth"):
         frame(("depth",)).save(tmp_path / "a.png")
     with pytest.raises(raycam.SettingsError, match=r"half is not an option of \.png"):
         frame().save(tmp_path / "a.png", half=True)

@@ -182,7 +182,7 @@ def vector(values: npt.ArrayLike, digits: int = DIGITS) -> str:
 
 def srgb(linear: npt.NDArray[np.float64]) -> list[int]:
     """Linear RGB in 8-bit sRGB."""
-    return [int(value) for value in _core.srgb_from_linear(linear.astype(np.float32), 1.0, 8)]
+    return [int(value) for value in _core.srgb_from_linear(linear.astype(np.float32), 1.0, 8, "standard")]
 
 
 def matrix(rows: npt.NDArray[np.float64]) -> Iterator[str]:

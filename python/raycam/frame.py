@@ -14,7 +14,9 @@ from . import _core, files
 from .camera import Camera
 from .errors import FormatError, SettingsError, nearest
 
-__all__ = ["CHANNELS", "Frame", "check_save"]
+__all__ = ["CHANNELS", "VIEWS", "Frame", "check_save"]
+
+VIEWS = ["standard", "agx", "pbr_neutral"]
 
 CHANNELS = {name: (np.dtype(dtype), components) for name, dtype, components in _core.channels()}
 """The dtype and the number of components of every channel there is."""
@@ -58,6 +60,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         size: tuple[int, int],
         region: tuple[int, int, int, int] | None = None,
         exposure: float = 0.0,
+        view: str = "standard",
         notices: Iterable[str] = (),
     ) -> None:
         self._channels = channels
@@ -69,6 +72,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         """(x, y, width, height) of the part that the arrays hold."""
         self.exposure = exposure
         """Stops of brightness of pictures in sRGB: each one doubles. The arrays are not touched by it."""
+        self.view = view
+        """How pictures in sRGB show what is brighter than 1: one of `VIEWS`."""
         self.notices = list(notices)
         """What the one who looks at it should know."""
 
@@ -97,21 +102,25 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         """How many channels it has."""
         return len(self._channels)
 
-    def to_srgb8(self, exposure: float | None = None) -> npt.NDArray[np.uint8]:
+    def to_srgb8(self, exposure: float | None = None, view: str | None = None) -> npt.NDArray[np.uint8]:
         """The colour as 8-bit sRGB [h, w, 3]: what PNG and video show, out-of-range values at the ends.
 
-        `exposure` replaces the frame's own, in stops.
+        `exposure` in stops and `view` replace the frame's own. "standard" shows radiance as it is, with 1 as white
+        (D65); "agx" (T. Sobotka, 2019) and "pbr_neutral" (Khronos, 2024) compress what is brighter.
         """
-        return self._srgb(8, exposure)
+        return self._srgb(8, exposure, view)
 
-    def _srgb(self, bits: int, exposure: float | None) -> npt.NDArray[Any]:
+    def _srgb(self, bits: int, exposure: float | None, view: str | None) -> npt.NDArray[Any]:
         if "color" not in self._channels:
             raise SettingsError(
                 f"no picture without the channel color; this frame has {', '.join(self._channels)}"
             )
         stops = self.exposure if exposure is None else exposure
         linear = np.ascontiguousarray(self._channels["color"], dtype=np.float32)
-        return _core.srgb_from_linear(linear, 2.0**stops, bits)
+        chosen = self.view if view is None else view
+        if chosen not in VIEWS:
+            raise SettingsError(nearest("view", chosen, VIEWS))
+        return _core.srgb_from_linear(linear, 2.0**stops, bits, chosen)
 
     def save(
         self,
@@ -120,10 +129,12 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         bits: int | None = None,
         half: bool | None = None,
         exposure: float | None = None,
+        view: str | None = None,
     ) -> None:
-        """Writes the frame to a .png, .exr or .npz file, which is complete or not there.
+        """Writes the frame to a .png, .exr, .hdr or .npz file, which is complete or not there.
 
-        PNG: the colour in sRGB with `bits` 8 (default) or 16 and `exposure` in stops. EXR: all channels as named
+        PNG: the colour in sRGB with `bits` 8 (default) or 16, `exposure` in stops and `view` ("standard", "agx" or
+        "pbr_neutral", see `to_srgb8`). HDR: the colour in linear light, four bytes a pixel. EXR: all channels as named
         layers in linear float32 (`half=True`: float16), ids as uint32, with camera and conventions in the header;
         `position` is rounded to float32. NPZ: all channels exactly, with K, R, C, P, size, region, pixel_center.
 
@@ -131,15 +142,18 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         without colour, and `OSError` where the file cannot be written.
         """
         target = Path(path)
-        options = _options(bits=bits, half=half, exposure=exposure)
+        options = _options(bits=bits, half=half, exposure=exposure, view=view)
         _check(target, self._channels, options)
         files.write(target, SAVERS[target.suffix.lower()][0](self, **options))
 
-    def to_png(self, bits: int = 8, exposure: float | None = None) -> bytes:
+    def to_png(self, bits: int = 8, exposure: float | None = None, view: str | None = None) -> bytes:
         """The colour as the bytes of a PNG file in sRGB, with 8 or 16 bits per channel."""
         if bits not in (8, 16):
             raise SettingsError(f"bits is {bits}, a PNG has 8 or 16")
-        return _core.encode_png(self._srgb(bits, exposure))
+        return _core.encode_png(self._srgb(bits, exposure, view))
+
+    def _hdr(self) -> bytes:
+        return _core.encode_hdr(np.ascontiguousarray(self._channels["color"], dtype=np.float32))
 
     def _exr(self, half: bool = False) -> bytes:
         layers = [(name, np.ascontiguousarray(array)) for name, array in self._channels.items()]
@@ -188,6 +202,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             size=first.size,
             region=region,
             exposure=first.exposure,
+            view=first.view,
             notices=notices,
         )
 
@@ -200,7 +215,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
 # Ending: how it is written, and its options. Adding a format is adding a row.
 SAVERS: dict[str, tuple[Callable[..., bytes], set[str]]] = {
-    ".png": (Frame.to_png, {"bits", "exposure"}),
+    ".png": (Frame.to_png, {"bits", "exposure", "view"}),
+    ".hdr": (Frame._hdr, set()),
     ".exr": (Frame._exr, {"half"}),
     ".npz": (Frame._npz, set()),
 }
@@ -221,7 +237,7 @@ def check_save(
     target = Path(path)
     names = list(channels)
     _check(target, names, _options(bits=bits, half=half))
-    if target.suffix.lower() == ".png":
+    if target.suffix.lower() in (".png", ".hdr"):
         names = ["color"]
     each = sum(CHANNELS[name][0].itemsize * CHANNELS[name][1] for name in names)
     files.check_writable(target, each * size[0] * size[1])
@@ -238,9 +254,9 @@ def _check(target: Path, channels: Iterable[str], options: Mapping[str, Any]) ->
     if ending not in SAVERS:
         guess = f"an ending {target.suffix!r}" if ending else "no ending"
         raise FormatError(f"{target}: {guess}; pictures are written to {', '.join(SAVERS)}")
-    if ending == ".png" and "color" not in channels:
+    if ending in (".png", ".hdr") and "color" not in channels:
         raise SettingsError(
-            f"{target}: a PNG shows the channel color, this has {', '.join(channels)}; save it as .exr or .npz"
+            f"{target}: {ending} files show the channel color, this has {', '.join(channels)}; save it as .exr or .npz"
         )
     for name in options:
         if name not in SAVERS[ending][1]:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from .arrays import whole
 from .camera import Camera
 from .errors import SettingsError, nearest
-from .frame import CHANNELS, Frame
+from .frame import CHANNELS, VIEWS, Frame
 from .world import World
 
 __all__ = ["DEFAULT_CHANNELS", "FILTERS", "INTEGRATORS", "channel_names", "render"]
@@ -25,6 +25,7 @@ MOST_SAMPLES = 1 << 14
 Integrator = Literal["flat", "direct", "path", "ao", "reference"]
 Filter = Literal["box", "blackman-harris"]
 Surface = Literal["first", "solid"]
+View = Literal["standard", "agx", "pbr_neutral"]
 Region = Sequence[int]
 Progress = Callable[[int, int], object]
 
@@ -47,6 +48,7 @@ def render(
     ambient_occlusion: bool | float | None = None,
     region: Region | None = None,
     exposure: float | None = None,
+    view: View | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Frame:
@@ -72,8 +74,8 @@ def render(
     * `seed` (0) and `frame` (0) choose the random numbers. The same call gives the same bytes on any number of
       `threads` (default: all that the process may use).
     * `ambient_occlusion` (off): True, or a distance in metres up to which surfaces darken the sky of others.
-    * `region` (x, y, width, height) renders a part; `Frame.merge` joins parts. `exposure` (0) in stops is for
-      pictures in sRGB.
+    * `region` (x, y, width, height) renders a part; `Frame.merge` joins parts. `exposure` (0) in stops and
+      `view` ("standard", "agx" or "pbr_neutral") are for pictures in sRGB: see `Frame.to_srgb8`.
     * `progress(done, total)` is called some 50 times a second; an exception it raises stops the rendering, as
       Ctrl-C does.
 
@@ -92,15 +94,18 @@ def render(
         "threads": threads,
         "ambient_occlusion": ambient_occlusion,
         "exposure": exposure,
+        "view": view,
     }
     chosen = {name: value for name, value in given.items() if value is not None}
     if camera is None:
         camera = world.default_camera()
     names = channel_names(channels)
     if chosen.get("integrator") == "reference":
-        unused = (chosen.keys() - {"integrator", "exposure"}) | ({"region"} if region is not None else set())
+        shown: dict[str, Any] = {"exposure": _stops(chosen.pop("exposure", 0.0))}
+        shown["view"] = _name("view", chosen.pop("view", "standard"), VIEWS)
+        unused = (chosen.keys() - {"integrator"}) | ({"region"} if region is not None else set())
         unused |= {"surface"} if surface != "first" else set()
-        return _reference(world, camera, names, sorted(unused), float(chosen.get("exposure", 0.0)))
+        return _reference(world, camera, names, sorted(unused), shown)
 
     settings: dict[str, Any] = {
         "integrator": "direct",
@@ -116,12 +121,14 @@ def render(
         "threads": None,
         "ambient_occlusion": False,
         "exposure": 0.0,
+        "view": "standard",
     }
     asked = world.render_settings | chosen
     if ("noise" in asked or "time" in asked) and "samples" not in asked:
         asked["samples"] = MOST_SAMPLES
     settings |= asked
     stops = _stops(settings.pop("exposure"))
+    display = _name("view", settings.pop("view"), VIEWS)
     request = {
         "integrator": _name("integrator", settings["integrator"], INTEGRATORS),
         "samples": whole("samples", settings["samples"], 1, (1 << 32) - 1),
@@ -139,7 +146,9 @@ def render(
         "threads": None if settings["threads"] is None else whole("threads", settings["threads"], 1, 1 << 16),
     }
     planes, area, notices = world._core.render(camera._core, request, progress)
-    return Frame(planes, camera=camera, size=camera.size, region=area, exposure=stops, notices=notices)
+    return Frame(
+        planes, camera=camera, size=camera.size, region=area, exposure=stops, view=display, notices=notices
+    )
 
 
 def channel_names(channels: Sequence[str] | str) -> list[str]:
@@ -152,7 +161,9 @@ def channel_names(channels: Sequence[str] | str) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _reference(world: World, camera: Camera, names: list[str], unused: list[str], exposure: float) -> Frame:
+def _reference(
+    world: World, camera: Camera, names: list[str], unused: list[str], shown: dict[str, Any]
+) -> Frame:
     """The picture of the oracle."""
     from . import reference
 
@@ -166,7 +177,7 @@ def _reference(world: World, camera: Camera, names: list[str], unused: list[str]
         known = ", ".join(name for name in CHANNELS if name in seen)
         raise SettingsError(f"the reference has no channel {', '.join(missing)}, only {known}")
     planes = {name: seen[name].astype(CHANNELS[name][0]) for name in names}
-    return Frame(planes, camera=camera, size=camera.size, exposure=exposure)
+    return Frame(planes, camera=camera, size=camera.size, **shown)
 
 
 def _name(what: str, given: object, valid: list[str]) -> str:

@@ -1,10 +1,10 @@
-//! Pictures as bytes: colours, PNG and EXR.
+//! Pictures as bytes: colours, PNG, EXR and HDR.
 
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use raycam_formats::{exr, mask, png};
-use raycam_scene::color;
+use raycam_formats::{exr, hdr, mask, png};
+use raycam_scene::{View, color};
 
 use crate::arrays::array;
 use crate::camera::Camera;
@@ -36,37 +36,52 @@ pub(crate) fn linear_from_srgb8<'py>(
     array(py, linear, bytes.shape())
 }
 
-/// sRGB integers of `bits` 8 or 16 of linear float32 times `scale`, of the same shape. NaN becomes 0.
+/// sRGB integers of `bits` 8 or 16 of linear float32 [..., 3] times `scale`, as a view shows them, of the same shape.
+/// NaN becomes 0.
 #[pyfunction]
 pub(crate) fn srgb_from_linear<'py>(
     py: Python<'py>,
     linear: PyReadonlyArrayDyn<'py, f32>,
     scale: f32,
     bits: u8,
+    view: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let Some(view) = View::named(view) else {
+        return Err(settings_error(format!("no view {view:?}")));
+    };
     let values = contiguous(&linear)?;
+    let (pixels, []) = values.as_chunks::<3>() else {
+        return Err(settings_error(
+            "expected an array [..., 3] of colours".into(),
+        ));
+    };
+    let shown = |rgb: &[f32; 3]| view.apply(rgb.map(|v| v * scale));
     // `as` takes NaN to 0 and saturates.
     if bits == 16 {
-        let encode = |&v: &f32| {
-            (color::srgb_from_linear((v * scale).clamp(0.0, 1.0)) * 65535.0).round() as u16
-        };
-        let data = py.detach(|| values.iter().map(encode).collect());
+        let encode = |v: f32| (color::srgb_from_linear(v.clamp(0.0, 1.0)) * 65535.0).round() as u16;
+        let data = py.detach(|| {
+            pixels
+                .iter()
+                .flat_map(|rgb| shown(rgb).map(encode))
+                .collect()
+        });
         return Ok(array::<u16>(py, data, linear.shape())?.into_any());
     }
-    let data = py.detach(|| {
-        let (rgb, rest) = values.as_chunks::<3>();
-        let mut bytes = Vec::with_capacity(values.len());
-        bytes.extend(
-            rgb.iter()
-                .flat_map(|rgb| color::srgb8_from_linear(rgb.map(|v| v * scale))),
-        );
-        bytes.extend(
-            rest.iter()
-                .map(|&v| color::srgb8_from_linear([v * scale; 3])[0]),
-        );
-        bytes
-    });
+    let encode = |rgb| color::srgb8_from_linear(shown(rgb));
+    let data = py.detach(|| pixels.iter().flat_map(encode).collect());
     Ok(array::<u8>(py, data, linear.shape())?.into_any())
+}
+
+/// A Radiance HDR file of linear float32 [height, width, 3].
+#[pyfunction]
+pub(crate) fn encode_hdr<'py>(
+    py: Python<'py>,
+    rgb: PyReadonlyArrayDyn<'py, f32>,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let (size, _) = size_of(rgb.shape())?;
+    let rgb = contiguous(&rgb)?;
+    let bytes = py.detach(|| caught(|| hdr::encode(size, rgb)))?;
+    Ok(PyBytes::new(py, &bytes.map_err(IntoPyErr::into_py_err)?))
 }
 
 /// A PNG file of an array [height, width] or [height, width, channels] of uint8 or uint16.

@@ -31,7 +31,8 @@ mod core {
     use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_models};
     #[pymodule_export]
     use crate::encode::{
-        encode_exr, encode_png, linear_from_srgb8, mask_polygons, mask_runs, srgb_from_linear,
+        encode_exr, encode_hdr, encode_png, linear_from_srgb8, mask_polygons, mask_runs,
+        srgb_from_linear,
     };
     #[pymodule_export]
     use crate::frame::{channels, merge};

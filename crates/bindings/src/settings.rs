@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::{Filter, Integrator, Settings, TruthSurface};
+use raycam_scene::View;
 use raycam_scene::schema::{AmbientOcclusion, FilterName, IntegratorName, RenderSpec};
 
 use crate::error::settings_error;
@@ -107,5 +108,6 @@ pub(crate) fn written<'py>(py: Python<'py>, spec: &RenderSpec) -> PyResult<Bound
         None => {}
     }
     put(&dict, "exposure", spec.exposure)?;
+    put(&dict, "view", spec.view.map(View::name))?;
     Ok(dict)
 }

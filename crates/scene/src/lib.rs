@@ -26,6 +26,7 @@ pub mod texture;
 mod validate;
 pub mod variant;
 pub mod video;
+pub mod view;
 pub mod world;
 
 pub use camera::{Camera, Lens, LensModel, PixelCenter};
@@ -39,4 +40,5 @@ pub use model::{Files, Model, NoFiles, Part};
 pub use principled::{NormalMap, Principled, Textured};
 pub use texture::{Image, Interpolation, Texels, Texture, TextureSampler, TextureSlot, Wrap};
 pub use video::Video;
+pub use view::View;
 pub use world::{Object, Up, World};

@@ -88,6 +88,11 @@ def add_rendering(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--exposure", metavar="STOPS", type=float, help="brighten the picture; +1 doubles (default 0)"
     )
+    group.add_argument(
+        "--view",
+        metavar="NAME",
+        help="what is brighter than white: standard (cut off, default), agx, pbr_neutral",
+    )
 
 
 RENDERING = (
@@ -102,6 +107,7 @@ RENDERING = (
     "threads",
     "ambient_occlusion",
     "exposure",
+    "view",
 )
 
 

@@ -16,7 +16,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="FILE",
-        help=".png, .exr or .npz (default: the world's name with .png, here)",
+        help=".png, .exr, .hdr or .npz (default: the world's name with .png, here)",
     )
     add_camera(command)
     command.add_argument(
@@ -41,7 +41,7 @@ def _run(options: argparse.Namespace) -> None:
     from ..render import DEFAULT_CHANNELS, channel_names, render
 
     output = Path(options.output or Path(options.world).with_suffix(".png").name)
-    names: Sequence[str] = ("color",) if output.suffix.lower() == ".png" else DEFAULT_CHANNELS
+    names: Sequence[str] = ("color",) if output.suffix.lower() in (".png", ".hdr") else DEFAULT_CHANNELS
     if options.channels is not None:
         words = [name for part in options.channels for name in part.split(",") if name]
         names = channel_names("all" if words == ["all"] else words)

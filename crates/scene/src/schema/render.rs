@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error, Visitor};
 
 use crate::error::SceneError;
+use crate::view::View;
 
 /// How to render; everything may be left out, and what the command line or the call says goes first.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, Deserialize, JsonSchema)]
@@ -36,6 +37,9 @@ pub struct RenderSpec {
     pub ambient_occlusion: Option<AmbientOcclusion>,
     /// Stops of brightness of PNG pictures and videos: +1 doubles.
     pub exposure: Option<f64>,
+    /// How PNG pictures and videos show what is brighter than 1: "standard" cuts it off, "agx" and "pbr_neutral"
+    /// compress it.
+    pub view: Option<View>,
 }
 
 /// `true`, `false` or a distance.
