@@ -49,6 +49,7 @@ def render(
     region: Region | None = None,
     exposure: float | None = None,
     view: View | None = None,
+    denoise: bool = False,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Frame:
@@ -76,6 +77,8 @@ def render(
     * `ambient_occlusion` (off): True, or a distance in metres up to which surfaces darken the sky of others.
     * `region` (x, y, width, height) renders a part; `Frame.merge` joins parts. `exposure` (0) in stops and
       `view` ("standard", "agx" or "pbr_neutral") are for pictures in sRGB: see `Frame.to_srgb8`.
+    * `denoise` (off) guesses the picture without its noise, by Open Image Denoise: `pip install raycam[denoise]`.
+      It is then no longer unbiased, nor the same bytes on every machine.
     * `progress(done, total)` is called some 50 times a second; an exception it raises stops the rendering, as
       Ctrl-C does.
 
@@ -100,6 +103,8 @@ def render(
     if camera is None:
         camera = world.default_camera()
     names = channel_names(channels)
+    if denoise:
+        return _denoised(world, camera, names, {**chosen, "frame": frame, "region": region}, progress)
     if chosen.get("integrator") == "reference":
         shown: dict[str, Any] = {"exposure": _stops(chosen.pop("exposure", 0.0))}
         shown["view"] = _name("view", chosen.pop("view", "standard"), VIEWS)
@@ -161,6 +166,30 @@ def channel_names(channels: Sequence[str] | str) -> list[str]:
     if not names:
         raise SettingsError(f"channels is empty; there are {', '.join(CHANNELS)}")
     return list(dict.fromkeys(names))
+
+
+def _denoised(
+    world: World, camera: Camera, names: list[str], settings: dict[str, Any], progress: Progress | None
+) -> Frame:
+    """The picture without noise; the library is asked for before anything is rendered."""
+    from . import denoise
+
+    denoise.load()
+    if "color" not in names:
+        raise SettingsError(f"denoise is for the channel color, this has {', '.join(names)}")
+    wanted = list(dict.fromkeys([*names, *denoise.GUIDES]))
+    seen = render(world, camera, channels=wanted, progress=progress, **settings)
+    color = denoise.denoise(seen["color"], *(seen[name] for name in denoise.GUIDES))
+    planes = {name: color if name == "color" else seen[name] for name in names}
+    return Frame(
+        planes,
+        camera=camera,
+        size=seen.size,
+        region=seen.region,
+        exposure=seen.exposure,
+        view=seen.view,
+        notices=[*seen.notices, "the picture is denoised by Open Image Denoise: a guess, no longer unbiased"],
+    )
 
 
 def _reference(

@@ -89,6 +89,12 @@ def add_rendering(command: argparse.ArgumentParser) -> None:
         "--exposure", metavar="STOPS", type=float, help="brighten the picture; +1 doubles (default 0)"
     )
     group.add_argument(
+        "--denoise",
+        action="store_true",
+        default=None,
+        help="guess the picture without its noise; needs raycam[denoise]",
+    )
+    group.add_argument(
         "--view",
         metavar="NAME",
         help="what is brighter than white: standard (cut off, default), agx, pbr_neutral",
@@ -108,6 +114,7 @@ RENDERING = (
     "ambient_occlusion",
     "exposure",
     "view",
+    "denoise",
 )
 
 
