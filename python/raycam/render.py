@@ -104,7 +104,8 @@ def render(
         camera = world.default_camera()
     names = channel_names(channels)
     if denoise:
-        return _denoised(world, camera, names, {**chosen, "frame": frame, "region": region}, progress)
+        chosen |= {"frame": frame, "region": region, "surface": surface}
+        return _denoised(world, camera, names, chosen, progress)
     if chosen.get("integrator") == "reference":
         shown: dict[str, Any] = {"exposure": _stops(chosen.pop("exposure", 0.0))}
         shown["view"] = _name("view", chosen.pop("view", "standard"), VIEWS)
