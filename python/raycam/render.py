@@ -104,8 +104,8 @@ def render(
         camera = world.default_camera()
     names = channel_names(channels)
     if denoise:
-        chosen |= {"frame": frame, "region": region, "surface": surface}
-        return _denoised(world, camera, names, chosen, progress)
+        every: dict[str, Any] = {**chosen, "frame": frame, "region": region, "surface": surface}
+        return _denoised(world, camera, names, every, progress)
     if chosen.get("integrator") == "reference":
         shown: dict[str, Any] = {"exposure": _stops(chosen.pop("exposure", 0.0))}
         shown["view"] = _name("view", chosen.pop("view", "standard"), VIEWS)

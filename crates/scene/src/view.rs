@@ -10,7 +10,7 @@ use serde::Deserialize;
 use crate::color::Rgb;
 
 /// The closed set of views.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum View {
     /// Radiance as it is; what is brighter than 1 is cut off.
