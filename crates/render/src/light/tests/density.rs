@@ -1,0 +1,264 @@
+//! Where samples fall, against their density.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec2, DVec3, Vec3};
+use raycam_scene::{Light, Up};
+
+use super::super::Choice;
+use super::*;
+
+/// A square mapped onto all directions that a light may be sampled in: a direction and its solid angle per area of the
+/// square, and back.
+struct Chart {
+    at: Box<dyn Fn(DVec2) -> (DVec3, f64)>,
+    of: Box<dyn Fn(DVec3) -> DVec2>,
+}
+
+/// The part of the sphere around z with cosines from `low` to 1.
+fn cap(axis: DVec3, low: f64) -> Chart {
+    let axis = axis.normalize();
+    let (right, up) = axis.any_orthonormal_pair();
+    Chart {
+        at: Box::new(move |p| {
+            let cos = 1.0 - p.x * (1.0 - low);
+            let (sin, turn) = ((1.0 - cos * cos).max(0.0).sqrt(), TAU * p.y);
+            (
+                (right * turn.cos() + up * turn.sin()) * sin + axis * cos,
+                TAU * (1.0 - low),
+            )
+        }),
+        of: Box::new(move |d| {
+            // 1 - cos from the sine: narrow caps keep their digits.
+            let sin2 = axis.cross(d).length_squared();
+            let height = if axis.dot(d) > 0.0 {
+                sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt())
+            } else {
+                1.0 - axis.dot(d)
+            };
+            let turn = d.dot(up).atan2(d.dot(right)) / TAU;
+            DVec2::new(height / (1.0 - low), turn.rem_euclid(1.0))
+        }),
+    }
+}
+
+/// The plane through `corner` with edges u and v, or the disk in it.
+fn sheet(corner: DVec3, u: DVec3, v: DVec3, round: bool) -> Chart {
+    let normal = u.cross(v);
+    let place = move |p: DVec2| {
+        if round {
+            let (sin, cos) = (TAU * p.y).sin_cos();
+            corner + (u * cos + v * sin) * p.x.sqrt()
+        } else {
+            corner + u * p.x + v * p.y
+        }
+    };
+    let area = normal.length() * if round { PI } else { 1.0 };
+    Chart {
+        at: Box::new(move |p| {
+            let offset = place(p);
+            let cos = offset.normalize().dot(normal.normalize()).abs();
+            (offset.normalize(), area * cos / offset.length_squared())
+        }),
+        of: Box::new(move |d| {
+            let inside = d * (corner.dot(normal) / d.dot(normal)) - corner;
+            let n2 = normal.length_squared();
+            let [x, y] = [
+                inside.cross(v).dot(normal) / n2,
+                u.cross(inside).dot(normal) / n2,
+            ];
+            if round {
+                DVec2::new(x * x + y * y, (y.atan2(x) / TAU).rem_euclid(1.0))
+            } else {
+                DVec2::new(x, y)
+            }
+        }),
+    }
+}
+
+/// By the angle to the zenith and the azimuth, as the table of the environment with its yaw of 30 degrees.
+fn panorama() -> Chart {
+    let frame = super::super::panorama::Frame::new(Up::Z, 30.0);
+    Chart {
+        at: Box::new(move |p| {
+            let (sin, cos) = (TAU * (0.5 - p.x)).sin_cos();
+            let angle = p.y * PI;
+            let local = DVec3::new(cos * angle.sin(), sin * angle.sin(), angle.cos());
+            (frame.world(local), TAU * PI * angle.sin())
+        }),
+        of: Box::new(move |d| frame.place(d).into()),
+    }
+}
+
+/// The largest chi-squared of `cells` cells that chance gives once in 100 runs of `tests` tests: Sidak's correction and
+/// the approximation of Wilson and Hilferty.
+fn limit(cells: f64, tests: f64) -> f64 {
+    let p = 1.0 - 0.99f64.powf(1.0 / tests);
+    // The normal quantile, by bisection of its tail.
+    let tail = |z: f64| {
+        (0..20_000)
+            .map(|i| (-(z + f64::from(i) * 1e-3).powi(2) / 2.0).exp() * 1e-3)
+            .sum::<f64>()
+            / TAU.sqrt()
+    };
+    let (mut low, mut high) = (0.0, 10.0);
+    for _ in 0..60 {
+        let middle = (low + high) / 2.0;
+        if tail(middle) > p {
+            low = middle
+        } else {
+            high = middle
+        }
+    }
+    let k = 2.0 / (9.0 * cells);
+    cells * (1.0 - k + low * k.sqrt()).powi(3)
+}
+
+#[test]
+fn samples_are_spread_as_their_density_says() {
+    const CELLS: usize = 16;
+    const POINTS: usize = 24;
+    const SAMPLES: u32 = 1 << 20;
+    let towards = DVec3::new(1.0, 0.0, 1.5);
+    let everywhere = || cap(DVec3::Z, -1.0);
+    let tilted = |normal| Reference {
+        normal,
+        ..AT_ORIGIN
+    };
+    let cosine = |radius: f64, distance: f64| (1.0 - (radius / distance).powi(2)).sqrt();
+    let cases: Vec<(&str, Light, Reference, Chart)> = vec![
+        (
+            "sun",
+            sun([-1.0, 0.0, -1.5], 0.53),
+            AT_ORIGIN,
+            cap(towards, 0.265f64.to_radians().cos()),
+        ),
+        (
+            "wide sun",
+            sun([-1.0, 0.0, -1.5], 80.0),
+            AT_ORIGIN,
+            cap(towards, 40f64.to_radians().cos()),
+        ),
+        (
+            "bulb",
+            bulb([1.0, 0.0, 1.5], 0.5),
+            AT_ORIGIN,
+            cap(towards, cosine(0.5, towards.length())),
+        ),
+        (
+            "near bulb",
+            bulb([1.0, 0.0, 1.5], 1.8),
+            AT_ORIGIN,
+            cap(towards, cosine(1.8, towards.length())),
+        ),
+        (
+            "rectangle",
+            area([0.3, 0.5, 0.4], [0.0, 2.0, 0.0], [1.0, 0.0, 0.0]),
+            AT_ORIGIN,
+            sheet(DVec3::new(-0.2, -0.5, 0.4), DVec3::Y * 2.0, DVec3::X, false),
+        ),
+        (
+            "parallelogram",
+            area([0.3, 0.5, 1.0], [0.5, 2.0, 0.0], [1.0, 0.0, 0.2]),
+            AT_ORIGIN,
+            sheet(
+                DVec3::new(-0.45, -0.5, 0.9),
+                DVec3::new(0.5, 2.0, 0.0),
+                DVec3::new(1.0, 0.0, 0.2),
+                false,
+            ),
+        ),
+        (
+            "disk",
+            disk([0.5, 0.0, 0.7], [0.0, 0.0, -1.0], 0.8),
+            AT_ORIGIN,
+            sheet(
+                DVec3::new(0.5, 0.0, 0.7),
+                DVec3::X * 0.8,
+                DVec3::Y * 0.8,
+                true,
+            ),
+        ),
+        (
+            "even sky",
+            Light::even_sky([1.0; 3]),
+            AT_ORIGIN,
+            cap(DVec3::Z, 0.0),
+        ),
+        (
+            "even sky around",
+            Light::even_sky([1.0; 3]),
+            tilted(Vec3::ZERO),
+            everywhere(),
+        ),
+        ("environment", hard_environment(), AT_ORIGIN, panorama()),
+    ];
+    let tests = cases.len() as f64;
+    for (name, light, from, chart) in cases {
+        let lights = lights(&[light]);
+        let source = &lights.sources[0];
+        let density = |direction: Vec3| {
+            let mut density = f64::from(lights.sky_pdf(&from, Choice::Even, direction));
+            lights.crossed(&from, Choice::Even, direction, f64::INFINITY, |_, pdf| {
+                density += f64::from(pdf)
+            });
+            density
+        };
+        let mut expected = vec![0.0; CELLS * CELLS];
+        let step = 1.0 / (CELLS * POINTS) as f64;
+        for y in 0..CELLS * POINTS {
+            for x in 0..CELLS * POINTS {
+                let (direction, solid) =
+                    (chart.at)(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * step);
+                expected[y / POINTS * CELLS + x / POINTS] +=
+                    density(direction.as_vec3()) * solid * step * step;
+            }
+        }
+        let total: f64 = expected.iter().sum();
+        assert!(
+            (total - 1.0).abs() < 1e-3,
+            "{name}: the density integrates to {total}"
+        );
+        let mut found = vec![0u32; CELLS * CELLS];
+        for n in 0..SAMPLES {
+            // Independent numbers: even ones would pass too easily.
+            let random = Sampler::new(11, 0, [n, 1], 0).pair(Pair::Filter);
+            let sample = source.sample(&from, random).expect("the light is there");
+            let place = (chart.of)(sample.direction.as_dvec3()) * CELLS as f64;
+            let cell = |x: f64| (x.max(0.0) as usize).min(CELLS - 1);
+            found[cell(place.y) * CELLS + cell(place.x)] += 1;
+            let stated = density(sample.direction);
+            // Rounding may carry a direction over a border.
+            assert!(
+                stated == 0.0 || (stated / f64::from(sample.pdf) - 1.0).abs() < 1e-3,
+                "{name}: {} and {stated}",
+                sample.pdf
+            );
+        }
+        // Cells that hardly anything falls into count as one.
+        let (mut chi2, mut cells, mut rest) = (0.0, -1.0, (0.0, 0.0));
+        for (&expected, &found) in expected.iter().zip(&found) {
+            let (expected, found) = (expected * f64::from(SAMPLES), f64::from(found));
+            if expected < 10.0 {
+                rest = (rest.0 + expected, rest.1 + found);
+            } else {
+                chi2 += (found - expected).powi(2) / expected;
+                cells += 1.0;
+            }
+        }
+        if rest.0 > 5.0 {
+            chi2 += (rest.1 - rest.0).powi(2) / rest.0;
+            cells += 1.0;
+        } else {
+            assert!(rest.1 <= rest.0 + 10.0, "{name}: {rest:?}");
+        }
+        assert!(
+            chi2 < limit(cells, tests),
+            "{name}: chi squared {chi2} of {cells} cells"
+        );
+    }
+    assert!(
+        (limit(100.0, 1.0) - 135.807).abs() < 0.1,
+        "the table's value"
+    );
+}

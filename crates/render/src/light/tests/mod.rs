@@ -1,0 +1,152 @@
+//! Every light against its closed form, and every sampler against its density: lights to test.
+
+mod closed_form;
+mod density;
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use raycam_scene::{FromFile, Image, Light, Profile, Texels, Up};
+
+use super::source::Source;
+use super::{Lights, Reference};
+use crate::sampler::{Pair, Sampler};
+
+pub(super) const RADIANCE: [f32; 3] = [2.0; 3];
+pub(super) const AT_ORIGIN: Reference = Reference {
+    position: DVec3::ZERO,
+    normal: Vec3::Z,
+};
+
+pub(super) fn lights(lights: &[Light]) -> Lights {
+    for light in lights {
+        light.validate().expect("a valid light");
+    }
+    Lights::new(lights, Up::Z, DVec3::ZERO)
+}
+
+pub(super) fn source(light: Light) -> Source {
+    lights(&[light]).sources.remove(0)
+}
+
+/// The n-th of many pairs of numbers that cover the square evenly.
+pub(super) fn random(n: u32) -> [f32; 2] {
+    Sampler::new(7, 0, [3, 5], n).pair(Pair::Filter)
+}
+
+/// What a facing side of a surface at the origin gets, estimated with a power of two of samples.
+pub(super) fn irradiance(source: &Source, from: &Reference, samples: u32) -> f64 {
+    let one = |n| {
+        let sample = source.sample(from, random(n))?;
+        let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
+        Some(f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine)
+    };
+    (0..samples).filter_map(one).sum::<f64>() / f64::from(samples)
+}
+
+pub(super) fn close(found: f64, expected: f64, relative: f64) {
+    assert!(
+        (found - expected).abs() <= relative * expected.abs(),
+        "found {found}, expected {expected}"
+    );
+}
+
+pub(super) fn area(position: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Light {
+    Light::Area {
+        position,
+        u,
+        v,
+        radiance: RADIANCE,
+        two_sided: false,
+    }
+}
+
+pub(super) fn disk(position: [f64; 3], direction: [f64; 3], radius: f64) -> Light {
+    Light::Disk {
+        position,
+        direction,
+        radius,
+        radiance: RADIANCE,
+        two_sided: false,
+    }
+}
+
+pub(super) fn sun(direction: [f64; 3], angular_diameter: f64) -> Light {
+    Light::Sun {
+        direction,
+        irradiance: [3.0; 3],
+        angular_diameter,
+    }
+}
+
+pub(super) fn bulb(position: [f64; 3], radius: f64) -> Light {
+    Light::Bulb {
+        position,
+        power: None,
+        intensity: Some([5.0; 3]),
+        radius,
+    }
+}
+
+pub(super) fn spot(inner: f64, outer: f64, power: bool) -> Light {
+    Light::Spot {
+        position: [0.0, 0.0, 2.0],
+        direction: [0.0, 0.0, -1.0],
+        power: power.then_some([5.0; 3]),
+        intensity: (!power).then_some([5.0; 3]),
+        inner,
+        outer,
+    }
+}
+
+pub(super) fn daylight(degrees: f64) -> Light {
+    let angle = degrees.to_radians();
+    Light::Daylight {
+        direction: [-angle.cos(), 0.0, -angle.sin()],
+        turbidity: 3.0,
+        scale: 1.0,
+    }
+}
+
+pub(super) fn environment(size: [u32; 2], radiance: impl Fn(u32, u32) -> f32) -> Light {
+    let texel = |i: u32| [radiance(i % size[0], i / size[0]); 4];
+    let image = Image {
+        name: String::new(),
+        size,
+        texels: Texels::Float((0..size[0] * size[1]).map(texel).collect()),
+    };
+    Light::Environment {
+        image: FromFile::of("made", Arc::new(image)),
+        yaw: 30.0,
+        scale: 1.0,
+    }
+}
+
+/// An image with one bright texel among dim ones, and a dark stripe.
+pub(super) fn hard_environment() -> Light {
+    environment([16, 8], |x, y| match (x, y) {
+        (5, 2) => 500.0,
+        (9, _) => 0.0,
+        _ => 0.5 + 0.1 * (x + y) as f32,
+    })
+}
+
+pub(super) fn ies(
+    candela: &[f32],
+    vertical: &[f64],
+    horizontal: &[f64],
+    power: Option<[f32; 3]>,
+) -> Light {
+    let profile = Profile {
+        vertical: vertical.into(),
+        horizontal: horizontal.into(),
+        candela: candela.into(),
+    };
+    Light::Ies {
+        profile: FromFile::of("made", Arc::new(profile)),
+        position: [0.0, 0.0, 2.0],
+        direction: [0.0, 0.0, -1.0],
+        front: None,
+        power,
+    }
+}
