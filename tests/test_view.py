@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
-from PIL import Image
-
 import raycam
+from PIL import Image
 
 Floats = npt.NDArray[np.float64]
 
@@ -112,7 +111,7 @@ def test_views_are_chosen_in_the_world_the_call_and_the_file(tmp_path: Path) -> 
     assert (a != b).any()
     with pytest.raises(raycam.SettingsError, match="did you mean 'agx'"):
         seen.save(tmp_path / "d.png", view="agxx")
-    with pytest.raises(raycam.SettingsError, match="view is not an option of .exr"):
+    with pytest.raises(raycam.SettingsError, match=r"view is not an option of \.exr"):
         seen.save(tmp_path / "d.exr", view="agx")
 
 

@@ -124,8 +124,6 @@ def render(
         "time": None,
         "max_depth": None,
         "clamp": None,
-        "noise": None,
-        "time": None,
         "threads": None,
         "ambient_occlusion": False,
         "exposure": 0.0,
