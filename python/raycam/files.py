@@ -10,7 +10,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["atomic_path", "check_writable", "sync", "write"]
+__all__ = ["atomic_path", "check_writable", "make_folder", "sync", "write"]
 
 
 @contextlib.contextmanager
@@ -84,3 +84,12 @@ def sync(path: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def make_folder(folder: Path) -> None:
+    """Makes a folder and those above it, and syncs its place on the disk.
+
+    Raises `OSError` as the disk says.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    sync(folder.parent)

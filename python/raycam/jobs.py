@@ -177,6 +177,7 @@ class Job:
         where any of the frames asked for failed; and `OSError` where the disk refuses. Whatever it raises, and
         wherever it is killed, the frames that were finished stay.
         """
+        tell = progress or (lambda *_: None)
         asked = _asked(frames, shard, len(self._places))
         name = "" if shard is None else f"-{shard[0]}-of-{shard[1]}"
         with locked(self._state / f"lock{name}", self.folder), self._scratch(name) as scratch:
@@ -195,7 +196,7 @@ class Job:
                 if path not in self._ledgers:
                     self._ledgers.append(path)
                 number = self._ledgers.index(path)
-                _tell(progress, done, len(asked), failed)
+                tell(done, len(asked), failed)
                 for outcome in outcomes:
                     if isinstance(outcome, Failed):
                         self._give_up(outcome, book, scratch)
@@ -206,7 +207,7 @@ class Job:
                         done += 1
                         if finished is not None:
                             finished(outcome)
-                    _tell(progress, done, len(asked), failed)
+                    tell(done, len(asked), failed)
         self._check(asked)
 
     def remove(self) -> None:
@@ -284,7 +285,7 @@ class Job:
         for name, data in made.files.items():
             path = self.folder / _safe(name)
             if not path.parent.is_dir():
-                _make_folder(path.parent)
+                files.make_folder(path.parent)
             files.write(path, data, scratch)
             stamps[name] = ledger.digest(data)
         return Entry(made.frame, stamps, seconds=made.seconds)
@@ -292,7 +293,7 @@ class Job:
     def _give_up(self, failed: Failed, book: Ledger, scratch: Path) -> None:
         path = self.log(failed.frame)
         if not path.parent.is_dir():
-            _make_folder(path.parent)
+            files.make_folder(path.parent)
         files.write(path, f"frame {failed.frame}: {failed.error}\n\n{failed.log}".encode(), scratch)
         book.add(Entry(failed.frame, error=failed.error))
         self._failed[failed.frame] = failed.error
@@ -394,13 +395,3 @@ def _safe(name: str) -> PurePosixPath:
     if not path.parts or path.is_absolute() or ".." in path.parts or path.parts[0] == STATE:
         raise JobError(f"{name!r} is no name for a file of a job")
     return path
-
-
-def _make_folder(folder: Path) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
-    files.sync(folder.parent)
-
-
-def _tell(progress: Progress | None, done: int, total: int, failed: int) -> None:
-    if progress is not None:
-        progress(done, total, failed)

@@ -91,11 +91,11 @@ fn backs_of_one_sided_surfaces_are_passed() {
     };
     assert!(ids(&world).iter().all(|id| *id == 0), "its front is there");
     let turned = DAffine3::from_rotation_x(std::f64::consts::PI);
-    world.objects[0].world_from_mesh = world.objects[0].world_from_mesh * turned;
+    world.objects[0].world_from_mesh *= turned;
     assert!(ids(&world).iter().all(|id| *id == 1));
     // Mirrored, front and back change places.
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
-    world.objects[0].world_from_mesh = world.objects[0].world_from_mesh * mirror;
+    world.objects[0].world_from_mesh *= mirror;
     assert_eq!(
         ids(&world)[0],
         1,

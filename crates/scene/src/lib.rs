@@ -9,6 +9,7 @@ pub mod animation;
 pub mod camera;
 pub mod category;
 pub mod color;
+mod counts;
 mod error;
 pub mod glass;
 pub mod light;
@@ -30,6 +31,7 @@ pub mod view;
 pub mod world;
 
 pub use camera::{Camera, Lens, LensModel, PixelCenter};
+pub use counts::Counts;
 pub use error::{SceneError, suggestion};
 pub use glass::Glass;
 pub use light::{FromFile, Light, Profile};

@@ -50,21 +50,21 @@ impl Shadows {
                 .scene
                 .closest(&self.rays, &mut hits, Coherence::Incoherent);
             let mut kept = 0;
-            for i in 0..self.rays.len() {
+            for (i, hit) in hits.iter().enumerate() {
                 let ((index, light), ray) = (self.light[i], self.rays[i]);
-                if is_miss(&hits[i]) {
+                if is_miss(hit) {
                     radiance[index] += light;
                     continue;
                 }
-                let light = light * (1.0 - world.opacity(&hits[i]));
+                let light = light * (1.0 - world.opacity(hit));
                 if light == Vec3::ZERO {
                     continue;
                 }
                 // From the other side of the surface to the same end.
                 let direction = Vec3::from(ray.direction);
                 let length = direction.length();
-                let surface = Surface::new(world, direction / length, &hits[i], None);
-                let left = (ray.t_max - hits[i].t) * length;
+                let surface = Surface::new(world, direction / length, hit, None);
+                let left = (ray.t_max - hit.t) * length;
                 self.rays[kept] = surface.leaving(direction / length, left);
                 self.light[kept] = (index, light);
                 kept += 1;

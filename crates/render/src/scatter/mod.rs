@@ -31,6 +31,10 @@ use principled::{Lookup, Seen};
 
 /// How one point scatters light, its textures looked up.
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "made at every hit: a box would be an allocation there"
+)]
 pub(crate) enum Scatter<'a> {
     /// It does not: it absorbs, or shines by itself.
     Black,

@@ -81,9 +81,10 @@ const FILM: Film = Film {
 };
 
 type Make = Box<dyn Fn(&Frame) -> Scatter<'static>>;
+type Named = Vec<(String, Make)>;
 
 /// Every kind of scattering by name: lossless ones, and the rest.
-fn all() -> (Vec<(String, Make)>, Vec<(String, Make)>) {
+fn all() -> (Named, Named) {
     fn layers(name: String, make: impl Fn(&Frame) -> Layers + 'static) -> (String, Make) {
         let make = move |frame: &Frame| Scatter::Layered(Layered::new(make(frame), frame));
         (name, Box::new(make))

@@ -1,0 +1,52 @@
+//! What a world holds, in numbers.
+
+use crate::mesh::Mesh;
+use crate::world::World;
+
+/// What a world holds, in numbers. Triangles count once per object that shows them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Shared meshes.
+    pub meshes: usize,
+    /// Placed meshes.
+    pub objects: usize,
+    /// Triangles of all meshes, each mesh once.
+    pub mesh_triangles: usize,
+    /// Triangles of all objects.
+    pub object_triangles: usize,
+    /// Triangles without area, each mesh once: kept, never hit.
+    pub degenerate_triangles: usize,
+    /// Vertices of all meshes, each mesh once.
+    pub vertices: usize,
+    /// Materials.
+    pub materials: usize,
+    /// Images.
+    pub textures: usize,
+    /// Lights.
+    pub lights: usize,
+    /// Cameras.
+    pub cameras: usize,
+}
+
+impl World {
+    /// What it holds, in numbers.
+    pub fn counts(&self) -> Counts {
+        let sum = |of: fn(&Mesh) -> usize| self.meshes.iter().map(|mesh| of(mesh)).sum();
+        Counts {
+            meshes: self.meshes.len(),
+            objects: self.objects.len(),
+            mesh_triangles: sum(|mesh| mesh.triangles.len()),
+            object_triangles: self
+                .objects
+                .iter()
+                .map(|object| self.meshes[object.mesh].triangles.len())
+                .sum(),
+            degenerate_triangles: sum(Mesh::degenerate_count),
+            vertices: sum(|mesh| mesh.vertices.len()),
+            materials: self.materials.len(),
+            textures: self.textures.len(),
+            lights: self.lights.len(),
+            cameras: self.cameras.len(),
+        }
+    }
+}
