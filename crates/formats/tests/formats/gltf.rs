@@ -275,11 +275,9 @@ fn moving() -> String {
         |values: &[f32]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
     let mut bytes = floats(&[0.0, 2.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 1.0]);
     bytes.extend(floats(&[0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]));
-    let more = format!(
-        r#", "animations": [{{"name": "slide", "channels": [
-{{"sampler": 0, "target": {{"node": 0, "path": "translation"}}}}, {{"sampler": 1, "target": {{"node": 0, "path": "weights"}}}}],
-"samplers": [{{"input": 1, "output": 2}}, {{"input": 1, "output": 3}}]}}]}}"#
-    );
+    let more = r#", "animations": [{"name": "slide", "channels": [
+{"sampler": 0, "target": {"node": 0, "path": "translation"}}, {"sampler": 1, "target": {"node": 0, "path": "weights"}}],
+"samplers": [{"input": 1, "output": 2}, {"input": 1, "output": 3}]}]}"#;
     let accessor = |offset: usize, count: usize, kind: &str| {
         format!(
             r#", {{"bufferView": 1, "byteOffset": {offset}, "componentType": 5126, "count": {count}, "type": "{kind}", "min": [0], "max": [0]}}"#
