@@ -70,12 +70,12 @@ def test_render_options(folder: Path) -> None:
     assert run("render box.toml -o e.npz --integrator reference --size 16x12") == 0
     Path("dim.toml").write_text(
         BOX
-        + "[[object]]\nplane = { size = 9 }\nlocation = [0, 0, -0.5]\n[render]\nambient_occlusion = true\nsamples = 2\n"
+        + "[[object]]\nplane = { size = 9 }\nlocation = [0, 0, -0.5]\n[render]\nambient_occlusion = true\nsamples = 16\n"
     )
     assert run("render dim.toml -o dim.npz") == run("render dim.toml -o open.npz --no-ambient-occlusion") == 0
     with np.load("dim.npz") as dim, np.load("open.npz") as open_:
-        assert (dim["color"] <= open_["color"]).all()
-        assert (dim["color"] < open_["color"]).any()
+        # One is an estimate, the other is not: pixel by pixel they differ by noise.
+        assert dim["color"].mean() < 0.98 * open_["color"].mean()
     assert sorted(os.listdir()) == [
         "a.npz",
         "b.npz",

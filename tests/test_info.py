@@ -22,7 +22,7 @@ def test_it_counts_what_there_is() -> None:
         "13 stored",
         "bounds     -1 -1 -1 to 5 1 1",
         "'crate': 12 triangles at 0 0 0, thing",
-        "sun: direction 0 -1 0, irradiance 1 2 3",
+        "sun: angular_diameter 0, direction 0 -1 0, irradiance 1 2 3",
         "camera 'front': 64 x 48, pixel_center integer",
         "C  0 0 9",
         "roll 0, pitch 0, yaw 0 degrees",

@@ -176,6 +176,8 @@ fn coverage_is_the_share_of_the_object_seen() {
     let settings = |filter| Settings {
         samples: 256,
         filter,
+        // Asking for the error too would spread the samples over independent sequences.
+        channels: vec![Channel::Color, Channel::Instance, Channel::Coverage],
         ..settings()
     };
     let frame = render(&world, &camera, &settings(Filter::Box));

@@ -17,6 +17,8 @@ distortion = [0.1, 0.02, 0.001, -0.002, 0.003]
 [[camera]]
 name = "round"
 size = [64, 64]
+location = [0, -3, 1]
+yaw = 90
 focal = 20
 lens = "fisheye"
 distortion = [0.01, 0.002, 0, 0]
