@@ -1,3 +1,5 @@
+//! Looks of a world.
+
 use glam::DAffine3;
 use raycam_scene::variant::Variant;
 use raycam_scene::{Material, Object, World, primitive};
