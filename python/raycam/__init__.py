@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ._core import __version__
+from .calibration import FORMATS, Cameras, load_cameras, save_cameras
 from .camera import Camera
 from .errors import CameraError, Error, FormatError, JobError, SettingsError, WorldError
 from .flow import disparity, flow
@@ -22,9 +23,11 @@ if TYPE_CHECKING:
     from .explain_pixel import Explanation, explain
 
 __all__ = [
+    "FORMATS",
     "Box3D",
     "Camera",
     "CameraError",
+    "Cameras",
     "Error",
     "Explanation",
     "FormatError",
@@ -45,7 +48,9 @@ __all__ = [
     "keypoints",
     "label",
     "load",
+    "load_cameras",
     "render",
+    "save_cameras",
 ]
 
 

@@ -9,9 +9,11 @@ import numpy.typing as npt
 
 __all__ = [
     "Camera",
+    "Record",
     "World",
     "__version__",
     "available_threads",
+    "calibration_formats",
     "channels",
     "encode_exr",
     "encode_hdr",
@@ -27,11 +29,13 @@ __all__ = [
     "mask_runs",
     "merge",
     "oriented_box",
+    "read_cameras",
     "silhouettes",
     "srgb_from_linear",
     "world_from_bytes",
     "world_to_bytes",
     "world_with_cameras",
+    "write_cameras",
 ]
 __version__: str
 
@@ -42,6 +46,7 @@ _Size = tuple[int, int]
 _Parts = tuple[dict[str, npt.NDArray[Any]], tuple[int, int, int, int], list[str]]
 
 def available_threads() -> int: ...
+def calibration_formats() -> list[str]: ...
 def channels() -> list[tuple[str, str, int]]: ...
 def encode_exr(
     layers: Sequence[tuple[str, npt.NDArray[Any]]],
@@ -64,6 +69,9 @@ def mask_polygons(pixels: npt.NDArray[np.bool_]) -> list[list[list[int]]]: ...
 def mask_runs(pixels: npt.NDArray[np.bool_]) -> str: ...
 def merge(frames: Sequence[tuple[_Size, Sequence[int], dict[str, npt.NDArray[Any]]]]) -> _Parts: ...
 def oriented_box(world: World, object: int) -> tuple[list[list[float]], list[float], list[float]]: ...
+def read_cameras(
+    path: str | PathLike[str], format: str | None, size: _Size | None, intrinsics: Camera | None
+) -> tuple[list[Record], list[str]]: ...
 def silhouettes(
     world: World, camera: Camera, objects: Sequence[int], margin: _Size, threads: int | None
 ) -> list[tuple[int, tuple[int, int, int, int], npt.NDArray[np.bool_]]]: ...
@@ -73,6 +81,21 @@ def srgb_from_linear(
 def world_from_bytes(bytes: bytes) -> World: ...
 def world_to_bytes(world: World) -> bytes: ...
 def world_with_cameras(world: World, cameras: Sequence[tuple[str, Camera]]) -> World: ...
+
+def write_cameras(
+    records: Sequence[Record], path: str | PathLike[str], format: str
+) -> tuple[list[tuple[str, bytes]], list[str]]: ...
+@final
+class Record:
+    @staticmethod
+    def of(name: str, camera: Camera, image: str | None, time: float | None) -> Record: ...
+    def camera(self) -> Camera: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def image(self) -> str | None: ...
+    @property
+    def time(self) -> float | None: ...
 
 @final
 class Camera:

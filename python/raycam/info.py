@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from .camera import Camera
 from .world import World
 
-__all__ = ["info"]
+__all__ = ["info", "info_cameras"]
 
 
 def info(world: World) -> str:
     """Counts, bounds, objects, lights, cameras with their matrices, video and notices, as text."""
     return "\n".join(_lines(world))
+
+
+def info_cameras(cameras: Mapping[str, Camera]) -> str:
+    """K, R, P, C, angles and lens of each camera, as text."""
+    names = [f"cameras    {len(cameras)}"]
+    return "\n".join([*names, *(line for name, camera in cameras.items() for line in _camera(f"{name!r}", camera))])
 
 
 def _lines(world: World) -> Iterator[str]:

@@ -5,6 +5,7 @@
 
 mod arrays;
 mod bundle;
+mod calibration;
 mod camera;
 mod encode;
 mod error;
@@ -27,6 +28,8 @@ mod core {
 
     #[pymodule_export]
     use crate::bundle::{world_from_bytes, world_to_bytes, world_with_cameras};
+    #[pymodule_export]
+    use crate::calibration::{Record, calibration_formats, read_cameras, write_cameras};
     #[pymodule_export]
     use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_models};
     #[pymodule_export]

@@ -9,6 +9,7 @@
 
 mod budget;
 pub mod bundle;
+pub mod calibration;
 pub mod codec;
 mod companion;
 mod corners;

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from ..errors import Error, SettingsError, nearest
-from . import dataset, demo, doctor, explain, info, render, status, video
+from . import cameras, dataset, demo, doctor, explain, info, render, status, video
 
 __all__ = ["COMMANDS", "main"]
 
@@ -24,6 +24,7 @@ COMMANDS = {
     "verify": status.VERIFY,
     "explain": explain.COMMAND,
     "info": info.COMMAND,
+    "cameras": cameras.COMMAND,
     "doctor": doctor.COMMAND,
     "demo": demo.COMMAND,
 }

@@ -4,25 +4,35 @@ from __future__ import annotations
 
 import argparse
 
-from .options import Command, add_world
+from .options import Command, add_known, load_calibration
+
+CALIBRATIONS = {".yaml", ".yml", ".json", ".xml", ".txt", ".bin"}
 
 
 def _add(command: argparse.ArgumentParser) -> None:
-    add_world(command)
+    command.add_argument("world", metavar="FILE", help="a world, a mesh, or a calibration of cameras")
+    add_known(command)
     command.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
-    from ..info import info
+    from pathlib import Path
+
+    from ..info import info, info_cameras
     from ..world import load
 
-    print(info(load(options.world)))
+    path = Path(options.world)
+    if path.is_dir() or path.suffix.lower() in CALIBRATIONS or options.format is not None:
+        print(info_cameras(load_calibration(options.world, options)))
+    else:
+        print(info(load(path)))
 
 
 COMMAND = Command(
     _add,
-    "show what a world holds: counts, bounds, cameras",
+    "show what a world or a calibration holds: counts, bounds, cameras",
     [
         "raycam info room.toml",
+        "raycam info camchain.yaml",
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..errors import SettingsError
 
 if TYPE_CHECKING:
+    from ..calibration import Cameras
     from ..camera import Camera
     from ..world import World
 
@@ -34,13 +36,39 @@ def add_world(command: argparse.ArgumentParser) -> None:
 
 def add_camera(command: argparse.ArgumentParser) -> None:
     """Which camera of the world, and how large its picture."""
-    command.add_argument("--camera", metavar="NAME", help="a camera of the world; its first one otherwise")
+    command.add_argument(
+        "--camera",
+        metavar="NAME|FILE[:NAME]",
+        help="a camera of the world, or of a calibration file; the first one otherwise",
+    )
     command.add_argument(
         "--size",
         metavar="WxH",
         type=size_of,
         help="the picture's size in pixels; the view stays the camera's",
     )
+
+
+def add_known(command: argparse.ArgumentParser) -> None:
+    """What a calibration may leave open."""
+    command.add_argument("--format", metavar="FORMAT", help="of the calibration (default: found by its contents)")
+    command.add_argument("--size", metavar="WxH", type=size_of, help="the picture's size, where FILE has none")
+    command.add_argument(
+        "--intrinsics", metavar="FILE", help="a calibration whose first camera the poses of FILE get"
+    )
+
+
+def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
+    """The cameras of a file, with what `add_known` was given, and its notices told."""
+    from ..calibration import load_cameras
+
+    size, intrinsics = getattr(options, "size", None), None
+    if getattr(options, "intrinsics", None) is not None:
+        intrinsics = next(iter(load_cameras(options.intrinsics, size=size).values()))
+    format = getattr(options, "format", None)
+    cameras = load_cameras(path, format, size=size, intrinsics=intrinsics)
+    tell(cameras.notices)
+    return cameras
 
 
 def add_rendering(command: argparse.ArgumentParser) -> None:
@@ -153,7 +181,13 @@ def view(world: World, options: argparse.Namespace) -> Camera:
     """The camera that `--camera` and `--size` ask for."""
     if options.camera is None and not world.cameras:
         return world.default_camera(options.size or (640, 480))
-    camera = world.camera(options.camera) if options.camera is not None else world.default_camera()
+    if options.camera is None:
+        camera = world.default_camera()
+    elif options.camera not in world.cameras and (file := _calibration(options.camera)) is not None:
+        cameras = load_calibration(file[0], options)
+        camera = cameras.find(file[1]) if file[1] else next(iter(cameras.values()))
+    else:
+        camera = world.camera(options.camera)
     if options.size is None:
         return camera
     (width, height), (new_width, new_height) = camera.size, options.size
@@ -162,6 +196,13 @@ def view(world: World, options: argparse.Namespace) -> Camera:
             f"--size {new_width}x{new_height} would stretch the picture of the camera, which has {width} x {height}"
         )
     return camera.resized(options.size)
+
+
+def _calibration(text: str) -> tuple[str, str] | None:
+    """File and name of FILE or FILE:NAME, if there is such a file."""
+    file, _, name = text.rpartition(":")
+    pairs = [(text, ""), (file, name)]
+    return next((pair for pair in pairs if pair[0] and os.path.exists(pair[0])), None)
 
 
 def load_world(options: argparse.Namespace) -> World:

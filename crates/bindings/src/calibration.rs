@@ -1,0 +1,92 @@
+//! Files of cameras.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use raycam_formats::calibration::{self, Known};
+use raycam_formats::{Budget, FormatError};
+
+use crate::camera::Camera;
+use crate::error::{IntoPyErr, camera_error, caught};
+
+/// A camera as its file has it: what is read is written back to the last bit.
+#[pyclass(frozen, module = "raycam._core")]
+pub(crate) struct Record {
+    inner: calibration::Record,
+}
+
+#[pymethods]
+impl Record {
+    /// The record of a camera.
+    #[staticmethod]
+    fn of(name: &str, camera: &Camera, image: Option<String>, time: Option<f64>) -> Self {
+        let mut inner = calibration::Record::of(name, &camera.inner);
+        (inner.image, inner.time) = (image, time);
+        Self { inner }
+    }
+
+    /// The camera, where size and intrinsics are known.
+    fn camera(&self) -> PyResult<Camera> {
+        let inner = self.inner.camera().map_err(|error| match error {
+            FormatError::Encode(message) => camera_error(message),
+            error => error.into_py_err(),
+        })?;
+        Ok(Camera { inner })
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.inner.name
+    }
+
+    #[getter]
+    fn image(&self) -> Option<&str> {
+        self.inner.image.as_deref()
+    }
+
+    #[getter]
+    fn time(&self) -> Option<f64> {
+        self.inner.time
+    }
+}
+
+/// The records of a file, and notices.
+#[pyfunction]
+pub(crate) fn read_cameras(
+    py: Python<'_>,
+    path: PathBuf,
+    format: Option<String>,
+    size: Option<[u32; 2]>,
+    intrinsics: Option<&Camera>,
+) -> PyResult<(Vec<Record>, Vec<String>)> {
+    let known = Known {
+        size,
+        intrinsics: intrinsics.map(|camera| calibration::Record::of("", &camera.inner)),
+    };
+    let read = || calibration::read(&path, format.as_deref(), &known, &Budget::default());
+    let found = py
+        .detach(|| caught(read))?
+        .map_err(IntoPyErr::into_py_err)?;
+    let records = found.records.into_iter().map(|inner| Record { inner });
+    Ok((records.collect(), found.notices))
+}
+
+/// Names, relative to `path`, and bytes of the files that hold the records, and notices.
+#[pyfunction]
+#[allow(clippy::type_complexity, reason = "two lists")]
+pub(crate) fn write_cameras(
+    records: Vec<PyRef<'_, Record>>,
+    path: PathBuf,
+    format: &str,
+) -> PyResult<(Vec<(String, Vec<u8>)>, Vec<String>)> {
+    let records: Vec<_> = records.iter().map(|record| record.inner.clone()).collect();
+    let written = caught(|| calibration::write(&records, &path, format))?;
+    let written = written.map_err(IntoPyErr::into_py_err)?;
+    Ok((written.files, written.notices))
+}
+
+/// The names of the formats.
+#[pyfunction]
+pub(crate) fn calibration_formats() -> Vec<&'static str> {
+    calibration::formats().collect()
+}

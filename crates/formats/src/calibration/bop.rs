@@ -1,0 +1,144 @@
+//! BOP: `scene_camera.json` (cam_K, cam_R_w2c, cam_t_w2c in millimetres for each image) and `camera.json` (fx fy cx cy
+//! width height of all). Source: bop_toolkit, docs/bop_datasets_format.md. The world is in metres.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use raycam_scene::PixelCenter;
+
+use super::tree::At;
+use super::write::{joined, number, quoted, rows3};
+use super::{Calibration, Known, Pose, Record, Rotation, Written, text, yaml};
+use crate::error::FormatError;
+use crate::folder::{Folder, Source};
+
+pub(super) fn is(_: &Path, text: &str) -> bool {
+    text.contains("\"cam_K\"") || text.contains("\"depth_scale\"") && text.contains("\"fx\"")
+}
+
+pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibration, FormatError> {
+    let node = yaml::parse(text(source)?, &source.path)?;
+    let root = At::root(&node, &source.path);
+    let mut calibration = Calibration::default();
+    let scale = |at: &At<'_>| at.get("depth_scale").map(|at| at.number()).transpose();
+    if root.get("fx").is_some() {
+        calibration.notices =
+            root.unread(&["fx", "fy", "cx", "cy", "width", "height", "depth_scale"]);
+        let get = |key: &str| root.need(key)?.number();
+        let mut record = Record::new("camera", PixelCenter::Integer);
+        record.k = Some(DMat3::from_cols(
+            DVec3::new(get("fx")?, 0.0, 0.0),
+            DVec3::new(0.0, get("fy")?, 0.0),
+            DVec3::new(get("cx")?, get("cy")?, 1.0),
+        ));
+        record.size = Some([root.need("width")?.count()?, root.need("height")?.count()?]);
+        record.depth_scale = scale(&root)?;
+        calibration.records.push(record);
+        return Ok(calibration);
+    }
+    let mut unread = std::collections::BTreeMap::<String, usize>::new();
+    for (name, image) in root.entries()? {
+        let mut record = Record::new(name, PixelCenter::Integer);
+        record.k = Some(image.need("cam_K")?.matrix3()?);
+        record.depth_scale = scale(&image)?;
+        if let Some(r) = image.get("cam_R_w2c") {
+            let t = DVec3::from_array(image.need("cam_t_w2c")?.array::<3>()?);
+            record.pose = Some(Pose::camera_from_world(
+                Rotation::Matrix(r.matrix3()?),
+                t / 1000.0,
+            ));
+        }
+        for (key, _) in image.entries()? {
+            if !["cam_K", "cam_R_w2c", "cam_t_w2c", "depth_scale"].contains(&key) {
+                *unread.entry(key.to_owned()).or_default() += 1;
+            }
+        }
+        calibration.records.push(record);
+    }
+    calibration.notices = unread
+        .iter()
+        .map(|(key, count)| format!("{key} of {count} images is not read"))
+        .collect();
+    Ok(calibration)
+}
+
+/// The number of millimetres that are read back as these metres, or the nearest.
+fn millimetres(metres: f64) -> f64 {
+    let near = metres * 1000.0;
+    let exact = |v: &f64| *v / 1000.0 == metres;
+    [near, near.next_up(), near.next_down()]
+        .into_iter()
+        .find(exact)
+        .unwrap_or(near)
+}
+
+pub(super) fn write(records: &[Record], path: &Path) -> Result<Written, FormatError> {
+    let format = "BOP's scene_camera.json";
+    let single = path.file_name().is_some_and(|name| name == "camera.json");
+    if single {
+        return write_camera(records);
+    }
+    let mut text = String::from("{");
+    let mut notices = Vec::new();
+    for (i, record) in records.iter().enumerate() {
+        record.need_pinhole(format)?;
+        let id = match record.name.parse::<u32>() {
+            Ok(id) if id.to_string() == record.name => id.to_string(),
+            _ => {
+                notices.push(format!("camera {:?} is image {i} in {format}", record.name));
+                i.to_string()
+            }
+        };
+        let between = if i == 0 { "" } else { "," };
+        let k = record.k_with(PixelCenter::Integer, format)?;
+        let _ = write!(
+            text,
+            "{between}\n  {}: {{\"cam_K\": [{}]",
+            quoted(&id),
+            joined(&rows3(k), ", ")
+        );
+        if record.pose.is_some() || record.matrix.is_some() {
+            let (r, t) = record.need_pose()?.r_t();
+            let t = t.to_array().map(millimetres);
+            let _ = write!(
+                text,
+                ", \"cam_R_w2c\": [{}]",
+                joined(&rows3(r.matrix()), ", ")
+            );
+            let _ = write!(text, ", \"cam_t_w2c\": [{}]", joined(&t, ", "));
+        }
+        let _ = write!(
+            text,
+            ", \"depth_scale\": {}}}",
+            number(record.depth_scale.unwrap_or(1.0))
+        );
+    }
+    text += "\n}\n";
+    notices.push(format!(
+        "{format} has no picture sizes; they are not written"
+    ));
+    Ok(Written {
+        notices,
+        ..Written::one(text)
+    })
+}
+
+fn write_camera(records: &[Record]) -> Result<Written, FormatError> {
+    let format = "BOP's camera.json";
+    let [record] = records else {
+        return Err(FormatError::Encode(format!(
+            "{format} holds one camera, {} given",
+            records.len()
+        )));
+    };
+    record.need_pinhole(format)?;
+    let focals = record.focals_with(PixelCenter::Integer, format)?;
+    let [width, height] = record.need_size(format)?;
+    let [fx, fy, cx, cy] = focals.map(number);
+    let scale = number(record.depth_scale.unwrap_or(1.0));
+    Ok(Written::one(format!(
+        "{{\n  \"cx\": {cx},\n  \"cy\": {cy},\n  \"depth_scale\": {scale},\n  \"fx\": {fx},\n  \"fy\": {fy},\n  \
+         \"height\": {height},\n  \"width\": {width}\n}}\n"
+    )))
+}

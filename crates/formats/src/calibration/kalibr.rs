@@ -1,0 +1,202 @@
+//! Kalibr's camchain: `cam0`, `cam1`, ..., each with intrinsics, distortion and where it stands.
+//!
+//! `T_cam_imu` (camera from body) is the pose where every camera has it; else `T_cn_cnm1` (from the camera before) makes
+//! a chain that begins at cam0. Source: Kalibr's wiki, "Yaml formats" and "Supported models".
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use raycam_scene::{Lens, LensModel, PixelCenter};
+
+use super::tree::At;
+use super::write::{joined, quoted, rows34};
+use super::{Calibration, Known, Pose, Record, Rotation, Written, text, yaml};
+use crate::error::FormatError;
+use crate::folder::{Folder, Source};
+
+const KEYS: [&str; 9] = [
+    "camera_model",
+    "intrinsics",
+    "distortion_model",
+    "distortion_coeffs",
+    "resolution",
+    "T_cam_imu",
+    "T_cn_cnm1",
+    "cam_overlaps",
+    "rostopic",
+];
+
+pub(super) fn is(_: &Path, text: &str) -> bool {
+    text.contains("cam0:") && text.contains("camera_model")
+}
+
+pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibration, FormatError> {
+    let node = yaml::parse(text(source)?, &source.path)?;
+    let root = At::root(&node, &source.path);
+    let mut calibration = Calibration::default();
+    let cameras: Vec<_> = root.entries()?;
+    let body = cameras
+        .iter()
+        .all(|(_, camera)| camera.get("T_cam_imu").is_some());
+    let mut before = Pose::camera_from_world(Rotation::Matrix(DMat3::IDENTITY), DVec3::ZERO);
+    for (i, (name, camera)) in cameras.into_iter().enumerate() {
+        if name != format!("cam{i}") {
+            return Err(camera.fail(format_args!("expected cam{i} here")));
+        }
+        calibration.notices.extend(camera.unread(&KEYS));
+        let mut record = Record::new(name, PixelCenter::Integer);
+        let [width, height] = camera.need("resolution")?.array::<2>()?;
+        let whole = |v: f64| v.fract() == 0.0 && (1.0..65537.0).contains(&v);
+        if !(whole(width) && whole(height)) {
+            return Err(camera.need("resolution")?.fail("expected columns and rows"));
+        }
+        record.size = Some([width as u32, height as u32]);
+        (record.k, record.lens) = intrinsics(&camera)?;
+        let pose = |key: &str| {
+            let (r, t) = camera.need(key)?.matrix4()?;
+            Ok::<_, FormatError>(Pose::camera_from_world(Rotation::Matrix(r), t))
+        };
+        let mut here = if body {
+            pose("T_cam_imu")?
+        } else if i == 0 {
+            before.clone()
+        } else {
+            let mut step = pose("T_cn_cnm1")?;
+            step.mend();
+            step.after(&before)
+        };
+        record.pose = Some(here.clone());
+        here.mend();
+        before = here;
+        calibration.records.push(record);
+    }
+    Ok(calibration)
+}
+
+/// K and the lens.
+fn intrinsics(camera: &At<'_>) -> Result<(Option<DMat3>, Lens), FormatError> {
+    let model = camera.need("camera_model")?;
+    let values = camera.need("intrinsics")?;
+    let distortion = camera
+        .get("distortion_model")
+        .map_or(Ok("none"), |at| at.word())?;
+    let coefficients = match camera.get("distortion_coeffs") {
+        Some(at) => at.numbers()?,
+        None => vec![],
+    };
+    let name = model.word()?;
+    let front = match name {
+        "pinhole" => 0,
+        "omni" => 1,
+        "eucm" | "ds" => 2,
+        _ => return Err(model.fail(format_args!("{name:?}; expected pinhole, omni, eucm or ds"))),
+    };
+    let all = values.numbers()?;
+    if all.len() != front + 4 {
+        return Err(values.fail(format_args!(
+            "{} numbers, the {name} model has {}",
+            all.len(),
+            front + 4
+        )));
+    }
+    let (shape, focals) = all.split_at(front);
+    let k = DMat3::from_cols(
+        DVec3::new(focals[0], 0.0, 0.0),
+        DVec3::new(0.0, focals[1], 0.0),
+        DVec3::new(focals[2], focals[3], 1.0),
+    );
+    let new = |model, coefficients: &[f64]| {
+        Lens::new(model, coefficients).map_err(|error| values.fail(error))
+    };
+    let zero = coefficients.iter().all(|v| *v == 0.0);
+    let lens = match (name, distortion) {
+        ("pinhole", _) => camera.lens(distortion, &coefficients)?,
+        ("omni", "radtan") => new(LensModel::Omni, &[shape, &coefficients].concat())?,
+        ("omni", "none") => new(LensModel::Omni, shape)?,
+        ("eucm", _) if distortion == "none" || zero => new(LensModel::Eucm, shape)?,
+        ("ds", _) if distortion == "none" || zero => new(LensModel::DoubleSphere, shape)?,
+        _ => {
+            return Err(model.fail(format_args!(
+                "raycam has no lens for {name} with {distortion} {coefficients:?}"
+            )));
+        }
+    };
+    Ok((Some(k), lens))
+}
+
+pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+    let format = "Kalibr's camchain";
+    let mut text = String::new();
+    let mut notices = Vec::new();
+    let mut before: Option<Pose> = None;
+    for (i, record) in records.iter().enumerate() {
+        let focals = record.focals_with(PixelCenter::Integer, format)?;
+        let (model, shape, distortion, coefficients): (_, &[f64], _, &[f64]) =
+            match record.lens.coefficients() {
+                None => ("pinhole", &[], "none", &[]),
+                Some((LensModel::OpenCv, d)) if d.len() == 4 => ("pinhole", &[], "radtan", d),
+                Some((LensModel::OpenCv, d)) if d[4..].iter().all(|v| *v == 0.0) => {
+                    ("pinhole", &[], "radtan", &d[..4])
+                }
+                Some((LensModel::Fisheye, d)) => ("pinhole", &[], "equidistant", d),
+                Some((LensModel::Fov, d)) => ("pinhole", &[], "fov", d),
+                Some((LensModel::Omni, d)) if d.len() == 1 => ("omni", d, "none", &[]),
+                Some((LensModel::Omni, d)) => ("omni", &d[..1], "radtan", &d[1..]),
+                Some((LensModel::Eucm, d)) => ("eucm", d, "none", &[]),
+                Some((LensModel::DoubleSphere, d)) => ("ds", d, "none", &[]),
+                Some((model, d)) => {
+                    return Err(record.cannot(
+                        format,
+                        &format!("the {} lens, distortion {d:?}", model.name()),
+                    ));
+                }
+            };
+        let [width, height] = record.need_size(format)?;
+        let pose = record.need_pose()?;
+        let matrix = |name: &str, pose: &Pose| {
+            let (r, t) = pose.r_t();
+            let mut block = format!("  {name}:\n");
+            for row in rows34(r.matrix(), t) {
+                let _ = writeln!(block, "  - [{}]", joined(&row, ", "));
+            }
+            block + "  - [0.0, 0.0, 0.0, 1.0]\n"
+        };
+        let mut block = format!("cam{i}:\n");
+        block += &matrix("T_cam_imu", &pose);
+        if let Some(before) = &before {
+            let (r, t) = before.world_r_c();
+            block += &matrix("T_cn_cnm1", &pose.after(&Pose::camera_from_world(r, t)));
+        }
+        let _ = writeln!(block, "  camera_model: {model}");
+        let _ = writeln!(
+            block,
+            "  intrinsics: [{}]",
+            joined(&[shape, &focals].concat(), ", ")
+        );
+        let _ = writeln!(block, "  distortion_model: {distortion}");
+        let _ = writeln!(
+            block,
+            "  distortion_coeffs: [{}]",
+            joined(coefficients, ", ")
+        );
+        let _ = writeln!(block, "  resolution: [{width}, {height}]");
+        let _ = writeln!(
+            block,
+            "  rostopic: {}",
+            quoted(&format!("/{}/image_raw", record.name))
+        );
+        text += &block;
+        if record.name != format!("cam{i}") {
+            notices.push(format!(
+                "camera {:?} is called cam{i} in Kalibr's camchain",
+                record.name
+            ));
+        }
+        before = Some(pose);
+    }
+    Ok(Written {
+        notices,
+        ..Written::one(text)
+    })
+}

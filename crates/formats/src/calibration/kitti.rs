@@ -1,0 +1,174 @@
+//! KITTI: calibrations of lines `KEY: numbers` (odometry and object `P0:` to `P3:`, raw `calib_cam_to_cam.txt`), and
+//! poses of 12 numbers a line, world from camera (cvlibs.net/datasets/kitti, the development kits' readmes).
+//!
+//! `P` projects points of rectified camera 0, which is the world here; `Tr` and its kin, from other sensors, are noticed.
+
+use std::path::Path;
+
+use raycam_scene::{Lens, LensModel, PixelCenter};
+
+use glam::{DMat3, DVec3};
+
+use super::tree::rigid;
+use super::tum::{has, lines, numbers};
+use super::write::{joined, rows34};
+use super::{Calibration, Known, Pose, Record, Rotation, Written, text};
+use crate::error::FormatError;
+use crate::folder::{Folder, Source};
+
+pub(super) fn is(_: &Path, text: &str) -> bool {
+    lines(text).any(|(_, line)| {
+        ["P0:", "P2:", "P_rect_00:", "K_00:"]
+            .iter()
+            .any(|key| line.starts_with(key))
+    })
+}
+
+pub(super) fn is_poses(_: &Path, text: &str) -> bool {
+    has(text, 12)
+}
+
+pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibration, FormatError> {
+    let path = &source.path;
+    let mut calibration = Calibration::default();
+    let mut rows: Vec<(&str, usize, &str)> = Vec::new();
+    for (line, row) in lines(text(source)?) {
+        let Some((key, values)) = row.split_once(':') else {
+            return Err(FormatError::line(path, line, "expected KEY: numbers"));
+        };
+        if rows.iter().any(|(name, _, _)| *name == key) {
+            return Err(FormatError::line(
+                path,
+                line,
+                format!("{key} is there twice"),
+            ));
+        }
+        rows.push((key, line, values));
+    }
+    let find = |key: String| rows.iter().find(|(name, _, _)| *name == key);
+    for &(key, line, values) in &rows {
+        let number = key
+            .strip_prefix("K_")
+            .or_else(|| key.strip_prefix("P_rect_"));
+        if let Some(number) = number.filter(|_| key.starts_with("K_")) {
+            let mut record = Record::new(number, PixelCenter::Integer);
+            let k = DMat3::from_cols_array(&numbers::<9>(path, line, values)?).transpose();
+            record.k = Some(k);
+            if let Some(&(_, line, values)) = find(format!("D_{number}")) {
+                let d = numbers::<5>(path, line, values)?;
+                record.lens = Lens::new(LensModel::OpenCv, &d)
+                    .map_err(|error| FormatError::line(path, line, error.to_string()))?;
+            }
+            record.size = size(path, find(format!("S_{number}")))?;
+            if let (Some(&(_, line, r)), Some(&(_, other, t))) =
+                (find(format!("R_{number}")), find(format!("T_{number}")))
+            {
+                let r = DMat3::from_cols_array(&numbers::<9>(path, line, r)?).transpose();
+                let t = DVec3::from_array(numbers::<3>(path, other, t)?);
+                record.pose = Some(Pose::camera_from_world(Rotation::Matrix(r), t));
+            }
+            calibration.records.push(record);
+        } else if number.is_some() || key.len() == 2 && key.starts_with('P') {
+            let m: [f64; 12] = numbers(path, line, values)?;
+            // The object development kit leaves matrices of cameras that are not there at 0.
+            if m == [0.0; 12] {
+                calibration
+                    .notices
+                    .push(format!("{key} (line {line}) is 0 and left out"));
+                continue;
+            }
+            let mut record = Record::new(key, PixelCenter::Integer);
+            record.matrix = Some([0, 1, 2].map(|i| [0, 1, 2, 3].map(|j| m[4 * i + j])));
+            if let Some(number) = number {
+                record.size = size(path, find(format!("S_rect_{number}")))?;
+            }
+            calibration.records.push(record);
+        } else if !["S_", "D_", "R_0", "T_0"]
+            .iter()
+            .any(|start| key.starts_with(start))
+        {
+            calibration
+                .notices
+                .push(format!("{key} (line {line}) is no camera and not read"));
+        }
+    }
+    Ok(calibration)
+}
+
+fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2]>, FormatError> {
+    let Some(&(_, line, values)) = row else {
+        return Ok(None);
+    };
+    let size: [f64; 2] = numbers(path, line, values)?;
+    if size
+        .iter()
+        .any(|v| v.fract() != 0.0 || !(1.0..65537.0).contains(v))
+    {
+        return Err(FormatError::line(path, line, "expected columns and rows"));
+    }
+    Ok(Some(size.map(|v| v as u32)))
+}
+
+pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+    if records.len() > 10 {
+        return Err(FormatError::Encode(format!(
+            "a KITTI calibration holds the cameras of one rig, P0 to P9; {} given",
+            records.len()
+        )));
+    }
+    let mut text = String::new();
+    let mut notices = Vec::new();
+    for (i, record) in records.iter().enumerate() {
+        let format = "a KITTI calibration";
+        record.need_pinhole(format)?;
+        let matrix = match record.matrix {
+            Some(matrix) if record.pixel_center == PixelCenter::Integer => matrix,
+            _ => {
+                let k = record.k_with(PixelCenter::Integer, format)?;
+                let (r, t) = record.need_pose()?.r_t();
+                rows34(k * r.matrix(), k * t)
+            }
+        };
+        text += &format!("P{i}: {}\n", joined(matrix.as_flattened(), " "));
+        if record.name != format!("P{i}") {
+            notices.push(format!(
+                "camera {:?} is called P{i} in a KITTI calibration",
+                record.name
+            ));
+        }
+    }
+    notices.push("a KITTI calibration has no picture sizes; they are not written".into());
+    Ok(Written {
+        notices,
+        ..Written::one(text)
+    })
+}
+
+pub(super) fn read_poses(
+    source: &Source,
+    _: &mut Folder,
+    _: &Known,
+) -> Result<Calibration, FormatError> {
+    let mut calibration = Calibration::default();
+    for (i, (line, row)) in lines(text(source)?).enumerate() {
+        let mut record = Record::new(format!("{i:06}"), PixelCenter::Integer);
+        let (r, c) = rigid(&numbers(&source.path, line, row)?);
+        record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
+        calibration.records.push(record);
+    }
+    Ok(calibration)
+}
+
+pub(super) fn write_poses(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+    let mut text = String::new();
+    for record in records {
+        let (r, c) = record.need_pose()?.world_r_c();
+        text += &format!("{}\n", joined(rows34(r.matrix(), c).as_flattened(), " "));
+    }
+    Ok(Written {
+        notices: vec![
+            "KITTI poses hold poses alone; names, sizes, K and lens are not written".into(),
+        ],
+        ..Written::one(text)
+    })
+}

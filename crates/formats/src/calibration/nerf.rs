@@ -1,0 +1,315 @@
+//! `transforms.json` of NeRF, instant-ngp and nerfstudio, and Blender's of the synthetic NeRF scenes, which has one angle
+//! for all intrinsics. Poses are world from camera with OpenGL's axes (x right, y up, z backward), the centre of the first
+//! pixel is (0.5, 0.5). Source: docs.nerf.studio, "Data conventions"; nerfstudio's `camera_utils`.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use raycam_scene::{Lens, LensModel, PixelCenter};
+
+use super::tree::At;
+use super::write::{joined, number, quoted, rows34};
+use super::{Calibration, Known, Pose, Record, Rotation, Written, text, yaml};
+use crate::error::FormatError;
+use crate::folder::{Folder, Source};
+
+/// Keys of intrinsics, for all or for one frame.
+const INTRINSICS: [&str; 16] = [
+    "camera_angle_x",
+    "camera_angle_y",
+    "fl_x",
+    "fl_y",
+    "cx",
+    "cy",
+    "w",
+    "h",
+    "k1",
+    "k2",
+    "k3",
+    "k4",
+    "p1",
+    "p2",
+    "camera_model",
+    "is_fisheye",
+];
+const FRAME: [&str; 9] = [
+    "file_path",
+    "transform_matrix",
+    "rotation",
+    "sharpness",
+    "depth_file_path",
+    "mask_path",
+    "colmap_im_id",
+    "time",
+    "colmap_image_id",
+];
+const ROOT: [&str; 10] = [
+    "frames",
+    "aabb_scale",
+    "applied_scale",
+    "ply_file_path",
+    "train_filenames",
+    "val_filenames",
+    "test_filenames",
+    "orientation_override",
+    "depth_unit_scale_factor",
+    "from_na",
+];
+
+pub(super) fn is(_: &Path, text: &str) -> bool {
+    text.contains("\"transform_matrix\"") && text.contains("\"frames\"")
+}
+
+pub(super) fn is_blender(_: &Path, _: &str) -> bool {
+    false // One reader for both; this row is a writer.
+}
+
+pub(super) fn read(
+    source: &Source,
+    _: &mut Folder,
+    known: &Known,
+) -> Result<Calibration, FormatError> {
+    let node = yaml::parse(text(source)?, &source.path)?;
+    let root = At::root(&node, &source.path);
+    let mut calibration = Calibration {
+        notices: root.unread(&[&INTRINSICS[..], &ROOT].concat()),
+        ..Calibration::default()
+    };
+    let mut names = std::collections::HashSet::new();
+    for frame in root.need("frames")?.list()? {
+        calibration
+            .notices
+            .extend(frame.unread(&[&INTRINSICS[..], &FRAME].concat()));
+        let file = frame.get("file_path").map(|at| at.word()).transpose()?;
+        let count = calibration.records.len();
+        let mut name = file.map_or_else(
+            || count.to_string(),
+            |file| file.trim_start_matches("./").to_owned(),
+        );
+        if !names.insert(name.clone()) {
+            name = format!("{name}#{count}");
+            names.insert(name.clone());
+        }
+        let mut record = Record::new(name, PixelCenter::Half);
+        record.image = file.map(str::to_owned);
+        record.time = frame.get("time").map(|at| at.number()).transpose()?;
+        intrinsics(&mut record, &frame, &root, known)?;
+        let (gl, c) = frame.need("transform_matrix")?.matrix4()?;
+        record.pose = Some(Pose::world_from_camera(Rotation::Matrix(turned(gl)), c));
+        calibration.records.push(record);
+    }
+    Ok(calibration)
+}
+
+/// OpenGL's axes of the camera to OpenCV's, and back.
+fn turned(world_from_camera: DMat3) -> DMat3 {
+    DMat3::from_cols(
+        world_from_camera.x_axis,
+        -world_from_camera.y_axis,
+        -world_from_camera.z_axis,
+    )
+}
+
+fn intrinsics(
+    record: &mut Record,
+    frame: &At<'_>,
+    root: &At<'_>,
+    known: &Known,
+) -> Result<(), FormatError> {
+    let get = |key: &str| frame.get(key).or_else(|| root.get(key));
+    let real = |key: &str| get(key).map(|at| at.number()).transpose();
+    record.size = match (get("w"), get("h")) {
+        (Some(w), Some(h)) => Some([w.count()?, h.count()?]),
+        _ => known.size,
+    };
+    let (angles, focals) = (
+        [real("camera_angle_x")?, real("camera_angle_y")?],
+        [real("fl_x")?, real("fl_y")?],
+    );
+    if angles == [None; 2] && focals == [None; 2] {
+        return if known.intrinsics.is_some() {
+            Ok(())
+        } else {
+            Err(root.fail("fl_x is missing, and camera_angle_x"))
+        };
+    }
+    let Some(size) = record.size else {
+        if let (Some(fx), Some(cx), Some(cy)) = (focals[0], real("cx")?, real("cy")?) {
+            record.k = Some(upper(fx, focals[1].unwrap_or(fx), cx, cy));
+            return lens(record, frame, root);
+        }
+        return Err(root.fail(
+            "w and h are missing, and without the picture's size there is no K: give size=(width, height)",
+        ));
+    };
+    let sides = size.map(f64::from);
+    let half = |angle: Option<f64>, side: f64| angle.map(|angle| 0.5 * side / (0.5 * angle).tan());
+    let fx = focals[0].or_else(|| half(angles[0], sides[0]));
+    let fy = focals[1].or_else(|| half(angles[1], sides[1]).filter(|_| focals[0].is_none()));
+    let (Some(fx), Some(fy)) = (fx.or(fy), fy.or(fx)) else {
+        return Err(root.fail("fl_x is missing"));
+    };
+    let [cx, cy] = [
+        real("cx")?.unwrap_or(0.5 * sides[0]),
+        real("cy")?.unwrap_or(0.5 * sides[1]),
+    ];
+    record.k = Some(upper(fx, fy, cx, cy));
+    lens(record, frame, root)
+}
+
+fn upper(fx: f64, fy: f64, cx: f64, cy: f64) -> DMat3 {
+    DMat3::from_cols(
+        DVec3::new(fx, 0.0, 0.0),
+        DVec3::new(0.0, fy, 0.0),
+        DVec3::new(cx, cy, 1.0),
+    )
+}
+
+fn lens(record: &mut Record, frame: &At<'_>, root: &At<'_>) -> Result<(), FormatError> {
+    let get = |key: &str| frame.get(key).or_else(|| root.get(key));
+    let at = get("camera_model").unwrap_or_else(|| root.clone());
+    let mut values = [0.0; 6];
+    for (value, key) in values.iter_mut().zip(["k1", "k2", "k3", "k4", "p1", "p2"]) {
+        *value = get(key).map_or(Ok(0.0), |at| at.number())?;
+    }
+    let [k1, k2, k3, k4, p1, p2] = values;
+    let fisheye = get("is_fisheye").map_or(Ok("false"), |at| at.word())?;
+    let model = match get("camera_model") {
+        Some(at) => at.word()?,
+        None if matches!(fisheye, "true" | "True") => "OPENCV_FISHEYE",
+        None => "OPENCV",
+    };
+    let made = match model {
+        "OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" | "SIMPLE_RADIAL" | "RADIAL" if k4 == 0.0 => {
+            let coefficients = [k1, k2, p1, p2, k3];
+            Lens::new(
+                LensModel::OpenCv,
+                if k3 == 0.0 {
+                    &coefficients[..4]
+                } else {
+                    &coefficients
+                },
+            )
+        }
+        "OPENCV_FISHEYE" | "FISHEYE" if p1 == 0.0 && p2 == 0.0 => {
+            Lens::new(LensModel::Fisheye, &[k1, k2, k3, k4])
+        }
+        _ => {
+            return Err(at.fail(format_args!(
+                "{model} with k1 {k1} k2 {k2} k3 {k3} k4 {k4} p1 {p1} p2 {p2}: raycam reads PINHOLE, OPENCV without k4, \
+                 and OPENCV_FISHEYE without p1 and p2"
+            )));
+        }
+    };
+    record.lens = made.map_err(|error| at.fail(error))?;
+    Ok(())
+}
+
+pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+    let mut text = String::from("{\n");
+    let all: Result<Vec<String>, _> = records.iter().map(intrinsics_text).collect();
+    let all = all?;
+    let shared = all.iter().all(|one| *one == all[0]);
+    if shared {
+        let _ = writeln!(text, "  {},", all[0]);
+    }
+    text += "  \"frames\": [";
+    for (i, (record, own)) in records.iter().zip(&all).enumerate() {
+        let own = if shared { "" } else { &format!(", {own}") };
+        text += &frame(record, own, i)?;
+    }
+    text += "\n  ]\n}\n";
+    Ok(Written::one(text))
+}
+
+/// The keys of a camera's intrinsics.
+fn intrinsics_text(record: &Record) -> Result<String, FormatError> {
+    let format = "NeRF's transforms.json";
+    let [width, height] = record.need_size(format)?;
+    let [fx, fy, cx, cy] = record.focals_with(PixelCenter::Half, format)?.map(number);
+    let lens = match record.lens.coefficients() {
+        None => "\"camera_model\": \"OPENCV\"".to_owned(),
+        Some((LensModel::OpenCv, d)) if d.len() <= 5 || d[5..].iter().all(|v| *v == 0.0) => {
+            let k3 = d.get(4).filter(|k3| **k3 != 0.0);
+            let k3 = k3.map_or(String::new(), |k3| format!(", \"k3\": {}", number(*k3)));
+            let [k1, k2, p1, p2] = [d[0], d[1], d[2], d[3]].map(number);
+            format!(
+                "\"camera_model\": \"OPENCV\", \"k1\": {k1}, \"k2\": {k2}{k3}, \"p1\": {p1}, \"p2\": {p2}"
+            )
+        }
+        Some((LensModel::Fisheye, d)) => {
+            let [k1, k2, k3, k4] = [d[0], d[1], d[2], d[3]].map(number);
+            format!(
+                "\"camera_model\": \"OPENCV_FISHEYE\", \"k1\": {k1}, \"k2\": {k2}, \"k3\": {k3}, \"k4\": {k4}"
+            )
+        }
+        Some((model, d)) => {
+            return Err(record.cannot(
+                format,
+                &format!("the {} lens, distortion {d:?}", model.name()),
+            ));
+        }
+    };
+    Ok(format!(
+        "\"w\": {width}, \"h\": {height}, \"fl_x\": {fx}, \"fl_y\": {fy}, \"cx\": {cx}, \"cy\": {cy}, {lens}"
+    ))
+}
+
+fn frame(record: &Record, own: &str, i: usize) -> Result<String, FormatError> {
+    let (rotation, c) = record.need_pose()?.world_r_c();
+    let rows = rows34(turned(rotation.matrix()), c).map(|row| format!("[{}]", joined(&row, ", ")));
+    let time = record.time.map_or(String::new(), |time| {
+        format!(", \"time\": {}", number(time))
+    });
+    let file = quoted(record.image.as_deref().unwrap_or(&record.name));
+    let between = if i == 0 { "" } else { "," };
+    Ok(format!(
+        "{between}\n    {{\"file_path\": {file}{own}{time}, \"transform_matrix\": [{}, [0.0, 0.0, 0.0, 1.0]]}}",
+        rows.join(", ")
+    ))
+}
+
+/// One angle, square pixels, the principal point in the middle, no lens.
+pub(super) fn write_blender(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+    let format = "Blender-style JSON";
+    let mut text = String::from("{\n");
+    let mut angles = Vec::new();
+    for record in records {
+        record.need_pinhole(format)?;
+        let [width, height] = record.need_size(format)?.map(f64::from);
+        let [fx, fy, cx, cy] = record.focals_with(PixelCenter::Half, format)?;
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
+        if !(near(fy, fx) && near(cx, 0.5 * width) && near(cy, 0.5 * height)) {
+            let what =
+                format!("fx {fx}, fy {fy}, cx {cx}, cy {cy}: only square pixels around the middle");
+            return Err(record.cannot(format, &what));
+        }
+        // The angle that is read back as this focal length, or the nearest.
+        let angle = 2.0 * (0.5 * width / fx).atan();
+        let back = |angle: &f64| (0.5 * width / (0.5 * angle).tan() - fx).abs();
+        let near = [
+            angle,
+            angle.next_up(),
+            angle.next_down(),
+            angle.next_up().next_up(),
+            angle.next_down().next_down(),
+        ];
+        let best = near.into_iter().min_by(|a, b| back(a).total_cmp(&back(b)));
+        angles.push((best.unwrap_or(angle), width, height));
+    }
+    if let Some(i) = angles.iter().position(|one| *one != angles[0]) {
+        return Err(records[i].cannot(format, "intrinsics or sizes that differ between cameras"));
+    }
+    let (angle, width, height) = angles[0];
+    let _ = write!(
+        text,
+        "  \"camera_angle_x\": {},\n  \"w\": {width}, \"h\": {height},\n  \"frames\": [",
+        number(angle)
+    );
+    for (i, record) in records.iter().enumerate() {
+        text += &frame(record, "", i)?;
+    }
+    text += "\n  ]\n}\n";
+    Ok(Written::one(text))
+}

@@ -1,0 +1,135 @@
+//! Poses as files have them: a matrix or a quaternion, from world to camera or back.
+
+use glam::{DMat3, DQuat, DVec3};
+
+/// The rotation of a pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rotation {
+    /// A matrix.
+    Matrix(DMat3),
+    /// A quaternion of any length but 0: w, x, y, z.
+    Quaternion([f64; 4]),
+}
+
+impl Rotation {
+    /// As a matrix.
+    pub fn matrix(self) -> DMat3 {
+        match self {
+            Self::Matrix(matrix) => matrix,
+            Self::Quaternion([w, x, y, z]) => {
+                let n = (w * w + x * x + y * y + z * z).sqrt();
+                DMat3::from_quat(DQuat::from_xyzw(x / n, y / n, z / n, w / n))
+            }
+        }
+    }
+
+    /// As a quaternion w, x, y, z; w is not negative where it is made from a matrix.
+    pub fn quaternion(self) -> [f64; 4] {
+        match self {
+            Self::Quaternion(quaternion) => quaternion,
+            Self::Matrix(matrix) => {
+                let q = DQuat::from_mat3(&matrix).normalize();
+                let q = if q.w < 0.0 { -q } else { q };
+                [q.w, q.x, q.y, q.z].map(|v| v + 0.0)
+            }
+        }
+    }
+
+    fn inverse(self) -> Self {
+        match self {
+            Self::Matrix(matrix) => Self::Matrix(matrix.transpose()),
+            Self::Quaternion([w, x, y, z]) => Self::Quaternion([w, -x, -y, -z]),
+        }
+    }
+}
+
+/// A pose, in the direction that its file has.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pose {
+    rotation: Rotation,
+    translation: DVec3,
+    /// Whether it is world_from_camera.
+    inverse: bool,
+}
+
+impl Pose {
+    /// From camera_from_world: x = R X + t.
+    pub fn camera_from_world(rotation: Rotation, t: DVec3) -> Self {
+        Self {
+            rotation,
+            translation: t,
+            inverse: false,
+        }
+    }
+
+    /// From world_from_camera: X = R x + C.
+    pub fn world_from_camera(rotation: Rotation, c: DVec3) -> Self {
+        Self {
+            rotation,
+            translation: c,
+            inverse: true,
+        }
+    }
+
+    /// From camera_from_world and the centre.
+    pub fn at(r: DMat3, c: DVec3) -> Self {
+        Self::world_from_camera(Rotation::Matrix(r.transpose()), c)
+    }
+
+    /// camera_from_world and the centre.
+    pub fn r_c(&self) -> (DMat3, DVec3) {
+        let m = self.rotation.matrix();
+        if self.inverse {
+            (m.transpose(), self.translation)
+        } else {
+            (m, -(m.transpose() * self.translation))
+        }
+    }
+
+    /// camera_from_world and t, as they were given where they were.
+    pub fn r_t(&self) -> (Rotation, DVec3) {
+        if self.inverse {
+            let rotation = self.rotation.inverse();
+            (rotation, -(rotation.matrix() * self.translation))
+        } else {
+            (self.rotation, self.translation)
+        }
+    }
+
+    /// world_from_camera and the centre, as they were given where they were.
+    pub fn world_r_c(&self) -> (Rotation, DVec3) {
+        if self.inverse {
+            (self.rotation, self.translation)
+        } else {
+            (self.rotation.inverse(), self.r_c().1)
+        }
+    }
+
+    /// The pose of a camera of which `self` is from the body: x = R (R' X + t') + t.
+    pub fn after(&self, body: &Pose) -> Self {
+        let ((r, t), (r2, t2)) = (self.r_t(), body.r_t());
+        let (r, r2) = (r.matrix(), r2.matrix());
+        Self::camera_from_world(Rotation::Matrix(r * r2), r * t2 + t)
+    }
+
+    /// Makes a matrix within 1e-3 of a rotation, and further than 1e-6, the nearest one; gives how far it was.
+    pub(super) fn mend(&mut self) -> Option<f64> {
+        let Rotation::Matrix(matrix) = self.rotation else {
+            return None;
+        };
+        let off = |m: DMat3| {
+            let e = m * m.transpose() - DMat3::IDENTITY;
+            e.to_cols_array()
+                .into_iter()
+                .fold(0.0, |a: f64, v| a.max(v.abs()))
+        };
+        let given = off(matrix);
+        if !(1e-6 < given && given < 1e-3) {
+            return None;
+        }
+        // Newton-Schulz iteration towards the orthogonal polar factor: the error squares each time.
+        let step = |r: DMat3| r * (DMat3::IDENTITY * 3.0 - r.transpose() * r) * 0.5;
+        self.rotation = Rotation::Matrix(step(step(step(step(matrix)))));
+        Some(given)
+    }
+}

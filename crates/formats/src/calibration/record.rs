@@ -1,0 +1,192 @@
+//! One camera of a file, with its numbers as the file has them.
+
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use raycam_scene::{Camera, Lens, PixelCenter};
+
+use super::{Known, Pose};
+use crate::error::FormatError;
+
+/// A camera as a file has it, before it becomes a [`Camera`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Its name; of its own in a file.
+    pub name: String,
+    /// Columns and rows.
+    pub size: Option<[u32; 2]>,
+    /// Intrinsics in pixels.
+    pub k: Option<DMat3>,
+    /// What its lens does.
+    pub lens: Lens,
+    /// Where the centre of the first pixel lies.
+    pub pixel_center: PixelCenter,
+    /// Where it stands; nothing is the origin of the world, looking along z.
+    pub pose: Option<Pose>,
+    /// The camera matrix, where the file has that instead of K and a pose.
+    pub matrix: Option<[[f64; 4]; 3]>,
+    /// Seconds.
+    pub time: Option<f64>,
+    /// The image it took, as the file names it.
+    pub image: Option<String>,
+    /// Millimetres per unit of a depth image (BOP).
+    pub depth_scale: Option<f64>,
+}
+
+impl Record {
+    /// A pinhole of no size, at the origin.
+    pub fn new(name: impl Into<String>, pixel_center: PixelCenter) -> Self {
+        Self {
+            name: name.into(),
+            size: None,
+            k: None,
+            lens: Lens::Pinhole,
+            pixel_center,
+            pose: None,
+            matrix: None,
+            time: None,
+            image: None,
+            depth_scale: None,
+        }
+    }
+
+    /// The record of a camera.
+    pub fn of(name: impl Into<String>, camera: &Camera) -> Self {
+        let mut record = Self::new(name, camera.pixel_center());
+        record.size = Some(camera.size());
+        record.k = Some(camera.k());
+        record.lens = camera.lens().clone();
+        record.pose = Some(Pose::at(camera.r(), camera.c()));
+        record.matrix = matches!(camera.lens(), Lens::Pinhole).then(|| camera.p());
+        record
+    }
+
+    /// The camera that it is.
+    ///
+    /// # Errors
+    /// [`FormatError::Encode`] where size or intrinsics are missing, and [`FormatError::Scene`] for a camera that cannot
+    /// be.
+    pub fn camera(&self) -> Result<Camera, FormatError> {
+        let size = self.need_size("a camera")?;
+        if let (Some(matrix), None) = (self.matrix, &self.pose) {
+            return Ok(Camera::from_matrix(matrix, size, self.pixel_center)?);
+        }
+        let (r, c) = self.r_c();
+        let camera = Camera::new(self.need_k("a camera")?, r, c, size, self.pixel_center)?;
+        Ok(camera.with_lens(self.lens.clone()))
+    }
+
+    /// camera_from_world and the centre.
+    pub(super) fn r_c(&self) -> (DMat3, DVec3) {
+        self.pose
+            .as_ref()
+            .map_or((DMat3::IDENTITY, DVec3::ZERO), Pose::r_c)
+    }
+
+    /// Its pose, from the matrix where it has only that.
+    pub(super) fn need_pose(&self) -> Result<Pose, FormatError> {
+        match (&self.pose, self.matrix) {
+            (Some(pose), _) => Ok(pose.clone()),
+            (None, Some(_)) => self.camera().map(|camera| Pose::at(camera.r(), camera.c())),
+            (None, None) => Ok(Pose::at(DMat3::IDENTITY, DVec3::ZERO)),
+        }
+    }
+
+    pub(super) fn need_size(&self, what: &str) -> Result<[u32; 2], FormatError> {
+        self.size.ok_or_else(|| {
+            FormatError::Encode(format!(
+                "camera {:?}: its file does not say how large its picture is, which {what} needs: give size=(width, \
+                 height)",
+                self.name
+            ))
+        })
+    }
+
+    /// K, from the matrix where it has only that.
+    pub(super) fn need_k(&self, what: &str) -> Result<DMat3, FormatError> {
+        match (self.k, self.matrix) {
+            (Some(k), _) => Ok(k),
+            (None, Some(matrix)) => {
+                let camera = Camera::from_matrix(matrix, [1, 1], self.pixel_center)?;
+                Ok(camera.k())
+            }
+            (None, None) => Err(FormatError::Encode(format!(
+                "camera {:?}: its file has a pose and no intrinsics, which {what} needs: give intrinsics=, a camera",
+                self.name
+            ))),
+        }
+    }
+
+    /// K with the pixel centres that a format has.
+    pub(super) fn k_with(&self, center: PixelCenter, format: &str) -> Result<DMat3, FormatError> {
+        let mut k = self.need_k(format)?;
+        let shift = center.offset() - self.pixel_center.offset();
+        if shift != 0.0 {
+            k.z_axis.x += shift;
+            k.z_axis.y += shift;
+        }
+        Ok(k)
+    }
+
+    /// fx, fy, cx, cy of a format that has no skew.
+    pub(super) fn focals_with(
+        &self,
+        center: PixelCenter,
+        format: &str,
+    ) -> Result<[f64; 4], FormatError> {
+        let k = self.k_with(center, format)?;
+        if k.y_axis.x != 0.0 {
+            return Err(self.cannot(format, &format!("skew (K[0, 1] = {})", k.y_axis.x)));
+        }
+        Ok([k.x_axis.x, k.y_axis.y, k.z_axis.x, k.z_axis.y])
+    }
+
+    /// The error of what a format does not hold.
+    pub(super) fn cannot(&self, format: &str, what: &str) -> FormatError {
+        FormatError::Encode(format!(
+            "camera {:?}: {format} cannot hold {what}",
+            self.name
+        ))
+    }
+
+    /// Refuses a lens.
+    pub(super) fn need_pinhole(&self, format: &str) -> Result<(), FormatError> {
+        match self.lens.coefficients() {
+            None => Ok(()),
+            Some((model, coefficients)) => Err(self.cannot(
+                format,
+                &format!("a lens ({}, distortion {coefficients:?})", model.name()),
+            )),
+        }
+    }
+
+    /// Fills in what the file leaves open, and checks the rest.
+    pub(super) fn complete(&mut self, known: &Known, path: &Path) -> Result<(), FormatError> {
+        if let (None, None, Some(intrinsics)) = (self.k, self.matrix, &known.intrinsics) {
+            self.k = intrinsics.k;
+            self.lens = intrinsics.lens.clone();
+            self.size = intrinsics.size;
+            self.pixel_center = intrinsics.pixel_center;
+        }
+        if self.size.is_none() {
+            self.size = known.size;
+        }
+        if self.size.is_some() && (self.k.is_some() || self.matrix.is_some()) {
+            let mut check = self.clone();
+            check.mend();
+            check.camera().map_err(|error| {
+                FormatError::whole(path, format!("camera {:?}: {error}", self.name))
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Makes a matrix that is nearly a rotation one, and says so.
+    pub(super) fn mend(&mut self) -> Option<String> {
+        let off = self.pose.as_mut()?.mend()?;
+        Some(format!(
+            "camera {:?}: R differs from a rotation by {off:.1e}; the nearest one is used",
+            self.name
+        ))
+    }
+}

@@ -1,0 +1,195 @@
+//! ROS CameraInfo: the YAML of `camera_info_manager` and the message itself (`sensor_msgs/msg/CameraInfo`), of ROS 1
+//! (D K R P) and 2 (d k r p). The camera is that of the raw picture: K and D, cropped and binned as `image_geometry`
+//! does; R and P are those of the rectified one.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use raycam_scene::{LensModel, PixelCenter};
+
+use super::tree::At;
+use super::write::{joined, number, quoted, rows3};
+use super::{Calibration, Known, Record, Written, stem, text, yaml};
+use crate::error::FormatError;
+use crate::folder::{Folder, Source};
+
+const KEYS: [&str; 24] = [
+    "image_width",
+    "image_height",
+    "camera_name",
+    "camera_matrix",
+    "distortion_model",
+    "distortion_coefficients",
+    "rectification_matrix",
+    "projection_matrix",
+    "header",
+    "width",
+    "height",
+    "K",
+    "k",
+    "D",
+    "d",
+    "R",
+    "r",
+    "P",
+    "p",
+    "binning_x",
+    "binning_y",
+    "roi",
+    "serial_no",
+    "board_name",
+];
+
+pub(super) fn is(_: &Path, text: &str) -> bool {
+    let has = |word: &str| text.contains(word);
+    let manager = has("image_width") && (has("projection_matrix") || has("distortion_model:"));
+    let message =
+        has("distortion_model:") && has("width:") && (has("binning_x") || has("P:") || has("p:"));
+    !has("opencv-matrix") && !has("opencv_storage") && (manager || message)
+}
+
+pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibration, FormatError> {
+    let node = yaml::parse(text(source)?, &source.path)?;
+    let root = At::root(&node, &source.path);
+    let either = |keys: &[&str]| {
+        root.any(keys)
+            .ok_or_else(|| root.fail(format_args!("{} is missing", keys[0])))
+    };
+    let mut notices = root.unread(&KEYS);
+    let name = root
+        .get("camera_name")
+        .map_or_else(|| Ok(stem(&source.path)), |at| at.word().map(str::to_owned))?;
+    let mut record = Record::new(name, PixelCenter::Integer);
+    let mut size = [
+        either(&["image_width", "width"])?.count()?,
+        either(&["image_height", "height"])?.count()?,
+    ];
+    let mut k = either(&["camera_matrix", "K", "k"])?.matrix3()?;
+    let distortion = root.any(&["distortion_coefficients", "D", "d"]);
+    let d = distortion.as_ref().map_or(Ok(vec![]), At::numbers)?;
+    let model = match root.get("distortion_model") {
+        Some(at) => at.word()?,
+        None if d.is_empty() => "none",
+        None => "plumb_bob",
+    };
+    record.lens = distortion.as_ref().unwrap_or(&root).lens(model, &d)?;
+    let full = size;
+    let count = |at: &At<'_>, key: &str| at.get(key).map_or(Ok(0), |at| at.count());
+    if let Some(roi) = root.get("roi") {
+        let [x, y, width, height] = [
+            count(&roi, "x_offset")?,
+            count(&roi, "y_offset")?,
+            count(&roi, "width")?,
+            count(&roi, "height")?,
+        ];
+        if width > 0 || height > 0 {
+            let fits = |start: u32, length: u32, all: u32| {
+                u64::from(start) + u64::from(length) <= u64::from(all)
+            };
+            if !(fits(x, width, size[0]) && fits(y, height, size[1]) && width > 0 && height > 0) {
+                return Err(roi.fail("it leaves the picture"));
+            }
+            k.z_axis -= DVec3::new(f64::from(x), f64::from(y), 0.0);
+            size = [width, height];
+        }
+    }
+    let binning = [
+        count(&root, "binning_x")?.max(1),
+        count(&root, "binning_y")?.max(1),
+    ];
+    if binning != [1, 1] {
+        let scale = DVec3::new(
+            1.0 / f64::from(binning[0]),
+            1.0 / f64::from(binning[1]),
+            1.0,
+        );
+        k = DMat3::from_diagonal(scale) * k;
+        size = [size[0] / binning[0], size[1] / binning[1]];
+    }
+    if size != full {
+        notices.push(format!(
+            "roi and binning: the camera takes {} x {} of {} x {} pixels, K as image_geometry has it",
+            size[0], size[1], full[0], full[1]
+        ));
+    }
+    (record.k, record.size) = (Some(k), Some(size));
+    let r = root
+        .any(&["rectification_matrix", "R", "r"])
+        .map_or(Ok(DMat3::IDENTITY), |at| at.matrix3())?;
+    let plain = [
+        k.x_axis.x, k.y_axis.x, k.z_axis.x, 0.0, 0.0, k.y_axis.y, k.z_axis.y, 0.0, 0.0, 0.0, 1.0,
+        0.0,
+    ];
+    let p = root
+        .any(&["projection_matrix", "P", "p"])
+        .map_or(Ok(plain), |at| at.array::<12>())?;
+    if size == full && (p != plain || r != DMat3::IDENTITY) {
+        notices.push(
+            "rectification_matrix and projection_matrix are those of the rectified picture; the camera is that of the \
+             raw one (camera_matrix and distortion_coefficients)"
+                .into(),
+        );
+    }
+    Ok(Calibration {
+        records: vec![record],
+        notices,
+    })
+}
+
+pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+    let [record] = records else {
+        return Err(FormatError::Encode(format!(
+            "ROS CameraInfo holds one camera, {} given: write each into a file of its own",
+            records.len()
+        )));
+    };
+    let format = "ROS CameraInfo";
+    let k = record.k_with(PixelCenter::Integer, format)?;
+    let (model, d) = match record.lens.coefficients() {
+        None => ("plumb_bob", vec![0.0; 5]),
+        Some((LensModel::OpenCv, [k1, k2, p1, p2])) => ("plumb_bob", vec![*k1, *k2, *p1, *p2, 0.0]),
+        Some((LensModel::OpenCv, d)) if d.len() == 5 => ("plumb_bob", d.to_vec()),
+        Some((LensModel::OpenCv, d)) if d.len() == 8 => ("rational_polynomial", d.to_vec()),
+        Some((LensModel::Fisheye, d)) => ("equidistant", d.to_vec()),
+        Some((model, d)) => {
+            return Err(record.cannot(
+                format,
+                &format!("the {} lens with {} coefficients", model.name(), d.len()),
+            ));
+        }
+    };
+    let [width, height] = record.need_size(format)?;
+    let mut text = String::new();
+    let _ = writeln!(text, "image_width: {width}\nimage_height: {height}");
+    let _ = writeln!(text, "camera_name: {}", quoted(&record.name));
+    let mut matrix = |name: &str, rows: usize, cols: usize, values: &[f64]| {
+        let data = joined(values, ", ");
+        let _ = writeln!(
+            text,
+            "{name}:\n  rows: {rows}\n  cols: {cols}\n  data: [{data}]"
+        );
+    };
+    matrix("camera_matrix", 3, 3, &rows3(k));
+    matrix("distortion_coefficients", 1, d.len(), &d);
+    matrix("rectification_matrix", 3, 3, &rows3(DMat3::IDENTITY));
+    let mut p = [0.0; 12];
+    for (to, from) in p.chunks_mut(4).zip(rows3(k).chunks(3)) {
+        to[..3].copy_from_slice(from);
+    }
+    matrix("projection_matrix", 3, 4, &p);
+    let at = text.find("distortion_coefficients").unwrap_or(0);
+    text.insert_str(at, &format!("distortion_model: {model}\n"));
+    let mut written = Written::one(text);
+    let (r, c) = record.r_c();
+    if (r, c) != (DMat3::IDENTITY, DVec3::ZERO) {
+        written.notices.push(format!(
+            "camera {:?}: ROS CameraInfo has no pose; the one at {} {} {} is not written",
+            record.name,
+            number(c.x),
+            number(c.y),
+            number(c.z)
+        ));
+    }
+    Ok(written)
+}

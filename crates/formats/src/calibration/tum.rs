@@ -1,0 +1,109 @@
+//! TUM trajectories: `timestamp tx ty tz qx qy qz qw` a line, world from camera (cvg.cit.tum.de, "File Formats").
+
+use std::path::Path;
+
+use glam::DVec3;
+use raycam_scene::PixelCenter;
+
+use super::write::{joined, number};
+use super::{Calibration, Known, Pose, Record, Rotation, Written, text};
+use crate::error::FormatError;
+use crate::folder::{Folder, Source};
+
+/// The lines of a text that say something, with their numbers.
+pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let numbered = text
+        .lines()
+        .enumerate()
+        .map(|(i, line)| (i + 1, line.trim()));
+    numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+}
+
+/// So many finite numbers of a line.
+pub(super) fn numbers<const N: usize>(
+    path: &Path,
+    line: usize,
+    text: &str,
+) -> Result<[f64; N], FormatError> {
+    let mut values = Vec::with_capacity(N);
+    for word in text.split_whitespace() {
+        match word.parse::<f64>() {
+            Ok(value) if value.is_finite() && values.len() <= N => values.push(value),
+            Ok(_) if values.len() > N => break,
+            _ => {
+                let message = format!("{word:?}: expected a finite number");
+                return Err(FormatError::line(path, line, message));
+            }
+        }
+    }
+    let count = values.len();
+    values
+        .try_into()
+        .map_err(|_| FormatError::line(path, line, format!("{count} numbers, expected {N}")))
+}
+
+/// Whether the first lines are of so many numbers.
+pub(super) fn has(text: &str, count: usize) -> bool {
+    let mut first = lines(text).take(3).peekable();
+    first.peek().is_some()
+        && first.all(|(_, line)| {
+            let mut words = line.split_whitespace();
+            words.clone().count() == count && words.all(|word| word.parse::<f64>().is_ok())
+        })
+}
+
+pub(super) fn is(_: &Path, text: &str) -> bool {
+    has(text, 8)
+}
+
+pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibration, FormatError> {
+    let mut calibration = Calibration::default();
+    for (line, row) in lines(text(source)?) {
+        let [time, x, y, z, qx, qy, qz, qw] = numbers(&source.path, line, row)?;
+        if qx.hypot(qy).hypot(qz).hypot(qw) < 1e-6 {
+            return Err(FormatError::line(
+                &source.path,
+                line,
+                "a quaternion of length 0",
+            ));
+        }
+        let name = row.split_whitespace().next().unwrap_or_default();
+        let mut record = Record::new(name, PixelCenter::Integer);
+        record.time = Some(time);
+        let rotation = Rotation::Quaternion([qw, qx, qy, qz]);
+        record.pose = Some(Pose::world_from_camera(rotation, DVec3::new(x, y, z)));
+        calibration.records.push(record);
+    }
+    Ok(calibration)
+}
+
+pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+    let mut text = String::from("# timestamp tx ty tz qx qy qz qw\n");
+    for record in records {
+        let time = match record.time {
+            Some(time) => time,
+            None => record.name.parse().ok().filter(|time: &f64| time.is_finite()).ok_or_else(|| {
+                FormatError::Encode(format!(
+                    "camera {:?} has no time, which a TUM trajectory needs: give it one, or a name that is a number of \
+                     seconds",
+                    record.name
+                ))
+            })?,
+        };
+        let (rotation, c) = record.need_pose()?.world_r_c();
+        let [w, x, y, z] = rotation.quaternion();
+        // The name is the time as it was written.
+        let time = if record.name.parse() == Ok(time) {
+            record.name.clone()
+        } else {
+            number(time)
+        };
+        text += &format!("{time} {}\n", joined(&[c.x, c.y, c.z, x, y, z, w], " "));
+    }
+    Ok(Written {
+        notices: vec![
+            "a TUM trajectory holds times and poses; size, K and lens are not written".into(),
+        ],
+        ..Written::one(text)
+    })
+}

@@ -1,0 +1,130 @@
+"""Calibration and pose files: cameras read from what other tools write, and written for them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from . import _core
+from .arrays import size_of
+from .camera import Camera
+from .camera_arguments import Size, Up
+from .errors import CameraError, FormatError, nearest
+
+__all__ = ["FORMATS", "Cameras", "load_cameras", "save_cameras"]
+
+FORMATS: tuple[str, ...] = tuple(_core.calibration_formats())
+"""The formats of `load_cameras` and `save_cameras`."""
+
+
+class Cameras(Mapping[str, Camera]):
+    """The cameras of a file, by name, in its order; what `load_cameras` gives and `save_cameras` takes.
+
+    `images` are the images that the file names, `times` the seconds it gives, by camera; `notices` say what was left
+    out or mended. The numbers stay as the file has them, so that writing them in its format gives the same numbers
+    to the last bit.
+    """
+
+    def __init__(self, records: list[_core.Record], notices: list[str], up: Up) -> None:
+        self._records = {record.name: record for record in records}
+        if len(self._records) != len(records):
+            names = [record.name for record in records]
+            twice = next(name for name in names if names.count(name) > 1)
+            raise FormatError(f"two cameras are called {twice!r}; expected names of their own")
+        self._up = up
+        self._made: dict[str, Camera] = {}
+        self.notices = tuple(notices)
+        self.images = {record.name: record.image for record in records if record.image is not None}
+        self.times = {record.name: record.time for record in records if record.time is not None}
+
+    def __getitem__(self, name: str) -> Camera:
+        """The camera of a name; `KeyError` where there is none, `CameraError` where size or intrinsics are missing."""
+        if name not in self._made:
+            self._made[name] = Camera._wrap(self._records[name].camera(), self._up)
+        return self._made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """The names."""
+        return iter(self._records)
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(self._records)
+
+    def find(self, name: str) -> Camera:
+        """The camera of a name; raises `CameraError` with the nearest one."""
+        if name not in self._records:
+            raise CameraError(nearest("camera", name, list(self._records)))
+        return self[name]
+
+
+def load_cameras(
+    path: str | os.PathLike[str],
+    format: str | None = None,
+    *,
+    size: Size | None = None,
+    intrinsics: Camera | None = None,
+    up: Up = "z",
+) -> Cameras:
+    """The cameras in a calibration or trajectory, by name.
+
+    ================ =================================================================================================
+    "opencv"         FileStorage YAML, JSON, XML: `calibration`, `stereo_calib`; sensor files of EuRoC, Kimera
+    "ros"            CameraInfo of `camera_info_manager` or a message; roi and binning as `image_geometry`
+    "kalibr"         camchain; poses by `T_cam_imu`, or from cam0 by `T_cn_cnm1`
+    "colmap"         a folder of text files, or one of them, with rigs and frames; also "colmap-binary"
+    "kitti"          `P0` to `P3`, `calib_cam_to_cam.txt`; the world is rectified camera 0
+    "kitti-poses"    12 numbers a line; needs `intrinsics`
+    "bop"            `scene_camera.json` (needs `size`; millimetres become metres), `camera.json`
+    "nerf"           transforms.json of NeRF, instant-ngp, nerfstudio; also "blender", which has `camera_angle_x`
+    "tum"            trajectories; needs `intrinsics`
+    ================ =================================================================================================
+
+    `format` is found by name and contents where it is not given. `size` (width, height) is that of files that have
+    none, `intrinsics` the camera whose size, K and lens the poses of a trajectory get. Each camera has the
+    `pixel_center` of its format: "half" for COLMAP and NeRF, "integer" for the others. The world is that of the
+    file, `up` its axis that roll, pitch and yaw call up.
+
+    Raises `FormatError` with file, line and key where the file does not follow its format, `CameraError` for a
+    camera that cannot be, and `OSError`.
+    """
+    pair = None if size is None else size_of(size, error=CameraError)
+    core = None if intrinsics is None else intrinsics._core
+    records, notices = _core.read_cameras(os.fspath(path), format, pair, core)
+    return Cameras(records, notices, up)
+
+
+def save_cameras(
+    path: str | os.PathLike[str],
+    cameras: Mapping[str, Camera] | Camera,
+    format: str,
+    *,
+    images: Mapping[str, str] | None = None,
+    times: Mapping[str, float] | None = None,
+) -> list[str]:
+    """Writes cameras in one of `FORMATS`, and returns what the format holds in another way, in words.
+
+    COLMAP's formats make a folder. OpenCV's is JSON or XML where `path` ends so. `images` and `times` (seconds) are
+    those of cameras, by name; a TUM trajectory needs times, or names that are numbers.
+
+    Raises `FormatError` where the format cannot hold a camera, and names what it cannot (a lens, skew, ...), before
+    anything is written; `OSError`.
+    """
+    from .files import write
+
+    images, times = images or {}, times or {}
+    given = {"camera": cameras} if isinstance(cameras, Camera) else cameras
+    records = []
+    for name in given:
+        if isinstance(given, Cameras) and name not in images and name not in times:
+            records.append(given._records[name])
+        else:
+            records.append(_core.Record.of(name, given[name]._core, images.get(name), times.get(name)))
+    files, notices = _core.write_cameras(records, os.fspath(path), format)
+    folder = Path(path)
+    if any(name for name, _ in files):
+        folder.mkdir(parents=True, exist_ok=True)
+    for name, data in files:
+        write(folder / name if name else folder, bytes(data))
+    return notices
