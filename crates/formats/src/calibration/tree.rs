@@ -140,6 +140,14 @@ impl<'a> At<'a> {
     pub(super) fn numbers(&self) -> Result<Vec<f64>, FormatError> {
         if self.is_map() {
             let numbers = self.need("data")?.numbers()?;
+            // OpenCV 5's opencv-nd-matrix.
+            if let Some(sizes) = self.get("sizes") {
+                let count = sizes.numbers()?.iter().product::<f64>();
+                if count != numbers.len() as f64 {
+                    return Err(sizes.fail(format_args!("data has {} numbers", numbers.len())));
+                }
+                return Ok(numbers);
+            }
             let (rows, cols) = (self.need("rows")?.count()?, self.need("cols")?.count()?);
             if u64::from(rows) * u64::from(cols) != numbers.len() as u64 {
                 return Err(self.fail(format_args!(

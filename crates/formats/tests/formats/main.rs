@@ -2,6 +2,7 @@
 
 mod budget;
 mod bundle;
+mod calibration;
 mod common;
 mod corpus;
 mod draco;

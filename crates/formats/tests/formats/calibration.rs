@@ -1,0 +1,129 @@
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use raycam_formats::calibration::{Known, Pose, Record, Rotation, decode, formats, read, write};
+use raycam_formats::{Budget, FormatError};
+use raycam_scene::{Lens, LensModel, PixelCenter};
+
+use crate::common::folder;
+
+/// A camera that every format can hold: its name is a number of seconds, an image id and a file name.
+fn record() -> Record {
+    let k = DMat3::from_cols(
+        DVec3::new(500.1, 0.0, 0.0),
+        DVec3::new(0.0, 500.1, 0.0),
+        DVec3::new(319.5, 239.5, 1.0),
+    );
+    let mut record = Record::new("7", PixelCenter::Integer);
+    (record.size, record.k) = (Some([640, 480]), Some(k));
+    let rotation = Rotation::Quaternion([0.5, 0.1, -0.7, 0.2]);
+    let t = DVec3::new(0.1, -2.3, 4.7);
+    record.pose = Some(Pose::camera_from_world(rotation, t));
+    record
+}
+
+/// Writes to a folder of its own and reads back; what the format leaves open is known.
+fn again(records: &[Record], format: &str) -> Vec<Record> {
+    let path = folder().join("out");
+    let written = write(records, &path, format).unwrap_or_else(|error| panic!("{format}: {error}"));
+    for (name, bytes) in &written.files {
+        if name.is_empty() {
+            std::fs::write(&path, bytes).unwrap();
+        } else {
+            std::fs::create_dir_all(&path).unwrap();
+            std::fs::write(path.join(name), bytes).unwrap();
+        }
+    }
+    let known = Known {
+        size: Some([640, 480]),
+        intrinsics: Some(record()),
+    };
+    let back = read(&path, Some(format), &known, &Budget::default());
+    back.unwrap_or_else(|error| panic!("{format}: {error}"))
+        .records
+}
+
+#[test]
+fn every_format_gives_the_camera_back_and_the_second_time_to_the_last_bit() {
+    for format in formats() {
+        let once = again(&[record()], format);
+        let (camera, expected) = (once[0].camera().unwrap(), record().camera().unwrap());
+        let shift = camera.pixel_center().offset() - expected.pixel_center().offset();
+        let point = DVec3::new(0.3, 1.2, 3.4);
+        // CameraInfo has no pose.
+        if format != "ros" {
+            let off = camera.project(point).0 - shift - expected.project(point).0;
+            assert!(off.length() < 1e-9, "{format}: {off}");
+        }
+        let twice = again(&once, format);
+        let (a, b) = (twice[0].camera().unwrap(), camera);
+        assert_eq!((a.k(), a.r(), a.c()), (b.k(), b.r(), b.c()), "{format}");
+    }
+}
+
+#[test]
+fn what_a_format_cannot_hold_is_named() {
+    let mut bent = record();
+    bent.lens = Lens::new(LensModel::DoubleSphere, &[0.1, 0.6]).unwrap();
+    for format in [
+        "colmap",
+        "colmap-binary",
+        "ros",
+        "nerf",
+        "blender",
+        "bop",
+        "opencv",
+        "kitti",
+    ] {
+        let error = write(&[bent.clone()], Path::new("out"), format).unwrap_err();
+        assert!(matches!(error, FormatError::Encode(_)), "{format}: {error}");
+        assert!(
+            error.to_string().contains("ds") || error.to_string().contains("lens"),
+            "{error}"
+        );
+    }
+    assert_eq!(again(&[bent.clone()], "kalibr")[0].lens, bent.lens);
+}
+
+#[test]
+fn damaged_files_are_errors_and_nothing_panics() {
+    for format in formats().filter(|format| !format.starts_with("colmap")) {
+        let written = write(&[record()], Path::new("out"), format).unwrap();
+        let bytes = &written.files[0].1;
+        let known = Known {
+            size: Some([640, 480]),
+            intrinsics: Some(record()),
+        };
+        let name = Path::new("out");
+        let read = |bytes: Vec<u8>| decode(bytes, name, Some(format), &known, &Budget::default());
+        read(bytes.clone()).unwrap();
+        for length in 0..bytes.len() {
+            let _ = read(bytes[..length].to_vec());
+        }
+        for at in 0..bytes.len() {
+            for bit in [0, 3, 6] {
+                let mut damaged = bytes.clone();
+                damaged[at] ^= 1 << bit;
+                let _ = read(damaged);
+            }
+        }
+        assert!(read(vec![]).is_err(), "{format}");
+    }
+}
+
+#[test]
+fn errors_name_file_line_and_key() {
+    let text = b"image_width: 640\nimage_height: 480\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, x]\n";
+    let error = decode(
+        text.to_vec(),
+        Path::new("a.yaml"),
+        Some("ros"),
+        &Known::default(),
+        &Budget::default(),
+    );
+    let error = error.unwrap_err().to_string();
+    assert!(
+        error.starts_with("a.yaml:6: camera_matrix.data[2]: \"x\""),
+        "{error}"
+    );
+}

@@ -1,0 +1,70 @@
+"""Calibration files against the libraries that own the formats."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pycolmap
+import pytest
+
+import raycam
+
+K = np.array([[812.25, 0.0, 331.5], [0.0, 790.5, 229.125], [0.0, 0.0, 1.0]])
+DISTORTION = [-0.21, 0.083, 0.0011, -0.0007, 0.013]
+
+
+def camera(distortion: list[float] | None = None) -> raycam.Camera:
+    rvec, tvec = [0.3, -0.5, 0.2], [0.4, -0.1, 2.5]
+    return raycam.Camera.from_opencv(K, rvec, tvec, size=(640, 480), distortion=distortion)
+
+
+@pytest.mark.parametrize("ending", ["yaml", "json", "xml"])
+def test_opencv_reads_what_is_written_and_the_other_way_round(tmp_path: Path, ending: str) -> None:
+    ours, theirs = tmp_path / f"ours.{ending}", tmp_path / f"theirs.{ending}"
+    raycam.save_cameras(ours, camera(DISTORTION), "opencv")
+    storage = cv2.FileStorage(str(ours), cv2.FILE_STORAGE_READ)
+    assert np.array_equal(storage.getNode("camera_matrix").mat(), K)
+    assert np.array_equal(storage.getNode("distortion_coefficients").mat().ravel(), DISTORTION)
+    storage = cv2.FileStorage(str(theirs), cv2.FILE_STORAGE_WRITE)
+    storage.write("image_width", 640)
+    storage.write("image_height", 480)
+    storage.write("camera_matrix", K)
+    storage.write("distortion_coefficients", np.array(DISTORTION))
+    storage.release()
+    (read,) = raycam.load_cameras(theirs).values()
+    assert np.array_equal(read.K, K)
+    assert np.array_equal(read.distortion, DISTORTION)
+
+
+@pytest.mark.parametrize("format", ["colmap", "colmap-binary"])
+def test_colmap_reads_what_is_written_and_the_other_way_round(tmp_path: Path, format: str) -> None:
+    given = {"a.png": camera(DISTORTION[:4]), "folder/b.png": camera()}
+    raycam.save_cameras(tmp_path / "model", given, format)
+    model = pycolmap.Reconstruction(str(tmp_path / "model"))
+    points = np.random.default_rng(1).uniform(-0.5, 0.5, (20, 3))
+    for image in model.images.values():
+        in_camera = [image.cam_from_world() * point for point in points]
+        pixels = np.array([image.camera.img_from_cam(point) for point in in_camera])
+        expected, _ = given[image.name].project(points)
+        np.testing.assert_allclose(pixels, expected + 0.5, atol=1e-8)
+    (tmp_path / "again").mkdir()
+    if format == "colmap":
+        model.write_text(str(tmp_path / "again"))
+    else:
+        model.write_binary(str(tmp_path / "again"))
+    again = raycam.load_cameras(tmp_path / "again")
+    first = raycam.load_cameras(tmp_path / "model")
+    for name in given:
+        assert again[name] == first[name]
+        assert again[name].pixel_center == "half"
+
+
+def test_a_missing_size_is_asked_for(tmp_path: Path) -> None:
+    path = tmp_path / "calib.txt"
+    path.write_text("P0: 700 0 320 0 0 700 240 0 0 0 1 0\nP1: 700 0 320 -350 0 700 240 0 0 0 1 0\n")
+    with pytest.raises(raycam.CameraError, match="size"):
+        raycam.load_cameras(path)["P1"]
+    right = raycam.load_cameras(path, size=(640, 480))["P1"]
+    np.testing.assert_allclose(right.C, [0.5, 0.0, 0.0], atol=1e-12)
