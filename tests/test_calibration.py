@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 import pycolmap
 import pytest
-
 import raycam
 
 K = np.array([[812.25, 0.0, 331.5], [0.0, 790.5, 229.125], [0.0, 0.0, 1.0]])

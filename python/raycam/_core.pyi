@@ -85,6 +85,7 @@ def world_with_cameras(world: World, cameras: Sequence[tuple[str, Camera]]) -> W
 def write_cameras(
     records: Sequence[Record], path: str | PathLike[str], format: str
 ) -> tuple[list[tuple[str, bytes]], list[str]]: ...
+
 @final
 class Record:
     @staticmethod

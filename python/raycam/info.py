@@ -20,7 +20,9 @@ def info(world: World) -> str:
 def info_cameras(cameras: Mapping[str, Camera]) -> str:
     """K, R, P, C, angles and lens of each camera, as text."""
     names = [f"cameras    {len(cameras)}"]
-    return "\n".join([*names, *(line for name, camera in cameras.items() for line in _camera(f"{name!r}", camera))])
+    return "\n".join(
+        [*names, *(line for name, camera in cameras.items() for line in _camera(f"{name!r}", camera))]
+    )
 
 
 def _lines(world: World) -> Iterator[str]:

@@ -7,13 +7,24 @@ from pathlib import Path
 
 from .options import Command, add_known, load_calibration, tell
 
-ENDINGS = {"opencv": ".yaml", "ros": ".yaml", "kalibr": ".yaml", "kitti": ".txt", "kitti-poses": ".txt", "tum": ".txt"}
+ENDINGS = {
+    "opencv": ".yaml",
+    "ros": ".yaml",
+    "kalibr": ".yaml",
+    "kitti": ".txt",
+    "kitti-poses": ".txt",
+    "tum": ".txt",
+}
 
 
 def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument("file", metavar="FILE", help="a calibration, trajectory or COLMAP folder")
-    command.add_argument("--to", metavar="FORMAT", required=True, help="the format to write, as raycam.FORMATS")
-    command.add_argument("-o", "--output", metavar="OUT", help="(default: the name of FILE and the format, here)")
+    command.add_argument(
+        "--to", metavar="FORMAT", required=True, help="the format to write, as raycam.FORMATS"
+    )
+    command.add_argument(
+        "-o", "--output", metavar="OUT", help="(default: the name of FILE and the format, here)"
+    )
     add_known(command)
     command.set_defaults(run=_run)
 

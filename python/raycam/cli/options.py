@@ -51,8 +51,12 @@ def add_camera(command: argparse.ArgumentParser) -> None:
 
 def add_known(command: argparse.ArgumentParser) -> None:
     """What a calibration may leave open."""
-    command.add_argument("--format", metavar="FORMAT", help="of the calibration (default: found by its contents)")
-    command.add_argument("--size", metavar="WxH", type=size_of, help="the picture's size, where FILE has none")
+    command.add_argument(
+        "--format", metavar="FORMAT", help="of the calibration (default: found by its contents)"
+    )
+    command.add_argument(
+        "--size", metavar="WxH", type=size_of, help="the picture's size, where FILE has none"
+    )
     command.add_argument(
         "--intrinsics", metavar="FILE", help="a calibration whose first camera the poses of FILE get"
     )
