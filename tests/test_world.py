@@ -90,7 +90,9 @@ def test_dicts_tuples_scalars_and_paths_of_python() -> None:
     world.add_object(MappingProxyType({"box": MappingProxyType({"size": (np.float32(1), 2, np.int64(3))})}))
     np.testing.assert_allclose(world.bounds, [[-0.5, -1, -1.5], [0.5, 1, 1.5]])
     world.add_light({"type": "sun", "direction": np.array([0, 0, -1]), "irradiance": (1, 1.0, np.float16(1))})
-    assert world.lights == [{"type": "sun", "direction": [0, 0, -1], "irradiance": [1, 1, 1], "angular_diameter": 0}]
+    assert world.lights == [
+        {"type": "sun", "direction": [0, 0, -1], "irradiance": [1, 1, 1], "angular_diameter": 0}
+    ]
     with pytest.raises(FileNotFoundError):
         world.add_object(mesh=Path("nowhere.obj"))
     loop: list[object] = []

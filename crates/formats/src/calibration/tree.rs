@@ -142,7 +142,11 @@ impl<'a> At<'a> {
             let numbers = self.need("data")?.numbers()?;
             // OpenCV 5's opencv-nd-matrix.
             if let Some(sizes) = self.get("sizes") {
-                let count = sizes.numbers()?.iter().product::<f64>();
+                // In XML, one size alone is no list.
+                let count = match sizes.numbers() {
+                    Ok(sizes) => sizes.iter().product(),
+                    Err(_) => f64::from(sizes.count()?),
+                };
                 if count != numbers.len() as f64 {
                     return Err(sizes.fail(format_args!("data has {} numbers", numbers.len())));
                 }
