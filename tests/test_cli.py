@@ -70,7 +70,8 @@ def test_render_options(folder: Path) -> None:
     assert run("render box.toml -o e.npz --integrator reference --size 16x12") == 0
     Path("dim.toml").write_text(
         BOX
-        + "[[object]]\nplane = { size = 9 }\nlocation = [0, 0, -0.5]\n[render]\nambient_occlusion = true\nsamples = 16\n"
+        + "[[object]]\nplane = { size = 9 }\nlocation = [0, 0, -0.5]\n"
+        + "[render]\nambient_occlusion = true\nsamples = 16\n"
     )
     assert run("render dim.toml -o dim.npz") == run("render dim.toml -o open.npz --no-ambient-occlusion") == 0
     with np.load("dim.npz") as dim, np.load("open.npz") as open_:
