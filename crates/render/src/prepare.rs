@@ -111,9 +111,13 @@ impl PreparedWorld {
             default_lights: None,
         };
         prepared.lights = Lights::new(&world.lights, world.up, origin).with_surfaces(&prepared);
-        if prepared.lights.count() == 0 {
-            let lights = default_lights(world.up);
-            prepared.default_lights = Some(Lights::new(&lights, world.up, origin));
+        let dark = match world.glow_is_decoration {
+            true => world.lights.is_empty(),
+            false => prepared.lights.count() == 0,
+        };
+        if dark {
+            let lights = Lights::new(&default_lights(world.up), world.up, origin);
+            prepared.default_lights = Some(lights.with_surfaces(&prepared));
         }
         Ok(prepared)
     }

@@ -102,6 +102,9 @@ pub struct World {
     pub names: Names,
     /// All lights.
     pub lights: Vec<Light>,
+    /// Whether surfaces that shine are there to be seen, and a world without lights needs some all the same: so it is
+    /// in glTF, whose viewers light everything by an environment of their own.
+    pub glow_is_decoration: bool,
     /// Named cameras, the default one first.
     pub cameras: Vec<NamedCamera>,
     /// How it wants to be rendered.

@@ -100,6 +100,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<World, Format
         ledger,
         world: World {
             up: Up::Y,
+            glow_is_decoration: true,
             ..World::default()
         },
         textures: Textures::default(),

@@ -95,7 +95,13 @@ impl Integrator {
     /// What the one who looks at the picture should know.
     pub(crate) fn notices(self, world: &PreparedWorld) -> Vec<String> {
         if self.needs_light() && world.default_lights.is_some() {
-            vec!["the world has no lights: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4".into()]
+            let besides = match world.lights.has_surfaces() {
+                true => " but surfaces that shine, which a glTF file has to be seen",
+                false => "",
+            };
+            vec![format!(
+                "the world has no lights{besides}: it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4"
+            )]
         } else {
             vec![]
         }

@@ -1,0 +1,127 @@
+"""A glTF document put together by hand, for tests: NumPy arrays become accessors, the rest is written as JSON."""
+
+from __future__ import annotations
+
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+KINDS = {(): "SCALAR", (2,): "VEC2", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}
+COMPONENTS = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}
+
+TRIANGLE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
+SQUARE = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
+SQUARE_CORNERS = np.array([0, 1, 2, 0, 2, 3], np.uint16)
+# v runs down, as glTF has it: the square's top left corner is (0, 0).
+SQUARE_UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
+
+
+class Document:
+    """A document that grows; the methods return the index of what they add."""
+
+    def __init__(self) -> None:
+        self.json: dict[str, Any] = {"asset": {"version": "2.0"}}
+        self.binary = bytearray()
+
+    def add(self, kind: str, **item: Any) -> int:
+        """An item of one of the top-level lists."""
+        items = self.json.setdefault(kind, [])
+        items.append(item)
+        return len(items) - 1
+
+    def use(self, *extensions: str, required: bool = False) -> None:
+        """Declares extensions."""
+        for key in ["extensionsUsed"] + ["extensionsRequired"] * required:
+            self.json.setdefault(key, []).extend(extensions)
+
+    def view(self, data: bytes, **keys: Any) -> int:
+        """A buffer view of these bytes."""
+        self.binary += bytes(-len(self.binary) % 4)
+        start = len(self.binary)
+        self.binary += data
+        return self.add("bufferViews", buffer=0, byteOffset=start, byteLength=len(data), **keys)
+
+    def accessor(self, array: npt.NDArray[Any], *, stride: int = 0, **keys: Any) -> int:
+        """An accessor of this array, [n, ...]; `stride` bytes apart where given."""
+        array = np.asarray(array)
+        element = array.itemsize * int(np.prod(array.shape[1:]))
+        data = array.tobytes()
+        view = {}
+        if stride:
+            rows = [data[i : i + element].ljust(stride, b"\xaa") for i in range(0, len(data), element)]
+            data, view = b"".join(rows), {"byteStride": stride}
+        return self.describe(array, bufferView=self.view(data, **view), **keys)
+
+    def describe(self, array: npt.NDArray[Any], **keys: Any) -> int:
+        """An accessor with the type and bounds of this array, and no data."""
+        flat = array.reshape(len(array), -1)
+        bounds = {"min": flat.min(0).tolist(), "max": flat.max(0).tolist()}
+        return self.add(
+            "accessors",
+            componentType=COMPONENTS[array.dtype.name],
+            type=KINDS[array.shape[1:]],
+            count=len(array),
+            **bounds,
+            **keys,
+        )
+
+    def mesh(self, attributes: dict[str, Any], indices: Any = None, **keys: Any) -> int:
+        """A mesh of one primitive; attributes are arrays or accessors."""
+        given = {
+            name: value if isinstance(value, int) else self.accessor(value)
+            for name, value in attributes.items()
+        }
+        if indices is not None:
+            keys["indices"] = indices if isinstance(indices, int) else self.accessor(indices)
+        return self.add("meshes", primitives=[{"attributes": given, **keys}])
+
+    def square(self, **material: Any) -> int:
+        """A mesh that faces +z from -1 to 1, with texture coordinates."""
+        keys = {"material": self.add("materials", **material)} if material else {}
+        return self.mesh({"POSITION": SQUARE, "TEXCOORD_0": SQUARE_UVS}, SQUARE_CORNERS, **keys)
+
+    def node(self, **keys: Any) -> int:
+        """A node."""
+        return self.add("nodes", **keys)
+
+    def glb(self) -> bytes:
+        """The document as a GLB file, all root nodes in its scene."""
+        if self.binary:
+            self.json["buffers"] = [{"byteLength": len(self.binary)}]
+        text = json.dumps(self.json).encode()
+        text += b" " * (-len(text) % 4)
+        binary = bytes(self.binary) + bytes(-len(self.binary) % 4)
+        chunks = struct.pack("<I4s", len(text), b"JSON") + text
+        if binary:
+            chunks += struct.pack("<I4s", len(binary), b"BIN\0") + binary
+        return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+    def save(self, path: Path) -> Path:
+        """Writes the GLB."""
+        path.write_bytes(self.glb())
+        return path
+
+
+def parse(data: bytes) -> tuple[dict[str, Any], bytes]:
+    """The JSON and the binary chunk of a GLB file."""
+    magic, version, length = struct.unpack_from("<4sII", data)
+    assert (magic, version, length) == (b"glTF", 2, len(data))
+    size, kind = struct.unpack_from("<I4s", data, 12)
+    assert kind == b"JSON"
+    return json.loads(data[20 : 20 + size]), data[28 + size :]
+
+
+def values(document: dict[str, Any], binary: bytes, index: int) -> npt.NDArray[Any]:
+    """What a plain accessor of a GLB file holds, [n, ...]."""
+    accessor = document["accessors"][index]
+    view = document["bufferViews"][accessor["bufferView"]]
+    kinds = {kind: shape for shape, kind in KINDS.items()}
+    kind = next(name for name, code in COMPONENTS.items() if code == accessor["componentType"])
+    start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+    shape = (accessor["count"], *kinds[accessor["type"]])
+    count = int(np.prod(shape))
+    return np.frombuffer(binary, kind, count, start).reshape(shape)
