@@ -25,7 +25,7 @@ ROOMS = {
     "render": {"scene", "bvh"},
     "bindings": {"formats", "render", "scene"},
 }
-THIRD_PARTY_PYTHON = {"numpy", "rich", "av", "dask", "distributed", "pyoidn"}
+THIRD_PARTY_PYTHON = {"numpy", "rich", "av", "dask", "distributed", "pyoidn", "cv2"}
 # Imported where it is needed, for what must be a class of another package.
 IMPORTED_LATE = {"dask_worker.py"}
 LONGEST_FILE = 400

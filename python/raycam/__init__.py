@@ -21,6 +21,7 @@ from .world import Object, Video, World, load
 
 if TYPE_CHECKING:
     from .explain_pixel import Explanation, explain
+    from .selfcheck import SelfCheck, selfcheck
 
 __all__ = [
     "FORMATS",
@@ -36,6 +37,7 @@ __all__ = [
     "Keypoints",
     "Label",
     "Object",
+    "SelfCheck",
     "SettingsError",
     "Video",
     "World",
@@ -51,6 +53,7 @@ __all__ = [
     "load_cameras",
     "render",
     "save_cameras",
+    "selfcheck",
 ]
 
 
@@ -60,4 +63,11 @@ def __getattr__(name: str) -> Any:
         from . import explain_pixel
 
         return getattr(explain_pixel, name)
+    if name in ("SelfCheck", "selfcheck"):
+        import importlib
+
+        # The function has the name of its module, which importing binds here first.
+        found = importlib.import_module(".selfcheck", __name__)
+        globals().update(SelfCheck=found.SelfCheck, selfcheck=found.selfcheck)
+        return globals()[name]
     raise AttributeError(f"module 'raycam' has no attribute {name!r}")

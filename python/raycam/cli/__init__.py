@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from ..errors import Error, SettingsError, nearest
-from . import cameras, dataset, demo, doctor, explain, info, render, status, video
+from . import cameras, dataset, demo, doctor, explain, info, render, selfcheck, status, video
 
 __all__ = ["COMMANDS", "main"]
 
@@ -25,6 +25,7 @@ COMMANDS = {
     "explain": explain.COMMAND,
     "info": info.COMMAND,
     "cameras": cameras.COMMAND,
+    "selfcheck": selfcheck.COMMAND,
     "doctor": doctor.COMMAND,
     "demo": demo.COMMAND,
 }

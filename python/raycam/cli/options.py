@@ -181,6 +181,21 @@ def numbers(text: str) -> tuple[int, ...]:
         raise argparse.ArgumentTypeError(f"{text!r} is not X,Y,WIDTH,HEIGHT, as in 0,0,320,240") from None
 
 
+def named_camera(text: str, options: argparse.Namespace) -> Camera:
+    """The camera of "FILE" (its first one) or "FILE:NAME", where FILE is a calibration or a world file."""
+    from ..world import load
+
+    found = _calibration(text)
+    if found is None:
+        raise FileNotFoundError(f"{text}: there is no such file; expected a calibration or a world file")
+    file, name = found
+    if os.path.isfile(file) and file.endswith((".toml", ".glb", ".gltf")):
+        world = load(file)
+        return world.camera(name) if name else world.default_camera()
+    cameras = load_calibration(file, options)
+    return cameras.find(name) if name else next(iter(cameras.values()))
+
+
 def view(world: World, options: argparse.Namespace) -> Camera:
     """The camera that `--camera` and `--size` ask for."""
     if options.camera is None and not world.cameras:
