@@ -50,7 +50,7 @@ def test_the_table_of_channels() -> None:
     assert set(CHANNELS) == {
         *("color", "albedo", "depth", "distance", "position"),
         *("normal", "normal_camera", "shading_normal", "shading_normal_camera"),
-        *("instance", "category", "triangle", "barycentric", "uv", "material", "coverage", "error"),
+        *("instance", "category", "triangle", "barycentric", "uv", "material", "coverage", "alpha", "error"),
     }
 
 
@@ -113,6 +113,21 @@ def test_every_byte_survives_the_way_to_linear_and_back() -> None:
     np.testing.assert_array_equal(one.to_srgb8(), bytes_)
 
 
+def test_exr_of_a_transparent_frame_is_premultiplied(tmp_path: Path) -> None:
+    color = np.float32([[[0.25, 0.5, 0], [0, 0, 0]]])
+    planes = {"color": color, "alpha": np.float32([[0.5, 0]])}
+    one = raycam.Frame(planes, camera=None, size=(2, 1), transparent=True)
+    one.save(tmp_path / "a.exr")
+    with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
+        read = {name: channel.pixels for name, channel in file.channels().items()}
+    assert set(read) == set("RGBA")
+    np.testing.assert_array_equal(
+        np.stack([read[name] for name in "RGBA"], -1)[0], [[0.25, 0.5, 0, 0.5], [0] * 4]
+    )
+    straight = np.rint(srgb(np.array([0.5, 1, 0])) * 255)
+    assert one.to_srgba8().tolist() == [[[*straight, 128], [0, 0, 0, 0]]]
+
+
 @pytest.mark.parametrize("half", [False, True])
 def test_exr(tmp_path: Path, half: bool) -> None:
     one = frame()
@@ -127,6 +142,7 @@ def test_exr(tmp_path: Path, half: bool) -> None:
         "position": ["position.X", "position.Y", "position.Z"],
         "uv": ["uv.U", "uv.V"],
         "coverage": ["coverage.V"],
+        "alpha": ["alpha.V"],
         "error": ["error.V"],
     }
     vectors = ["albedo", "normal", "normal_camera", "shading_normal", "shading_normal_camera", "barycentric"]

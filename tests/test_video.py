@@ -6,7 +6,7 @@ import pytest
 import raycam
 from PIL import Image
 from raycam.video import Film, frame_range, write_video
-from raycam.video_files import mp4
+from raycam.video_codecs import CODECS, encoded
 
 SIZE = (64, 48)
 FLAT = {"integrator": "flat", "samples": 4}
@@ -110,7 +110,7 @@ def test_the_encoder_repeats_itself(tmp_path):
     pictures = [np.roll(rng.integers(0, 255, (48, 64, 3), np.uint8) // 4, 3 * i, axis=1) for i in range(6)]
     made = set()
     for _ in range(30):
-        with mp4(tmp_path / "a.mp4", SIZE, 10) as add:
+        with encoded(tmp_path / "a.mp4", SIZE, 10, CODECS[".mp4", False, False]) as add:
             for number, picture in enumerate(pictures):
                 add(number, picture)
         made.add((tmp_path / "a.mp4").read_bytes())
@@ -192,6 +192,53 @@ def test_frames_are_counted_as_in_a_slice(tmp_path):
     assert frame_range(":") == (None, None)
 
 
+# Opacity
+
+
+@pytest.mark.parametrize("integrator", ["flat", "direct", "path", "ao"])
+def test_pictures_laid_over_the_sky_are_the_pictures_with_it(integrator):
+    world = moving_world()
+    sky = np.float32([0.25, 0.5, 0.75])
+    world.add_light({"type": "sky", "radiance": sky.tolist()})
+    world.add_object(box={"size": 1}, name="veil", location=[0, 1, 1], opacity=0.5)
+    options = {"integrator": integrator, "samples": 16, "filter": "blackman-harris"}
+    whole = raycam.render(world, **options)
+    clear = raycam.render(world, **options, transparent=True)
+    assert whole.channels == ("color", "depth", "instance", "triangle")
+    assert clear.channels == (*whole.channels, "alpha")
+    alpha = clear["alpha"][..., None]
+    assert 0 < (alpha == 0).mean() < 1
+    assert ((alpha > 0) & (alpha < 1)).any()
+    if integrator in ("direct", "path"):  # the others see surfaces as they are
+        veil = alpha[clear["instance"] == 2]
+        assert 0.3 < np.median(veil) < 0.9
+    behind = 1.0 if integrator == "ao" else sky
+    np.testing.assert_allclose(clear["color"] + (1 - alpha) * behind, whole["color"], atol=2e-6)
+    assert (clear["color"][alpha[..., 0] == 0] == 0).all()
+
+
+def test_opacity_is_in_the_pictures_and_the_video(tmp_path):
+    film = write_video(moving_world(), tmp_path / "frames", transparent=True, frames=(2, 4), **FLAT)
+    frame = film.frame(2)
+    with Image.open(tmp_path / "frames/frame_0002.png") as image:
+        pixels = np.asarray(image)
+    assert pixels.shape == (48, 64, 4)
+    np.testing.assert_array_equal(pixels, frame.to_srgba8())
+    np.testing.assert_array_equal(pixels[..., 3], np.round(frame["alpha"] * 255))
+    edge = (pixels[..., 3] > 0) & (pixels[..., 3] < 255)
+    assert edge.any()
+    # At the edges to the sky, colours are those of the box and the plane, not darkened.
+    assert pixels[edge][:, :3].max(axis=1).min() > 200
+    write_video(moving_world(), tmp_path / "a.mkv", transparent=True, frames=(2, 4), **FLAT)
+    with av.open(str(tmp_path / "a.mkv")) as file:
+        first = next(file.decode(video=0)).to_ndarray(format="rgba")
+    np.testing.assert_array_equal(first, pixels)
+    with pytest.raises(raycam.SettingsError, match="never transparent"):
+        write_video(moving_world(), tmp_path / "a.mp4", transparent=True, **FLAT)
+    with pytest.raises(raycam.SettingsError, match="transparent=True"):
+        Film(moving_world(), **FLAT).frame(0).to_srgba8()
+
+
 # What can go wrong
 
 
@@ -228,7 +275,7 @@ def test_progress_counts_every_frame(tmp_path):
         (
             "a.avi",
             {},
-            r"a\.avi: the ending '\.avi' is none of a video; expected \.mp4 or \.gif, or no ending",
+            r"a\.avi: the ending '\.avi' is none of a video; expected \.mp4, \.mov, \.mkv, \.webm or \.gif, or no",
         ),
         ("a.mp4", {"frames": (8, 9)}, r"frames 8:9 are none: the video has 8, from 0 to 7"),
         ("a.gif", {"fps": 60}, r"a GIF shows at most 50 frames a second, not 60"),

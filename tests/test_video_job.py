@@ -15,11 +15,12 @@ import numpy as np
 import pytest
 from job_frames import Pool, film, package, results, world
 from raycam.cli import main
-from raycam.errors import JobError
+from raycam.errors import FormatError, JobError
 from raycam.jobs import Job
 from raycam.video import write_video
-from raycam.video_files import open_video, read_picture
+from raycam.video_audio import RATE
 from raycam.video_job import job_folder, make_video
+from test_video_audio import heard, tone, write_wave
 
 WORLD = """
 [camera]
@@ -96,24 +97,23 @@ def test_the_last_shard_makes_the_file(tmp_path: Path) -> None:
     assert (tmp_path / "a.mp4").exists()
 
 
-def test_a_lossless_file_keeps_every_bit(tmp_path: Path) -> None:
-    rng = np.random.default_rng(1)
-    pictures = [rng.integers(0, 256, (12, 16, 3), np.uint8) for _ in range(4)]
-    for name in ("a.mp4", "b.mp4"):
-        with open_video(tmp_path / name, (16, 12), 10, lossless=True) as add:
-            for number, picture in enumerate(pictures):
-                add(number, picture)
-    with av.open(str(tmp_path / "a.mp4")) as file:
-        back = [frame.to_ndarray(format="rgb24") for frame in file.decode(video=0)]
-    np.testing.assert_array_equal(back, pictures)
-    assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
-    with pytest.raises(ValueError, match=r"\.gif file is never lossless"):
-        open_video(tmp_path / "a.gif", (16, 12), 10, lossless=True)
-
-
-def test_pictures_are_read_back_exactly() -> None:
-    frame = film().frame(2)
-    np.testing.assert_array_equal(read_picture(frame.to_png()), frame.to_srgb8())
+def test_transparent_frames_with_sound_go_through_the_job(tmp_path: Path) -> None:
+    sound = write_wave(tmp_path / "a.wav", tone(0.5))
+    one = film(transparent=True)
+    assert make_video(one, tmp_path / "a.mkv", Pool(), audio=sound, keep_frames=True) == 8
+    with av.open(str(tmp_path / "a.mkv")) as file:
+        pictures = [frame.to_ndarray(format="rgba") for frame in file.decode(video=0)]
+    np.testing.assert_array_equal(pictures, [one.frame(number).to_srgba8() for number in range(8)])
+    assert len(heard(tmp_path / "a.mkv")) == 0.8 * RATE
+    # Sound and codec are of the file, not of the frames: these are there already.
+    pool = Pool()
+    (tmp_path / "a.mkv.job").rename(tmp_path / "a.mov.job")
+    make_video(one, tmp_path / "a.mov", pool, lossless=True)
+    assert pool.made == []
+    (tmp_path / "text.wav").write_text("none")
+    with pytest.raises(FormatError, match=r"text\.wav"):
+        make_video(one, tmp_path / "b.mov", pool, audio=tmp_path / "text.wav")
+    assert (pool.made, (tmp_path / "b.mov.job").exists()) == ([], False)
 
 
 # The command line ---------------------------------------------------------------------------------------------

@@ -105,8 +105,10 @@ class Dask:
             self._client.submit(_sees, package.id, path, workers=[address], pure=False)
             for address in self._client.scheduler_info(n_workers=-1)["workers"]
         ]
-        with contextlib.suppress(TimeoutError):  # one that stands still is no reason to wait
-            _wait(asked)
+        end = time.monotonic() + ANSWER
+        for one in asked:
+            with contextlib.suppress(TimeoutError):  # one that stands still is no reason to wait
+                one.exception(max(0.01, end - time.monotonic()))
         if not all(one.result() for one in asked if one.status == "finished"):
             from .dask_worker import Delivery
 
@@ -161,13 +163,6 @@ def _answer(ours: Future[Made], theirs: Future[Made]) -> None:
         ours.set_exception(PoolLost(f"the scheduler has gone: {fault}"))
     except BaseException as fault:
         ours.set_exception(fault)
-
-
-def _wait(futures: list[Any]) -> None:
-    """Waits a little for answers; raises `TimeoutError` where not all come."""
-    import distributed
-
-    distributed.wait(futures, timeout=ANSWER)
 
 
 def _sees(job: str, path: str) -> bool:

@@ -165,6 +165,8 @@ class _Dispatch:
 
     def _settle(self, future: Future[Made]) -> Made | Failed | None:
         """What a future means that is done."""
+        if future not in self._under_way:  # told twice
+            return None
         task, started = self._under_way.pop(future)
         alone, self._alone = self._alone, self._alone and bool(self._under_way)
         frame = task.frame

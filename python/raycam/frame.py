@@ -46,10 +46,12 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     uv                    float32 [h, w, 2] texture coordinates, v down; NaN where the mesh has none    NaN
     material              int32   [h, w]    number of the material in the world                         -1
     coverage              float32 [h, w]    share of the samples that see the same object as the centre
+    alpha                 float32 [h, w]    share of the samples that meet anything but the sky         0
     error                 float32 [h, w]    estimated standard error of the colour's luminance
     ===================== ======= ========= =========================================================== ==========
 
-    All but `color`, `coverage` and `error` describe the exact ray through the pixel's centre: they are never filtered.
+    All but `color`, `coverage`, `alpha` and `error` describe the exact ray through the pixel's centre: they are never
+    filtered.
     """
 
     def __init__(
@@ -61,6 +63,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         region: tuple[int, int, int, int] | None = None,
         exposure: float = 0.0,
         view: str = "standard",
+        transparent: bool = False,
         notices: Iterable[str] = (),
     ) -> None:
         self._channels = channels
@@ -74,6 +77,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         """Stops of brightness of pictures in sRGB: each one doubles. The arrays are not touched by it."""
         self.view = view
         """How pictures in sRGB show what is brighter than 1: one of `VIEWS`."""
+        self.transparent = transparent
+        """Whether the sky is left out: the colour is then premultiplied by `alpha`, and pictures have an opacity."""
         self.notices = list(notices)
         """What the one who looks at it should know."""
 
@@ -109,6 +114,26 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         (D65); "agx" (T. Sobotka, 2019) and "pbr_neutral" (Khronos, 2024) compress what is brighter.
         """
         return self._srgb(8, exposure, view)
+
+    def to_srgba8(self, exposure: float | None = None, view: str | None = None) -> npt.NDArray[np.uint8]:
+        """Colour and opacity as 8-bit sRGB [h, w, 4], to be laid over others: the colour is not multiplied by opacity.
+
+        Raises `SettingsError` for a frame that is not `transparent`.
+        """
+        return self._srgba(8, exposure, view)
+
+    def _srgba(self, bits: int, exposure: float | None, view: str | None) -> npt.NDArray[Any]:
+        if not (self.transparent and "alpha" in self._channels):
+            raise SettingsError(
+                "no opacity: render it with transparent=True and the channels color and alpha"
+            )
+        alpha = self._channels["alpha"][..., np.newaxis]
+        color = self._channels["color"] / np.where(alpha > 0, alpha, 1)
+        top = (1 << bits) - 1
+        srgb = Frame(
+            {"color": color}, camera=None, size=self.size, exposure=self.exposure, view=self.view
+        )._srgb(bits, exposure, view)
+        return np.concatenate([srgb, np.round(alpha * top).astype(srgb.dtype)], axis=2)
 
     def _srgb(self, bits: int, exposure: float | None, view: str | None) -> npt.NDArray[Any]:
         if "color" not in self._channels:
@@ -147,16 +172,22 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         files.write(target, SAVERS[target.suffix.lower()][0](self, **options))
 
     def to_png(self, bits: int = 8, exposure: float | None = None, view: str | None = None) -> bytes:
-        """The colour as the bytes of a PNG file in sRGB, with 8 or 16 bits per channel."""
+        """The colour as the bytes of a PNG file in sRGB, with 8 or 16 bits a channel; with opacity if `transparent`."""
         if bits not in (8, 16):
             raise SettingsError(f"bits is {bits}, a PNG has 8 or 16")
-        return _core.encode_png(self._srgb(bits, exposure, view))
+        pixels = self._srgba if self.transparent else self._srgb
+        return _core.encode_png(pixels(bits, exposure, view))
 
     def _hdr(self) -> bytes:
         return _core.encode_hdr(np.ascontiguousarray(self._channels["color"], dtype=np.float32))
 
     def _exr(self, half: bool = False) -> bytes:
-        layers = [(name, np.ascontiguousarray(array)) for name, array in self._channels.items()]
+        planes = dict(self._channels)
+        if (
+            self.transparent and "color" in planes and "alpha" in planes
+        ):  # R, G, B, A, premultiplied as EXR has it
+            planes["color"] = np.concatenate([planes["color"], planes.pop("alpha")[..., np.newaxis]], axis=2)
+        layers = [(name, np.ascontiguousarray(array)) for name, array in planes.items()]
         notes = [
             ("raycam.region", " ".join(map(str, self.region))),
             ("raycam.size", "{} {}".format(*self.size)),
@@ -203,6 +234,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             region=region,
             exposure=first.exposure,
             view=first.view,
+            transparent=first.transparent,
             notices=notices,
         )
 

@@ -50,6 +50,7 @@ def render(
     exposure: float | None = None,
     view: View | None = None,
     denoise: bool = False,
+    transparent: bool = False,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Frame:
@@ -79,6 +80,9 @@ def render(
       `view` ("standard", "agx" or "pbr_neutral") are for pictures in sRGB: see `Frame.to_srgb8`.
     * `denoise` (off) guesses the picture without its noise, by Open Image Denoise: `pip install raycam[denoise]`.
       It is then no longer unbiased, nor the same bytes on every machine.
+    * `transparent` (off) leaves the sky out where the camera sees it, for pictures to be laid over others: the colour
+      is premultiplied by the channel `alpha`, which comes with it, and PNG, EXR and videos have an opacity. What is
+      see-through by its own opacity counts in part; mirrors and glass show the sky, and are opaque.
     * `progress(done, total)` is called some 50 times a second; an exception it raises stops the rendering, as
       Ctrl-C does.
 
@@ -103,14 +107,18 @@ def render(
     if camera is None:
         camera = world.default_camera()
     names = channel_names(channels)
+    if transparent and "color" in names and "alpha" not in names:
+        names.append("alpha")
     if denoise:
         every: dict[str, Any] = {**chosen, "frame": frame, "region": region, "surface": surface}
+        every["transparent"] = transparent
         return _denoised(world, camera, names, every, progress)
     if chosen.get("integrator") == "reference":
         shown: dict[str, Any] = {"exposure": _stops(chosen.pop("exposure", 0.0))}
         shown["view"] = _name("view", chosen.pop("view", "standard"), VIEWS)
         unused = (chosen.keys() - {"integrator"}) | ({"region"} if region is not None else set())
         unused |= {"surface"} if surface != "first" else set()
+        unused |= {"transparent"} if transparent else set()
         return _reference(world, camera, names, sorted(unused), shown)
 
     settings: dict[str, Any] = {
@@ -143,6 +151,7 @@ def render(
         "frame": whole("frame", frame, 0, (1 << 32) - 1),
         "channels": names,
         "surface": _name("surface", surface, SURFACES),
+        "transparent": bool(transparent),
         "max_depth": _optional("max_depth", settings["max_depth"]),
         "noise": _positive("noise", settings["noise"], "a radiance"),
         "time": _positive("time", settings["time"], "seconds"),
@@ -153,7 +162,14 @@ def render(
     }
     planes, area, notices = world._core.render(camera._core, request, progress)
     return Frame(
-        planes, camera=camera, size=camera.size, region=area, exposure=stops, view=display, notices=notices
+        planes,
+        camera=camera,
+        size=camera.size,
+        region=area,
+        exposure=stops,
+        view=display,
+        transparent=transparent,
+        notices=notices,
     )
 
 
@@ -187,6 +203,7 @@ def _denoised(
         region=seen.region,
         exposure=seen.exposure,
         view=seen.view,
+        transparent=seen.transparent,
         notices=[*seen.notices, "the picture is denoised by Open Image Denoise: a guess, no longer unbiased"],
     )
 

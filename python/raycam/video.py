@@ -1,4 +1,4 @@
-"""Videos: a world through time, frame by frame, into an MP4, a GIF or a folder of PNG pictures."""
+"""Videos: a world through time, frame by frame, into a video file or a folder of PNG pictures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .errors import SettingsError
 from .frame import Frame
 from .package import Package
 from .render import render
-from .video_files import open_video, picture_name
+from .video_files import check_video, open_video, picture_name
 from .workers import Maker
 from .world import World
 
@@ -32,7 +32,7 @@ class Film:
     `notices` says so. `camera` (default: the world's first, or one that frames everything) is moved where the
     video moves the camera. `fps` replaces the world's frames per second, `seconds` plays the same motion
     faster or slower. `settings` are those of `raycam.render`: integrator, samples, filter, seed,
-    ambient_occlusion, exposure, threads.
+    ambient_occlusion, exposure, transparent, threads.
 
     What does not move is built once, before the first frame.
 
@@ -69,6 +69,11 @@ class Film:
                 f"{self.seconds:g} seconds at {self.fps:g} frames a second are more than {MAX_FRAMES} frames"
             )
         self._world, self._pace, self._settings = world, video.seconds / self.seconds, settings
+
+    @property
+    def transparent(self) -> bool:
+        """Whether its frames have an opacity."""
+        return bool(self._settings.get("transparent"))
 
     def __len__(self) -> int:
         """How many frames it has, at least one."""
@@ -131,10 +136,16 @@ def write_video(
     frames: tuple[int | None, int | None] | None = None,
     fps: float | None = None,
     seconds: float | None = None,
+    lossless: bool = False,
+    audio: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
     **settings: Any,
 ) -> Film:
-    """Renders the video of a world into an .mp4 or .gif file, or into a folder as frame_0000.png and so on.
+    """Renders the video of a world into a file (.mp4 .mov .mkv .webm .gif), or a folder as frame_0000.png and so on.
+
+    `lossless` keeps every bit of the pictures. `audio` is a file whose first track of sound goes along, cut off or
+    followed by silence where it is not as long. With `transparent=True` frames have an opacity, which .mov, .mkv, .webm
+    and PNG pictures keep.
 
     `frames` (start, stop) renders a part, from `start` up to but not `stop`; either may be None, or negative
     to count from the end, as in a slice. `progress(done, total)` is called after every frame. The rest is as
@@ -143,10 +154,12 @@ def write_video(
     A file has its name when it is complete: an error or Ctrl-C leaves none behind, and a folder keeps the
     pictures it has. The same call gives the same bytes.
 
-    Raises `SettingsError` for unknown endings, an MP4 of odd width or height, a GIF of more than 50 frames a
-    second and a range without frames, and `OSError` where nothing can be written: all before anything is
-    rendered.
+    Raises `SettingsError` for unknown endings and what they do not have, an MP4 of odd width or height, a GIF of
+    more than 50 frames a second and a range without frames, `FormatError` for `audio` without sound, and `OSError`
+    where nothing can be read or written: all before anything is rendered.
     """
+    sound = None if audio is None else Path(audio)
+    check_video(Path(path), lossless=lossless, alpha=bool(settings.get("transparent")), audio=sound)
     film = Film(world, camera, fps=fps, seconds=seconds, **settings)
     numbers = range(len(film))[slice(*frames)] if frames is not None else range(len(film))
     if not numbers:
@@ -154,13 +167,15 @@ def write_video(
         raise SettingsError(
             f"frames {start}:{stop} are none: the video has {len(film)}, from 0 to {len(film) - 1}"
         )
-    with open_video(Path(path), film.camera.size, film.fps) as add:
+    with open_video(
+        Path(path), film.camera.size, film.fps, lossless=lossless, alpha=film.transparent, audio=sound
+    ) as add:
         for done, number in enumerate(numbers):
             if progress is not None:
                 progress(done, len(numbers))
             frame = film.frame(number)
             film.notices += [notice for notice in frame.notices if notice not in film.notices]
-            add(number, frame.to_srgb8())
+            add(number, frame.to_srgba8() if film.transparent else frame.to_srgb8())
         if progress is not None:
             progress(len(numbers), len(numbers))
     return film

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 from .dispatch import Pool
 from .errors import SettingsError
 from .jobs import Job, Progress, Shard
 from .video import Film
-from .video_files import open_video, picture_name, read_picture
+from .video_files import Add, open_video, picture_name, read_picture
 from .workers import Made
 
 __all__ = ["job_folder", "make_video"]
@@ -32,14 +33,15 @@ def make_video(
     retry_failed: bool = False,
     keep_frames: bool = False,
     lossless: bool = False,
+    audio: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
 ) -> int | None:
     """Makes a video file or a folder of pictures by a job in `job_folder(path)`; how many frames it shows.
 
     Frames go to the encoder in order as they are finished. An encoder that was interrupted begins anew, from the
     frames; those are removed when the file is complete, unless `keep_frames`. A `shard` that finishes while frames of
-    others are missing makes no file, and gives None. `frames` is a slice, as in `write_video`; the rest is as in
-    `Job.run`.
+    others are missing makes no file, and gives None. `frames`, `lossless` and `audio` are as in `write_video`, the
+    rest is as in `Job.run`.
 
     Raises what `write_video` and `Job.run` raise.
     """
@@ -47,9 +49,16 @@ def make_video(
     if not numbers:
         raise SettingsError(f"these frames are none: the video has {len(film)}, from 0 to {len(film) - 1}")
     target = Path(path)
+    opened = open_video(
+        target,
+        film.camera.size,
+        film.fps,
+        lossless=lossless,
+        alpha=film.transparent,
+        audio=None if audio is None else Path(audio),
+    )
     if not target.suffix:
-        # Only for what it refuses: the job writes the pictures.
-        with open_video(target, film.camera.size, film.fps, lossless=lossless):
+        with opened:  # only for what it refuses: the job writes the pictures
             pass
         Job(target, film.package(), resume=resume).run(
             pool, frames=numbers, shard=shard, retry_failed=retry_failed, progress=progress,
@@ -57,7 +66,7 @@ def make_video(
         )  # fmt: skip
         return len(numbers)
     try:
-        job = _encoded(film, target, pool, numbers, shard, resume, retry_failed, lossless, progress)
+        job = _encoded(film, target, opened, pool, numbers, shard, resume, retry_failed, progress)
     except _Incomplete:
         return None
     if not keep_frames:
@@ -68,16 +77,16 @@ def make_video(
 def _encoded(
     film: Film,
     target: Path,
+    opened: AbstractContextManager[Add],
     pool: Pool,
     numbers: range,
     shard: Shard | None,
     resume: bool,
     retry_failed: bool,
-    lossless: bool,
     progress: Progress | None,
 ) -> Job:
     """Makes the file and gives the job; raises `_Incomplete` where frames of other shards are missing."""
-    with open_video(target, film.camera.size, film.fps, lossless=lossless) as add:
+    with opened as add:
         job = Job(job_folder(target), film.package(), resume=resume)
         waiting = iter(numbers)
         following = next(waiting, None)

@@ -11,7 +11,7 @@ pub enum Kind {
     I32,
 }
 
-/// What a frame can say about each pixel. All but `Color`, `Coverage` and `Error` describe the exact pixel-centre ray.
+/// What a frame can say about each pixel. All but `Color`, `Coverage`, `Alpha` and `Error` describe the exact pixel-centre ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
     /// Linear Rec. 709 radiance, filtered over the pixel's samples. Background: the sky's radiance, or black.
@@ -49,6 +49,10 @@ pub enum Channel {
     /// The fraction of the pixel's samples that see the same object as the pixel-centre ray, the background counting as
     /// one: 1 is a pure pixel.
     Coverage,
+    /// The fraction of the pixel's samples, as the filter weighs them, that meet anything but the sky: where it is left
+    /// out ([`crate::Settings::transparent`]), the colour is premultiplied by it. What is see-through by its opacity
+    /// counts in part, mirrors and glass count in full.
+    Alpha,
     /// The estimated standard error of the colour's luminance, by the scatter of independent sequences of samples: asking
     /// for it draws other samples than not asking. With one sample per pixel: +inf.
     Error,
@@ -71,7 +75,7 @@ const fn row(channel: Channel, name: &'static str, kind: Kind, components: usize
     }
 }
 
-const TABLE: [Row; 17] = [
+const TABLE: [Row; 18] = [
     row(Channel::Color, "color", Kind::F32, 3),
     row(Channel::Albedo, "albedo", Kind::F32, 3),
     row(Channel::Depth, "depth", Kind::F32, 1),
@@ -93,6 +97,7 @@ const TABLE: [Row; 17] = [
     row(Channel::Uv, "uv", Kind::F32, 2),
     row(Channel::Material, "material", Kind::I32, 1),
     row(Channel::Coverage, "coverage", Kind::F32, 1),
+    row(Channel::Alpha, "alpha", Kind::F32, 1),
     row(Channel::Error, "error", Kind::F32, 1),
 ];
 
@@ -127,7 +132,7 @@ impl Channel {
 
     /// Whether it comes from the exact ray through the pixel centre.
     pub(crate) fn is_truth(self) -> bool {
-        !matches!(self, Channel::Color | Channel::Error)
+        !matches!(self, Channel::Color | Channel::Alpha | Channel::Error)
     }
 
     /// Bytes per pixel.

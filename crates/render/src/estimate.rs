@@ -18,6 +18,8 @@ pub(crate) struct Estimate {
     color: Vec<DVec3>,
     /// Samples that see what the pixel's centre sees.
     same: Vec<u32>,
+    /// Samples that see the sky.
+    sky: Vec<u32>,
     count: Vec<u32>,
     /// Sums of luminance per sequence; empty where the error is not asked for.
     sequences: Vec<[f64; SEQUENCES as usize]>,
@@ -30,6 +32,8 @@ impl Estimate {
         self.color.resize(pixels, DVec3::ZERO);
         self.same.clear();
         self.same.resize(pixels, 0);
+        self.sky.clear();
+        self.sky.resize(pixels, 0);
         self.count.clear();
         self.count.resize(pixels, 0);
         self.sequences.clear();
@@ -42,6 +46,11 @@ impl Estimate {
     pub fn count(&mut self, pixel: usize, same: bool) {
         self.count[pixel] += 1;
         self.same[pixel] += u32::from(same);
+    }
+
+    /// Notes that a sample sees the sky.
+    pub fn see_sky(&mut self, pixel: usize) {
+        self.sky[pixel] += 1;
     }
 
     /// Adds what the pixel's sample of this number brings.
@@ -61,6 +70,11 @@ impl Estimate {
     /// The share of samples that see what the pixel's centre sees.
     pub fn coverage(&self, pixel: usize) -> f32 {
         (f64::from(self.same[pixel]) / f64::from(self.count[pixel].max(1))) as f32
+    }
+
+    /// The share of samples that meet anything but the sky.
+    pub fn alpha(&self, pixel: usize) -> f32 {
+        (1.0 - f64::from(self.sky[pixel]) / f64::from(self.count[pixel].max(1))) as f32
     }
 
     /// How many samples it has.

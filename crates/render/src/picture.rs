@@ -56,6 +56,7 @@ pub(crate) struct Buffers {
     directions: Vec<Vec3>,
     samplers: Vec<Sampler>,
     radiance: Vec<Vec3>,
+    sky: Vec<bool>,
     /// The pixels that get more samples.
     active: Vec<usize>,
     pub estimate: Estimate,
@@ -68,7 +69,8 @@ impl<'a> Picture<'a> {
     pub fn new(world: &'a PreparedWorld, camera: &'a Camera, settings: &'a Settings) -> Self {
         let asked = |channel| settings.channels.contains(&channel);
         let single = settings.samples == 1;
-        let shaded = asked(Channel::Color) || asked(Channel::Coverage) || asked(Channel::Error);
+        let colored = asked(Channel::Color) || asked(Channel::Alpha) || asked(Channel::Error);
+        let shaded = colored || asked(Channel::Coverage);
         let estimated = asked(Channel::Error) || settings.noise.is_some();
         Self {
             world,
@@ -79,7 +81,7 @@ impl<'a> Picture<'a> {
             sampled: !single && shaded,
             shaded,
             passing: settings.surface == TruthSurface::Solid && world.has_passable(),
-            colored: asked(Channel::Color) || asked(Channel::Error),
+            colored,
             estimated,
             rejected: AtomicU64::new(0),
             clamped: AtomicU64::new(0),
@@ -314,6 +316,7 @@ impl<'a> Picture<'a> {
             directions,
             samplers,
             radiance,
+            sky,
             active,
             estimate,
             ..
@@ -330,13 +333,18 @@ impl<'a> Picture<'a> {
         }
         radiance.clear();
         radiance.resize(hits.len(), Vec3::ZERO);
+        sky.clear();
+        sky.resize(hits.len(), false);
         let batch = Batch {
             origins,
             directions,
             hits,
             samplers,
         };
-        integrator::radiance(self.world, self.settings, &batch, control, radiance)?;
+        integrator::radiance(self.world, self.settings, &batch, control, radiance, sky)?;
+        for (&mut pixel, _) in active.iter_mut().zip(sky).filter(|(_, sky)| **sky) {
+            estimate.see_sky(pixel);
+        }
         let limit = self.settings.clamp.unwrap_or(f32::INFINITY);
         for (&mut pixel, &mut radiance) in active.iter_mut().zip(radiance) {
             if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
@@ -369,6 +377,9 @@ impl<'a> Picture<'a> {
                 }
                 (Channel::Coverage, Strip::F32(strip)) => {
                     put(strip, places, |i| [estimate.coverage(i)]);
+                }
+                (Channel::Alpha, Strip::F32(strip)) => {
+                    put(strip, places, |i| [estimate.alpha(i)]);
                 }
                 (Channel::Error, Strip::F32(strip)) => {
                     put(strip, places, |i| [estimate.error(i)]);

@@ -52,6 +52,8 @@ pub struct Settings {
     pub channels: Vec<Channel>,
     /// What the ground truth tells of.
     pub surface: TruthSurface,
+    /// Leaves the sky out where the camera sees it, for pictures to be laid over others: see [`Channel::Alpha`].
+    pub transparent: bool,
     /// The most segments of a path in `path`: 1 sees what shines, 2 what it lights, and so on; `None` for no limit.
     pub max_depth: Option<u32>,
     /// The largest value of a sample, which makes pictures darker than they are; `None` for none.
@@ -76,6 +78,7 @@ impl Default for Settings {
             frame: 0,
             channels: vec![Channel::Color],
             surface: TruthSurface::First,
+            transparent: false,
             max_depth: None,
             clamp: None,
             ambient_occlusion: None,

@@ -127,6 +127,12 @@ def add_rendering(command: argparse.ArgumentParser) -> None:
         help="guess the picture without its noise; needs raycam[denoise]",
     )
     group.add_argument(
+        "--transparent",
+        action="store_true",
+        default=None,
+        help="leave the sky out: pictures and videos with an opacity, to be laid over others",
+    )
+    group.add_argument(
         "--view",
         metavar="NAME",
         help="what is brighter than white: standard (cut off, default), agx, pbr_neutral",
@@ -147,6 +153,7 @@ RENDERING = (
     "exposure",
     "view",
     "denoise",
+    "transparent",
 )
 
 

@@ -11,7 +11,11 @@ from .options import Command, add_camera, add_rendering, add_world, load_world, 
 def _add(command: argparse.ArgumentParser) -> None:
     add_world(command)
     command.add_argument(
-        "-o", "--output", metavar="FILE", required=True, help=".mp4, .gif, or a folder for PNG pictures"
+        "-o",
+        "--output",
+        metavar="FILE",
+        required=True,
+        help=".mp4, .mov, .mkv, .webm, .gif, or a folder for PNG pictures",
     )
     add_camera(command)
     command.add_argument(
@@ -22,7 +26,12 @@ def _add(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--seconds", metavar="N", type=float, help="play the same motion in N seconds")
     command.add_argument(
-        "--lossless", action="store_true", help="keep every bit in an .mp4, for FFmpeg, VLC or mpv"
+        "--lossless",
+        action="store_true",
+        help="keep every bit: .mp4 (H.264 in RGB), .mov (PNG), .webm (VP9 in RGB); .mkv (FFV1) always does",
+    )
+    command.add_argument(
+        "--audio", metavar="FILE", help="a file whose first track of sound goes along, as long as the video"
     )
     command.add_argument(
         "--keep-frames", action="store_true", help="leave the frames in FILE.job when the file is complete"
@@ -52,6 +61,7 @@ def _run(options: argparse.Namespace) -> None:
             retry_failed=options.retry_failed,
             keep_frames=options.keep_frames,
             lossless=options.lossless,
+            audio=options.audio,
             progress=progress,
         )
     tell(film.notices)
@@ -68,6 +78,8 @@ COMMAND = Command(
     [
         "raycam video room.toml -o room.mp4                          again after Ctrl-C: goes on",
         "raycam video room.toml -o room.gif --frames 0:24 --size 320x240",
+        "raycam video room.toml -o room.webm --transparent           over a page; .mov for editors",
+        "raycam video room.toml -o room.mp4 --audio steps.wav",
         "raycam video room.toml -o frames --shard 3/16               one of sixteen machines",
         "raycam video room.toml -o room.mp4 --cluster tcp://scheduler:8786",
     ],

@@ -11,11 +11,18 @@ use crate::scatter::cosine_direction;
 use crate::surface::Surface;
 
 /// 1 in the open and for the background, 0 where all directions, weighed by their cosine, end within `distance`.
-pub(super) fn radiance(world: &PreparedWorld, distance: f32, batch: &Batch, radiance: &mut [Vec3]) {
+pub(super) fn radiance(
+    world: &PreparedWorld,
+    distance: f32,
+    batch: &Batch,
+    radiance: &mut [Vec3],
+    sky: &mut [bool],
+) {
     let mut shadows = Shadows::default();
     for (i, hit) in batch.hits.iter().enumerate() {
         if is_miss(hit) {
             radiance[i] = Vec3::ONE;
+            sky[i] = true;
             continue;
         }
         radiance[i] = Vec3::ZERO;

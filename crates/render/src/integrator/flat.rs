@@ -6,10 +6,17 @@ use super::{Batch, is_miss};
 use crate::prepare::PreparedWorld;
 use crate::settings::Integrator;
 
-pub(super) fn radiance(world: &PreparedWorld, batch: &Batch, radiance: &mut [Vec3]) {
+pub(super) fn radiance(
+    world: &PreparedWorld,
+    batch: &Batch,
+    radiance: &mut [Vec3],
+    sky: &mut [bool],
+) {
     let lights = Integrator::Flat.lights(world);
-    for ((hit, &direction), radiance) in batch.hits.iter().zip(batch.directions).zip(radiance) {
-        *radiance = if is_miss(hit) {
+    let rays = batch.hits.iter().zip(batch.directions);
+    for ((hit, &direction), (radiance, sky)) in rays.zip(radiance.iter_mut().zip(sky)) {
+        *sky = is_miss(hit);
+        *radiance = if *sky {
             lights.sky(direction)
         } else {
             world.base_color(hit)

@@ -14,7 +14,6 @@ use crate::light::{Choice, Lights};
 use crate::prepare::PreparedWorld;
 use crate::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
-use path::Rules;
 
 /// Rays of one tile and what they met, entry by entry.
 pub(crate) struct Batch<'a> {
@@ -26,22 +25,40 @@ pub(crate) struct Batch<'a> {
     pub samplers: &'a [Sampler],
 }
 
-/// The radiance that arrives along every ray of the batch.
+/// What one picture's paths do.
+#[derive(Clone, Copy, Debug)]
+struct Rules {
+    /// The most segments of a path, the camera's ray included.
+    pub max_depth: u32,
+    /// Whether mirrors and smooth glass cost no segment.
+    pub free_mirrors: bool,
+    /// How many lights are sampled at a point.
+    pub light_samples: usize,
+    /// How they are chosen.
+    pub choice: Choice,
+    /// Takes the even skies for an ambient term, dimmed by what is nearer than a distance where there is one.
+    pub ambient: Option<Option<f32>>,
+    /// Leaves the sky out where the camera sees it.
+    pub transparent: bool,
+}
+
+/// The radiance that arrives along every ray of the batch, and whether what the camera sees there is the sky.
 pub(crate) fn radiance(
     world: &PreparedWorld,
     settings: &Settings,
     batch: &Batch,
     control: &Control,
     radiance: &mut [Vec3],
+    sky: &mut [bool],
 ) -> Result<(), RenderError> {
     let integrator = settings.integrator;
     let lights = integrator.lights(world);
     let reach = settings.ambient_occlusion;
     match integrator {
-        Integrator::Flat => flat::radiance(world, batch, radiance),
+        Integrator::Flat => flat::radiance(world, batch, radiance, sky),
         Integrator::Ao => {
             let distance = reach.unwrap_or(f64::INFINITY) as f32;
-            ao::radiance(world, distance, batch, radiance);
+            ao::radiance(world, distance, batch, radiance, sky);
         }
         Integrator::Direct => {
             let rules = Rules {
@@ -59,8 +76,9 @@ pub(crate) fn radiance(
                     Some(distance) if distance.is_infinite() => None,
                     Some(distance) => Some(Some(distance as f32)),
                 },
+                transparent: settings.transparent,
             };
-            path::radiance(world, lights, &rules, batch, control, radiance)?;
+            path::radiance(world, lights, &rules, batch, control, radiance, sky)?;
         }
         Integrator::Path => {
             let rules = Rules {
@@ -69,8 +87,14 @@ pub(crate) fn radiance(
                 light_samples: 1,
                 choice: Choice::Weighed,
                 ambient: None,
+                transparent: settings.transparent,
             };
-            path::radiance(world, lights, &rules, batch, control, radiance)?;
+            path::radiance(world, lights, &rules, batch, control, radiance, sky)?;
+        }
+    }
+    if settings.transparent && matches!(integrator, Integrator::Flat | Integrator::Ao) {
+        for (radiance, _) in radiance.iter_mut().zip(&*sky).filter(|(_, sky)| **sky) {
+            *radiance = Vec3::ZERO;
         }
     }
     Ok(())

@@ -9,29 +9,14 @@ use raycam_bvh::{Coherence, Hit, Ray};
 use raycam_scene::{Alpha, Material, Reflectance};
 
 use super::shadows::Shadows;
-use super::{Batch, is_miss};
+use super::{Batch, Rules, is_miss};
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::light::{BEFORE_LIGHT, Choice, Lights, Reference};
+use crate::light::{BEFORE_LIGHT, Lights, Reference};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
 use crate::scatter::{cosine_direction, inside, is_dispersive};
 use crate::surface::Surface;
-
-/// What one picture's paths do.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Rules {
-    /// The most segments of a path, the camera's ray included.
-    pub max_depth: u32,
-    /// Whether mirrors and smooth glass cost no segment.
-    pub free_mirrors: bool,
-    /// How many lights are sampled at a point.
-    pub light_samples: usize,
-    /// How they are chosen.
-    pub choice: Choice,
-    /// Takes the even skies for an ambient term, dimmed by what is nearer than a distance where there is one.
-    pub ambient: Option<Option<f32>>,
-}
 
 /// Segments before a path may end by roulette.
 const SAFE_DEPTH: u32 = 4;
@@ -50,6 +35,8 @@ struct Path {
     pdf: f32,
     /// Whether no light sampling could have found its direction: it comes from the camera, a mirror or smooth glass.
     straight: bool,
+    /// Whether nothing has scattered it yet.
+    from_camera: bool,
     /// Segments, this one included, as the rules count them.
     depth: u32,
     /// What is lost per metre where it goes.
@@ -69,6 +56,7 @@ pub(super) fn radiance(
     batch: &Batch,
     control: &Control,
     radiance: &mut [Vec3],
+    sky: &mut [bool],
 ) -> Result<(), RenderError> {
     let walk = Walk {
         world,
@@ -96,6 +84,7 @@ pub(super) fn radiance(
             },
             pdf: 0.0,
             straight: true,
+            from_camera: true,
             depth: 1,
             absorption: Vec3::ZERO,
             channel: None,
@@ -109,6 +98,9 @@ pub(super) fn radiance(
         control.check()?;
         for (path, hit) in paths.iter().zip(&hits) {
             walk.step(path, hit, &mut wave, radiance);
+        }
+        for ray in wave.sky.drain(..) {
+            sky[ray] = true;
         }
         let coherence = if first {
             Coherence::Unknown
@@ -141,6 +133,8 @@ struct Wave {
     /// The paths that go on, and their rays.
     next: Vec<Path>,
     rays: Vec<Ray>,
+    /// The rays of the batch whose way from the camera ends in the sky.
+    sky: Vec<usize>,
 }
 
 /// What all paths share.
@@ -159,7 +153,12 @@ impl Walk<'_> {
         let out = &mut radiance[path.ray];
         if is_miss(hit) {
             self.pick_up(path, f64::INFINITY, out);
-            self.see_sky(path, out);
+            if path.from_camera {
+                wave.sky.push(path.ray);
+            }
+            if !(path.from_camera && self.rules.transparent) {
+                self.see_sky(path, out);
+            }
             return;
         }
         let mut path = *path;
@@ -383,6 +382,7 @@ impl Walk<'_> {
             from: surface.reference(),
             pdf: sample.pdf,
             straight: sample.delta,
+            from_camera: false,
             depth,
             absorption,
             channel: path.channel,
