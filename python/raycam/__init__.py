@@ -21,7 +21,8 @@ from .world import Object, Video, World, load
 
 if TYPE_CHECKING:
     from .explain_pixel import Explanation, explain
-    from .selfcheck import SelfCheck, selfcheck
+    from .sample_world import Recipe, sample
+    from .selfcheck_camera import SelfCheck, selfcheck
 
 __all__ = [
     "FORMATS",
@@ -37,6 +38,7 @@ __all__ = [
     "Keypoints",
     "Label",
     "Object",
+    "Recipe",
     "SelfCheck",
     "SettingsError",
     "Video",
@@ -52,22 +54,26 @@ __all__ = [
     "load",
     "load_cameras",
     "render",
+    "sample",
     "save_cameras",
     "selfcheck",
 ]
 
 
+LATE = {
+    "Explanation": "explain_pixel",
+    "explain": "explain_pixel",
+    "Recipe": "sample_world",
+    "sample": "sample_world",
+    "SelfCheck": "selfcheck_camera",
+    "selfcheck": "selfcheck_camera",
+}
+
+
 def __getattr__(name: str) -> Any:
     """Imports what most pictures do not need when it is first asked for."""
-    if name in ("Explanation", "explain"):
-        from . import explain_pixel
-
-        return getattr(explain_pixel, name)
-    if name in ("SelfCheck", "selfcheck"):
+    if name in LATE:
         import importlib
 
-        # The function has the name of its module, which importing binds here first.
-        found = importlib.import_module(".selfcheck", __name__)
-        globals().update(SelfCheck=found.SelfCheck, selfcheck=found.selfcheck)
-        return globals()[name]
+        return getattr(importlib.import_module(f".{LATE[name]}", __name__), name)
     raise AttributeError(f"module 'raycam' has no attribute {name!r}")

@@ -33,7 +33,7 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     from ..progress import bar
-    from ..selfcheck import selfcheck
+    from ..selfcheck_camera import selfcheck
 
     folder = None if options.output is None else Path(options.output)
     if folder is not None:

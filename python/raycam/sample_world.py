@@ -1,0 +1,250 @@
+"""Randomised worlds: a recipe is a world file with draws in it, objects to be placed, and cameras that see them.
+
+world = raycam.sample("table.recipe.toml", 17)
+
+Everything in world number 17 is a function of the recipe, its seed and 17.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .arrays import Floats, whole
+from .camera import Camera
+from .errors import FormatError, WorldError
+from .sample_draw import Draw, known_keys
+from .sample_place import Placer, Prism
+from .sample_view import see
+from .world import World, load
+
+__all__ = ["Recipe", "sample"]
+
+PLACE_KEYS = ("on", "gap", "count")
+"""What a recipe says of an object besides what a world file says."""
+LARGEST_FILE = 16 << 20
+MOST_OBJECTS = 100_000
+GEOMETRY = (
+    *("box", "plane", "sphere", "cylinder", "cone", "torus", "mesh", "vertices", "triangles", "refine"),
+    *("roll", "pitch", "yaw", "scale", "matrix"),
+)
+POSE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
+GAP = 0.001
+
+
+class Recipe:
+    """What is common to all worlds of a recipe.
+
+    `recipe` is the path of a .toml file, or the same as a dict, whose files are then looked for in `folder`. It is a
+    world file, with these additions:
+
+    * In the place of any value of an object, a light, a camera and of [render] may stand a draw:
+      `{ uniform = [low, high] }` (numbers, or lists of them), `{ log_uniform = [low, high] }`,
+      `{ integer = [low, high] }` (both included) or `{ choice = [...] }`, which may hold draws again.
+    * `one_of = [{...}, {...}]` in a table lends it one's keys.
+    * `count` makes so many of an object, a light or a camera, each with draws of its own; names get numbers.
+    * `on` puts an object on another one, by name: at a random place, turned at random about up, its lowest
+      point on what is level there, at least `gap` (0.001 m) from everything else. `on = ""` is any object. Placed
+      objects stand on what is not placed.
+    * `see = {...}` in a [[camera]] finds a place from where it sees an object: see `raycam.sample_view.see`.
+    * `world` is another world file, glTF or mesh in the same folder that everything is added to.
+    * `seed` (0).
+
+    Raises `FormatError` where the file is no TOML, `WorldError` for keys that there are not, `OSError`.
+    """
+
+    def __init__(
+        self,
+        recipe: str | os.PathLike[str] | Mapping[str, Any],
+        *,
+        folder: str | os.PathLike[str] = ".",
+        seed: int | None = None,
+    ) -> None:
+        if isinstance(recipe, Mapping):
+            self.description = dict(recipe)
+            self.folder = Path(folder).absolute()
+        else:
+            self.description, self.folder = _read(Path(recipe))
+        given = self.description.pop("seed", 0)
+        self.seed = whole("seed", given if seed is None else seed, 0, (1 << 64) - 1)
+        """The seed of everything that is drawn."""
+        known_keys(
+            "a recipe", self.description, ("up", "world", "object", "light", "camera", "render", "video")
+        )
+        for kind in ("object", "light", "camera"):
+            one = self.description.get(kind, [])
+            rows = [one] if isinstance(one, Mapping) else one
+            if not isinstance(rows, Sequence) or not all(isinstance(row, Mapping) for row in rows):
+                raise WorldError(f"{kind} must be a list of tables, not {one!r}")
+            self.description[kind] = [dict(row) for row in rows]
+
+    @cached_property
+    def _base(self) -> World | None:
+        """The world that everything is added to, read once."""
+        name = self.description.get("world")
+        if name is None:
+            return None
+        if not isinstance(name, str):
+            raise WorldError(f"world must be the name of a file, not {name!r}")
+        path = (self.folder / name).resolve()
+        if not path.is_relative_to(self.folder.resolve()):
+            raise WorldError(f"world = {name!r} is not in the recipe's folder; only files in it are opened")
+        return load(path)
+
+    @cached_property
+    def _shapes(self) -> dict[str, tuple[Prism, Floats]]:
+        """What things to be placed take up at the origin, and their world_from_mesh, by their description."""
+        return {}
+
+    def world(self, number: int) -> World:
+        """World `number`, from 0: the same whatever others are made.
+
+        Raises what `World.from_dict` raises, and `WorldError` where there is no room or no such view.
+        """
+        draw = Draw(self.seed, "world", whole("number", number, 0, 1 << 62))
+        still: list[dict[str, Any]] = []
+        placed: list[tuple[dict[str, Any], dict[str, Any], Draw]] = []
+        for item, place in self._rows("object", draw):
+            how = {key: item.pop(key) for key in PLACE_KEYS[:2] if key in item}
+            if "on" in how:
+                placed.append((item, how, place))
+            elif how:
+                raise WorldError(f"object {item.get('name', '')!r}: gap goes with on, which is missing")
+            else:
+                still.append(item)
+        world = self._begun(draw, still)
+        self._put(world, placed)
+        for light, _ in self._rows("light", draw):
+            world.add_light(light)
+        for camera, place in self._rows("camera", draw):
+            self._look(world, camera, place)
+        return world
+
+    def _rows(self, kind: str, draw: Draw) -> list[tuple[dict[str, Any], Draw]]:
+        """The tables of a kind with their values drawn, each as often as its `count` says."""
+        found: list[tuple[dict[str, Any], Draw]] = []
+        for i, table in enumerate(self.description[kind]):
+            row = dict(table)
+            place, where = draw.at(kind, i), f"{kind}[{i}]"
+            drawn = place.at("count").value(row.pop("count", None), f"{where}.count")
+            count = 1 if drawn is None else whole(f"{where}.count", drawn, 0, MOST_OBJECTS)
+            for copy in range(count):
+                here = place.at(copy)
+                one = here.value(row, where)
+                if drawn is not None and kind != "light" and isinstance(one.get("name"), str):
+                    one["name"] = f"{one['name']}-{copy + 1}"
+                found.append((one, here))
+        return found
+
+    def _begun(self, draw: Draw, objects: list[dict[str, Any]]) -> World:
+        """The world with what is not placed."""
+        table = self.description
+        render = draw.at("render").value(table.get("render", {}), "render")
+        if self._base is None:
+            more = {"video": table["video"]} if "video" in table else {}
+            return World.from_dict(
+                {"up": table.get("up", "z"), "object": objects, "render": render, **more}, folder=self.folder
+            )
+        for key in ("up", "render"):
+            if key in table:
+                raise WorldError(f"{key}: it is for {table['world']} to say")
+        # World.at shares what is built and is a world of its own.
+        world = self._base.at(0.0)
+        for item in objects:
+            world.add_object(item)
+        if "video" in table:
+            world.set_video(table["video"])
+        return world
+
+    def _put(self, world: World, placed: list[tuple[dict[str, Any], dict[str, Any], Draw]]) -> None:
+        placer = Placer(world) if placed else None
+        first: dict[str, str] = {}
+        for item, how, place in placed:
+            what = f"object {item.get('name', '')!r}".replace(" ''", "")
+            if "location" in item or "instance_of" in item:
+                raise WorldError(
+                    f"{what}: location and instance_of do not go with on, which finds it a place"
+                )
+            gap = how.get("gap", GAP)
+            if isinstance(gap, bool) or not isinstance(gap, int | float) or not 0.0 <= gap < float("inf"):
+                raise WorldError(f"{what}: gap must be metres, at least 0, not {gap!r}")
+            if not isinstance(how["on"], str):
+                raise WorldError(f"{what}: on must be the name of an object, not {how['on']!r}")
+            assert placer is not None  # there is one where anything is placed
+            shape, matrix = self._shape(world, item)
+            pose = placer.place(shape, how["on"] or None, place.at("on"), float(gap), what)
+            row = {key: value for key, value in item.items() if key not in POSE}
+            style = row.keys() - {*GEOMETRY, "name", "category"}
+            # Things of one shape share one mesh, where nothing of the first one's look would be inherited.
+            key = json.dumps([_kept(row, GEOMETRY), sorted(style)], sort_keys=True, default=str)
+            if (
+                key in first
+                and "category" in row
+                and not row.keys() & {"face_colors", "vertex_colors", "uvs", "normals"}
+            ):
+                row = {k: v for k, v in row.items() if k not in GEOMETRY} | {"instance_of": first[key]}
+            number = world.add_object({**row, "matrix": (pose @ matrix).tolist()})
+            first.setdefault(key, world.objects[number].name)
+
+    def _shape(self, world: World, item: Mapping[str, Any]) -> tuple[Prism, Floats]:
+        """What a thing takes up as it stands at the origin, and its world_from_mesh."""
+        alone = _kept(item, GEOMETRY)
+        key = json.dumps([world.up, alone], sort_keys=True, default=str)
+        if key not in self._shapes:
+            thing = World(world.up, folder=self.folder)
+            thing.add_object(alone)
+            if len(self._shapes) >= 256:
+                self._shapes.pop(next(iter(self._shapes)))
+            self._shapes[key] = (Prism.around(thing.triangles(), world.up), thing.objects[0].matrix)
+        return self._shapes[key]
+
+    def _look(self, world: World, table: Mapping[str, Any], place: Draw) -> None:
+        row = dict(table)
+        wanted = row.pop("see", None)
+        name = row.get("name", "camera")
+        if wanted is not None and not isinstance(wanted, Mapping):
+            raise WorldError(f"camera {name!r}: see must be a table, not {wanted!r}")
+        if wanted is not None:
+            row |= {"R": np.eye(3).tolist(), "C": [0.0, 0.0, 0.0]}
+        lens: Camera = next(iter(World.from_dict({"up": world.up, "camera": [row]}).cameras.values()))
+        camera = lens if wanted is None else see(world, lens, wanted, place.at("see"), f"camera {name!r}")
+        world.add_camera(camera, name)
+
+
+def sample(
+    recipe: str | os.PathLike[str] | Mapping[str, Any] | Recipe,
+    number: int = 0,
+    *,
+    seed: int | None = None,
+    folder: str | os.PathLike[str] = ".",
+) -> World:
+    """World `number` of a recipe: see `Recipe`, which is the faster way to make many.
+
+    The same recipe, seed and number give the same world on every machine, up to the last bits of what the machine's
+    sine and cosine give. Raises what `Recipe` and `Recipe.world` raise.
+    """
+    if isinstance(recipe, Recipe):
+        return recipe.world(number)
+    return Recipe(recipe, folder=folder, seed=seed).world(number)
+
+
+def _read(path: Path) -> tuple[dict[str, Any], Path]:
+    with path.open("rb") as file:
+        data = file.read(LARGEST_FILE + 1)
+    if len(data) > LARGEST_FILE:
+        raise FormatError(f"{path}: a recipe of more than {LARGEST_FILE >> 20} MiB")
+    try:
+        return tomllib.loads(data.decode()), path.absolute().parent
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+        raise FormatError(f"{path}: no TOML: {fault}") from None
+
+
+def _kept(table: Mapping[str, Any], keys: Sequence[str]) -> dict[str, Any]:
+    return {key: value for key, value in table.items() if key in keys}
