@@ -12,10 +12,12 @@ import numpy as np
 import pycolmap
 import pytest
 import raycam
+import raycam.cli
 import raycam.dataset
 from PIL import Image
 from pycocotools.coco import COCO
 from raycam.dataset import FORMATS, views, write
+from raycam.jobs import Job
 
 SIZE = (64, 48)
 
@@ -318,7 +320,7 @@ def test_scannet(tmp_path: Path) -> None:
 
 def test_webdataset(tmp_path: Path) -> None:
     cameras = ring(5)
-    write(table(), tmp_path, "webdataset", cameras=cameras, shard=2, channels=["depth", "normal"])
+    write(table(), tmp_path, "webdataset", cameras=cameras, shard_size=2, channels=["depth", "normal"])
     index = json.loads((tmp_path / "index.json").read_text())
     assert [shard["nsamples"] for shard in index["shardlist"]] == [2, 2, 1]
     samples: dict[str, dict[str, bytes]] = {}
@@ -347,7 +349,9 @@ def quick(tmp_path: Path, **options: Any) -> raycam.dataset.Written:
 def test_the_same_call_gives_the_same_files(tmp_path: Path, name: str) -> None:
     def read(folder: Path) -> dict[str, bytes]:
         return {
-            str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()
+            str(path.relative_to(folder)): path.read_bytes()
+            for path in folder.rglob("*")
+            if path.is_file() and ".raycam" not in path.relative_to(folder).parts
         }
 
     assert quick(tmp_path / "a", format=name).made > 0
@@ -360,7 +364,8 @@ def test_the_same_call_gives_the_same_files(tmp_path: Path, name: str) -> None:
         pass
 
     def stop(done: int, total: int) -> None:
-        raise Stop
+        if done:
+            raise Stop
 
     with pytest.raises(Stop):
         quick(tmp_path / "c", format=name, progress=stop)
@@ -369,8 +374,9 @@ def test_the_same_call_gives_the_same_files(tmp_path: Path, name: str) -> None:
         "transforms.json",
     }
     kept = len([path for path in (tmp_path / "c").rglob("*") if path.is_file()])
-    assert 0 < kept < len(whole)
+    assert 0 < kept < len(whole) + 8  # the job's own
     assert quick(tmp_path / "c", format=name).made == FORMATS[name].units(plan(name)) - 1
+    assert Job(tmp_path / "c").verify() == {}
     assert read(tmp_path / "c") == whole
     assert quick(tmp_path / "c", format=name).made == 0
 
@@ -398,6 +404,123 @@ def test_what_cannot_be_is_refused_before_it_begins(tmp_path: Path) -> None:
         write(table(), tmp_path / "x", "kitti", cameras=ring(1), flow=True)
     assert list(tmp_path.iterdir()) == []
     quick(tmp_path / "y")
-    with pytest.raises(raycam.SettingsError, match="holds another data set"):
+    with pytest.raises(raycam.JobError, match=r'options.segmentation was "rle", is "polygon"'):
         quick(tmp_path / "y", segmentation="polygon")
     assert quick(tmp_path / "y", segmentation="polygon", resume=False).made == 3
+
+
+def test_shards_make_one_data_set(tmp_path: Path) -> None:
+    one = quick(tmp_path / "a", shard=(1, 2))
+    assert (one.made, one.complete) == (2, False)
+    assert not (tmp_path / "a" / "annotations").exists()
+    two = quick(tmp_path / "a", shard=(2, 2))
+    assert (two.made, two.complete) == (1, True)
+    quick(tmp_path / "b")
+    for name in ("annotations/instances.json", "images/000001.png"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+
+
+@pytest.mark.parametrize("change", ["mesh", "texture"])
+def test_another_mesh_or_texture_is_another_data_set(tmp_path: Path, change: str) -> None:
+    def files(scale: float, shade: int) -> raycam.World:
+        corners = f"v 0 0 0\nv {scale} 0 0\nv 0 {scale} 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"
+        (tmp_path / "a.obj").write_text(corners)
+        cv2.imwrite(str(tmp_path / "t.png"), np.full((4, 4, 3), shade, np.uint8))
+        world = raycam.World(folder=tmp_path)
+        world.add_object(mesh="a.obj", texture="t.png")
+        return world
+
+    camera = [raycam.Camera.look_at([0.2, 0.2, 3], [0.2, 0.2, 0], [0, 1, 0], size=(16, 12))]
+    write(files(1.0, 80), tmp_path / "d", cameras=camera)
+    assert write(files(1.0, 80), tmp_path / "d", cameras=camera).made == 0
+    with pytest.raises(raycam.JobError, match="another job is here: world was"):
+        write(files(2.0 if change == "mesh" else 1.0, 81), tmp_path / "d", cameras=camera)
+
+
+RECIPE: dict[str, Any] = {
+    "object": [
+        {"name": "table", "plane": {"size": 3}},
+        {
+            "one_of": [
+                {"name": "can", "cylinder": {"radius": 0.1, "height": 0.3}, "category": "can"},
+                {
+                    "name": "ball",
+                    "sphere": {"radius": 0.2, "level": 2},
+                    "category": {"choice": ["ball", "egg"]},
+                },
+            ],
+            "count": {"integer": [2, 4]},
+            "on": "table",
+        },
+    ],
+    "camera": [{"count": 2, "size": SIZE, "fov": 40, "see": {"visible": 0.6, "coverage": [0.02, 0.5]}}],
+}
+
+
+@pytest.mark.parametrize("name", [name for name in FORMATS if FORMATS[name].many_worlds])
+def test_randomised_worlds(tmp_path: Path, name: str) -> None:
+    options: dict[str, Any] = {"integrator": "flat", "samples": 1, "format": name, "seed": 5}
+    found = write(raycam.Recipe(RECIPE), tmp_path / "a", count=3, **options)
+    assert found.frames == 6
+    more = write(raycam.Recipe(RECIPE), tmp_path / "b", count=5, workers=2, **options)
+    assert more.frames == 10
+    for path in (tmp_path / "a").rglob("*.png"):
+        other = tmp_path / "b" / path.relative_to(tmp_path / "a")
+        assert path.read_bytes() == other.read_bytes()
+    if name == "coco":
+        check_coco_of_recipe(tmp_path / "a")
+
+
+def check_coco_of_recipe(folder: Path) -> None:
+    coco = COCO(str(folder / "annotations" / "instances.json"))
+    names = {c["id"]: c["name"] for c in coco.loadCats(coco.getCatIds())}
+    assert sorted(names.values()) == ["ball", "can", "egg"]
+    recipe = raycam.Recipe(RECIPE)
+    for number in range(6):
+        world = recipe.world(number // 2)
+        camera = list(world.cameras.values())[number % 2]
+        instance = truth(camera, world=world)
+        objects = {item.name: item for item in world.objects}
+        annotations = coco.loadAnns(coco.getAnnIds(imgIds=number + 1))
+        assert annotations
+        for one in annotations:
+            item = objects[one["object"]]
+            assert names[one["category_id"]] == item.category
+            assert one["area"] == (instance == item.id).sum()
+
+
+def test_a_recipe_is_for_formats_of_many_worlds(tmp_path: Path) -> None:
+    with pytest.raises(raycam.SettingsError, match=r"bop is of one world.*coco, kitti, webdataset"):
+        write(raycam.Recipe(RECIPE), tmp_path, "bop", count=2)
+    with pytest.raises(raycam.SettingsError, match="count is of the worlds of a recipe"):
+        write(table(), tmp_path, count=2)
+    changed = {**RECIPE, "camera": [{**RECIPE["camera"][0], "count": {"integer": [1, 2]}}]}
+    with pytest.raises(raycam.WorldError, match="count must be a number"):
+        write(raycam.Recipe(changed), tmp_path, count=2)
+
+
+def test_the_command_makes_randomised_worlds_as_a_job(tmp_path: Path, capsys: Any) -> None:
+    (tmp_path / "t.obj").write_text(
+        "v 0 0 0\nv .4 0 0\nv 0 .4 0\nv 0 0 .4\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+    )
+    (tmp_path / "r.toml").write_text(
+        '[[object]]\nname = "floor"\nplane = { size = 3 }\n'
+        '[[object]]\nmesh = { choice = ["t.obj"] }\ncategory = "corner"\ncount = 2\non = "floor"\n'
+    )
+    raycam.save_cameras(tmp_path / "c.yaml", ring(1, distortion=[-0.1, 0.0, 0.0, 0.0, 0.0])[0], "opencv")
+    folder = tmp_path / "out"
+    words = ["dataset", str(tmp_path / "r.toml"), "--sample", "2", "--cameras", str(tmp_path / "c.yaml")]
+    words += ["-o", str(folder), "--integrator", "flat", "--samples", "1"]
+    assert raycam.cli.main(words) == 0
+    assert "2 views, coco" in capsys.readouterr().out
+    assert raycam.cli.main(["status", str(folder)]) == 0
+    assert "2 of 2 finished" in capsys.readouterr().out
+    assert raycam.cli.main(["verify", str(folder)]) == 0
+    (folder / "images" / "000001.png").write_bytes(b"damaged")
+    assert raycam.cli.main(words) == 0
+    assert raycam.cli.main(["verify", str(folder)]) == 0
+    capsys.readouterr()
+    # Another mesh under the same name is another data set.
+    (tmp_path / "t.obj").write_text((tmp_path / "t.obj").read_text().replace(".4", ".5"))
+    assert raycam.cli.main(words) == 1
+    assert "settings.files" in capsys.readouterr().err

@@ -7,11 +7,13 @@ Everything in world number 17 is a function of the recipe, its seed and 17.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +22,7 @@ import numpy as np
 from .arrays import Floats, whole
 from .camera import Camera
 from .errors import FormatError, WorldError
-from .sample_draw import Draw, known_keys
+from .sample_draw import ONE_OF, Draw, known_keys
 from .sample_place import Placer, Prism
 from .sample_view import see
 from .world import World, load
@@ -103,6 +105,42 @@ class Recipe:
         """What things to be placed take up at the origin, and their world_from_mesh, by their description."""
         return {}
 
+    @cached_property
+    def categories(self) -> dict[int, str]:
+        """The categories that its worlds may have, by number: whole numbers are their own, names get free ones."""
+        found = dict(self._base.categories) if self._base is not None else {}
+        names = [str(value) for value in _values(self.description["object"], "category")]
+        for name in names:
+            if name.isdigit() and name not in found.values():
+                found[int(name)] = name
+        for name in names:
+            if name not in found.values():
+                found[next(number for number in count(1) if number not in found)] = name
+        return found
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The SHA-256 of every file in its folder that it names, of meshes and worlds with all that they name."""
+        found: dict[str, str] = {}
+        for key in ("mesh", "texture", "image", "profile", "world"):
+            for name in _values(self.description, key):
+                path = self.folder / str(name)
+                if not isinstance(name, str) or name in found or not path.is_file():
+                    continue
+                # A mesh is more than its file: materials, textures, buffers.
+                data = load(path).to_bytes() if key in ("mesh", "world") else path.read_bytes()
+                found[name] = hashlib.sha256(data).hexdigest()
+        return found
+
+    def check_camera_counts(self) -> None:
+        """Raises `WorldError` where not every world has as many cameras as the others."""
+        for number, table in enumerate(self.description["camera"]):
+            if isinstance(table.get("count", 1), Mapping) or ONE_OF in table:
+                raise WorldError(
+                    f"camera[{number}]: in a data set every world has the same cameras: count must be a number, and "
+                    f"{ONE_OF} is for what cameras see"
+                )
+
     def world(self, number: int) -> World:
         """World `number`, from 0: the same whatever others are made.
 
@@ -134,8 +172,8 @@ class Recipe:
             row = dict(table)
             place, where = draw.at(kind, i), f"{kind}[{i}]"
             drawn = place.at("count").value(row.pop("count", None), f"{where}.count")
-            count = 1 if drawn is None else whole(f"{where}.count", drawn, 0, MOST_OBJECTS)
-            for copy in range(count):
+            copies = 1 if drawn is None else whole(f"{where}.count", drawn, 0, MOST_OBJECTS)
+            for copy in range(copies):
                 here = place.at(copy)
                 one = here.value(row, where)
                 if drawn is not None and kind != "light" and isinstance(one.get("name"), str):
@@ -248,3 +286,27 @@ def _read(path: Path) -> tuple[dict[str, Any], Path]:
 
 def _kept(table: Mapping[str, Any], keys: Sequence[str]) -> dict[str, Any]:
     return {key: value for key, value in table.items() if key in keys}
+
+
+def _values(description: Any, key: str) -> Iterator[Any]:
+    """All values that a key may have anywhere in a description, those that are drawn included."""
+    if isinstance(description, Mapping):
+        for name, value in description.items():
+            if name == key:
+                yield from _leaves(value)
+            elif isinstance(value, Mapping | list | tuple):
+                yield from _values(value, key)
+    elif isinstance(description, list | tuple):
+        for value in description:
+            yield from _values(value, key)
+
+
+def _leaves(value: Any) -> Iterator[Any]:
+    if isinstance(value, Mapping):
+        for inner in value.values():
+            yield from _leaves(inner)
+    elif isinstance(value, list | tuple):
+        for inner in value:
+            yield from _leaves(inner)
+    else:
+        yield value

@@ -27,7 +27,7 @@ Maker = Callable[[int, Progress | None], tuple[Files, list[str]]]
 """`maker(number, progress)` gives the files of a frame, by name, and notices. It hands `progress` to
 `raycam.render`, which is how a frame is stopped half way."""
 
-KINDS = {"picture": "raycam.tiles", "video": "raycam.video"}
+KINDS = {"picture": "raycam.tiles", "video": "raycam.video", "dataset": "raycam.dataset.units"}
 """Kind of job: the module whose `maker(world, settings, threads)` gives a `Maker`."""
 
 KEPT = 2  # jobs that a worker remembers

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import argparse
 import json
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from ..errors import SettingsError
-from .options import Command, add_rendering, add_world, load_world, rendering
+from .job_options import add_job, job_options, shard_of
+from .options import Command, add_rendering, add_world, load_world, rendering, size_of, tell
+
+if TYPE_CHECKING:
+    from ..camera import Camera
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -22,7 +27,23 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--cameras",
         metavar="FILE",
-        help="a world file whose cameras to use; else every frame of the world's video, or its own cameras",
+        help="a calibration, a trajectory or a world file whose cameras to use; else every frame of the world's video, "
+        "or its own cameras",
+    )
+    command.add_argument(
+        "--camera-format", metavar="NAME", help="of the calibration (default: found by its contents)"
+    )
+    command.add_argument(
+        "--size", metavar="WxH", type=size_of, help="the size of the pictures, where --cameras FILE has none"
+    )
+    command.add_argument(
+        "--intrinsics", metavar="FILE", help="a calibration whose first camera the poses of --cameras get"
+    )
+    command.add_argument(
+        "--sample",
+        metavar="N",
+        type=int,
+        help="WORLD is a recipe: make N randomised worlds of it, as raycam.Recipe describes",
     )
     command.add_argument(
         "--option",
@@ -31,35 +52,60 @@ def _add(command: argparse.ArgumentParser) -> None:
         default=[],
         help="an option of the format, as in segmentation=polygon, baseline=0.54 or flow=true; may be given again",
     )
-    command.add_argument(
-        "--no-resume", action="store_true", help="begin anew where the folder holds views already"
-    )
     add_rendering(command)
+    add_job(command)
     command.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
     from ..dataset import write
-    from ..progress import bar
-    from ..world import load
+    from ..progress import frames_bar
+    from ..sample_world import Recipe
 
     chosen = dict(_option(text) for text in options.option)
-    world = load_world(options)
-    cameras = None if options.cameras is None else load(options.cameras).cameras
-    if cameras is not None and not cameras:
-        raise SettingsError(f"{options.cameras} has no cameras")
-    with bar("rendering views") as progress:
+    shard = shard_of(options)
+    world = load_world(options) if options.sample is None else Recipe(options.world)
+    cameras = _cameras(options)
+    with job_options(options), frames_bar("rendering views") as progress:
         written = write(
             world,
             options.output,
             options.format,
             cameras=cameras,
-            resume=not options.no_resume,
-            progress=progress,
+            count=options.sample,
+            resume=options.resume,
+            workers=options.cluster if options.cluster is not None else options.workers,
+            shard=shard,
+            retry_failed=options.retry_failed,
+            progress=lambda done, total: progress(done, total, 0),
             **rendering(options),
             **chosen,
         )
-    print(f"{options.output}: {written.frames} views, {options.format}")
+    if written.complete:
+        print(f"{options.output}: {written.frames} views, {options.format}")
+    else:
+        print(f"shard {options.shard} is finished; the index of {options.output} is made when all are")
+
+
+def _cameras(options: argparse.Namespace) -> Mapping[str, Camera] | None:
+    """Those of the file that was given."""
+    if options.cameras is None:
+        return None
+    from ..calibration import load_cameras
+    from ..world import load
+
+    if str(options.cameras).endswith((".toml", ".glb", ".gltf")):
+        cameras: Mapping[str, Camera] = load(options.cameras).cameras
+    else:
+        intrinsics = None
+        if options.intrinsics is not None:
+            intrinsics = next(iter(load_cameras(options.intrinsics, size=options.size).values()))
+        found = load_cameras(options.cameras, options.camera_format, size=options.size, intrinsics=intrinsics)
+        tell(found.notices)
+        cameras = found
+    if not cameras:
+        raise SettingsError(f"{options.cameras} has no cameras")
+    return cameras
 
 
 def _option(text: str) -> tuple[str, Any]:
@@ -78,7 +124,9 @@ COMMAND = Command(
     "write a data set: pictures with their ground truth",
     [
         "raycam dataset room.toml -o room --format coco --option segmentation=polygon",
-        "raycam dataset room.toml -o room --format kitti --cameras rig.toml --option baseline=0.54",
+        "raycam dataset room.toml -o room --format kitti --cameras poses.txt --intrinsics camera.yaml",
+        "raycam dataset table.recipe.toml --sample 10000 -o table --workers 8    randomised worlds",
+        "raycam dataset room.toml -o room --shard 3/16              one of sixteen machines",
         "raycam dataset room.toml -o room --format bop --samples 64 --integrator path",
     ],
 )

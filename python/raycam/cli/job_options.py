@@ -14,7 +14,7 @@ from ..errors import SettingsError
 if TYPE_CHECKING:
     from ..dispatch import Pool
 
-__all__ = ["add_job", "job_pool", "shard_of"]
+__all__ = ["add_job", "job_options", "job_pool", "shard_of"]
 
 
 def add_job(command: argparse.ArgumentParser) -> None:
@@ -55,19 +55,25 @@ def shard_of(options: argparse.Namespace) -> tuple[int, int] | None:
 
 
 @contextmanager
-def job_pool(options: argparse.Namespace) -> Iterator[Pool]:
-    """The workers that the options ask for; SIGTERM ends them as Ctrl-C does."""
-    from ..cluster import pool_of
-
+def job_options(options: argparse.Namespace) -> Iterator[None]:
+    """The priority that was asked for; SIGTERM ends the job as Ctrl-C does."""
     if options.low_priority and hasattr(os, "nice"):
         os.nice(19)  # inherited by threads and processes
-    where = options.cluster if options.cluster is not None else options.workers
     before = signal.signal(signal.SIGTERM, _interrupt)
     try:
-        with pool_of(where, threads=options.threads) as pool:
-            yield pool
+        yield
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def job_pool(options: argparse.Namespace) -> Iterator[Pool]:
+    """The workers that the options ask for, with `job_options`."""
+    from ..cluster import pool_of
+
+    where = options.cluster if options.cluster is not None else options.workers
+    with job_options(options), pool_of(where, threads=options.threads) as pool:
+        yield pool
 
 
 def _interrupt(number: int, frame: object) -> None:

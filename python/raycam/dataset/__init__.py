@@ -5,22 +5,28 @@ raycam.dataset.write(world, "apples", "coco", cameras=cameras)
 
 from __future__ import annotations
 
-import hashlib
 import inspect
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .. import files
+from ..arrays import whole
 from ..camera import Camera
+from ..cluster import pool_of
 from ..errors import SettingsError, nearest
+from ..jobs import Job
 from ..render import render
 from ..world import World
 from . import bop, coco, colmap, kitti, nerf, rgbd, web
 from .plan import Plan, Record, View, chosen
+from .units import package, record_name
+
+if TYPE_CHECKING:
+    from ..sample_world import Recipe
 
 __all__ = ["FORMATS", "Written", "views", "write"]
 
@@ -35,9 +41,6 @@ FORMATS = {
     "webdataset": web.FORMAT,
 }
 """Every format by its name. Adding one is adding its file and its row."""
-
-STATE = ".raycam-dataset"
-"""The folder in a data set that remembers what is finished."""
 
 RENDERING = set(inspect.signature(render).parameters) - {
     *("world", "camera", "channels", "frame", "region", "progress"),
@@ -57,6 +60,8 @@ class Written:
     """How many views it has."""
     made: int
     """How many units of work (views, or shards of them) this call made; the others were there."""
+    complete: bool = True
+    """Whether all views are there; where other shards are missing, there are no index files yet."""
 
 
 def views(
@@ -84,13 +89,17 @@ def views(
 
 
 def write(
-    world: World,
+    world: World | Recipe,
     folder: str | os.PathLike[str],
     format: str = "coco",
     *,
     cameras: Sequence[Camera] | Mapping[str, Camera] | None = None,
     times: Sequence[float] | None = None,
+    count: int | None = None,
     resume: bool = True,
+    workers: int | str | None = None,
+    shard: tuple[int, int] | None = None,
+    retry_failed: bool = False,
     progress: Progress | None = None,
     **options: Any,
 ) -> Written:
@@ -107,17 +116,23 @@ def write(
     * "kitti": `baseline` in metres adds the right camera, disparity and image_3; `flow` (False) to the next view
     * "colmap": `points` (10,000) sampled on what is seen
     * "nerf": none; "tum" and "scannet": `fps` (30) of the timestamps of views without a time
-    * "webdataset": `shard` (100) samples in a tar file, `channels`, `segmentation`
+    * "webdataset": `shard_size` (100) samples in a tar file, `channels`, `segmentation`
 
     Integer depth is 0 where there is none, and where it is beyond what the format can say (KITTI 256 m, TUM 13 m, NeRF
     and ScanNet 65 m), as sensors have it.
 
-    Every file is complete or not there. Views that are finished stay when the same call is made again after it was
-    stopped, unless `resume` is False. Memory does not grow with the number of views, but for "colmap", whose tracks of
-    points are kept until they are written. `progress(done, total)` is called after each unit of work.
+    A `raycam.Recipe` instead of a world gives `count` randomised worlds, each seen by its own cameras, or by `cameras`:
+    for "coco", "kitti" and "webdataset". What a view shows is a function of the recipe, its seed and the number of the
+    world; its files are looked for where they lie, by every worker.
 
-    Raises `SettingsError` and `CameraError` for what the format does not have, before anything is rendered, and where
-    the folder holds another data set; `OSError` where it cannot be written to.
+    The data set is a `raycam.jobs.Job`: every file is complete or not there, views that are finished stay when the same
+    call is made again after it was stopped, `workers` and `shard` (i, n) are as in `pool_of` and `Job.run`. With
+    `resume=False` it begins anew. The index files are written when all views are there. Memory does not grow with the
+    number of views, but for "colmap", whose tracks of points are kept until they are written. `progress(done, total)`
+    is called after each unit of work.
+
+    Raises `SettingsError` and `CameraError` for what the format does not have, before anything is rendered; `JobError`
+    where the folder holds another data set, and at the end where views failed; `OSError`.
     """
     if format not in FORMATS:
         raise SettingsError(nearest("format", format, list(FORMATS)))
@@ -125,31 +140,68 @@ def write(
     rendering = {name: options.pop(name) for name in RENDERING & options.keys()}
     threads = rendering.pop("threads", None)
     own = chosen(options, kind.options, format)
-    plan = Plan(world, views(world, cameras, times), dict(sorted(rendering.items())), own, threads)
+    plan = planned(world, cameras, times, count, dict(sorted(rendering.items())), own, threads)
+    if plan.recipe is not None and not kind.many_worlds:
+        many = ", ".join(name for name, one in FORMATS.items() if one.many_worlds)
+        raise SettingsError(f"{format} is of one world, a recipe makes many; those that take them are {many}")
     kind.check(plan)
+    tell = progress or (lambda done, total: None)
     target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    state = target / STATE
-    begin(state, identity(format, plan), resume)
-    total, made = kind.units(plan), 0
-    for unit in range(total):
-        record = state / f"{unit:06d}.json"
-        if not record.exists():
-            parts, known = kind.make(plan, unit)
-            for name, data in parts.items():
-                put(target / name, [data])
-            put(record, [json.dumps(known).encode()])
-            made += 1
-        if progress is not None:
-            progress(unit + 1, total)
+    job = Job(target, package(format, plan), resume=resume)
+    made = 0
+
+    def finished(_: object) -> None:
+        nonlocal made
+        made += 1
+
+    with pool_of(workers, threads=threads) as pool:
+        job.run(
+            pool,
+            shard=shard,
+            retry_failed=retry_failed,
+            progress=lambda done, total, failed: tell(done, total),
+            finished=finished,
+        )
+    total = kind.units(plan)
+    complete = all(job.has(unit) for unit in range(total))
 
     def records() -> Iterator[Record]:
         for unit in range(total):
-            yield json.loads((state / f"{unit:06d}.json").read_bytes())
+            yield json.loads((target / record_name(unit)).read_bytes())
 
-    for name, pieces in kind.index(plan, records):
-        put(target / name, pieces)
-    return Written(target, len(plan.shots), made)
+    if complete:
+        for name, pieces in kind.index(plan, records):
+            put(target / name, pieces)
+    return Written(target, len(plan.shots), made, complete)
+
+
+def planned(
+    world: World | Recipe,
+    cameras: Sequence[Camera] | Mapping[str, Camera] | None,
+    times: Sequence[float] | None,
+    count: int | None,
+    rendering: Mapping[str, Any],
+    options: Mapping[str, Any],
+    threads: int | None,
+) -> Plan:
+    """The views of a world, or of the worlds of a recipe."""
+    if isinstance(world, World):
+        if count is not None:
+            raise SettingsError("count is of the worlds of a recipe, and this is one world")
+        return Plan(world, views(world, cameras, times), rendering, options, threads)
+    if times is not None:
+        raise SettingsError("times are of a world that moves, and not of a recipe")
+    worlds = whole("count", 1 if count is None else count, 1, 10_000_000)
+    first = world.world(0)
+    seen: dict[str | None, Camera] = {}
+    if cameras is None:
+        world.check_camera_counts()
+        seen = dict(first.cameras.items()) if first.cameras else {None: first.default_camera()}
+        shots = [View(camera, None, i, name) for i in range(worlds) for name, camera in seen.items()]
+    else:
+        given = list(cameras.values()) if isinstance(cameras, Mapping) else list(cameras)
+        shots = [View(camera, None, i) for i in range(worlds) for camera in given]
+    return Plan(first, shots, rendering, options, threads, world)
 
 
 def put(path: Path, pieces: Any) -> None:
@@ -158,32 +210,3 @@ def put(path: Path, pieces: Any) -> None:
     with files.atomic_path(path) as temporary, temporary.open("wb") as file:
         for piece in pieces:
             file.write(piece)
-
-
-def identity(format: str, plan: Plan) -> str:
-    """What tells one data set from another: format, options, cameras, and the world's objects and lights."""
-    numbers = [[view.camera._identity(), view.time] for view in plan.shots]
-    things = [[item.name, item.category, item.matrix.tolist(), item.triangles] for item in plan.objects]
-    said = [
-        format,
-        plan.options,
-        plan.rendering,
-        numbers,
-        things,
-        plan.world.lights,
-        plan.world.render_settings,
-    ]
-    return hashlib.sha256(repr(said).encode()).hexdigest()
-
-
-def begin(state: Path, identity: str, resume: bool) -> None:
-    """Makes the folder ready, or finds it as the same call left it."""
-    told = state / "dataset"
-    if state.exists() and not resume:
-        for record in [told, *state.glob("*.json")]:
-            record.unlink(missing_ok=True)
-    if told.exists() and told.read_text() != identity:
-        raise SettingsError(
-            f"{state.parent}: this folder holds another data set; take a new one, or resume=False to write over it"
-        )
-    put(told, [identity.encode()])

@@ -55,7 +55,7 @@ def annotation(shot: Shot, item: Label) -> Record:
     """One object as COCO has it, and two keys of ours: `amodal_bbox` and `visible_fraction`."""
     plan = shot.plan
     found: Record = {
-        "category_id": plan.category(item.object),
+        "category_id": shot.category(item.object),
         "iscrowd": 0,
         "area": item.visible_pixels,
         "bbox": list(item.visible_box or (0, 0, 0, 0)),
@@ -64,7 +64,7 @@ def annotation(shot: Shot, item: Label) -> Record:
         "amodal_bbox": list(item.amodal_box),
         "visible_fraction": item.visible_fraction,
     }
-    points = plan.options["keypoints"].get(plan.categories[plan.category(item.object)])
+    points = plan.options["keypoints"].get(plan.categories[shot.category(item.object)])
     if points is not None:
         places = points["points"]
         seen = keypoints(shot.world, shot.camera, places, [item.object] * len(places), threads=plan.threads)
@@ -128,4 +128,4 @@ def category(plan: Plan, number: int) -> Record:
     return found
 
 
-FORMAT = Format(make, index, check, OPTIONS)
+FORMAT = Format(make, index, check, OPTIONS, many_worlds=True)

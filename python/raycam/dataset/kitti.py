@@ -34,6 +34,8 @@ def check(plan: Plan) -> None:
     baseline = plan.options["baseline"]
     if baseline is not None and not (isinstance(baseline, int | float) and baseline > 0):
         raise SettingsError(f"baseline is {baseline!r}, expected metres to the right camera, more than 0")
+    if plan.options["flow"] and plan.recipe is not None:
+        raise SettingsError("flow goes from each view to the next of the same world: not with a recipe")
     if plan.options["flow"] and len(plan.shots) < 2:
         raise SettingsError("flow goes from each view to the next: there is only one")
 
@@ -65,7 +67,8 @@ def make(plan: Plan, number: int) -> Made:
             following = plan.shot(number + 1)
             made[f"{base}/image_2/{name}_11.png"] = following.render(["color"]).to_png()
             made |= flows(shot, following, base, name)
-    return made, {}
+    pose = matrix_text(np.column_stack([shot.camera.R.T, shot.camera.C]))
+    return made, {"pose": pose}
 
 
 def right_camera(plan: Plan, shot: Shot) -> Camera | None:
@@ -189,12 +192,7 @@ def flow16(moved: npt.NDArray[np.float32], wanted: npt.NDArray[np.bool_]) -> npt
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     """The poses of all views, camera to world, as of the odometry benchmark."""
 
-    def poses() -> Iterator[bytes]:
-        for view in plan.shots:
-            camera = view.camera
-            yield (matrix_text(np.column_stack([camera.R.T, camera.C])) + "\n").encode()
-
-    yield "poses.txt", poses()
+    yield "poses.txt", ((record["pose"] + "\n").encode() for record in records())
 
 
-FORMAT = Format(make, index, check, OPTIONS)
+FORMAT = Format(make, index, check, OPTIONS, many_worlds=True)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from threading import Lock
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +20,13 @@ from ..labels import Label, label
 from ..render import render
 from ..world import Object, World
 
+if TYPE_CHECKING:
+    from ..sample_world import Recipe
+
 __all__ = ["Format", "Made", "Plan", "Shot", "half", "matrix_text", "png"]
+
+WORLDS = 2
+"""Worlds of a recipe that are kept: views at work at the same time are of neighbours."""
 
 Record = dict[str, Any]
 Made = tuple[dict[str, bytes], Record]
@@ -40,6 +48,8 @@ class Format:
     """Its options with their defaults."""
     units: Callable[[Plan], int] = field(default=lambda plan: len(plan.shots))
     """How many units of work there are; a view each, where nothing else is said."""
+    many_worlds: bool = False
+    """Whether the views may be of different worlds: those of a recipe."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +57,12 @@ class View:
     """A camera, and the time in seconds at which it sees the world; None for the world as it stands."""
 
     camera: Camera
+    """Where it is; of the world of a recipe, that of the first one, whose place others do not share."""
     time: float | None
+    world: int | None = None
+    """Which world of a recipe it sees."""
+    name: str | None = None
+    """Which camera of that world it is; None for `camera`, which is the same in all of them."""
 
 
 class Plan:
@@ -60,11 +75,12 @@ class Plan:
         rendering: Mapping[str, Any],
         options: Mapping[str, Any],
         threads: int | None = None,
+        recipe: Recipe | None = None,
     ) -> None:
         if not shots:
             raise SettingsError("a data set of no views: give it cameras")
         self.world = world
-        """The world."""
+        """The world; of a recipe, the first one."""
         self.shots = list(shots)
         """Every camera and its time."""
         self.rendering = dict(rendering)
@@ -73,10 +89,28 @@ class Plan:
         """Those of the format."""
         self.threads = threads
         """How many work on a view."""
+        self.recipe = recipe
+        """What the worlds of the views are made of, where they are not one."""
+        self.watch: Callable[[int, int], object] | None = None
+        """Told how far a picture is, some 50 times a second; what it raises stops it."""
+        self._worlds: OrderedDict[int, World] = OrderedDict()
+        self._lock = Lock()
 
     def shot(self, number: int) -> Shot:
         """One view."""
         return Shot(self, number)
+
+    def world_of(self, view: View) -> World:
+        """The world that a view sees."""
+        if view.world is not None and self.recipe is not None:
+            with self._lock:  # views of one world follow each other, and may be made at the same time
+                world = self._worlds.get(view.world)
+                if world is None:
+                    world = self._worlds[view.world] = self.recipe.world(view.world)
+                    while len(self._worlds) > WORLDS:
+                        self._worlds.popitem(last=False)
+            return world
+        return self.world if view.time is None else self.world.at(view.time)
 
     @cached_property
     def objects(self) -> list[Object]:
@@ -85,24 +119,29 @@ class Plan:
 
     @cached_property
     def categories(self) -> dict[int, str]:
-        """The categories by number; in a world without any, every object is of category 1, "object"."""
-        return self.world.categories or {1: "object"}
+        """The categories by number; in a world without any, every object is of category 1, "object".
+
+        Those of a recipe are all that its worlds may have.
+        """
+        return self._known or {1: "object"}
+
+    @cached_property
+    def _known(self) -> dict[int, str]:
+        return self.world.categories if self.recipe is None else self.recipe.categories
+
+    @cached_property
+    def category_ids(self) -> dict[str, int]:
+        """The numbers of the categories by name."""
+        return {name: number for number, name in self.categories.items()}
 
     @cached_property
     def labelled(self) -> list[int]:
         """The objects that have a category; all of them where none has one."""
-        return [item.id for item in self.objects if item.category is not None] or [
-            item.id for item in self.objects
-        ]
+        return self.labelled_of(self.objects)
 
-    def category(self, number: int) -> int:
-        """The number of the category of a labelled object."""
-        return self._category_ids[number]
-
-    @cached_property
-    def _category_ids(self) -> dict[int, int]:
-        ids = {name: number for number, name in self.categories.items()}
-        return {number: ids[self.objects[number].category or "object"] for number in self.labelled}
+    def labelled_of(self, objects: Sequence[Object]) -> list[int]:
+        """Those of the objects of one of its worlds."""
+        return [item.id for item in objects if item.category is not None or not self._known]
 
 
 class Shot:
@@ -113,25 +152,59 @@ class Shot:
         """The data set it is of."""
         self.number = number
         """Its place in it."""
-        self.camera, self.time = plan.shots[number].camera, plan.shots[number].time
-        """The camera, and the time in seconds or None."""
+        self.view = plan.shots[number]
+        """Its place among the views."""
+        self.time = self.view.time
+        """Its time in seconds, or None."""
 
     @cached_property
     def world(self) -> World:
         """The world at this time."""
-        return self.plan.world if self.time is None else self.plan.world.at(self.time)
+        return self.plan.world_of(self.view)
+
+    @cached_property
+    def camera(self) -> Camera:
+        """The camera."""
+        return self.view.camera if self.view.name is None else self.world.camera(self.view.name)
+
+    @cached_property
+    def objects(self) -> list[Object]:
+        """All objects of the world."""
+        return self.plan.objects if self.plan.recipe is None else self.world.objects
+
+    def category(self, number: int) -> int:
+        """The number of the category of a labelled object."""
+        return self.plan.category_ids[self.objects[number].category or "object"]
 
     def render(self, channels: Sequence[str], camera: Camera | None = None) -> Frame:
         """The channels of a picture, as the plan wants it rendered."""
         rendering = {"threads": self.plan.threads, **self.plan.rendering}
-        return render(self.world, camera or self.camera, channels=channels, frame=self.number, **rendering)
+        return render(
+            self.world,
+            camera or self.camera,
+            channels=channels,
+            frame=self.number,
+            progress=self.plan.watch,
+            **rendering,
+        )
+
+    def channel(self, frame: Frame, name: str) -> npt.NDArray[Any]:
+        """A channel of it, with the data set's own numbers of categories."""
+        values = frame[name]
+        if name != "category" or self.plan.recipe is None:
+            return values
+        # A world numbers the categories that it has; the data set those that any world may have.
+        found = np.full_like(values, -1)
+        for number, category in self.world.categories.items():
+            found[values == number] = self.plan.category_ids[category]
+        return found
 
     def labels(self, instance: npt.NDArray[np.int32], margin: tuple[int, int] | None = None) -> list[Label]:
         """The labels of the labelled objects."""
         return label(
             self.world,
             self.camera,
-            objects=self.plan.labelled,
+            objects=self.plan.labelled_of(self.objects),
             instance=instance,
             margin=margin,
             threads=self.plan.threads,

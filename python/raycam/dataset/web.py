@@ -17,7 +17,7 @@ from .plan import Format, Index, Made, Plan, Record, Shot
 __all__ = ["FORMAT"]
 
 OPTIONS = {
-    "shard": 100,
+    "shard_size": 100,
     "channels": ["depth", "instance", "category", "normal_camera"],
     "segmentation": "rle",
 }
@@ -27,21 +27,21 @@ def check(plan: Plan) -> None:
     """Whether the options can be."""
     from ..render import channel_names
 
-    if not (isinstance(plan.options["shard"], int) and plan.options["shard"] >= 1):
+    if not (isinstance(plan.options["shard_size"], int) and plan.options["shard_size"] >= 1):
         raise SettingsError(
-            f"shard is {plan.options['shard']!r}, expected how many samples go into a tar file"
+            f"shard_size is {plan.options['shard']!r}, expected how many samples go into a tar file"
         )
     channel_names(plan.options["channels"])
 
 
 def units(plan: Plan) -> int:
     """A unit of work is a shard."""
-    return -(-len(plan.shots) // int(plan.options["shard"]))
+    return -(-len(plan.shots) // int(plan.options["shard_size"]))
 
 
 def make(plan: Plan, number: int) -> Made:
     """One tar file: for each view `key.png`, `key.json` and `key.NAME.npy` for each channel."""
-    size = plan.options["shard"]
+    size = plan.options["shard_size"]
     views = range(number * size, min((number + 1) * size, len(plan.shots)))
     buffer = io.BytesIO()
     with tarfile.open(fileobj=buffer, mode="w", format=tarfile.USTAR_FORMAT) as tar:
@@ -72,7 +72,7 @@ def sample(shot: Shot) -> dict[str, bytes]:
             {
                 "object": item.object,
                 "name": item.name,
-                "category": shot.plan.category(item.object),
+                "category": shot.category(item.object),
                 "visible_box": item.visible_box,
                 "amodal_box": item.amodal_box,
                 "visible_fraction": item.visible_fraction,
@@ -87,7 +87,7 @@ def sample(shot: Shot) -> dict[str, bytes]:
         ],
     }
     made = {"png": frame.to_png(), "json": json.dumps(description).encode()}
-    return made | {f"{name}.npy": npy(frame[name]) for name in shot.plan.options["channels"]}
+    return made | {f"{name}.npy": npy(shot.channel(frame, name)) for name in shot.plan.options["channels"]}
 
 
 def npy(array: npt.NDArray[np.generic]) -> bytes:
@@ -107,4 +107,4 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     yield "index.json", [json.dumps(head, indent=1).encode()]
 
 
-FORMAT = Format(make, index, check, OPTIONS, units)
+FORMAT = Format(make, index, check, OPTIONS, units, many_worlds=True)
