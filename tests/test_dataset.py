@@ -234,6 +234,13 @@ def test_kitti(tmp_path: Path) -> None:
         ({"distortion": [-0.1, 0.02, 0.001, 0.002]}, "OPENCV"),
         ({"distortion": [-0.1, 0.02, 0.001, 0.002, 0.01, 0.1, 0.02, 0.003]}, "FULL_OPENCV"),
         ({"distortion": [0.01, 0.002, 0, 0], "model": "fisheye"}, "OPENCV_FISHEYE"),
+        ({"distortion": [0.4], "model": "fov"}, "FOV"),
+        ({"distortion": [-0.05], "model": "division"}, "DIVISION"),
+        ({"distortion": [0.6, 1.1], "model": "eucm"}, "EUCM"),
+        (
+            {"distortion": [0.01, 0.002, 1e-3, 0, 1e-3, 0, 1e-3, -1e-3], "model": "thin_prism_fisheye"},
+            "THIN_PRISM_FISHEYE",
+        ),
     ],
 )
 def test_colmap(tmp_path: Path, options: dict[str, Any], model: str) -> None:
@@ -280,6 +287,66 @@ def test_nerf(tmp_path: Path) -> None:
     meta = json.loads((tmp_path / "mixed" / "transforms.json").read_text())
     assert "fl_x" not in meta
     assert [row["fl_x"] for row in meta["frames"]] == [camera.K[0, 0] for camera in mixed]
+
+
+@pytest.mark.parametrize(
+    ("model", "lens"),
+    [
+        ("opencv", [-0.2, 0.05, 1e-3, 2e-3, 0.01]),
+        ("opencv", [-0.2, 0.05, 1e-3, 2e-3]),
+        ("fisheye", [0.02, 1e-3, 0, 0]),
+    ],
+)
+def test_nerf_lenses_by_their_names(tmp_path: Path, model: Any, lens: list[float]) -> None:
+    cameras = ring(2, distortion=lens, model=model)
+    write(table(), tmp_path, "nerf", cameras=cameras)
+    meta = json.loads((tmp_path / "transforms.json").read_text())
+    # As nerfstudio reads them: its two names of lenses, k1 to k4, p1 and p2, with 0 for those that are missing.
+    assert meta["camera_model"] == {"opencv": "OPENCV", "fisheye": "OPENCV_FISHEYE"}[model]
+    assert meta.keys() <= {"camera_model", "fl_x", "fl_y", "cx", "cy", "w", "h", "frames", *NERF_LENS}
+    k1, k2, k3, k4, p1, p2 = (meta.get(name, 0.0) for name in NERF_LENS)
+    points = np.random.default_rng(0).uniform(-0.4, 0.4, (50, 3)) + np.array([0, 0, 1.5])
+    K = np.array([[meta["fl_x"], 0, meta["cx"] - 0.5], [0, meta["fl_y"], meta["cy"] - 0.5], [0, 0, 1]])
+    if model == "fisheye":
+        pixels = cv2.fisheye.projectPoints(
+            points[:, None], np.zeros(3), np.zeros(3), K, np.array([k1, k2, k3, k4])
+        )[0]
+    else:
+        assert k4 == 0.0  # a fourth power there
+        pixels = cv2.projectPoints(points, np.zeros(3), np.zeros(3), K, np.array([k1, k2, p1, p2, k3]))[0]
+    world = points @ cameras[0].R + cameras[0].C
+    np.testing.assert_allclose(cameras[0].project(world)[0], pixels[:, 0], atol=1e-9)
+
+
+def test_nerf_refuses_what_it_would_mean_otherwise(tmp_path: Path) -> None:
+    rational = ring(1, distortion=[-0.2, 0.05, 1e-3, 2e-3, 0.01, 0.1, 0.0, 0.0])
+    with pytest.raises(raycam.CameraError, match=r"more distortion than transforms.json"):
+        write(table(), tmp_path, "nerf", cameras=rational)
+
+
+@pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # of pycocotools
+def test_bop_as_coco(tmp_path: Path) -> None:
+    cameras = ring(3)
+    write(table(), tmp_path, "bop", cameras=cameras)
+    scene = tmp_path / "train_pbr" / "000000"
+    coco = COCO(str(scene / "scene_gt_coco.json"))
+    gt = json.loads((scene / "scene_gt.json").read_text())
+    assert sorted(coco.getImgIds()) == [0, 1, 2]
+    assert sorted(coco.getCatIds()) == [1, 2, 3]
+    for number in range(3):
+        assert (scene / coco.loadImgs(number)[0]["file_name"]).exists()
+        masks = [
+            picture(scene / "mask_visib" / f"{number:06d}_{place:06d}.png") > 0
+            for place in range(len(gt[str(number)]))
+        ]
+        wanted = [
+            (pose["obj_id"], mask) for pose, mask in zip(gt[str(number)], masks, strict=True) if mask.any()
+        ]
+        found = coco.loadAnns(coco.getAnnIds(imgIds=number))
+        assert [one["category_id"] for one in found] == [model for model, _ in wanted]
+        for one, (_, mask) in zip(found, wanted, strict=True):
+            np.testing.assert_array_equal(coco.annToMask(one), mask)
+            assert one["area"] == mask.sum()
 
 
 def test_tum(tmp_path: Path) -> None:
@@ -437,6 +504,7 @@ def test_another_mesh_or_texture_is_another_data_set(tmp_path: Path, change: str
         write(files(2.0 if change == "mesh" else 1.0, 81), tmp_path / "d", cameras=camera)
 
 
+NERF_LENS = ("k1", "k2", "k3", "k4", "p1", "p2")
 RECIPE: dict[str, Any] = {
     "object": [
         {"name": "table", "plane": {"size": 3}},

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import base64
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 import raycam
@@ -139,3 +143,137 @@ def test_worlds_must_be_of_the_same_triangles() -> None:
         other.add_object(box={"size": 1})
     with pytest.raises(raycam.WorldError, match=r"object 0 has \d+ triangles"):
         flow(world, eye(), other)
+
+
+PLATE = np.array([[x, y, 0.0] for y in (0.0, 1.0, 2.0) for x in (-0.5, 0.5)])
+FACES = np.array([[0, 1, 3], [0, 3, 2], [2, 3, 5], [2, 5, 4]])
+BULGE = np.array([[0, 0, 0], [0, 0, 0], [0, 0, 0.3], [0, 0, 0.3], [0.1, 0, 0.4], [0.1, 0, 0.4]])
+
+
+def bending_plate(folder: Path) -> raycam.World:
+    """A plate whose upper half is turned by a joint at half its height, that bulges, and flies to the right.
+
+    From 0 to 1 second: 90 degrees, one whole morph target, 0.8 m.
+    """
+    half = np.sqrt(0.5)
+    weights = np.zeros((6, 4), "<f4")
+    weights[:, :2] = [[1, 0]] * 2 + [[0.5, 0.5]] * 2 + [[0, 1]] * 2
+    inverse = np.tile(np.eye(4, dtype="<f4"), (2, 1, 1))
+    inverse[1, 3, 1] = -1.0  # column major: the joint is at y = 1
+    arrays: list[tuple[np.ndarray, int, str]] = [
+        (PLATE.astype("<f4"), 5126, "VEC3"),
+        (FACES.astype("<u2").ravel(), 5123, "SCALAR"),
+        (BULGE.astype("<f4"), 5126, "VEC3"),
+        (np.tile([0, 1, 0, 0], (6, 1)).astype("<u2"), 5123, "VEC4"),
+        (weights, 5126, "VEC4"),
+        (inverse, 5126, "MAT4"),
+        (np.array([0.0, 1.0], "<f4"), 5126, "SCALAR"),
+        (np.array([[0, 0, 0, 1], [0, 0, half, half]], "<f4"), 5126, "VEC4"),
+        (np.array([0.0, 1.0], "<f4"), 5126, "SCALAR"),
+        (np.array([[0, 0, 0], [0.8, 0, 0]], "<f4"), 5126, "VEC3"),
+    ]
+    data, views, accessors = b"", [], []
+    for array, kind, shape in arrays:
+        views.append({"buffer": 0, "byteOffset": len(data), "byteLength": array.nbytes})
+        accessor = {"bufferView": len(views) - 1, "componentType": kind, "type": shape}
+        count = array.size if shape == "SCALAR" else len(array)
+        flat = array.reshape(count, -1)
+        accessors.append(
+            {**accessor, "count": count, "min": flat.min(0).tolist(), "max": flat.max(0).tolist()}
+        )
+        data += array.tobytes() + bytes(-array.nbytes % 4)
+
+    def channel(sampler: int, node: int, path: str) -> dict[str, object]:
+        return {"sampler": sampler, "target": {"node": node, "path": path}}
+
+    primitive = {
+        "attributes": {"POSITION": 0, "JOINTS_0": 3, "WEIGHTS_0": 4},
+        "indices": 1,
+        "targets": [{"POSITION": 2}],
+    }
+    model = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0, 1]}],
+        "nodes": [{"mesh": 0, "skin": 0}, {"children": [2]}, {"translation": [0, 1, 0]}],
+        "meshes": [{"primitives": [primitive], "weights": [0]}],
+        "skins": [{"joints": [1, 2], "inverseBindMatrices": 5}],
+        "animations": [
+            {
+                "samplers": [{"input": 6, "output": 7}, {"input": 6, "output": 8}, {"input": 6, "output": 9}],
+                "channels": [
+                    channel(0, 2, "rotation"),
+                    channel(1, 0, "weights"),
+                    channel(2, 1, "translation"),
+                ],
+            }
+        ],
+        "accessors": accessors,
+        "bufferViews": views,
+        "buffers": [
+            {
+                "byteLength": len(data),
+                "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode(),
+            }
+        ],
+    }
+    (folder / "plate.gltf").write_text(json.dumps(model))
+    return raycam.load(folder / "plate.gltf")
+
+
+def plate_at(time: float) -> np.ndarray:
+    """Its corners, by the formulas of glTF: morph, then the weighted sum of the joints' moves."""
+    morphed = PLATE + time * BULGE
+    angle = np.pi / 2 * time
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    upper = (morphed - [0, 1, 0]) @ turn.T + [0, 1, 0]
+    weight = np.array([0, 0, 0.5, 0.5, 1, 1])[:, None]
+    return (1 - weight) * morphed + weight * upper + [0.8 * time, 0, 0]
+
+
+def test_flow_follows_skins_and_morph_targets(tmp_path: Path) -> None:
+    world = bending_plate(tmp_path)
+    first, later = world.at(0.2), world.at(0.7)
+    np.testing.assert_allclose(later.triangles(), plate_at(0.7)[FACES], atol=1e-6)
+    one = raycam.Camera.look_at(
+        [1, 2, 6], [0, 1, 0], [0, 1, 0], size=SIZE, fov=30, distortion=[-0.1, 0.02, 0, 0]
+    )
+    two = raycam.Camera.look_at([2, 1, 6], [0.3, 1, 0], [0, 1, 0], size=SIZE, fov=30)
+    found = flow(first, one, later, two)
+    frame = raycam.render(first, one, samples=1, channels=["triangle", "barycentric"])
+    seen = frame["triangle"] >= 0
+    assert seen.sum() > 1500
+    corners = FACES[frame["triangle"][seen]]
+    weights = frame["barycentric"][seen].astype(np.float64)[..., None]
+    before, after = ((plate_at(time)[corners] * weights).sum(axis=1) for time in (0.2, 0.7))
+    row, column = np.nonzero(seen)
+    moved = two.project(after)[0] - np.column_stack([column, row])
+    assert np.abs(found["flow"][seen] - moved).max() < 1e-3
+    assert np.abs(found["scene_flow"][seen] - (after - before)).max() < 1e-5
+    assert np.linalg.norm(moved, axis=1).max() > 20
+    # What the second picture shows at the point's new place is the same triangle, unless something hides it there.
+    there = raycam.render(later, two, samples=1, channels=["triangle", "depth"])
+    place = np.rint(moved + np.column_stack([column, row])).astype(int)
+    clear = ~found["occluded"][seen] & ~found["outside"][seen]
+    x, y = place[clear].clip(0, np.array(SIZE) - 1).T
+    same = there["triangle"][y, x] == frame["triangle"][seen][clear]
+    assert same.mean() > 0.95  # the others are at the triangles' edges
+    np.testing.assert_allclose(there["depth"][y, x][same], found["depth"][seen][clear][same], rtol=0.01)
+
+
+def test_a_bending_plate_comes_back(tmp_path: Path) -> None:
+    world = bending_plate(tmp_path)
+    first, later = world.at(0.2), world.at(0.7)
+    camera = raycam.Camera.look_at([1, 2, 6], [0.2, 1, 0], [0, 1, 0], size=SIZE, fov=30)
+    forward = flow(first, camera, later, camera)
+    fine = np.isfinite(forward["flow"][..., 0]) & ~forward["occluded"] & ~forward["outside"]
+    rows, columns = (axis[:: fine.sum() // 20] for axis in np.nonzero(fine))
+    for row, column in zip(rows, columns, strict=True):
+        target = np.array([column, row]) + forward["flow"][row, column].astype(np.float64)
+        x, y = np.rint(target).astype(int)
+        if not (0 <= x < SIZE[0] and 0 <= y < SIZE[1]):
+            continue
+        shift = np.zeros((3, 3))
+        shift[:2, 2] = [x, y] - target
+        moved = raycam.Camera(camera.K + shift, camera.R, camera.C, SIZE)
+        back = flow(later, moved, first, camera)
+        assert np.abs(back["flow"][y, x] - ([column, row] - np.array([x, y]))).max() < 1e-3

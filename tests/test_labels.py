@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import raycam
@@ -148,3 +150,24 @@ def test_keypoints_are_seen_where_their_object_is(name: str) -> None:
     assert (behind.occluder == -1).all()
     with pytest.raises(raycam.SettingsError, match="objects has 1 entries for 2 points"):
         keypoints(world(), camera, [[0, 0, 0], [1, 1, 1]], [0])
+
+
+@pytest.mark.parametrize("pane", [{"type": "glass"}, {"opacity": 0.3}], ids=["glass", "opacity"])
+def test_ground_truth_is_of_the_first_surface_or_of_the_first_solid_one(pane: dict[str, Any]) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1}, name="box", category="box")
+    world.add_object(box={"size": [0.02, 3, 3]}, name="pane", location=[1.5, 0, 0], category="pane", **pane)
+    camera = raycam.Camera.look_at([5, 0, 0], [0, 0, 0], size=(40, 40), fov=30)
+    channels = ["instance", "category", "depth", "normal", "material"]
+    first = raycam.render(world, camera, samples=1, channels=channels)
+    solid = raycam.render(world, camera, samples=1, channels=channels, surface="solid")
+    middle = (20, 20)
+    assert (first["instance"][middle], solid["instance"][middle]) == (1, 0)
+    assert first["depth"][middle] == pytest.approx(5 - 1.51, abs=1e-6)
+    assert solid["depth"][middle] == pytest.approx(4.5, abs=1e-6)
+    np.testing.assert_allclose(solid["normal"][middle], [1, 0, 0], atol=1e-6)
+    assert set(np.unique(solid["instance"])) == {-1, 0}
+    labels = {item.name: item for item in raycam.label(world, camera)}
+    assert labels["box"].visible_fraction == 0.0  # the pane stands before it
+    through = raycam.label(world, camera, objects=[0], instance=solid["instance"])
+    assert through[0].visible_fraction == 1.0

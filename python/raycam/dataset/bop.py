@@ -13,6 +13,7 @@ from ..arrays import Floats
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
 from ..labels import Label, box3d
+from .coco import segmentation
 from .plan import Format, Index, Made, Plan, Record, Shot, png, whole_centers
 
 __all__ = ["FORMAT"]
@@ -71,12 +72,14 @@ def make(plan: Plan, number: int) -> Made:
     base = f"{plan.options['split']}/{int(plan.options['scene']):06d}"
     depth, scale = depth_units(frame["depth"], plan.options["depth_scale"])
     made = {f"{base}/rgb/{number:06d}.png": frame.to_png(), f"{base}/depth/{number:06d}.png": png(depth)}
-    poses, info = [], []
+    poses, info, coco = [], [], []
     for place, item in enumerate(shot.labels(frame["instance"])):
         amodal = item.in_picture(item.amodal_mask)
         mask = f"{number:06d}_{place:06d}.png"
         made[f"{base}/mask/{mask}"] = png(amodal.astype(np.uint8) * 255)
         made[f"{base}/mask_visib/{mask}"] = png(item.in_picture(item.visible_mask).astype(np.uint8) * 255)
+        if item.visible_pixels:
+            coco.append(annotation(item, models(plan).of_object[item.object]))
         poses.append(pose(shot, item, models(plan).of_object[item.object]))
         info.append(
             {
@@ -94,7 +97,21 @@ def make(plan: Plan, number: int) -> Made:
         "cam_R_w2c": shot.camera.R.ravel().tolist(),
         "cam_t_w2c": (shot.camera.t * MILLIMETRES).tolist(),
     }
-    return made, {"camera": camera, "gt": poses, "gt_info": info}
+    return made, {"camera": camera, "gt": poses, "gt_info": info, "coco": coco, "size": shot.camera.size}
+
+
+def annotation(item: Label, model: int) -> Record:
+    """One object of scene_gt_coco.json, without its ids: the visible mask and what bounds it."""
+    x, y, width, height = item.visible_box or (0, 0, 0, 0)
+    return {
+        "category_id": model,
+        "iscrowd": 0,
+        "area": item.visible_pixels,
+        "bbox": [x, y, width, height],
+        "segmentation": segmentation(item, "rle"),
+        "width": item.size[0],
+        "height": item.size[1],
+    }
 
 
 def pose(shot: Shot, item: Label, model: int) -> Record:
@@ -126,6 +143,7 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     base = f"{plan.options['split']}/{int(plan.options['scene']):06d}"
     for name, key in (("scene_camera", "camera"), ("scene_gt", "gt"), ("scene_gt_info", "gt_info")):
         yield f"{base}/{name}.json", rows(records, key)
+    yield f"{base}/scene_gt_coco.json", coco_rows(plan, records)
     first = plan.shots[0].camera
     yield "camera.json", [json.dumps(camera_json(first), indent=2).encode()]
     corners, ids = plan.world.triangles(), plan.world.triangle_ids()[:, 0]
@@ -149,6 +167,26 @@ def rows(records: Callable[[], Iterator[Record]], key: str) -> Iterator[bytes]:
     for number, record in enumerate(records()):
         yield (b",\n" if number else b"\n") + f'"{number}": {json.dumps(record[key])}'.encode()
     yield b"\n}\n"
+
+
+def coco_rows(plan: Plan, records: Callable[[], Iterator[Record]]) -> Iterator[bytes]:
+    """The scene as COCO has it. Source: the BOP toolkit's scripts/calc_gt_coco.py."""
+    yield b'{"info": {"description": "made by raycam"}, "licenses": [],\n"categories": '
+    ids = sorted(set(models(plan).of_object.values()))
+    yield json.dumps([{"id": model, "name": str(model), "supercategory": "object"} for model in ids]).encode()
+    yield b',\n"images": ['
+    for number, record in enumerate(records()):
+        width, height = record["size"]
+        image = {"id": number, "file_name": f"rgb/{number:06d}.png", "width": width, "height": height}
+        yield (b",\n" if number else b"\n") + json.dumps(image).encode()
+    yield b'],\n"annotations": ['
+    count = 0
+    for number, record in enumerate(records()):
+        for one in record["coco"]:
+            count += 1
+            whole = {"id": count, "image_id": number, **one}
+            yield (b",\n" if count > 1 else b"\n") + json.dumps(whole).encode()
+    yield b"]}\n"
 
 
 def camera_json(camera: Camera) -> Record:

@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from ..arrays import Floats
 from ..camera import Camera
-from ..errors import CameraError, SettingsError
+from ..errors import SettingsError
 from ..labels import Keypoints, keypoints
-from .plan import Format, Index, Made, Plan, Record, half, matrix_text
+from .plan import Format, Index, Made, Plan, Record, matrix_text
 from .rgbd import quaternion
 
 __all__ = ["FORMAT"]
@@ -33,24 +33,9 @@ def check(plan: Plan) -> None:
 
 def model(camera: Camera) -> str:
     """A camera as a line of cameras.txt says it, without its id; the centre of the first pixel is (0.5, 0.5)."""
-    if camera.K[0, 1] != 0.0:
-        raise CameraError("a camera has skew, which COLMAP does not have")
+    name, numbers = camera.colmap
     width, height = camera.size
-    k = half(camera)
-    own = [] if camera.distortion is None else camera.distortion.tolist()
-    if camera.model == "pinhole":
-        name = "PINHOLE"
-    elif camera.model == "fisheye":
-        name = "OPENCV_FISHEYE"
-    elif camera.model == "opencv" and not np.any(own[8:]):
-        name = "OPENCV" if not np.any(own[4:]) else "FULL_OPENCV"
-        own = (own + [0.0] * 8)[: 4 if name == "OPENCV" else 8]
-    else:
-        raise CameraError(
-            f"a camera has a lens ({camera.model}, {own}) that this writer has no COLMAP model for"
-        )
-    numbers = [k[0, 0], k[1, 1], k[0, 2], k[1, 2], *own]
-    return f"{name} {width} {height} {matrix_text(np.array(numbers))}"
+    return f"{name} {width} {height} {matrix_text(numbers)}"
 
 
 def make(plan: Plan, number: int) -> Made:

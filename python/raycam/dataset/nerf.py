@@ -14,7 +14,8 @@ from .plan import Format, Index, Made, Plan, Record, half, png
 
 __all__ = ["FORMAT"]
 
-DISTORTION = {"opencv": ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"), "fisheye": ("k1", "k2", "k3", "k4")}
+DISTORTION = {"opencv": ("k1", "k2", "p1", "p2", "k3"), "fisheye": ("k1", "k2", "k3", "k4")}
+"""What goes by these names means the same there; nerfstudio's k4 is a fourth power, OpenCV's a denominator."""
 MODELS = {"pinhole": "PINHOLE", "opencv": "OPENCV", "fisheye": "OPENCV_FISHEYE"}
 
 
