@@ -65,6 +65,9 @@ def scenes(folder: Path) -> dict[str, dict[str, Any]]:
     gold, glass = {"gold": True}, {"glass": 1.5}
     made["gold"] = {"camera": eye, "lights": [lamp, sky], "objects": [(small, gold), (floor, grey)]}
     made["glass"] = {"camera": eye, "lights": [sky], "objects": [(small, glass), (floor, grey)]}
+    pane = mesh("pane", sheet([1.2, 0.9, 0.2], [-0.8, 1.0, 0], [0, 0, 1.2]))
+    sun = {"sun": [-1.0, 0.5, -2.0], "irradiance": [3.0, 2.8, 2.5]}
+    made["pane"] = {"camera": eye, "lights": [sun, sky], "objects": [(small, white), (pane, {"pane": 1.5}), (floor, grey)]}
     walls = {
         "down": ([0, 0, -1], [2, 0, 0], [0, 2, 0], white),
         "up": ([0, 0, 1], [2, 0, 0], [0, -2, 0], white),
@@ -93,6 +96,8 @@ def ours(scene: dict[str, Any]) -> Any:
             style = {"type": "metal", "metal": "gold"}
         if "glass" in material:
             style = {"type": "glass", "ior": material["glass"]}
+        if "pane" in material:
+            style = {"type": "glass", "ior": material["pane"], "thin": True}
         world.add_mesh(data["vertices"], data["faces"], material=style)
     for light in scene["lights"]:
         if "area" in light:
@@ -105,6 +110,8 @@ def ours(scene: dict[str, Any]) -> Any:
             world.add_mesh(vertices, faces, material={"color": [0, 0, 0]})
         elif "bulb" in light:
             world.add_light({"type": "bulb", "position": light["bulb"], "intensity": light["intensity"]})
+        elif "sun" in light:
+            world.add_light({"type": "sun", "direction": light["sun"], "irradiance": light["irradiance"]})
         else:
             world.add_light({"type": "sky", "radiance": light["sky"]})
     view = scene["camera"]
@@ -155,6 +162,8 @@ def theirs(scene: dict[str, Any], variant: str) -> Any:
             bsdf = {"type": "conductor", "eta": rgb(GOLD[0]), "k": rgb(GOLD[1])}
         elif "glass" in material:
             bsdf = {"type": "dielectric", "int_ior": material["glass"], "ext_ior": 1.0}
+        elif "pane" in material:
+            bsdf = {"type": "thindielectric", "int_ior": material["pane"], "ext_ior": 1.0}
         else:
             bsdf = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(material["matte"])}}
         properties = mi.Properties()
@@ -182,6 +191,12 @@ def theirs(scene: dict[str, Any], variant: str) -> Any:
                 "type": "point",
                 "position": light["bulb"],
                 "intensity": rgb(light["intensity"]),
+            }
+        elif "sun" in light:
+            world[f"light{number}"] = {
+                "type": "directional",
+                "direction": light["sun"],
+                "irradiance": rgb(light["irradiance"]),
             }
         else:
             world[f"light{number}"] = {"type": "constant", "radiance": rgb(light["sky"])}

@@ -17,6 +17,7 @@ from .flow import disparity, flow
 from .frame import Frame
 from .labels import Box3D, Keypoints, Label, box3d, keypoints, label
 from .render import render
+from .texture import Texture
 from .world import Object, Video, World, load
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ __all__ = [
     "Recipe",
     "SelfCheck",
     "SettingsError",
+    "Texture",
     "Video",
     "World",
     "WorldError",

@@ -14,6 +14,7 @@ from . import _core
 from .arrays import Bools, Floats, floats, size_of
 from .camera import Camera
 from .errors import SettingsError, WorldError
+from .texture import Texture
 from .world_parts import Animation, Object, Video
 
 __all__ = ["Animation", "Object", "Video", "World", "load"]
@@ -99,7 +100,7 @@ class World:
         `vertices` [n, 3] are float64 in metres, `faces` [m, 3] indices from 0, counter-clockwise seen from outside.
         `face_colors` [m, 3] and `vertex_colors` [n, 3] (interpolated) are linear in 0..1 where floats, sRGB where
         uint8; `uvs` [n, 2] have v = 0 at the top row of the texture; `normals` [n, 3] are for shading. `material`
-        has the keys `color`, `diffuse`, `specular`, `shininess`, `texture`, `wrap` and `type` of the schema,
+        has the keys `color`, `diffuse`, `specular`, `shininess`, `texture`, `textures`, `type`, ... of the schema,
         `placement` the keys `location`, `roll`, `pitch`, `yaw`, `scale` or `matrix`, `category` and `refine`.
 
         Raises `WorldError`: no faces, numbers that are not finite, indices out of range, arrays of the wrong
@@ -340,10 +341,12 @@ class World:
 
 
 def _plain(value: Any) -> Any:
-    """Other mappings than dict as dicts, all the way down."""
+    """Other mappings than dict as dicts, and textures as their tables, all the way down."""
+    if isinstance(value, Texture):
+        return value.description()
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple) and any(isinstance(item, Mapping) for item in value):
+    if isinstance(value, list | tuple) and any(isinstance(item, Mapping | Texture) for item in value):
         return [_plain(item) for item in value]
     return value
 

@@ -31,7 +31,8 @@ mod settings;
 pub mod silhouette;
 mod surface;
 mod tangent;
-pub mod threads;
+pub mod texture;
+mod threads;
 mod tile;
 mod truth;
 

@@ -16,6 +16,7 @@ use crate::integrator::{self, Batch};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
 use crate::settings::{Settings, TruthSurface};
+use crate::texture::Cone;
 use crate::tile::Tile;
 use crate::truth::{self, Exact, put};
 
@@ -25,6 +26,8 @@ pub(crate) struct Picture<'a> {
     camera: &'a Camera,
     pub settings: &'a Settings,
     filter: PreparedFilter,
+    /// The part of the middle pixel that a sample stands for.
+    cone: Cone,
     /// Whether pixel-centre rays are needed, whether samples are, and whether either are looked at for more than the
     /// ground truth.
     exact: bool,
@@ -77,6 +80,7 @@ impl<'a> Picture<'a> {
             camera,
             settings,
             filter: PreparedFilter::new(settings.filter),
+            cone: Cone::of_pixel(camera, settings.samples),
             exact: single || settings.channels.iter().any(|channel| channel.is_truth()),
             sampled: !single && shaded,
             shaded,
@@ -336,6 +340,7 @@ impl<'a> Picture<'a> {
         sky.clear();
         sky.resize(hits.len(), false);
         let batch = Batch {
+            cone: self.cone,
             origins,
             directions,
             hits,

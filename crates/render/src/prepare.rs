@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_bvh::{BuildError, Bvh, ExactTriangles, Instance, Scene};
-use raycam_scene::{Alpha, Material, Object, Texture, World};
+use raycam_scene::{Alpha, Material, Object, World};
 
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::light::{Lights, default_lights};
 use crate::prepared_mesh::{PreparedMesh, prepare_meshes};
 use crate::scatter::Lobe;
+use crate::texture::PreparedTexture;
 use crate::threads::with_pool;
 
 /// A placed mesh.
@@ -50,7 +51,7 @@ pub struct PreparedWorld {
     pub(crate) materials: Vec<PreparedMaterial>,
     /// Whether some material's opacity counts.
     pub(crate) see_through: bool,
-    pub(crate) textures: Vec<Arc<Texture>>,
+    pub(crate) textures: Vec<PreparedTexture>,
     pub(crate) lights: Lights,
     /// What lights a world without lights.
     pub(crate) default_lights: Option<Lights>,
@@ -106,7 +107,12 @@ impl PreparedWorld {
                 .materials
                 .iter()
                 .any(|material| material.alpha != Alpha::Opaque),
-            textures: world.textures.clone(),
+            textures: world
+                .textures
+                .iter()
+                .cloned()
+                .map(PreparedTexture::new)
+                .collect(),
             lights: Lights::default(),
             default_lights: None,
         };

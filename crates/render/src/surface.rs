@@ -1,12 +1,13 @@
 //! From a hit to what is there: colour, normals, and where rays may start.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use raycam_bvh::{Hit, Ray};
 use raycam_scene::{Alpha, TextureSlot};
 
 use crate::light::Reference;
 use crate::prepare::{PreparedMaterial, PreparedWorld};
 use crate::scatter::{Frame, Scatter};
+use crate::texture::Footprint;
 
 impl PreparedWorld {
     /// The material of a hit triangle.
@@ -45,7 +46,7 @@ impl PreparedWorld {
     }
 
     /// The linear base colour at a hit: the product of its material's, its triangle's, its corners' and its texture's.
-    pub(crate) fn base_color(&self, hit: &Hit) -> Vec3 {
+    pub(crate) fn base_color(&self, hit: &Hit, footprint: &Footprint) -> Vec3 {
         let mesh = &*self.objects[hit.instance as usize].mesh.mesh;
         let triangle = hit.triangle as usize;
         let material = &self.material(hit).material;
@@ -59,7 +60,10 @@ impl PreparedWorld {
                 hit,
             );
         }
-        if let Some(texel) = material.texture.and_then(|slot| self.texel(&slot, hit)) {
+        if let Some(texel) = material
+            .texture
+            .and_then(|slot| self.texel_within(&slot, hit, footprint))
+        {
             color *= Vec3::from_slice(&texel);
         }
         color
@@ -110,6 +114,30 @@ impl PreparedWorld {
         let weights = [hit.u, hit.v].map(f64::from);
         let uv = self.uv(hit.instance, hit.triangle, slot.uv_set, weights)?;
         Some(self.textures[slot.texture].lookup(slot.coordinates(uv)))
+    }
+
+    /// The mean of a texture over the part of the triangle that a ray covers.
+    pub(crate) fn texel_within(
+        &self,
+        slot: &TextureSlot,
+        hit: &Hit,
+        footprint: &Footprint,
+    ) -> Option<[f32; 4]> {
+        if footprint.is_point() {
+            return self.texel(slot, hit);
+        }
+        let corner = |weights| {
+            let uv = self.uv(hit.instance, hit.triangle, slot.uv_set, weights)?;
+            Some(Vec2::from(slot.coordinates(uv)))
+        };
+        let corners = [
+            corner([0.0, 0.0])?,
+            corner([1.0, 0.0])?,
+            corner([0.0, 1.0])?,
+        ];
+        let uv = corner([hit.u, hit.v].map(f64::from))?;
+        let axes = footprint.in_image(corners);
+        Some(self.textures[slot.texture].mean(uv.to_array(), axes))
     }
 
     /// Texture coordinates of a set at the weights of a triangle's second and third corner; `None` where the mesh has
@@ -168,12 +196,13 @@ pub(crate) struct Surface<'a> {
 
 impl<'a> Surface<'a> {
     /// What a ray in this direction sees at its hit; `channel` is the colour that it carries, where it has lost the others
-    /// by dispersion.
+    /// by dispersion, `width` how wide its cone is there.
     pub fn new(
         world: &'a PreparedWorld,
         direction: Vec3,
         hit: &Hit,
         channel: Option<usize>,
+        width: f32,
     ) -> Self {
         let corners = world
             .corners(hit.instance, hit.triangle)
@@ -186,8 +215,9 @@ impl<'a> Surface<'a> {
         let beyond = geometric * world.rounding(hit.instance, position, geometric);
         let (normal, lift) = smooth(world, hit, corners, position, geometric);
         let front = outwards != world.objects[hit.instance as usize].mirrored;
+        let footprint = Footprint::new(corners, direction, width);
         let smooth = Frame::new(geometric.as_vec3(), normal, -direction);
-        let (scatter, frame) = Scatter::new(world, hit, smooth, front, channel);
+        let (scatter, frame) = Scatter::new(world, hit, smooth, front, channel, &footprint);
         Self {
             position,
             frame,

@@ -5,6 +5,7 @@ use raycam_bvh::Hit;
 use raycam_scene::NormalMap;
 
 use crate::prepare::PreparedWorld;
+use crate::texture::Footprint;
 
 impl PreparedWorld {
     /// The directions of increasing u and v at a hit, in the world: the mesh's tangents, or the triangle's own by a set
@@ -42,10 +43,11 @@ impl PreparedWorld {
         &self,
         map: &NormalMap,
         hit: &Hit,
+        footprint: &Footprint,
         normal: Vec3,
         front: bool,
     ) -> Option<Vec3> {
-        let [red, green, blue, _] = self.texel(&map.texture, hit)?;
+        let [red, green, blue, _] = self.texel_within(&map.texture, hit, footprint)?;
         let [tangent, bitangent] = self.tangents(hit, map.texture.uv_set)?;
         let side = if front { 1.0 } else { -1.0 };
         let [x, y, z] = [red, green, blue].map(|v| 2.0 * v - 1.0);

@@ -9,6 +9,7 @@ use crate::film::Strip;
 use crate::prepare::PreparedWorld;
 use crate::settings::Settings;
 use crate::surface::facing_normal;
+use crate::texture::Footprint;
 
 /// A pixel-centre ray and what it met.
 pub(crate) struct Truth<'a> {
@@ -192,7 +193,9 @@ impl Truth<'_> {
         if self.missed() {
             return [0.0; 3];
         }
-        self.world.base_color(&self.rounded()).to_array()
+        self.world
+            .base_color(&self.rounded(), &Footprint::default())
+            .to_array()
     }
 
     fn depth(&self) -> f32 {

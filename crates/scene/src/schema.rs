@@ -12,7 +12,11 @@ mod object;
 mod place;
 mod read;
 mod render;
+mod shape;
+mod slot;
 mod style;
+mod texels;
+mod texture;
 mod video;
 mod words;
 
@@ -21,12 +25,11 @@ use serde::Deserialize;
 
 pub use camera::CameraSpec;
 pub use node::{Entry, Node, Value};
-pub use object::{
-    BoxShape, ConeShape, CylinderShape, MaterialType, ObjectSpec, PlaneShape, SphereShape,
-    TorusShape,
-};
+pub use object::{MaterialType, ObjectSpec};
 pub use read::from_node;
 pub use render::{AmbientOcclusion, FilterName, IntegratorName, RenderSpec};
+pub use shape::{BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape};
+pub use texture::{ImageSpec, TextureChannel, TextureSpec, TextureTable, TexturesSpec};
 pub use video::{Interpolation, KeyframeSpec, OrbitSpec, VideoSpec};
 pub use words::{Category, Color, Refine, Scheme, Splat, Wraps};
 

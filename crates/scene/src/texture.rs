@@ -24,7 +24,11 @@ pub enum Wrap {
 }
 
 /// What lies between texels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+#[schemars(rename = "TextureFilter")]
 pub enum Interpolation {
     /// The nearest texel.
     Nearest,
@@ -34,7 +38,7 @@ pub enum Interpolation {
 }
 
 /// How an image is looked up, as glTF's samplers say.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, Deserialize)]
 pub struct TextureSampler {
     /// Wrap modes of u and v.
     pub wrap: [Wrap; 2],
@@ -44,6 +48,18 @@ pub struct TextureSampler {
     pub minification: Interpolation,
     /// Between the levels of a mip map; `None` uses the image alone.
     pub mip: Option<Interpolation>,
+}
+
+impl Default for TextureSampler {
+    /// Repeated, linear, with mip maps.
+    fn default() -> Self {
+        Self {
+            wrap: [Wrap::Repeat; 2],
+            magnification: Interpolation::Linear,
+            minification: Interpolation::Linear,
+            mip: Some(Interpolation::Linear),
+        }
+    }
 }
 
 /// The texels of an image, row-major, row 0 at the top: red, green, blue and alpha. Alpha is always linear.

@@ -26,7 +26,7 @@ pub(super) fn radiance(
             continue;
         }
         radiance[i] = Vec3::ZERO;
-        let surface = Surface::new(world, batch.directions[i], hit, None);
+        let surface = Surface::new(world, batch.directions[i], hit, None, 0.0);
         let random = batch.samplers[i].pair(Pair::Ambient);
         let direction = surface.frame.above(cosine_direction(random));
         shadows.ask(surface.leaving(direction, distance), i, Vec3::ONE);

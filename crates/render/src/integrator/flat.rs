@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::{Batch, is_miss};
 use crate::prepare::PreparedWorld;
 use crate::settings::Integrator;
+use crate::texture::Footprint;
 
 pub(super) fn radiance(
     world: &PreparedWorld,
@@ -19,7 +20,7 @@ pub(super) fn radiance(
         *radiance = if *sky {
             lights.sky(direction)
         } else {
-            world.base_color(hit)
+            world.base_color(hit, &Footprint::default())
         };
     }
 }

@@ -14,11 +14,14 @@ use crate::light::{Choice, Lights};
 use crate::prepare::PreparedWorld;
 use crate::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
+use crate::texture::Cone;
 
 /// Rays of one tile and what they met, entry by entry.
 pub(crate) struct Batch<'a> {
     /// Scene-local.
     pub origins: &'a [DVec3],
+    /// How wide the rays are.
+    pub cone: Cone,
     /// Unit length.
     pub directions: &'a [Vec3],
     pub hits: &'a [Hit],

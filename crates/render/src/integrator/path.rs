@@ -17,6 +17,7 @@ use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
 use crate::scatter::{cosine_direction, inside, is_dispersive};
 use crate::surface::Surface;
+use crate::texture::{Cone, Footprint};
 
 /// Segments before a path may end by roulette.
 const SAFE_DEPTH: u32 = 4;
@@ -47,6 +48,8 @@ struct Path {
     squeeze: f32,
     /// Surfaces met: which random numbers it has used.
     bounce: u32,
+    /// How wide it is, until a surface scatters it.
+    cone: Cone,
 }
 
 pub(super) fn radiance(
@@ -90,6 +93,7 @@ pub(super) fn radiance(
             channel: None,
             squeeze: 1.0,
             bounce: 0,
+            cone: batch.cone,
         })
         .collect();
     let mut hits = batch.hits.to_vec();
@@ -170,13 +174,20 @@ impl Walk<'_> {
             path.channel = Some(channel);
             path.throughput *= 3.0 * Vec3::AXES[channel];
         }
-        let surface = Surface::new(self.world, path.direction, hit, path.channel);
+        let surface = Surface::new(
+            self.world,
+            path.direction,
+            hit,
+            path.channel,
+            path.cone.after(hit.t).width,
+        );
         if self.passes(path, &surface, hit) {
             // The same ray, from the other side.
             wave.rays
                 .push(surface.leaving(path.direction, f32::INFINITY));
             wave.next.push(Path {
                 bounce: path.bounce + 1,
+                cone: path.cone.after(hit.t),
                 ..*path
             });
             return;
@@ -262,7 +273,7 @@ impl Walk<'_> {
     fn see_surface(&self, path: &Path, hit: &Hit, distance: f64, out: &mut Vec3) {
         let (world, direction) = (self.world, path.direction);
         if path.straight && world.material(hit).material.reflectance == Reflectance::Unlit {
-            *out += path.throughput * world.base_color(hit);
+            *out += path.throughput * world.base_color(hit, &Footprint::default());
         }
         let emitted = self.lights.emitted(world, hit, direction);
         if emitted != Vec3::ZERO {
@@ -367,6 +378,12 @@ impl Walk<'_> {
         if throughput == Vec3::ZERO {
             return;
         }
+        let cone = if sample.delta {
+            let way = surface.position - path.from.position;
+            path.cone.after(way.length() as f32)
+        } else {
+            Cone::default()
+        };
         let passed = surface.frame.geometric.dot(sample.direction) < 0.0;
         let absorption = match inside(material) {
             Some(absorption) if passed && surface.front => absorption,
@@ -388,6 +405,7 @@ impl Walk<'_> {
             channel: path.channel,
             squeeze,
             bounce: path.bounce + 1,
+            cone,
         });
     }
 }

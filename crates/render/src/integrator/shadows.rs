@@ -63,7 +63,7 @@ impl Shadows {
                 // From the other side of the surface to the same end.
                 let direction = Vec3::from(ray.direction);
                 let length = direction.length();
-                let surface = Surface::new(world, direction / length, hit, None);
+                let surface = Surface::new(world, direction / length, hit, None, 0.0);
                 let left = (ray.t_max - hit.t) * length;
                 self.rays[kept] = surface.leaving(direction / length, left);
                 self.light[kept] = (index, light);

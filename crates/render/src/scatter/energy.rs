@@ -7,14 +7,15 @@ use std::sync::LazyLock;
 
 use glam::Vec3;
 
+use super::anisotropic::Anisotropic;
 use super::ggx::Ggx;
 
 /// Entries along the square root of the cosine, and along perceptual roughness.
-const STEPS: usize = 64;
-const ROWS: usize = 48;
+const STEPS: usize = 96;
+const ROWS: usize = 80;
 /// Points of a quadrature, outwards and around.
 const RINGS: u32 = 64;
-const TURNS: u32 = 20;
+const TURNS: u32 = 16;
 
 /// Albedos at roughness and cosine: of an interface that reflects all, and the share of it that Schlick's approximation
 /// multiplies by f0.
@@ -30,9 +31,9 @@ static TABLES: LazyLock<Box<Tables>> = LazyLock::new(|| Box::new(Tables::new()))
 
 /// The albedos of one roughness.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Energy {
-    row: usize,
-    between: f32,
+pub(crate) enum Energy {
+    Isotropic { row: usize, between: f32 },
+    Anisotropic(Anisotropic),
 }
 
 /// Albedos of an interface that reflects `f0` to `f90`.
@@ -44,52 +45,73 @@ pub(crate) struct Albedo {
     pub multiple: Vec3,
 }
 
+/// The width of lobes that anisotropic tables begin with.
+pub(super) const MIRROR: f32 = 1e-3;
+
 impl Energy {
-    pub fn new(roughness: f32) -> Self {
-        let position = roughness.clamp(0.0, 1.0) * (ROWS - 1) as f32;
+    pub fn new(ggx: &Ggx) -> Self {
+        if !ggx.is_isotropic() {
+            return Self::Anisotropic(Anisotropic::new(ggx));
+        }
+        let position = ggx.roughness().clamp(0.0, 1.0) * (ROWS - 1) as f32;
         let row = (position as usize).min(ROWS - 2);
-        Self {
+        Self::Isotropic {
             row,
             between: position - row as f32,
         }
     }
 
-    fn at(&self, table: &[[f32; STEPS]; ROWS], cosine: f32) -> f32 {
-        let low = along(&table[self.row], cosine);
-        low + (along(&table[self.row + 1], cosine) - low) * self.between
+    /// What an interface that reflects all reflects at once, and the share of it that Schlick multiplies by f0.
+    fn at(&self, direction: Vec3) -> (f32, f32) {
+        match *self {
+            Self::Isotropic { row, between } => {
+                let of = |table: &[[f32; STEPS]; ROWS]| {
+                    let low = along(&table[row], direction.z);
+                    low + (along(&table[row + 1], direction.z) - low) * between
+                };
+                (of(&TABLES.all), of(&TABLES.f0))
+            }
+            Self::Anisotropic(ref tables) => tables.at(direction),
+        }
     }
 
-    fn mean(&self, table: &[f32; ROWS]) -> f32 {
-        table[self.row] + (table[self.row + 1] - table[self.row]) * self.between
+    /// The same in the mean over the hemisphere.
+    fn mean(&self) -> (f32, f32) {
+        match *self {
+            Self::Isotropic { row, between } => {
+                let of = |table: &[f32; ROWS]| table[row] + (table[row + 1] - table[row]) * between;
+                (of(&TABLES.all_mean), of(&TABLES.f0_mean))
+            }
+            Self::Anisotropic(ref tables) => tables.mean(),
+        }
     }
 
-    /// What an interface that reflects all loses by reflecting once.
-    pub fn lost(&self, cosine: f32) -> f32 {
-        1.0 - self.at(&TABLES.all, cosine)
+    /// What an interface that reflects all loses by reflecting once, in coordinates with the normal along z.
+    pub fn lost(&self, direction: Vec3) -> f32 {
+        1.0 - self.at(direction).0
     }
 
     /// What it loses in the mean.
     pub fn lost_mean(&self) -> f32 {
-        1.0 - self.mean(&TABLES.all_mean)
+        1.0 - self.mean().0
     }
 
     /// The colour of all reflections but the first: what the interface reflects in the mean, again and again.
     pub fn multiple(&self, (f0, f90): (Vec3, Vec3)) -> Vec3 {
         let mean = f0 + (f90 - f0) / 21.0;
-        let kept = self.mean(&TABLES.all_mean);
+        let kept = self.mean().0;
         mean * mean * kept / (Vec3::ONE - mean * (1.0 - kept))
     }
 
-    pub fn albedo(&self, (f0, f90): (Vec3, Vec3), cosine: f32) -> Albedo {
-        let (all, of_f0) = (self.at(&TABLES.all, cosine), self.at(&TABLES.f0, cosine));
-        Albedo {
-            single: f0 * of_f0 + f90 * (all - of_f0),
-            multiple: self.multiple((f0, f90)) * (1.0 - all),
-        }
+    pub fn albedo(&self, ends: (Vec3, Vec3), direction: Vec3) -> Albedo {
+        self.of(ends, self.at(direction))
     }
 
-    pub fn albedo_mean(&self, (f0, f90): (Vec3, Vec3)) -> Albedo {
-        let (all, of_f0) = (self.mean(&TABLES.all_mean), self.mean(&TABLES.f0_mean));
+    pub fn albedo_mean(&self, ends: (Vec3, Vec3)) -> Albedo {
+        self.of(ends, self.mean())
+    }
+
+    fn of(&self, (f0, f90): (Vec3, Vec3), (all, of_f0): (f32, f32)) -> Albedo {
         Albedo {
             single: f0 * of_f0 + f90 * (all - of_f0),
             multiple: self.multiple((f0, f90)) * (1.0 - all),
@@ -112,18 +134,33 @@ impl Tables {
             all_mean: [0.0; ROWS],
             f0_mean: [0.0; ROWS],
         };
-        for row in 0..ROWS {
-            let ggx = Ggx::isotropic(row as f32 / (ROWS - 1) as f32);
-            for column in 0..STEPS {
-                let root = column as f32 / (STEPS - 1) as f32;
-                let (all, f0) = albedo(&ggx, (root * root).max(1e-4));
-                tables.all[row][column] = all;
-                tables.f0[row][column] = f0;
+        // Rows do not know of each other: every core makes some.
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let share = ROWS.div_ceil(cores);
+        let rows = tables
+            .all
+            .chunks_mut(share)
+            .zip(tables.f0.chunks_mut(share));
+        std::thread::scope(|scope| {
+            for (first, (all, f0)) in rows.enumerate() {
+                scope.spawn(move || {
+                    for (i, (all, f0)) in all.iter_mut().zip(f0).enumerate() {
+                        fill(first * share + i, all, f0);
+                    }
+                });
             }
-            tables.all_mean[row] = mean(&tables.all[row]);
-            tables.f0_mean[row] = mean(&tables.f0[row]);
-        }
+        });
+        tables.all_mean = tables.all.map(|row| mean(&row));
+        tables.f0_mean = tables.f0.map(|row| mean(&row));
         tables
+    }
+}
+
+fn fill(row: usize, all: &mut [f32; STEPS], f0: &mut [f32; STEPS]) {
+    let ggx = Ggx::isotropic(row as f32 / (ROWS - 1) as f32);
+    for (column, (all, f0)) in all.iter_mut().zip(f0).enumerate() {
+        let root = column as f32 / (STEPS - 1) as f32;
+        (*all, *f0) = albedo(&ggx, (root * root).max(1e-4));
     }
 }
 
@@ -137,10 +174,14 @@ fn mean(row: &[f32; STEPS]) -> f32 {
     ((0..PIECES).map(at).sum::<f64>() / PIECES as f64) as f32
 }
 
+/// What Schlick's approximation multiplies f0 by.
+pub(super) fn schlick_weight(cosine: f32) -> f32 {
+    1.0 - (1.0 - cosine).powi(5)
+}
+
 fn albedo(ggx: &Ggx, cosine: f32) -> (f32, f32) {
-    let weight = |cosine: f32| 1.0 - (1.0 - cosine).powi(5);
     if ggx.is_smooth() {
-        return (1.0, weight(cosine));
+        return (1.0, schlick_weight(cosine));
     }
     let v = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
     let (mut all, mut f0) = (0.0, 0.0);
@@ -158,7 +199,7 @@ fn albedo(ggx: &Ggx, cosine: f32) -> (f32, f32) {
             if l.z > 0.0 {
                 let seen = density * ggx.visible_also(v, l);
                 all += f64::from(seen);
-                f0 += f64::from(seen * weight(v.dot(h)));
+                f0 += f64::from(seen * schlick_weight(v.dot(h)));
             }
         }
     }

@@ -74,7 +74,7 @@ const REFRACTION: usize = 3;
 impl Layered {
     pub fn new(layers: Layers, frame: &Frame) -> Self {
         let view = frame.local(frame.view);
-        let energy = Energy::new(layers.ggx.roughness());
+        let energy = Energy::new(&layers.ggx);
         let coated = layers
             .coat
             .map_or(0.0, |coat| coat.reflected(coat.frame.local(frame.view).z));
@@ -87,7 +87,7 @@ impl Layered {
             coated,
             shares: [0.0; LOBES],
         };
-        this.left = this.left(view.z);
+        this.left = this.left(view);
         this.left_mean = this.left_mean();
         this.shares = this.shares();
         this
@@ -96,7 +96,7 @@ impl Layered {
     fn shares(&self) -> [f32; LOBES] {
         let mean = |color: Vec3| color.element_sum() / 3.0;
         let layers = &self.layers;
-        let own = self.albedo_of(&layers.fresnel, self.view.z);
+        let own = self.albedo_of(&layers.fresnel, self.view);
         let sheen = layers
             .sheen
             .map_or(Vec3::ZERO, |sheen| sheen.reflected(self.view.z));
@@ -118,21 +118,21 @@ impl Layered {
         shares
     }
 
-    /// What the interface reflects at a cosine.
-    fn albedo_of(&self, fresnel: &Fresnel, cosine: f32) -> Albedo {
+    /// What the interface reflects of light from a direction.
+    fn albedo_of(&self, fresnel: &Fresnel, direction: Vec3) -> Albedo {
         if let Fresnel::Schlick { inside: None, .. } = fresnel {
-            return self.energy.albedo(fresnel.ends(), cosine);
+            return self.energy.albedo(fresnel.ends(), direction);
         }
-        let lost = self.energy.lost(cosine);
+        let lost = self.energy.lost(direction);
         Albedo {
-            single: fresnel.reflected(cosine) * (1.0 - lost),
+            single: fresnel.reflected(direction.z) * (1.0 - lost),
             multiple: self.energy.multiple(fresnel.ends()) * lost,
         }
     }
 
-    /// What the interface leaves for the base at a cosine.
-    fn left(&self, cosine: f32) -> f32 {
-        let Albedo { single, multiple } = self.albedo_of(&self.layers.over, cosine);
+    /// What the interface leaves for the base of light from a direction.
+    fn left(&self, direction: Vec3) -> f32 {
+        let Albedo { single, multiple } = self.albedo_of(&self.layers.over, direction);
         (1.0 - (single + multiple).max_element()).max(0.0)
     }
 
@@ -147,7 +147,11 @@ impl Layered {
         }
         const POINTS: usize = 8;
         let sum: f32 = (0..POINTS)
-            .map(|i| self.left(((i as f32 + 0.5) / POINTS as f32).sqrt()))
+            .map(|i| {
+                let cos2 = (i as f32 + 0.5) / POINTS as f32;
+                let across = ((1.0 - cos2) / 2.0).sqrt();
+                self.left(Vec3::new(across, across, cos2.sqrt()))
+            })
             .sum();
         (sum / POINTS as f32).max(1e-6)
     }
@@ -203,26 +207,25 @@ impl Layered {
             value += f;
             pdf += density * self.shares[SPECULAR];
             let lost = self.energy.lost_mean();
-            // The tables know isotropic lobes; others keep their loss.
-            if lost > 1e-6 && layers.ggx.is_isotropic() {
-                let lost = self.energy.lost(v.z) * self.energy.lost(l.z) / lost;
+            if lost > 1e-6 {
+                let lost = self.energy.lost(v) * self.energy.lost(l) / lost;
                 value += self.energy.multiple(layers.fresnel.ends()) * (lost * l.z * FRAC_1_PI);
             }
         }
-        value += layers.diffuse * self.base(l.z);
+        value += layers.diffuse * self.base(l);
         Value { value, pdf }
     }
 
     /// The base of albedo 1, times the cosine.
-    fn base(&self, cosine: f32) -> f32 {
-        self.left * self.left(cosine) / self.left_mean * (cosine * FRAC_1_PI)
+    fn base(&self, light: Vec3) -> f32 {
+        self.left * self.left(light) / self.left_mean * (light.z * FRAC_1_PI)
     }
 
     /// The base and refraction, on the other side.
     fn below(&self, l: Vec3) -> Value {
         let (layers, v) = (&self.layers, self.view);
         let mut found = Value {
-            value: layers.through * self.base(-l.z),
+            value: layers.through * self.base(Vec3::new(l.x, l.y, -l.z)),
             pdf: cosine_density(-l.z) * self.shares[DOWN],
         };
         if layers.transmission == Vec3::ZERO || layers.ggx.is_smooth() {
@@ -341,7 +344,7 @@ impl Layered {
 
     pub fn albedo(&self) -> Vec3 {
         let layers = &self.layers;
-        let Albedo { single, multiple } = self.albedo_of(&layers.fresnel, self.view.z);
+        let Albedo { single, multiple } = self.albedo_of(&layers.fresnel, self.view);
         let below = (Vec3::ONE - layers.over.reflected(self.view.z)) * layers.transmission;
         let inner = single + multiple + (layers.diffuse + layers.through) * self.left + below;
         let (sheen, left) = layers.sheen.map_or((Vec3::ZERO, 1.0), |sheen| {
@@ -368,8 +371,9 @@ impl Layered {
 impl Coat {
     /// What it reflects of white light at a cosine.
     fn reflected(&self, cosine: f32) -> f32 {
-        let energy = Energy::new(self.ggx.roughness());
-        self.weight * energy.albedo(COAT.ends(), cosine.max(0.0)).single.x
+        let direction = Vec3::Z * cosine.max(0.0);
+        let energy = Energy::new(&self.ggx);
+        self.weight * energy.albedo(COAT.ends(), direction).single.x
     }
 
     fn evaluate(&self, view: Vec3, light: Vec3) -> Value {

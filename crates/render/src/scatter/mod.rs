@@ -3,6 +3,7 @@
 //! All directions point away from the surface and are of unit length. `evaluate` and `sample` agree: a sample's weight
 //! is its value divided by its density, and what one never returns the other gives no density.
 
+mod anisotropic;
 mod energy;
 mod film;
 mod frame;
@@ -21,6 +22,7 @@ use raycam_bvh::Hit;
 use raycam_scene::{Material, Reflectance};
 
 use crate::prepare::{PreparedMaterial, PreparedWorld};
+use crate::texture::Footprint;
 
 pub(crate) use frame::{Frame, cosine_direction};
 pub(crate) use layered::Layered;
@@ -74,16 +76,17 @@ impl<'a> Scatter<'a> {
         smooth: Frame,
         front: bool,
         channel: Option<usize>,
+        footprint: &Footprint,
     ) -> (Self, Frame) {
         let PreparedMaterial { material, lobe } = world.material(hit);
         let normal = material
             .normal_map
-            .and_then(|map| world.mapped_normal(&map, hit, smooth.normal, front));
+            .and_then(|map| world.mapped_normal(&map, hit, footprint, smooth.normal, front));
         let mut frame = smooth;
         if let Some(normal) = normal {
             frame = smooth.with_normal(normal, None);
         }
-        let base = world.base_color(hit);
+        let base = world.base_color(hit, footprint);
         let scatter = match &material.reflectance {
             Reflectance::Lecture {
                 diffuse, specular, ..
@@ -103,11 +106,15 @@ impl<'a> Scatter<'a> {
                 Self::Layered(glass::glass(glass, eta, base, &frame))
             }
             Reflectance::Principled(p) => {
-                let lookup = Lookup { world, hit };
+                let lookup = Lookup {
+                    world,
+                    hit,
+                    footprint,
+                };
                 frame = frame.with_normal(frame.normal, lookup.tangent(p));
-                let coat = p
-                    .clearcoat_normal
-                    .and_then(|map| world.mapped_normal(&map, hit, smooth.normal, front));
+                let coat = p.clearcoat_normal.and_then(|map| {
+                    world.mapped_normal(&map, hit, footprint, smooth.normal, front)
+                });
                 let seen = Seen {
                     frame,
                     coat: smooth.with_normal(coat.unwrap_or(smooth.normal), None),

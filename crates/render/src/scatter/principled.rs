@@ -14,11 +14,13 @@ use super::ggx::Ggx;
 use super::layered::{Coat, Layered, Layers};
 use super::sheen::Sheen;
 use crate::prepare::PreparedWorld;
+use crate::texture::Footprint;
 
 /// A point whose textures are looked up.
 pub(super) struct Lookup<'a> {
     pub world: &'a PreparedWorld,
     pub hit: &'a Hit,
+    pub footprint: &'a Footprint,
 }
 
 impl Lookup<'_> {
@@ -42,7 +44,7 @@ impl Lookup<'_> {
     }
 
     fn texel(&self, slot: Option<TextureSlot>) -> [f32; 4] {
-        slot.and_then(|slot| self.world.texel(&slot, self.hit))
+        slot.and_then(|slot| self.world.texel_within(&slot, self.hit, self.footprint))
             .unwrap_or([1.0; 4])
     }
 

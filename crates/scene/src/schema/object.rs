@@ -4,6 +4,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::keys::Keys;
+use super::shape::{BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape};
+use super::texture::{TextureSpec, TexturesSpec};
 use super::words::{Category, Color, Refine, Splat, Wraps};
 
 /// An object: exactly one shape (`box`, `plane`, `sphere`, `cylinder`, `cone`, `torus`, `mesh`, `vertices` with
@@ -69,9 +71,13 @@ pub struct ObjectSpec {
     /// The base colour: linear red, green, blue in 0..=1, or "#rrggbb" in 8-bit sRGB. White where the mesh has colours of
     /// its own, which it multiplies, and light grey (0.8) where it has none.
     pub color: Option<Color>,
-    /// An image file beside the world file, which multiplies the base colour.
-    pub texture: Option<String>,
-    /// What the texture does beyond 0..1: "repeat", "clamp" or "mirror", or one of them for u and one for v.
+    /// An image file beside the world file, rows of texels, or a table of an `image` and how it is looked up. It multiplies
+    /// the base colour.
+    pub texture: Option<TextureSpec>,
+    /// Textures of the other values, by their names, and `normal` and `occlusion`.
+    pub textures: Option<TexturesSpec>,
+    /// What textures do beyond 0..1 that say nothing themselves: "repeat", "clamp" or "mirror", or one of them for u and
+    /// one for v.
     pub wrap: Option<Wraps>,
     /// The share of light reflected equally everywhere, times the base colour: 0..=1, 1 where not given.
     pub diffuse: Option<f32>,
@@ -130,7 +136,7 @@ pub struct ObjectSpec {
 }
 
 /// How many optional keys [`ObjectSpec`] has, besides name and category.
-pub(super) const KEYS: usize = 51;
+pub(super) const KEYS: usize = 52;
 
 impl ObjectSpec {
     /// Which keys were written.
@@ -160,6 +166,7 @@ impl ObjectSpec {
             ("type", self.type_.is_some()),
             ("color", self.color.is_some()),
             ("texture", self.texture.is_some()),
+            ("textures", self.textures.is_some()),
             ("wrap", self.wrap.is_some()),
             ("diffuse", self.diffuse.is_some()),
             ("specular", self.specular.is_some()),
@@ -194,123 +201,6 @@ impl ObjectSpec {
                 self.diffuse_transmission_color.is_some(),
             ),
         ])
-    }
-}
-
-/// A box.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct BoxShape {
-    /// Edge lengths along x, y, z, or one for all; 1 where not given.
-    pub size: Splat<3>,
-}
-
-/// A rectangle.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct PlaneShape {
-    /// Edge lengths along x and y, or one for both; 1 where not given.
-    pub size: Splat<2>,
-}
-
-/// A sphere.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct SphereShape {
-    /// The radius; 0.5 where not given.
-    pub radius: f64,
-    /// How often the 20 faces of an icosahedron are split in four, 0..=9; 4 (5120 triangles) where not given.
-    pub level: u32,
-}
-
-/// A cylinder.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct CylinderShape {
-    /// The radius; 0.5 where not given.
-    pub radius: f64,
-    /// The height; 1 where not given.
-    pub height: f64,
-    /// Corners around, 3..=4096; 64 where not given.
-    pub segments: u32,
-}
-
-/// A cone.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct ConeShape {
-    /// The radius of its base; 0.5 where not given.
-    pub radius: f64,
-    /// The height; 1 where not given.
-    pub height: f64,
-    /// Corners around, 3..=4096; 64 where not given.
-    pub segments: u32,
-}
-
-/// A torus.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct TorusShape {
-    /// From its centre to the middle of the tube; 0.5 where not given.
-    pub radius: f64,
-    /// The radius of the tube; 0.2 where not given.
-    pub tube: f64,
-    /// Corners around the axis, 3..=2048, half as many around the tube (at least 3); 64 where not given.
-    pub segments: u32,
-}
-
-impl Default for BoxShape {
-    fn default() -> Self {
-        Self {
-            size: Splat([1.0; 3]),
-        }
-    }
-}
-
-impl Default for PlaneShape {
-    fn default() -> Self {
-        Self {
-            size: Splat([1.0; 2]),
-        }
-    }
-}
-
-impl Default for SphereShape {
-    fn default() -> Self {
-        Self {
-            radius: 0.5,
-            level: 4,
-        }
-    }
-}
-
-impl Default for CylinderShape {
-    fn default() -> Self {
-        Self {
-            radius: 0.5,
-            height: 1.0,
-            segments: 64,
-        }
-    }
-}
-
-impl Default for ConeShape {
-    fn default() -> Self {
-        Self {
-            radius: 0.5,
-            height: 1.0,
-            segments: 64,
-        }
-    }
-}
-
-impl Default for TorusShape {
-    fn default() -> Self {
-        Self {
-            radius: 0.5,
-            tube: 0.2,
-            segments: 64,
-        }
     }
 }
 

@@ -6,7 +6,7 @@ use super::build::Failure;
 use super::keys::Keys;
 use super::object::{KEYS, ObjectSpec};
 use super::style::STYLE;
-use super::words::{Category, Refine, Scheme, Splat, Wraps};
+use super::words::{Category, Refine, Scheme, Splat};
 use crate::error::SceneError;
 use crate::material::Material;
 use crate::mesh::Mesh;
@@ -14,7 +14,7 @@ use crate::model::Files;
 use crate::pose;
 use crate::primitive;
 use crate::refine;
-use crate::texture::{Texture, TextureSlot};
+use crate::texture::Texture;
 use crate::world::{Object, Up, World};
 
 /// The keys that each say what the shape is.
@@ -84,7 +84,7 @@ impl ObjectSpec {
                     materials,
                     textures,
                     notices,
-                } = self.additions(world.textures.len(), files)?;
+                } = self.additions(&keys, world.textures.len(), files)?;
                 let materials = add_materials(materials, textures, &name, world)?;
                 world.notices.extend(notices);
                 (world.add_mesh(mesh), materials)
@@ -107,22 +107,17 @@ impl ObjectSpec {
                 if keys.given(&STYLE).is_empty() {
                     (mesh, materials)
                 } else {
-                    let texture = self.read_texture(world.meshes[mesh].uvs.is_some(), files)?;
-                    let index = texture
-                        .as_ref()
-                        .map(|_| TextureSlot::plain(world.textures.len()));
+                    let next = world.textures.len();
+                    let (textures, puts) = self.read_textures(&world.meshes[mesh], next, files)?;
                     let mut restyled: Vec<Material> = materials
                         .iter()
                         .map(|&i| world.materials[i].clone())
                         .collect();
+                    self.restyle_all(&mut restyled, &puts, &keys)?;
                     for material in &mut restyled {
-                        self.restyle(material, index);
                         material.name.clear();
                     }
-                    (
-                        mesh,
-                        add_materials(restyled, texture.into_iter().collect(), &name, world)?,
-                    )
+                    (mesh, add_materials(restyled, textures, &name, world)?)
                 }
             }
         };
@@ -140,6 +135,7 @@ impl ObjectSpec {
     /// `next_texture`.
     fn additions<F: Files>(
         &mut self,
+        keys: &Keys<KEYS>,
         next_texture: usize,
         files: &mut F,
     ) -> Result<Additions, Failure<F::Error>> {
@@ -195,14 +191,10 @@ impl ObjectSpec {
         if additions.materials.is_empty() {
             additions.materials.push(Material::plain(mesh));
         }
-        let texture = self.read_texture(mesh.uvs.is_some(), files)?;
-        let index = texture
-            .as_ref()
-            .map(|_| TextureSlot::plain(next_texture + additions.textures.len()));
-        additions.textures.extend(texture);
-        for material in &mut additions.materials {
-            self.restyle(material, index);
-        }
+        let next = next_texture + additions.textures.len();
+        let (textures, puts) = self.read_textures(mesh, next, files)?;
+        additions.textures.extend(textures);
+        self.restyle_all(&mut additions.materials, &puts, keys)?;
         Ok(additions)
     }
 
@@ -249,27 +241,6 @@ impl ObjectSpec {
             triangles,
             ..Mesh::default()
         })
-    }
-
-    /// Its image, where it has one, for a mesh with or without texture coordinates.
-    fn read_texture<F: Files>(
-        &self,
-        has_uvs: bool,
-        files: &mut F,
-    ) -> Result<Option<Texture>, Failure<F::Error>> {
-        let Some(file) = &self.texture else {
-            return Ok(None);
-        };
-        if !has_uvs {
-            let message = "the mesh has no texture coordinates: give \"uvs\", one for each vertex";
-            return Err(SceneError::schema("texture", message).into());
-        }
-        let Wraps(wrap) = self.wrap.unwrap_or_default();
-        let texture = files.texture(file, wrap).map_err(Failure::File)?;
-        texture
-            .validate()
-            .map_err(|error| error.within("texture"))?;
-        Ok(Some(texture))
     }
 
     /// world_from_mesh, and the part of it that is not location and rotation.

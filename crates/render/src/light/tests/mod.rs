@@ -2,6 +2,7 @@
 
 mod closed_form;
 mod density;
+mod tree;
 
 use std::sync::Arc;
 

@@ -1,0 +1,121 @@
+//! The choice among many lights: probabilities add up, are those of the draw, and lose no light.
+
+use glam::{DVec3, Vec3};
+use raycam_scene::Light;
+
+use super::super::Choice;
+use super::super::tree::{Bounds, Tree};
+use super::*;
+use crate::prepare::PreparedWorld;
+
+/// Bulbs, spots and sheets all over the place, one of them dark.
+fn many() -> Vec<Light> {
+    let at = |i: u32| {
+        let [x, y] = random(3 * i);
+        let [z, _] = random(3 * i + 1);
+        [x, y, z].map(|v| 8.0 * f64::from(v) - 4.0)
+    };
+    (0..40)
+        .map(|i| {
+            let [x, y, z] = at(i);
+            let power = if i == 7 { 0.0 } else { 1.0 + i as f32 };
+            match i % 3 {
+                0 => Light::Bulb {
+                    position: [x, y, z + 5.0],
+                    power: Some([power; 3]),
+                    intensity: None,
+                    radius: 0.1 * f64::from(i % 2),
+                },
+                1 => Light::Spot {
+                    position: [x, y, z + 5.0],
+                    direction: [0.2 * x, 0.2 * y, -1.0],
+                    power: None,
+                    intensity: Some([power; 3]),
+                    inner: 20.0,
+                    outer: 60.0,
+                },
+                _ => area([x, y, z + 5.0], [0.5, 0.0, 0.1], [0.0, -0.5, 0.0]),
+            }
+        })
+        .collect()
+}
+
+fn points() -> Vec<Reference> {
+    (0..24)
+        .map(|i| {
+            let [x, y] = random(1000 + i);
+            let [a, b] = random(2000 + i);
+            let normal = Vec3::new(a - 0.5, b - 0.5, 0.7).normalize();
+            Reference {
+                position: DVec3::new(f64::from(x), f64::from(y), 0.1) * 10.0 - 5.0,
+                normal: if i % 3 == 0 { Vec3::ZERO } else { normal },
+            }
+        })
+        .collect()
+}
+
+fn tree_of(lights: &[Light]) -> (Tree, usize) {
+    let bounds: Vec<Bounds> = lights
+        .iter()
+        .map(|light| source(light.clone()).bounds())
+        .collect();
+    (Tree::new(&bounds), bounds.len())
+}
+
+#[test]
+fn probabilities_add_up_and_are_those_of_the_draw() {
+    const DRAWS: u32 = 1 << 16;
+    let (tree, count) = tree_of(&many());
+    for from in points() {
+        let stated: Vec<f64> = (0..count).map(|i| tree.probability(&from, i)).collect();
+        let sum: f64 = stated.iter().sum();
+        assert!((sum - 1.0).abs() < 1e-5, "{sum}");
+        assert_eq!(stated[7], 0.0, "a dark light is never chosen");
+        // Evenly spaced numbers: every light gets its share, up to one draw for each end of its intervals.
+        let mut found = vec![0.0; count];
+        for n in 0..DRAWS {
+            let number = (f64::from(n) + 0.5) / f64::from(DRAWS);
+            let (light, probability) = tree.choose(&from, number).unwrap();
+            assert!((probability / stated[light] - 1.0).abs() < 1e-5);
+            found[light] += 1.0;
+        }
+        for (found, stated) in found.iter().zip(&stated) {
+            let off: f64 = found - stated * f64::from(DRAWS);
+            assert!(off.abs() <= 2.0, "{found} of {stated}");
+        }
+    }
+}
+
+#[test]
+fn the_choice_loses_no_light() {
+    const SAMPLES: u32 = 1 << 17;
+    let many = many();
+    let lights = lights(&many);
+    let nothing = PreparedWorld::new(
+        &raycam_scene::World::default(),
+        None,
+        None,
+        &crate::Control::new(),
+    )
+    .unwrap();
+    let from = Reference {
+        position: DVec3::new(0.3, -0.2, 0.0),
+        normal: Vec3::Z,
+    };
+    // Each light by itself, and all of them by either choice.
+    let alone: f64 = many
+        .iter()
+        .map(|light| irradiance(&source(light.clone()), &from, 1 << 10))
+        .sum();
+    for choice in [Choice::Weighed, Choice::Even] {
+        let one = |n: u32| {
+            let [which, _] = random(n + 7_000_000);
+            let [x, y] = Sampler::new(9, 0, [1, 2], n).pair(Pair::Light(0, 0));
+            let sample = lights.sample(&nothing, &from, choice, [which, x, y])?;
+            let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
+            Some(f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine)
+        };
+        let found = (0..SAMPLES).filter_map(one).sum::<f64>() / f64::from(SAMPLES);
+        close(found, alone, 1e-2);
+    }
+}

@@ -1,0 +1,68 @@
+//! Energy: what comes back of a white sky.
+
+use glam::Vec3;
+
+use super::*;
+
+/// What comes back of a white sky, by well spread samples; radiance that refraction squeezes counts as light.
+fn furnace(scatter: &Scatter, frame: &Frame, samples: u32) -> Vec3 {
+    let mut sum = glam::DVec3::ZERO;
+    for i in 0..samples {
+        if let Some(sample) = scatter.sample(frame, spread(i)) {
+            assert!(sample.weight.is_finite() && sample.weight.min_element() >= 0.0);
+            assert!((sample.direction.length() - 1.0).abs() < 1e-4);
+            sum += (sample.weight * sample.squeeze).as_dvec3();
+        }
+    }
+    (sum / f64::from(samples)).as_vec3()
+}
+
+#[test]
+fn a_white_furnace_shows_what_is_lost() {
+    let (lossless, lossy) = all();
+    let mut worst = vec![];
+    for degrees in [0.0f32, 30.0, 60.0, 80.0, 88.0] {
+        let frame = frame(degrees, 0.3);
+        for (name, make) in &lossless {
+            let found = furnace(&make(&frame), &frame, 1 << 18);
+            if (found - Vec3::ONE).abs().max_element() > 1e-3 {
+                worst.push(format!("{name} at {degrees}: {found}"));
+            }
+        }
+        for (name, make) in &lossy {
+            let found = furnace(&make(&frame), &frame, 1 << 16);
+            if found.max_element() > 1.001 {
+                worst.push(format!("{name} at {degrees}: {found} > 1"));
+            }
+        }
+    }
+    assert!(worst.is_empty(), "{}", worst.join("\n"));
+}
+
+/// What `docs/light-and-material.md` says of materials that lose some light: roughness 0.1, 0.3, 0.6 and 1, in percent.
+#[test]
+fn the_page_says_what_is_lost() {
+    const PAGE: &str = include_str!("../../../../../docs/light-and-material.md");
+    let (_, lossy) = all();
+    let mut found = String::new();
+    for (title, of) in [
+        ("rough glass, from outside", "glass # false true"),
+        ("rough glass, from inside", "glass # false false"),
+        ("rough pane", "glass # true true"),
+        ("white plastic with a thin coat", "coated #"),
+        ("white plastic with white sheen", "cloth #"),
+        ("white plastic under a film", "film #"),
+    ] {
+        for degrees in [0.0, 60.0, 80.0] {
+            let frame = frame(degrees, 0.3);
+            let cells = ["0.1", "0.3", "0.6", "1"].map(|roughness| {
+                let name = of.replace('#', roughness);
+                let (_, make) = lossy.iter().find(|(known, _)| *known == name).unwrap();
+                let lost = 1.0 - furnace(&make(&frame), &frame, 1 << 15).x;
+                format!("{:.1}", (100.0 * lost).max(0.0))
+            });
+            found += &format!("| {title} | {degrees}° | {} |\n", cells.join(" | "));
+        }
+    }
+    assert!(PAGE.contains(&found), "the page lacks\n{found}");
+}

@@ -1,0 +1,223 @@
+//! What must hold for every way to scatter light: energy, reciprocity, and samples as dense as they say.
+
+mod density;
+mod furnace;
+mod reciprocity;
+
+use glam::Vec3;
+use raycam_scene::{Glass, Metal};
+
+use super::Scatter;
+use super::film::Film;
+use super::frame::Frame;
+use super::fresnel::Fresnel;
+use super::ggx::Ggx;
+use super::layered::{Coat, Layered, Layers};
+use super::lecture::Lecture;
+use super::phong::Lobe;
+use super::sheen::Sheen;
+
+/// A flat surface seen at an angle, in degrees.
+fn frame(degrees: f32, turn: f32) -> Frame {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    seen_from(Vec3::new(sin * turn.cos(), sin * turn.sin(), cos))
+}
+
+fn seen_from(view: Vec3) -> Frame {
+    Frame {
+        geometric: Vec3::Z,
+        normal: Vec3::Z,
+        tangent: Vec3::X,
+        bitangent: Vec3::Y,
+        view,
+    }
+}
+
+/// A white dielectric without anything else.
+fn plastic(roughness: f32) -> Layers {
+    let fresnel = Fresnel::Schlick {
+        f0: Vec3::splat(0.04),
+        f90: Vec3::ONE,
+        inside: None,
+    };
+    Layers {
+        fresnel,
+        over: fresnel,
+        ggx: Ggx::isotropic(roughness),
+        diffuse: Vec3::ONE,
+        through: Vec3::ZERO,
+        transmission: Vec3::ZERO,
+        eta: 1.0,
+        coat: None,
+        sheen: None,
+    }
+}
+
+fn white_metal(roughness: f32) -> Layers {
+    let fresnel = Fresnel::Schlick {
+        f0: Vec3::ONE,
+        f90: Vec3::ONE,
+        inside: None,
+    };
+    Layers {
+        fresnel,
+        diffuse: Vec3::ZERO,
+        ..plastic(roughness)
+    }
+}
+
+/// A metal that is rougher along the tangent, as `KHR_materials_anisotropy` has it.
+fn brushed(roughness: f32, strength: f32) -> Layers {
+    let alpha = (roughness * roughness).max(1e-3);
+    Layers {
+        ggx: Ggx {
+            x: alpha + (1.0 - alpha) * strength * strength,
+            y: alpha,
+        },
+        ..white_metal(0.0)
+    }
+}
+
+fn coated(layers: Layers, frame: &Frame) -> Layers {
+    Layers {
+        coat: Some(Coat {
+            weight: 0.8,
+            ggx: Ggx::isotropic(0.3),
+            frame: *frame,
+        }),
+        ..layers
+    }
+}
+
+const FILM: Film = Film {
+    ior: 1.4,
+    thickness: 450.0,
+};
+
+type Make = Box<dyn Fn(&Frame) -> Scatter<'static>>;
+/// What something is called with its roughness, and how it is made.
+type Named = Vec<(String, Make)>;
+
+/// Every kind of scattering by name: lossless ones, and the rest.
+fn all() -> (Named, Named) {
+    fn layers(name: String, make: impl Fn(&Frame) -> Layers + 'static) -> (String, Make) {
+        let make = move |frame: &Frame| Scatter::Layered(Layered::new(make(frame), frame));
+        (name, Box::new(make))
+    }
+    let mut lossless = vec![];
+    let mut lossy = vec![];
+    for roughness in [0.0f32, 0.1, 0.3, 0.6, 1.0] {
+        lossless.push(layers(format!("metal {roughness}"), move |_| {
+            white_metal(roughness)
+        }));
+        lossless.push(layers(format!("plastic {roughness}"), move |_| {
+            plastic(roughness)
+        }));
+        lossless.push(layers(format!("translucent {roughness}"), move |_| {
+            Layers {
+                diffuse: Vec3::splat(0.3),
+                through: Vec3::splat(0.7),
+                ..plastic(roughness)
+            }
+        }));
+        lossy.push(layers(format!("coated {roughness}"), move |frame| {
+            coated(plastic(roughness), frame)
+        }));
+        lossy.push(layers(format!("cloth {roughness}"), move |_| Layers {
+            sheen: Some(Sheen {
+                color: Vec3::ONE,
+                roughness,
+            }),
+            ..plastic(0.5)
+        }));
+        lossy.push(layers(format!("film {roughness}"), move |_| {
+            let fresnel = Fresnel::Film {
+                film: FILM,
+                f0: Vec3::splat(0.04),
+                f90: Vec3::ONE,
+                share: 1.0,
+            };
+            Layers {
+                fresnel,
+                over: fresnel,
+                ..plastic(roughness)
+            }
+        }));
+        lossless.push(layers(format!("brushed {roughness}"), move |_| {
+            brushed(roughness, 0.7)
+        }));
+        lossy.push(layers(format!("thin {roughness}"), move |_| Layers {
+            diffuse: Vec3::splat(0.2),
+            transmission: Vec3::splat(0.8),
+            ..plastic(roughness)
+        }));
+        for thin in [false, true] {
+            for front in [false, true] {
+                let glass = Glass {
+                    roughness,
+                    thin,
+                    ..Glass::default()
+                };
+                let name = format!("glass {roughness} {thin} {front}");
+                let make = move |frame: &Frame| {
+                    let eta = super::glass::eta(&glass, front, None);
+                    Scatter::Layered(super::glass::glass(&glass, eta, Vec3::ONE, frame))
+                };
+                let made: (String, Make) = (name, Box::new(make));
+                if roughness == 0.0 {
+                    lossless.push(made);
+                } else {
+                    lossy.push(made);
+                }
+            }
+        }
+        let gold = Metal {
+            roughness,
+            ..Metal::named("gold").unwrap()
+        };
+        let make =
+            move |frame: &Frame| Scatter::Layered(super::metal::metal(&gold, Vec3::ONE, frame));
+        lossy.push((format!("gold {roughness}"), Box::new(make)));
+    }
+    let matte = |_: &Frame| {
+        Scatter::Lecture(Lecture {
+            diffuse: Vec3::ONE,
+            specular: Vec3::ZERO,
+            lobe: None,
+        })
+    };
+    lossless.push(("matte".into(), Box::new(matte)));
+    let lobe: &'static Lobe = Box::leak(Box::new(Lobe::new(20.0)));
+    let lecture = move |_: &Frame| {
+        Scatter::Lecture(Lecture {
+            diffuse: Vec3::splat(0.6),
+            specular: Vec3::splat(0.4),
+            lobe: Some(lobe),
+        })
+    };
+    lossy.push(("lecture".into(), Box::new(lecture)));
+    (lossless, lossy)
+}
+
+/// Independent random numbers.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut x = self.0;
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((x ^ (x >> 31)) >> 40) as f32 / (1u64 << 24) as f32
+    }
+}
+
+/// The i-th of three well spread numbers: R. Roberts's additive sequence.
+fn spread(i: u32) -> [f32; 3] {
+    let at = |step: f64| ((0.5 + step * f64::from(i)).fract() * 0.999_999_9) as f32;
+    [
+        at(0.819_172_513_396_164_4),
+        at(0.671_043_606_703_789_2),
+        at(0.549_700_477_901_970_3),
+    ]
+}

@@ -1,0 +1,103 @@
+"""Textures of materials: arrays and files, every value, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+from PIL import Image
+
+
+def floor(**style: object) -> np.ndarray:
+    """A plane of two by two metres from above in a white sky, 2 x 2 pixels of it."""
+    world = raycam.World()
+    world.add_object(plane={"size": 2}, **style)
+    world.add_light(type="sky", radiance=[1, 1, 1])
+    camera = raycam.Camera.look_at([0, 0, 1e3], [0, 0, 0], up=[0, 1, 0], size=(2, 2), fov=np.degrees(2 * np.arctan(1e-3)))
+    return raycam.render(world, camera, integrator="path", samples=64, max_depth=2)["color"]
+
+
+def test_an_array_of_bytes_is_srgb_and_floats_are_linear() -> None:
+    quarters = np.array([[0.1, 0.2], [0.4, 0.8]])
+    texture = raycam.Texture(quarters, filter="nearest")
+    assert floor(type="matte", texture=texture)[..., 0] == pytest.approx(quarters, abs=2e-3)
+    grey = np.full((2, 2), 188, np.uint8)
+    linear = ((188 / 255 + 0.055) / 1.055) ** 2.4
+    assert floor(type="matte", texture=grey) == pytest.approx(linear, abs=2e-3)
+
+
+def test_a_texture_is_repeated_and_turned() -> None:
+    stripes = raycam.Texture(np.array([[0.0, 1.0]]), filter="nearest", rotation=90)
+    top, bottom = floor(type="matte", texture=stripes)[..., 0]
+    assert sorted([top[0], bottom[0]]) == pytest.approx([0, 1], abs=1e-2)
+    assert top[0] == pytest.approx(top[1], abs=1e-2)
+    fine = raycam.Texture(np.array([[0.0, 1.0]]), filter="nearest", repeat=[8, 1])
+    assert floor(type="matte", texture=fine) == pytest.approx(0.5, abs=0.05)
+
+
+def test_data_is_not_taken_for_colour(tmp_path: Path) -> None:
+    Image.fromarray(np.full((2, 2), 128, np.uint8)).save(tmp_path / "half.png")
+    world = raycam.World.from_dict(
+        {
+            "object": {
+                "plane": {},
+                "type": "principled",
+                "color": [1, 1, 1],
+                "emission": [2, 2, 2],
+                "textures": {"emission": "half.png", "metallic": "half.png", "roughness": "half.png"},
+            },
+            "light": {"type": "sky", "radiance": [0, 0, 0]},
+        },
+        folder=tmp_path,
+    )
+    camera = raycam.Camera.look_at([0, 0, 3], [0, 0, 0], up=[0, 1, 0], size=(1, 1), fov=1)
+    seen = raycam.render(world, camera, integrator="path", samples=4)["color"]
+    assert seen == pytest.approx(2 * ((128 / 255 + 0.055) / 1.055) ** 2.4, rel=1e-3)
+    assert world.counts["textures"] == 3
+
+
+def test_a_normal_map_turns_the_light() -> None:
+    tilted = np.array([[[128, 255, 128]]], np.uint8)
+    flat = np.array([[[128, 128, 255]]], np.uint8)
+    found = []
+    for image in (flat, tilted):
+        world = raycam.World()
+        world.add_object(plane={"size": 2}, type="matte", color=[1, 1, 1], textures={"normal": image})
+        world.add_light(type="sun", direction=[0, 0, -1], irradiance=[np.pi] * 3)
+        camera = raycam.Camera.look_at([0, 0, 3], [0, 0, 0], up=[0, 1, 0], size=(1, 1), fov=1)
+        found.append(float(raycam.render(world, camera, integrator="direct")["color"][0, 0, 0]))
+    assert found[0] == pytest.approx(1, abs=0.01)
+    assert found[1] < 0.2
+
+
+def test_what_is_no_image_is_refused() -> None:
+    world = raycam.World()
+    for image, words in [
+        (np.zeros((2, 2, 5)), "1..4"),
+        (np.zeros(3), "shape"),
+        (np.zeros((2, 2), np.int64), "int64"),
+    ]:
+        with pytest.raises(raycam.WorldError, match=words):
+            world.add_object(plane={}, texture=raycam.Texture(image))
+    with pytest.raises(raycam.WorldError, match="principled"):
+        world.add_object(plane={}, textures={"roughness": raycam.Texture(np.zeros((2, 2)))})
+
+
+def test_a_far_texture_is_grey_and_a_near_one_sharp_at_one_sample() -> None:
+    world = raycam.World()
+    checks = raycam.Texture(np.array([[0.0, 1.0], [1.0, 0.0]]), filter="nearest", repeat=500)
+    world.add_object(plane={"size": 1000}, type="matte", texture=checks)
+    world.add_light(type="sky", radiance=[1, 1, 1])
+    camera = raycam.Camera.look_at([0.1, 0, 1], [0.1, 10, 0.6], up=[0, 0, 1], size=(160, 120), fov=40)
+    channels = ["color", "depth"]
+    frame = raycam.render(world, camera, integrator="path", samples=1, max_depth=2, channels=channels)
+    seen, depth = frame["color"][..., 0], frame["depth"]
+    far = seen[(depth > 100) & np.isfinite(depth)]
+    near = seen[depth < 4]
+    assert far.size > 500
+    assert far.mean() == pytest.approx(0.5, abs=0.01)
+    assert far.std() < 0.03
+    # Checks of a metre, black and white, with hardly anything in between.
+    assert ((near < 0.02) | (near > 0.98)).mean() > 0.85
