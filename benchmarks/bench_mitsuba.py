@@ -2,9 +2,8 @@
 
 Each renderer makes a number of independent pictures of each scene: their mean, and from their spread the standard error
 of each pixel. Per pixel and colour, the difference over its standard error is Student's t where both are right
-(Welch); at most 0.25 % of them may lie beyond the quantile of 99.75 %, give or take what chance allows, and 99.75 % of the
-pixels must pass at the level 0.01 with Sidak's correction, which is how Mitsuba tests itself. Mitsuba is another
-Python's (`--mitsuba PYTHON`).
+(Welch). 0.25 % of them should lie beyond the quantile of 99.75 %, and 99.75 % of the pixels must pass at the level 0.01
+with Sidak's correction, which is how Mitsuba tests itself. Mitsuba is another Python's (`--mitsuba PYTHON`).
 """
 
 from __future__ import annotations
@@ -51,12 +50,16 @@ def save(path: Path, image: Any) -> None:
 
     x = np.clip(image, 0, 1)
     srgb = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
-    Image.fromarray((srgb * 255 + 0.5).astype(np.uint8)).resize((480, 360), Image.Resampling.NEAREST).save(path)
+    Image.fromarray((srgb * 255 + 0.5).astype(np.uint8)).resize((480, 360), Image.Resampling.NEAREST).save(
+        path
+    )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--mitsuba", metavar="PYTHON", default=sys.executable, help="a Python that has Mitsuba")
+    parser.add_argument(
+        "--mitsuba", metavar="PYTHON", default=sys.executable, help="a Python that has Mitsuba"
+    )
     parser.add_argument("--variant", default="scalar_rgb")
     parser.add_argument("--samples", type=int, default=128, help=f"of each of {PICTURES} pictures")
     parser.add_argument("--size", type=int, nargs=2, default=[96, 72])
@@ -104,10 +107,18 @@ def main() -> None:
                 save(options.pictures / f"{scene}.png", np.hstack([mine[0], found["mean"]]))
     total = PICTURES * options.samples
     notes = [
-        f"{options.size[0]} x {options.size[1]}, {total} samples per pixel in {PICTURES} independent pictures, paths of at most "
-        f"{bench_path.DEPTH} segments, box filter, {options.variant}.",
+        f"{options.size[0]} x {options.size[1]}, {total} samples per pixel in {PICTURES} independent pictures, paths "
+        f"of at most {bench_path.DEPTH} segments, box filter, {options.variant}.",
     ]
-    head = ["scene", "raycam", "Mitsuba", "difference", "expected noise", "|t| within 99.75 %", "Sidak test passed"]
+    head = [
+        "scene",
+        "raycam",
+        "Mitsuba",
+        "difference",
+        "expected noise",
+        "|t| within 99.75 %",
+        "Sidak test passed",
+    ]
     report.write("mitsuba", "The same pictures as Mitsuba 3", notes, head, rows)
 
 

@@ -67,7 +67,8 @@ def scenes(folder: Path) -> dict[str, dict[str, Any]]:
     made["glass"] = {"camera": eye, "lights": [sky], "objects": [(small, glass), (floor, grey)]}
     pane = mesh("pane", sheet([1.2, 0.9, 0.2], [-0.8, 1.0, 0], [0, 0, 1.2]))
     sun = {"sun": [-1.0, 0.5, -2.0], "irradiance": [3.0, 2.8, 2.5]}
-    made["pane"] = {"camera": eye, "lights": [sun, sky], "objects": [(small, white), (pane, {"pane": 1.5}), (floor, grey)]}
+    objects = [(small, white), (pane, {"pane": 1.5}), (floor, grey)]
+    made["pane"] = {"camera": eye, "lights": [sun, sky], "objects": objects}
     walls = {
         "down": ([0, 0, -1], [2, 0, 0], [0, 2, 0], white),
         "up": ([0, 0, 1], [2, 0, 0], [0, -2, 0], white),

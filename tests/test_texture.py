@@ -15,7 +15,8 @@ def floor(**style: object) -> np.ndarray:
     world = raycam.World()
     world.add_object(plane={"size": 2}, **style)
     world.add_light(type="sky", radiance=[1, 1, 1])
-    camera = raycam.Camera.look_at([0, 0, 1e3], [0, 0, 0], up=[0, 1, 0], size=(2, 2), fov=np.degrees(2 * np.arctan(1e-3)))
+    fov = np.degrees(2 * np.arctan(1e-3))
+    camera = raycam.Camera.look_at([0, 0, 1e3], [0, 0, 0], up=[0, 1, 0], size=(2, 2), fov=fov)
     return raycam.render(world, camera, integrator="path", samples=64, max_depth=2)["color"]
 
 

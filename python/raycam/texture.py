@@ -44,7 +44,9 @@ class Texture:
     def description(self) -> dict[str, Any]:
         """The table that a world file has for it."""
         table = {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "image"}
-        return {"image": _image(self.image)} | {name: value for name, value in table.items() if value is not None}
+        return {"image": _image(self.image)} | {
+            name: value for name, value in table.items() if value is not None
+        }
 
 
 def _image(image: object) -> object:

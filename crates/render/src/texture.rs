@@ -65,6 +65,17 @@ impl Cone {
     }
 }
 
+impl Cone {
+    /// What leaves a surface after this way: mirrors keep it together, anything else ends it.
+    pub fn scattered(&self, mirrored: bool, way: DVec3) -> Self {
+        if mirrored {
+            self.after(way.length() as f32)
+        } else {
+            Self::default()
+        }
+    }
+}
+
 impl Footprint {
     /// Of a cone that has this width where its axis, `direction`, meets a triangle.
     pub fn new([a, b, c]: [DVec3; 3], direction: Vec3, width: f32) -> Self {

@@ -165,8 +165,7 @@ impl Walk<'_> {
             }
             return;
         }
-        let mut path = *path;
-        let path = &mut path;
+        let path = &mut { *path };
         let material = &self.world.material(hit).material;
         if path.channel.is_none() && is_dispersive(material) {
             let [choice, _] = self.samplers[path.ray].pair(Pair::Spectrum);
@@ -174,13 +173,8 @@ impl Walk<'_> {
             path.channel = Some(channel);
             path.throughput *= 3.0 * Vec3::AXES[channel];
         }
-        let surface = Surface::new(
-            self.world,
-            path.direction,
-            hit,
-            path.channel,
-            path.cone.after(hit.t).width,
-        );
+        let width = path.cone.after(hit.t).width;
+        let surface = Surface::new(self.world, path.direction, hit, path.channel, width);
         if self.passes(path, &surface, hit) {
             // The same ray, from the other side.
             wave.rays
@@ -378,12 +372,9 @@ impl Walk<'_> {
         if throughput == Vec3::ZERO {
             return;
         }
-        let cone = if sample.delta {
-            let way = surface.position - path.from.position;
-            path.cone.after(way.length() as f32)
-        } else {
-            Cone::default()
-        };
+        let cone = path
+            .cone
+            .scattered(sample.delta, surface.position - path.from.position);
         let passed = surface.frame.geometric.dot(sample.direction) < 0.0;
         let absorption = match inside(material) {
             Some(absorption) if passed && surface.front => absorption,
