@@ -63,16 +63,10 @@ impl Cone {
             ..*self
         }
     }
-}
 
-impl Cone {
-    /// What leaves a surface after this way: mirrors keep it together, anything else ends it.
-    pub fn scattered(&self, mirrored: bool, way: DVec3) -> Self {
-        if mirrored {
-            self.after(way.length() as f32)
-        } else {
-            Self::default()
-        }
+    /// What leaves a surface: mirrors keep it together, anything else ends it.
+    pub fn scattered(&self, mirrored: bool) -> Self {
+        if mirrored { *self } else { Self::default() }
     }
 }
 

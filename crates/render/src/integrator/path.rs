@@ -173,15 +173,15 @@ impl Walk<'_> {
             path.channel = Some(channel);
             path.throughput *= 3.0 * Vec3::AXES[channel];
         }
-        let width = path.cone.after(hit.t).width;
-        let surface = Surface::new(self.world, path.direction, hit, path.channel, width);
+        path.cone = path.cone.after(hit.t);
+        let (channel, width) = (path.channel, path.cone.width);
+        let surface = Surface::new(self.world, path.direction, hit, channel, width);
         if self.passes(path, &surface, hit) {
             // The same ray, from the other side.
             wave.rays
                 .push(surface.leaving(path.direction, f32::INFINITY));
             wave.next.push(Path {
                 bounce: path.bounce + 1,
-                cone: path.cone.after(hit.t),
                 ..*path
             });
             return;
@@ -372,9 +372,6 @@ impl Walk<'_> {
         if throughput == Vec3::ZERO {
             return;
         }
-        let cone = path
-            .cone
-            .scattered(sample.delta, surface.position - path.from.position);
         let passed = surface.frame.geometric.dot(sample.direction) < 0.0;
         let absorption = match inside(material) {
             Some(absorption) if passed && surface.front => absorption,
@@ -396,7 +393,7 @@ impl Walk<'_> {
             channel: path.channel,
             squeeze,
             bounce: path.bounce + 1,
-            cone,
+            cone: path.cone.scattered(sample.delta),
         });
     }
 }

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use glam::Vec3;
 
-use super::energy::{MIRROR, along, schlick_weight};
+use super::energy::{MIRROR, along, mean, schlick_weight};
 use super::ggx::Ggx;
 
 /// Entries along the perceptual roughness of the smoother direction, along anisotropy, along the square root of the
@@ -118,15 +118,14 @@ impl Block {
                 (block.all[turn][step], block.f0[turn][step]) = albedo(&ggx, v);
             }
         }
-        block.all_mean = mean(&block.all);
-        block.f0_mean = mean(&block.f0);
+        block.all_mean = mean_of(&block.all);
+        block.f0_mean = mean_of(&block.f0);
         block
     }
 }
 
 /// Over the hemisphere, weighed by the cosine; all azimuths alike, whose squared cosine is not spread evenly.
-fn mean(table: &[[f32; STEPS]; TURNS]) -> f32 {
-    const PIECES: usize = 512;
+fn mean_of(table: &[[f32; STEPS]; TURNS]) -> f32 {
     const AZIMUTHS: usize = 64;
     let mut weights = [0.0f64; TURNS];
     for i in 0..AZIMUTHS {
@@ -136,17 +135,10 @@ fn mean(table: &[[f32; STEPS]; TURNS]) -> f32 {
         weights[turn] += (turn as f64 + 1.0 - position) / AZIMUTHS as f64;
         weights[turn + 1] += (position - turn as f64) / AZIMUTHS as f64;
     }
-    let of = |row: &[f32; STEPS]| {
-        let at = |i: usize| {
-            let cosine = (i as f32 + 0.5) / PIECES as f32;
-            f64::from(2.0 * cosine * along(row, cosine))
-        };
-        (0..PIECES).map(at).sum::<f64>() / PIECES as f64
-    };
     table
         .iter()
         .zip(weights)
-        .map(|(row, weight)| weight * of(row))
+        .map(|(row, weight)| weight * f64::from(mean(row)))
         .sum::<f64>() as f32
 }
 

@@ -68,14 +68,18 @@ fn probabilities_add_up_and_are_those_of_the_draw() {
     let (tree, count) = tree_of(&many());
     for from in points() {
         let stated: Vec<f64> = (0..count).map(|i| tree.probability(&from, i)).collect();
+        // What is missing of 1 is drawn too: a branch that seemed to matter as a whole, and none of it does.
         let sum: f64 = stated.iter().sum();
-        assert!((sum - 1.0).abs() < 1e-5, "{sum}");
+        assert!(sum > 0.5 && sum < 1.0 + 1e-5, "{sum}");
         assert_eq!(stated[7], 0.0, "a dark light is never chosen");
         // Evenly spaced numbers: every light gets its share, up to one draw for each end of its intervals.
-        let mut found = vec![0.0; count];
+        let (mut found, mut lost) = (vec![0.0; count], 0.0);
         for n in 0..DRAWS {
             let number = (f64::from(n) + 0.5) / f64::from(DRAWS);
-            let (light, probability) = tree.choose(&from, number).unwrap();
+            let Some((light, probability)) = tree.choose(&from, number) else {
+                lost += 1.0;
+                continue;
+            };
             assert!((probability / stated[light] - 1.0).abs() < 1e-5);
             found[light] += 1.0;
         }
@@ -83,6 +87,8 @@ fn probabilities_add_up_and_are_those_of_the_draw() {
             let off: f64 = found - stated * f64::from(DRAWS);
             assert!(off.abs() <= 2.0, "{found} of {stated}");
         }
+        let off: f64 = lost / f64::from(DRAWS) - (1.0 - sum);
+        assert!(off.abs() < 1e-3, "{lost} lost, {sum} of 1 stated");
     }
 }
 
