@@ -82,9 +82,9 @@ fn a_textured_mesh_shines_as_its_texels_do() {
         }
     }
     for at in [DVec3::ZERO, DVec3::new(-0.8, 0.5, 0.0)] {
-        let expected = seen(&sheets, at, 1 << 14, Integrator::Direct);
+        let expected = seen(&sheets, at, 1 << 16, Integrator::Direct);
         for integrator in [Integrator::Direct, Integrator::Path] {
-            close(seen(&shining, at, 1 << 15, integrator), expected, 2e-3);
+            close(seen(&shining, at, 1 << 18, integrator), expected, 2e-3);
         }
     }
 }
