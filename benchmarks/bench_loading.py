@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import struct
 import subprocess
 import sys
 import tempfile
@@ -50,7 +51,7 @@ def grid(triangles: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def write_files(folder: Path, triangles: int) -> list[Path]:
-    """The mesh as OBJ with and without texture coordinates, binary PLY and STL."""
+    """The mesh as OBJ with and without texture coordinates, binary PLY and STL, and GLB with and without normals."""
     vertices, faces = grid(triangles)
     lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices.tolist()]
     plain = folder / "plain.obj"
@@ -71,7 +72,45 @@ def write_files(folder: Path, triangles: int) -> list[Path]:
     solid = np.zeros(len(faces), dtype=[("numbers", "<f4", (4, 3)), ("unused", "<u2")])
     solid["numbers"][:, 1:] = vertices[faces]
     stl.write_bytes(bytes(80) + np.uint32(len(faces)).tobytes() + solid.tobytes())
-    return [plain, textured, ply, stl]
+    up = np.tile(np.array([0, 0, 1], np.float32), (len(vertices), 1))
+    bare, shaded = folder / "bare.glb", folder / "shaded.glb"
+    write_glb(bare, faces, POSITION=vertices)
+    write_glb(shaded, faces, POSITION=vertices, NORMAL=up, TEXCOORD_0=((vertices[:, :2] + 1) / 2))
+    return [plain, textured, ply, stl, bare, shaded]
+
+
+def write_glb(path: Path, faces: np.ndarray, **attributes: np.ndarray) -> None:
+    """One primitive of indexed triangles."""
+    arrays = [faces.astype(np.uint32).reshape(-1, 1), *(a.astype(np.float32) for a in attributes.values())]
+    kinds = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
+    views, accessors, start = [], [], 0
+    for i, array in enumerate(arrays):
+        views.append({"buffer": 0, "byteOffset": start, "byteLength": array.nbytes})
+        accessors.append(
+            {
+                "bufferView": i,
+                "componentType": 5125 if array.dtype == np.uint32 else 5126,
+                "count": len(array),
+                "type": kinds[array.shape[1]],
+                "min": array.min(0).tolist(),
+                "max": array.max(0).tolist(),
+            }
+        )
+        start += array.nbytes
+    primitive = {"attributes": {name: i + 1 for i, name in enumerate(attributes)}, "indices": 0}
+    root = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": start}],
+        "bufferViews": views,
+        "accessors": accessors,
+        "meshes": [{"primitives": [primitive]}],
+        "nodes": [{"mesh": 0}],
+    }
+    text = json.dumps(root).encode()
+    text += b" " * (-len(text) % 4)
+    head = struct.pack("<4sIII4s", b"glTF", 2, 28 + len(text) + start, len(text), b"JSON")
+    binary = struct.pack("<I4s", start, b"BIN\0") + b"".join(array.tobytes() for array in arrays)
+    path.write_bytes(head + text + binary)
 
 
 def main() -> None:

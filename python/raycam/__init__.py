@@ -15,10 +15,11 @@ from .camera import Camera
 from .errors import CameraError, Error, FormatError, JobError, SettingsError, WorldError
 from .flow import disparity, flow
 from .frame import Frame
+from .interop import from_open3d, from_trimesh
 from .labels import Box3D, Keypoints, Label, box3d, keypoints, label
 from .render import render
 from .texture import Texture
-from .world import Object, Video, World, load
+from .world import Animation, Object, Video, World, load
 
 if TYPE_CHECKING:
     from .explain_pixel import Explanation, explain
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FORMATS",
+    "Animation",
     "Box3D",
     "Camera",
     "CameraError",
@@ -51,6 +53,8 @@ __all__ = [
     "disparity",
     "explain",
     "flow",
+    "from_open3d",
+    "from_trimesh",
     "keypoints",
     "label",
     "load",

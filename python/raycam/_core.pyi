@@ -33,7 +33,9 @@ __all__ = [
     "silhouettes",
     "srgb_from_linear",
     "world_from_bytes",
+    "world_from_gltf",
     "world_to_bytes",
+    "world_to_gltf",
     "world_with_cameras",
     "write_cameras",
 ]
@@ -79,7 +81,9 @@ def srgb_from_linear(
     linear: npt.NDArray[np.float32], scale: float, bits: int, view: str
 ) -> npt.NDArray[Any]: ...
 def world_from_bytes(bytes: bytes) -> World: ...
+def world_from_gltf(bytes: bytes, name: str | PathLike[str], up: str, notices: Sequence[str]) -> World: ...
 def world_to_bytes(world: World) -> bytes: ...
+def world_to_gltf(world: World) -> tuple[bytes, list[str]]: ...
 def world_with_cameras(world: World, cameras: Sequence[tuple[str, Camera]]) -> World: ...
 def write_cameras(
     records: Sequence[Record], path: str | PathLike[str], format: str

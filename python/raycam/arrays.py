@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .errors import Error, SettingsError
 
-__all__ = ["Bools", "Floats", "floats", "size_of", "whole"]
+__all__ = ["Bools", "Floats", "floats", "ray_pairs", "size_of", "whole"]
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -61,3 +61,24 @@ def size_of(
         raise error(f"size must be (width, height) in pixels, not {value!r}") from None
     limit = (1 << 32) - 1  # what the core takes; its own limits are lower and say why
     return whole("width", width, 0, limit, error=error), whole("height", height, 0, limit, error=error)
+
+
+def ray_pairs(origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Floats, Floats, tuple[int, ...]]:
+    """Two arrays [n, 3], and the shape of the rays."""
+    pair = []
+    for name, value in (("origins", origins), ("directions", directions)):
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiu" or array.ndim == 0 or array.shape[-1] != 3:
+            raise SettingsError(
+                f"{name} must be numbers of the shape [..., 3], not {list(array.shape)} of dtype {array.dtype}"
+            )
+        pair.append(array)
+    if pair[0].shape != pair[1].shape and 1 not in (pair[0].ndim, pair[1].ndim):
+        raise SettingsError(
+            f"origins {list(pair[0].shape)} and directions {list(pair[1].shape)} must have the same shape, "
+            "or one of them [3]"
+        )
+    starts, ways = np.broadcast_arrays(*pair)
+    shape = starts.shape[:-1]
+    flat = [np.ascontiguousarray(array, dtype=np.float64).reshape(-1, 3) for array in (starts, ways)]
+    return flat[0], flat[1], shape

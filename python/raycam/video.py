@@ -9,6 +9,8 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .arrays import whole
 from .camera import Camera
 from .errors import SettingsError
@@ -17,22 +19,24 @@ from .package import Package
 from .render import render
 from .video_files import check_video, open_video, picture_name
 from .workers import Maker
-from .world import World
+from .world import Animation, World
 
 __all__ = ["Film", "write_video"]
 
 Progress = Callable[[int, int], object]
 MAX_FRAMES = 1_000_000
+FPS = 24.0
 
 
 class Film:
     """The frames of a video, each rendered when it is asked for.
 
-    `world` moves as its `[video]` says; one without gets an orbit of 4 seconds around its middle, and
-    `notices` says so. `camera` (default: the world's first, or one that frames everything) is moved where the
-    video moves the camera. `fps` replaces the world's frames per second, `seconds` plays the same motion
-    faster or slower. `settings` are those of `raycam.render`: integrator, samples, filter, seed,
-    ambient_occlusion, exposure, transparent, threads.
+    `world` moves as its `[video]` says; one without shows its `animation`, a name or number (the first where not
+    given), from beginning to end; one without either gets an orbit of 4 seconds around its middle, and `notices` says
+    so. `camera` (default: the world's first, or one that frames everything) is moved where the video moves the
+    camera; a camera of the world moves with its animation. `fps` replaces the world's frames per second (24),
+    `seconds` plays the same motion faster or slower. `settings` are those of `raycam.render`: integrator, samples,
+    filter, seed, ambient_occlusion, exposure, transparent, threads.
 
     What does not move is built once, before the first frame.
 
@@ -47,28 +51,32 @@ class Film:
         *,
         fps: float | None = None,
         seconds: float | None = None,
+        animation: str | int | None = None,
         **settings: Any,
     ) -> None:
         self.notices: list[str] = []
         """What the one who looks at it should know."""
         self.camera = world.default_camera() if camera is None else camera
         """The camera that moves."""
-        video = world.video
-        if video is None:
+        animations = world.animations
+        if animation is not None or animations:
+            animation = _number(animations, animation)
+        if world.video is None and animation is None:
             world = with_orbit(world)
-            video = world.video
             self.notices.append("the world has no [video], so the camera orbits its middle in 4 seconds")
-        if video is None:  # with_orbit gives it one
-            raise AssertionError
-        self.fps = video.fps if fps is None else _positive("fps", fps)
+        video = world.video
+        self.fps = (FPS if video is None else video.fps) if fps is None else _positive("fps", fps)
         """Frames per second."""
-        self.seconds = video.seconds if seconds is None else _positive("seconds", seconds)
+        # An animation whose keyframes are all at 0 has one moment.
+        length = video.seconds if video else max(animations[animation or 0].duration, 1 / self.fps)
+        self._animation, self._follows = animation, _name_of(world, self.camera) if animations else None
+        self.seconds = length if seconds is None else _positive("seconds", seconds)
         """Its length."""
         if self.fps * self.seconds > MAX_FRAMES:
             raise SettingsError(
                 f"{self.seconds:g} seconds at {self.fps:g} frames a second are more than {MAX_FRAMES} frames"
             )
-        self._world, self._pace, self._settings = world, video.seconds / self.seconds, settings
+        self._world, self._pace, self._settings = world, length / self.seconds, settings
 
     @property
     def transparent(self) -> bool:
@@ -91,30 +99,40 @@ class Film:
         number = whole("frame", number, 0, len(self) - 1)
         # Every moment shares what has been built of the world by now.
         self._world.prepare(threads=self._settings.get("threads"))
-        moment = self._world.at(self.time(number))
-        camera = self._world.camera_at(self.camera, self.time(number))
+        moment = self._world.at(self.time(number), self._animation)
+        camera = self.camera
+        if self._follows is not None:
+            camera = _resized(moment.camera(self._follows), camera.size)
+        if self._world.video is not None:
+            camera = self._world.camera_at(camera, self.time(number))
         own: dict[str, Any] = {} if self._settings.get("integrator") == "reference" else {"frame": number}
         return render(moment, camera, channels="color", progress=progress, **own, **self._settings)
 
     def package(self) -> Package:
         """The film as a job, one PNG picture a frame."""
-        name = next(name for name in _names("film") if name not in self._world.cameras)
+        name = self._follows
+        world = self._world
+        if name is None:
+            name = next(name for name in _names("film") if name not in world.cameras)
+            world = world.with_cameras({name: self.camera})
         settings = {
             "camera": name,
+            "animation": self._animation,
             "view": self.camera.P.tolist(),  # for people: the camera itself is with the world
             "size": self.camera.size,
             "fps": self.fps,
             "seconds": self.seconds,
             "render": {key: value for key, value in self._settings.items() if key != "threads"},
         }
-        return Package("video", len(self), settings, self._world.with_cameras({name: self.camera}))
+        return Package("video", len(self), settings, world)
 
 
 def maker(world: World, settings: Mapping[str, Any], threads: int | None) -> Maker:
     """What a worker does for a job of kind "video": frame_0000.png and so on."""
     film = Film(
         world,
-        world.camera(settings["camera"]),
+        _resized(world.camera(settings["camera"]), tuple(settings["size"])),
+        animation=settings["animation"],
         fps=settings["fps"],
         seconds=settings["seconds"],
         threads=None if settings["render"].get("integrator") == "reference" else threads,
@@ -199,6 +217,30 @@ def with_orbit(world: World) -> World:
     middle = [0.0, 0.0, 0.0] if bounds is None else bounds.mean(axis=0).tolist()
     moving.set_video(orbit={"target": middle})
     return moving
+
+
+def _number(animations: list[Animation], wanted: str | int | None) -> int:
+    """The number of an animation; raises `SettingsError` where there is none of that name or number."""
+    names = [animation.name for animation in animations]
+    if isinstance(wanted, str) and wanted not in names and wanted.isdecimal():
+        wanted = int(wanted)
+    number = names.index(wanted) if isinstance(wanted, str) and wanted in names else wanted or 0
+    if isinstance(number, str) or not 0 <= number < len(names):
+        raise SettingsError(f"no animation {wanted!r}; there are {', '.join(map(repr, names)) or 'none'}")
+    return number
+
+
+def _name_of(world: World, camera: Camera) -> str | None:
+    """The name of a camera of the world, in this size or another."""
+    for name, other in world.cameras.items():
+        placed = np.array_equal(other.R, camera.R) and np.array_equal(other.C, camera.C)
+        if placed and np.array_equal(_resized(other, camera.size).K, camera.K):
+            return name
+    return None
+
+
+def _resized(camera: Camera, size: tuple[int, int]) -> Camera:
+    return camera if camera.size == size else camera.resized(size)
 
 
 def _names(name: str) -> Iterator[str]:

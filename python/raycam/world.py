@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import Bools, Floats, floats, size_of
+from .arrays import Bools, Floats, floats, ray_pairs, size_of
 from .camera import Camera
 from .errors import SettingsError, WorldError
+from .files import write
 from .texture import Texture
 from .world_parts import Animation, Object, Video
 
@@ -74,6 +75,17 @@ class World:
     def from_bytes(cls, data: bytes) -> World:
         """The world that `to_bytes` wrote; raises `FormatError` and `WorldError` where it is none that can be."""
         return cls._of(_core.world_from_bytes(data))
+
+    def to_gltf(self, path: str | os.PathLike[str]) -> list[str]:
+        """Writes a GLB file (glTF 2.0), and returns what glTF cannot say of this world, in words.
+
+        Meshes, materials (by their `KHR_materials_*` extensions), textures, variants, cameras, suns, bulbs, spots,
+        the tree that animations move and the animations themselves are written; positions as float32; a z-up world
+        below a node that turns it to glTF's y. Raises `FormatError` where the file would exceed 4 GiB, and `OSError`.
+        """
+        data, notices = _core.world_to_gltf(self._core)
+        write(path, data)
+        return notices
 
     def with_cameras(self, cameras: Mapping[str, Camera]) -> World:
         """A copy with more cameras under these names, or names with a number where taken; shares what is built."""
@@ -286,7 +298,7 @@ class World:
 
         The last column is the value of a miss. Rays that are not finite or have a zero direction are misses.
         """
-        starts, ways, shape = _rays(origins, directions)
+        starts, ways, shape = ray_pairs(origins, directions)
         hits = self._core.cast_rays(starts, ways, coherent, threads)
         return {name: array.reshape((*shape, *array.shape[1:])) for name, array in hits.items()}
 
@@ -300,7 +312,7 @@ class World:
         threads: int | None = None,
     ) -> Bools:
         """Whether anything lies on each ray at 0 <= t <= `t_max` (one for all, or [...] one for each)."""
-        starts, ways, shape = _rays(origins, directions)
+        starts, ways, shape = ray_pairs(origins, directions)
         limit = np.asarray(t_max)
         if limit.dtype.kind not in "fiu" or limit.shape not in ((), shape):
             raise SettingsError(
@@ -375,24 +387,3 @@ def _indices(name: str, value: npt.ArrayLike) -> npt.NDArray[np.int64]:
         hint = "; cut polygons into triangles first" if array.ndim == 2 else ""
         raise WorldError(f"{name} must have the shape [m, 3], not {list(array.shape)}{hint}")
     return np.asarray(array, dtype=np.int64)
-
-
-def _rays(origins: npt.ArrayLike, directions: npt.ArrayLike) -> tuple[Floats, Floats, tuple[int, ...]]:
-    """Two arrays [n, 3], and the shape of the rays."""
-    pair = []
-    for name, value in (("origins", origins), ("directions", directions)):
-        array = np.asarray(value)
-        if array.dtype.kind not in "fiu" or array.ndim == 0 or array.shape[-1] != 3:
-            raise SettingsError(
-                f"{name} must be numbers of the shape [..., 3], not {list(array.shape)} of dtype {array.dtype}"
-            )
-        pair.append(array)
-    if pair[0].shape != pair[1].shape and 1 not in (pair[0].ndim, pair[1].ndim):
-        raise SettingsError(
-            f"origins {list(pair[0].shape)} and directions {list(pair[1].shape)} must have the same shape, "
-            "or one of them [3]"
-        )
-    starts, ways = np.broadcast_arrays(*pair)
-    shape = starts.shape[:-1]
-    flat = [np.ascontiguousarray(array, dtype=np.float64).reshape(-1, 3) for array in (starts, ways)]
-    return flat[0], flat[1], shape

@@ -1,4 +1,4 @@
-//! Worlds as bytes, for other processes.
+//! Worlds as bytes: for other processes, and as glTF for other programs.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -47,5 +47,37 @@ pub(crate) fn world_from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<World> 
     let world = py
         .detach(|| caught(read))?
         .map_err(IntoPyErr::into_py_err)?;
+    Ok(World::of(world, PathBuf::from(".")))
+}
+
+/// The world as a GLB file, and what that does not say of it.
+#[pyfunction]
+pub(crate) fn world_to_gltf<'py>(
+    py: Python<'py>,
+    world: &World,
+) -> PyResult<(Bound<'py, PyBytes>, Vec<String>)> {
+    let inner = world.snapshot();
+    let (bytes, notices) = py
+        .detach(|| caught(|| raycam_formats::write_gltf(&inner)))?
+        .map_err(IntoPyErr::into_py_err)?;
+    Ok((PyBytes::new(py, &bytes), notices))
+}
+
+/// The world of a GLB file's bytes, with another axis up and more to say of it.
+#[pyfunction]
+pub(crate) fn world_from_gltf(
+    py: Python<'_>,
+    bytes: Vec<u8>,
+    name: PathBuf,
+    up: &str,
+    notices: Vec<String>,
+) -> PyResult<World> {
+    let up = crate::camera::up(up)?;
+    let read = || raycam_formats::decode(bytes, &name, &Budget::default());
+    let mut world = py
+        .detach(|| caught(read))?
+        .map_err(IntoPyErr::into_py_err)?;
+    world.up = up;
+    world.notices.extend(notices);
     Ok(World::of(world, PathBuf::from(".")))
 }

@@ -27,7 +27,9 @@ mod core {
     use super::*;
 
     #[pymodule_export]
-    use crate::bundle::{world_from_bytes, world_to_bytes, world_with_cameras};
+    use crate::bundle::{
+        world_from_bytes, world_from_gltf, world_to_bytes, world_to_gltf, world_with_cameras,
+    };
     #[pymodule_export]
     use crate::calibration::{Record, calibration_formats, read_cameras, write_cameras};
     #[pymodule_export]

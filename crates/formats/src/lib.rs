@@ -48,6 +48,7 @@ pub mod world_file;
 pub use budget::Budget;
 pub use error::{FormatError, Place};
 pub use folder::Folder;
+pub use gltf::write as write_gltf;
 pub use image::{ColorUse, decode_image, read_image};
-pub use load::{decode_model, extensions, load, read_model};
+pub use load::{decode, decode_model, extensions, load, read_model};
 pub use texture::{decode_texture, read_texture};

@@ -86,6 +86,22 @@ pub fn read_model(path: &Path, budget: &Budget) -> Result<Model, FormatError> {
     model(folder.read(path)?, &mut folder)
 }
 
+/// The world in the bytes of a file, which `path` names as [`load`] takes it.
+///
+/// # Errors
+/// See [`FormatError`].
+pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World, FormatError> {
+    let mut folder = Folder::around(path, budget);
+    let source = Source {
+        path: path.into(),
+        bytes,
+    };
+    match find(path)? {
+        Reader::World(read) | Reader::Scene(read) => read(&source, &mut folder),
+        Reader::Model(_) => world(model(source, &mut folder)?, path),
+    }
+}
+
 /// The model in the bytes of a mesh file. `path` says of which kind it is, names it in errors, and its folder is where
 /// the files it names are read from.
 ///

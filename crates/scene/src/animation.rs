@@ -2,7 +2,9 @@
 //! 3.5, 3.7.3 and 3.11).
 
 mod deform;
+mod mount;
 mod pose;
+mod property;
 mod sampler;
 
 use std::sync::Arc;
@@ -11,9 +13,13 @@ use glam::{DAffine3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 pub use deform::{JointSet, MorphTarget, Shape};
+pub use mount::{CameraMount, LightMount, LightProperty};
+pub use property::{MaterialProperty, MovingMaterial, TextureUse, UvProperty, UvTransform};
 pub use sampler::{Interpolation, Sampler};
 
+use crate::error::SceneError;
 use crate::mesh::Mesh;
+use crate::world::World;
 
 /// What a world needs to move.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -26,10 +32,12 @@ pub struct Rig {
     pub skins: Vec<Skin>,
     /// The objects that hang on nodes.
     pub objects: Vec<Mount>,
-    /// A light of the world and the node it hangs on: it shines along the node's -z.
-    pub lights: Vec<(usize, usize)>,
-    /// A camera of the world and the node it hangs on: it looks along the node's -z, with y up.
-    pub cameras: Vec<(usize, usize)>,
+    /// The lights that hang on nodes.
+    pub lights: Vec<LightMount>,
+    /// The cameras that hang on nodes.
+    pub cameras: Vec<CameraMount>,
+    /// The materials that move.
+    pub materials: Vec<MovingMaterial>,
     /// What moves the nodes.
     pub animations: Vec<Animation>,
     /// The world's mesh that cannot be seen: what hidden objects show.
@@ -133,39 +141,83 @@ pub struct Channel {
     pub sampler: Arc<Sampler>,
 }
 
-/// What a channel moves: a property of a node.
+/// What a channel moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Target {
-    /// Three numbers.
+    /// Of a node: three numbers.
     Translation(usize),
-    /// A quaternion x, y, z, w.
+    /// Of a node: a quaternion x, y, z, w.
     Rotation(usize),
-    /// Three numbers.
+    /// Of a node: three numbers.
     Scale(usize),
-    /// As many as its mesh has morph targets.
+    /// Of a node: as many as its mesh has morph targets.
     Weights(usize),
-    /// Not 0 where it can be seen.
+    /// Of a node: not 0 where it can be seen.
     Visible(usize),
+    /// Of a material.
+    Material(usize, MaterialProperty),
+    /// Of all lights of a definition.
+    Light(usize, LightProperty),
+    /// Of all cameras of a definition: their vertical field of view in radians.
+    FieldOfView(usize),
 }
 
 impl Target {
     /// How many numbers it needs at least.
     pub fn width(self) -> usize {
+        use MaterialProperty as P;
         match self {
             Self::Translation(_) | Self::Scale(_) => 3,
-            Self::Rotation(_) => 4,
-            Self::Weights(_) | Self::Visible(_) => 1,
+            Self::Rotation(_) | Self::Material(_, P::BaseColor) => 4,
+            Self::Light(_, LightProperty::Color) => 3,
+            Self::Material(
+                _,
+                P::EmissionColor
+                | P::SpecularColor
+                | P::AttenuationColor
+                | P::SheenColor
+                | P::DiffuseTransmissionColor,
+            ) => 3,
+            Self::Material(_, P::Uv(_, UvProperty::Offset | UvProperty::Scale)) => 2,
+            _ => 1,
         }
     }
+}
 
-    /// The node.
-    pub fn node(self) -> usize {
-        match self {
-            Self::Translation(node)
-            | Self::Rotation(node)
-            | Self::Scale(node)
-            | Self::Weights(node)
-            | Self::Visible(node) => node,
+impl Rig {
+    /// Whether every index leads somewhere, in a world with so many objects, meshes, lights, cameras and materials.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where one does not.
+    pub(crate) fn validate(&self, world: &World) -> Result<(), SceneError> {
+        let nodes = self.nodes.len();
+        let node = |node: usize| node < nodes;
+        let in_skin = |skin: &Skin| {
+            skin.joints.iter().all(|&joint| node(joint))
+                && skin.joints.len() == skin.inverse_bind.len()
+        };
+        let mounted = |mount: &Mount| {
+            mount.object < world.objects.len()
+                && node(mount.node)
+                && mount.mesh < world.meshes.len()
+                && mount.skin.is_none_or(|skin| skin < self.skins.len())
+        };
+        let light = |mount: &LightMount| mount.light < world.lights.len() && node(mount.node);
+        let camera = |mount: &CameraMount| mount.camera < world.cameras.len() && node(mount.node);
+        let moving = |moving: &MovingMaterial| moving.material < world.materials.len();
+        let shows_nothing = self.animations.is_empty() || self.nothing < world.meshes.len();
+        let good = self.order.iter().all(|&i| node(i))
+            && self.nodes.iter().all(|n| n.parent.is_none_or(node))
+            && self.skins.iter().all(in_skin)
+            && self.objects.iter().all(mounted)
+            && self.lights.iter().all(light)
+            && self.cameras.iter().all(camera)
+            && self.materials.iter().all(moving)
+            && shows_nothing;
+        if good {
+            return Ok(());
         }
+        let message = "an animation that moves what the world does not have";
+        Err(SceneError::World(message.into()))
     }
 }

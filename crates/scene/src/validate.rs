@@ -31,6 +31,9 @@ impl World {
         if let Some(video) = &self.video {
             video.check(self.objects.len())?;
         }
+        if let Some(rig) = &self.rig {
+            rig.validate(&self)?;
+        }
         self.names = names; // in which more numbers may be in use
         self.notices = notices;
         Ok(self)

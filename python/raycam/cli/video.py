@@ -24,6 +24,9 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--fps", metavar="N", type=float, help="frames per second (default: the world's, or 24)"
     )
+    command.add_argument(
+        "--animation", metavar="NAME", help="of a glTF file: a name, or a number from 0 (default: the first)"
+    )
     command.add_argument("--seconds", metavar="N", type=float, help="play the same motion in N seconds")
     command.add_argument(
         "--lossless",
@@ -49,7 +52,14 @@ def _run(options: argparse.Namespace) -> None:
     frames = None if options.frames is None else frame_range(options.frames)
     shard = shard_of(options)
     world = load_world(options)
-    film = Film(world, view(world, options), fps=options.fps, seconds=options.seconds, **rendering(options))
+    film = Film(
+        world,
+        view(world, options),
+        fps=options.fps,
+        seconds=options.seconds,
+        animation=options.animation,
+        **rendering(options),
+    )
     with job_pool(options) as pool, frames_bar("rendering") as progress:
         count = make_video(
             film,
@@ -74,9 +84,10 @@ def _run(options: argparse.Namespace) -> None:
 
 COMMAND = Command(
     _add,
-    "make a video of a world as its [video] says",
+    "make a video of a world as its [video] or its animation says",
     [
         "raycam video room.toml -o room.mp4                          again after Ctrl-C: goes on",
+        "raycam video fox.glb -o fox.mp4 --animation Run",
         "raycam video room.toml -o room.gif --frames 0:24 --size 320x240",
         "raycam video room.toml -o room.webm --transparent           over a page; .mov for editors",
         "raycam video room.toml -o room.mp4 --audio steps.wav",

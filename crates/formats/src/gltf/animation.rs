@@ -1,4 +1,4 @@
-//! Animations, `KHR_animation_pointer` included where it points at nodes.
+//! Animations, `KHR_animation_pointer` included.
 
 use std::sync::Arc;
 
@@ -19,7 +19,8 @@ impl Builder<'_, '_> {
             let mut channels = Vec::new();
             for (j, channel) in json.channels.iter().enumerate() {
                 let place = format!("animations[{i}].channels[{j}]");
-                let Some(target) = self.target(&place, channel, nodes)? else {
+                let targets = self.targets(&place, channel, nodes)?;
+                let Some(&target) = targets.first() else {
                     continue;
                 };
                 let at = format!("{place}.sampler");
@@ -31,7 +32,10 @@ impl Builder<'_, '_> {
                 };
                 let rotation = matches!(target, Target::Rotation(_));
                 let sampler = Arc::new(self.sampler(&at, sampler, width, rotation)?);
-                channels.push(Channel { target, sampler });
+                channels.extend(targets.into_iter().map(|target| Channel {
+                    target,
+                    sampler: sampler.clone(),
+                }));
             }
             animations.push(Animation {
                 name: json.name.clone(),
@@ -41,13 +45,13 @@ impl Builder<'_, '_> {
         Ok(animations)
     }
 
-    /// What a channel moves; `None`, with a notice, where it is nothing that moves here.
-    fn target(
+    /// What a channel moves, all of the same kind; nothing, with a notice, where nothing of it moves here.
+    fn targets(
         &mut self,
         place: &str,
         channel: &json::Channel,
         nodes: &[Node],
-    ) -> Result<Option<Target>, FormatError> {
+    ) -> Result<Vec<Target>, FormatError> {
         let document = self.document;
         let json = &channel.target;
         let pointer = json.extensions.pointer.as_ref().map(|p| &p.pointer[..]);
@@ -60,9 +64,17 @@ impl Builder<'_, '_> {
                 match node {
                     Some((node, path)) => (node, path),
                     None => {
-                        let message = format!("{pointer} is not animated");
-                        self.ledger.note(place, message);
-                        return Ok(None);
+                        let found = document.pointed_at(pointer);
+                        if found.is_none() {
+                            self.ledger
+                                .note(place, format!("{pointer} is not animated"));
+                        }
+                        let mut found = found.unwrap_or_default();
+                        // Of a mesh without morph targets.
+                        found.retain(|target| {
+                            !matches!(target, Target::Weights(i) if nodes[*i].weights.is_empty())
+                        });
+                        return Ok(found);
                     }
                 }
             }
@@ -70,7 +82,7 @@ impl Builder<'_, '_> {
             (_, _, None) => {
                 self.ledger
                     .note(place, "a channel without a target moves nothing");
-                return Ok(None);
+                return Ok(Vec::new());
             }
         };
         let at = format!("{place}.target.node");
@@ -83,14 +95,14 @@ impl Builder<'_, '_> {
                 let message = "a channel of weights of a node without morph targets \
                                (ANIMATION_CHANNEL_TARGET_NODE_WEIGHTS_NO_MORPHS)";
                 self.ledger.note(place, message);
-                return Ok(None);
+                return Ok(Vec::new());
             }
             "weights" => Target::Weights(node),
             "extensions/KHR_node_visibility/visible" => Target::Visible(node),
             path => {
                 let message = format!("{path:?} of a node is not animated (VALUE_NOT_IN_LIST)");
                 self.ledger.note(place, message);
-                return Ok(None);
+                return Ok(Vec::new());
             }
         };
         let of_transform = matches!(
@@ -101,9 +113,9 @@ impl Builder<'_, '_> {
             let message = "a node with a matrix cannot be animated \
                            (ANIMATION_CHANNEL_TARGET_NODE_MATRIX)";
             self.ledger.note(place, message);
-            return Ok(None);
+            return Ok(Vec::new());
         }
-        Ok(Some(target))
+        Ok(vec![target])
     }
 
     fn sampler(
@@ -129,6 +141,7 @@ impl Builder<'_, '_> {
         let times = input.floats::<1>(document, ledger)?.into_flattened();
         let output = document.elements(json.output, &format!("{place}.output"), ledger)?;
         let values = match output.arity {
+            2 => output.floats::<2>(document, ledger)?.into_flattened(),
             3 => output.floats::<3>(document, ledger)?.into_flattened(),
             4 => output.floats::<4>(document, ledger)?.into_flattened(),
             _ => output.floats::<1>(document, ledger)?.into_flattened(),

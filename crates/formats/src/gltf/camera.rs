@@ -82,7 +82,7 @@ impl Builder<'_, '_> {
 }
 
 /// An image of this aspect ratio with the usual number of pixels.
-fn image_size(aspect: f64) -> [u32; 2] {
+pub(super) fn image_size(aspect: f64) -> [u32; 2] {
     let width = (PIXELS * aspect).sqrt();
     [width, width / aspect].map(|side| side.round().clamp(1.0, 8192.0) as u32)
 }

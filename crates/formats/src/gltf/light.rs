@@ -7,19 +7,21 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use glam::DAffine3;
 use raycam_scene::Light;
+use raycam_scene::animation::LightMount;
 
 use super::Builder;
 use super::material::ANY;
 use crate::error::FormatError;
 
 impl Builder<'_, '_> {
-    /// Adds the light that a node refers to, and returns its index.
+    /// Adds the light that a node refers to.
     pub(super) fn light(
         &mut self,
         place: &str,
         index: usize,
+        node: usize,
         world_from_node: DAffine3,
-    ) -> Result<Option<usize>, FormatError> {
+    ) -> Result<Option<LightMount>, FormatError> {
         let document = self.document;
         let lights = document.root.extensions.lights.as_ref();
         let lights = lights.map_or(&[][..], |lights| &lights.lights);
@@ -77,9 +79,15 @@ impl Builder<'_, '_> {
                 )));
             }
         };
-        let added = self.world.add_light(light);
-        added
-            .map(Some)
-            .map_err(|error| document.scene(&place, error))
+        let added = self.world.add_light(light.clone());
+        let added = added.map_err(|error| document.scene(&place, error))?;
+        Ok(Some(LightMount {
+            light: added,
+            node,
+            definition: index,
+            base: light,
+            color,
+            intensity,
+        }))
     }
 }

@@ -18,12 +18,14 @@ mod light;
 mod material;
 mod mesh;
 mod node;
+mod pointer;
 mod primitive;
 mod resource;
 mod skin;
 mod specular_glossiness;
 mod tangent;
 mod texture;
+mod writer;
 
 use std::path::Path;
 
@@ -37,6 +39,8 @@ use self::resource::Resources;
 use self::texture::Textures;
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
+
+pub use writer::write;
 
 /// A document and the bytes it refers to.
 pub(super) struct Document<'a> {

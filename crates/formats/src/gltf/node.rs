@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
-use raycam_scene::animation::{self as rig, Mount, Rig, Transform};
+use raycam_scene::animation::{self as rig, CameraMount, Mount, Rig, Transform};
 use raycam_scene::variant::Variant;
 use raycam_scene::{Mesh, Object, World};
 
@@ -60,6 +60,8 @@ impl Builder<'_, '_> {
         }
         rig.order = tree.order;
         rig.animations = self.animations(&rig.nodes)?;
+        let channels = rig.animations.iter().flat_map(|a| &a.channels);
+        rig.materials = self.moving_materials(channels.map(|channel| channel.target));
         let moving = !rig.animations.is_empty();
         if moving {
             rig.nothing = self.world.add_mesh(Mesh {
@@ -81,7 +83,12 @@ impl Builder<'_, '_> {
             if let Some(camera) = node.camera {
                 let at = format!("{place}.camera");
                 let added = self.camera(&at, camera, &node.name, transform)?;
-                rig.cameras.extend(added.map(|camera| (camera, i)));
+                rig.cameras.extend(added.map(|added| CameraMount {
+                    camera: added,
+                    node: i,
+                    definition: camera,
+                    base: self.world.cameras[added].camera.clone(),
+                }));
             }
             if !visible[i] && (node.mesh.is_some() || node.extensions.light.is_some()) {
                 let message = "hidden, as KHR_node_visibility says";
@@ -89,8 +96,8 @@ impl Builder<'_, '_> {
             }
             if let Some(light) = node.extensions.light.as_ref().filter(|_| visible[i]) {
                 let place = format!("{place}.extensions.KHR_lights_punctual.light");
-                let added = self.light(&place, light.light, transform)?;
-                rig.lights.extend(added.map(|light| (light, i)));
+                rig.lights
+                    .extend(self.light(&place, light.light, i, transform)?);
             }
             if let Some(mesh) = node.mesh.filter(|_| visible[i] || moving)
                 && let Some(placeable) = self.mesh(&format!("{place}.mesh"), mesh)?

@@ -36,7 +36,7 @@ impl Builder<'_, '_> {
         Ok(Some(TextureSlot {
             texture,
             uv_set: info.uv_set(),
-            image_from_mesh: info.image_from_mesh(),
+            image_from_mesh: info.uv_transform().image_from_mesh(),
         }))
     }
 
@@ -144,20 +144,6 @@ impl TextureInfo {
         transform
             .and_then(|transform| transform.tex_coord)
             .unwrap_or(self.tex_coord)
-    }
-
-    /// `KHR_texture_transform`: translation * rotation * scale, rotation counter-clockwise in the image.
-    fn image_from_mesh(&self) -> [[f32; 3]; 2] {
-        let Some(transform) = &self.extensions.transform else {
-            return [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        };
-        let (sin, cos) = transform.rotation.sin_cos();
-        let ([x, y], [width, height]) = (transform.offset, transform.scale);
-        [
-            [cos * width, sin * height, x],
-            [-sin * width, cos * height, y],
-        ]
-        .map(|row| row.map(|v| v as f32))
     }
 }
 

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use super::{Mount, Rig, Skin, Target, Transform};
+use super::mount::place_light;
+use super::{CameraMount, LightMount, Mount, MovingMaterial, Node, Rig, Skin, Target, Transform};
 use crate::camera::Camera;
 use crate::error::{SceneError, suggestion};
-use crate::light::Light;
 use crate::mesh::Mesh;
 use crate::world::World;
 
@@ -16,6 +16,9 @@ struct Pose {
     world_from_node: Vec<DAffine3>,
     visible: Vec<bool>,
     weights: Vec<Vec<f32>>,
+    materials: Vec<MovingMaterial>,
+    lights: Vec<LightMount>,
+    cameras: Vec<CameraMount>,
 }
 
 impl World {
@@ -100,12 +103,19 @@ impl World {
                 };
             }
         }
-        for &(light, node) in &rig.lights {
-            place_light(&mut world.lights[light], pose.world_from_node[node]);
+        for mount in &pose.lights {
+            let world_from_node = pose.world_from_node[mount.node];
+            let along = (-world_from_node.matrix3.z_axis).try_normalize();
+            let mut light = mount.clone().light();
+            place_light(&mut light, world_from_node.translation, along);
+            world.lights[mount.light] = light;
         }
-        for &(camera, node) in &rig.cameras {
-            let camera = &mut world.cameras[camera].camera;
-            *camera = placed_camera(camera, pose.world_from_node[node])?;
+        for mount in &pose.cameras {
+            let camera = &mut world.cameras[mount.camera].camera;
+            *camera = placed_camera(&mount.base, pose.world_from_node[mount.node])?;
+        }
+        for moving in &pose.materials {
+            world.materials[moving.material] = moving.clone().material();
         }
         Ok(world)
     }
@@ -116,30 +126,35 @@ impl Rig {
     fn pose(&self, moment: Option<(usize, f64)>) -> Pose {
         let mut nodes = self.nodes.clone();
         let channels = moment.and_then(|(animation, _)| self.animations.get(animation));
+        let (mut materials, mut lights) = (self.materials.clone(), self.lights.clone());
+        let mut cameras = self.cameras.clone();
         for channel in channels.iter().flat_map(|animation| &animation.channels) {
             let value = channel.sampler.at(moment.map_or(0.0, |(_, time)| time));
-            let node = nodes.get_mut(channel.target.node());
-            let Some(node) = node.filter(|_| value.len() >= channel.target.width()) else {
+            if value.len() < channel.target.width() {
                 continue;
-            };
-            let vector = || DVec3::from_slice(&value);
-            match (&mut node.transform, channel.target) {
-                (Transform::Parts { translation, .. }, Target::Translation(_)) => {
-                    *translation = vector();
-                }
-                (Transform::Parts { rotation, .. }, Target::Rotation(_)) => {
-                    let turn = DQuat::from_slice(&value);
-                    if turn.length_squared() > 0.0 {
-                        *rotation = turn.normalize();
+            }
+            match channel.target {
+                Target::Translation(i)
+                | Target::Rotation(i)
+                | Target::Scale(i)
+                | Target::Weights(i)
+                | Target::Visible(i) => {
+                    if let Some(node) = nodes.get_mut(i) {
+                        move_node(node, channel.target, &value);
                     }
                 }
-                (Transform::Parts { scale, .. }, Target::Scale(_)) => *scale = vector(),
-                (_, Target::Weights(_)) => {
-                    node.weights = value.iter().map(|&v| v as f32).collect();
+                Target::Material(material, property) => {
+                    let same = materials.iter_mut().filter(|m| m.material == material);
+                    same.for_each(|moving| moving.set(property, &value));
                 }
-                (_, Target::Visible(_)) => node.visible = value[0] != 0.0,
-                // Reading refuses to animate a matrix.
-                (Transform::Matrix(_), _) => {}
+                Target::Light(definition, property) => {
+                    let same = lights.iter_mut().filter(|l| l.definition == definition);
+                    same.for_each(|light| light.set(property, &value));
+                }
+                Target::FieldOfView(definition) => {
+                    let same = cameras.iter_mut().filter(|c| c.definition == definition);
+                    same.for_each(|camera| camera.set_fov(value[0]));
+                }
             }
         }
         let mut world_from_node = vec![DAffine3::IDENTITY; nodes.len()];
@@ -155,6 +170,9 @@ impl Rig {
             world_from_node,
             visible,
             weights: nodes.into_iter().map(|node| node.weights).collect(),
+            materials,
+            lights,
+            cameras,
         }
     }
 
@@ -184,26 +202,23 @@ impl Rig {
     }
 }
 
-fn place_light(light: &mut Light, world_from_node: DAffine3) {
-    let place = world_from_node.translation.to_array();
-    let along = (-world_from_node.matrix3.z_axis).try_normalize();
-    match light {
-        Light::Sun { direction, .. } => {
-            if let Some(along) = along {
-                *direction = along.to_array();
+fn move_node(node: &mut Node, target: Target, value: &[f64]) {
+    match (&mut node.transform, target) {
+        (Transform::Parts { translation, .. }, Target::Translation(_)) => {
+            *translation = DVec3::from_slice(value);
+        }
+        (Transform::Parts { rotation, .. }, Target::Rotation(_)) => {
+            let turn = DQuat::from_slice(value);
+            if turn.length_squared() > 0.0 {
+                *rotation = turn.normalize();
             }
         }
-        Light::Bulb { position, .. } => *position = place,
-        Light::Spot {
-            position,
-            direction,
-            ..
-        } => {
-            *position = place;
-            if let Some(along) = along {
-                *direction = along.to_array();
-            }
+        (Transform::Parts { scale, .. }, Target::Scale(_)) => *scale = DVec3::from_slice(value),
+        (_, Target::Weights(_)) => {
+            node.weights = value.iter().map(|&v| v as f32).collect();
         }
+        (_, Target::Visible(_)) => node.visible = value[0] != 0.0,
+        // Reading refuses to animate a matrix.
         _ => {}
     }
 }

@@ -73,6 +73,21 @@ impl Sampler {
         self.times.last().map_or(0.0, |&time| f64::from(time))
     }
 
+    /// When its keyframes are, in seconds.
+    pub fn times(&self) -> &[f32] {
+        &self.times
+    }
+
+    /// The numbers of all keyframes one after the other, tangents included.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// What lies between keyframes.
+    pub fn interpolation(&self) -> Interpolation {
+        self.interpolation
+    }
+
     /// How many numbers a value has.
     pub fn width(&self) -> usize {
         self.width

@@ -1,0 +1,135 @@
+//! Animations: channels of nodes, and `KHR_animation_pointer` for the rest.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use raycam_scene::animation::{Animation, Interpolation, MaterialProperty, Rig, Sampler, Target};
+use serde_json::{Value, json};
+
+use super::Writer;
+use super::binary::Purpose;
+use crate::gltf::pointer::{LIGHT_PROPERTIES, LIGHTS, PARTS, PROPERTIES, TEXTURES};
+
+impl Writer<'_> {
+    /// All animations of the tree that was written.
+    pub(super) fn animations(&mut self, rig: &Rig) {
+        for animation in &rig.animations {
+            let (mut samplers, mut channels) = (Vec::new(), Vec::new());
+            let mut known = HashMap::new();
+            for channel in &animation.channels {
+                let rotation = matches!(channel.target, Target::Rotation(_));
+                let weights = matches!(channel.target, Target::Weights(_));
+                let targets = self.targets(channel.target, rig);
+                if targets.is_empty() {
+                    self.note(format!(
+                        "animation {:?}: a channel moves nothing that is there",
+                        animation.name
+                    ));
+                    continue;
+                }
+                let key = (Arc::as_ptr(&channel.sampler), rotation, weights);
+                let sampler = *known.entry(key).or_insert_with(|| {
+                    samplers.push(self.sampler(&channel.sampler, weights));
+                    samplers.len() - 1
+                });
+                for target in targets {
+                    channels.push(json!({ "sampler": sampler, "target": target }));
+                }
+            }
+            if channels.is_empty() {
+                self.note(format!(
+                    "animation {:?} is left out: nothing of it is there",
+                    animation.name
+                ));
+                continue;
+            }
+            let Animation { name, .. } = animation;
+            let mut json = json!({ "samplers": samplers, "channels": channels });
+            if !name.is_empty() {
+                json["name"] = json!(name);
+            }
+            self.push("animations", json);
+        }
+    }
+
+    fn sampler(&mut self, sampler: &Sampler, weights: bool) -> Value {
+        let times: Vec<[f32; 1]> = sampler.times().iter().map(|&time| [time]).collect();
+        let (values, other) = (sampler.values(), Purpose::Other);
+        let input = self.binary.floats(&times, other, true);
+        let output = match sampler.width() {
+            2 if !weights => self.binary.floats(values.as_chunks::<2>().0, other, false),
+            3 if !weights => self.binary.floats(values.as_chunks::<3>().0, other, false),
+            4 if !weights => self.binary.floats(values.as_chunks::<4>().0, other, false),
+            _ => self.binary.floats(values.as_chunks::<1>().0, other, false),
+        };
+        let interpolation = match sampler.interpolation() {
+            Interpolation::Step => "STEP",
+            Interpolation::Linear => "LINEAR",
+            Interpolation::CubicSpline => "CUBICSPLINE",
+        };
+        json!({ "input": input, "output": output, "interpolation": interpolation })
+    }
+
+    /// The targets of a channel, of which lights and cameras may have several.
+    fn targets(&mut self, target: Target, rig: &Rig) -> Vec<Value> {
+        let node = |node: usize, path: &str| vec![json!({ "node": node, "path": path })];
+        let pointers = match target {
+            Target::Translation(i) => return node(i, "translation"),
+            Target::Rotation(i) => return node(i, "rotation"),
+            Target::Scale(i) => return node(i, "scale"),
+            Target::Weights(i) => {
+                let mounted = |mount: &raycam_scene::animation::Mount| {
+                    mount.node == i && mount.node_from_mesh == glam::DAffine3::IDENTITY
+                };
+                let found = rig.objects.iter().any(mounted);
+                return if found {
+                    node(i, "weights")
+                } else {
+                    Vec::new()
+                };
+            }
+            Target::Visible(i) => {
+                vec![format!("/nodes/{i}/extensions/KHR_node_visibility/visible")]
+            }
+            Target::Material(i, property) => {
+                let path = material_path(property);
+                path.iter()
+                    .map(|path| format!("/materials/{i}/{path}"))
+                    .collect()
+            }
+            Target::Light(definition, property) => {
+                let path = LIGHT_PROPERTIES
+                    .iter()
+                    .find(|(_, other)| *other == property);
+                let path = path.map_or("", |(path, _)| path);
+                let copies = self.light_of.iter().filter(|(of, _)| *of == definition);
+                copies.map(|(_, i)| format!("{LIGHTS}{i}/{path}")).collect()
+            }
+            Target::FieldOfView(definition) => {
+                let copies = self.camera_of.iter().filter(|(of, _)| *of == definition);
+                copies
+                    .map(|(_, i)| format!("/cameras/{i}/perspective/yfov"))
+                    .collect()
+            }
+        };
+        let pointer = |pointer: &String| {
+            let extension = json!({ "KHR_animation_pointer": { "pointer": pointer } });
+            json!({ "path": "pointer", "extensions": extension })
+        };
+        if !pointers.is_empty() {
+            self.extensions.insert("KHR_animation_pointer");
+        }
+        pointers.iter().map(pointer).collect()
+    }
+}
+
+/// The path of a property below its material.
+fn material_path(property: MaterialProperty) -> Option<String> {
+    if let MaterialProperty::Uv(used, part) = property {
+        let (texture, ..) = TEXTURES.iter().find(|(_, other, _)| *other == used)?;
+        let (part, _) = PARTS.iter().find(|(_, other)| *other == part)?;
+        return Some(format!("{texture}{part}"));
+    }
+    let (path, _) = PROPERTIES.iter().find(|(_, other)| *other == property)?;
+    Some((*path).into())
+}

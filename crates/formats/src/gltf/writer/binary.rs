@@ -1,0 +1,148 @@
+//! The binary chunk: buffer views and accessors. Bytes that are there already are not written again.
+
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use serde_json::{Map, Value, json};
+
+/// What a buffer view is for (3.6.2.2).
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Purpose {
+    Vertices,
+    Indices,
+    Other,
+}
+
+/// Everything in the chunk.
+#[derive(Default)]
+pub(super) struct Binary {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+    /// Views by what they hold, as (start, length, index). Accessors of different types may not share one (3.6.2.4).
+    known: HashMap<(u64, Purpose, String), Vec<(usize, usize, usize)>>,
+    known_accessors: HashMap<String, usize>,
+}
+
+impl Binary {
+    /// A view of these bytes.
+    pub(super) fn view(&mut self, data: &[u8], purpose: Purpose) -> usize {
+        self.view_for(data, purpose, String::new())
+    }
+
+    /// A view of these bytes, for accessors like this.
+    fn view_for(&mut self, data: &[u8], purpose: Purpose, like: String) -> usize {
+        let mut hasher = DefaultHasher::new();
+        data.hash(&mut hasher);
+        let same = self
+            .known
+            .entry((hasher.finish(), purpose, like))
+            .or_default();
+        let found = same
+            .iter()
+            .find(|(start, length, _)| self.bytes[*start..start + length] == *data);
+        if let Some(&(_, _, index)) = found {
+            return index;
+        }
+        let start = self.bytes.len().next_multiple_of(4);
+        self.bytes.resize(start, 0);
+        self.bytes.extend_from_slice(data);
+        let mut view = json!({ "buffer": 0, "byteOffset": start, "byteLength": data.len() });
+        match purpose {
+            Purpose::Vertices => view["target"] = json!(34962),
+            Purpose::Indices => view["target"] = json!(34963),
+            Purpose::Other => {}
+        }
+        self.views.push(view);
+        same.push((start, data.len(), self.views.len() - 1));
+        self.views.len() - 1
+    }
+
+    /// An accessor of float32 elements; positions and times have `bounds`.
+    pub(super) fn floats<const N: usize>(
+        &mut self,
+        values: &[[f32; N]],
+        purpose: Purpose,
+        bounds: bool,
+    ) -> usize {
+        let bytes: Vec<u8> = values
+            .as_flattened()
+            .iter()
+            .flat_map(|v| v.to_le_bytes())
+            .collect();
+        let mut more = Map::new();
+        if bounds {
+            let fold = |start: f32, pick: fn(f32, f32) -> f32| {
+                let ends: [f32; N] = values.iter().fold([start; N], |ends, v| {
+                    std::array::from_fn(|i| pick(ends[i], v[i]))
+                });
+                ends.map(f64::from).to_vec()
+            };
+            more.insert("min".into(), json!(fold(f32::INFINITY, f32::min)));
+            more.insert("max".into(), json!(fold(f32::NEG_INFINITY, f32::max)));
+        }
+        self.accessor(&bytes, 5126, kind(N), values.len(), purpose, more)
+    }
+
+    /// An accessor of four joints for each vertex.
+    pub(super) fn joints(&mut self, values: &[[u16; 4]]) -> usize {
+        let bytes: Vec<u8> = values
+            .as_flattened()
+            .iter()
+            .flat_map(|v| v.to_le_bytes())
+            .collect();
+        let count = values.len();
+        self.accessor(&bytes, 5123, "VEC4", count, Purpose::Vertices, Map::new())
+    }
+
+    /// An accessor of indices into so many vertices, in 16 bits where these count them. The largest number of its type
+    /// is none of them (3.7.2.1).
+    pub(super) fn indices(&mut self, values: &[u32], vertices: usize) -> usize {
+        let (code, bytes): (_, Vec<u8>) = if vertices <= usize::from(u16::MAX) {
+            let short = values.iter().flat_map(|&v| (v as u16).to_le_bytes());
+            (5123, short.collect())
+        } else {
+            (5125, values.iter().flat_map(|v| v.to_le_bytes()).collect())
+        };
+        let count = values.len();
+        self.accessor(&bytes, code, "SCALAR", count, Purpose::Indices, Map::new())
+    }
+
+    fn accessor(
+        &mut self,
+        bytes: &[u8],
+        component: u32,
+        kind: &str,
+        count: usize,
+        purpose: Purpose,
+        more: Map<String, Value>,
+    ) -> usize {
+        let mut accessor = json!({ "componentType": component, "type": kind, "count": count });
+        for (key, value) in more {
+            accessor[key] = value;
+        }
+        accessor["bufferView"] = json!(self.view_for(bytes, purpose, accessor.to_string()));
+        *self
+            .known_accessors
+            .entry(accessor.to_string())
+            .or_insert_with(|| {
+                self.accessors.push(accessor);
+                self.accessors.len() - 1
+            })
+    }
+
+    /// Views, accessors and bytes.
+    pub(super) fn into_parts(self) -> (Vec<Value>, Vec<Value>, Vec<u8>) {
+        (self.views, self.accessors, self.bytes)
+    }
+}
+
+fn kind(components: usize) -> &'static str {
+    match components {
+        1 => "SCALAR",
+        2 => "VEC2",
+        3 => "VEC3",
+        4 => "VEC4",
+        _ => "MAT4",
+    }
+}

@@ -1,0 +1,334 @@
+//! Meshes: a primitive for each material slot, with what its vertices carry.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::Vec3;
+use raycam_scene::Mesh;
+use raycam_scene::animation::{MorphTarget, Shape};
+use serde_json::{Map, Value, json};
+
+use super::Writer;
+use super::binary::Purpose::Vertices;
+
+/// What has been written so far.
+#[derive(Default)]
+pub(super) struct MeshCache {
+    /// Primitives without materials, by mesh and by whether it bends.
+    primitives: HashMap<(*const Mesh, bool), Vec<(usize, Value)>>,
+    /// Meshes of the document by their JSON.
+    meshes: HashMap<String, usize>,
+}
+
+/// The materials that an object has in one of the variants, by slot: `KHR_materials_variants`.
+pub(super) type Variants = Vec<(usize, Vec<(usize, usize)>)>;
+
+impl Writer<'_> {
+    /// The index of a mesh with these materials.
+    pub(super) fn mesh(
+        &mut self,
+        mesh: &Arc<Mesh>,
+        shape: Option<&Shape>,
+        materials: &[usize],
+        variants: &Variants,
+        weights: &[f32],
+    ) -> usize {
+        let key = (Arc::as_ptr(mesh), shape.is_some());
+        if !self.meshes.primitives.contains_key(&key) {
+            let primitives = self.primitives(mesh, shape);
+            self.meshes.primitives.insert(key, primitives);
+        }
+        let mut primitives = Vec::new();
+        for (slot, primitive) in self.meshes.primitives[&key].clone() {
+            let Value::Object(mut primitive) = primitive else {
+                continue;
+            };
+            primitive.insert("material".into(), json!(materials[slot]));
+            let mappings = variants.iter().find(|(other, _)| *other == slot);
+            if let Some((_, pairs)) = mappings {
+                let mut by_material: Vec<(usize, Vec<usize>)> = Vec::new();
+                for &(variant, material) in pairs {
+                    match by_material.iter_mut().find(|(other, _)| *other == material) {
+                        Some((_, variants)) => variants.push(variant),
+                        None => by_material.push((material, vec![variant])),
+                    }
+                }
+                let mapping = |(material, variants): &(usize, Vec<usize>)| json!({ "material": material, "variants": variants });
+                let mappings: Vec<_> = by_material.iter().map(mapping).collect();
+                let extension = json!({ "mappings": mappings });
+                self.extend(&mut primitive, "KHR_materials_variants", extension);
+            }
+            primitives.push(Value::from(primitive));
+        }
+        let mut json = json!({ "primitives": primitives });
+        if !weights.is_empty() {
+            json["weights"] = super::shorts(weights);
+        }
+        let text = json.to_string();
+        if let Some(&known) = self.meshes.meshes.get(&text) {
+            return known;
+        }
+        let index = self.push("meshes", json);
+        self.meshes.meshes.insert(text, index);
+        index
+    }
+
+    fn primitives(&mut self, mesh: &Mesh, shape: Option<&Shape>) -> Vec<(usize, Value)> {
+        let rounding = mesh
+            .vertices
+            .iter()
+            .map(|v| (v.as_vec3().as_dvec3() - *v).length());
+        let rounding = rounding.fold(0.0, f64::max);
+        if rounding > 0.0 {
+            let moved = if rounding < 1e-6 {
+                "less than a millionth".into()
+            } else {
+                format!("up to {rounding:.1e}")
+            };
+            self.note(format!(
+                "positions are rounded to float32, by {moved} of their unit"
+            ));
+        }
+        let Some(slots) = &mesh.material_slots else {
+            let corners = mesh.triangles.as_flattened().to_vec();
+            return vec![(0, self.primitive(mesh, shape, corners, None, true))];
+        };
+        if !slots.is_sorted() {
+            let message = "triangles of several materials are numbered anew, material by material";
+            self.note(message.into());
+        }
+        let mut primitives = Vec::new();
+        for slot in 0..mesh.slot_count() {
+            let of_slot = |&(_, &other): &(usize, &u16)| usize::from(other) == slot;
+            let faces: Vec<usize> = slots
+                .iter()
+                .enumerate()
+                .filter(of_slot)
+                .map(|f| f.0)
+                .collect();
+            if faces.is_empty() {
+                continue;
+            }
+            let corners = faces
+                .iter()
+                .flat_map(|&face| mesh.triangles[face])
+                .collect();
+            let whole = mesh.slot_count() == 1;
+            primitives.push((
+                slot,
+                self.primitive(mesh, shape, corners, Some(&faces), whole),
+            ));
+        }
+        primitives
+    }
+
+    /// The triangles with these corners, `faces` of the mesh; `whole` where they are all there are.
+    fn primitive(
+        &mut self,
+        mesh: &Mesh,
+        shape: Option<&Shape>,
+        corners: Vec<u32>,
+        faces: Option<&[usize]>,
+        whole: bool,
+    ) -> Value {
+        let normals = mesh.normals.as_ref();
+        let normals = normals.filter(|all| corners.iter().any(|&i| all[i as usize] != [0.0; 3]));
+        let flat = normals.is_some_and(|all| corners.iter().any(|&i| all[i as usize] == [0.0; 3]));
+        // What a face has of its own needs vertices of its own.
+        let apart = flat || mesh.face_colors.is_some();
+        let (sources, indices) = match (apart, whole) {
+            (true, _) => (corners.clone(), None),
+            (_, true) => (
+                (0..mesh.vertices.len() as u32).collect(),
+                Some(corners.clone()),
+            ),
+            (false, false) => compact(&corners, mesh.vertices.len()),
+        };
+        let count = sources.len();
+        let mut attributes = Map::new();
+        let positions = gather(&sources, |i| mesh.vertices[i].as_vec3().to_array());
+        let position = self.binary.floats(&positions, Vertices, true);
+        attributes.insert("POSITION".into(), json!(position));
+        let shading = normals.map(|all| {
+            let mut normals = gather(&sources, |i| all[i]);
+            if flat {
+                for (corners, normals) in positions.chunks(3).zip(normals.chunks_mut(3)) {
+                    let [a, b, c] = [0, 1, 2].map(|i| Vec3::from_array(corners[i]));
+                    let face = (b - a).cross(c - a).normalize_or(Vec3::Z).to_array();
+                    normals
+                        .iter_mut()
+                        .filter(|n| **n == [0.0; 3])
+                        .for_each(|n| *n = face);
+                }
+            }
+            normals
+                .into_iter()
+                .map(|n| Vec3::from_array(n).normalize_or(Vec3::Z).to_array())
+                .collect::<Vec<_>>()
+        });
+        if let Some(normals) = &shading {
+            let index = self.binary.floats(normals, Vertices, false);
+            attributes.insert("NORMAL".into(), json!(index));
+        }
+        let tangents = mesh.tangents.as_ref().zip(shading.as_ref());
+        let tangents = tangents.map(|(all, normals)| (gather(&sources, |i| all[i]), normals));
+        let tangents = tangents.filter(|(all, _)| all.iter().any(|t| t[..3] != [0.0; 3]));
+        let has_tangents = tangents.is_some();
+        if let Some((tangents, normals)) = tangents {
+            let unit = |([x, y, z, sign], normal): ([f32; 4], &[f32; 3])| {
+                let any = Vec3::from_array(*normal).any_orthonormal_vector();
+                let [x, y, z] = Vec3::new(x, y, z).normalize_or(any).to_array();
+                [x, y, z, if sign < 0.0 { -1.0 } else { 1.0 }]
+            };
+            let tangents: Vec<_> = tangents.into_iter().zip(normals).map(unit).collect();
+            let index = self.binary.floats(&tangents, Vertices, false);
+            attributes.insert("TANGENT".into(), json!(index));
+        }
+        for (set, uvs) in mesh.uvs.iter().chain(&mesh.more_uvs).enumerate() {
+            let index = self
+                .binary
+                .floats(&gather(&sources, |i| uvs[i]), Vertices, false);
+            attributes.insert(format!("TEXCOORD_{set}"), json!(index));
+        }
+        let colored = self.colors(mesh, &sources, faces, &mut attributes);
+        let mut json = json!({});
+        if let Some(shape) = shape {
+            for (set, (joints, weights)) in shape.joints.iter().enumerate() {
+                let joints = gather(&sources, |i| used(joints[i], weights[i]));
+                let index = self.binary.joints(&joints);
+                attributes.insert(format!("JOINTS_{set}"), json!(index));
+                let weights = gather(&sources, |i| weights[i]);
+                let index = self.binary.floats(&weights, Vertices, false);
+                attributes.insert(format!("WEIGHTS_{set}"), json!(index));
+            }
+            let base = [shading.is_some(), has_tangents, mesh.uvs.is_some(), colored];
+            let targets: Vec<_> = shape
+                .targets
+                .iter()
+                .map(|target| self.target(target, &sources, base))
+                .collect();
+            if !targets.is_empty() {
+                json["targets"] = targets.into();
+            }
+        }
+        json["attributes"] = attributes.into();
+        if let Some(indices) = indices {
+            json["indices"] = json!(self.binary.indices(&indices, count));
+        }
+        json
+    }
+
+    /// `COLOR_0`, where there are colours of vertices or faces; whether there are.
+    fn colors(
+        &mut self,
+        mesh: &Mesh,
+        sources: &[u32],
+        faces: Option<&[usize]>,
+        attributes: &mut Map<String, Value>,
+    ) -> bool {
+        let of_faces = mesh.face_colors.as_ref();
+        let of_vertices = mesh.vertex_colors.as_ref();
+        let opacities = mesh.vertex_opacities.as_ref();
+        if of_faces.is_none() && of_vertices.is_none() && opacities.is_none() {
+            return false;
+        }
+        let colors: Vec<[f32; 3]> = sources
+            .iter()
+            .enumerate()
+            .map(|(corner, &i)| {
+                let own = of_vertices.map_or([1.0; 3], |all| all[i as usize]);
+                // With colours of faces, vertices are corners.
+                let face = faces.map_or(corner / 3, |faces| {
+                    faces.get(corner / 3).copied().unwrap_or(0)
+                });
+                let face = of_faces.map_or([1.0; 3], |all| all[face]);
+                std::array::from_fn(|i| own[i] * face[i])
+            })
+            .collect();
+        let index = match opacities {
+            Some(opacities) => {
+                let with = |([r, g, b], &i): ([f32; 3], &u32)| [r, g, b, opacities[i as usize]];
+                let colors: Vec<_> = colors.into_iter().zip(sources).map(with).collect();
+                self.binary.floats(&colors, Vertices, false)
+            }
+            None => self.binary.floats(&colors, Vertices, false),
+        };
+        attributes.insert("COLOR_0".into(), json!(index));
+        true
+    }
+
+    fn target(
+        &mut self,
+        target: &MorphTarget,
+        sources: &[u32],
+        [normals, tangents, uvs, colors]: [bool; 4],
+    ) -> Value {
+        let mut json = Map::new();
+        let zero = vec![
+            [0.0; 3];
+            if target.vertices.is_none() {
+                sources.len()
+            } else {
+                0
+            }
+        ];
+        let moved = match &target.vertices {
+            Some(all) => gather(sources, |i| all[i]),
+            // Something has to be there.
+            None => zero,
+        };
+        let index = self.binary.floats(&moved, Vertices, true);
+        json.insert("POSITION".into(), json!(index));
+        let three = [
+            ("NORMAL", normals, &target.normals),
+            ("TANGENT", tangents, &target.tangents),
+            ("COLOR_0", colors, &target.colors),
+        ];
+        for (name, based, values) in three {
+            if let (true, Some(all)) = (based, values) {
+                let index = self
+                    .binary
+                    .floats(&gather(sources, |i| all[i]), Vertices, false);
+                json.insert(name.into(), json!(index));
+            }
+        }
+        if let (true, Some(all)) = (uvs, &target.uvs) {
+            let index = self
+                .binary
+                .floats(&gather(sources, |i| all[i]), Vertices, false);
+            json.insert("TEXCOORD_0".into(), json!(index));
+        }
+        json.into()
+    }
+}
+
+/// The vertices that these corners use, in their order, and the corners among them.
+fn compact(corners: &[u32], vertices: usize) -> (Vec<u32>, Option<Vec<u32>>) {
+    let mut places = vec![u32::MAX; vertices];
+    corners
+        .iter()
+        .for_each(|&corner| places[corner as usize] = 0);
+    let mut sources = Vec::new();
+    for (vertex, place) in places
+        .iter_mut()
+        .enumerate()
+        .filter(|(_, place)| **place == 0)
+    {
+        *place = sources.len() as u32;
+        sources.push(vertex as u32);
+    }
+    let corners = corners
+        .iter()
+        .map(|&corner| places[corner as usize])
+        .collect();
+    (sources, Some(corners))
+}
+
+fn gather<T>(sources: &[u32], of: impl Fn(usize) -> T) -> Vec<T> {
+    sources.iter().map(|&i| of(i as usize)).collect()
+}
+
+/// Joints that bend nothing are joint 0 (3.7.3.3).
+fn used(joints: [u16; 4], weights: [f32; 4]) -> [u16; 4] {
+    std::array::from_fn(|i| if weights[i] == 0.0 { 0 } else { joints[i] })
+}

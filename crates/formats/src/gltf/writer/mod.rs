@@ -1,0 +1,196 @@
+//! Worlds as GLB files (glTF 2.0, version 2.0.1): everything that glTF and its ratified extensions can say. What they
+//! cannot say becomes a notice.
+
+mod animation;
+mod binary;
+mod camera;
+mod light;
+mod material;
+mod mesh;
+mod node;
+mod place;
+mod reflectance;
+mod texture;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use raycam_scene::schema::RenderSpec;
+use raycam_scene::{Up, World};
+use serde_json::{Map, Value, json};
+
+use self::binary::Binary;
+use self::mesh::MeshCache;
+use self::texture::TextureCache;
+use crate::error::FormatError;
+
+/// A world on its way out.
+struct Writer<'a> {
+    world: &'a World,
+    binary: Binary,
+    /// The document's lists, by key.
+    lists: BTreeMap<&'static str, Vec<Value>>,
+    lights: Vec<Value>,
+    extensions: BTreeSet<&'static str>,
+    meshes: MeshCache,
+    textures: TextureCache,
+    /// Which definition of the rig the lights are copies of, and theirs here.
+    light_of: Vec<(usize, usize)>,
+    camera_of: Vec<(usize, usize)>,
+    notices: Vec<String>,
+}
+
+/// A GLB file of a world, and what it does not say of it.
+///
+/// Up is y in glTF: a z-up world is turned by a node above all others. Positions are float32 there; cameras have no
+/// number of pixels, no distortion and a principal point in the middle; lights are `KHR_lights_punctual`.
+///
+/// # Errors
+/// [`FormatError::Encode`] where it would be longer than 4 GiB, which GLB cannot be.
+pub fn write(world: &World) -> Result<(Vec<u8>, Vec<String>), FormatError> {
+    let mut writer = Writer {
+        world,
+        binary: Binary::default(),
+        lists: BTreeMap::new(),
+        lights: Vec::new(),
+        extensions: BTreeSet::new(),
+        meshes: MeshCache::default(),
+        textures: TextureCache::default(),
+        light_of: Vec::new(),
+        camera_of: Vec::new(),
+        notices: Vec::new(),
+    };
+    writer.what_is_left_out();
+    for material in &world.materials {
+        let json = writer.material(material)?;
+        writer.push("materials", json);
+    }
+    let rig = writer.rig();
+    let mut roots = writer.nodes(rig.as_deref());
+    if world.up == Up::Z && !roots.is_empty() {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let up = json!({ "name": "y up", "rotation": [-half, 0.0, 0.0, half], "children": roots });
+        roots = vec![writer.push("nodes", up)];
+        writer.note("z is up, which glTF does not have: a node above all turns it to y".into());
+    }
+    if let Some(rig) = &rig {
+        writer.animations(rig);
+    }
+    writer.finish(&roots)
+}
+
+impl Writer<'_> {
+    /// Adds an item to one of the document's lists and returns its index.
+    fn push(&mut self, list: &'static str, item: impl Into<Value>) -> usize {
+        let items = self.lists.entry(list).or_default();
+        items.push(item.into());
+        items.len() - 1
+    }
+
+    /// Says something once.
+    fn note(&mut self, notice: String) {
+        if !self.notices.contains(&notice) {
+            self.notices.push(notice);
+        }
+    }
+
+    /// An extension's object, which is thereby declared.
+    fn extend(&mut self, item: &mut Map<String, Value>, name: &'static str, extension: Value) {
+        self.extensions.insert(name);
+        let all = item.entry("extensions").or_insert_with(|| json!({}));
+        if let Some(all) = all.as_object_mut() {
+            all.insert(name.into(), extension);
+        }
+    }
+
+    /// Says what of a world as a whole glTF has no words for.
+    fn what_is_left_out(&mut self) {
+        let world = self.world;
+        if world.video.is_some() {
+            self.note("[video] is left out: glTF's animations move nodes, not by orbits".into());
+        }
+        if world.render != RenderSpec::default() {
+            self.note("[render] is left out: glTF does not say how to render".into());
+        }
+        if world.objects.iter().any(|object| object.category.is_some()) {
+            self.note("categories of objects are left out".into());
+        }
+    }
+
+    fn finish(mut self, roots: &[usize]) -> Result<(Vec<u8>, Vec<String>), FormatError> {
+        let generator = format!("raycam {}", env!("CARGO_PKG_VERSION"));
+        let mut root = Map::new();
+        root.insert(
+            "asset".into(),
+            json!({ "version": "2.0", "generator": generator }),
+        );
+        if !roots.is_empty() {
+            root.insert("scene".into(), json!(0));
+            root.insert("scenes".into(), json!([{ "nodes": roots }]));
+        }
+        if !self.lights.is_empty() {
+            let lights = json!({ "lights": std::mem::take(&mut self.lights) });
+            self.extend(&mut root, "KHR_lights_punctual", lights);
+        }
+        if !self.world.variants.is_empty() {
+            let names = self
+                .world
+                .variants
+                .iter()
+                .map(|v| json!({ "name": v.name }));
+            let variants = json!({ "variants": names.collect::<Vec<_>>() });
+            self.extend(&mut root, "KHR_materials_variants", variants);
+        }
+        if !self.extensions.is_empty() {
+            root.insert("extensionsUsed".into(), json!(self.extensions));
+        }
+        let (views, accessors, bytes) = self.binary.into_parts();
+        if !bytes.is_empty() {
+            root.insert("buffers".into(), json!([{ "byteLength": bytes.len() }]));
+            root.insert("bufferViews".into(), views.into());
+            root.insert("accessors".into(), accessors.into());
+        }
+        root.retain(|_, value| value.as_array().is_none_or(|list| !list.is_empty()));
+        for (key, list) in self.lists {
+            root.insert(key.into(), list.into());
+        }
+        let text = Value::from(root).to_string().into_bytes();
+        Ok((container(text, bytes)?, self.notices))
+    }
+}
+
+/// Both chunks of a GLB file, padded to 4 bytes (chapter 4).
+fn container(mut text: Vec<u8>, mut bytes: Vec<u8>) -> Result<Vec<u8>, FormatError> {
+    text.resize(text.len().next_multiple_of(4), b' ');
+    bytes.resize(bytes.len().next_multiple_of(4), 0);
+    let mut chunks = vec![(*b"JSON", text)];
+    if !bytes.is_empty() {
+        chunks.push((*b"BIN\0", bytes));
+    }
+    let total = 12 + chunks.iter().map(|(_, data)| 8 + data.len()).sum::<usize>();
+    let length = u32::try_from(total).map_err(|_| {
+        FormatError::Encode(format!(
+            "GLB: {total} bytes, and no file has more than 4 GiB"
+        ))
+    })?;
+    let mut file = Vec::with_capacity(total);
+    file.extend(b"glTF");
+    file.extend(2_u32.to_le_bytes());
+    file.extend(length.to_le_bytes());
+    for (kind, data) in chunks {
+        // Fits: the whole does.
+        file.extend((data.len() as u32).to_le_bytes());
+        file.extend(kind);
+        file.extend(data);
+    }
+    Ok(file)
+}
+
+/// The shortest decimal that is this number again as float32.
+fn short(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(f64::from(value))
+}
+
+/// The same of several.
+fn shorts(values: &[f32]) -> Value {
+    values.iter().map(|&value| short(value)).collect()
+}

@@ -1,0 +1,72 @@
+//! How surfaces reflect, in the terms of glTF.
+
+use raycam_scene::Material;
+use raycam_scene::material::Reflectance;
+use raycam_scene::principled::Principled;
+
+use super::Writer;
+
+impl Writer<'_> {
+    /// A material in glTF's terms: the principled one, and the base colour it has there. What only resembles the
+    /// original gets a notice. `None` is unlit.
+    pub(super) fn in_gltf_terms(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
+        let (color, name) = (material.color, &material.name);
+        match &material.reflectance {
+            Reflectance::Unlit => (color, None),
+            Reflectance::Principled(principled) => (color, Some((**principled).clone())),
+            Reflectance::Lecture {
+                diffuse,
+                specular,
+                shininess,
+            } => {
+                let mut principled = Principled {
+                    metallic: 0.0.into(),
+                    specular: 0.0.into(),
+                    ..Principled::default()
+                };
+                if *specular != [0.0; 3] {
+                    self.note(format!(
+                        "material {name:?}: its Phong lobe of exponent {shininess} becomes roughness, which looks \
+                         alike only"
+                    ));
+                    // As wide as the lobe: B. Walter et al., EGSR 2007, has alpha² = 2 / (n + 2) for Blinn-Phong.
+                    let alpha = (2.0 / (shininess + 2.0)).sqrt();
+                    principled.roughness = alpha.sqrt().into();
+                    principled.specular = 1.0.into();
+                    // A dielectric of index 1.5 reflects 0.04 along the normal.
+                    principled.specular_color = specular.map(|v| v / 0.04).into();
+                }
+                (color.map(|v| v * diffuse), Some(principled))
+            }
+            Reflectance::Metal(metal) => {
+                self.note(format!(
+                    "material {name:?}: its index of refraction becomes its colour along the normal"
+                ));
+                let along = |i: usize| {
+                    let (n, k) = (metal.ior[i], metal.extinction[i]);
+                    ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k)
+                };
+                let principled = Principled {
+                    roughness: metal.roughness.into(),
+                    ..Principled::default()
+                };
+                let color = std::array::from_fn(|i| (color[i] * along(i)).clamp(0.0, 1.0));
+                (color, Some(principled))
+            }
+            Reflectance::Glass(glass) => {
+                let principled = Principled {
+                    metallic: 0.0.into(),
+                    roughness: glass.roughness.into(),
+                    ior: glass.ior,
+                    transmission: 1.0.into(),
+                    thickness: if glass.thin { 0.0 } else { 1.0 }.into(),
+                    attenuation_color: glass.attenuation_color,
+                    attenuation_distance: glass.attenuation_distance,
+                    dispersion: glass.dispersion,
+                    ..Principled::default()
+                };
+                (color, Some(principled))
+            }
+        }
+    }
+}

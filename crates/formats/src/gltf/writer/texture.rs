@@ -1,0 +1,204 @@
+//! Textures: images as PNG in the binary chunk, samplers, and where materials take what from.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use raycam_scene::color::srgb_from_linear;
+use raycam_scene::texture::{Interpolation, TextureSampler, TextureSlot};
+use raycam_scene::{Image, Texels, Wrap};
+use serde_json::{Map, Value, json};
+
+use super::binary::Purpose;
+use super::{Writer, short};
+use crate::error::FormatError;
+use crate::image::ColorUse;
+use crate::png::{self, Samples};
+
+/// What has been written so far.
+#[derive(Default)]
+pub(super) struct TextureCache {
+    /// By image, and whether it is colour.
+    images: HashMap<(*const Image, bool), usize>,
+    textures: HashMap<(usize, TextureSampler), usize>,
+    samplers: HashMap<TextureSampler, usize>,
+    /// Images that were put together here: kept, so that no other takes their address.
+    pub(super) made: Vec<Arc<Image>>,
+}
+
+impl Writer<'_> {
+    /// A reference to a texture of the world.
+    pub(super) fn texture_info(
+        &mut self,
+        slot: &TextureSlot,
+        color_use: ColorUse,
+    ) -> Result<Map<String, Value>, FormatError> {
+        // A material's textures are there: the world has checked.
+        let texture = self.world.textures[slot.texture].clone();
+        self.image_info(&texture.image, texture.sampler, slot, color_use)
+    }
+
+    /// A reference to an image, looked up as a slot says.
+    pub(super) fn image_info(
+        &mut self,
+        image: &Arc<Image>,
+        sampler: TextureSampler,
+        slot: &TextureSlot,
+        color_use: ColorUse,
+    ) -> Result<Map<String, Value>, FormatError> {
+        let source = self.image(image, color_use)?;
+        let sampler_index = match self.textures.samplers.get(&sampler) {
+            Some(&index) => index,
+            None => {
+                let index = self.push("samplers", sampler_json(&sampler));
+                self.textures.samplers.insert(sampler, index);
+                index
+            }
+        };
+        let index = match self.textures.textures.get(&(source, sampler)) {
+            Some(&index) => index,
+            None => {
+                let json = json!({ "source": source, "sampler": sampler_index });
+                let index = self.push("textures", json);
+                self.textures.textures.insert((source, sampler), index);
+                index
+            }
+        };
+        let mut info = Map::new();
+        info.insert("index".into(), json!(index));
+        if slot.uv_set > 0 {
+            info.insert("texCoord".into(), json!(slot.uv_set));
+        }
+        if let Some(transform) = self.transform(slot) {
+            self.extend(&mut info, "KHR_texture_transform", transform);
+        }
+        Ok(info)
+    }
+
+    fn image(&mut self, image: &Arc<Image>, color_use: ColorUse) -> Result<usize, FormatError> {
+        let key = (Arc::as_ptr(image), color_use == ColorUse::Color);
+        if let Some(&index) = self.textures.images.get(&key) {
+            return Ok(index);
+        }
+        let bytes = self.encoded(image, color_use)?;
+        let view = self.binary.view(&bytes, Purpose::Other);
+        let mut json = json!({ "bufferView": view, "mimeType": "image/png" });
+        if !image.name.is_empty() {
+            json["name"] = json!(image.name);
+        }
+        let index = self.push("images", json);
+        self.textures.images.insert(key, index);
+        Ok(index)
+    }
+
+    /// As a PNG: in sRGB where it is colour, linear where it is data. Eight bits stay what they are where they are of
+    /// that kind; everything else takes sixteen.
+    fn encoded(&mut self, image: &Image, color_use: ColorUse) -> Result<Vec<u8>, FormatError> {
+        match (&image.texels, color_use) {
+            (Texels::Srgb8(texels), ColorUse::Color)
+            | (Texels::Linear8(texels), ColorUse::Data) => {
+                let opaque = texels.iter().all(|texel| texel[3] == 255);
+                let (bytes, channels) = packed(texels, opaque);
+                return png::encode(image.size, channels, Samples::U8(&bytes));
+            }
+            (Texels::Linear16(texels), ColorUse::Data) => {
+                let opaque = texels.iter().all(|texel| texel[3] == u16::MAX);
+                let (samples, channels) = packed(texels, opaque);
+                return png::encode(image.size, channels, Samples::U16(&samples));
+            }
+            _ => {}
+        }
+        let (name, mut outside) = (&image.name, false);
+        let mut code = |v: f32| {
+            outside |= !(0.0..=1.0).contains(&v);
+            (v.clamp(0.0, 1.0) * 65535.0).round() as u16
+        };
+        let texels: Vec<[u16; 4]> = (0..image.texels.len())
+            .map(|i| {
+                let [r, g, b, a] = image.texels.linear(i);
+                let shown = |v: f32| match color_use {
+                    ColorUse::Color if (0.0..=1.0).contains(&v) => srgb_from_linear(v),
+                    _ => v,
+                };
+                [code(shown(r)), code(shown(g)), code(shown(b)), code(a)]
+            })
+            .collect();
+        if outside {
+            self.note(format!("image {name:?}: values outside 0..=1 are clamped"));
+        } else {
+            self.note(format!("image {name:?}: rounded to 16 bits a channel"));
+        }
+        let opaque = texels.iter().all(|texel| texel[3] == u16::MAX);
+        let (samples, channels) = packed(&texels, opaque);
+        png::encode(image.size, channels, Samples::U16(&samples))
+    }
+
+    /// `KHR_texture_transform`, where a slot has one: translation * rotation * scale.
+    fn transform(&mut self, slot: &TextureSlot) -> Option<Value> {
+        let [[a, b, x], [c, d, y]] = slot.image_from_mesh.map(|row| row.map(f64::from));
+        if slot.image_from_mesh == TextureSlot::plain(0).image_from_mesh {
+            return None;
+        }
+        // The columns are width * (cos, -sin) and height * (sin, cos).
+        let [mut width, mut height] = [a.hypot(c), b.hypot(d)];
+        if a * d - b * c < 0.0 {
+            height = -height;
+        }
+        let rotation = if width > 0.0 {
+            (-c).atan2(a)
+        } else {
+            (b * height.signum()).atan2(d * height.signum())
+        };
+        if (a * b + c * d).abs() > 1e-5 * width * height.abs() {
+            let message = "a texture's coordinates are sheared, which glTF does not have: left out";
+            self.note(message.into());
+        }
+        let mut rotation = rotation;
+        // A half turn is a mirror of both axes: the plainer of two ways to say it.
+        if (rotation.abs() - std::f64::consts::PI).abs() < 1e-7 {
+            (rotation, width, height) = (0.0, -width, -height);
+        }
+        let tidy = |v: f64| short(v as f32);
+        let mut json = json!({});
+        if [x, y] != [0.0; 2] {
+            json["offset"] = json!([tidy(x), tidy(y)]);
+        }
+        if rotation.abs() > 1e-7 {
+            json["rotation"] = json!(rotation);
+        }
+        if (width - 1.0).abs().max((height - 1.0).abs()) > 1e-7 {
+            json["scale"] = json!([tidy(width), tidy(height)]);
+        }
+        Some(json)
+    }
+}
+
+/// All channels, or all but alpha where it says nothing; and how many there are.
+fn packed<T: Copy>(texels: &[[T; 4]], opaque: bool) -> (Vec<T>, usize) {
+    match opaque {
+        true => (texels.iter().flat_map(|t| [t[0], t[1], t[2]]).collect(), 3),
+        false => (texels.as_flattened().to_vec(), 4),
+    }
+}
+
+fn sampler_json(sampler: &TextureSampler) -> Value {
+    use Interpolation::{Linear, Nearest};
+    let wrap = |wrap: Wrap| match wrap {
+        Wrap::Repeat => 10497,
+        Wrap::Clamp => 33071,
+        Wrap::Mirror => 33648,
+    };
+    let magnification = match sampler.magnification {
+        Nearest => 9728,
+        Linear => 9729,
+    };
+    let minification = match (sampler.minification, sampler.mip) {
+        (Nearest, None) => 9728,
+        (Linear, None) => 9729,
+        (Nearest, Some(Nearest)) => 9984,
+        (Linear, Some(Nearest)) => 9985,
+        (Nearest, Some(Linear)) => 9986,
+        (Linear, Some(Linear)) => 9987,
+    };
+    let [s, t] = sampler.wrap.map(wrap);
+    json!({ "magFilter": magnification, "minFilter": minification, "wrapS": s, "wrapT": t })
+}
