@@ -17,7 +17,7 @@ from .plan import Format, Index, Made, Plan, Record, Shot
 __all__ = ["FORMAT"]
 
 OPTIONS = {
-    "shard_size": 100,
+    "shard_size": 32,
     "channels": ["depth", "instance", "category", "normal_camera"],
     "segmentation": "rle",
 }

@@ -1,0 +1,46 @@
+"""The self-check at full size: how near OpenCV comes to the camera that the pictures were made with."""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+import report
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--views", type=int, default=20)
+    parser.add_argument("--samples", type=int, default=16)
+    options = parser.parse_args()
+    import raycam
+
+    start = time.perf_counter()
+    found = raycam.selfcheck(views=options.views, samples=options.samples)
+    seconds = time.perf_counter() - start
+    print(found)
+    width, height = found.camera.size
+    notes = [
+        f"A ChArUco board of 9 x 7 squares through a camera of {width} x {height} pixels with"
+        f" five coefficients; {found.views} views, {options.samples} rays a pixel, {found.corners} corners;"
+        f" {seconds:.0f} s. The residual is the {found.cause}'s.",
+    ]
+    rows = [
+        [name, unit.format(one(found.detected)), unit.format(one(found.exact))]
+        for name, unit, one in (
+            ("OpenCV's RMS", "{:.2g} px", lambda c: c.rms),
+            ("focal length off by", "{:.2g} %", lambda c: c.focal_error * 100),
+            ("principal point off by", "{:.2g} px", lambda c: c.center_error),
+            ("any ray off by at most", "{:.2g} px", lambda c: c.picture_error),
+        )
+    ]
+    rows += [
+        ["corners off their exact projections, RMS", f"{found.detector_rms:.2g} px", "0"],
+        ["the same in the mean", f"{found.detector_bias:.2g} px", "0"],
+        ["picture off the exact projections at most", f"{found.picture_largest:.2g} px", "0"],
+    ]
+    report.write("selfcheck", "Self-check", notes, ["what", "found corners", "exact projections"], rows)
+
+
+if __name__ == "__main__":
+    main()
