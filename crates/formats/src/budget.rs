@@ -16,14 +16,14 @@ pub struct Budget {
     pub elements: u64,
     /// Pixels of all images together.
     pub pixels: u64,
-    /// Steps spent on cutting polygons with reflex corners into triangles; bounds the time, which is quadratic in the
-    /// corners of one polygon.
+    /// Steps spent on cutting polygons with reflex corners into triangles: some hundred for each corner, many more where
+    /// a contour crosses itself.
     pub steps: u64,
 }
 
 impl Default for Budget {
     /// 4 GiB of files, 2³⁰ elements, 2²⁷ pixels (two textures of 8192 x 8192), 2²⁹ steps (some five seconds; as a
-    /// rule enough for a contour of 20,000 corners).
+    /// rule enough for contours of a million corners).
     fn default() -> Self {
         Self {
             bytes: 4 << 30,

@@ -66,7 +66,9 @@ fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj, FormatError> {
         lines_before += count;
     }
     let mut whole = Whole::default();
-    for chunk in parallel::map(&stretches, Chunk::read) {
+    let chunks = parallel::map(&stretches, Chunk::read);
+    whole.reserve(&chunks);
+    for chunk in chunks {
         let added = whole.add(chunk);
         added.map_err(|(line, message)| FormatError::line(path, line, message))?;
     }
@@ -87,6 +89,18 @@ struct Whole {
 }
 
 impl Whole {
+    /// Makes room for these, so that nothing is moved while they are added.
+    fn reserve(&mut self, chunks: &[Chunk]) {
+        let sum = |count: fn(&Chunk) -> usize| chunks.iter().map(count).sum();
+        self.obj.positions.reserve_exact(sum(|c| c.positions.len()));
+        self.obj.uvs.reserve_exact(sum(|c| c.uvs.len()));
+        self.obj.normals.reserve_exact(sum(|c| c.normals.len()));
+        let corners = sum(|c| c.polygons.corner_count());
+        self.obj
+            .polygons
+            .reserve(sum(|c| c.polygons.len()), corners);
+    }
+
     /// Adds the next stretch, or says which of its faults comes first.
     fn add(&mut self, mut chunk: Chunk) -> Result<(), Fault> {
         let fault = chunk.fault.take();

@@ -121,12 +121,17 @@ fn part(
             vertices,
         );
     }
-    begin(vertices);
     let any = |has: fn(&Corner) -> bool| {
         let polygons = runs.iter().flat_map(|run| run.polygons.clone());
         polygons.flat_map(|p| obj.polygons.get(p)).any(has)
     };
-    let (has_uvs, has_normals) = (any(|c| c.uv != NONE), any(|c| c.normal != NONE));
+    let has_uvs = !obj.uvs.is_empty() && any(|c| c.uv != NONE);
+    let has_normals = !obj.normals.is_empty() && any(|c| c.normal != NONE);
+    // The file's vertices are the mesh's: nothing is there that could differ between their corners.
+    let plain = used.is_none() && !has_uvs && !has_normals;
+    if !plain {
+        begin(vertices);
+    }
 
     let Obj {
         positions,
@@ -139,6 +144,10 @@ fn part(
     let mut mesh = Mesh::default();
     let (mut slots, mut slot_of, mut used) = (Vec::new(), HashMap::new(), Vec::new());
     let mut flat = None;
+    mesh.triangles.reserve(count);
+    let several = runs
+        .iter()
+        .any(|other| other.run.material != runs[0].run.material);
     let position = |c: Corner| positions[c.position as usize];
     for stretch in runs {
         let material = stretch.run.material;
@@ -167,13 +176,29 @@ fn part(
                     }
                 }
             }
-            mesh.triangles
-                .push(corners.map(|corner| vertices.vertex(corner)));
-            slots.push(slot as u16);
+            mesh.triangles.push(if plain {
+                corners.map(|corner| corner.position)
+            } else {
+                corners.map(|corner| vertices.vertex(corner))
+            });
+            slots.extend(several.then_some(slot as u16));
         };
         polygons.triangles(range, path, &mut folder.budget, position, triangle)?;
     }
 
+    let materials = used;
+    if materials.len() > 1 {
+        mesh.material_slots = Some(slots);
+    }
+    if plain {
+        mesh.vertices = std::mem::take(positions);
+        mesh.vertex_colors = Some(std::mem::take(colors)).filter(|colors| !colors.is_empty());
+        return Ok(Part {
+            name,
+            mesh,
+            materials,
+        });
+    }
     let made_of = &vertices.made_of;
     mesh.vertices = made_of.iter().map(|&c| position(c)).collect();
     if has_uvs {
@@ -191,13 +216,10 @@ fn part(
         let color = |c: &Corner| colors[c.position as usize];
         mesh.vertex_colors = Some(made_of.iter().map(color).collect());
     }
-    if used.len() > 1 {
-        mesh.material_slots = Some(slots);
-    }
     Ok(Part {
         name,
         mesh,
-        materials: used,
+        materials,
     })
 }
 

@@ -20,7 +20,7 @@ use crate::ply_header::{self, Body, Element, Header};
 use crate::ply_rows::Meaning::{self, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
 use crate::ply_rows::{Columns, Row};
 use crate::polygons::Polygons;
-use crate::{companion, single};
+use crate::{companion, ply_triangles, single};
 
 /// The model in a PLY file: one part.
 pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
@@ -56,6 +56,8 @@ struct Ply<'a> {
     declared: usize,
     mesh: Mesh,
     polygons: Polygons<Corner>,
+    /// In place of polygons, where all are plain triangles.
+    triangles: Vec<[u32; 3]>,
     face_colors: Option<Vec<Rgb>>,
     corner_uvs: Vec<[f32; 2]>,
     /// Where each is in `corner_uvs`, by its bits.
@@ -72,6 +74,7 @@ impl<'a> Ply<'a> {
             declared,
             mesh: Mesh::default(),
             polygons: Polygons::new(),
+            triangles: Vec::new(),
             face_colors: None,
             corner_uvs: Vec::new(),
             known_uvs: HashMap::new(),
@@ -96,9 +99,23 @@ impl<'a> Ply<'a> {
         let mut colors = columns.have(&[Red, Green, Blue]).then(Vec::new);
         let mut uvs = columns.have(&[U, V]).then(Vec::new);
         let mut row = Row::default();
+        // Rows of one length need not be taken apart to find the next.
+        let stride = columns.stride().unwrap_or(usize::MAX);
+        let table = element
+            .count
+            .checked_mul(stride)
+            .and_then(|size| body.ahead(size));
+        let places = columns.places();
+        self.mesh.vertices.reserve_exact(element.count);
         for number in 0..element.count {
-            match columns.stride().and_then(|stride| body.binary(stride)) {
-                Some((bytes, big_endian)) => columns.read_fixed(bytes, big_endian, &mut row),
+            match table {
+                Some((bytes, big_endian)) => {
+                    let bytes = &bytes[number * stride..];
+                    for &(meaning, kind, at) in &places {
+                        row.numbers[meaning as usize] = kind.number(&bytes[at..], big_endian);
+                    }
+                    body.skip(stride);
+                }
                 None => columns.read(body, &mut row)?,
             }
             let vector = |names: [Meaning; 3]| DVec3::from(names.map(|m| row.numbers[m as usize]));
@@ -138,6 +155,10 @@ impl<'a> Ply<'a> {
         Ok(())
     }
 
+    fn has_faces(&self) -> bool {
+        self.polygons.len() + self.triangles.len() > 0
+    }
+
     fn uv(&self, body: &Body<'_>, u: f64, v: f64) -> Result<[f32; 2], FormatError> {
         if u.is_finite() && v.is_finite() {
             return Ok([u as f32, (1.0 - v) as f32]);
@@ -163,8 +184,12 @@ impl<'a> Ply<'a> {
                 "element face has no list vertex_indices",
             ));
         }
-        if self.polygons.len() > 0 {
+        if self.has_faces() {
             return Err(FormatError::whole(self.path, "a second element with faces"));
+        }
+        if let Some(triangles) = ply_triangles::read(element, &columns, body, self.declared) {
+            self.triangles = triangles;
+            return Ok(());
         }
         let mut colors = columns.have(&[Red, Green, Blue]).then(Vec::new);
         let mut row = Row::default();
@@ -215,7 +240,7 @@ impl<'a> Ply<'a> {
     /// Strips of triangles that turn in alternation; -1 begins another.
     fn strips(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
         let columns = Columns::new(element);
-        if self.polygons.len() > 0 {
+        if self.has_faces() {
             return Err(FormatError::whole(self.path, "a second element with faces"));
         }
         let mut row = Row::default();
@@ -260,7 +285,7 @@ impl<'a> Ply<'a> {
 
     fn model(mut self, header: &Header, folder: &mut Folder) -> Result<Model, FormatError> {
         let path = self.path;
-        if self.polygons.len() == 0 {
+        if !self.has_faces() {
             let message = format!("no faces, only {} vertices: nothing to see", self.declared);
             return Err(FormatError::whole(path, message));
         }
@@ -274,6 +299,7 @@ impl<'a> Ply<'a> {
         let Self {
             mesh,
             polygons,
+            triangles,
             face_colors,
             corner_uvs,
             ..
@@ -284,7 +310,10 @@ impl<'a> Ply<'a> {
         if seams {
             vertices.reserve(0..mesh.vertices.len() as u32);
         }
-        let mut triangles = Vec::with_capacity(polygons.len());
+        folder
+            .budget
+            .take_elements(path, 3 * triangles.len() as u64)?;
+        triangles.reserve_exact(polygons.len());
         let mut colors = Vec::new();
         let position = |c: Corner| mesh.vertices[c.position as usize];
         let all = 0..polygons.len();
@@ -302,7 +331,7 @@ impl<'a> Ply<'a> {
                 colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
             },
         )?;
-        mesh.triangles = triangles;
+        mesh.triangles = std::mem::take(triangles);
         mesh.face_colors = face_colors.is_some().then_some(colors);
         if seams {
             let of = |c: &Corner| corner_uvs.get(c.uv as usize).copied().unwrap_or([0.0; 2]);

@@ -197,7 +197,7 @@ fn property(mut words: Words<'_>) -> Option<Property> {
     })
 }
 
-impl Body<'_> {
+impl<'a> Body<'a> {
     /// An error where reading has got to.
     pub(crate) fn error(&self, message: impl Into<String>) -> FormatError {
         match self.form {
@@ -307,18 +307,23 @@ impl Body<'_> {
     }
 
     /// The next bytes of a binary file, if there are so many, and whether their numbers begin with the highest.
-    pub(crate) fn binary(&mut self, count: usize) -> Option<(&[u8], bool)> {
+    pub(crate) fn ahead(&self, count: usize) -> Option<(&'a [u8], bool)> {
         let Form::Binary {
             bytes,
             at,
             big_endian,
-        } = &mut self.form
+        } = self.form
         else {
             return None;
         };
-        let found = bytes.get(*at..at.checked_add(count)?)?;
-        *at += count;
-        Some((found, *big_endian))
+        Some((bytes.get(at..at.checked_add(count)?)?, big_endian))
+    }
+
+    /// Passes over bytes that were looked at [`ahead`](Self::ahead).
+    pub(crate) fn skip(&mut self, count: usize) {
+        if let Form::Binary { at, .. } = &mut self.form {
+            *at += count;
+        }
     }
 
     /// The length of a list.

@@ -88,6 +88,11 @@ impl<'a> Columns<'a> {
         wanted.iter().all(|meaning| self.meanings.contains(meaning))
     }
 
+    /// What each column means.
+    pub(crate) fn meanings(&self) -> impl Iterator<Item = Meaning> {
+        self.meanings.iter().copied()
+    }
+
     pub(crate) fn read(&self, body: &mut Body<'_>, row: &mut Row) -> Result<(), FormatError> {
         row.corners.clear();
         row.uvs.clear();
@@ -116,12 +121,17 @@ impl<'a> Columns<'a> {
         (!lists).then(|| properties.iter().map(|p| p.kind.bytes()).sum())
     }
 
-    /// Reads a row of so many bytes.
-    pub(crate) fn read_fixed(&self, mut bytes: &[u8], big_endian: bool, row: &mut Row) {
-        for (property, &meaning) in self.element.properties.iter().zip(&self.meanings) {
-            row.numbers[meaning as usize] = property.kind.number(bytes, big_endian);
-            bytes = bytes.get(property.kind.bytes()..).unwrap_or_default();
-        }
+    /// Where the columns with a meaning lie in a row without lists.
+    pub(crate) fn places(&self) -> Vec<(Meaning, Kind, usize)> {
+        let mut at = 0;
+        let place = |(property, meaning): (&ply_header::Property, Meaning)| {
+            let start = at;
+            at += property.kind.bytes();
+            (meaning, property.kind, start)
+        };
+        let all = self.element.properties.iter().zip(self.meanings());
+        let used = |place: &(Meaning, Kind, usize)| place.0 != Meaning::Nothing;
+        all.map(place).filter(used).collect()
     }
 
     /// The linear colour of a row.

@@ -1,6 +1,10 @@
 //! Polygons to triangles, by cutting ears (Meisters 1975).
 
+use std::collections::VecDeque;
+
 use glam::{DVec2, DVec3};
+
+use crate::polygon_tree::{Tree, turn};
 
 /// The work that was allowed is used up.
 #[derive(Debug)]
@@ -50,11 +54,6 @@ fn project(corners: &[DVec3]) -> Option<Vec<DVec2>> {
     )
 }
 
-/// Twice the signed area of a triangle: positive where it turns to the left.
-fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
-    (b - a).perp_dot(c - a)
-}
-
 fn strictly_convex(flat: &[DVec2]) -> bool {
     let at = |i: usize| flat[i % flat.len()];
     (0..flat.len()).all(|i| turn(at(i), at(i + 1), at(i + 2)) > 0.0)
@@ -62,17 +61,24 @@ fn strictly_convex(flat: &[DVec2]) -> bool {
         && (1..flat.len() - 1).all(|i| turn(flat[0], flat[i], flat[i + 1]) > 0.0)
 }
 
-const NOWHERE: usize = usize::MAX;
+/// In place of a neighbour: the corner has been cut off.
+const CUT: u32 = u32::MAX;
 
-/// What is left of a polygon: a ring of corners, and those of them that are not strictly convex.
+/// What is left of a polygon: a ring of corners.
+///
+/// A corner is tried again only when its neighbours have changed or the one that lay in its ear does so no longer, so
+/// that the work grows little faster than the number of corners.
 struct Ears {
     flat: Vec<DVec2>,
     next: Vec<u32>,
     previous: Vec<u32>,
-    /// Only these can lie in an ear.
-    reflex: Vec<u32>,
-    /// Where each corner is in `reflex`, or [`NOWHERE`].
-    place: Vec<usize>,
+    /// Marked are the corners that are not strictly convex: only these can lie in an ear.
+    reflex: Tree,
+    /// Convex corners to try, each with its number in `tries`: an older one no longer counts.
+    queue: VecDeque<(u32, u32)>,
+    tries: Vec<u32>,
+    /// By the corner that lies in their ears.
+    blocked: Vec<Vec<u32>>,
 }
 
 impl Ears {
@@ -81,8 +87,10 @@ impl Ears {
         let mut ears = Self {
             next: (1..count).chain([0]).collect(),
             previous: [count - 1].into_iter().chain(0..count - 1).collect(),
-            reflex: Vec::new(),
-            place: vec![NOWHERE; flat.len()],
+            reflex: Tree::new(&flat),
+            queue: VecDeque::with_capacity(flat.len()),
+            tries: vec![0; flat.len()],
+            blocked: vec![Vec::new(); flat.len()],
             flat,
         };
         (0..count).for_each(|corner| ears.classify(corner));
@@ -90,32 +98,23 @@ impl Ears {
     }
 
     fn cut(mut self, steps: &mut u64, triangles: &mut Vec<[u32; 3]>) -> Result<(), OutOfSteps> {
-        let mut left = self.flat.len();
-        let (mut corner, mut tried) = (0, 0);
-        while left > 3 {
-            let (is_ear, compared) = self.is_ear(corner);
-            *steps = steps.checked_sub(1 + compared as u64).ok_or(OutOfSteps)?;
-            if !is_ear {
-                corner = self.next[corner as usize];
-                tried += 1;
-                if tried < left {
-                    continue;
-                }
-                // No ear: it crosses or touches itself. Take the corner that loses least.
-                corner = self.least_bad(corner, left);
-                *steps = steps.checked_sub(left as u64).ok_or(OutOfSteps)?;
-            }
-            let (before, after) = self.neighbours(corner);
-            triangles.push([before, corner, after]);
+        let mut corner = 0;
+        for left in (4..=self.flat.len()).rev() {
+            let ear = self.next_ear(steps)?;
+            // No ear: it crosses or touches itself. Take the corner that loses least.
+            let ear = match ear {
+                Some(ear) => ear,
+                None => self.least_bad(corner, left, steps)?,
+            };
+            let (before, after) = self.neighbours(ear);
+            triangles.push([before, ear, after]);
             self.next[before as usize] = after;
             self.previous[after as usize] = before;
-            self.forget(corner);
+            self.next[ear as usize] = CUT;
+            self.set_reflex(ear, false);
             self.classify(before);
             self.classify(after);
-            left -= 1;
-            tried = 0;
-            // Going on beyond the neighbour makes fewer slivers than a fan.
-            corner = self.next[after as usize];
+            corner = after;
         }
         let (before, after) = self.neighbours(corner);
         triangles.push([before, corner, after]);
@@ -126,69 +125,76 @@ impl Ears {
         (self.previous[corner as usize], self.next[corner as usize])
     }
 
+    fn corners(&self, corner: u32) -> [DVec2; 3] {
+        let (before, after) = self.neighbours(corner);
+        [before, corner, after].map(|i| self.flat[i as usize])
+    }
+
     fn turn_at(&self, corner: u32) -> f64 {
-        let (before, after) = self.neighbours(corner);
-        turn(
-            self.flat[before as usize],
-            self.flat[corner as usize],
-            self.flat[after as usize],
-        )
+        let [a, b, c] = self.corners(corner);
+        turn(a, b, c)
     }
 
-    /// Whether the triangle at a corner can be cut off, and how many corners it was compared with.
-    fn is_ear(&self, corner: u32) -> (bool, usize) {
-        if self.is_reflex(corner) {
-            return (false, 0);
+    /// The next corner whose triangle can be cut off.
+    fn next_ear(&mut self, steps: &mut u64) -> Result<Option<u32>, OutOfSteps> {
+        while let Some((corner, number)) = self.queue.pop_front() {
+            spend(steps, 1)?;
+            if number != self.tries[corner as usize] || self.next[corner as usize] == CUT {
+                continue;
+            }
+            let (obstacle, looked_at) = self.reflex.inside(&self.flat, self.corners(corner));
+            spend(steps, looked_at)?;
+            match obstacle {
+                None => return Ok(Some(corner)),
+                Some(obstacle) => self.blocked[obstacle as usize].push(corner),
+            }
         }
-        let (before, after) = self.neighbours(corner);
-        let [a, b, c] = [before, corner, after].map(|i| self.flat[i as usize]);
-        let obstacle = self.reflex.iter().position(|&other| {
-            let p = self.flat[other as usize];
-            // A corner at the same place as one of these is a bridge to a hole, not an obstacle.
-            p != a
-                && p != b
-                && p != c
-                && turn(a, b, p) >= 0.0
-                && turn(b, c, p) >= 0.0
-                && turn(c, a, p) >= 0.0
-        });
-        (
-            obstacle.is_none(),
-            obstacle.map_or(self.reflex.len(), |at| at + 1),
-        )
-    }
-
-    fn is_reflex(&self, corner: u32) -> bool {
-        self.place[corner as usize] != NOWHERE
+        Ok(None)
     }
 
     /// The first convex corner from `start` on, else the one that turns to the right the least.
-    fn least_bad(&self, start: u32, left: usize) -> u32 {
-        let ring =
-            || std::iter::successors(Some(start), |&c| Some(self.next[c as usize])).take(left);
-        ring()
-            .find(|&c| !self.is_reflex(c))
-            .or_else(|| ring().max_by(|&a, &b| self.turn_at(a).total_cmp(&self.turn_at(b))))
-            .unwrap_or(start)
+    fn least_bad(&self, start: u32, left: usize, steps: &mut u64) -> Result<u32, OutOfSteps> {
+        let mut best = (start, f64::NEG_INFINITY);
+        let mut corner = start;
+        for _ in 0..left {
+            spend(steps, 1)?;
+            if !self.reflex.is_marked(corner) {
+                return Ok(corner);
+            }
+            let turn = self.turn_at(corner);
+            if turn > best.1 {
+                best = (corner, turn);
+            }
+            corner = self.next[corner as usize];
+        }
+        Ok(best.0)
     }
 
+    /// Says of a corner with new neighbours what it is now.
     fn classify(&mut self, corner: u32) {
-        self.forget(corner);
-        if self.turn_at(corner) <= 0.0 {
-            self.place[corner as usize] = self.reflex.len();
-            self.reflex.push(corner);
+        let reflex = self.turn_at(corner) <= 0.0;
+        self.set_reflex(corner, reflex);
+        self.tries[corner as usize] += 1;
+        if !reflex {
+            self.queue.push_back((corner, self.tries[corner as usize]));
         }
     }
 
-    fn forget(&mut self, corner: u32) {
-        let place = std::mem::replace(&mut self.place[corner as usize], NOWHERE);
-        if place != NOWHERE {
-            self.reflex.swap_remove(place);
-            if let Some(&moved) = self.reflex.get(place) {
-                self.place[moved as usize] = place;
+    fn set_reflex(&mut self, corner: u32, reflex: bool) {
+        self.reflex.mark(corner, reflex);
+        if !reflex {
+            for waiting in std::mem::take(&mut self.blocked[corner as usize]) {
+                self.tries[waiting as usize] += 1;
+                self.queue
+                    .push_back((waiting, self.tries[waiting as usize]));
             }
         }
     }
+}
+
+fn spend(steps: &mut u64, amount: u64) -> Result<(), OutOfSteps> {
+    *steps = steps.checked_sub(amount).ok_or(OutOfSteps)?;
+    Ok(())
 }
 
 #[cfg(test)]
@@ -375,5 +381,31 @@ mod tests {
         let (mut steps, mut triangles) = (1000, Vec::new());
         assert!(triangulate(&flat(&zigzag), &mut steps, &mut triangles).is_err());
         assert!(triangles.len() < 999);
+    }
+
+    #[test]
+    fn large_contours_take_little_work() {
+        let count = 40_000;
+        let around = |i: usize, radius: f64| {
+            let (sin, cos) = (std::f64::consts::TAU * i as f64 / count as f64).sin_cos();
+            [radius * cos, radius * sin]
+        };
+        let mut state = 7_u64;
+        let mut random = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let star: Vec<_> = (0..count).map(|i| around(i, 0.3 + random())).collect();
+        let gear: Vec<_> = (0..count)
+            .map(|i| around(i, if i % 4 < 2 { 1.0 } else { 0.9 }))
+            .collect();
+        for points in [star, gear] {
+            let corners = flat(&points);
+            let (mut steps, mut triangles) = (1000 * count as u64, Vec::new());
+            triangulate(&corners, &mut steps, &mut triangles).unwrap();
+            covers(&corners, DVec3::Z);
+        }
     }
 }

@@ -34,6 +34,12 @@ impl<C: Copy> Polygons<C> {
         Self::default()
     }
 
+    /// Makes room for so many more polygons and corners.
+    pub(crate) fn reserve(&mut self, polygons: usize, corners: usize) {
+        self.ends.reserve_exact(polygons);
+        self.corners.reserve_exact(corners);
+    }
+
     /// How many polygons there are.
     pub(crate) fn len(&self) -> usize {
         self.ends.len()

@@ -110,6 +110,71 @@ fn polygons_become_triangles_with_their_colours() {
     assert!((area(&mesh) - (2.5 + 2.0)).abs() < 1e-12, "{}", area(&mesh));
 }
 
+/// A square whose faces have these corners, with a property before and one after them.
+fn square(big: bool, length: &str, index: &str, faces: &[&[i32]]) -> Vec<u8> {
+    let order = if big { "big" } else { "little" };
+    let mut bytes = format!(
+        "ply\nformat binary_{order}_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+         property double z\nproperty uchar tag\nelement face {}\nproperty short before\n\
+         property list {length} {index} vertex_indices\nproperty char after\nend_header\n",
+        faces.len()
+    )
+    .into_bytes();
+    let mut put = |value: &[u8]| {
+        if big {
+            bytes.extend(value.iter().rev());
+        } else {
+            bytes.extend(value);
+        }
+    };
+    for [x, y] in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0_f32]] {
+        put(&x.to_le_bytes());
+        put(&y.to_le_bytes());
+        put(&0.5_f64.to_le_bytes());
+        put(&[9]);
+    }
+    for face in faces {
+        put(&3_i16.to_le_bytes());
+        match length {
+            "uchar" => put(&[face.len() as u8]),
+            _ => put(&(face.len() as u32).to_le_bytes()),
+        }
+        for &corner in *face {
+            match index {
+                "short" => put(&(corner as i16).to_le_bytes()),
+                _ => put(&corner.to_le_bytes()),
+            }
+        }
+        put(&[7]);
+    }
+    bytes
+}
+
+#[test]
+fn faces_are_the_same_whatever_kinds_of_numbers_they_have() {
+    let two: [&[i32]; 2] = [&[0, 1, 2], &[2, 3, 0]];
+    for big in [false, true] {
+        for length in ["uchar", "int", "uint"] {
+            for index in ["int", "uint", "short"] {
+                let triangles = mesh("a.ply", square(big, length, index, &two));
+                assert_eq!(triangles.triangles, [[0, 1, 2], [2, 3, 0]]);
+                assert_eq!(triangles.vertices[2].to_array(), [1.0, 1.0, 0.5]);
+                let polygon = mesh("a.ply", square(big, length, index, &[&[0, 1, 2, 3]]));
+                assert_eq!(polygon.triangles, [[0, 1, 2], [0, 2, 3]]);
+                let wrong = error("a.ply", square(big, length, index, &[two[0], &[2, -4, 0]]));
+                let named = if index == "uint" { "4294967292" } else { "-4" };
+                let expected = format!("face 1: vertex {named}, but the file has 4 vertices");
+                assert!(wrong.contains(&expected), "{wrong}");
+                let cut = error("a.ply", &square(big, length, index, &[two[0], &[2, 3]]));
+                assert!(cut.contains("face 1 has fewer than 3 corners"), "{cut}");
+            }
+        }
+    }
+    let bytes = square(false, "uchar", "int", &two);
+    truncations("a.ply", &bytes, |_| false);
+    mutations("a.ply", &bytes, 3000);
+}
+
 #[test]
 fn strips_turn_one_way_and_begin_again() {
     let text = "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n\

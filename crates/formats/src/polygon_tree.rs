@@ -1,0 +1,216 @@
+//! The corners of a polygon that can lie in an ear, found by where they are.
+
+use glam::DVec2;
+
+/// The corners of a leaf, at most.
+const LEAF: usize = 8;
+
+/// A k-d tree (Bentley 1975) over fixed points, some of which are marked.
+pub(crate) struct Tree {
+    /// The numbers of the points, those of a node beside each other.
+    order: Vec<u32>,
+    /// Where each point is in `order`.
+    place: Vec<u32>,
+    /// A node's two children come one after the other.
+    nodes: Vec<Node>,
+    marked: Vec<bool>,
+}
+
+struct Node {
+    low: DVec2,
+    high: DVec2,
+    start: u32,
+    end: u32,
+    /// The first of two, or 0 in a leaf.
+    children: u32,
+    /// How many of its points are marked.
+    marks: u32,
+}
+
+/// Twice the signed area of a triangle: positive where it turns to the left.
+pub(crate) fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+    (b - a).perp_dot(c - a)
+}
+
+impl Tree {
+    /// A tree over these points, of which none is marked.
+    pub(crate) fn new(points: &[DVec2]) -> Self {
+        let mut tree = Self {
+            order: (0..points.len() as u32).collect(),
+            place: vec![0; points.len()],
+            nodes: vec![Node::of(0, points.len())],
+            marked: vec![false; points.len()],
+        };
+        let mut at = 0;
+        while at < tree.nodes.len() {
+            let Node {
+                start,
+                end,
+                low,
+                high,
+                ..
+            } = tree.nodes[at];
+            let (start, end) = (start as usize, end as usize);
+            let own = &mut tree.order[start..end];
+            let sides = own.iter().map(|&i| points[i as usize]);
+            let (low, high) = sides.fold((low, high), |(l, h), p| (l.min(p), h.max(p)));
+            (tree.nodes[at].low, tree.nodes[at].high) = (low, high);
+            if end - start > LEAF {
+                let axis = usize::from(high.y - low.y > high.x - low.x);
+                let half = own.len() / 2;
+                own.select_nth_unstable_by(half, |&a, &b| {
+                    let key = |i: u32| points[i as usize].to_array()[axis];
+                    key(a).total_cmp(&key(b)).then(a.cmp(&b))
+                });
+                tree.nodes[at].children = tree.nodes.len() as u32;
+                tree.nodes.push(Node::of(start, start + half));
+                tree.nodes.push(Node::of(start + half, end));
+            }
+            at += 1;
+        }
+        for (place, &point) in tree.order.iter().enumerate() {
+            tree.place[point as usize] = place as u32;
+        }
+        tree
+    }
+
+    pub(crate) fn is_marked(&self, point: u32) -> bool {
+        self.marked[point as usize]
+    }
+
+    pub(crate) fn mark(&mut self, point: u32, marked: bool) {
+        if std::mem::replace(&mut self.marked[point as usize], marked) == marked {
+            return;
+        }
+        let place = self.place[point as usize];
+        let mut at = 0;
+        loop {
+            let node = &mut self.nodes[at];
+            if marked {
+                node.marks += 1;
+            } else {
+                node.marks -= 1;
+            }
+            if node.children == 0 {
+                return;
+            }
+            let first = node.children as usize;
+            at = first + usize::from(place >= self.nodes[first].end);
+        }
+    }
+
+    /// A marked point in the closed triangle that turns to the left, but at none of its corners; and how many nodes and
+    /// points were looked at.
+    pub(crate) fn inside(&self, points: &[DVec2], triangle: [DVec2; 3]) -> (Option<u32>, u64) {
+        let [a, b, c] = triangle;
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let (mut stack, mut steps) = (vec![0_u32], 0);
+        while let Some(at) = stack.pop() {
+            let node = &self.nodes[at as usize];
+            steps += 1;
+            let apart = node.marks == 0
+                || node.low.cmpgt(high).any()
+                || node.high.cmplt(low).any()
+                || [(a, b), (b, c), (c, a)]
+                    .into_iter()
+                    .any(|(a, b)| node.is_right_of(a, b));
+            if apart {
+                continue;
+            }
+            if node.children > 0 {
+                stack.extend([node.children, node.children + 1]);
+                continue;
+            }
+            let own = &self.order[node.start as usize..node.end as usize];
+            steps += own.len() as u64;
+            let found = own.iter().find(|&&point| {
+                let p = points[point as usize];
+                // A corner at the same place as one of these is a bridge to a hole, not an obstacle.
+                self.marked[point as usize]
+                    && p != a
+                    && p != b
+                    && p != c
+                    && turn(a, b, p) >= 0.0
+                    && turn(b, c, p) >= 0.0
+                    && turn(c, a, p) >= 0.0
+            });
+            if found.is_some() {
+                return (found.copied(), steps);
+            }
+        }
+        (None, steps)
+    }
+}
+
+impl Node {
+    fn of(start: usize, end: usize) -> Self {
+        Self {
+            low: DVec2::INFINITY,
+            high: DVec2::NEG_INFINITY,
+            start: start as u32,
+            end: end as u32,
+            children: 0,
+            marks: 0,
+        }
+    }
+
+    /// Whether all of it lies to the right of the line from a to b. Rounding is monotone, so what is said of the corner
+    /// furthest to the left holds for every point inside, computed in the same way.
+    fn is_right_of(&self, a: DVec2, b: DVec2) -> bool {
+        let along = b - a;
+        let x = if along.y > 0.0 {
+            self.low.x
+        } else {
+            self.high.x
+        };
+        let y = if along.x > 0.0 {
+            self.high.y
+        } else {
+            self.low.y
+        };
+        turn(a, b, DVec2::new(x, y)) < 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_found_is_what_looking_at_every_point_finds() {
+        let mut state = 7_u64;
+        let mut random = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            // Few values, so that points meet and lie on sides.
+            ((state >> 60) as f64) / 4.0
+        };
+        let points: Vec<DVec2> = (0..300).map(|_| DVec2::new(random(), random())).collect();
+        let mut tree = Tree::new(&points);
+        let (mut found, mut none) = (0, 0);
+        for round in 0..3000_u32 {
+            let point = round * 7 % 300;
+            tree.mark(point, round % 3 == 0);
+            assert_eq!(tree.is_marked(point), round % 3 == 0);
+            let [a, b, c] = [(); 3].map(|()| DVec2::new(random(), random()));
+            if turn(a, b, c) <= 0.0 {
+                continue;
+            }
+            let lies_inside = |p: DVec2| {
+                let corner = p == a || p == b || p == c;
+                !corner && turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0
+            };
+            let any = (0..300).any(|i| tree.is_marked(i) && lies_inside(points[i as usize]));
+            let (inside, _) = tree.inside(&points, [a, b, c]);
+            assert_eq!(inside.is_some(), any);
+            if let Some(inside) = inside {
+                assert!(tree.is_marked(inside) && lies_inside(points[inside as usize]));
+                found += 1;
+            } else {
+                none += 1;
+            }
+        }
+        assert!(found > 100 && none > 100, "{found} {none}");
+    }
+}
