@@ -1,7 +1,9 @@
 //! Errors of the rooms as Python exceptions.
 
 use std::any::Any;
+use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 
 use pyo3::exceptions::{PyMemoryError, PyOSError};
 use pyo3::prelude::*;
@@ -64,16 +66,7 @@ impl IntoPyErr for SceneError {
 impl IntoPyErr for FormatError {
     fn into_py_err(self) -> PyErr {
         match self {
-            // OSError picks its subclass (FileNotFoundError, ...) by the number.
-            FormatError::Io { path, source } => match source.raw_os_error() {
-                Some(number) => {
-                    // The system's words without Rust's "(os error 2)", which Python's number says already.
-                    let text = source.to_string();
-                    let text = text.split(" (os error").next().unwrap_or(&text).to_owned();
-                    PyOSError::new_err((number, text, path.display().to_string()))
-                }
-                None => PyOSError::new_err(format!("{}: {source}", path.display())),
-            },
+            FormatError::Io { path, source } => io_error(&path, &source, ""),
             FormatError::Scene { path, source } => {
                 let place = path
                     .map(|path| format!("{}: ", path.display()))
@@ -81,8 +74,43 @@ impl IntoPyErr for FormatError {
                 scene_error(&source, &place)
             }
             FormatError::Schema { .. } => world_error(self.to_string()),
+            FormatError::Named { .. } => named_error(&self),
             _ => python::FormatError::new_err(self.to_string()),
         }
+    }
+}
+
+/// The error of a file that a world file names: of the same class as if the file had been asked for.
+fn named_error(error: &FormatError) -> PyErr {
+    let message = error.to_string();
+    let FormatError::Named { place, key, source } = error else {
+        return python::FormatError::new_err(message);
+    };
+    match &**source {
+        FormatError::Io { path, source } => {
+            let line = place
+                .as_ref()
+                .map(|(path, line)| format!("{}:{line}: ", path.display()))
+                .unwrap_or_default();
+            io_error(path, source, &format!(" ({line}{key})"))
+        }
+        FormatError::Scene { .. } => world_error(message),
+        _ => python::FormatError::new_err(message),
+    }
+}
+
+/// The exception of the operating system's refusal of a file; `where_named` comes after its reason.
+fn io_error(path: &Path, error: &io::Error, where_named: &str) -> PyErr {
+    // OSError picks its subclass (FileNotFoundError, ...) by the number.
+    match error.raw_os_error() {
+        Some(number) => {
+            // The system's words without Rust's "(os error 2)", which Python's number says already.
+            let text = error.to_string();
+            let text = text.split(" (os error").next().unwrap_or(&text);
+            let text = format!("{text}{where_named}");
+            PyOSError::new_err((number, text, path.display().to_string()))
+        }
+        None => PyOSError::new_err(format!("{}: {error}{where_named}", path.display())),
     }
 }
 

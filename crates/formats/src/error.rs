@@ -67,6 +67,16 @@ pub enum FormatError {
         /// Why it is refused.
         message: String,
     },
+    /// Something is wrong with a file that a world file or another description names.
+    #[error("{}{key}: {source}", place.as_ref().map(|(path, line)| format!("{}:{line}: ", path.display())).unwrap_or_default())]
+    Named {
+        /// The world file and the line in it, from 1, where there is one.
+        place: Option<(PathBuf, usize)>,
+        /// As `object[2].mesh`.
+        key: String,
+        /// What is wrong.
+        source: Box<FormatError>,
+    },
     /// What is described is well-formed, but cannot be.
     #[error("{}{source}", path.as_ref().map(|p| format!("{}: ", p.display())).unwrap_or_default())]
     Scene {

@@ -180,4 +180,12 @@ impl Files for Folder {
         let source = self.follow(Path::new(""), file)?;
         ies::read(&source, &mut self.budget)
     }
+
+    fn named_by(error: FormatError, key: &str) -> FormatError {
+        FormatError::Named {
+            place: None,
+            key: key.into(),
+            source: Box::new(error),
+        }
+    }
 }

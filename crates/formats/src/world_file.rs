@@ -137,6 +137,18 @@ fn located(error: FormatError, node: &Node, text: &str, file: &Path) -> FormatEr
                 message,
             }
         }
+        FormatError::Named {
+            place: None,
+            key,
+            source,
+        } => {
+            let at = node.span_at(&key).map_or(0, |span| span.start);
+            FormatError::Named {
+                place: Some((file.into(), line_of(text.as_bytes(), at))),
+                key,
+                source,
+            }
+        }
         FormatError::Scene { path: None, source } => FormatError::Scene {
             path: Some(file.into()),
             source,

@@ -54,6 +54,9 @@ pub trait Files {
     /// # Errors
     /// Where it is missing, unreadable, too large or malformed.
     fn profile(&mut self, file: &str) -> Result<Profile, Self::Error>;
+
+    /// The error of a file as seen from the key of a description that names it, as `object[2].mesh`.
+    fn named_by(error: Self::Error, key: &str) -> Self::Error;
 }
 
 /// For descriptions that may name no files.
@@ -79,6 +82,10 @@ impl Files for NoFiles {
         Err(SceneError::World(format!(
             "profile {file:?}: files cannot be read here"
         )))
+    }
+
+    fn named_by(error: SceneError, key: &str) -> SceneError {
+        error.within(key)
     }
 }
 

@@ -6,6 +6,7 @@
 
 mod build;
 mod camera;
+mod geometry;
 mod keys;
 mod node;
 mod object;

@@ -122,7 +122,12 @@ pub struct World {
 impl World {
     /// Adds a mesh to be placed by objects and returns its index.
     pub fn add_mesh(&mut self, mesh: Mesh) -> usize {
-        self.meshes.push(Arc::new(mesh));
+        self.add_shared_mesh(Arc::new(mesh))
+    }
+
+    /// [`World::add_mesh`], for a mesh that others have too.
+    pub fn add_shared_mesh(&mut self, mesh: Arc<Mesh>) -> usize {
+        self.meshes.push(mesh);
         self.meshes.len() - 1
     }
 

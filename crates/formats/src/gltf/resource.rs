@@ -232,7 +232,13 @@ pub(super) fn fetch(
     let name = percent_decoded(uri);
     let name = std::str::from_utf8(&name)
         .map_err(|_| fault(format!("{uri:?} is not UTF-8 text (INVALID_URI)")))?;
-    Ok(folder.follow(&source.path, name)?.bytes)
+    let file = folder.follow(&source.path, name);
+    let named = |error| FormatError::Named {
+        place: None,
+        key: format!("{}: {place}", source.path.display()),
+        source: Box::new(error),
+    };
+    Ok(file.map_err(named)?.bytes)
 }
 
 /// RFC 3986, section 2.1. A percent sign without two digits stands for itself.

@@ -158,3 +158,91 @@ fn files_of_a_world_stay_in_its_folder() {
     let error = world("[[object]]\nmesh = \"no.obj\"\n").unwrap_err();
     assert!(error.contains("no.obj: No such file"), "{error}");
 }
+
+#[test]
+fn errors_of_a_named_file_say_who_names_it() {
+    let folder = folder();
+    fs::write(folder.join("bad.obj"), "v 0 0 0\nv 1 0\n").unwrap();
+    fs::write(folder.join("bad.png"), "no image").unwrap();
+    fs::write(folder.join("bad.ies"), "no lamp").unwrap();
+    fs::write(
+        folder.join("good.obj"),
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n",
+    )
+    .unwrap();
+    let object = |keys: &str| format!("up = \"z\"\n[[object]]\nbox = {{}}\n[[object]]\n{keys}\n");
+    let light = |keys: &str| format!("[[object]]\nbox = {{}}\n[[light]]\n{keys}\n");
+    for (text, place, words) in [
+        (
+            object("mesh = \"bad.obj\""),
+            "room.toml:5: object[1].mesh: ",
+            "bad.obj:2: v has 2 numbers",
+        ),
+        (
+            object("name = \"a\"\nmesh = \"no.ply\""),
+            "room.toml:6: object[1].mesh: ",
+            "no.ply: No such file",
+        ),
+        (
+            object("mesh = \"good.obj\"\ntexture = \"bad.png\""),
+            "room.toml:6: object[1].texture: ",
+            "bad.png",
+        ),
+        (
+            object("mesh = \"../good.obj\""),
+            "room.toml:5: object[1].mesh: ",
+            "leads out of the folder",
+        ),
+        (
+            light("type = \"environment\"\nimage = \"bad.png\""),
+            "room.toml:5: light[0].image: ",
+            "bad.png",
+        ),
+        (
+            light(
+                "type = \"ies\"\nposition = [0, 0, 1]\ndirection = [0, 0, -1]\nprofile = \"bad.ies\"",
+            ),
+            "room.toml:7: light[0].profile: ",
+            "bad.ies: no line TILT=",
+        ),
+    ] {
+        let parsed = world_file::parse(&text, &folder, Path::new("room.toml"), &Budget::default());
+        let error = parsed.unwrap_err().to_string();
+        assert!(
+            error.starts_with(place) && error.contains(words),
+            "{text}: {error}"
+        );
+    }
+}
+
+#[test]
+fn a_mesh_file_that_several_objects_name_is_read_once() {
+    let folder = folder();
+    let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl red\nf 1/1 2/1 3/1\n";
+    fs::write(folder.join("t.obj"), obj).unwrap();
+    fs::write(folder.join("m.mtl"), "newmtl red\nKd 1 0 0\nmap_Kd i.png\n").unwrap();
+    let image = png::encode([1, 1], 3, png::Samples::U8(&[255, 0, 0])).unwrap();
+    fs::write(folder.join("i.png"), &image).unwrap();
+    let text = "[[object]]\nmesh = \"t.obj\"\n[[object]]\nmesh = \"t.obj\"\ncolor = [0, 1, 0]\n[[object]]\n\
+        mesh = \"t.obj\"\nrefine = 1\n[[object]]\nmesh = \"t.obj\"\nlocation = [1, 0, 0]\n";
+    // Exactly the bytes of one reading.
+    let budget = Budget {
+        bytes: (obj.len() + "newmtl red\nKd 1 0 0\nmap_Kd i.png\n".len() + image.len()) as u64,
+        ..Budget::default()
+    };
+    let world = world_file::parse(text, &folder, Path::new("room.toml"), &budget).unwrap();
+    let meshes: Vec<usize> = world.objects.iter().map(|object| object.mesh).collect();
+    assert_eq!(meshes, [0, 0, 1, 0]);
+    assert_eq!(world.meshes[0].triangles.len(), 1);
+    assert_eq!(world.meshes[1].triangles.len(), 4);
+    assert_eq!(world.textures.len(), 1);
+    let color = |object: usize| world.materials[world.objects[object].materials[0]].color;
+    assert_eq!(color(1), [0.0, 1.0, 0.0]);
+    for object in [0, 2, 3] {
+        assert_eq!(color(object), [1.0, 0.0, 0.0], "{object}");
+    }
+    for object in &world.objects {
+        let slot = world.materials[object.materials[0]].texture;
+        assert_eq!(slot.unwrap().texture, 0);
+    }
+}

@@ -1,8 +1,10 @@
 //! From a world file to the world it means.
 
 use crate::error::SceneError;
+use crate::light::Light;
 use crate::model::Files;
 use crate::schema::WorldFile;
+use crate::schema::geometry::FileMeshes;
 use crate::video::Video;
 use crate::world::World;
 
@@ -10,8 +12,8 @@ use crate::world::World;
 pub enum Failure<E> {
     /// The description.
     Scene(SceneError),
-    /// A file.
-    File(E),
+    /// A file, and the key that names it.
+    File(String, E),
 }
 
 impl<E> From<SceneError> for Failure<E> {
@@ -25,7 +27,7 @@ impl<E: From<SceneError>> Failure<E> {
     pub fn into_error(self) -> E {
         match self {
             Self::Scene(error) => error.into(),
-            Self::File(error) => error,
+            Self::File(_, error) => error,
         }
     }
 }
@@ -40,16 +42,23 @@ impl WorldFile {
             up: self.up,
             ..World::default()
         };
+        let mut known = FileMeshes::default();
         for (i, object) in self.object.into_iter().enumerate() {
             object
-                .place(&mut world, files)
+                .place(&mut world, files, &mut known)
                 .map_err(|failure| match failure {
                     Failure::Scene(error) => error.within(&format!("object[{i}]")).into(),
-                    Failure::File(error) => error,
+                    Failure::File(key, error) => F::named_by(error, &format!("object[{i}].{key}")),
                 })?;
         }
         for (i, mut light) in self.light.into_iter().enumerate() {
-            light.read(files)?;
+            let key = match light {
+                Light::Environment { .. } => "image",
+                _ => "profile",
+            };
+            light
+                .read(files)
+                .map_err(|error| F::named_by(error, &format!("light[{i}].{key}")))?;
             world
                 .add_light(light)
                 .map_err(|error| error.within(&format!("light[{i}]")))?;

@@ -3,17 +3,15 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::build::Failure;
+use super::geometry::{Additions, FileMeshes};
 use super::keys::Keys;
 use super::object::{KEYS, ObjectSpec};
 use super::style::STYLE;
-use super::words::{Category, Refine, Scheme, Splat};
+use super::words::{Category, Splat};
 use crate::error::SceneError;
 use crate::material::Material;
-use crate::mesh::Mesh;
 use crate::model::Files;
 use crate::pose;
-use crate::primitive;
-use crate::refine;
 use crate::texture::Texture;
 use crate::world::{Object, Up, World};
 
@@ -39,15 +37,6 @@ const GEOMETRY: [&str; 6] = [
     "normals",
 ];
 
-/// What an object adds to the world besides itself.
-struct Additions {
-    mesh: Mesh,
-    /// Their textures are indices into the world's, as if `textures` were added already.
-    materials: Vec<Material>,
-    textures: Vec<Texture>,
-    notices: Vec<String>,
-}
-
 impl ObjectSpec {
     /// Adds the object it describes to a world, with its mesh and materials, and returns its id. The world is as it was
     /// where that fails.
@@ -55,14 +44,17 @@ impl ObjectSpec {
     /// # Errors
     /// [`SceneError`] where shape, transform or material make no sense, and whatever `files` says.
     pub fn build<F: Files>(self, world: &mut World, files: &mut F) -> Result<usize, F::Error> {
-        self.place(world, files).map_err(Failure::into_error)
+        self.place(world, files, &mut FileMeshes::default())
+            .map_err(Failure::into_error)
     }
 
-    /// [`ObjectSpec::build`], for who needs to know whether the description or a file is at fault.
+    /// [`ObjectSpec::build`], for who needs to know whether the description or a file is at fault; with the files that were
+    /// read for earlier objects.
     pub(super) fn place<F: Files>(
         mut self,
         world: &mut World,
         files: &mut F,
+        known: &mut FileMeshes,
     ) -> Result<usize, Failure<F::Error>> {
         let keys = self.keys();
         let kind = keys.exactly_one("shape", &SHAPES)?;
@@ -79,15 +71,25 @@ impl ObjectSpec {
 
         let (mesh, materials) = match self.instance_of.take() {
             None => {
+                let file = self.mesh.clone();
+                let plain = keys.given(&GEOMETRY).is_empty();
+                let next = world.textures.len();
+                let (additions, read) = self.additions(&keys, next, files, known, plain)?;
                 let Additions {
                     mesh,
+                    index,
                     materials,
                     textures,
                     notices,
-                } = self.additions(&keys, world.textures.len(), files)?;
+                } = additions;
                 let materials = add_materials(materials, textures, &name, world)?;
                 world.notices.extend(notices);
-                (world.add_mesh(mesh), materials)
+                let index = index.unwrap_or_else(|| world.add_shared_mesh(mesh));
+                if let (Some(file), Some(mut read)) = (file, read) {
+                    read.index = read.index.or(plain.then_some(index));
+                    known.insert(file, read);
+                }
+                (index, materials)
             }
             Some(original) => {
                 keys.refuse(
@@ -129,118 +131,6 @@ impl ObjectSpec {
             world_from_mesh,
             shape,
         })?)
-    }
-
-    /// Its own mesh, refined and checked, with its materials and their textures; the first of these will be the world's
-    /// `next_texture`.
-    fn additions<F: Files>(
-        &mut self,
-        keys: &Keys<KEYS>,
-        next_texture: usize,
-        files: &mut F,
-    ) -> Result<Additions, Failure<F::Error>> {
-        let mut additions = match &self.mesh {
-            Some(file) => {
-                let model = files.mesh(file).map_err(Failure::File)?;
-                let (mesh, slots) = model.merged().map_err(|error| error.within("mesh"))?;
-                let mut materials: Vec<Material> = slots
-                    .iter()
-                    .map(|&slot| model.materials[slot].clone())
-                    .collect();
-                for material in &mut materials {
-                    material
-                        .texture_slots_mut()
-                        .for_each(|slot| slot.texture += next_texture);
-                }
-                Additions {
-                    mesh,
-                    materials,
-                    textures: model.textures,
-                    notices: model.notices,
-                }
-            }
-            None => Additions {
-                mesh: self.own_mesh()?,
-                materials: vec![],
-                textures: vec![],
-                notices: vec![],
-            },
-        };
-        let mesh = &mut additions.mesh;
-        if self.face_colors.is_some() || self.vertex_colors.is_some() {
-            // Colours named here show as they are, whatever the file's materials say.
-            additions
-                .materials
-                .iter_mut()
-                .for_each(|material| material.color = [1.0; 3]);
-        }
-        mesh.face_colors = self.face_colors.take().or(mesh.face_colors.take());
-        mesh.vertex_colors = self.vertex_colors.take().or(mesh.vertex_colors.take());
-        mesh.uvs = self.uvs.take().or(mesh.uvs.take());
-        if let Some(normals) = self.normals.take() {
-            mesh.normals = Some(unit_length(normals)?);
-        }
-        mesh.validate()?;
-        if let Some(Refine { levels, scheme }) = self.refine {
-            let refined = match scheme {
-                Scheme::Loop => refine::loop_subdivide(mesh, levels),
-                Scheme::Midpoint => refine::midpoint(mesh, levels),
-            };
-            *mesh = refined.map_err(|error| error.within("refine"))?;
-        }
-        if additions.materials.is_empty() {
-            additions.materials.push(Material::plain(mesh));
-        }
-        let next = next_texture + additions.textures.len();
-        let (textures, puts) = self.read_textures(mesh, next, files)?;
-        additions.textures.extend(textures);
-        self.restyle_all(&mut additions.materials, &puts, keys)?;
-        Ok(additions)
-    }
-
-    /// The mesh of a primitive, or of vertices and triangles.
-    fn own_mesh(&mut self) -> Result<Mesh, SceneError> {
-        let of =
-            |key: &str, mesh: Result<Mesh, SceneError>| mesh.map_err(|error| error.within(key));
-        if let Some(shape) = &self.box_ {
-            return of("box", primitive::box_(shape.size.0));
-        }
-        if let Some(shape) = &self.plane {
-            return of("plane", primitive::plane(shape.size.0));
-        }
-        if let Some(shape) = &self.sphere {
-            return of("sphere", primitive::sphere(shape.radius, shape.level));
-        }
-        if let Some(shape) = &self.cylinder {
-            return of(
-                "cylinder",
-                primitive::cylinder(shape.radius, shape.height, shape.segments),
-            );
-        }
-        if let Some(shape) = &self.cone {
-            return of(
-                "cone",
-                primitive::cone(shape.radius, shape.height, shape.segments),
-            );
-        }
-        if let Some(shape) = &self.torus {
-            return of(
-                "torus",
-                primitive::torus(shape.radius, shape.tube, shape.segments),
-            );
-        }
-        let Some(triangles) = self.triangles.take() else {
-            return Err(SceneError::schema(
-                "vertices",
-                "it goes with \"triangles\", which is missing",
-            ));
-        };
-        let vertices = self.vertices.take().unwrap_or_default();
-        Ok(Mesh {
-            vertices: vertices.into_iter().map(DVec3::from_array).collect(),
-            triangles,
-            ..Mesh::default()
-        })
     }
 
     /// world_from_mesh, and the part of it that is not location and rotation.
@@ -349,18 +239,4 @@ fn affine(rows: &[[f64; 4]]) -> Result<DAffine3, SceneError> {
         return fail("it is singular: it flattens the object".into());
     }
     Ok(transform)
-}
-
-/// Normals of length 1.
-fn unit_length(normals: Vec<[f32; 3]>) -> Result<Vec<[f32; 3]>, SceneError> {
-    let unit = |(i, normal): (usize, [f32; 3])| {
-        let unit = DVec3::from_array(normal.map(f64::from)).try_normalize();
-        unit.map(|unit| unit.as_vec3().to_array()).ok_or_else(|| {
-            SceneError::schema(
-                format!("normals[{i}]"),
-                format!("{normal:?}: expected a direction, not 0, all finite"),
-            )
-        })
-    };
-    normals.into_iter().enumerate().map(unit).collect()
 }

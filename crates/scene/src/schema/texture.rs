@@ -166,7 +166,12 @@ impl TextureSpec {
         let Wraps(wrap) = table.wrap.or(wrap).unwrap_or_default();
         let image = match &table.image {
             ImageSpec::Texels(image) => image.clone(),
-            ImageSpec::File(file) => files.texture(file, wrap).map_err(Failure::File)?.image,
+            ImageSpec::File(file) => {
+                let texture = files.texture(file, wrap);
+                texture
+                    .map_err(|error| Failure::File(key.into(), error))?
+                    .image
+            }
         };
         let texture = Texture {
             image: table.seen(key, image),
@@ -322,7 +327,7 @@ impl ObjectSpec {
             let read = texture.read(key, self.wrap, next + textures.len(), files);
             let (texture, put) = read.map_err(|failure| match failure {
                 Failure::Scene(error) => Failure::Scene(error.within(&path)),
-                file => file,
+                Failure::File(_, error) => Failure::File(path.clone(), error),
             })?;
             textures.push(texture);
             puts.push(put);

@@ -53,6 +53,10 @@ impl Files for FakeFiles {
             candela: vec![100.0, 0.0],
         })
     }
+
+    fn named_by(error: SceneError, key: &str) -> SceneError {
+        error.within(key)
+    }
 }
 
 /// Numbers in 0..1 that are the same each time (splitmix64).

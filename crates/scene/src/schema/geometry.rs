@@ -1,0 +1,195 @@
+//! The mesh that an object describes: a primitive, a file's, or vertices and triangles.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::build::Failure;
+use super::keys::Keys;
+use super::object::{KEYS, ObjectSpec};
+use super::words::{Refine, Scheme};
+use crate::error::SceneError;
+use crate::material::Material;
+use crate::mesh::Mesh;
+use crate::model::Files;
+use crate::primitive;
+use crate::refine;
+use crate::texture::Texture;
+
+/// The mesh files that were read so far, by name: one that several objects name is read once.
+pub type FileMeshes = HashMap<String, FileMesh>;
+
+/// What a mesh file gave.
+#[derive(Clone)]
+pub struct FileMesh {
+    /// All its parts.
+    pub mesh: Arc<Mesh>,
+    /// Where the world has it as it is.
+    pub index: Option<usize>,
+    /// As in the file; their textures are the world's.
+    pub materials: Vec<Material>,
+}
+
+/// What an object adds to the world besides itself.
+pub(super) struct Additions {
+    pub(super) mesh: Arc<Mesh>,
+    /// Where the world has the mesh already.
+    pub(super) index: Option<usize>,
+    /// Their textures are indices into the world's, as if `textures` were added already.
+    pub(super) materials: Vec<Material>,
+    pub(super) textures: Vec<Texture>,
+    pub(super) notices: Vec<String>,
+}
+
+impl ObjectSpec {
+    /// Its own mesh, refined and checked, with its materials and their textures, of which the first will be the world's
+    /// `next_texture`; and what its file gave, where it has one. `plain` is a mesh as it is in the file.
+    pub(super) fn additions<F: Files>(
+        &mut self,
+        keys: &Keys<KEYS>,
+        next_texture: usize,
+        files: &mut F,
+        known: &FileMeshes,
+        plain: bool,
+    ) -> Result<(Additions, Option<FileMesh>), Failure<F::Error>> {
+        let (mut textures, mut notices) = (Vec::new(), Vec::new());
+        let read = match &self.mesh {
+            None => None,
+            Some(file) => Some(match known.get(file) {
+                Some(known) => known.clone(),
+                None => {
+                    let model = files
+                        .mesh(file)
+                        .map_err(|error| Failure::File("mesh".into(), error))?;
+                    let (mesh, slots) = model.merged().map_err(|error| error.within("mesh"))?;
+                    let mut materials: Vec<Material> = slots
+                        .iter()
+                        .map(|&slot| model.materials[slot].clone())
+                        .collect();
+                    for material in &mut materials {
+                        material
+                            .texture_slots_mut()
+                            .for_each(|slot| slot.texture += next_texture);
+                    }
+                    (textures, notices) = (model.textures, model.notices);
+                    FileMesh {
+                        mesh: Arc::new(mesh),
+                        index: None,
+                        materials,
+                    }
+                }
+            }),
+        };
+        let mut additions = Additions {
+            mesh: match &read {
+                Some(read) => Arc::clone(&read.mesh),
+                None => Arc::new(self.own_mesh()?),
+            },
+            index: read.as_ref().and_then(|read| read.index).filter(|_| plain),
+            materials: read
+                .iter()
+                .flat_map(|read| read.materials.clone())
+                .collect(),
+            textures,
+            notices,
+        };
+        if read.is_none() || !plain {
+            self.change_mesh(&mut additions)?;
+        }
+        if additions.materials.is_empty() {
+            additions.materials.push(Material::plain(&additions.mesh));
+        }
+        let next = next_texture + additions.textures.len();
+        let (textures, puts) = self.read_textures(&additions.mesh, next, files)?;
+        additions.textures.extend(textures);
+        self.restyle_all(&mut additions.materials, &puts, keys)?;
+        Ok((additions, read))
+    }
+
+    /// Gives the mesh what the description says of it, and checks it.
+    fn change_mesh(&mut self, additions: &mut Additions) -> Result<(), SceneError> {
+        let mesh = Arc::make_mut(&mut additions.mesh);
+        if self.face_colors.is_some() || self.vertex_colors.is_some() {
+            // Colours named here show as they are, whatever the file's materials say.
+            additions
+                .materials
+                .iter_mut()
+                .for_each(|material| material.color = [1.0; 3]);
+        }
+        mesh.face_colors = self.face_colors.take().or(mesh.face_colors.take());
+        mesh.vertex_colors = self.vertex_colors.take().or(mesh.vertex_colors.take());
+        mesh.uvs = self.uvs.take().or(mesh.uvs.take());
+        if let Some(normals) = self.normals.take() {
+            mesh.normals = Some(unit_length(normals)?);
+        }
+        mesh.validate()?;
+        if let Some(Refine { levels, scheme }) = self.refine {
+            let refined = match scheme {
+                Scheme::Loop => refine::loop_subdivide(mesh, levels),
+                Scheme::Midpoint => refine::midpoint(mesh, levels),
+            };
+            *mesh = refined.map_err(|error| error.within("refine"))?;
+        }
+        Ok(())
+    }
+
+    /// The mesh of a primitive, or of vertices and triangles.
+    fn own_mesh(&mut self) -> Result<Mesh, SceneError> {
+        let of =
+            |key: &str, mesh: Result<Mesh, SceneError>| mesh.map_err(|error| error.within(key));
+        if let Some(shape) = &self.box_ {
+            return of("box", primitive::box_(shape.size.0));
+        }
+        if let Some(shape) = &self.plane {
+            return of("plane", primitive::plane(shape.size.0));
+        }
+        if let Some(shape) = &self.sphere {
+            return of("sphere", primitive::sphere(shape.radius, shape.level));
+        }
+        if let Some(shape) = &self.cylinder {
+            return of(
+                "cylinder",
+                primitive::cylinder(shape.radius, shape.height, shape.segments),
+            );
+        }
+        if let Some(shape) = &self.cone {
+            return of(
+                "cone",
+                primitive::cone(shape.radius, shape.height, shape.segments),
+            );
+        }
+        if let Some(shape) = &self.torus {
+            return of(
+                "torus",
+                primitive::torus(shape.radius, shape.tube, shape.segments),
+            );
+        }
+        let Some(triangles) = self.triangles.take() else {
+            return Err(SceneError::schema(
+                "vertices",
+                "it goes with \"triangles\", which is missing",
+            ));
+        };
+        let vertices = self.vertices.take().unwrap_or_default();
+        Ok(Mesh {
+            vertices: vertices.into_iter().map(DVec3::from_array).collect(),
+            triangles,
+            ..Mesh::default()
+        })
+    }
+}
+
+/// Normals of length 1.
+fn unit_length(normals: Vec<[f32; 3]>) -> Result<Vec<[f32; 3]>, SceneError> {
+    let unit = |(i, normal): (usize, [f32; 3])| {
+        let unit = DVec3::from_array(normal.map(f64::from)).try_normalize();
+        unit.map(|unit| unit.as_vec3().to_array()).ok_or_else(|| {
+            SceneError::schema(
+                format!("normals[{i}]"),
+                format!("{normal:?}: expected a direction, not 0, all finite"),
+            )
+        })
+    };
+    normals.into_iter().enumerate().map(unit).collect()
+}
