@@ -3,6 +3,7 @@
 //!
 //! `P` projects points of rectified camera 0, which is the world here; `Tr` and its kin, from other sensors, are noticed.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use raycam_scene::{Lens, LensModel, PixelCenter};
@@ -32,11 +33,12 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
     let path = &source.path;
     let mut calibration = Calibration::default();
     let mut rows: Vec<(&str, usize, &str)> = Vec::new();
+    let mut places = HashMap::new();
     for (line, row) in lines(text(source)?) {
         let Some((key, values)) = row.split_once(':') else {
             return Err(FormatError::line(path, line, "expected KEY: numbers"));
         };
-        if rows.iter().any(|(name, _, _)| *name == key) {
+        if places.insert(key, rows.len()).is_some() {
             return Err(FormatError::line(
                 path,
                 line,
@@ -45,7 +47,7 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
         }
         rows.push((key, line, values));
     }
-    let find = |key: String| rows.iter().find(|(name, _, _)| *name == key);
+    let find = |key: String| places.get(&key[..]).map(|&place| &rows[place]);
     for &(key, line, values) in &rows {
         let number = key
             .strip_prefix("K_")

@@ -1,5 +1,6 @@
 //! OpenCV's XML as a tree: elements called `_` are the items of a list, several words are a list of them.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use roxmltree::{Document, ParsingOptions};
@@ -74,10 +75,11 @@ fn node(
         Value::List(items?)
     } else {
         let mut entries: Vec<(String, Node)> = Vec::new();
+        let mut known = HashSet::new();
         for child in children {
             let name = child.tag_name().name();
             let inner = node(child, lines, path, depth + 1)?;
-            if entries.iter().any(|(key, _)| key == name) {
+            if !known.insert(name) {
                 return Err(FormatError::line(
                     path,
                     inner.line,

@@ -1,6 +1,7 @@
 //! YAML, and JSON, which is a part of it, as trees. Anchors and aliases, tags that change a value and several documents
 //! are refused: no calibration tool writes them.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use saphyr_parser::{Event, Parser};
@@ -11,7 +12,7 @@ use crate::error::FormatError;
 /// What is being filled.
 enum Open {
     List(Vec<Node>),
-    Map(Vec<(String, Node)>, Option<String>),
+    Map(Vec<(String, Node)>, Option<String>, HashSet<String>),
 }
 
 /// The tree of a text. OpenCV's `%YAML:1.0`, which is no YAML, is read over.
@@ -36,7 +37,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Node, FormatError> {
                 }
                 let new = match event {
                     Event::SequenceStart(..) => Open::List(vec![]),
-                    _ => Open::Map(vec![], None),
+                    _ => Open::Map(vec![], None, HashSet::new()),
                 };
                 open.push((new, line));
                 continue;
@@ -46,7 +47,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Node, FormatError> {
                     value: Value::List(items),
                     line,
                 },
-                Some((Open::Map(entries, None), line)) => Node {
+                Some((Open::Map(entries, None, _), line)) => Node {
                     value: Value::Map(entries),
                     line,
                 },
@@ -70,7 +71,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Node, FormatError> {
         match open.last_mut() {
             None => root = Some(done),
             Some((Open::List(items), _)) => items.push(done),
-            Some((Open::Map(entries, key), _)) => match (key.take(), done) {
+            Some((Open::Map(entries, key, known), _)) => match (key.take(), done) {
                 (Some(key), value) => entries.push((key, value)),
                 (
                     None,
@@ -79,7 +80,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Node, FormatError> {
                         line,
                     },
                 ) => {
-                    if entries.iter().any(|(name, _)| *name == word) {
+                    if !known.insert(word.clone()) {
                         return Err(FormatError::line(
                             path,
                             line,

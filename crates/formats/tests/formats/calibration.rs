@@ -127,3 +127,30 @@ fn errors_name_file_line_and_key() {
         "{error}"
     );
 }
+
+/// Takes minutes where the time grows with the square of the keys.
+#[test]
+fn many_keys_take_little_time() {
+    let keys = |line: &dyn Fn(usize) -> String| (0..100_000).map(line).collect::<String>();
+    for (format, text) in [
+        ("kitti", keys(&|i| format!("a{i}:\n"))),
+        ("bop", keys(&|i| format!("a{i}: 1\n"))),
+        (
+            "opencv",
+            format!(
+                "<opencv_storage>{}</opencv_storage>",
+                keys(&|i| format!("<a{i}/>"))
+            ),
+        ),
+    ] {
+        let path = Path::new("many");
+        let read = decode(
+            text.into_bytes(),
+            path,
+            Some(format),
+            &Known::default(),
+            &Budget::default(),
+        );
+        assert!(read.is_err(), "{format}");
+    }
+}
