@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use raycam_formats::{Budget, ColorUse, read_image, read_model};
+use raycam_formats::calibration::{self, Known};
+use raycam_formats::{Budget, ColorUse, load, read_image, read_model};
 
 use crate::common::data;
 
@@ -48,6 +49,16 @@ fn every_file_is_answered() {
                     Err(error) => Some(error.to_string()),
                 }
             }
+            "gltf" | "glb" => match load(&path, &Budget::default()) {
+                Ok(world) => {
+                    world.validated().unwrap();
+                    None
+                }
+                Err(error) => Some(error.to_string()),
+            },
+            "yml" => calibration::read(&path, None, &Known::default(), &Budget::default())
+                .err()
+                .map(|error| error.to_string()),
             _ => continue,
         };
         answered += 1;
@@ -56,7 +67,7 @@ fn every_file_is_answered() {
             assert!(error.len() > name.len() + 10, "{name}: {error}");
         }
     }
-    assert!(answered > 50, "{answered}");
+    assert!(answered > 150, "{answered}");
 }
 
 /// The test above in a process of its own that may not have more than 640 MiB of addresses: a file of a kilobyte that
