@@ -1,9 +1,38 @@
 //! What each fuzz target does with its bytes: nothing may panic, hang or take more memory than its budget.
 
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
+use raycam_formats::calibration::{self, Known, Record};
 use raycam_formats::codec::{draco, meshopt};
-use raycam_formats::{Budget, ColorUse, decode_image, decode_model, world_file};
+use raycam_formats::{Budget, ColorUse, Folder, decode_image, decode_model, world_file};
+use raycam_scene::{Files, PixelCenter, World};
+
+/// Between the files of an input that is more than one.
+pub const BETWEEN: &[u8] = b"\n\0\n";
+
+/// Where files lie that a reader opens by itself, one folder for each process.
+static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
+    let folder = std::env::temp_dir().join(format!("raycam-fuzz-{}", std::process::id()));
+    fs::create_dir_all(&folder).expect("a folder for temporary files");
+    folder
+});
+
+/// Writes the files of an input under these names; where it has fewer, the others are not there.
+fn write_files(names: &[&str], bytes: &[u8]) {
+    let mut rest = Some(bytes);
+    for name in names {
+        let path = FOLDER.join(name);
+        let Some(bytes) = rest else {
+            let _ = fs::remove_file(path);
+            continue;
+        };
+        let end = bytes.windows(BETWEEN.len()).position(|w| w == BETWEEN);
+        rest = end.map(|end| &bytes[end + BETWEEN.len()..]);
+        fs::write(path, &bytes[..end.unwrap_or(bytes.len())]).expect("room for a file");
+    }
+}
 
 /// Small, so that what a file may ask for is reached often.
 fn budget() -> Budget {
@@ -78,5 +107,103 @@ pub fn meshopt(bytes: &[u8]) {
     };
     if let Ok(decoded) = meshopt::decode(bytes, shape, Path::new("view"), &mut budget()) {
         assert_eq!(decoded.len(), shape.count * shape.stride);
+    }
+}
+
+/// A document of glTF and its binary chunk, whatever their lengths: what is inside the container of GLB.
+pub fn gltf(bytes: &[u8]) {
+    let end = bytes.windows(BETWEEN.len()).position(|w| w == BETWEEN);
+    let (json, binary) = match end {
+        Some(end) => (&bytes[..end], &bytes[end + BETWEEN.len()..]),
+        None => return model("a.gltf", bytes),
+    };
+    model("a.glb", &container(json, binary));
+}
+
+/// A GLB of a document and a binary chunk.
+pub fn container(json: &[u8], binary: &[u8]) -> Vec<u8> {
+    let mut chunks = Vec::new();
+    for (kind, bytes, pad) in [(b"JSON", json, b' '), (b"BIN\0", binary, 0)] {
+        let mut bytes = bytes.to_vec();
+        bytes.resize(bytes.len().next_multiple_of(4), pad);
+        chunks.extend((bytes.len() as u32).to_le_bytes());
+        chunks.extend(kind);
+        chunks.extend(bytes);
+    }
+    let length = 12 + chunks.len() as u32;
+    let head = [*b"glTF", 2_u32.to_le_bytes(), length.to_le_bytes()].concat();
+    [head, chunks].concat()
+}
+
+/// A library of materials, under an OBJ file that uses three of it.
+pub fn materials(bytes: &[u8]) {
+    write_files(&["a.mtl"], bytes);
+    let obj = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\nusemtl b\nf 1 2 3\n\
+        usemtl\nf 1 2 3\n";
+    if let Ok(model) = decode_model(obj.to_vec(), &FOLDER.join("a.obj"), &budget()) {
+        for material in &model.materials {
+            material.validate().expect("what is read can be shown");
+        }
+    }
+}
+
+/// A luminaire's profile.
+pub fn profile(bytes: &[u8]) {
+    write_files(&["a.ies"], bytes);
+    if let Ok(profile) = Folder::new(&FOLDER, &budget()).profile("a.ies") {
+        profile.validate().expect("what is read can be shown");
+    }
+}
+
+/// A world as bytes, after the line that says so.
+pub fn bundle(bytes: &[u8]) {
+    static LINE: LazyLock<Vec<u8>> = LazyLock::new(|| {
+        let empty = raycam_formats::bundle::write(&World::default()).expect("an empty world");
+        empty
+            .split_inclusive(|&b| b == b'\n')
+            .next()
+            .expect("a line")
+            .to_vec()
+    });
+    let file = [&LINE, bytes].concat();
+    let _ = raycam_formats::bundle::read(&file, Path::new("world"), budget());
+}
+
+/// Cameras in a format of calibrations; for COLMAP the files of its folder.
+pub fn cameras(format: &str, bytes: &[u8]) {
+    let mut intrinsics = Record::new("known", PixelCenter::Integer);
+    intrinsics.k = Some(glam::DMat3::from_diagonal(glam::DVec3::new(
+        100.0, 100.0, 1.0,
+    )));
+    let known = Known {
+        size: Some([64, 48]),
+        intrinsics: Some(intrinsics),
+    };
+    let path = match format {
+        "colmap" => {
+            write_files(
+                &["cameras.txt", "images.txt", "rigs.txt", "frames.txt"],
+                bytes,
+            );
+            FOLDER.join("cameras.txt")
+        }
+        "colmap-binary" => {
+            write_files(
+                &["cameras.bin", "images.bin", "rigs.bin", "frames.bin"],
+                bytes,
+            );
+            FOLDER.join("cameras.bin")
+        }
+        _ => PathBuf::from("/nonexistent/calibration"),
+    };
+    let read = match format {
+        "colmap" | "colmap-binary" => calibration::read(&path, Some(format), &known, &budget()),
+        _ => calibration::decode(bytes.to_vec(), &path, Some(format), &known, &budget()),
+    };
+    if let Ok(calibration) = read {
+        for record in &calibration.records {
+            let _ = record.camera();
+        }
+        let _ = calibration::write(&calibration.records, Path::new("out"), format);
     }
 }
