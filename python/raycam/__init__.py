@@ -19,7 +19,8 @@ from .interop import from_open3d, from_trimesh
 from .labels import Box3D, Keypoints, Label, box3d, keypoints, label
 from .render import render
 from .texture import Texture
-from .world import Animation, Object, Video, World, load
+from .world import Animation, Object, Video, World
+from .world_load import load
 
 if TYPE_CHECKING:
     from .explain_pixel import Explanation, explain

@@ -25,7 +25,8 @@ from .errors import FormatError, WorldError
 from .sample_draw import ONE_OF, Draw, known_keys
 from .sample_place import Placer, Prism
 from .sample_view import see
-from .world import World, load
+from .world import World
+from .world_load import load
 
 __all__ = ["Recipe", "sample"]
 

@@ -18,21 +18,7 @@ from .files import write
 from .texture import Texture
 from .world_parts import Animation, Object, Video
 
-__all__ = ["Animation", "Object", "Video", "World", "load"]
-
-
-def load(path: str | os.PathLike[str], *, variant: str | None = None) -> World:
-    """The world in a file: a world file (.toml), glTF (.gltf .glb) or a mesh (.obj .ply .stl .off).
-
-    Vertices are used exactly as given, never rotated or scaled; the parts of a mesh file become objects. Files that
-    a file names are read from its own folder and from nowhere else. What was skipped or repaired is in
-    `World.notices`. `variant` is one of the looks that a glTF file may have.
-
-    Raises `FileNotFoundError` and other `OSError`s, `FormatError` where the file does not follow its format, and
-    `WorldError` or `CameraError` where what it describes cannot be, each with file, line and key.
-    """
-    world = World._of(_core.World.load(os.fspath(path)))
-    return world if variant is None else world.with_variant(variant)
+__all__ = ["Animation", "Object", "Video", "World"]
 
 
 class World:

@@ -117,6 +117,14 @@ impl World {
         self.snapshot().notices.clone()
     }
 
+    /// Adds what another reader had to say.
+    fn add_notices(&self, notices: Vec<String>) -> PyResult<()> {
+        self.change(|world| {
+            world.notices.extend(notices);
+            Ok(())
+        })
+    }
+
     /// The names of the image files.
     #[getter]
     fn textures(&self) -> Vec<String> {

@@ -92,7 +92,7 @@ def _cameras(options: argparse.Namespace) -> Mapping[str, Camera] | None:
     if options.cameras is None:
         return None
     from ..calibration import load_cameras
-    from ..world import load
+    from ..world_load import load
 
     if str(options.cameras).endswith((".toml", ".glb", ".gltf")):
         cameras: Mapping[str, Camera] = load(options.cameras).cameras

@@ -19,7 +19,7 @@ def _run(options: argparse.Namespace) -> None:
     from pathlib import Path
 
     from ..info import info, info_cameras
-    from ..world import load
+    from ..world_load import load
 
     path = Path(options.world)
     if path.is_dir() or path.suffix.lower() in CALIBRATIONS or options.format is not None:

@@ -190,7 +190,7 @@ def numbers(text: str) -> tuple[int, ...]:
 
 def named_camera(text: str, options: argparse.Namespace) -> Camera:
     """The camera of "FILE" (its first one) or "FILE:NAME", where FILE is a calibration or a world file."""
-    from ..world import load
+    from ..world_load import load
 
     found = _calibration(text)
     if found is None:
@@ -233,7 +233,7 @@ def _calibration(text: str) -> tuple[str, str] | None:
 
 def load_world(options: argparse.Namespace) -> World:
     """The world, with its notices told."""
-    from ..world import load
+    from ..world_load import load
 
     world = load(options.world)
     tell(world.notices)

@@ -1,0 +1,182 @@
+"""Meshes of USD as OBJ files. Source: the schema `UsdGeomMesh`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Usd, UsdGeom, UsdShade
+
+from .usd_materials import Materials
+
+__all__ = ["Meshes", "rows"]
+
+
+def rows(matrix: Gf.Matrix4d) -> list[list[float]]:
+    """A matrix for columns, as raycam has them: USD's are for rows."""
+    return np.array(matrix).T.tolist()  # type: ignore[no-any-return]
+
+
+class Meshes:
+    """The meshes of a stage as OBJ files in a folder; those that instances share, once."""
+
+    def __init__(self, folder: Path, materials: Materials, most_corners: int) -> None:
+        self.notices: list[str] = []
+        self._folder = folder
+        self._materials = materials
+        self._left = most_corners
+        self._known: dict[tuple[str, ...], tuple[str | None, int]] = {}
+
+    def file(self, mesh: UsdGeom.Mesh) -> str | None:
+        """The name of its OBJ file; none where it has no faces."""
+        prim = mesh.GetPrim()
+        own = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
+        bound = _bound(prim)
+        key = (own.GetPath().pathString, bound.GetPath().pathString if bound else "")
+        if key not in self._known:
+            self._known[key] = self._write(mesh, bound)
+        name, corners = self._known[key]
+        self._left -= corners
+        if self._left < 0:
+            raise MemoryError
+        return name
+
+    def _write(self, mesh: UsdGeom.Mesh, bound: UsdShade.Material | None) -> tuple[str | None, int]:
+        time = Usd.TimeCode.EarliestTime()
+        path = mesh.GetPath().pathString
+        points = np.array(mesh.GetPointsAttr().Get(time) or [], np.float32).reshape(-1, 3)
+        counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or [], np.int64)
+        indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or [], np.int64)
+        if (counts < 3).any() or counts.sum() != len(indices):
+            self.notices.append(
+                f"mesh {path} is left out: its faces have {counts.sum()} corners, it has {len(indices)}"
+            )
+            return None, 0
+        if len(indices) and not (indices.min() >= 0 and indices.max() < len(points)):
+            self.notices.append(f"mesh {path} is left out: a corner is none of its {len(points)} points")
+            return None, 0
+        if not np.isfinite(points).all():
+            self.notices.append(f"mesh {path} is left out: a point is not finite")
+            return None, 0
+        if not len(indices):
+            self.notices.append(f"mesh {path} is left out: it has no faces")
+            return None, 0
+        subdivided = mesh.GetSubdivisionSchemeAttr().Get(time) != "none"
+        if subdivided:
+            self.notices.append(
+                f"mesh {path}: a subdivision surface, shown as the mesh that it starts from, smooth"
+            )
+        lines = ["mtllib materials.mtl"]
+        colors, color = self._colors(mesh, bound, len(points))
+        lines.extend(_numbers("v", points if colors is None else np.hstack([points, colors])))
+        uvs = self._corners(mesh, self._materials.primvar(bound), counts, indices)
+        normals = None
+        if not subdivided:
+            normals = self._corners(mesh, "normals", counts, indices)
+            own = mesh.GetNormalsAttr().Get(time)
+            if normals is None and own:
+                interpolation = mesh.GetNormalsInterpolation()
+                normals = _spread(np.array(own, np.float32), interpolation, counts, indices)
+        vt, vn = np.arange(len(indices)) + 1, np.arange(len(indices)) + 1
+        for key, table in (("vt", uvs), ("vn", normals)):
+            if table is not None:
+                kept, back = np.unique(table, axis=0, return_inverse=True)
+                lines.extend(_numbers(key, kept))
+                if key == "vt":
+                    vt = back.reshape(-1) + 1
+                else:
+                    vn = back.reshape(-1) + 1
+        position = indices + 1
+        if uvs is None and normals is None:
+            words = position.astype(str).tolist()
+        else:
+            parts = [position.tolist(), vt.tolist() if uvs is not None else [""] * len(indices)]
+            parts.extend([vn.tolist()] if normals is not None else [])
+            words = ["/".join(map(str, corner)) for corner in zip(*parts, strict=True)]
+        lines.append("s 1" if subdivided else "s off")
+        turn = -1 if mesh.GetOrientationAttr().Get(time) == UsdGeom.Tokens.leftHanded else 1
+        ends = np.cumsum(counts)
+        holes = set(mesh.GetHoleIndicesAttr().Get(time) or [])
+        for name, faces in self._groups(mesh, bound, color, len(counts)):
+            lines.append(f"usemtl {name}")
+            for face in faces:
+                if face not in holes:
+                    lines.append("f " + " ".join(words[ends[face] - counts[face] : ends[face]][::turn]))
+        file = f"mesh{len(self._known)}.obj"
+        (self._folder / file).write_text("\n".join([*lines, ""]), encoding="utf-8")
+        return file, len(indices)
+
+    def _groups(
+        self, mesh: UsdGeom.Mesh, bound: UsdShade.Material | None, color: str | None, count: int
+    ) -> list[tuple[str, Any]]:
+        """The faces of each material."""
+        rest = np.ones(count, bool)
+        groups = []
+        for subset in UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets():
+            faces = np.array(subset.GetIndicesAttr().Get(Usd.TimeCode.EarliestTime()) or [], np.int64)
+            faces = faces[(faces >= 0) & (faces < count)]
+            faces = faces[rest[faces]]
+            rest[faces] = False
+            if (material := _bound(subset.GetPrim())) is not None:
+                groups.append((self._materials.name(material), faces.tolist()))
+            else:
+                rest[faces] = True
+        if rest.any():
+            name = self._materials.name(bound) if bound else color or self._materials.plain((0.8, 0.8, 0.8))
+            groups.insert(0, (name, np.flatnonzero(rest).tolist()))
+        return groups
+
+    def _colors(
+        self, mesh: UsdGeom.Mesh, bound: UsdShade.Material | None, count: int
+    ) -> tuple[Any, str | None]:
+        """The colours of its points, sRGB as in an OBJ file, or the material of its one colour."""
+        shown = mesh.GetDisplayColorPrimvar()
+        values = shown.ComputeFlattened(Usd.TimeCode.EarliestTime()) if shown else None
+        if bound or not values:
+            return None, None
+        table = np.clip(np.array(values, np.float64), 0, 1)
+        if len(table) == 1:
+            return None, self._materials.plain(tuple(table[0].tolist()))
+        if shown.GetInterpolation() in ("vertex", "varying") and len(table) == count:
+            return np.where(table <= 0.0031308, 12.92 * table, 1.055 * table ** (1 / 2.4) - 0.055), None
+        self.notices.append(f"mesh {mesh.GetPath()}: colours for each face or corner are not used")
+        return None, None
+
+    def _corners(self, mesh: UsdGeom.Mesh, name: str, counts: Any, indices: Any) -> Any:
+        """The values of a primvar at every corner."""
+        primvar = UsdGeom.PrimvarsAPI(mesh).FindPrimvarWithInheritance(name)
+        values = primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()) if primvar else None
+        if values is None or not len(values):
+            return None
+        table = np.array(values, np.float32)
+        found = _spread(table, primvar.GetInterpolation(), counts, indices) if table.ndim == 2 else None
+        if found is None or not np.isfinite(found).all():
+            self.notices.append(
+                f"mesh {mesh.GetPath()}: {len(table)} values of {name} do not fit it and are not used"
+            )
+            return None
+        return found
+
+
+def _spread(table: Any, interpolation: str, counts: Any, indices: Any) -> Any:
+    """Values at every corner of those of points, faces or the whole; none where they do not fit."""
+    if interpolation == "constant" and len(table) == 1:
+        return np.repeat(table, len(indices), axis=0)
+    if interpolation == "uniform" and len(table) == len(counts):
+        return np.repeat(table, counts, axis=0)
+    if interpolation in ("vertex", "varying") and len(table) > indices.max():
+        return table[indices]
+    if interpolation == "faceVarying" and len(table) == len(indices):
+        return table
+    return None
+
+
+def _bound(prim: Usd.Prim) -> UsdShade.Material | None:
+    material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+    return material if material else None
+
+
+def _numbers(key: str, table: Any) -> list[str]:
+    """Lines of numbers that read back exactly."""
+    return [f"{key} " + " ".join(map(repr, row)) for row in table.astype(np.float64).tolist()]

@@ -1,0 +1,183 @@
+"""The process that reads a USD file: `python -m raycam.usd_worker FILE FOLDER LIMITS`.
+
+Writes `world.json`, what `World.from_dict` takes, and beside it an OBJ file for every mesh, `materials.mtl`, and the
+images. Read are meshes with their instances, UsdPreviewSurface materials, cameras and lights at the default time;
+what else is drawn in other programs is named in `"notices"`.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+import zipfile
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from pxr import Ar, Sdf, Usd, UsdGeom, UsdLux
+
+from . import usd_camera, usd_lights, usd_materials, usd_meshes
+
+__all__ = ["Refused"]
+
+DRAWN = (
+    *("Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane", "Points", "BasisCurves", "NurbsCurves"),
+    *("NurbsPatch", "HermiteCurves", "TetMesh", "Volume", "PointInstancer"),
+)
+"""What other programs draw and raycam does not."""
+
+
+class Refused(Exception):
+    """A file that is not read, with the reason."""
+
+
+def limit(memory: int, seconds: float, size: int) -> None:
+    """Bounds this process, where the system can."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def confined(path: Path, most: int) -> None:
+    """Refuses a file whose layers are not all regular files in its own folder or below, before opening such a one."""
+    root, left = path.parent.resolve(), most
+    waiting, seen = [path], set()
+    while waiting:
+        layer_path = waiting.pop()
+        real = layer_path.resolve()
+        if real in seen:
+            continue
+        seen.add(real)
+        shown = layer_path.name if layer_path == path else str(layer_path)
+        if not real.is_relative_to(root):
+            raise Refused(f"{shown}: it leads out of the folder of the USD file; copy it there")
+        if not real.is_file():
+            raise Refused(f"{shown}: no such file, or no regular one")
+        left -= real.stat().st_size
+        if left < 0:
+            raise Refused(f"its layers have more bytes than the budget of {most}")
+        layer = Sdf.Layer.FindOrOpen(str(layer_path))
+        if layer is None:
+            raise Refused(f"{shown}: not a USD layer that Pixar's library can read")
+        # An empty name is this layer itself.
+        for asset in filter(None, layer.GetCompositionAssetDependencies()):
+            if "`" in asset or ":" in asset:
+                raise Refused(
+                    f"{shown}: layer {asset!r}: expected a path in the file's folder, without expressions"
+                )
+            if not asset.endswith("]") and path.suffix.lower() != ".usdz":
+                waiting.append(Path(layer.ComputeAbsolutePath(asset)))
+
+
+class Images:
+    """The images of a stage, each copied into the folder once, from the USD file's folder or its package."""
+
+    def __init__(self, path: Path, folder: Path, left: int) -> None:
+        self.root = path.parent.resolve()
+        self.folder = folder
+        self.left = left
+        self.package = zipfile.ZipFile(path) if path.suffix.lower() == ".usdz" else None
+        self.known: dict[str, str | None] = {}
+        self.notices: list[str] = []
+
+    def file(self, asset: Sdf.AssetPath) -> str | None:
+        """The name in the folder of the image at a resolved path; none where it may not be used, with a notice."""
+        place = asset.resolvedPath or asset.path
+        if place not in self.known:
+            try:
+                self.known[place] = self._copied(place)
+            except (OSError, KeyError, ValueError, Refused) as error:
+                self.notices.append(f"image {asset.path!r} is left out: {error}")
+                self.known[place] = None
+        return self.known[place]
+
+    def _copied(self, place: str) -> str:
+        name = f"image{len(self.known)}{Path(place.rstrip(']')).suffix.lower()}"
+        target = self.folder / name
+        if place.endswith("]") and self.package is not None:
+            entry = self.package.getinfo(Ar.SplitPackageRelativePathInner(place)[1])
+            self._take(entry.file_size)
+            with self.package.open(entry) as source, target.open("wb") as copy:
+                shutil.copyfileobj(source, copy)
+            return name
+        real = Path(place).resolve()
+        if not real.is_relative_to(self.root):
+            raise Refused("it is not in the folder of the USD file")
+        if not real.is_file():
+            raise Refused("no such file, or no regular one")
+        self._take(real.stat().st_size)
+        shutil.copyfile(real, target)
+        return name
+
+    def _take(self, size: int) -> None:
+        if size > self.left:
+            raise Refused(f"{size} bytes, more than the budget has left")
+        self.left -= size
+
+
+def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> dict[str, Any]:
+    """The world in a file, and the files that it needs in the folder."""
+    confined(path, most_bytes)
+    stage = Usd.Stage.Open(str(path))
+    if stage is None:
+        raise Refused("not a USD stage that Pixar's library can open")
+    images = Images(path, folder, most_bytes)
+    materials = usd_materials.Materials(images.file)
+    meshes = usd_meshes.Meshes(folder, materials, most_corners)
+    places = UsdGeom.XformCache()
+    world: dict[str, Any] = {"up": "y" if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y else "z"}
+    objects, lights, cameras = [], [], []
+    skipped: Counter[str] = Counter()
+    everything = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+    for prim in Usd.PrimRange.Stage(stage, everything):
+        kind = prim.GetTypeName()
+        seen = UsdGeom.Imageable(prim)
+        if seen and (seen.ComputeVisibility() == "invisible" or seen.ComputePurpose() in ("guide", "proxy")):
+            continue
+        from_local = places.GetLocalToWorldTransform(prim)
+        if prim.IsA(UsdGeom.Mesh):
+            if file := meshes.file(UsdGeom.Mesh(prim)):
+                objects.append(
+                    {"name": prim.GetName(), "mesh": file, "matrix": usd_meshes.rows(from_local)[:3]}
+                )
+        elif prim.IsA(UsdGeom.Camera):
+            spec = usd_camera.camera(UsdGeom.Camera(prim), from_local)
+            cameras.extend([spec] if spec else [])
+            skipped["orthographic Camera"] += spec is None
+        elif prim.HasAPI(UsdLux.LightAPI):
+            light, notice = usd_lights.light(prim, from_local, images.file, world["up"])
+            lights.extend([light] if light else [])
+            meshes.notices.extend([notice] if notice else [])
+        elif kind in DRAWN:
+            skipped[kind] += 1
+    if not objects:
+        raise Refused("no meshes in it: nothing to see")
+    materials.write(folder / "materials.mtl")
+    notices = [*images.notices, *materials.notices, *meshes.notices]
+    notices.extend(f"{count} {kind} prims are left out" for kind, count in sorted((+skipped).items()))
+    unit = UsdGeom.GetStageMetersPerUnit(stage)
+    if unit != 1.0:
+        notices.append(f"its unit of length is {unit:g} m: coordinates are kept as they are, in that unit")
+    return world | {"object": objects, "light": lights, "camera": cameras, "notices": notices}
+
+
+def main(path: Path, folder: Path, limits: dict[str, Any]) -> None:
+    """Writes the world, or the reason why there is none."""
+    limit(limits["memory"], limits["seconds"], limits["bytes"])
+    try:
+        found = described(path, folder, limits["bytes"], limits["triangles"])
+    except Refused as error:
+        found = {"error": str(error)}
+    except MemoryError:
+        found = {"error": f"more memory needed than the budget of {limits['memory']} bytes"}
+    (folder / "world.json").write_text(json.dumps(found), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]), json.loads(sys.argv[3]))

@@ -1,0 +1,41 @@
+"""Worlds out of files."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from . import _core, usd
+from .world import World
+
+__all__ = ["load"]
+
+
+def load(path: str | os.PathLike[str], *, variant: str | None = None) -> World:
+    """The world in a file: a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off) or USD.
+
+    USD (.usd .usda .usdc .usdz) needs the `raycam[usd]` extra; it is read in a process of its own.
+
+    Vertices are used exactly as given, never rotated or scaled; the parts of a mesh file become objects. Files that
+    a file names are read from its own folder and from nowhere else. What was skipped or repaired is in
+    `World.notices`. `variant` is one of the looks that a glTF file may have.
+
+    Raises `FileNotFoundError` and other `OSError`s, `FormatError` where the file does not follow its format, and
+    `WorldError` or `CameraError` where what it describes cannot be, each with file, line and key.
+    """
+    if Path(path).suffix.lower() in usd.SUFFIXES:
+        world = _load_usd(path)
+    else:
+        world = World._of(_core.World.load(os.fspath(path)))
+    return world if variant is None else world.with_variant(variant)
+
+
+def _load_usd(path: str | os.PathLike[str]) -> World:
+    """The world in a USD file."""
+    with tempfile.TemporaryDirectory(prefix="raycam-usd-") as folder:
+        description = usd.read(path, Path(folder))
+        said = description.pop("notices")
+        world = World.from_dict(description, folder=folder)
+        world._core.add_notices([f"{os.fspath(path)}: {notice}" for notice in said])
+    return world
