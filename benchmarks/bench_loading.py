@@ -1,6 +1,6 @@
-"""Loading beside trimesh and Open3D: the same files, made here, a million triangles each.
+"""Loading beside trimesh, Open3D and Mitsuba: the same files, made here, a million triangles each, or given ones.
 
-    python benchmarks/bench_loading.py [--peers PEERS/bin/python] [--triangles N] [--rounds N]
+    python benchmarks/bench_loading.py [--peers PEERS/bin/python] [--triangles N] [--rounds N] [FILE ...]
 
 Every reader loads every file in a process of its own, once to warm the file cache and then `rounds` times; the best
 time counts, and the peak memory of that process beyond what it had before (Linux: VmHWM).
@@ -22,6 +22,10 @@ READERS = {
     "raycam": "import raycam\nload = raycam.load",
     "trimesh": "import trimesh\nload = lambda path: trimesh.load(path, process=False)",
     "open3d": "import open3d\nload = lambda path: open3d.io.read_triangle_mesh(path)",
+    "mitsuba": (
+        "import mitsuba\nmitsuba.set_variant('scalar_rgb')\n"
+        "load = lambda path: mitsuba.load_dict({'type': path.rsplit('.')[-1], 'filename': path})"
+    ),
 }
 
 MEASURE = """
@@ -118,22 +122,26 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--peers", help="the Python that has Open3D")
+    parser.add_argument("--peers", help="the Python that has Open3D and Mitsuba")
     parser.add_argument("--triangles", type=int, default=1_000_000)
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("files", nargs="*", type=Path, help="instead of the ones made here")
     options = parser.parse_args()
     interpreters = {"raycam": sys.executable, "trimesh": sys.executable}
     if options.peers:
-        interpreters["open3d"] = options.peers
+        interpreters |= {"open3d": options.peers, "mitsuba": options.peers}
     print("| file | MB | " + " | ".join(interpreters) + " |")
     print("| --- | --: |" + " --: |" * len(interpreters))
     with tempfile.TemporaryDirectory() as name:
-        for path in write_files(Path(name), options.triangles):
+        for path in options.files or write_files(Path(name), options.triangles):
             cells = []
             for reader, python in interpreters.items():
                 script = MEASURE.format(setup=READERS[reader])
                 command = [python, "-c", script, str(path), str(options.rounds)]
-                result = subprocess.run(command, capture_output=True, text=True, check=True)
+                result = subprocess.run(command, capture_output=True, text=True, check=False)
+                if result.returncode != 0:
+                    cells.append("-")
+                    continue
                 seconds, memory = json.loads(result.stdout.splitlines()[-1])
                 cells.append(f"{seconds:.3f} s, {memory:.0f} MiB")
             print(

@@ -41,7 +41,7 @@ def light(
     normalized = value("normalize", False)
 
     def radiance(area: float) -> list[float]:
-        return (color / (area if normalized else 1.0)).tolist()
+        return [float(value) for value in color / (area if normalized else 1.0)]
 
     if kind == "DistantLight":
         angle = np.radians(value("angle", 0.53))
