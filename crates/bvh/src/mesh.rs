@@ -6,7 +6,7 @@ use crate::block::{Block, LEAF, LEAF_SIZE, Leaf};
 use crate::build::{self, BuildItem, Leaves};
 use crate::error::BuildError;
 use crate::memory::Pages;
-use crate::traverse::local::REACH_LIMIT;
+use crate::traverse::local::{Extent, REACH_LIMIT};
 
 /// How much time a build may take for faster rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,8 +36,7 @@ pub struct Bvh {
     blocks: Pages<Block>,
     root: u32,
     ids: Vec<u32>,
-    lower: [f32; 3],
-    upper: [f32; 3],
+    extent: Extent,
     scale: f32,
 }
 
@@ -78,8 +77,10 @@ impl Bvh {
             blocks: tree.blocks,
             root: tree.root,
             ids: tree.ids,
-            lower: tree.lower,
-            upper: tree.upper,
+            extent: Extent {
+                lower: tree.lower,
+                upper: tree.upper,
+            },
             scale,
         })
     }
@@ -100,15 +101,14 @@ impl Bvh {
     }
 
     /// The box of everything, in the tree's coordinates.
-    pub(crate) fn bounds(&self) -> ([f32; 3], [f32; 3]) {
-        (self.lower, self.upper)
+    #[inline(always)]
+    pub(crate) fn extent(&self) -> &Extent {
+        &self.extent
     }
 
     /// The largest coordinate in the tree.
     pub(crate) fn reach(&self) -> f32 {
-        (0..3).fold(0.0, |r, a| {
-            self.lower[a].abs().max(self.upper[a].abs()).max(r)
-        })
+        self.extent.reach()
     }
 
     pub(crate) fn root(&self) -> u32 {
@@ -121,7 +121,7 @@ impl Bvh {
     }
 
     pub(crate) fn set_bounds(&mut self, (lower, upper): ([f32; 3], [f32; 3])) {
-        (self.lower, self.upper) = (lower, upper);
+        self.extent = Extent { lower, upper };
     }
 
     pub(crate) fn blocks(&self) -> &[Block] {

@@ -55,7 +55,8 @@ impl Bvh {
             let [x, y, z] = [0, 1, 2].map(|a| f64::from(upper[a]) - f64::from(lower[a]));
             x * y + y * z + z * x
         };
-        let mut sum = area(self.bounds());
+        let extent = self.extent();
+        let mut sum = area((extent.lower, extent.upper));
         let whole = sum;
         let mut open = vec![self.root()];
         while let Some(at) = open.pop() {

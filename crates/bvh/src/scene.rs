@@ -10,7 +10,7 @@ use crate::memory::Pages;
 use crate::mesh::{Bvh, scale_of};
 use crate::ray::{Coherence, ExactHit, ExactRay, Hit, Ray};
 use crate::traverse;
-use crate::traverse::local::EPS;
+use crate::traverse::local::{EPS, Extent};
 
 /// A placed mesh: `world_from_mesh` maps mesh-local to scene-local coordinates, rows of a 3 x 4 matrix.
 #[derive(Clone, Debug)]
@@ -50,8 +50,7 @@ pub struct Scene {
     blocks: Pages<Block>,
     pub(crate) root: u32,
     /// Box of everything, scaled.
-    pub(crate) lower: [f32; 3],
-    pub(crate) upper: [f32; 3],
+    pub(crate) extent: Extent,
     /// Largest coordinate at hand, scaled; with the condition of the worst transform it bounds rounding.
     pub(crate) reach: f32,
     pub(crate) condition: f32,
@@ -119,8 +118,10 @@ impl Scene {
             unit,
             blocks: Pages::with_capacity(0),
             root: NO_CHILD,
-            lower: [0.0; 3],
-            upper: [0.0; 3],
+            extent: Extent {
+                lower: [0.0; 3],
+                upper: [0.0; 3],
+            },
             reach: 0.0,
             condition: 1.0,
             direct,
@@ -169,8 +170,11 @@ impl Scene {
             scene.reach = scene.placed[0].bvh.reach();
         }
         let tree = build::build(items, &Instances);
-        (scene.blocks, scene.root, scene.lower, scene.upper) =
-            (tree.blocks, tree.root, tree.lower, tree.upper);
+        (scene.blocks, scene.root) = (tree.blocks, tree.root);
+        scene.extent = Extent {
+            lower: tree.lower,
+            upper: tree.upper,
+        };
         Ok(scene)
     }
 
@@ -225,7 +229,13 @@ impl Scene {
     /// a transformed ray is off by no more.
     #[inline(always)]
     pub(crate) fn slack(&self, distance: f32) -> f32 {
-        64.0 * EPS * self.condition * (distance + self.reach)
+        self.rounding() * (distance + self.reach)
+    }
+
+    /// The same as a part of the largest coordinate at hand.
+    #[inline(always)]
+    pub(crate) fn rounding(&self) -> f32 {
+        (64.0 * self.condition + 24.0) * EPS
     }
 }
 
@@ -268,7 +278,7 @@ fn world_box(instance: &Instance) -> Option<([f64; 3], [f64; 3])> {
     if instance.bvh.triangle_count() == 0 {
         return None;
     }
-    let (lower, upper) = instance.bvh.bounds();
+    let Extent { lower, upper } = *instance.bvh.extent();
     let scale = f64::from(instance.bvh.scale());
     let m = instance.world_from_mesh.map(|row| row.map(f64::from));
     let (mut low, mut high) = ([0.0; 3], [0.0; 3]);

@@ -64,8 +64,8 @@ impl<const N: usize> Vector for Array<N> {
         self.zip(b, |a, b| if a > b { a } else { b })
     }
     #[inline(always)]
-    fn mul_sub_loose(self, b: Self, c: Self) -> Self {
-        self.mul(b).sub(c)
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        Self(std::array::from_fn(|i| fused(self.0[i], b.0[i], c.0[i])))
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -137,4 +137,56 @@ impl Isa for Portable {
     }
     #[inline(always)]
     fn prefetch(_at: *const u8) {}
+}
+
+/// `a * b - c`, rounded once, where the machine has no instruction for it: float64 holds the product, and its difference
+/// rounded to odd may be rounded again (Boldo and Melquiond 2008).
+#[inline(always)]
+fn fused(a: f32, b: f32, c: f32) -> f32 {
+    let (product, c) = (f64::from(a) * f64::from(b), f64::from(c));
+    let sum = product - c;
+    // What rounding took away (Knuth's two-sum).
+    let part = sum - product;
+    let rest = (product - (sum - part)) - (c + part);
+    let inexact = rest < 0.0 || rest > 0.0;
+    let away = (rest > 0.0) == (sum > 0.0);
+    let bits = sum.to_bits();
+    let odd = if inexact && bits & 1 == 0 {
+        if away { bits + 1 } else { bits - 1 }
+    } else {
+        bits
+    };
+    f64::from_bits(odd) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fused;
+
+    #[test]
+    fn a_product_less_a_number_is_rounded_once() {
+        let mut state = 1u64;
+        let mut next = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 32) as u32
+        };
+        let mut twice = 0;
+        for _ in 0..1_000_000 {
+            let [a, b] = [0, 1].map(|_| f32::from_bits(next() % (30 << 23) + (112 << 23)));
+            // Half of the time so near to the product that little is left.
+            let c = if next() & 1 == 0 {
+                f32::from_bits((a * b).to_bits().wrapping_add(next() % 9).wrapping_sub(4))
+            } else {
+                f32::from_bits(next() % (60 << 23) + (90 << 23))
+            };
+            let c = if next() & 1 == 0 { c } else { -c };
+            assert_eq!(fused(a, b, c), a.mul_add(b, -c), "{a} * {b} - {c}");
+            twice += usize::from(fused(a, b, c) != a * b - c);
+        }
+        assert!(twice > 10_000, "nothing was tried");
+        assert_eq!(fused(f32::INFINITY, -2.0, 1.0), f32::NEG_INFINITY);
+        assert!(fused(f32::INFINITY, 1.0, f32::INFINITY).is_nan());
+    }
 }

@@ -61,7 +61,7 @@ impl Vector for Zmm {
         on_avx512!(Self(_mm512_max_ps(self.0, b.0)))
     }
     #[inline(always)]
-    fn mul_sub_loose(self, b: Self, c: Self) -> Self {
+    fn mul_sub(self, b: Self, c: Self) -> Self {
         on_avx512!(Self(_mm512_fmsub_ps(self.0, b.0, c.0)))
     }
     #[inline(always)]

@@ -4,8 +4,8 @@
 //! enables the instruction set, after the machine was asked for it. The vector types never leave the crate, so no code
 //! names an instruction set the machine lacks: that is the safety argument of every intrinsic below this module.
 //!
-//! Only `+ - * /`, comparisons and selects reach an answer, all correctly rounded: the bits do not depend on the
-//! instruction set. [`Vector::mul_sub_loose`] may or may not fuse; it serves bounds that are padded for either.
+//! Only `+ - * /`, [`Vector::mul_sub`], comparisons and selects reach an answer, all correctly rounded: the bits do not
+//! depend on the instruction set.
 
 mod array;
 #[cfg(target_arch = "x86_64")]
@@ -50,8 +50,8 @@ pub trait Vector: Copy {
     fn min(self, b: Self) -> Self;
     /// `if self > b { self } else { b }`.
     fn max(self, b: Self) -> Self;
-    /// `self * b - c`, rounded once or twice.
-    fn mul_sub_loose(self, b: Self, c: Self) -> Self;
+    /// `self * b - c`, rounded once.
+    fn mul_sub(self, b: Self, c: Self) -> Self;
     fn abs(self) -> Self;
     fn le(self, b: Self) -> Self::Mask;
     fn eq(self, b: Self) -> Self::Mask;

@@ -64,7 +64,7 @@ impl Vector for Quad {
         on_neon!(Self(vbslq_f32(vcgtq_f32(self.0, b.0), self.0, b.0)))
     }
     #[inline(always)]
-    fn mul_sub_loose(self, b: Self, c: Self) -> Self {
+    fn mul_sub(self, b: Self, c: Self) -> Self {
         on_neon!(Self(vfmaq_f32(vnegq_f32(c.0), self.0, b.0)))
     }
     #[inline(always)]

@@ -51,11 +51,8 @@ impl<V: Vector, const N: usize> Vector for Pair<V, N> {
         Self(self.0.max(b.0), self.1.max(b.1))
     }
     #[inline(always)]
-    fn mul_sub_loose(self, b: Self, c: Self) -> Self {
-        Self(
-            self.0.mul_sub_loose(b.0, c.0),
-            self.1.mul_sub_loose(b.1, c.1),
-        )
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        Self(self.0.mul_sub(b.0, c.0), self.1.mul_sub(b.1, c.1))
     }
     #[inline(always)]
     fn abs(self) -> Self {

@@ -87,8 +87,8 @@ impl Moved {
         });
         let drift = EPS64 * (offset + f64::from(scene.reach));
         for axis in 0..3 {
-            let lower = f64::from(scene.lower[axis]) - fat - drift - far[axis];
-            let upper = f64::from(scene.upper[axis]) + fat + drift - far[axis];
+            let lower = f64::from(scene.extent.lower[axis]) - fat - drift - far[axis];
+            let upper = f64::from(scene.extent.upper[axis]) + fat + drift - far[axis];
             if along[axis] == 0.0 {
                 if lower > 0.0 || upper < 0.0 {
                     return None;
@@ -170,7 +170,7 @@ fn through_scene<I: Isa>(
     let slack = 2.0 * scene.slack(distance) + ray.drift as f32 * 2.0;
     let mut stack = Stack::new();
     let mut at = scene.root;
-    if let Some(outer) = LocalRay::new(start, direction, scene.reach, slack) {
+    if let Some(outer) = LocalRay::new(start, direction, &scene.extent, slack) {
         loop {
             if at & LEAF == 0 {
                 let node = node(scene.blocks(), at);
@@ -208,7 +208,7 @@ fn through_mesh<I: Isa>(
     let direction =
         std::array::from_fn(|row| turned(ray.direction.map(|d| d * scene.unit), row) as f32);
     let off = off(scene, placed, distance, ray.drift);
-    let Some(local) = LocalRay::new(origin, direction, mesh.reach(), off) else {
+    let Some(local) = LocalRay::new(origin, direction, mesh.extent(), off) else {
         return;
     };
     let off = off + 8.0 * EPS * local.magnitude;
@@ -225,7 +225,7 @@ fn through_mesh<I: Isa>(
             }
         } else {
             let leaf = leaf(mesh.blocks(), at);
-            let mut near = may_meet::<I>(leaf, &local.triangle, off);
+            let mut near = may_meet::<I>(leaf, &local, off);
             while near != 0 {
                 let lane = near.trailing_zeros();
                 near &= near - 1;

@@ -3,7 +3,7 @@
 use super::exact::{Moved, may_meet, off};
 use super::fan::Apex;
 use super::line::Member;
-use super::local::{BOX_PAD, EPS};
+use super::local::EPS;
 use super::packet::{Packet, SIZE};
 use super::stack::Stack;
 use super::together::NO_RAY;
@@ -65,9 +65,9 @@ pub fn closest_exact_packet<I: Isa>(
     }
     let off = off(scene, placed, distance, drift);
     // Boxes are padded by `pad` of the ray's distance and the mesh's reach: at least the mesh's reach.
-    let pad = BOX_PAD + off / mesh.reach();
+    let pad = off / mesh.reach();
     let mut packet = Packet::NONE;
-    if !pad.is_finite() || !packet.set::<I>(&local[..count], mesh.reach(), pad, Apex::Origin) {
+    if !pad.is_finite() || !packet.set::<I>(&local[..count], mesh.extent(), pad, Apex::Origin) {
         return false;
     }
     let off = off + 8.0 * EPS * (distance + mesh.reach());

@@ -12,7 +12,7 @@ use crate::ray::{Hit, Ray};
 use crate::scene::Scene;
 use crate::simd::Isa;
 
-/// How many rays take turns. An odd number of cache lines per [`Slot`] keeps them in different cache sets.
+/// How many rays take turns.
 const SLOTS: usize = 16;
 
 /// Rays at nodes that wait for those at leaves.
@@ -54,7 +54,11 @@ struct Slot<'a> {
     hit: Hit,
     given: Ray,
     stack: Stack,
+    _apart: [u64; 8],
 }
+
+// An odd number of cache lines keeps slots in different cache sets.
+const _: () = assert!(size_of::<Slot>() / 64 % 2 == 1);
 
 impl<'a> Slot<'a> {
     #[inline(always)]
@@ -76,6 +80,7 @@ impl<'a> Slot<'a> {
                 t_max: 0.0,
             },
             stack: Stack::new(),
+            _apart: [0; 8],
         }
     }
 
@@ -192,18 +197,18 @@ impl<'a> Slot<'a> {
         };
         let leaf = leaf(self.blocks, self.at);
         if ANY {
-            let near = within::<I>(leaf, &self.ray.triangle);
-            if any(leaf, near, &self.ray.triangle, self.best.t) {
+            let near = within::<I>(leaf, &self.ray);
+            if any(leaf, near, &self.ray, self.best.t) {
                 self.hit.instance = self.instance;
                 return true;
             }
             self.at = self.stack.next();
         } else if self.near == 0 {
-            self.near = within::<I>(leaf, &self.ray.triangle);
+            self.near = within::<I>(leaf, &self.ray);
             self.at = self.stack.next_if(self.near == 0, self.at);
         } else {
             let near = std::mem::take(&mut self.near);
-            if self.best.take(mesh, leaf, near, &self.ray.triangle) {
+            if self.best.take(mesh, leaf, near, &self.ray) {
                 self.stack.cut(self.base as usize, self.best.t);
             }
             self.at = self.stack.next();

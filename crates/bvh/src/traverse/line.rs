@@ -3,7 +3,7 @@
 
 use std::hint::select_unpredictable;
 
-use super::local::TriangleRay;
+use super::local::LocalRay;
 use super::packet::{Packet, SIZE};
 use super::triangle::{corner_lanes, corners, decide, indices, relative};
 use crate::block::Leaf;
@@ -11,15 +11,18 @@ use crate::simd::{Isa, Vector};
 
 /// A ray as it is tested against triangles, one of a packet or not.
 pub trait Line: Copy {
-    /// See [`TriangleRay::axes`].
+    /// See [`LocalRay::axes`].
     fn axes(&self) -> [usize; 3];
     fn origin(&self, axis: usize) -> f32;
     fn shear(&self, k: usize) -> f32;
     fn reciprocal(&self, axis: usize) -> f32;
-    fn pad(&self, axis: usize) -> f32;
+    /// The t at which a slab is entered whose bound that is, padded.
+    fn enters(&self, axis: usize, bound: f32) -> f32;
+    /// The t at which it is left, padded.
+    fn leaves(&self, axis: usize, bound: f32) -> f32;
 }
 
-impl Line for &TriangleRay {
+impl Line for &LocalRay {
     #[inline(always)]
     fn axes(&self) -> [usize; 3] {
         self.axes
@@ -37,8 +40,12 @@ impl Line for &TriangleRay {
         self.reciprocal[axis]
     }
     #[inline(always)]
-    fn pad(&self, axis: usize) -> f32 {
-        self.pad[axis]
+    fn enters(&self, axis: usize, bound: f32) -> f32 {
+        self.near.passes(axis, bound)
+    }
+    #[inline(always)]
+    fn leaves(&self, axis: usize, bound: f32) -> f32 {
+        self.far.passes(axis, bound)
     }
 }
 
@@ -64,8 +71,12 @@ impl Line for Member<'_> {
         self.0.reciprocal[axis][self.1 & (SIZE - 1)]
     }
     #[inline(always)]
-    fn pad(&self, axis: usize) -> f32 {
-        self.0.pad[axis][self.1 & (SIZE - 1)]
+    fn enters(&self, axis: usize, bound: f32) -> f32 {
+        self.0.near.passes(axis, self.1 & (SIZE - 1), bound)
+    }
+    #[inline(always)]
+    fn leaves(&self, axis: usize, bound: f32) -> f32 {
+        self.0.far.passes(axis, self.1 & (SIZE - 1), bound)
     }
 }
 
@@ -108,28 +119,27 @@ pub struct Met {
 pub fn meet_one(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met> {
     let corner = corner_lanes(leaf, k);
     let [kx, ky, kz] = ray.axes();
-    let along = |axis: usize| {
-        let (row, origin) = (&leaf.vertex[axis], ray.origin(axis));
-        [
-            row[corner[0]] - origin,
-            row[corner[1]] - origin,
-            row[corner[2]] - origin,
-        ]
-    };
-    let (x, y, z) = (along(kx), along(ky), along(kz));
-    // Into the triangle's own interval of t: see TRIANGLE_PAD.
-    let interval = |axis: usize, [a, b, c]: [f32; 3]| {
+    let at = |axis: usize| corner.map(|lane| leaf.vertex[axis][lane]);
+    let along = |axis: usize, at: [f32; 3]| at.map(|x| x - ray.origin(axis));
+    let (px, py) = (at(kx), at(ky));
+    let (x, y, z) = (along(kx, px), along(ky, py), along(kz, at(kz)));
+    // Where the ray enters and leaves the triangle's own box: see END_PAD.
+    let ends = |axis: usize, [a, b, c]: [f32; 3]| {
         let (lower, upper) = (least(least(a, b), c), greatest(greatest(a, b), c));
-        let reciprocal = ray.reciprocal(axis);
-        let backwards = reciprocal < 0.0;
-        let first = select_unpredictable(backwards, upper, lower);
-        let last = select_unpredictable(backwards, lower, upper);
-        let pad = ray.pad(axis);
-        (first * reciprocal - pad, last * reciprocal + pad)
+        let backwards = ray.reciprocal(axis) < 0.0;
+        (
+            select_unpredictable(backwards, upper, lower),
+            select_unpredictable(backwards, lower, upper),
+        )
     };
-    let (ex, lx) = interval(kx, x);
-    let (ey, ly) = interval(ky, y);
-    let (ez, lz) = interval(kz, z);
+    let slab = |axis: usize, corners: [f32; 3]| {
+        let (first, last) = ends(axis, corners);
+        (ray.enters(axis, first), ray.leaves(axis, last))
+    };
+    let (ex, lx) = slab(kx, px);
+    let (ey, ly) = slab(ky, py);
+    let (first, last) = ends(kz, z);
+    let (ez, lz) = (first * ray.reciprocal(kz), last * ray.reciprocal(kz));
     let (enter, leave) = (greatest(greatest(ex, ey), ez), least(least(lx, ly), lz));
     // What t will be clamped to says it already, one way or the other.
     if (enter > t_max) | ((enter < 0.0) & (leave < 0.0)) {

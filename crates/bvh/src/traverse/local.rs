@@ -3,17 +3,28 @@
 /// Half an ulp of 1: the relative error of one rounding.
 pub const EPS: f32 = 1.0 / (1 << 24) as f32;
 
-/// What a coordinate may be off by, in [`EPS`] of the largest coordinate at hand (see [`LocalRay::new`]).
+/// How far slabs are padded, so that rounding loses no hit and the order of traversal changes no answer.
 ///
-/// An accepted triangle's rounded and sheared corners enclose the ray exactly, and rounding and shear move a corner by
-/// less than 6 such units; a triangle's slab computed here is off by less than 4 and a node's by less than 6. So the box
-/// of an accepted triangle, padded by `TRIANGLE_PAD` = 12, has a (computed) interval of t that is not empty and inside
-/// that of any box around it, padded by `BOX_PAD` = 24. On the main axis, where 1 / direction is smallest, a triangle
-/// needs no padding: a wall across the ray is hit at its own distance.
-/// A hit's t is clamped to the triangle's own interval: it then lies in the interval of every box above the triangle,
-/// no box is culled by a nearer t wrongly, and the answer does not depend on the tree or the order of its traversal.
-pub const TRIANGLE_PAD: f32 = 12.0 * EPS;
-pub const BOX_PAD: f32 = 24.0 * EPS;
+/// With u = [`EPS`], o the origin, r the reciprocal and s the shear of a ray: a slab is entered at `bound * n - (o * n +
+/// pad)`, fused, with n = r less [`RELATIVE`], and left at `bound * f - (o * f - pad)` with f = r and as much more.
+/// Rounding is monotonic, so what lies in a box has its slabs within the box's. A hit's t is clamped to the slabs of its
+/// own triangle (across the main axis as a box's, along it not padded at all: a wall across the ray is hit at its own
+/// distance). So no box is culled by a nearer t wrongly.
+///
+/// That asks only that the triangle's own slabs have a t in common. The rounded and sheared corners of an accepted
+/// triangle enclose the ray exactly. Each is x - s z, but for u |s z| of the product and a relative error of the
+/// difference: so the point that is met lies in the slab of z, and off those of x and y by at most 3 u T, where T is the
+/// greatest t of anything in the tree along the main axis. All else is relative to the t at hand, 7 u at most, but for
+/// 2 u |o r| from the rounding of `o * r`. [`RELATIVE`] and a pad of 4 u T + 3 u |o r| exceed it all.
+///
+/// These pads are small, and no part of the largest coordinate: a ray that starts a hair off a wall stays out of the
+/// wall's boxes.
+pub const END_PAD: f32 = 4.0 * EPS;
+pub const ORIGIN_PAD: f32 = 3.0 * EPS;
+pub const RELATIVE: f32 = 12.0 * EPS;
+
+/// The pad, in T, of a slab along which the ray hardly moves: its r is not one over its direction, see [`STEEPEST`].
+const FLAT_PAD: f32 = 2.0;
 
 /// Largest coordinate of a ray's origin, next to meshes that reach at most [`REACH_LIMIT`]: products of two stay finite.
 pub const ORIGIN_LIMIT: f32 = (1u64 << 50) as f32;
@@ -22,30 +33,65 @@ pub const REACH_LIMIT: f32 = (1 << 30) as f32;
 /// The largest reciprocal of a direction: what is flatter runs as if it were this steep, off by 2^-40 of the scene.
 pub const STEEPEST: f32 = (1u128 << 70) as f32;
 
-/// What the test of triangles needs of a ray.
+/// The box of everything in a tree.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    pub lower: [f32; 3],
+    pub upper: [f32; 3],
+}
+
+impl Extent {
+    /// The largest coordinate.
+    #[inline(always)]
+    pub fn reach(&self) -> f32 {
+        (0..3).fold(0.0, |r, axis| {
+            self.lower[axis].abs().max(self.upper[axis].abs()).max(r)
+        })
+    }
+
+    /// How far away along an axis anything is from points between two coordinates.
+    #[inline(always)]
+    pub fn farthest(&self, axis: usize, [least, greatest]: [f32; 2]) -> f32 {
+        (self.upper[axis] - least).max(greatest - self.lower[axis])
+    }
+}
+
+/// Where a ray passes the planes that bound slabs on one side.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
-pub struct TriangleRay {
-    pub origin: [f32; 3],
-    /// One over the direction, finite.
+pub struct Side {
     pub reciprocal: [f32; 3],
-    /// By how much a triangle's own interval of t is padded on each axis.
-    pub pad: [f32; 3],
-    /// Shear that takes the ray to its main axis: x, y, and the scale of z.
-    pub shear: [f32; 3],
-    /// The axis along which the ray runs most comes last, after the two that follow it.
-    pub axes: [usize; 3],
+    pub offset: [f32; 3],
+}
+
+impl Side {
+    const NONE: Side = Side {
+        reciprocal: [0.0; 3],
+        offset: [0.0; 3],
+    };
+
+    /// The t at which the ray passes a plane across an axis.
+    #[inline(always)]
+    pub fn passes(&self, axis: usize, plane: f32) -> f32 {
+        plane.mul_add(self.reciprocal[axis], -self.offset[axis])
+    }
 }
 
 /// A ray in the coordinates of a tree, with what its tests need.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct LocalRay {
-    pub triangle: TriangleRay,
-    /// `origin * reciprocal`, padded: a slab begins at `bound * reciprocal - near`.
-    pub near: [f32; 3],
-    /// ... and ends at `bound * reciprocal - far`.
-    pub far: [f32; 3],
+    pub origin: [f32; 3],
+    /// One over the direction, finite.
+    pub reciprocal: [f32; 3],
+    /// A slab is entered at `bound * reciprocal - offset`, padded...
+    pub near: Side,
+    /// ... and left at this: see [`END_PAD`].
+    pub far: Side,
+    /// Shear that takes the ray to its main axis: x, y, and the scale of z.
+    pub shear: [f32; 3],
+    /// The axis along which the ray runs most comes last, after the two that follow it.
+    pub axes: [usize; 3],
     /// Per axis, the row of [`crate::block::Node::bounds`] where boxes are entered; `row ^ 1` is where they are left.
     pub entry: [usize; 3],
     /// The largest coordinate of ray and tree.
@@ -57,24 +103,26 @@ pub struct LocalRay {
 impl LocalRay {
     /// No ray yet.
     pub const NONE: LocalRay = LocalRay {
-        triangle: TriangleRay {
-            origin: [0.0; 3],
-            reciprocal: [0.0; 3],
-            pad: [0.0; 3],
-            shear: [0.0; 3],
-            axes: [0, 1, 2],
-        },
-        near: [0.0; 3],
-        far: [0.0; 3],
+        origin: [0.0; 3],
+        reciprocal: [0.0; 3],
+        near: Side::NONE,
+        far: Side::NONE,
+        shear: [0.0; 3],
+        axes: [0, 1, 2],
         entry: [0; 3],
         magnitude: 0.0,
         t_scale: 1.0,
     };
 
-    /// A ray against a tree whose coordinates are at most `reach`, which pads boxes by `slack` in addition, a length;
+    /// A ray against a tree, whose boxes are padded by `slack` in addition, a length;
     /// `None` for a ray that meets nothing by definition: not finite, without direction, or from beyond 2^50.
     #[inline(always)]
-    pub fn new(origin: [f32; 3], direction: [f32; 3], reach: f32, slack: f32) -> Option<LocalRay> {
+    pub fn new(
+        origin: [f32; 3],
+        direction: [f32; 3],
+        extent: &Extent,
+        slack: f32,
+    ) -> Option<LocalRay> {
         let largest = |v: [f32; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
         let steepest = largest(direction);
         let distance = largest(origin);
@@ -90,9 +138,6 @@ impl LocalRay {
         if !(1.0 / REACH_LIMIT..=REACH_LIMIT).contains(&steepest) {
             (direction, t_scale) = rescaled(direction, steepest);
         }
-        let magnitude = distance + reach;
-        let box_pad = BOX_PAD * magnitude + slack;
-        let triangle_pad = TRIANGLE_PAD * magnitude;
         let reciprocal = direction.map(|d| {
             if d.abs() * STEEPEST >= 1.0 {
                 1.0 / d
@@ -110,30 +155,34 @@ impl LocalRay {
             2
         };
         let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
-        let at = |axis: usize| origin[axis] * reciprocal[axis];
-        let wide = |axis: usize| box_pad * reciprocal[axis].abs();
+        let end = extent.farthest(z, [origin[z]; 2]) * reciprocal[z].abs();
+        let at: [f32; 3] = std::array::from_fn(|axis| origin[axis] * reciprocal[axis]);
+        let wide: [f32; 3] = std::array::from_fn(|axis| {
+            let flat = direction[axis].abs() * STEEPEST < 1.0;
+            let pad = if flat { FLAT_PAD } else { END_PAD };
+            at[axis].abs() * ORIGIN_PAD + slack * reciprocal[axis].abs() + end * pad
+        });
+        let near = reciprocal.map(|r| r * (1.0 - RELATIVE));
+        let far = reciprocal.map(|r| r * (1.0 + RELATIVE));
         Some(LocalRay {
-            triangle: TriangleRay {
-                origin,
-                reciprocal,
-                pad: std::array::from_fn(|axis| {
-                    if axis == z {
-                        0.0
-                    } else {
-                        triangle_pad * reciprocal[axis].abs()
-                    }
-                }),
-                shear: [
-                    direction[x] / direction[z],
-                    direction[y] / direction[z],
-                    1.0 / direction[z],
-                ],
-                axes: [x, y, z],
+            origin,
+            reciprocal,
+            near: Side {
+                reciprocal: near,
+                offset: std::array::from_fn(|axis| origin[axis] * near[axis] + wide[axis]),
             },
-            near: [at(0) + wide(0), at(1) + wide(1), at(2) + wide(2)],
-            far: [at(0) - wide(0), at(1) - wide(1), at(2) - wide(2)],
+            far: Side {
+                reciprocal: far,
+                offset: std::array::from_fn(|axis| origin[axis] * far[axis] - wide[axis]),
+            },
+            shear: [
+                direction[x] / direction[z],
+                direction[y] / direction[z],
+                1.0 / direction[z],
+            ],
+            axes: [x, y, z],
             entry: std::array::from_fn(|axis| 2 * axis + usize::from(reciprocal[axis] < 0.0)),
-            magnitude,
+            magnitude: distance + extent.reach(),
             t_scale,
         })
     }

@@ -5,8 +5,10 @@
 //! the extremes of their reciprocal directions: one test serves 64 rays, and is as sharp as their fan is narrow.
 
 use super::fan::{Apex, Fan};
-use super::local::{ORIGIN_LIMIT, REACH_LIMIT, STEEPEST, TRIANGLE_PAD};
-use super::rows::{bits, extremes, load, load3, store};
+use super::local::{
+    END_PAD, EPS, Extent, ORIGIN_LIMIT, ORIGIN_PAD, REACH_LIMIT, RELATIVE, STEEPEST,
+};
+use super::rows::{Sides, bits, extremes, load, load3, store};
 use super::triangle::{corners, indices, relative};
 use crate::block::Leaf;
 use crate::ray::Ray;
@@ -20,9 +22,8 @@ pub const SIZE: usize = 64;
 pub struct Packet {
     pub origin: [[f32; SIZE]; 3],
     pub reciprocal: [[f32; SIZE]; 3],
-    pub pad: [[f32; SIZE]; 3],
-    pub near: [[f32; SIZE]; 3],
-    pub far: [[f32; SIZE]; 3],
+    pub near: Sides,
+    pub far: Sides,
     pub shear: [[f32; SIZE]; 3],
     /// The t up to which a ray is of interest.
     pub t_max: [f32; SIZE],
@@ -42,9 +43,8 @@ impl Packet {
     pub const NONE: Packet = Packet {
         origin: [[0.0; SIZE]; 3],
         reciprocal: [[0.0; SIZE]; 3],
-        pad: [[0.0; SIZE]; 3],
-        near: [[0.0; SIZE]; 3],
-        far: [[0.0; SIZE]; 3],
+        near: Sides::NONE,
+        far: Sides::NONE,
         shear: [[0.0; SIZE]; 3],
         t_max: [0.0; SIZE],
         axes: [0; 3],
@@ -62,9 +62,9 @@ impl Packet {
     };
 
     /// Makes rays ready; false where they do not run alike, or one of them is odd in any way, and nothing may be
-    /// concluded. `reach`: the largest coordinate in the tree; boxes are padded by `pad` of the largest one at hand.
+    /// concluded. Boxes are padded by `pad` of the largest coordinate of ray and tree in addition.
     #[inline(always)]
-    pub fn set<I: Isa>(&mut self, rays: &[Ray], reach: f32, pad: f32, apex: Apex) -> bool {
+    pub fn set<I: Isa>(&mut self, rays: &[Ray], extent: &Extent, pad: f32, apex: Apex) -> bool {
         let n = rays.len();
         debug_assert!(0 < n && n <= SIZE);
         let mut direction = [[0.0; SIZE]; 3];
@@ -97,7 +97,7 @@ impl Packet {
         let zero = I::F16::splat(0.0);
         let every = (1 << 16) - 1;
         // The main axis and the signs are those of the first ray, or there is no packet.
-        let first: [f32; 3] = direction.map(|row| row[0]);
+        let first = [direction[0][0], direction[1][0], direction[2][0]];
         let size = first.map(f32::abs);
         let z = if size[0] >= size[1] && size[0] >= size[2] {
             0
@@ -108,6 +108,7 @@ impl Packet {
         };
         let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
         self.axes = [x, y, z];
+        let reach = extent.reach();
         let mut magnitudes = [zero; 4];
         for g in 0..groups {
             let o = load3::<I>(&self.origin, g);
@@ -130,8 +131,13 @@ impl Packet {
                 return false;
             }
             magnitudes[g] = distance.add(I::F16::splat(reach));
-            let triangle_pad = magnitudes[g].mul(I::F16::splat(TRIANGLE_PAD));
-            let box_pad = magnitudes[g].mul(I::F16::splat(pad));
+            let slack = magnitudes[g].mul(I::F16::splat(pad));
+            // The latest t at which anything is: T of END_PAD.
+            let above = I::F16::splat(extent.upper[z]).sub(o[z]);
+            let below = o[z].sub(I::F16::splat(extent.lower[z]));
+            let main = I::F16::splat(1.0).div(d[z]);
+            let end = above.max(below).mul(main.abs());
+            let end_pad = end.mul(I::F16::splat(END_PAD));
             for axis in 0..3 {
                 let steep = I::F16::splat(1.0).le(size[axis].mul(I::F16::splat(STEEPEST)));
                 if bits::<I>(steep) != every {
@@ -144,23 +150,23 @@ impl Packet {
                     return false;
                 }
                 let at = o[axis].mul(reciprocal);
-                let wide = box_pad.mul(reciprocal.abs());
-                let pad = if axis == z {
-                    zero
-                } else {
-                    triangle_pad.mul(reciprocal.abs())
-                };
+                let wide = (at.abs().mul(I::F16::splat(ORIGIN_PAD)))
+                    .add(slack.mul(reciprocal.abs()))
+                    .add(end_pad);
+                let near = reciprocal.mul(I::F16::splat(1.0 - RELATIVE));
+                let far = reciprocal.mul(I::F16::splat(1.0 + RELATIVE));
                 store::<I>(&mut self.reciprocal[axis], g, reciprocal);
-                store::<I>(&mut self.near[axis], g, at.add(wide));
-                store::<I>(&mut self.far[axis], g, at.sub(wide));
-                store::<I>(&mut self.pad[axis], g, pad);
+                store::<I>(&mut self.near.reciprocal[axis], g, near);
+                store::<I>(&mut self.near.offset[axis], g, o[axis].mul(near).add(wide));
+                store::<I>(&mut self.far.reciprocal[axis], g, far);
+                store::<I>(&mut self.far.offset[axis], g, o[axis].mul(far).sub(wide));
             }
             store::<I>(&mut self.shear[0], g, d[x].div(d[z]));
             store::<I>(&mut self.shear[1], g, d[y].div(d[z]));
-            store::<I>(&mut self.shear[2], g, I::F16::splat(1.0).div(d[z]));
+            store::<I>(&mut self.shear[2], g, main);
         }
         self.entry = std::array::from_fn(|axis| 2 * axis + usize::from(first[axis] < 0.0));
-        let set = self.set_fan::<I>(&direction, groups, &magnitudes, pad, apex);
+        let set = self.set_fan::<I>(&direction, groups, &magnitudes, extent, pad, apex);
         self.t_max[n..].fill(0.0);
         set
     }
@@ -171,6 +177,7 @@ impl Packet {
         direction: &[[f32; SIZE]; 3],
         groups: usize,
         magnitudes: &[I::F16; 4],
+        extent: &Extent,
         pad: f32,
         apex: Apex,
     ) -> bool {
@@ -184,12 +191,18 @@ impl Packet {
         if away.is_nan() || away > ORIGIN_LIMIT {
             return false;
         }
-        let magnitude = magnitudes[..groups]
-            .iter()
-            .fold(I::F16::splat(0.0), |m, v| m.max(*v))
-            .greatest();
-        // Three more roundings than a ray's own boxes see, at the size of everything there is.
-        let off = (magnitude + away) * pad * 1.5;
+        // No closure over vectors: one that is not inlined makes a call of every operation.
+        let mut magnitude = magnitudes[0];
+        for other in &magnitudes[1..groups] {
+            magnitude = magnitude.max(*other);
+        }
+        let magnitude = magnitude.greatest();
+        let slack = (magnitude + away) * pad * 1.5;
+        let z = self.axes[2];
+        let main = extremes::<I>(&self.reciprocal[z], groups);
+        let origins = extremes::<I>(&self.origin[z], groups);
+        // That of every ray is less, and so is what is relative to its t.
+        let end = extent.farthest(z, origins) * steepest(main);
         for axis in 0..3 {
             let range = extremes::<I>(&self.reciprocal[axis], groups);
             let origins = extremes::<I>(&self.origin[axis], groups);
@@ -215,9 +228,16 @@ impl Packet {
                     late = late.min(aside);
                 }
             }
-            let steep = if range[0] < 0.0 { -range[0] } else { range[1] };
-            let wide = off * steep;
+            // Where the rays start off the apex, three more roundings than their own boxes see.
             let backwards = apex == Apex::Target;
+            let farthest = origins[0].abs().max(origins[1].abs());
+            let off = if backwards {
+                farthest + at[axis].abs()
+            } else {
+                origins[1] - origins[0]
+            };
+            let wide =
+                32.0 * EPS * end + ((4.0 * farthest + 16.0 * off) * EPS + slack) * steepest(range);
             self.fan.apex[axis] = at[axis];
             self.fan.reciprocal[axis] = if backwards {
                 [-range[1], -range[0]]
@@ -255,17 +275,12 @@ impl Packet {
             if active >> (16 * g) & 0xffff == 0 {
                 continue;
             }
-            let reciprocal = load3::<I>(&self.reciprocal, g);
-            let (near, far) = (load3::<I>(&self.near, g), load3::<I>(&self.far, g));
-            let enter = first[0].mul_sub_loose(reciprocal[0], near[0]);
-            let enter = enter.max(first[1].mul_sub_loose(reciprocal[1], near[1]));
-            let enter = enter
-                .max(first[2].mul_sub_loose(reciprocal[2], near[2]))
-                .max(I::F16::splat(0.0));
-            let leave = last[0].mul_sub_loose(reciprocal[0], far[0]);
-            let leave = leave.min(last[1].mul_sub_loose(reciprocal[1], far[1]));
+            let (near, far) = (self.near.lanes::<I>(g), self.far.lanes::<I>(g));
+            let enter = near.passes(0, first[0]).max(near.passes(1, first[1]));
+            let enter = enter.max(near.passes(2, first[2])).max(I::F16::splat(0.0));
+            let leave = far.passes(0, last[0]).min(far.passes(1, last[1]));
             let leave = leave
-                .min(last[2].mul_sub_loose(reciprocal[2], far[2]))
+                .min(far.passes(2, last[2]))
                 .min(load::<I>(&self.t_max, g));
             entered |= u64::from(<I::F16 as Vector>::bits(enter.le(leave))) << (16 * g);
         }
@@ -341,6 +356,12 @@ impl Packet {
             .max(load::<I>(t, 2).max(load::<I>(t, 3)))
             .greatest()
     }
+}
+
+/// The largest of reciprocals of one sign.
+#[inline(always)]
+fn steepest([least, greatest]: [f32; 2]) -> f32 {
+    if least < 0.0 { -least } else { greatest }
 }
 
 /// Where an axis is not the main one beside `main`: ties go to the first, as for a single ray.

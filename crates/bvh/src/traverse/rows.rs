@@ -26,6 +26,48 @@ pub fn load3<I: Isa>(rows: &[[f32; SIZE]; 3], group: usize) -> [I::F16; 3] {
     ]
 }
 
+/// Where the rays of a packet pass planes: [`super::local::Side`], ray by ray.
+#[repr(C, align(64))]
+pub struct Sides {
+    pub reciprocal: [[f32; SIZE]; 3],
+    pub offset: [[f32; SIZE]; 3],
+}
+
+impl Sides {
+    pub const NONE: Sides = Sides {
+        reciprocal: [[0.0; SIZE]; 3],
+        offset: [[0.0; SIZE]; 3],
+    };
+
+    /// The t at which ray `i` passes a plane across an axis.
+    #[inline(always)]
+    pub fn passes(&self, axis: usize, i: usize, plane: f32) -> f32 {
+        plane.mul_add(self.reciprocal[axis][i], -self.offset[axis][i])
+    }
+
+    #[inline(always)]
+    pub fn lanes<I: Isa>(&self, group: usize) -> SideLanes<I::F16> {
+        SideLanes {
+            reciprocal: load3::<I>(&self.reciprocal, group),
+            offset: load3::<I>(&self.offset, group),
+        }
+    }
+}
+
+/// Sixteen of [`Sides`].
+pub struct SideLanes<V> {
+    reciprocal: [V; 3],
+    offset: [V; 3],
+}
+
+impl<V: Vector> SideLanes<V> {
+    /// The t at which each ray passes a plane across an axis.
+    #[inline(always)]
+    pub fn passes(&self, axis: usize, plane: V) -> V {
+        plane.mul_sub(self.reciprocal[axis], self.offset[axis])
+    }
+}
+
 #[inline(always)]
 pub fn bits<I: Isa>(mask: <I::F16 as Vector>::Mask) -> u32 {
     <I::F16 as Vector>::bits(mask)

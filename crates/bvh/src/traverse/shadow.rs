@@ -44,7 +44,7 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherenc
         let apex = Apex::of(local);
         let packed = skip == 0
             && scene.direct
-            && packet.set::<I>(local, scene.reach, outer_pad(scene), apex)
+            && packet.set::<I>(local, &scene.extent, outer_pad(scene), apex)
             && !(coherence == Coherence::Unknown
                 && apex == Apex::Origin
                 && packet.spread() > scene.reach / 16.0);

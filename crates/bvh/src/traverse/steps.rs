@@ -1,7 +1,7 @@
 //! The steps that every traversal is made of.
 
 use super::line::{Line, Met, meet_one};
-use super::local::LocalRay;
+use super::local::{LocalRay, Side};
 use crate::block::{Leaf, Node};
 use crate::mesh::Bvh;
 use crate::ray::Ray;
@@ -70,28 +70,29 @@ pub fn any(leaf: &Leaf, mut near: u32, ray: impl Line, t_max: f32) -> bool {
 /// Which children of a node the ray enters no later than `t_max`, and where.
 #[inline(always)]
 pub fn enter_children<I: Isa>(node: &Node, ray: &LocalRay, t_max: f32) -> (u32, I::F8) {
-    let enter = slab::<I>(node, ray, 0, ray.entry[0], ray.near[0]);
-    let enter = enter.max(slab::<I>(node, ray, 1, ray.entry[1], ray.near[1]));
+    let [x, y, z] = ray.entry;
+    let enter = passes::<I>(node, &ray.near, 0, x);
+    let enter = enter.max(passes::<I>(node, &ray.near, 1, y));
     let t_enter = enter
-        .max(slab::<I>(node, ray, 2, ray.entry[2], ray.near[2]))
+        .max(passes::<I>(node, &ray.near, 2, z))
         .max(I::F8::splat(0.0));
-    let leave = slab::<I>(node, ray, 0, ray.entry[0] ^ 1, ray.far[0]);
-    let leave = leave.min(slab::<I>(node, ray, 1, ray.entry[1] ^ 1, ray.far[1]));
+    let leave = passes::<I>(node, &ray.far, 0, x ^ 1);
+    let leave = leave.min(passes::<I>(node, &ray.far, 1, y ^ 1));
     let t_leave = leave
-        .min(slab::<I>(node, ray, 2, ray.entry[2] ^ 1, ray.far[2]))
+        .min(passes::<I>(node, &ray.far, 2, z ^ 1))
         .min(I::F8::splat(t_max));
     (<I::F8 as Vector>::bits(t_enter.le(t_leave)), t_enter)
 }
 
-/// The t at which the ray passes a row of bounds.
+/// The t at which a ray passes a row of bounds.
 #[inline(always)]
-fn slab<I: Isa>(node: &Node, ray: &LocalRay, axis: usize, row: usize, offset: f32) -> I::F8 {
+fn passes<I: Isa>(node: &Node, side: &Side, axis: usize, row: usize) -> I::F8 {
     debug_assert!(row < 6);
     // SAFETY: `row` is one of the six, each of 8 floats; the lowest bit chooses between the two of an axis.
     let bound = unsafe { I::F8::load(node.bounds.get_unchecked(row).as_ptr()) };
-    bound.mul_sub_loose(
-        I::F8::splat(ray.triangle.reciprocal[axis]),
-        I::F8::splat(offset),
+    bound.mul_sub(
+        I::F8::splat(side.reciprocal[axis]),
+        I::F8::splat(side.offset[axis]),
     )
 }
 
@@ -105,7 +106,7 @@ pub fn transformed(scene: &Scene, placed: &Placed, ray: &Ray) -> Option<LocalRay
         ..*ray
     };
     let local = placed.local(&scaled);
-    LocalRay::new(local.origin, local.direction, placed.bvh.reach(), 0.0)
+    LocalRay::new(local.origin, local.direction, placed.bvh.extent(), 0.0)
 }
 
 impl Scene {
@@ -123,6 +124,6 @@ impl Scene {
         } else {
             self.slack(distance)
         };
-        LocalRay::new(o, d, self.reach, slack)
+        LocalRay::new(o, d, &self.extent, slack)
     }
 }

@@ -2,7 +2,6 @@
 
 use super::fan::Apex;
 use super::line::{Member, Met, meet_one, within};
-use super::local::{BOX_PAD, EPS};
 use super::packet::{Packet, SIZE};
 use super::stack::Stack;
 use super::steps::NO_SLOT;
@@ -22,12 +21,7 @@ pub const ALL_TRIANGLES: u32 = 6;
 
 /// By how much the boxes of instances are padded, of the largest coordinate at hand.
 pub fn outer_pad(scene: &Scene) -> f32 {
-    BOX_PAD
-        + if scene.direct {
-            0.0
-        } else {
-            64.0 * EPS * scene.condition
-        }
+    if scene.direct { 0.0 } else { scene.rounding() }
 }
 
 /// The rays in scaled scene coordinates.
@@ -71,7 +65,8 @@ pub fn closest<I: Isa>(
 ) -> bool {
     let mut room = [NO_RAY; SIZE];
     let rays = scaled(scene, rays, &mut room);
-    if scene.root == NO_CHILD || !packet.set::<I>(rays, scene.reach, outer_pad(scene), Apex::Origin)
+    if scene.root == NO_CHILD
+        || !packet.set::<I>(rays, &scene.extent, outer_pad(scene), Apex::Origin)
     {
         return false;
     }
@@ -141,12 +136,7 @@ fn closest_in_instances<I: Isa>(
                 None => NO_RAY,
             });
             if placed.bvh.root() != NO_CHILD {
-                if !inner.set::<I>(
-                    &local[..rays.len()],
-                    placed.bvh.reach(),
-                    BOX_PAD,
-                    Apex::Origin,
-                ) {
+                if !inner.set::<I>(&local[..rays.len()], placed.bvh.extent(), 0.0, Apex::Origin) {
                     return false;
                 }
                 let mut nearest = Nearest {

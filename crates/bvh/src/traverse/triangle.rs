@@ -10,7 +10,8 @@
 //! operations in the same order, so a ray and a triangle have the same answer in either.
 
 use super::line::Met;
-use super::packet::{Packet, SIZE};
+use super::packet::Packet;
+use super::rows::SideLanes;
 use crate::block::Leaf;
 use crate::simd::{Isa, Vector, packed_index};
 
@@ -124,26 +125,32 @@ pub fn test_rays<I: Isa>(
 
 impl OneTriangle<'_> {
     #[inline(always)]
-    fn relative<I: Isa>(&self, axis: usize) -> [I::F16; 3] {
-        let origin = self
-            .packet
-            .lanes::<I>(&self.packet.origin[axis], self.group);
+    fn corners<I: Isa>(&self, axis: usize) -> [I::F16; 3] {
         let row = &self.leaf.vertex[axis];
         [
-            I::F16::splat(row[self.corner[0]]).sub(origin),
-            I::F16::splat(row[self.corner[1]]).sub(origin),
-            I::F16::splat(row[self.corner[2]]).sub(origin),
+            I::F16::splat(row[self.corner[0]]),
+            I::F16::splat(row[self.corner[1]]),
+            I::F16::splat(row[self.corner[2]]),
         ]
     }
 
     #[inline(always)]
-    fn lanes3<I: Isa>(&self, rows: &[[f32; SIZE]; 3]) -> [I::F16; 3] {
-        let packet = self.packet;
-        [
-            packet.lanes::<I>(&rows[0], self.group),
-            packet.lanes::<I>(&rows[1], self.group),
-            packet.lanes::<I>(&rows[2], self.group),
-        ]
+    fn relative<I: Isa>(&self, axis: usize) -> [I::F16; 3] {
+        let origin = self
+            .packet
+            .lanes::<I>(&self.packet.origin[axis], self.group);
+        let [a, b, c] = self.corners::<I>(axis);
+        [a.sub(origin), b.sub(origin), c.sub(origin)]
+    }
+
+    /// The corners; along the main axis relative to the origin.
+    #[inline(always)]
+    fn along<I: Isa>(&self, axis: usize) -> [I::F16; 3] {
+        if axis == self.packet.axes[2] {
+            self.relative::<I>(axis)
+        } else {
+            self.corners::<I>(axis)
+        }
     }
 }
 
@@ -154,18 +161,15 @@ impl OneTriangle<'_> {
         Rest {
             axes: packet.axes,
             scale: packet.lanes::<I>(&packet.shear[2], self.group),
-            corners: [
-                self.relative::<I>(0),
-                self.relative::<I>(1),
-                self.relative::<I>(2),
-            ],
+            corners: [self.along::<I>(0), self.along::<I>(1), self.along::<I>(2)],
             backwards: [
                 packet.entry[0] & 1 != 0,
                 packet.entry[1] & 1 != 0,
                 packet.entry[2] & 1 != 0,
             ],
-            reciprocal: self.lanes3::<I>(&packet.reciprocal),
-            pad: self.lanes3::<I>(&packet.pad),
+            reciprocal: packet.lanes::<I>(&packet.reciprocal[packet.axes[2]], self.group),
+            near: packet.near.lanes::<I>(self.group),
+            far: packet.far.lanes::<I>(self.group),
             t_max: packet.lanes::<I>(&packet.t_max, self.group),
         }
     }
@@ -173,15 +177,17 @@ impl OneTriangle<'_> {
 
 /// What is needed once a lane has passed the edges.
 struct Rest<V> {
-    /// See [`TriangleRay::axes`].
+    /// See [`LocalRay::axes`].
     axes: [usize; 3],
     /// One over the direction along the main axis.
     scale: V,
-    /// The corners, relative to the origin, by axis.
+    /// The corners by axis; along the main axis relative to the origin.
     corners: [[V; 3]; 3],
     backwards: [bool; 3],
-    reciprocal: [V; 3],
-    pad: [V; 3],
+    /// Along the main axis.
+    reciprocal: V,
+    near: SideLanes<V>,
+    far: SideLanes<V>,
     t_max: V,
 }
 
@@ -219,14 +225,18 @@ fn meet<I: Isa>(
         }
         hit = decide_lanes(&corners, unsure, hit, &mut edges);
         // SAFETY: each array holds 16 floats.
-        [u, v, w] = edges.map(|array| unsafe { I::F16::load(array.as_ptr()) });
+        unsafe {
+            u = I::F16::load(edges[0].as_ptr());
+            v = I::F16::load(edges[1].as_ptr());
+            w = I::F16::load(edges[2].as_ptr());
+        }
     }
     let det = u.add(v).add(w);
     let (wa, wb, wc) = (u.div(det), v.div(det), w.div(det));
     let [za, zb, zc] = rest.corners[rest.axes[2]];
     let depth = wa.mul(za).add(wb.mul(zb)).add(wc.mul(zc));
     let mut t = depth.mul(rest.scale);
-    // Into the triangle's own interval of t: see TRIANGLE_PAD.
+    // Into the triangle's own box: see END_PAD.
     let mut enter = I::F16::splat(f32::NEG_INFINITY);
     let mut leave = I::F16::splat(f32::INFINITY);
     for axis in rest.axes {
@@ -237,8 +247,14 @@ fn meet<I: Isa>(
         } else {
             (lower, upper)
         };
-        enter = enter.max(first.mul(rest.reciprocal[axis]).sub(rest.pad[axis]));
-        leave = leave.min(last.mul(rest.reciprocal[axis]).add(rest.pad[axis]));
+        let (first, last) = if axis == rest.axes[2] {
+            let r = rest.reciprocal;
+            (first.mul(r), last.mul(r))
+        } else {
+            (rest.near.passes(axis, first), rest.far.passes(axis, last))
+        };
+        enter = enter.max(first);
+        leave = leave.min(last);
     }
     t = t.min(leave).max(enter);
     let counts = <I::F16 as Vector>::and(zero.le(t), t.le(rest.t_max));
