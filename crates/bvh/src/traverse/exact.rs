@@ -204,14 +204,16 @@ fn through_mesh<I: Isa>(
     let mesh = &*placed.bvh;
     let matrix = placed.mesh_from_scene.map(|row| row.map(f64::from));
     let turned = |v: [f64; 3], row: usize| (0..3).map(|k| matrix[row][k] * v[k]).sum::<f64>();
-    let origin = std::array::from_fn(|row| (turned(ray.start, row) + matrix[row][3]) as f32);
+    let origin: [f32; 3] =
+        std::array::from_fn(|row| (turned(ray.start, row) + matrix[row][3]) as f32);
     let direction =
         std::array::from_fn(|row| turned(ray.direction.map(|d| d * scene.unit), row) as f32);
     let off = off(scene, placed, distance, ray.drift);
     let Some(local) = LocalRay::new(origin, direction, mesh.extent(), off) else {
         return;
     };
-    let off = off + 8.0 * EPS * local.magnitude;
+    let off =
+        off + 8.0 * EPS * (origin.iter().fold(mesh.reach(), |m, x| m.max(x.abs())) + mesh.reach());
     let mut stack = Stack::new();
     let mut at = mesh.root();
     loop {

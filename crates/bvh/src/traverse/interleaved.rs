@@ -54,11 +54,7 @@ struct Slot<'a> {
     hit: Hit,
     given: Ray,
     stack: Stack,
-    _apart: [u64; 8],
 }
-
-// An odd number of cache lines keeps slots in different cache sets.
-const _: () = assert!(size_of::<Slot>() / 64 % 2 == 1);
 
 impl<'a> Slot<'a> {
     #[inline(always)]
@@ -80,7 +76,6 @@ impl<'a> Slot<'a> {
                 t_max: 0.0,
             },
             stack: Stack::new(),
-            _apart: [0; 8],
         }
     }
 

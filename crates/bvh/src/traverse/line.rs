@@ -25,7 +25,8 @@ pub trait Line: Copy {
 impl Line for &LocalRay {
     #[inline(always)]
     fn axes(&self) -> [usize; 3] {
-        self.axes
+        let [x, y, z, _] = self.axes;
+        [x as usize, y as usize, z as usize]
     }
     #[inline(always)]
     fn origin(&self, axis: usize) -> f32 {

@@ -1,5 +1,7 @@
 //! A ray made ready for one tree.
 
+use std::hint::select_unpredictable;
+
 /// Half an ulp of 1: the relative error of one rounding.
 pub const EPS: f32 = 1.0 / (1 << 24) as f32;
 
@@ -58,16 +60,19 @@ impl Extent {
 
 /// Where a ray passes the planes that bound slabs on one side.
 #[derive(Clone, Copy, Debug)]
-#[repr(C)]
+#[repr(C, align(16))]
 pub struct Side {
-    pub reciprocal: [f32; 3],
-    pub offset: [f32; 3],
+    pub reciprocal: [f32; LANES],
+    pub offset: [f32; LANES],
 }
+
+/// By axis, and one more that stands for nothing: compilers make vectors of four, not of three.
+const LANES: usize = 4;
 
 impl Side {
     const NONE: Side = Side {
-        reciprocal: [0.0; 3],
-        offset: [0.0; 3],
+        reciprocal: [0.0; LANES],
+        offset: [0.0; LANES],
     };
 
     /// The t at which the ray passes a plane across an axis.
@@ -79,23 +84,21 @@ impl Side {
 
 /// A ray in the coordinates of a tree, with what its tests need.
 #[derive(Clone, Copy, Debug)]
-#[repr(C)]
+#[repr(C, align(16))]
 pub struct LocalRay {
-    pub origin: [f32; 3],
+    pub origin: [f32; LANES],
     /// One over the direction, finite.
-    pub reciprocal: [f32; 3],
+    pub reciprocal: [f32; LANES],
     /// A slab is entered at `bound * reciprocal - offset`, padded...
     pub near: Side,
     /// ... and left at this: see [`END_PAD`].
     pub far: Side,
     /// Shear that takes the ray to its main axis: x, y, and the scale of z.
-    pub shear: [f32; 3],
+    pub shear: [f32; LANES],
     /// The axis along which the ray runs most comes last, after the two that follow it.
-    pub axes: [usize; 3],
+    pub axes: [u32; LANES],
     /// Per axis, the row of [`crate::block::Node::bounds`] where boxes are entered; `row ^ 1` is where they are left.
-    pub entry: [usize; 3],
-    /// The largest coordinate of ray and tree.
-    pub magnitude: f32,
+    pub entry: [u32; LANES],
     /// t along this ray is `t_scale` times that of the ray it was made of: a power of two.
     pub t_scale: f64,
 }
@@ -103,14 +106,13 @@ pub struct LocalRay {
 impl LocalRay {
     /// No ray yet.
     pub const NONE: LocalRay = LocalRay {
-        origin: [0.0; 3],
-        reciprocal: [0.0; 3],
+        origin: [0.0; LANES],
+        reciprocal: [0.0; LANES],
         near: Side::NONE,
         far: Side::NONE,
-        shear: [0.0; 3],
-        axes: [0, 1, 2],
-        entry: [0; 3],
-        magnitude: 0.0,
+        shear: [0.0; LANES],
+        axes: [0, 1, 2, 0],
+        entry: [0; LANES],
         t_scale: 1.0,
     };
 
@@ -123,66 +125,56 @@ impl LocalRay {
         extent: &Extent,
         slack: f32,
     ) -> Option<LocalRay> {
-        let largest = |v: [f32; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
-        let steepest = largest(direction);
-        let distance = largest(origin);
-        // The sum is NaN or infinite exactly if a component is, which `max` would hide.
-        let sum = origin[0]
-            + origin[1]
-            + origin[2]
-            + (direction[0] * 0.0 + direction[1] * 0.0 + direction[2] * 0.0);
-        if !(sum.is_finite() && distance <= ORIGIN_LIMIT && steepest > 0.0) {
-            return None;
-        }
-        let (mut direction, mut t_scale) = (direction, 1.0);
-        if !(1.0 / REACH_LIMIT..=REACH_LIMIT).contains(&steepest) {
-            (direction, t_scale) = rescaled(direction, steepest);
-        }
-        let reciprocal = direction.map(|d| {
-            if d.abs() * STEEPEST >= 1.0 {
-                1.0 / d
-            } else {
-                STEEPEST.copysign(d)
-            }
-        });
-        let z = if direction[0].abs() >= direction[1].abs()
-            && direction[0].abs() >= direction[2].abs()
-        {
-            0
-        } else if direction[1].abs() >= direction[2].abs() {
-            1
-        } else {
-            2
+        let lanes = |[x, y, z]: [f32; 3]| [x, y, z, z];
+        let largest = |v: [f32; LANES]| {
+            let [x, y, z, _] = v.map(f32::abs);
+            let most = if x > y { x } else { y };
+            if most > z { most } else { z }
         };
-        let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
+        let (origin, mut direction) = (lanes(origin), lanes(direction));
+        let mut steepest = largest(direction);
+        // Not finite where a component is not, which comparisons hide.
+        let sum: [f32; LANES] = std::array::from_fn(|i| (origin[i] + direction[i]) * 0.0);
+        let sane = (sum[0] + sum[1] + sum[2] == 0.0) & (largest(origin) <= ORIGIN_LIMIT);
+        let mut t_scale = 1.0;
+        if !(sane & (1.0 / REACH_LIMIT <= steepest) & (steepest <= REACH_LIMIT)) {
+            if !sane || steepest == 0.0 {
+                return None;
+            }
+            (direction, t_scale) = rescaled(direction, steepest);
+            steepest = largest(direction);
+        }
+        let size = direction.map(f32::abs);
+        let z = select_unpredictable(
+            size[0] == steepest,
+            0,
+            select_unpredictable(size[1] == steepest, 1, 2),
+        );
+        let axes = [[1, 2, 0, 0], [2, 0, 1, 0], [0, 1, 2, 0]][z];
+        let mut reciprocal = direction.map(|d| 1.0 / d);
         let end = extent.farthest(z, [origin[z]; 2]) * reciprocal[z].abs();
-        let at: [f32; 3] = std::array::from_fn(|axis| origin[axis] * reciprocal[axis]);
-        let wide: [f32; 3] = std::array::from_fn(|axis| {
-            let flat = direction[axis].abs() * STEEPEST < 1.0;
-            let pad = if flat { FLAT_PAD } else { END_PAD };
-            at[axis].abs() * ORIGIN_PAD + slack * reciprocal[axis].abs() + end * pad
+        let mut pad = [end * END_PAD; LANES];
+        if size[0].min(size[1]).min(size[2]) * STEEPEST < 1.0 {
+            (reciprocal, pad) = flat(direction, reciprocal, end, pad);
+        }
+        let wide: [f32; LANES] = std::array::from_fn(|i| {
+            (origin[i] * reciprocal[i]).abs() * ORIGIN_PAD + slack * reciprocal[i].abs() + pad[i]
         });
-        let near = reciprocal.map(|r| r * (1.0 - RELATIVE));
-        let far = reciprocal.map(|r| r * (1.0 + RELATIVE));
+        let side = |factor: f32, sign: f32| {
+            let reciprocal = reciprocal.map(|r| r * factor);
+            let offset = std::array::from_fn(|i| origin[i] * reciprocal[i] + sign * wide[i]);
+            Side { reciprocal, offset }
+        };
+        let [x, y] = [axes[0] as usize, axes[1] as usize];
+        let across = [direction[x], direction[y], 1.0, 1.0];
         Some(LocalRay {
             origin,
             reciprocal,
-            near: Side {
-                reciprocal: near,
-                offset: std::array::from_fn(|axis| origin[axis] * near[axis] + wide[axis]),
-            },
-            far: Side {
-                reciprocal: far,
-                offset: std::array::from_fn(|axis| origin[axis] * far[axis] - wide[axis]),
-            },
-            shear: [
-                direction[x] / direction[z],
-                direction[y] / direction[z],
-                1.0 / direction[z],
-            ],
-            axes: [x, y, z],
-            entry: std::array::from_fn(|axis| 2 * axis + usize::from(reciprocal[axis] < 0.0)),
-            magnitude: distance + extent.reach(),
+            near: side(1.0 - RELATIVE, 1.0),
+            far: side(1.0 + RELATIVE, -1.0),
+            shear: across.map(|d| d / direction[z]),
+            axes,
+            entry: std::array::from_fn(|i| 2 * i as u32 + (reciprocal[i].to_bits() >> 31)),
             t_scale,
         })
     }
@@ -210,8 +202,25 @@ impl LocalRay {
 
 /// The direction with its largest component in 1..2, and by what it was divided.
 #[cold]
-fn rescaled(direction: [f32; 3], steepest: f32) -> ([f32; 3], f64) {
+fn rescaled(direction: [f32; LANES], steepest: f32) -> ([f32; LANES], f64) {
     // The exponent of a float64 that came from a float32 is never subnormal.
     let power = f64::from_bits(f64::from(steepest).to_bits() & (0x7ff << 52));
     (direction.map(|d| (f64::from(d) / power) as f32), power)
+}
+
+/// The reciprocals and pads of a ray that hardly moves along some axis.
+#[cold]
+fn flat(
+    direction: [f32; LANES],
+    mut reciprocal: [f32; LANES],
+    end: f32,
+    mut pad: [f32; LANES],
+) -> ([f32; LANES], [f32; LANES]) {
+    for (axis, d) in direction.into_iter().enumerate() {
+        if d.abs() * STEEPEST < 1.0 {
+            reciprocal[axis] = STEEPEST.copysign(d);
+            pad[axis] = end * FLAT_PAD;
+        }
+    }
+    (reciprocal, pad)
 }

@@ -70,7 +70,7 @@ pub fn any(leaf: &Leaf, mut near: u32, ray: impl Line, t_max: f32) -> bool {
 /// Which children of a node the ray enters no later than `t_max`, and where.
 #[inline(always)]
 pub fn enter_children<I: Isa>(node: &Node, ray: &LocalRay, t_max: f32) -> (u32, I::F8) {
-    let [x, y, z] = ray.entry;
+    let [x, y, z, _] = ray.entry;
     let enter = passes::<I>(node, &ray.near, 0, x);
     let enter = enter.max(passes::<I>(node, &ray.near, 1, y));
     let t_enter = enter
@@ -86,10 +86,10 @@ pub fn enter_children<I: Isa>(node: &Node, ray: &LocalRay, t_max: f32) -> (u32, 
 
 /// The t at which a ray passes a row of bounds.
 #[inline(always)]
-fn passes<I: Isa>(node: &Node, side: &Side, axis: usize, row: usize) -> I::F8 {
+fn passes<I: Isa>(node: &Node, side: &Side, axis: usize, row: u32) -> I::F8 {
     debug_assert!(row < 6);
     // SAFETY: `row` is one of the six, each of 8 floats; the lowest bit chooses between the two of an axis.
-    let bound = unsafe { I::F8::load(node.bounds.get_unchecked(row).as_ptr()) };
+    let bound = unsafe { I::F8::load(node.bounds.get_unchecked(row as usize).as_ptr()) };
     bound.mul_sub(
         I::F8::splat(side.reciprocal[axis]),
         I::F8::splat(side.offset[axis]),
@@ -114,15 +114,14 @@ impl Scene {
     #[inline(always)]
     pub fn outer_ray(&self, ray: &Ray) -> Option<LocalRay> {
         let unit = self.unit as f32;
-        let (o, d) = (
-            ray.origin.map(|x| x * unit),
-            ray.direction.map(|x| x * unit),
-        );
-        let distance = o[0].abs().max(o[1].abs()).max(o[2].abs());
+        let (mut o, mut d) = (ray.origin, ray.direction);
+        if unit != 1.0 {
+            (o, d) = (o.map(|x| x * unit), d.map(|x| x * unit));
+        }
         let slack = if self.direct {
             0.0
         } else {
-            self.slack(distance)
+            self.slack(o[0].abs().max(o[1].abs()).max(o[2].abs()))
         };
         LocalRay::new(o, d, &self.extent, slack)
     }
