@@ -148,7 +148,8 @@ fn fused(a: f32, b: f32, c: f32) -> f32 {
     // What rounding took away (Knuth's two-sum).
     let part = sum - product;
     let rest = (product - (sum - part)) - (c + part);
-    let inexact = rest < 0.0 || rest > 0.0;
+    // Not of infinities, whose rest is NaN.
+    let inexact = rest.abs() > 0.0;
     let away = (rest > 0.0) == (sum > 0.0);
     let bits = sum.to_bits();
     let odd = if inexact && bits & 1 == 0 {

@@ -137,7 +137,7 @@ impl LocalRay {
         let sum: [f32; LANES] = std::array::from_fn(|i| (origin[i] + direction[i]) * 0.0);
         let sane = (sum[0] + sum[1] + sum[2] == 0.0) & (largest(origin) <= ORIGIN_LIMIT);
         let mut t_scale = 1.0;
-        if !(sane & (1.0 / REACH_LIMIT <= steepest) & (steepest <= REACH_LIMIT)) {
+        if !(sane && (1.0 / REACH_LIMIT..=REACH_LIMIT).contains(&steepest)) {
             if !sane || steepest == 0.0 {
                 return None;
             }
