@@ -8,7 +8,6 @@ data is lost with the worker that holds it. Results come back to this process; t
 from __future__ import annotations
 
 import contextlib
-import logging
 import time
 from concurrent.futures import CancelledError, Future
 from ipaddress import ip_address
@@ -135,16 +134,6 @@ class Dask:
 
     def close(self) -> None:
         """Takes back what is under way, and ends a cluster that was started here."""
-        # Of a scheduler that has gone, the client logs how it tried to find it again.
-        log = logging.getLogger("distributed.client")
-        before = log.level
-        log.setLevel(logging.CRITICAL + 1)
-        try:
-            self._close()
-        finally:
-            log.setLevel(before)
-
-    def _close(self) -> None:
         with contextlib.suppress(Exception):
             if self._plugin is not None and self._cluster is None:
                 self._client.unregister_worker_plugin(self._plugin)

@@ -91,8 +91,8 @@ def maker(world: World, settings: Mapping[str, Any], threads: int | None) -> Mak
         frame = render(world, camera, channels=settings["channels"], region=region, progress=progress, **plan)
         buffer = io.BytesIO()
         arrays: dict[str, Any] = dict(frame)
-        shown = {"exposure": np.array(frame.exposure), "view": np.array(frame.view)}
-        np.savez(buffer, region=np.array(region), **shown, **arrays)
+        arrays |= {"exposure": np.array(frame.exposure), "view": np.array(frame.view)}
+        np.savez(buffer, region=np.array(region), **arrays)
         return {f"tile_{number:04}.npz": buffer.getvalue()}, frame.notices
 
     return make

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import os
 import signal
 from collections.abc import Iterator
@@ -65,10 +66,13 @@ def job_options(options: argparse.Namespace) -> Iterator[None]:
     """The priority that was asked for; SIGTERM ends the job as Ctrl-C does."""
     lower_priority(options)
     before = signal.signal(signal.SIGTERM, _interrupt)
+    if options.cluster is not None:
+        logging.disable()  # what Dask says of lost connections and workers: raycam says it by itself
     try:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
+        logging.disable(logging.NOTSET)
 
 
 @contextmanager
