@@ -109,6 +109,8 @@ def write_glb(path: Path, faces: np.ndarray, **attributes: np.ndarray) -> None:
         "accessors": accessors,
         "meshes": [{"primitives": [primitive]}],
         "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+        "scene": 0,
     }
     text = json.dumps(root).encode()
     text += b" " * (-len(text) % 4)
