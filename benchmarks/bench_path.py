@@ -85,7 +85,7 @@ def scenes(folder: Path) -> dict[str, dict[str, Any]]:
     return made
 
 
-def ours(scene: dict[str, Any]) -> Any:
+def ours(scene: dict[str, Any], size: tuple[int, int] = SIZE) -> Any:
     """A function of samples and seed to (picture, seconds)."""
     import raycam
 
@@ -116,7 +116,7 @@ def ours(scene: dict[str, Any]) -> Any:
         else:
             world.add_light({"type": "sky", "radiance": light["sky"]})
     view = scene["camera"]
-    camera = raycam.Camera.look_at(view["eye"], view["target"], [0, 0, 1], size=SIZE, fov=view["fov"])
+    camera = raycam.Camera.look_at(view["eye"], view["target"], [0, 0, 1], size=size, fov=view["fov"])
 
     def picture(samples: int, seed: int) -> tuple[Array, float]:
         start = time.perf_counter()
@@ -128,7 +128,9 @@ def ours(scene: dict[str, Any]) -> Any:
     return picture
 
 
-def theirs(scene: dict[str, Any], variant: str) -> Any:
+def theirs(
+    scene: dict[str, Any], variant: str, size: tuple[int, int] = SIZE, sampler: str = "independent"
+) -> Any:
     """The same by Mitsuba."""
     import mitsuba as mi
 
@@ -145,12 +147,12 @@ def theirs(scene: dict[str, Any], variant: str) -> Any:
             "to_world": transform().look_at(origin=view["eye"], target=view["target"], up=[0, 0, 1]),
             "film": {
                 "type": "hdrfilm",
-                "width": SIZE[0],
-                "height": SIZE[1],
+                "width": size[0],
+                "height": size[1],
                 "rfilter": {"type": "box"},
                 "pixel_format": "rgb",
             },
-            "sampler": {"type": "independent"},
+            "sampler": {"type": sampler},
         },
     }
 

@@ -57,9 +57,8 @@ def _rich_bar() -> Progress:
 
 
 @contextmanager
-def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int, int], None]]:
-    """A function `progress(done, total, failed)` that draws a bar of frames (or `what` they are), their rate, the time
-    left and failures.
+def frames_bar(title: str) -> Iterator[Callable[[int, int, int], None]]:
+    """A function `progress(done, total, failed)` that draws a bar of frames, their rate, the time left and failures.
 
     Away from a terminal it draws nothing.
     """
@@ -71,7 +70,7 @@ def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int,
         nonlocal shown, first
         first = done + failed if first is None else first
         if shown is None and sys.stderr.isatty() and done < total and time.monotonic() - start > PATIENCE:
-            shown = _rich_frames(what)
+            shown = _rich_frames()
             shown.start()
             shown.add_task(title, total=total, rate="", failed="")
         if shown is not None:
@@ -91,7 +90,7 @@ def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int,
             shown.stop()
 
 
-def _rich_frames(what: str) -> Progress:
+def _rich_frames() -> Progress:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -99,7 +98,7 @@ def _rich_frames(what: str) -> Progress:
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn(what + "  {task.fields[rate]}"),
+        TextColumn("frames  {task.fields[rate]}"),
         TimeRemainingColumn(),
         TextColumn("[red]{task.fields[failed]}"),
         console=Console(stderr=True),

@@ -20,6 +20,8 @@ use crate::threads::with_pool;
 pub(crate) struct PreparedObject {
     pub mesh: Arc<PreparedMesh>,
     pub world_from_mesh: DAffine3,
+    /// Whether that changes nothing.
+    in_place: bool,
     /// Takes normals to the world: the inverse transpose of the linear part, up to length.
     pub normal_from_mesh: DMat3,
     /// Whether it turns counter-clockwise triangles clockwise.
@@ -141,14 +143,15 @@ impl PreparedWorld {
     }
 
     /// The corners of a triangle in the world, float64.
+    #[inline]
     pub(crate) fn corners(&self, instance: u32, triangle: u32) -> [DVec3; 3] {
         let object = &self.objects[instance as usize];
-        let mesh = &object.mesh.mesh;
-        mesh.triangles[triangle as usize].map(|vertex| {
-            object
-                .world_from_mesh
-                .transform_point3(mesh.vertices[vertex as usize])
-        })
+        let mesh = &*object.mesh.mesh;
+        let corners = mesh.triangles[triangle as usize].map(|i| mesh.vertices[i as usize]);
+        if object.in_place {
+            return corners;
+        }
+        corners.map(|corner| object.world_from_mesh.transform_point3(corner))
     }
 
     /// Float32 rounds a point on this object, a ray that starts there and the triangles around it: together they are
@@ -192,6 +195,7 @@ impl PreparedObject {
                 of_point,
                 of_mesh: of_point * place + linear.abs() * DVec3::splat(2.0 * reach),
             },
+            in_place: object.world_from_mesh == DAffine3::IDENTITY,
             world_from_mesh: object.world_from_mesh,
             normal_from_mesh: inverse.transpose(),
             mirrored: linear.determinant() < 0.0,

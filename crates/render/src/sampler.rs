@@ -9,6 +9,7 @@
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sampler {
     pixel: u64,
+    /// The bits of the sample's number in reverse.
     sample: u32,
 }
 
@@ -37,7 +38,10 @@ const PER_BOUNCE: u64 = 128;
 impl Sampler {
     pub fn new(seed: u64, frame: u32, [x, y]: [u32; 2], sample: u32) -> Self {
         let pixel = mix(mix(seed ^ (u64::from(frame) << 32)) ^ (u64::from(y) << 32 | u64::from(x)));
-        Self { pixel, sample }
+        Self {
+            pixel,
+            sample: sample.reverse_bits(),
+        }
     }
 
     /// A sample of one of several sequences that are independent of each other: sample s is number s / n of sequence
@@ -71,37 +75,40 @@ impl Sampler {
         let seed = mix(self
             .pixel
             .wrapping_add(number.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
-        let index = scramble(self.sample, seed as u32);
-        let first = scramble(index.reverse_bits(), (seed >> 32) as u32);
-        let second = scramble(sobol_second(index), mix(seed) as u32);
+        let index = permute(self.sample, seed as u32).reverse_bits();
+        let first = permute(index, (seed >> 32) as u32).reverse_bits();
+        let second = permute(pascal(index), mix(seed) as u32).reverse_bits();
         // 24 bits: the float32 values stay below 1.
         [first, second].map(|bits| (bits >> 8) as f32 / (1 << 24) as f32)
     }
 }
 
-/// The second dimension of the Sobol sequence, primitive polynomial x + 1. Its matrix is Pascal's triangle modulo 2,
-/// the Kronecker power of [[1, 1], [0, 1]]: one step per factor.
-fn sobol_second(mut index: u32) -> u32 {
+/// The second dimension of the Sobol sequence, primitive polynomial x + 1, its bits in reverse. Its matrix is Pascal's
+/// triangle modulo 2, the Kronecker power of [[1, 1], [0, 1]]: one step per factor. The first dimension's, in reverse, is
+/// the index itself.
+#[inline]
+fn pascal(mut index: u32) -> u32 {
     index ^= (index & 0xffff_0000) >> 16;
     index ^= (index & 0xff00_ff00) >> 8;
     index ^= (index & 0xf0f0_f0f0) >> 4;
     index ^= (index & 0xcccc_cccc) >> 2;
     index ^= (index & 0xaaaa_aaaa) >> 1;
-    index.reverse_bits()
+    index
 }
 
-/// Owen's nested uniform scrambling: every bit is flipped or not, depending on the bits above it.
-fn scramble(x: u32, seed: u32) -> u32 {
-    let mut x = x.reverse_bits();
+/// Owen's nested uniform scrambling of a number whose bits come in reverse: every bit is flipped or not, depending on
+/// those before it.
+#[inline]
+fn permute(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
     x = x.wrapping_mul((seed >> 16) | 1);
     x ^= x.wrapping_mul(0x0552_6c56);
-    x ^= x.wrapping_mul(0x53a2_2864);
-    x.reverse_bits()
+    x ^ x.wrapping_mul(0x53a2_2864)
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood, 2014).
+#[inline]
 fn mix(mut x: u64) -> u64 {
     x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -132,6 +139,7 @@ mod tests {
 
     #[test]
     fn the_second_dimension_is_sobols() {
+        let sobol_second = |index| pascal(index).reverse_bits();
         // Row by row: direction numbers m are 1, 3, 5, 15, ..., each 2 m ^ m of the one before.
         let mut m: u64 = 1;
         for bit in 0..32 {

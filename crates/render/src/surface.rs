@@ -166,10 +166,7 @@ fn interpolate([a, b, c]: [Vec3; 3], hit: &Hit) -> Vec3 {
 
 /// The normal of a triangle in the world, unit length, against `direction`; 0 for one without area.
 pub(crate) fn facing_normal([a, b, c]: [DVec3; 3], direction: DVec3) -> DVec3 {
-    // Scaled by its largest edge: corners may be far apart or close together.
-    let (e1, e2) = (b - a, c - a);
-    let scale = e1.abs().max(e2.abs()).max_element().recip();
-    let normal = (e1 * scale).cross(e2 * scale).normalize_or_zero();
+    let normal = unit_normal(b - a, c - a);
     if normal.dot(direction) > 0.0 {
         -normal
     } else {
@@ -177,76 +174,71 @@ pub(crate) fn facing_normal([a, b, c]: [DVec3; 3], direction: DVec3) -> DVec3 {
     }
 }
 
-/// A point of a surface, on the side that is seen.
-#[derive(Clone, Debug)]
-pub(crate) struct Surface<'a> {
-    /// Scene-local.
-    pub position: DVec3,
-    /// Its normals and the viewer.
-    pub frame: Frame,
-    /// Whether the viewer is where the triangle's corners run counter-clockwise.
-    pub front: bool,
-    /// What happens to light.
-    pub scatter: Scatter<'a>,
-    /// Where rays start that leave it towards the viewer's side, and to the other: beyond all float32 rounding,
-    /// scene-local.
-    above: DVec3,
-    below: DVec3,
+/// Of a triangle with these edges; 0 for one without area.
+#[inline]
+fn unit_normal(e1: DVec3, e2: DVec3) -> DVec3 {
+    let normal = e1.cross(e2);
+    let square = normal.length_squared();
+    if (1e-200..1e200).contains(&square) {
+        return normal / square.sqrt();
+    }
+    // Scaled by its largest edge: corners may be far apart or close together.
+    let scale = e1.abs().max(e2.abs()).max_element().recip();
+    (e1 * scale).cross(e2 * scale).normalize_or_zero()
 }
 
-impl<'a> Surface<'a> {
-    /// What a ray in this direction sees at its hit; `channel` is the colour that it carries, where it has lost the others
-    /// by dispersion, `width` how wide its cone is there.
-    pub fn new(
-        world: &'a PreparedWorld,
-        direction: Vec3,
-        hit: &Hit,
-        channel: Option<usize>,
-        width: f32,
-    ) -> Self {
-        let corners = world
-            .corners(hit.instance, hit.triangle)
-            .map(|corner| corner - world.origin);
+/// Where a ray meets a triangle, on the side that is seen.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Place {
+    /// Scene-local.
+    pub position: DVec3,
+    /// The triangle's normal, on the viewer's side.
+    pub geometric: Vec3,
+    /// Of the smooth surface that the triangle stands for.
+    normal: Vec3,
+    /// Whether the viewer is where the triangle's corners run counter-clockwise.
+    pub front: bool,
+    /// How far rays that leave it start from it, on the viewer's side and on the other: beyond all float32 rounding.
+    above: Vec3,
+    below: Vec3,
+    /// What the ray covers of the triangle, where there are textures.
+    footprint: Footprint,
+}
+
+impl Place {
+    /// Where a ray in this direction meets its hit; `width` is how wide its cone is there.
+    #[inline]
+    pub fn new(world: &PreparedWorld, direction: Vec3, hit: &Hit, width: f32) -> Self {
+        let corners = world.corners(hit.instance, hit.triangle);
+        let corners = corners.map(|corner| corner - world.origin);
         let [a, b, c] = corners;
-        let (u, v) = (f64::from(hit.u), f64::from(hit.v));
-        let position = a + (b - a) * u + (c - a) * v;
-        let geometric = facing_normal(corners, direction.as_dvec3());
-        let outwards = (b - a).cross(c - a).dot(geometric) > 0.0;
+        let (e1, e2) = (b - a, c - a);
+        let position = a + e1 * f64::from(hit.u) + e2 * f64::from(hit.v);
+        let outwards = unit_normal(e1, e2);
+        let outside = outwards.dot(direction.as_dvec3()) <= 0.0;
+        let geometric = if outside { outwards } else { -outwards };
         let beyond = geometric * world.rounding(hit.instance, position, geometric);
         let (normal, lift) = smooth(world, hit, corners, position, geometric);
-        let front = outwards != world.objects[hit.instance as usize].mirrored;
-        let footprint = Footprint::new(corners, direction, width);
-        let smooth = Frame::new(geometric.as_vec3(), normal, -direction);
-        let (scatter, frame) = Scatter::new(world, hit, smooth, front, channel, &footprint);
         Self {
             position,
-            frame,
-            front,
-            scatter,
-            above: position + beyond + lift,
-            below: position - beyond,
-        }
-    }
-
-    /// This point, as lights are sampled for it.
-    pub fn reference(&self) -> Reference {
-        Reference {
-            position: self.position,
-            normal: if self.scatter.is_transmissive() {
-                Vec3::ZERO
+            geometric: geometric.as_vec3(),
+            normal,
+            front: outside != world.objects[hit.instance as usize].mirrored,
+            above: (beyond + lift).as_vec3(),
+            below: -beyond.as_vec3(),
+            footprint: if world.textures.is_empty() {
+                Footprint::default()
             } else {
-                self.frame.geometric
+                Footprint::new(corners, direction, width)
             },
         }
     }
 
     /// Where rays in this direction start, scene-local.
+    #[inline]
     pub fn start(&self, direction: Vec3) -> DVec3 {
-        if self.frame.geometric.dot(direction) < 0.0 {
-            self.below
-        } else {
-            self.above
-        }
+        let below = self.geometric.dot(direction) < 0.0;
+        self.position + if below { self.below } else { self.above }.as_dvec3()
     }
 
     /// A ray from here into the world.
@@ -255,6 +247,49 @@ impl<'a> Surface<'a> {
             origin: self.start(direction).as_vec3().to_array(),
             direction: direction.to_array(),
             t_max,
+        }
+    }
+}
+
+/// What happens to light at a place.
+#[derive(Clone, Debug)]
+pub(crate) struct Surface<'a> {
+    pub place: &'a Place,
+    /// The normals and the viewer.
+    pub frame: Frame,
+    pub scatter: Scatter<'a>,
+}
+
+impl<'a> Surface<'a> {
+    /// What a ray in this direction sees at its hit, which is this place; `channel` is the colour that it carries, where it
+    /// has lost the others by dispersion.
+    #[inline]
+    pub fn new(
+        world: &'a PreparedWorld,
+        place: &'a Place,
+        direction: Vec3,
+        hit: &Hit,
+        channel: Option<usize>,
+    ) -> Self {
+        let smooth = Frame::new(place.geometric, place.normal, -direction);
+        let (scatter, frame) =
+            Scatter::new(world, hit, smooth, place.front, channel, &place.footprint);
+        Self {
+            place,
+            frame,
+            scatter,
+        }
+    }
+
+    /// This point, as lights are sampled for it.
+    pub fn reference(&self) -> Reference {
+        Reference {
+            position: self.place.position,
+            normal: if self.scatter.is_transmissive() {
+                Vec3::ZERO
+            } else {
+                self.frame.geometric
+            },
         }
     }
 }

@@ -7,8 +7,8 @@ use super::shadows::Shadows;
 use super::{Batch, is_miss};
 use crate::prepare::PreparedWorld;
 use crate::sampler::Pair;
-use crate::scatter::cosine_direction;
-use crate::surface::Surface;
+use crate::scatter::{above, cosine_direction};
+use crate::surface::Place;
 
 /// 1 in the open and for the background, 0 where all directions, weighed by their cosine, end within `distance`.
 pub(super) fn radiance(
@@ -26,10 +26,10 @@ pub(super) fn radiance(
             continue;
         }
         radiance[i] = Vec3::ZERO;
-        let surface = Surface::new(world, batch.directions[i], hit, None, 0.0);
+        let place = Place::new(world, batch.directions[i], hit, 0.0);
         let random = batch.samplers[i].pair(Pair::Ambient);
-        let direction = surface.frame.above(cosine_direction(random));
-        shadows.ask(surface.leaving(direction, distance), i, Vec3::ONE);
+        let direction = above(place.geometric, cosine_direction(random));
+        shadows.ask(place.leaving(direction, distance), i, Vec3::ONE);
     }
     shadows.settle(world, Coherence::Incoherent, radiance);
 }

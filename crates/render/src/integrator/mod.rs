@@ -4,6 +4,7 @@ mod ao;
 mod flat;
 mod path;
 mod shadows;
+mod walk;
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, NOTHING};

@@ -5,7 +5,7 @@ use raycam_bvh::{Coherence, Hit, Ray};
 
 use super::is_miss;
 use crate::prepare::PreparedWorld;
-use crate::surface::Surface;
+use crate::surface::Place;
 
 /// Shadow rays, and what arrives along each.
 #[derive(Clone, Debug, Default)]
@@ -63,9 +63,9 @@ impl Shadows {
                 // From the other side of the surface to the same end.
                 let direction = Vec3::from(ray.direction);
                 let length = direction.length();
-                let surface = Surface::new(world, direction / length, hit, None, 0.0);
+                let place = Place::new(world, direction / length, hit, 0.0);
                 let left = (ray.t_max - hit.t) * length;
-                self.rays[kept] = surface.leaving(direction / length, left);
+                self.rays[kept] = place.leaving(direction / length, left);
                 self.light[kept] = (index, light);
                 kept += 1;
             }

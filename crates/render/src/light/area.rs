@@ -12,25 +12,40 @@ pub(crate) struct Area {
     /// Scene-local.
     corner: DVec3,
     edges: [DVec3; 2],
+    /// Vectors in its plane whose products with an offset from the corner are the coordinates along the edges.
+    coordinates: [DVec3; 2],
     /// Where it shines to.
     normal: DVec3,
     area: f64,
+    center: DVec3,
+    /// The square of half its diagonal.
+    radius2: f64,
+    is_rectangle: bool,
     radiance: Vec3,
     two_sided: bool,
 }
 
-/// Smaller solid angles lose their digits: there, and on parallelograms without right angles, a point is drawn evenly
-/// from the area.
+/// From farther away than this many half diagonals, squared, a point is drawn evenly from the area: directions are then
+/// nearly even as well, the solid angle costs more than it brings, and small ones lose their digits. So it is on
+/// parallelograms without right angles.
+const FAR: f64 = 8.0;
+/// ... and so it is where the rectangle is seen edge-on.
 const SMALLEST: f64 = 1e-5;
 
 impl Area {
     pub fn new(center: DVec3, [u, v]: [DVec3; 2], radiance: Vec3, two_sided: bool) -> Self {
         let cross = u.cross(v);
+        let (normal, area) = (cross.normalize_or_zero(), cross.length());
         Self {
             corner: center - (u + v) / 2.0,
             edges: [u, v],
-            normal: cross.normalize_or_zero(),
-            area: cross.length(),
+            // Cramer's rule in the plane.
+            coordinates: [v.cross(normal) / area, normal.cross(u) / area],
+            normal,
+            area,
+            center,
+            radius2: (u + v).length_squared().max((u - v).length_squared()) / 4.0,
+            is_rectangle: u.dot(v).abs() <= 1e-9 * u.length() * v.length(),
             radiance,
             two_sided,
         }
@@ -74,19 +89,16 @@ impl Area {
 
     pub fn crossed(&self, point: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
         let direction = direction.as_dvec3();
-        if !self.shines_to(point) {
+        let offset = point - self.corner;
+        let (height, slope) = (offset.dot(self.normal), direction.dot(self.normal));
+        // Towards its plane, and from where it shines to.
+        if height * slope >= 0.0 || !(height > 0.0 || self.two_sided) {
             return None;
         }
-        let distance = (self.corner - point).dot(self.normal) / direction.dot(self.normal);
-        if !(distance.is_finite() && distance > 0.0) {
-            return None;
-        }
-        // Coordinates along the edges, by Cramer's rule in the plane.
-        let [u, v] = self.edges;
-        let inside = point + direction * distance - self.corner;
-        let along = |a: DVec3, b: DVec3| a.cross(b).dot(self.normal) / self.area;
-        let (x, y) = (along(inside, v), along(u, inside));
-        if !((0.0..=1.0).contains(&x) && (0.0..=1.0).contains(&y)) {
+        let distance = -height / slope;
+        let inside = offset + direction * distance;
+        let [x, y] = self.coordinates.map(|along| inside.dot(along));
+        if !(distance.is_finite() && (0.0..=1.0).contains(&x) && (0.0..=1.0).contains(&y)) {
             return None;
         }
         let density = match self.solid_angle(point) {
@@ -101,10 +113,10 @@ impl Area {
         height > 0.0 || self.two_sided && height < 0.0
     }
 
-    /// The rectangle on the sphere around a point, where it is one and large enough.
+    /// The rectangle on the sphere around a point, where it is one and near.
     fn solid_angle(&self, point: DVec3) -> Option<SphericalRectangle> {
-        let [u, v] = self.edges;
-        if u.dot(v).abs() > 1e-9 * u.length() * v.length() {
+        let far = (point - self.center).length_squared() > FAR * self.radius2;
+        if far || !self.is_rectangle {
             return None;
         }
         let solid = SphericalRectangle::new(self.corner - point, self.edges);

@@ -84,8 +84,10 @@ pub(crate) struct Lights {
     sources: Vec<Source>,
     /// The radiance of all even skies together, in the integrators that take it for an ambient term.
     pub ambient: Vec3,
-    /// Which of `sources` are infinitely far, and which are not.
+    /// Which of `sources` are infinitely far, even skies last, and which are not.
     infinite: Vec<usize>,
+    /// How many of `infinite` are no even skies.
+    uneven: usize,
     finite: Vec<usize>,
     /// Which of `finite` to choose.
     tree: Tree,
@@ -142,8 +144,10 @@ impl Lights {
             .iter()
             .flat_map(|light| Source::new(light, up, origin))
             .collect();
-        let (infinite, finite): (Vec<_>, Vec<_>) =
+        let (mut infinite, finite): (Vec<_>, Vec<_>) =
             (0..sources.len()).partition(|&i| sources[i].is_infinite());
+        let is_even = |source: &Source| matches!(source, Source::Sky(sky) if sky.is_even());
+        infinite.sort_by_key(|&i| is_even(&sources[i]));
         let even = |source: &Source| match source {
             Source::Sky(sky) if sky.is_even() => sky.horizon,
             _ => Vec3::ZERO,
@@ -152,6 +156,7 @@ impl Lights {
         Self {
             ambient: sources.iter().map(even).sum(),
             tree: Tree::new(&bounds),
+            uneven: infinite.iter().filter(|&&i| !is_even(&sources[i])).count(),
             sources,
             infinite,
             finite,
@@ -188,9 +193,9 @@ impl Lights {
     ) -> Option<LightSample> {
         let odds = self.odds(from, choice);
         let mut which = f64::from(which);
-        let infinite = odds.infinite * self.infinite.len() as f64;
+        let infinite = odds.infinite * odds.sought as f64;
         if which < infinite {
-            let index = ((which / odds.infinite) as usize).min(self.infinite.len() - 1);
+            let index = ((which / odds.infinite) as usize).min(odds.sought - 1);
             let mut sample = self.sources[self.infinite[index]].sample(from, [x, y])?;
             if sample.delta {
                 sample.pdf = odds.infinite as f32;
@@ -224,6 +229,11 @@ impl Lights {
         (sample.pdf > 0.0 && sample.pdf.is_finite()).then_some(sample)
     }
 
+    /// Whether [`Lights::sample`] ever finds anything.
+    pub fn is_sampled(&self, choice: Choice) -> bool {
+        choice == Choice::Even || self.uneven > 0 || !self.tree.is_empty() || self.has_surfaces()
+    }
+
     /// Whether rays that are scattered may find light that [`Lights::sample`] finds too; even skies do not count where
     /// they are an ambient term.
     pub fn is_found(&self, ambient: bool) -> bool {
@@ -239,20 +249,18 @@ impl Lights {
             .sum()
     }
 
-    /// The density with which [`Lights::sample`] finds this direction for the sake of the sky.
-    pub fn sky_pdf(&self, from: &Reference, choice: Choice, direction: Vec3) -> f32 {
-        self.behind(from, choice, direction).1
-    }
-
-    fn behind(&self, from: &Reference, choice: Choice, direction: Vec3) -> (Vec3, f32) {
-        let odds = self.odds(from, choice).infinite as f32;
-        let all = self
-            .infinite
-            .iter()
-            .map(|&i| self.sources[i].behind(from.normal, direction));
-        all.fold((Vec3::ZERO, 0.0), |(radiance, density), (r, d)| {
-            (radiance + r, density + odds * d)
-        })
+    /// The same, and the density with which [`Lights::sample`] finds this direction for its sake.
+    pub fn behind(&self, from: &Reference, choice: Choice, direction: Vec3) -> (Vec3, f32) {
+        let odds = self.odds(from, choice);
+        let (mut radiance, mut pdf) = (Vec3::ZERO, 0.0);
+        for (number, &i) in self.infinite.iter().enumerate() {
+            let (part, density) = self.sources[i].behind(from.normal, direction);
+            radiance += part;
+            if number < odds.sought {
+                pdf += odds.infinite as f32 * density;
+            }
+        }
+        (radiance, pdf)
     }
 
     /// What the surface at a hit shines by itself against `direction`, in W/(m² sr).
@@ -300,24 +308,37 @@ impl Lights {
 
     /// With which probability each kind of light is chosen.
     fn odds(&self, from: &Reference, choice: Choice) -> Odds {
+        let (near, shining) = (!self.tree.is_empty(), self.has_surfaces());
         match choice {
             Choice::Even => {
                 let one = 1.0 / self.count().max(1) as f64;
                 Odds {
+                    sought: self.infinite.len(),
                     infinite: one,
                     finite: one * self.finite.len() as f64,
-                    surfaces: if self.has_surfaces() { one } else { 0.0 },
+                    surfaces: if shining { one } else { 0.0 },
                 }
             }
-            // Nothing says how much of what is infinitely far away arrives: each is as likely as all that is near.
             Choice::Weighed => {
+                // Scattered rays find even skies as well as any sample would.
+                let sought = self.uneven;
+                if sought == 0 && !(near && shining) {
+                    return Odds {
+                        sought,
+                        infinite: 0.0,
+                        finite: f64::from(u8::from(near)),
+                        surfaces: f64::from(u8::from(shining)),
+                    };
+                }
+                // Nothing says how much of what is infinitely far away arrives: each is as likely as all that is near.
                 let near = [self.tree.importance(from), self.surfaces.importance(from)];
                 let total = near[0] + near[1];
-                let groups = self.infinite.len() + usize::from(total > 0.0);
+                let groups = sought + usize::from(total > 0.0);
                 let one = 1.0 / groups.max(1) as f64;
                 let [finite, surfaces] =
                     near.map(|part| if total > 0.0 { one * part / total } else { 0.0 });
                 Odds {
+                    sought,
                     infinite: one,
                     finite,
                     surfaces,
@@ -329,7 +350,9 @@ impl Lights {
 
 /// Probabilities that add up to 1 over all lights.
 struct Odds {
-    /// Of each light that is infinitely far away.
+    /// How many of those infinitely far away are chosen at all.
+    sought: usize,
+    /// Of each of them.
     infinite: f64,
     /// Of all others without a mesh together.
     finite: f64,

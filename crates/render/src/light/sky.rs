@@ -1,10 +1,11 @@
 //! The sky: the same radiance from everywhere, or from the zenith down to the horizon.
 
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 
 use glam::Vec3;
 
 use super::LightSample;
+use crate::scatter::{above, turn};
 
 #[derive(Debug)]
 pub(crate) struct Sky {
@@ -33,14 +34,13 @@ impl Sky {
 
     /// A direction by its cosine to the normal (Malley's method); from the whole sphere where there is none.
     pub fn sample(&self, normal: Vec3, [x, y]: [f32; 2]) -> LightSample {
-        let (sin, cos) = (TAU * y).sin_cos();
+        let (sin, cos) = turn(y);
         let (axis, height, radius) = if normal == Vec3::ZERO {
             (Vec3::Z, 1.0 - 2.0 * x, 2.0 * (x * (1.0 - x)).sqrt())
         } else {
             (normal, (1.0 - x).sqrt(), x.sqrt())
         };
-        let (right, up) = axis.any_orthonormal_pair();
-        let direction = (right * cos + up * sin) * radius + axis * height;
+        let direction = above(axis, Vec3::new(radius * cos, radius * sin, height));
         LightSample {
             direction,
             end: None,

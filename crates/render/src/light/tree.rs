@@ -102,21 +102,21 @@ impl Bounds {
         if inside {
             return by_distance;
         }
-        // Sine and cosine of the half angle that the box fills, at most; a bit more against rounding.
-        let sin_box = (radius2 / distance2).sqrt().min(1.0);
-        let half_box = sin_box.asin() + 1e-3;
+        // The half angle that the box fills, at most; a bit more against rounding.
+        let half_box = Angle::of_sine(((radius2 / distance2).sqrt() + 1e-3).min(1.0));
         let mut cos_axis = self.axis.dot(direction).clamp(-1.0, 1.0);
         if self.two_sided {
             cos_axis = cos_axis.abs();
         }
-        let off = (cos_axis.acos() - self.cos_normals.clamp(-1.0, 1.0).acos() - half_box).max(0.0);
-        if off >= self.cos_emission.clamp(-1.0, 1.0).acos() + 1e-3 {
+        let normals = Angle::of_cosine(self.cos_normals.clamp(-1.0, 1.0));
+        let off = Angle::of_cosine(cos_axis).less(normals).less(half_box);
+        if off.cos <= self.cos_emission - 1e-3 {
             return 0.0;
         }
-        let mut importance = by_distance * off.cos().max(1e-3);
+        let mut importance = by_distance * off.cos.max(1e-3);
         if normal != Vec3::ZERO {
-            let angle = (-normal.dot(direction)).clamp(-1.0, 1.0).acos();
-            let cos = (angle - half_box).max(0.0).cos();
+            let height = Angle::of_cosine((-normal.dot(direction)).clamp(-1.0, 1.0));
+            let cos = height.less(half_box).cos;
             if cos <= 0.0 {
                 return 0.0;
             }
@@ -142,6 +142,37 @@ impl Bounds {
                     + self.cos_normals);
         // Lights in one point or line still cost more apart.
         self.intensity * directions * (area + size.max_element().powi(2))
+    }
+}
+
+/// An angle in 0..=180 degrees.
+#[derive(Clone, Copy)]
+struct Angle {
+    sin: f32,
+    cos: f32,
+}
+
+impl Angle {
+    fn of_cosine(cos: f32) -> Self {
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        Self { sin, cos }
+    }
+
+    /// Of at most 90 degrees.
+    fn of_sine(sin: f32) -> Self {
+        let cos = (1.0 - sin * sin).max(0.0).sqrt();
+        Self { sin, cos }
+    }
+
+    /// The difference, at least 0.
+    fn less(self, other: Self) -> Self {
+        if self.cos >= other.cos {
+            return Self { sin: 0.0, cos: 1.0 };
+        }
+        Self {
+            sin: self.sin * other.cos - self.cos * other.sin,
+            cos: self.cos * other.cos + self.sin * other.sin,
+        }
     }
 }
 
@@ -229,6 +260,11 @@ impl Tree {
         self.build(lights, first, depth + 1, way);
         self.nodes[at].kind = Kind::Inner(self.nodes.len() as u32);
         self.build(lights, second, depth + 1, way | 1 << depth);
+    }
+
+    /// Whether no light shines.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
     }
 
     /// How much all of it may matter to a point.

@@ -1,6 +1,6 @@
 //! The directions of a surface point.
 
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::Vec3;
 
@@ -64,21 +64,38 @@ impl Frame {
         }
     }
 
-    /// From coordinates along any two directions in the triangle's plane and its normal.
-    pub fn above(&self, v: Vec3) -> Vec3 {
-        let (right, up) = self.geometric.any_orthonormal_pair();
-        right * v.x + up * v.y + self.geometric * v.z
-    }
-
     /// From coordinates along tangent, bitangent and normal.
     pub fn world(&self, v: Vec3) -> Vec3 {
         self.tangent * v.x + self.bitangent * v.y + self.normal * v.z
     }
 }
 
+/// From coordinates along any two directions at right angles to an axis, and along it.
+pub(crate) fn above(axis: Vec3, v: Vec3) -> Vec3 {
+    let (right, up) = axis.any_orthonormal_pair();
+    right * v.x + up * v.y + axis * v.z
+}
+
+/// Sine and cosine of this many turns, 0..=1: the same on every machine, to a rounding or two (the polynomials of
+/// S. Moshier, "Cephes", single precision).
+pub(crate) fn turn(turns: f32) -> (f32, f32) {
+    let quarter = (4.0 * turns + 0.5) as u32;
+    let x = (4.0 * turns - quarter as f32) * FRAC_PI_2;
+    let x2 = x * x;
+    let sin = ((-1.951_529_6e-4 * x2 + 8.332_161e-3) * x2 - 1.666_665_5e-1) * x2 * x + x;
+    let cos =
+        ((2.443_315_7e-5 * x2 - 1.388_731_6e-3) * x2 + 4.166_664_6e-2) * x2 * x2 - 0.5 * x2 + 1.0;
+    match quarter & 3 {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        _ => (-cos, sin),
+    }
+}
+
 /// A direction above z = 0 with density z / pi (Malley's method).
 pub(crate) fn cosine_direction([x, y]: [f32; 2]) -> Vec3 {
-    let (sin, cos) = (TAU * y).sin_cos();
+    let (sin, cos) = turn(y);
     let radius = x.sqrt();
     Vec3::new(radius * cos, radius * sin, (1.0 - x).sqrt())
 }

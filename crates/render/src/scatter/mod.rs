@@ -24,7 +24,7 @@ use raycam_scene::{Material, Reflectance};
 use crate::prepare::{PreparedMaterial, PreparedWorld};
 use crate::texture::Footprint;
 
-pub(crate) use frame::{Frame, cosine_direction};
+pub(crate) use frame::{Frame, above, cosine_direction, turn};
 pub(crate) use layered::Layered;
 pub(crate) use lecture::Lecture;
 pub(crate) use phong::Lobe;

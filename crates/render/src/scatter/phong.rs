@@ -5,10 +5,12 @@
 //! between the light and the mirror direction of the view. Its albedo is exactly `specular` at normal incidence and
 //! falls off where the lobe dips below the horizon.
 
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 
 use glam::Vec3;
 use raycam_scene::Reflectance;
+
+use super::frame::turn;
 
 /// The specular lobe of one exponent.
 #[derive(Debug)]
@@ -60,7 +62,7 @@ impl Lobe {
         let cosine = (1.0 - x).powf(1.0 / (self.shininess + 1.0));
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         let (right, up) = mirror.any_orthonormal_pair();
-        let (sin, cos) = (TAU * y).sin_cos();
+        let (sin, cos) = turn(y);
         (right * cos + up * sin) * sine + mirror * cosine
     }
 

@@ -1,0 +1,288 @@
+//! What a path does where it meets a surface or the sky: it picks up light, asks for that of lights, and goes on.
+
+use glam::Vec3;
+use raycam_bvh::{Hit, Ray};
+use raycam_scene::{Alpha, Material, Reflectance};
+
+use super::path::{Path, Wave};
+use super::{Rules, is_miss};
+use crate::light::{BEFORE_LIGHT, Lights};
+use crate::prepare::PreparedWorld;
+use crate::sampler::{Pair, Sampler};
+use crate::scatter::{above, cosine_direction, inside, is_dispersive};
+use crate::surface::{Place, Surface};
+use crate::texture::Footprint;
+
+/// Segments before a path may end by roulette: the noise of ending sooner costs more than the time that it saves.
+const SAFE_DEPTH: u32 = 6;
+
+/// What all paths share.
+pub(super) struct Walk<'a> {
+    pub world: &'a PreparedWorld,
+    pub lights: &'a Lights,
+    pub rules: &'a Rules,
+    pub samplers: &'a [Sampler],
+    /// Whether a ray may find light that `Lights::sample` finds too.
+    pub found: bool,
+}
+
+impl Walk<'_> {
+    /// What one path does at what it met.
+    pub fn step(
+        &self,
+        path: &mut Path,
+        hit: &Hit,
+        place: &Place,
+        wave: &mut Wave,
+        radiance: &mut [Vec3],
+    ) {
+        let out = &mut radiance[path.ray];
+        if is_miss(hit) {
+            self.pick_up(path, f64::INFINITY, out);
+            if path.from_camera {
+                wave.sky.push(path.ray);
+            }
+            if !(path.from_camera && self.rules.transparent) {
+                self.see_sky(path, out);
+            }
+            return;
+        }
+        let material = &self.world.material(hit).material;
+        if path.channel.is_none() && is_dispersive(material) {
+            let [choice, _] = self.samplers[path.ray].pair(Pair::Spectrum);
+            let channel = ((choice * 3.0) as usize).min(2);
+            path.channel = Some(channel);
+            path.throughput *= 3.0 * Vec3::AXES[channel];
+        }
+        let surface = Surface::new(self.world, place, path.direction, hit, path.channel);
+        if self.passes(path, &surface, hit) {
+            // The same ray, from the other side.
+            wave.rays.push(place.leaving(path.direction, f32::INFINITY));
+            wave.next.push(Path {
+                bounce: path.bounce + 1,
+                ..*path
+            });
+            return;
+        }
+        let distance = (place.position - path.from.position).length();
+        let absorption = match inside(material) {
+            // The ray has run inside, wherever it came from.
+            Some(absorption) if !place.front => absorption,
+            _ => path.absorption,
+        };
+        if absorption != Vec3::ZERO {
+            path.throughput *= (-absorption * distance as f32).exp();
+        }
+        self.pick_up(path, distance, out);
+        self.see_surface(path, hit, distance, out);
+        if self.free(path) || path.depth < self.rules.max_depth {
+            self.sample_lights(path, &surface, wave, out);
+            self.scatter(path, material, &surface, wave);
+        }
+    }
+
+    /// Whether a path that may not grow may still go on through mirrors.
+    fn free(&self, path: &Path) -> bool {
+        self.rules.free_mirrors && path.straight
+    }
+
+    /// Whether a surface is not there for this ray: by its opacity, or because the camera sees the back of a one-sided
+    /// one (glTF 2.0, 3.9.4 and 3.9.6).
+    fn passes(&self, path: &Path, surface: &Surface, hit: &Hit) -> bool {
+        let material = &self.world.material(hit).material;
+        if path.depth == 1 && path.straight && !surface.place.front && !material.double_sided {
+            return !surface.scatter.is_transmissive();
+        }
+        if material.alpha == Alpha::Opaque {
+            return false;
+        }
+        let [chance, _] = self.samplers[path.ray].pair(Pair::Fate(path.bounce));
+        chance >= self.world.opacity(hit)
+    }
+
+    /// The weight of light that the surface's own sampling found, where light sampling has this density.
+    fn weight(&self, path: &Path, pdf: f32) -> f32 {
+        if path.straight || pdf == 0.0 {
+            1.0
+        } else {
+            1.0 / (1.0 + self.rules.light_samples as f32 * pdf / path.pdf)
+        }
+    }
+
+    /// Lights without a mesh that the ray crosses.
+    fn pick_up(&self, path: &Path, distance: f64, out: &mut Vec3) {
+        self.lights.crossed(
+            &path.from,
+            self.rules.choice,
+            path.direction,
+            distance,
+            |radiance, pdf| {
+                *out += path.throughput * radiance * self.weight(path, pdf);
+            },
+        );
+    }
+
+    fn see_sky(&self, path: &Path, out: &mut Vec3) {
+        let (radiance, pdf) = if path.straight {
+            (self.lights.sky(path.direction), 0.0)
+        } else {
+            self.lights
+                .behind(&path.from, self.rules.choice, path.direction)
+        };
+        *out += path.throughput * self.sky(path.straight, radiance) * self.weight(path, pdf);
+    }
+
+    /// The part of the sky's radiance that is not in the ambient term.
+    fn sky(&self, straight: bool, radiance: Vec3) -> Vec3 {
+        if straight || self.rules.ambient.is_none() {
+            radiance
+        } else {
+            (radiance - self.lights.ambient).max(Vec3::ZERO)
+        }
+    }
+
+    /// What the surface at a hit shines by itself.
+    fn see_surface(&self, path: &Path, hit: &Hit, distance: f64, out: &mut Vec3) {
+        let (world, direction) = (self.world, path.direction);
+        if path.straight && world.material(hit).material.reflectance == Reflectance::Unlit {
+            *out += path.throughput * world.base_color(hit, &Footprint::default());
+        }
+        if world.material(hit).material.emission.value == [0.0; 3] {
+            return;
+        }
+        let emitted = self.lights.emitted(world, hit, direction);
+        if emitted != Vec3::ZERO {
+            let pdf = self.lights.emitted_pdf(
+                &path.from,
+                self.rules.choice,
+                world,
+                hit,
+                direction,
+                distance,
+            );
+            *out += path.throughput * emitted * self.weight(path, pdf);
+        }
+    }
+
+    /// Asks for the light of one or more lights at a surface.
+    fn sample_lights(&self, path: &Path, surface: &Surface, wave: &mut Wave, out: &mut Vec3) {
+        if !surface.scatter.is_lit() {
+            return;
+        }
+        let sampler = &self.samplers[path.ray];
+        if let Some(within) = self.rules.ambient
+            && self.lights.ambient != Vec3::ZERO
+        {
+            let ambient =
+                path.throughput * self.lights.ambient * surface.scatter.albedo(&surface.frame);
+            match within {
+                None => *out += ambient,
+                Some(distance) => {
+                    let direction = above(
+                        surface.place.geometric,
+                        cosine_direction(sampler.pair(Pair::Ambient)),
+                    );
+                    let ray = surface.place.leaving(direction, distance);
+                    wave.ambient.ask(ray, path.ray, ambient);
+                }
+            }
+        }
+        if !self.lights.is_sampled(self.rules.choice) {
+            return;
+        }
+        let from = surface.reference();
+        let count = self.rules.light_samples;
+        let [_, choice] = if self.lights.count() > 1 || count > 1 {
+            sampler.pair(Pair::Which(path.bounce))
+        } else {
+            [0.0; 2]
+        };
+        for (index, shadows) in wave.shadows.iter_mut().enumerate() {
+            let [x, y] = sampler.pair(Pair::Light(path.bounce, index));
+            let which = [(choice + index as f32) / count as f32, x, y];
+            let Some(sample) = self
+                .lights
+                .sample(self.world, &from, self.rules.choice, which)
+            else {
+                continue;
+            };
+            let radiance = match sample.end {
+                None if !sample.delta => self.sky(false, sample.radiance),
+                _ => sample.radiance,
+            };
+            let scattered = surface.scatter.evaluate(&surface.frame, sample.direction);
+            let pdf = sample.pdf * count as f32;
+            let mut light = path.throughput * scattered.value * (radiance / pdf);
+            if !sample.delta && self.found {
+                light /= 1.0 + scattered.pdf / pdf;
+            }
+            if light == Vec3::ZERO {
+                continue;
+            }
+            let ray = match sample.end {
+                None => surface.place.leaving(sample.direction, f32::INFINITY),
+                Some(end) => {
+                    let way = end - surface.place.start(sample.direction);
+                    Ray {
+                        direction: way.as_vec3().to_array(),
+                        ..surface.place.leaving(sample.direction, BEFORE_LIGHT)
+                    }
+                }
+            };
+            shadows.ask(ray, path.ray, light);
+        }
+    }
+
+    /// Sends the path on, where it has a future.
+    fn scatter(&self, path: &Path, material: &Material, surface: &Surface, wave: &mut Wave) {
+        let sampler = &self.samplers[path.ray];
+        let [choice, _] = sampler.pair(Pair::Which(path.bounce));
+        let [x, y] = sampler.pair(Pair::Scatter(path.bounce));
+        let Some(sample) = surface.scatter.sample(&surface.frame, [choice, x, y]) else {
+            return;
+        };
+        let free = self.free(path) && sample.delta;
+        let depth = path.depth + u32::from(!free);
+        // The last segment only looks for lights.
+        let last = depth >= self.rules.max_depth && !sample.delta;
+        if depth > self.rules.max_depth || (last && !self.found) {
+            return;
+        }
+        let mut throughput = path.throughput * sample.weight;
+        let squeeze = path.squeeze * sample.squeeze;
+        if path.bounce + 2 > SAFE_DEPTH {
+            let survival = (throughput.max_element() * squeeze).min(0.95);
+            let [_, chance] = sampler.pair(Pair::Fate(path.bounce));
+            if chance >= survival {
+                return;
+            }
+            throughput /= survival;
+        }
+        if throughput == Vec3::ZERO {
+            return;
+        }
+        let passed = surface.frame.geometric.dot(sample.direction) < 0.0;
+        let absorption = match inside(material) {
+            Some(absorption) if passed && surface.place.front => absorption,
+            Some(_) if passed => Vec3::ZERO,
+            _ => path.absorption,
+        };
+        wave.rays
+            .push(surface.place.leaving(sample.direction, f32::INFINITY));
+        wave.next.push(Path {
+            ray: path.ray,
+            throughput,
+            direction: sample.direction,
+            from: surface.reference(),
+            pdf: sample.pdf,
+            straight: sample.delta,
+            from_camera: false,
+            depth,
+            absorption,
+            channel: path.channel,
+            squeeze,
+            bounce: path.bounce + 1,
+            cone: path.cone.scattered(sample.delta),
+        });
+    }
+}
