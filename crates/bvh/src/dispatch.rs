@@ -104,25 +104,25 @@ impl Machine {
 }
 
 /// `kernel!(fn name(arguments) = generic)`: a function that runs `generic::<I>(arguments)` compiled for each
-/// instruction set, and takes the [`Machine`] first.
+/// instruction set, and takes the [`Machine`] first. It may be generic: `fn name[T: Trait](arguments)`.
 macro_rules! kernel {
-    ($(#[$doc:meta])* fn $name:ident($($arg:ident: $type:ty),* $(,)?) = $generic:ident) => {
+    ($(#[$doc:meta])* fn $name:ident$([$g:ident: $bound:path])?($($arg:ident: $type:ty),* $(,)?) = $generic:ident) => {
         $(#[$doc])*
-        pub fn $name(machine: $crate::dispatch::Machine, $($arg: $type),*) {
+        pub fn $name$(<$g: $bound>)?(machine: $crate::dispatch::Machine, $($arg: $type),*) {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-            fn avx2($($arg: $type),*) {
-                $generic::<$crate::simd::Avx2>($($arg),*)
+            fn avx2$(<$g: $bound>)?($($arg: $type),*) {
+                $generic::<$crate::simd::Avx2 $(, $g)?>($($arg),*)
             }
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-            fn avx512($($arg: $type),*) {
-                $generic::<$crate::simd::Avx512>($($arg),*)
+            fn avx512$(<$g: $bound>)?($($arg: $type),*) {
+                $generic::<$crate::simd::Avx512 $(, $g)?>($($arg),*)
             }
             #[cfg(target_arch = "aarch64")]
             #[target_feature(enable = "neon")]
-            fn neon($($arg: $type),*) {
-                $generic::<$crate::simd::Neon>($($arg),*)
+            fn neon$(<$g: $bound>)?($($arg: $type),*) {
+                $generic::<$crate::simd::Neon $(, $g)?>($($arg),*)
             }
             match machine.isa() {
                 // SAFETY: a `Machine` is made only of an instruction set that was found to be available.
@@ -134,7 +134,7 @@ macro_rules! kernel {
                 // SAFETY: as above.
                 #[cfg(target_arch = "aarch64")]
                 $crate::dispatch::InstructionSet::Neon => unsafe { neon($($arg),*) },
-                _ => $generic::<$crate::simd::Portable>($($arg),*),
+                _ => $generic::<$crate::simd::Portable $(, $g)?>($($arg),*),
             }
         }
     };

@@ -11,6 +11,7 @@ mod block;
 mod build;
 mod dispatch;
 mod error;
+mod leaves;
 mod memory;
 mod mesh;
 mod ray;

@@ -2,16 +2,17 @@
 
 use rayon::prelude::*;
 
-use crate::block::{Block, LEAF, LEAF_SIZE, Leaf};
-use crate::build::{self, BuildItem, Leaves};
+use crate::block::Block;
+use crate::build;
 use crate::error::BuildError;
+use crate::leaves::Triangles;
 use crate::memory::Pages;
 use crate::traverse::local::{Extent, REACH_LIMIT};
 
 /// How much time a build may take for faster rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// For geometry that changes every frame: split along a space-filling curve.
+    /// For geometry that changes every frame: split along a space-filling curve, and binned where few are left.
     Fast,
     /// Binned surface-area heuristic.
     #[default]
@@ -186,99 +187,4 @@ pub(crate) fn check(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<f32
         .with_min_len(1 << 14)
         .map(|v| v[0].abs().max(v[1].abs()).max(v[2].abs()));
     Ok(reach.reduce(|| 0.0, f32::max))
-}
-
-/// The triangles as the builder sees them.
-struct Triangles<'a> {
-    vertices: &'a [[f32; 3]],
-    triangles: &'a [[u32; 3]],
-    scale: f32,
-    quality: Quality,
-}
-
-impl Triangles<'_> {
-    #[inline(always)]
-    fn vertex(&self, index: u32) -> [f32; 3] {
-        debug_assert!((index as usize) < self.vertices.len());
-        // SAFETY: `check` has seen every index of every triangle.
-        unsafe { self.vertices.get_unchecked(index as usize) }.map(|x| x * self.scale)
-    }
-
-    fn item(&self, t: usize) -> BuildItem {
-        let [a, b, c] = self.triangles[t].map(|i| self.vertex(i));
-        let lower = std::array::from_fn(|i| a[i].min(b[i]).min(c[i]));
-        let upper = std::array::from_fn(|i| a[i].max(b[i]).max(c[i]));
-        BuildItem::new(lower, upper, t as u32)
-    }
-
-    /// The different vertices of some triangles and each triangle's corners among them; `None` where they are too many.
-    fn share(
-        &self,
-        items: &[BuildItem],
-    ) -> Option<([u32; LEAF_SIZE], usize, [[u8; 3]; LEAF_SIZE])> {
-        // No vertex has the last index: a mesh would have to have 2^32 of them.
-        let (mut vertices, mut n) = ([u32::MAX; LEAF_SIZE], 0);
-        let mut corners = [[0; 3]; LEAF_SIZE];
-        for (item, corner) in items.iter().zip(&mut corners) {
-            for (index, place) in self.triangles[item.id as usize].iter().zip(corner) {
-                // All at once, without a branch per vertex.
-                let known = (0..LEAF_SIZE)
-                    .fold(0u32, |mask, i| mask | u32::from(vertices[i] == *index) << i);
-                if known == 0 {
-                    if n == LEAF_SIZE {
-                        return None;
-                    }
-                    vertices[n] = *index;
-                    *place = n as u8;
-                    n += 1;
-                } else {
-                    *place = known.trailing_zeros() as u8;
-                }
-            }
-        }
-        Some((vertices, n, corners))
-    }
-}
-
-impl Leaves for Triangles<'_> {
-    const IN_BLOCKS: bool = true;
-
-    fn binary_leaf(&self) -> usize {
-        // At most 5: five triangles without a common vertex have 15, and the leaf holds 16.
-        match self.quality {
-            Quality::Fast => 5,
-            Quality::Default => 4,
-            Quality::High => 2,
-        }
-    }
-
-    fn bins(&self, items: usize) -> Option<usize> {
-        match self.quality {
-            Quality::Fast => None,
-            Quality::Default if items < 24 => Some(8),
-            Quality::Default => Some(16),
-            Quality::High if items < 24 => Some(16),
-            Quality::High => Some(32),
-        }
-    }
-
-    fn fit(&self, items: &[BuildItem]) -> bool {
-        items.len() <= LEAF_SIZE && self.share(items).is_some()
-    }
-
-    fn emit(&self, items: &[BuildItem], first: usize, blocks: &mut Vec<Block>) -> u32 {
-        // A binary leaf has at most 4 triangles and so 12 vertices; anything larger was asked for by `fit`.
-        let Some((indices, n, corners)) = self.share(items) else {
-            unreachable!("a leaf that does not fit")
-        };
-        let mut vertices = [[0.0; 3]; LEAF_SIZE];
-        for (vertex, &index) in vertices.iter_mut().zip(&indices[..n]) {
-            *vertex = self.vertex(index);
-        }
-        let index = blocks.len() as u32;
-        blocks.push(Block {
-            leaf: Leaf::new(&vertices[..n], &corners[..items.len()], first as u32),
-        });
-        index | LEAF
-    }
 }

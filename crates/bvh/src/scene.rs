@@ -244,8 +244,13 @@ struct Instances;
 
 impl Leaves for Instances {
     const IN_BLOCKS: bool = false;
+    type Notes = ();
 
-    fn fit(&self, items: &[BuildItem]) -> bool {
+    fn enter(&self, items: &mut [BuildItem], _notes: &mut ()) -> usize {
+        items.len()
+    }
+
+    fn fit(&self, items: &[BuildItem], _notes: &mut ()) -> bool {
         items.len() == 1
     }
 
@@ -257,7 +262,13 @@ impl Leaves for Instances {
         Some(16)
     }
 
-    fn emit(&self, items: &[BuildItem], _first: usize, _blocks: &mut Vec<Block>) -> u32 {
+    fn emit(
+        &self,
+        items: &[BuildItem],
+        _notes: &mut (),
+        _ids: &mut Vec<u32>,
+        _blocks: &mut Vec<Block>,
+    ) -> u32 {
         LEAF | items[0].id
     }
 }

@@ -5,22 +5,29 @@
 
 mod binned;
 mod collapse;
+mod item;
 mod morton;
+mod partition;
+mod top;
 
 use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
-
 use crate::block::{Block, LEAF, NO_CHILD, Node};
+use crate::dispatch::{Machine, kernel};
 use crate::memory::Pages;
-use binned::{Item, Method, Range};
-use collapse::{Binary, Scratch, collapse};
+use crate::simd::Portable;
+use binned::Method;
+use collapse::{Binary, Scratch, collapse, treelet};
+use item::{Item, Range};
 use morton::Curve;
 
-pub use binned::Item as BuildItem;
+pub use item::Item as BuildItem;
 
 /// The most items of a part that is built by one thread.
-const TREELET: usize = 1 << 14;
+pub const TREELET: usize = 1 << 12;
+
+/// Items that are worth another thread.
+const PARALLEL: usize = 1 << 14;
 
 /// No path from the root is longer, in binary splits and therefore in nodes: where the heuristic would dig deeper,
 /// the items are halved. It bounds the stack of every traversal.
@@ -28,13 +35,24 @@ pub const MAX_DEPTH: usize = 56;
 
 /// What becomes of a few items that the tree does not separate further.
 pub trait Leaves: Sync {
+    /// What one thread notes of the items of the treelet it builds.
+    type Notes: Default + Send;
+    /// Looks at the items of a treelet, which it may join and give other ids; how many are left.
+    fn enter(&self, items: &mut [Item], notes: &mut Self::Notes) -> usize;
     /// Whether the items fit into one leaf. A single item always does.
-    fn fit(&self, items: &[Item]) -> bool;
-    /// The child reference of a leaf of `items`, which start at `first` in the final order. It may push blocks.
-    fn emit(&self, items: &[Item], first: usize, blocks: &mut Vec<Block>) -> u32;
-    /// Whether the reference [`Leaves::emit`] returns counts from the start of `blocks`.
+    fn fit(&self, items: &[Item], notes: &mut Self::Notes) -> bool;
+    /// The child reference of a leaf of `items`, whose ids go to `ids`. It may push blocks.
+    fn emit(
+        &self,
+        items: &[Item],
+        notes: &mut Self::Notes,
+        ids: &mut Vec<u32>,
+        blocks: &mut Vec<Block>,
+    ) -> u32;
+    /// Whether the reference [`Leaves::emit`] returns counts from the start of `blocks`, where a leaf stands that
+    /// counts from the start of `ids`.
     const IN_BLOCKS: bool;
-    /// The most items in a binary leaf, which must fit into one leaf whatever they are.
+    /// The most items in a binary leaf, which must fit into one leaf whatever they are. Splits aim at full ones.
     fn binary_leaf(&self) -> usize;
     /// How many bins along an axis a range of items is worth: 8, 16 or 32. `None`: it is split along a curve.
     fn bins(&self, items: usize) -> Option<usize>;
@@ -64,23 +82,24 @@ pub fn build<L: Leaves>(mut items: Vec<Item>, leaves: &L) -> Tree {
             upper: [0.0; 3],
         };
     }
-    let whole = Range::of(&items);
-    let (lower, upper) = (whole.lower(), whole.upper());
+    let machine = Machine::best();
+    let whole = top::range(machine, &items);
+    let (lower, upper) = item::corners(&whole.bounds);
     let shared = Shared {
         leaves,
+        machine,
         curve: Curve::of(&whole),
         idle: Mutex::default(),
     };
     if leaves.bins(items.len()).is_none() {
         items = shared.curve.sort(items);
     }
-    let top = split_top(&mut items, whole, 0, 0, &shared);
-    let ids = items.par_iter().map(|item| item.id).collect();
+    let top = split_top(&mut items, whole, 0, &shared);
     drop(items);
     let mut treelets = vec![];
     let mut binary = vec![];
     flatten(top, &mut binary, &mut treelets);
-    let (blocks, root) = join::<L>(&binary, treelets);
+    let (blocks, root, ids) = join::<L>(&binary, treelets);
     Tree {
         blocks,
         root,
@@ -100,47 +119,66 @@ enum Top {
 struct Treelet {
     range: Range,
     blocks: Box<[Block]>,
+    ids: Box<[u32]>,
     root: u32,
 }
 
 /// What all parts of a build share.
-struct Shared<'a, L> {
+pub struct Shared<'a, L: Leaves> {
     leaves: &'a L,
+    machine: Machine,
     curve: Curve,
-    idle: Mutex<Vec<Scratch>>,
+    idle: Mutex<Vec<Scratch<L::Notes>>>,
 }
 
 impl<L: Leaves> Shared<'_, L> {
     fn method(&self, items: usize) -> Method<'_> {
         let bins = self.leaves.bins(items);
-        bins.map_or(Method::Curve(&self.curve), Method::Bins)
+        let unit = self.leaves.binary_leaf() as u32;
+        bins.map_or(Method::Curve(&self.curve), |bins| Method::Bins(bins, unit))
     }
 }
 
-fn split_top<L: Leaves>(
-    items: &mut [Item],
-    range: Range,
-    first: usize,
-    depth: usize,
-    shared: &Shared<L>,
-) -> Top {
+kernel! {
+    /// [`treelet`].
+    fn build_treelet[L: Leaves](items: &mut [Item], above: (&Range, usize), shared: &Shared<L>,
+        scratch: &mut Scratch<L::Notes>, root: &mut u32) = treelet
+}
+
+fn split_top<L: Leaves>(items: &mut [Item], range: Range, depth: usize, shared: &Shared<L>) -> Top {
     if items.len() <= TREELET {
         // A thread that panicked has left nothing half done in what is idle.
         let lock = || shared.idle.lock().unwrap_or_else(PoisonError::into_inner);
         let mut scratch = lock().pop().unwrap_or_default();
-        let (blocks, root) = collapse::treelet(items, range, first, depth, shared, &mut scratch);
-        lock().push(scratch);
-        return Top::Treelet(Treelet {
+        let mut root = NO_CHILD;
+        build_treelet(
+            shared.machine,
+            items,
+            (&range, depth),
+            shared,
+            &mut scratch,
+            &mut root,
+        );
+        let treelet = Treelet {
             range,
-            blocks,
+            blocks: scratch.blocks.as_slice().into(),
+            ids: scratch.ids.as_slice().into(),
             root,
-        });
+        };
+        lock().push(scratch);
+        return Top::Treelet(treelet);
     }
-    let (middle, left, right) = binned::split(items, &range, depth, shared.method(items.len()));
+    let (middle, left, right) = top::split(
+        shared.machine,
+        items,
+        &range,
+        depth,
+        shared.method(items.len()),
+    );
     let (a, b) = items.split_at_mut(middle);
     let (a, b) = rayon::join(
-        || split_top(a, left, first, depth + 1, shared),
-        || split_top(b, right, first + middle, depth + 1, shared),
+        || split_top(a, left, depth + 1, shared),
+        || split_top(b, right, depth + 1, shared),
     );
     Top::Split(range, Box::new([a, b]))
 }
@@ -155,13 +193,13 @@ fn flatten(top: Top, binary: &mut Vec<Binary>, treelets: &mut Vec<Treelet>) {
                 let child = binary.len();
                 binary.push(Binary::default());
                 binary.push(Binary::default());
-                binary[at] = Binary::inner(range, child as u32);
+                binary[at] = Binary::inner(range.bounds, child as u32);
                 let [a, b] = *children;
                 open.push((b, child + 1));
                 open.push((a, child));
             }
             Top::Treelet(treelet) => {
-                binary[at] = Binary::leaf(treelet.range, treelets.len() as u32, 1);
+                binary[at] = Binary::leaf(treelet.range.bounds, treelets.len() as u32, 1);
                 treelets.push(treelet);
             }
         }
@@ -169,12 +207,11 @@ fn flatten(top: Top, binary: &mut Vec<Binary>, treelets: &mut Vec<Treelet>) {
 }
 
 /// Folds the top of the tree and appends the treelets, whose references move along.
-fn join<L: Leaves>(binary: &[Binary], treelets: Vec<Treelet>) -> (Pages<Block>, u32) {
+fn join<L: Leaves>(binary: &[Binary], treelets: Vec<Treelet>) -> (Pages<Block>, u32, Vec<u32>) {
     let mut top = vec![];
     let mut roots: Vec<u32> = vec![];
-    let unit = |_: &Binary| false;
     let mut decisions = binary.to_vec();
-    collapse(&mut decisions, unit);
+    collapse::<Portable>(&mut decisions, |_| false);
     // Where each treelet will stand is known once the size of the top is: fold it with the treelets' numbers first.
     let root = collapse::emit(&decisions, 0, &mut top, &mut |node, _| LEAF | node.first);
     let mut base = top.len();
@@ -195,27 +232,34 @@ fn join<L: Leaves>(binary: &[Binary], treelets: Vec<Treelet>) -> (Pages<Block>, 
         let node: &mut Node = unsafe { &mut block.node };
         node.child = node.child.map(resolve);
     }
+    let mut ids = Vec::with_capacity(treelets.iter().map(|treelet| treelet.ids.len()).sum());
     let mut parts = vec![Part {
         blocks: top.into(),
-        nodes: None,
+        root: None,
+        first: 0,
     }];
-    parts.extend(treelets.into_iter().map(|treelet| Part {
-        nodes: (treelet.root & LEAF == 0).then_some(treelet.root),
-        blocks: treelet.blocks,
-    }));
+    for treelet in treelets {
+        parts.push(Part {
+            blocks: treelet.blocks,
+            root: Some(treelet.root),
+            first: ids.len() as u32,
+        });
+        ids.extend_from_slice(&treelet.ids);
+    }
     // Treelets go as they are copied: never is everything there twice.
     let blocks = Pages::collect(base, parts, |part, base| {
-        if let Some(root) = part.nodes {
-            relocate::<L>(&mut part.blocks, root, base as u32);
+        if let Some(root) = part.root {
+            relocate::<L>(&mut part.blocks, root, base as u32, part.first);
         }
     });
-    (blocks, root)
+    (blocks, root, ids)
 }
 
-/// A part of the blocks, and the root of the nodes in it whose references are still to be moved.
+/// A part of the blocks, the reference of its root if there is something to be moved, and where its ids start.
 struct Part {
     blocks: Box<[Block]>,
-    nodes: Option<u32>,
+    root: Option<u32>,
+    first: u32,
 }
 
 impl AsRef<[Block]> for Part {
@@ -233,16 +277,21 @@ fn moved<L: Leaves>(child: u32, base: u32) -> u32 {
     }
 }
 
-/// Moves every reference at and below a node.
-fn relocate<L: Leaves>(blocks: &mut [Block], node: u32, base: u32) {
-    let mut open = vec![node];
+/// Moves every reference at and below one.
+fn relocate<L: Leaves>(blocks: &mut [Block], root: u32, base: u32, first: u32) {
+    let mut open = vec![root];
     while let Some(at) = open.pop() {
-        // SAFETY: only references without `LEAF` are opened, and these lead to nodes.
+        if at & LEAF != 0 {
+            if L::IN_BLOCKS {
+                // SAFETY: references with `LEAF` lead to leaves where they lead to blocks.
+                unsafe { blocks[(at & !LEAF) as usize].leaf.first += first };
+            }
+            continue;
+        }
+        // SAFETY: references without `LEAF` lead to nodes.
         let node: &mut Node = unsafe { &mut blocks[at as usize].node };
         for child in &mut node.child[..node.children as usize] {
-            if *child & LEAF == 0 {
-                open.push(*child);
-            }
+            open.push(*child);
             *child = moved::<L>(*child, base);
         }
     }
@@ -257,10 +306,21 @@ mod tests {
 
     impl Leaves for Boxes {
         const IN_BLOCKS: bool = false;
-        fn fit(&self, items: &[Item]) -> bool {
+        type Notes = ();
+        fn enter(&self, items: &mut [Item], _notes: &mut ()) -> usize {
+            items.len()
+        }
+        fn fit(&self, items: &[Item], _notes: &mut ()) -> bool {
             items.len() == 1
         }
-        fn emit(&self, items: &[Item], _first: usize, _blocks: &mut Vec<Block>) -> u32 {
+        fn emit(
+            &self,
+            items: &[Item],
+            _notes: &mut (),
+            ids: &mut Vec<u32>,
+            _blocks: &mut Vec<Block>,
+        ) -> u32 {
+            ids.push(items[0].id);
             LEAF | items[0].id
         }
         fn binary_leaf(&self) -> usize {

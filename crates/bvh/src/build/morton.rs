@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::binned::{Item, Range};
+use super::item::{Item, Range};
 
 /// Bits per axis.
 const BITS: u32 = 21;
@@ -27,9 +27,9 @@ impl Curve {
     }
 
     fn code(&self, item: &Item) -> u64 {
+        let centre = item.centre().array();
         (0..3).fold(0, |code, axis| {
-            let centre = item.lower[axis] + item.upper[axis];
-            let cell = (centre - self.offset[axis]) * self.scale;
+            let cell = (centre[axis] - self.offset[axis]) * self.scale;
             code | spread(cell as u64) << axis
         })
     }
@@ -88,12 +88,15 @@ mod tests {
             .zip(0..)
             .map(|(x, id)| point(x, id))
             .collect();
-        let curve = Curve::of(&Range::of(&items));
+        let curve = Curve::of(&Range::of::<crate::simd::Portable>(&items));
         let sorted = curve.sort(items);
-        let xs: Vec<_> = sorted.iter().map(|item| item.lower[0]).collect();
+        let xs: Vec<_> = sorted.iter().map(|item| item.lower()[0]).collect();
         assert_eq!(xs, [0.0, 1.0, 3.0, 4.5, 7.0]);
         assert_eq!(curve.split(&sorted), Some(3));
         let same = [point(2.0, 0), point(2.0, 1)];
-        assert_eq!(Curve::of(&Range::of(&same)).split(&same), None);
+        assert_eq!(
+            Curve::of(&Range::of::<crate::simd::Portable>(&same)).split(&same),
+            None
+        );
     }
 }

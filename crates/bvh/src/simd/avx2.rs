@@ -3,7 +3,7 @@
 use std::arch::x86_64::*;
 
 use super::pair::Pair;
-use super::{COMPRESS, Isa, Vector};
+use super::{COMPRESS, Isa, Quad, Vector};
 
 /// x86-64 with AVX2 and FMA.
 #[derive(Clone, Copy)]
@@ -118,6 +118,13 @@ impl Isa for Avx2 {
     type Index = (__m256i, __m256i);
     type Order = __m256i;
 
+    #[inline(always)]
+    fn quads(v: Ymm) -> [Quad; 2] {
+        on_avx2!([
+            Quad(_mm256_castps256_ps128(v.0)),
+            Quad(_mm256_extractf128_ps::<1>(v.0)),
+        ])
+    }
     #[inline(always)]
     fn index(packed: u64) -> Self::Index {
         on_avx2!({

@@ -3,7 +3,7 @@
 use std::arch::x86_64::*;
 
 use super::avx2::{Ymm, descending_keys, keys, lane_of_least, sorted, transpose};
-use super::{Isa, Vector};
+use super::{Isa, Quad, Vector};
 
 /// x86-64 with AVX-512 F, VL, DQ and BW.
 #[derive(Clone, Copy)]
@@ -104,6 +104,13 @@ impl Isa for Avx512 {
     type Index = __m512i;
     type Order = __m256i;
 
+    #[inline(always)]
+    fn quads(v: Ymm) -> [Quad; 2] {
+        on_avx512!([
+            Quad(_mm256_castps256_ps128(v.0)),
+            Quad(_mm256_extractf128_ps::<1>(v.0)),
+        ])
+    }
     #[inline(always)]
     fn index(packed: u64) -> __m512i {
         on_avx512!({

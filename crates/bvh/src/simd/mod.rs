@@ -87,6 +87,15 @@ pub trait Isa: Copy + 'static {
     fn reorder(v: Self::F8, order: Self::Order) -> Self::F8;
     /// The lane of the least value among those named by `mask`, up to 7 ulp. The values are not negative.
     fn least_lane(v: Self::F8, mask: u32) -> usize;
+    /// The first four lanes and the last four.
+    #[inline(always)]
+    fn quads(v: Self::F8) -> [Quad; 2] {
+        let mut lanes = [0.0; 8];
+        // SAFETY: room for eight floats.
+        unsafe { v.store(lanes.as_mut_ptr()) };
+        let [a, b, c, d, e, f, g, h] = lanes;
+        [Quad::new([a, b, c, d]), Quad::new([e, f, g, h])]
+    }
     /// Four rows of four floats become four columns.
     ///
     /// # Safety

@@ -6,7 +6,7 @@ mod imp {
 
     /// Four floats.
     #[derive(Clone, Copy, Debug)]
-    pub struct Quad(__m128);
+    pub struct Quad(pub __m128);
 
     macro_rules! on_sse2 {
         ($e:expr) => {{
@@ -57,6 +57,36 @@ mod imp {
                 self.0,
                 _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0))
             )))
+        }
+        /// Lane `LANE` in every lane.
+        #[inline(always)]
+        pub fn lane<const LANE: usize>(self) -> Self {
+            on_sse2!(Self(match LANE {
+                0 => _mm_shuffle_ps::<0b00_00_00_00>(self.0, self.0),
+                1 => _mm_shuffle_ps::<0b01_01_01_01>(self.0, self.0),
+                2 => _mm_shuffle_ps::<0b10_10_10_10>(self.0, self.0),
+                _ => _mm_shuffle_ps::<0b11_11_11_11>(self.0, self.0),
+            }))
+        }
+        /// `if self < b { NaN } else { 0.0 }`, its sign bit set or not; with `or` it blanks out a number.
+        #[inline(always)]
+        pub fn below(self, b: Self) -> Self {
+            on_sse2!(Self(_mm_cmplt_ps(self.0, b.0)))
+        }
+        /// The opposite of [`Quad::below`].
+        #[inline(always)]
+        pub fn not_below(self, b: Self) -> Self {
+            on_sse2!(Self(_mm_cmpnlt_ps(self.0, b.0)))
+        }
+        /// All bits of both.
+        #[inline(always)]
+        pub fn or(self, b: Self) -> Self {
+            on_sse2!(Self(_mm_or_ps(self.0, b.0)))
+        }
+        /// Whether the first lane has its sign bit set.
+        #[inline(always)]
+        pub fn sign(self) -> bool {
+            on_sse2!(_mm_movemask_ps(self.0)) & 1 != 0
         }
         /// Towards 0; the values must be within the range of `i32`.
         #[inline(always)]
@@ -128,6 +158,31 @@ mod imp {
         #[inline(always)]
         pub fn three(self) -> Self {
             Self([self.0[0], self.0[1], self.0[2], 0.0])
+        }
+        /// Lane `LANE` in every lane.
+        #[inline(always)]
+        pub fn lane<const LANE: usize>(self) -> Self {
+            Self([self.0[LANE]; 4])
+        }
+        /// `if self < b { NaN } else { 0.0 }`, its sign bit set or not; with `or` it blanks out a number.
+        #[inline(always)]
+        pub fn below(self, b: Self) -> Self {
+            self.zip(b, |a, b| f32::from_bits(if a < b { u32::MAX } else { 0 }))
+        }
+        /// The opposite of [`Quad::below`].
+        #[inline(always)]
+        pub fn not_below(self, b: Self) -> Self {
+            self.zip(b, |a, b| f32::from_bits(if a < b { 0 } else { u32::MAX }))
+        }
+        /// All bits of both.
+        #[inline(always)]
+        pub fn or(self, b: Self) -> Self {
+            self.zip(b, |a, b| f32::from_bits(a.to_bits() | b.to_bits()))
+        }
+        /// Whether the first lane has its sign bit set.
+        #[inline(always)]
+        pub fn sign(self) -> bool {
+            self.0[0].to_bits() >> 31 != 0
         }
         /// Towards 0; the values must be within the range of `i32`.
         #[inline(always)]

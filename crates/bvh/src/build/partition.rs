@@ -1,0 +1,126 @@
+//! Brings the items on one side of a plane before those on the other, without a branch per item: which side one is on
+//! is what no processor can guess.
+
+use super::binned::{Binning, Plane};
+use super::item::{Item, Range};
+use crate::simd::Quad;
+
+/// Items that are read at a time.
+const BLOCK: usize = 64;
+
+/// What is known of a plane's sides while items are sorted into them.
+struct Sides<'a> {
+    binning: &'a Binning,
+    threshold: Quad,
+    left: [Quad; 2],
+    right: [Quad; 2],
+}
+
+impl Sides<'_> {
+    /// Whether an item is on the left; its side grows.
+    #[inline(always)]
+    fn take<const AXIS: usize>(&mut self, item: &Item) -> bool {
+        let centre = item.centre();
+        let place = self.binning.place(centre).lane::<AXIS>();
+        let on_left = place.below(self.threshold);
+        let on_right = place.not_below(self.threshold);
+        // What is not a number does not count: `min` and `max` give their second argument then.
+        let (left, right) = (centre.or(on_right), centre.or(on_left));
+        self.left = [left.min(self.left[0]), left.max(self.left[1])];
+        self.right = [right.min(self.right[0]), right.max(self.right[1])];
+        on_left.sign()
+    }
+}
+
+/// Items on the left of a plane first; how many there are, and the ranges of both sides.
+#[inline(always)]
+pub fn partition(items: &mut [Item], binning: &Binning, plane: &Plane) -> (usize, Range, Range) {
+    let nothing = [Quad::splat(f32::INFINITY), Quad::splat(f32::NEG_INFINITY)];
+    let mut sides = Sides {
+        binning,
+        threshold: plane.threshold(),
+        left: nothing,
+        right: nothing,
+    };
+    let middle = match plane.axis {
+        0 => along::<0>(items, &mut sides),
+        1 => along::<1>(items, &mut sides),
+        _ => along::<2>(items, &mut sides),
+    };
+    let range = |k: usize, centres: [Quad; 2]| Range {
+        bounds: plane.bounds[k],
+        centre_lower: centres[0],
+        centre_upper: centres[1],
+    };
+    (middle, range(0, sides.left), range(1, sides.right))
+}
+
+/// Where items are read and written. Every item is written to both ends of the free room, and one end moves.
+struct Ends {
+    /// Items below are written.
+    low: usize,
+    /// Items from here on are written.
+    high: usize,
+}
+
+impl Ends {
+    #[inline(always)]
+    fn put<const AXIS: usize>(&mut self, items: &mut [Item], item: Item, sides: &mut Sides) {
+        let left = sides.take::<AXIS>(&item);
+        debug_assert!(self.low < self.high && self.high <= items.len());
+        // SAFETY: there is at least one free place between `low` and `high`, both of which are within the items:
+        // as many items have been read as written, and this one besides.
+        unsafe {
+            *items.get_unchecked_mut(self.low) = item;
+            *items.get_unchecked_mut(self.high - 1) = item;
+        }
+        self.low += usize::from(left);
+        self.high -= usize::from(!left);
+    }
+}
+
+#[inline(always)]
+fn along<const AXIS: usize>(items: &mut [Item], sides: &mut Sides) -> usize {
+    let n = items.len();
+    let mut ends = Ends { low: 0, high: n };
+    // Items that are kept aside, so that there is always room for a block on both ends.
+    let mut aside = [std::mem::MaybeUninit::<Item>::uninit(); 3 * BLOCK];
+    let mut kept = 0;
+    let mut keep = |from: &[Item]| {
+        for (to, item) in aside[kept..].iter_mut().zip(from) {
+            to.write(*item);
+        }
+        kept += from.len();
+    };
+    if n <= 3 * BLOCK {
+        keep(items);
+    } else {
+        keep(&items[..BLOCK]);
+        keep(&items[n - BLOCK..]);
+        // What is between these is still to be read.
+        let (mut first, mut last) = (BLOCK, n - BLOCK);
+        while last - first >= BLOCK {
+            // From the end with less room, so that both have room for a block.
+            if first - ends.low <= ends.high - last {
+                for _ in 0..BLOCK {
+                    let item = items[first];
+                    first += 1;
+                    ends.put::<AXIS>(items, item, sides);
+                }
+            } else {
+                for _ in 0..BLOCK {
+                    last -= 1;
+                    let item = items[last];
+                    ends.put::<AXIS>(items, item, sides);
+                }
+            }
+        }
+        keep(&items[first..last]);
+    }
+    for item in &aside[..kept] {
+        // SAFETY: the first `kept` are written.
+        ends.put::<AXIS>(items, unsafe { item.assume_init() }, sides);
+    }
+    debug_assert_eq!(ends.low, ends.high);
+    ends.low
+}

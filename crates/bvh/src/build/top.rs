@@ -1,0 +1,127 @@
+//! Splits of many items, by all threads.
+
+use rayon::prelude::*;
+
+use super::binned::{Binning, Bins, Method, Plane, may_choose};
+use super::item::{Item, Range};
+use super::{PARALLEL, partition};
+use crate::dispatch::{Machine, kernel};
+use crate::simd::{Isa, Portable};
+
+kernel! { fn range_of(items: &[Item], range: &mut Range) = few }
+
+#[inline(always)]
+fn few<I: Isa>(items: &[Item], range: &mut Range) {
+    *range = Range::of::<I>(items);
+}
+
+kernel! { fn bin16(items: &[Item], binning: &Binning, bins: &mut Bins<16>) = bin_few16 }
+kernel! { fn bin32(items: &[Item], binning: &Binning, bins: &mut Bins<32>) = bin_few32 }
+
+#[inline(always)]
+fn bin_few16<I: Isa>(items: &[Item], binning: &Binning, bins: &mut Bins<16>) {
+    bins.add::<I>(items, binning);
+}
+
+#[inline(always)]
+fn bin_few32<I: Isa>(items: &[Item], binning: &Binning, bins: &mut Bins<32>) {
+    bins.add::<I>(items, binning);
+}
+
+/// Where the right side starts, and both ranges.
+pub type Halves = (usize, Range, Range);
+
+kernel! { fn partition_few(items: &mut [Item], plane: (&Binning, &Plane), halves: &mut Halves) = partition_of }
+
+#[inline(always)]
+fn partition_of<I: Isa>(items: &mut [Item], plane: (&Binning, &Plane), halves: &mut Halves) {
+    *halves = partition::partition(items, plane.0, plane.1);
+}
+
+/// The range of `items`.
+pub fn range(machine: Machine, items: &[Item]) -> Range {
+    let chunks = items.par_chunks(PARALLEL).map(|items| {
+        let mut range = Range::empty();
+        range_of(machine, items, &mut range);
+        range
+    });
+    chunks.reduce(Range::empty, |a, b| a.merged(&b))
+}
+
+/// Splits at least two items in two: reorders them.
+pub fn split(
+    machine: Machine,
+    items: &mut [Item],
+    whole: &Range,
+    depth: usize,
+    method: Method,
+) -> Halves {
+    let mut middle = items.len() / 2;
+    if may_choose(items, depth) {
+        match method {
+            Method::Curve(curve) => middle = curve.split(items).unwrap_or(middle),
+            // So many items fill so many leaves that it does not matter how many one holds.
+            Method::Bins(bins, _) => {
+                let binning = Binning::of(whole, bins.max(16));
+                let best = match bins {
+                    32 => best::<32>(items, &binning, |items, bins| {
+                        bin32(machine, items, &binning, bins)
+                    }),
+                    _ => best::<16>(items, &binning, |items, bins| {
+                        bin16(machine, items, &binning, bins)
+                    }),
+                };
+                if let Some(plane) = best {
+                    return partition(machine, items, &binning, &plane);
+                }
+            }
+        }
+    }
+    let (left, right) = items.split_at(middle);
+    (middle, range(machine, left), range(machine, right))
+}
+
+/// The cheapest plane.
+fn best<const N: usize>(
+    items: &[Item],
+    binning: &Binning,
+    bin: impl Fn(&[Item], &mut Bins<N>) + Sync,
+) -> Option<Plane> {
+    let chunks = items.par_chunks(PARALLEL).map(|items| {
+        let mut bins = Bins::empty();
+        bin(items, &mut bins);
+        bins
+    });
+    let bins = chunks.reduce(Bins::empty, |a, b| a.merged(&b));
+    bins.best::<Portable>(binning, 1)
+}
+
+/// Items that are worth being sorted into two sides by another thread.
+const SIDES: usize = 1 << 17;
+
+/// Items on the left of a plane first. Each half of the items by itself; then what is on the wrong side of the middle
+/// changes places.
+fn partition(machine: Machine, items: &mut [Item], binning: &Binning, plane: &Plane) -> Halves {
+    if items.len() <= SIDES {
+        let mut halves = (0, Range::empty(), Range::empty());
+        partition_few(machine, items, (binning, plane), &mut halves);
+        return halves;
+    }
+    let half = items.len() / 2;
+    let (front, back) = items.split_at_mut(half);
+    let (a, b) = rayon::join(
+        || partition(machine, front, binning, plane),
+        || partition(machine, back, binning, plane),
+    );
+    let (wrong_front, wrong_back) = (&mut front[a.0..], &mut back[..b.0]);
+    let swaps = wrong_front.len().min(wrong_back.len());
+    // As many from the end of the front as from the start of the back, or all of the one from the end of the other.
+    let from = wrong_front.len() - swaps;
+    if from > 0 {
+        wrong_front[..swaps].swap_with_slice(&mut wrong_back[..swaps]);
+    } else {
+        let from = wrong_back.len() - swaps;
+        wrong_front.swap_with_slice(&mut wrong_back[from..]);
+    }
+    (a.0 + b.0, a.1.merged(&b.1), a.2.merged(&b.2))
+}
