@@ -165,7 +165,7 @@ fn faces_are_the_same_whatever_kinds_of_numbers_they_have() {
                 let named = if index == "uint" { "4294967292" } else { "-4" };
                 let expected = format!("face 1: vertex {named}, but the file has 4 vertices");
                 assert!(wrong.contains(&expected), "{wrong}");
-                let cut = error("a.ply", &square(big, length, index, &[two[0], &[2, 3]]));
+                let cut = error("a.ply", square(big, length, index, &[two[0], &[2, 3]]));
                 assert!(cut.contains("face 1 has fewer than 3 corners"), "{cut}");
             }
         }

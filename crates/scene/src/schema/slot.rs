@@ -34,12 +34,12 @@ impl Put {
                     material.emission.value = [1.0; 3];
                 }
             }
-            _ => return self.into_principled(&mut material.reflectance, plain),
+            _ => return self.put_in_principled(&mut material.reflectance, plain),
         }
         true
     }
 
-    fn into_principled(&self, reflectance: &mut Reflectance, plain: bool) -> bool {
+    fn put_in_principled(&self, reflectance: &mut Reflectance, plain: bool) -> bool {
         let Reflectance::Principled(p) = reflectance else {
             return false;
         };

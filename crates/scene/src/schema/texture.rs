@@ -299,6 +299,9 @@ impl JsonSchema for TextureSpec {
     }
 }
 
+/// Images, and where they go.
+type Placed = (Vec<Texture>, Vec<Put>);
+
 impl ObjectSpec {
     /// Its images and where they go, for a mesh; the first will be the world's texture `next`.
     pub(super) fn read_textures<F: Files>(
@@ -306,7 +309,7 @@ impl ObjectSpec {
         mesh: &Mesh,
         next: usize,
         files: &mut F,
-    ) -> Result<(Vec<Texture>, Vec<Put>), Failure<F::Error>> {
+    ) -> Result<Placed, Failure<F::Error>> {
         let base = self.texture.as_ref().map(|texture| ("texture", texture));
         let others = self.textures.as_ref().map(|textures| textures.given());
         let (mut textures, mut puts) = (Vec::new(), Vec::new());

@@ -13,14 +13,17 @@ pub(super) enum Purpose {
     Other,
 }
 
+/// Start, length and index of a view.
+type Known = (usize, usize, usize);
+
 /// Everything in the chunk.
 #[derive(Default)]
 pub(super) struct Binary {
     bytes: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
-    /// Views by what they hold, as (start, length, index). Accessors of different types may not share one (3.6.2.4).
-    known: HashMap<(u64, Purpose, String), Vec<(usize, usize, usize)>>,
+    /// Views by what they hold. Accessors of different types may not share one (3.6.2.4).
+    known: HashMap<(u64, Purpose, String), Vec<Known>>,
     known_accessors: HashMap<String, usize>,
 }
 
