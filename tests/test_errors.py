@@ -124,11 +124,6 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
         raycam.CameraError,
         ["rank"],
     ),
-    "affine": (
-        lambda: raycam.Camera.from_matrix([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]], SIZE),
-        raycam.CameraError,
-        ["infinity"],
-    ),
     "distortion": (
         lambda: raycam.Camera.from_opencv(K, [0, 0, 0], [0, 0, 0], SIZE, [0.1, 0, 0]),
         raycam.CameraError,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import Any, Literal, Self
 
@@ -23,12 +24,13 @@ from .camera_arguments import (
     vector,
 )
 from .camera_constructors import Constructors
+from .camera_optics import Optics
 from .errors import CameraError
 
 __all__ = ["Camera"]
 
 
-class Camera(Constructors):
+class Camera(Constructors, Optics):
     """A camera, immutable; all numbers are float64.
 
     Camera axes are x right, y down, z forward. A world point X projects to the pixel x = P X with
@@ -67,7 +69,7 @@ class Camera(Constructors):
     (division); Mei and Rives 2007 (omni); Khomutenko et al. 2016 (eucm); Usenko et al. 2018 (ds).
     """
 
-    __slots__ = ("_core", "_lens", "_recipe", "_up")
+    __slots__ = ("_core", "_lens", "_up")
 
     def __init__(
         self,
@@ -90,23 +92,29 @@ class Camera(Constructors):
         made = make("", k.tolist(), matrix("R", R).tolist(), vector("C", C), size, pixel_center)
         self._set(made, up, lens_of(distortion, model))
 
-    def _set(self, made: tuple[_core.Camera, tuple[Any, ...]], up: str, lens: Lens | None) -> None:
-        core, self._recipe = made
+    def _set(self, core: _core.Camera, up: str, lens: Lens | None) -> None:
         self._core = core.with_lens(*lens) if lens is not None else core
         self._lens = self._core.lens
         self._up = checked_up(up)
 
     @classmethod
-    def _of(cls, made: tuple[_core.Camera, tuple[Any, ...]], up: str, lens: Lens | None = None) -> Self:
+    def _of(cls, core: _core.Camera, up: str, lens: Lens | None = None) -> Self:
         camera = cls.__new__(cls)
-        camera._set(made, up, lens)
+        camera._set(core, up, lens)
         return camera
 
     @classmethod
-    def _wrap(cls, core: _core.Camera, up: str) -> Camera:
-        """The camera of a world, which may have come from a matrix: P brings it back to the last digits."""
-        recipe = ("from_matrix", core.p, core.size, core.pixel_center)
-        return cls._of((core, recipe), up, core.lens)
+    def from_dict(cls, description: dict[str, Any], *, up: Up = "z") -> Self:
+        """The camera of a `[camera]` table of a world file, as a dict; `to_dict` makes one.
+
+        Raises `WorldError` or `CameraError` with the key at fault.
+        """
+        return cls._of(_core.Camera.from_dict(description, checked_up(up)), up)
+
+    def to_dict(self) -> dict[str, Any]:
+        """All of it as a `[camera]` table of a world file: `from_dict` gives the same camera to the last digit."""
+        description: dict[str, Any] = json.loads(self._core.to_json())
+        return description
 
     @property
     def K(self) -> Floats:
@@ -120,8 +128,33 @@ class Camera(Constructors):
 
     @property
     def C(self) -> Floats:
-        """The centre [3] in the world."""
+        """The centre [3] in the world.
+
+        Raises `CameraError` where it lies at infinity: parallel rays have a direction there, see `center`.
+        """
+        if self.is_parallel:
+            raise CameraError(
+                "the rays of this camera are parallel: its centre lies at infinity. camera.center is its direction "
+                "as a homogeneous point, camera.location where depth counts from"
+            )
+        return self.location
+
+    @property
+    def center(self) -> Floats:
+        """The centre as a homogeneous point [4], of any camera: (C, 1), or (d, 0) with parallel rays along d."""
+        return np.append(self.forward, 0.0) if self.is_parallel else np.append(self.location, 1.0)
+
+    @property
+    def location(self) -> Floats:
+        """The centre [3]; of an orthographic camera a point of the plane that its rays start from, of a matrix with
+        its centre at infinity the world's origin, from which depth counts.
+        """
         return np.array(self._core.c)
+
+    @property
+    def is_parallel(self) -> bool:
+        """Whether its rays are parallel: orthographic, or of a matrix with its centre at infinity."""
+        return self._core.center != "point"
 
     @property
     def t(self) -> Floats:
@@ -186,6 +219,8 @@ class Camera(Constructors):
         A single point [3] gives a pixel [2] and a bool. Behind the camera (depth < 0) the pixel is where the line
         through point and centre meets the image; at depth 0 it is not finite. With a lens the bool says whether it
         has an image of the point (a fisheye may have one of points behind), and the pixel is NaN where it has none.
+        A matrix with its centre at infinity sees everything. A rolling shutter sees a point on the line that is open
+        when it shows it, at the middle of that line's exposure; NaN where there is no such line.
         """
         array = floats("points", points, ("n", 3), (3,))
         pixels, in_front = self._core.project(array.reshape(-1, 3))
@@ -195,12 +230,13 @@ class Camera(Constructors):
         """Origins and unit directions [n, 3] in the world of pixels [n, 2]: the inverse of `project`.
 
         A single pixel [2] gives two vectors [3]; without `pixels`, the centres of all of them: [height, width, 3].
-        The direction is NaN where no point has this pixel, which `valid` tells as well.
+        The direction is NaN where no point has this pixel, which `valid` tells as well. Parallel rays start on the
+        plane through `location`. Rays go through the middle of an aperture, in the middle of a line's exposure.
         """
         array = self._centers() if pixels is None else floats("pixels", pixels, ("n", 2), (2,))
         shape = (*array.shape[:-1], 3)
-        directions = self._core.directions(array.reshape(-1, 2)).reshape(shape)
-        return np.broadcast_to(self.C, shape).copy(), directions
+        origins, directions = self._core.rays(array.reshape(-1, 2))
+        return origins.reshape(shape), directions.reshape(shape)
 
     def valid(self, pixels: npt.ArrayLike | None = None) -> Bools:
         """Whether pixels [n, 2] have a ray, [n]: without a lens all, with one those within its valid region.
@@ -219,11 +255,20 @@ class Camera(Constructors):
         return array
 
     def _require_pinhole(self, what: str) -> None:
-        """Refuses a camera with a lens to what knows the camera matrix alone."""
+        """Refuses to what knows the camera matrix alone all cameras of which it does not say everything."""
         if self._lens is not None:
             raise CameraError(
                 f"{what} works with the camera matrix P, and this camera has a lens ({self.model}, distortion "
                 f"{self._lens[1]}): give it the camera without distortion"
+            )
+        if self.is_parallel:
+            raise CameraError(
+                f"{what} starts its rays at the camera centre C, and this camera has parallel rays: its centre lies "
+                "at infinity"
+            )
+        if self.shutter is not None:
+            raise CameraError(
+                f"{what} works with one camera matrix P, and this camera moves: give it camera.still()"
             )
 
     def resized(self, size: Size) -> Camera:
@@ -232,8 +277,11 @@ class Camera(Constructors):
         edge = 0.5 if self.pixel_center == "integer" else 0.0  # from the corner of the picture to pixel 0, 0
         x, y = new[0] / self.size[0], new[1] / self.size[1]
         scale = np.array([[x, 0.0, (x - 1.0) * edge], [0.0, y, (y - 1.0) * edge], [0.0, 0.0, 1.0]])
-        pinhole = Camera(scale @ self.K, self.R, self.C, new, pixel_center=self.pixel_center, up=self._up)
-        return Camera._of((pinhole._core, pinhole._recipe), self._up, self._lens)
+        return Camera._of(self._core.with_intrinsics((scale @ self.K).tolist(), new), self._up)
+
+    def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Camera:
+        """The same camera at another pose: camera_from_world [3, 3] and its centre [3]. A moving one moves along."""
+        return Camera._of(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)), self._up)
 
     def __eq__(self, other: object) -> bool:
         """Whether every number is the same."""
@@ -245,15 +293,12 @@ class Camera(Constructors):
         """Equal cameras have equal hashes."""
         return hash(self._identity())
 
-    def _identity(self) -> tuple[object, ...]:
-        core = self._core
-        numbers = (self.K, self.R, self.C, self.P)
-        lens = None if self._lens is None else (self._lens[0], *self._lens[1])
-        return (core.size, core.pixel_center, self._up, lens, *(array.tobytes() for array in numbers))
+    def _identity(self) -> tuple[str, str]:
+        return self._up, self._core.to_json()
 
     def __reduce__(self) -> tuple[Callable[..., Camera], tuple[Any, ...]]:
-        """Pickles as the call that made it."""
-        return _rebuild, (self._up, self._lens, *self._recipe)
+        """Pickles as its description."""
+        return _rebuild, (self.to_dict(), self._up)
 
     def __repr__(self) -> str:
         """Size, K, R, C, the angles and the lens, for people."""
@@ -262,12 +307,27 @@ class Camera(Constructors):
             k, r = (str(m).replace("\n", "\n" + indent) for m in (self.K, self.R))
             angles = ", ".join(f"{angle:.6g}" for angle in self.roll_pitch_yaw)
             width, height = self.size
-            return (
-                f'Camera {width} x {height}, pixel_center="{self.pixel_center}"\n'
-                f"    K = {k}\n    R = {r}\n    C = {self.C}\n"
-                f"    roll, pitch, yaw = {angles} degrees ({self._up} up)"
-            ) + ("" if self._lens is None else f"\n    distortion = {self._lens[1]} ({self._lens[0]})")
+            where = (
+                f"center = {self.center}, location = {self.location}" if self.is_parallel else f"C = {self.C}"
+            )
+            lines = [
+                f'Camera {width} x {height}, pixel_center="{self.pixel_center}"',
+                f"K = {k}",
+                f"R = {r}",
+                where,
+                f"roll, pitch, yaw = {angles} degrees ({self._up} up)",
+            ]
+            if self._lens is not None:
+                lines.append(f"distortion = {self._lens[1]} ({self._lens[0]})")
+            for name, value in (
+                ("aperture", self.aperture),
+                ("vignetting", self.vignetting),
+                ("shutter", self.shutter),
+            ):
+                if value is not None:
+                    lines.append(f"{name} = {value}")
+            return "\n    ".join(lines)
 
 
-def _rebuild(up: str, lens: Lens | None, constructor: str, *args: Any) -> Camera:
-    return Camera._of(make(constructor, *args), up, lens)
+def _rebuild(description: dict[str, Any], up: Up) -> Camera:
+    return Camera.from_dict(description, up=up)

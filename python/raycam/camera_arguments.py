@@ -34,17 +34,17 @@ PANORAMAS = dict(_core.lens_models())
 Size = Sequence[int]
 
 
-def make(constructor: str, *args: Any) -> tuple[_core.Camera, tuple[Any, ...]]:
-    """A core camera, and the call that made it: the name of the constructor ("" for the class) and its arguments."""
+def make(constructor: str, *args: Any) -> _core.Camera:
+    """A core camera by the name of its constructor, "" for the class."""
     *numbers, size, pixel_center = args
     if pixel_center not in ("integer", "half"):
         raise CameraError(
             f'pixel_center is {pixel_center!r}; expected "integer" (OpenCV: the centre of the first pixel is (0, 0)) '
             'or "half" (COLMAP, OpenGL: (0.5, 0.5))'
         )
-    arguments = (*numbers, size_of(size, error=CameraError), pixel_center)
-    make = getattr(_core.Camera, constructor) if constructor else _core.Camera
-    return make(*arguments), (constructor, *arguments)
+    make: Any = getattr(_core.Camera, constructor) if constructor else _core.Camera
+    made: _core.Camera = make(*numbers, size_of(size, error=CameraError), pixel_center)
+    return made
 
 
 def lens_of(distortion: npt.ArrayLike | None, model: Model) -> Lens | None:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import floats
+from .arrays import floats, size_of
 from .camera_arguments import (
     Lens,
     Model,
@@ -35,7 +35,7 @@ class Constructors:
     __slots__ = ()
 
     @classmethod
-    def _of(cls, made: tuple[_core.Camera, tuple[Any, ...]], up: str, lens: Lens | None = None) -> Self:
+    def _of(cls, core: _core.Camera, up: str, lens: Lens | None = None) -> Self:
         raise NotImplementedError
 
     @classmethod
@@ -46,9 +46,14 @@ class Constructors:
 
         The centre is the null vector of P; the third row of its left 3x3 part, times the sign of that part's
         determinant, points forward. Such a camera has no lens: `Camera(p.K, p.R, p.C, p.size, distortion=...)` gives
-        one to a camera `p`. Raises `CameraError` where the rank is below 3 or the centre at infinity.
+        one to a camera `p`. Raises `CameraError` where the rank is below 3.
 
-        Source: Hartley and Zisserman, sections 6.2.3 and 6.2.4.
+        Where the left 3x3 part is singular, the centre lies at infinity (`center` is its direction) and rays are
+        parallel, without a beginning: everything is seen. The camera is affine where the last row is 0 0 0 w. Rays go
+        the way on which the picture is not mirrored, and depth, which may be negative, counts from the plane through
+        the world's origin.
+
+        Source: Hartley and Zisserman, sections 6.2.3, 6.2.4 and 6.3.
         """
         p = floats("P", P, (3, 4), error=CameraError)
         return cls._of(make("from_matrix", p.tolist(), size, pixel_center), up)
@@ -197,4 +202,93 @@ class Constructors:
         values = np.ravel(floats("params", params, ("n",), error=CameraError)).tolist()
         pose = (matrix("R", R).tolist(), vector("t", t))
         made = make("from_colmap", model, values, *pose, size, pixel_center)
-        return cls._of(made, up, made[0].lens)
+        return cls._of(made, up)
+
+    @classmethod
+    def orthographic(
+        cls,
+        location: npt.ArrayLike,
+        roll: float = 0.0,
+        pitch: float = 0.0,
+        yaw: float = 0.0,
+        *,
+        height: float,
+        target: npt.ArrayLike | None = None,
+        size: Size = (640, 480),
+        pixel_center: PixelCenter = "integer",
+        up: Up = "z",
+    ) -> Self:
+        """A camera with parallel rays, whose picture is `height` units of the world high, with square pixels.
+
+        It looks as `from_pose` says, or towards `target` [3]. The middle of the picture is `location` [3], and rays
+        start on the plane through it: what lies before that plane is not seen, and depth counts from it. `P` has a
+        last row of 0 0 0 1. `K` is in pixels per unit of the world.
+        """
+        pose: dict[str, Any] = {"location": vector("location", location)}
+        if target is None:
+            pose |= {"roll": number("roll", roll), "pitch": number("pitch", pitch), "yaw": number("yaw", yaw)}
+        else:
+            pose["target"] = vector("target", target)
+        table = {"projection": "orthographic", "height": number("height", height), **pose}
+        return cls._described(table, size, pixel_center, up)
+
+    @classmethod
+    def equirectangular(
+        cls,
+        location: npt.ArrayLike,
+        roll: float = 0.0,
+        pitch: float = 0.0,
+        yaw: float = 0.0,
+        *,
+        size: Size = (1024, 512),
+        pixel_center: PixelCenter = "integer",
+        up: Up = "z",
+    ) -> Self:
+        """A panorama of all directions from `location` [3]: 360 degrees across, 180 down.
+
+        Columns are longitudes, rows latitudes, evenly; the middle of the picture looks as `from_pose` says, the left
+        and right edges straight behind. With the camera axes, longitude is atan2(x, z) and latitude, positive below,
+        atan2(y, hypot(x, z)). Depth is z along the axis, negative behind; `distance` says how far. Parts of a
+        panorama are cameras with `model="equirectangular"` and a `K` in pixels per radian.
+        """
+        return cls._panorama("equirectangular", location, (roll, pitch, yaw), size, pixel_center, up)
+
+    @classmethod
+    def cylindrical(
+        cls,
+        location: npt.ArrayLike,
+        roll: float = 0.0,
+        pitch: float = 0.0,
+        yaw: float = 0.0,
+        *,
+        size: Size = (1024, 256),
+        pixel_center: PixelCenter = "integer",
+        up: Up = "z",
+    ) -> Self:
+        """A panorama on a cylinder around the camera's y axis, from `location` [3]: 360 degrees across.
+
+        Columns are longitudes as in `equirectangular`; rows are heights y / hypot(x, z) on the cylinder, whose pixels
+        are square at the horizon, in the middle. Upright lines stay straight.
+        """
+        return cls._panorama("cylindrical", location, (roll, pitch, yaw), size, pixel_center, up)
+
+    @classmethod
+    def _panorama(
+        cls,
+        model: str,
+        location: npt.ArrayLike,
+        angles: tuple[float, float, float],
+        size: Size,
+        pixel_center: PixelCenter,
+        up: Up,
+    ) -> Self:
+        named = zip(("roll", "pitch", "yaw"), angles, strict=True)
+        turned = {name: number(name, value) for name, value in named}
+        table = {"lens": model, "location": vector("location", location), **turned}
+        return cls._described(table, size, pixel_center, up)
+
+    @classmethod
+    def _described(cls, table: dict[str, Any], size: Size, pixel_center: PixelCenter, up: Up) -> Self:
+        whole = size_of(size, error=CameraError)
+        table |= {"size": list(whole), "pixel_center": pixel_center}
+        return cls._of(_core.Camera.from_dict(table, checked_up(up)), up)

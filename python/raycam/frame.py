@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
@@ -192,6 +193,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             ("raycam.region", " ".join(map(str, self.region))),
             ("raycam.size", "{} {}".format(*self.size)),
         ]
+        if self.camera is not None:
+            notes.append(("raycam.camera", json.dumps(self.camera.to_dict())))
         return _core.encode_exr(layers, half, self.camera._core if self.camera else None, notes)
 
     def _npz(self) -> bytes:
@@ -200,7 +203,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         arrays: dict[str, Any] = dict(self._channels)
         if self.camera is not None:
             camera = self.camera
-            arrays |= {"K": camera.K, "R": camera.R, "C": camera.C, "P": camera.P}
+            arrays |= {"K": camera.K, "R": camera.R, "C": camera.location, "P": camera.P}
+            arrays["camera"] = np.array(json.dumps(camera.to_dict()))
             arrays["pixel_center"] = np.array(camera.pixel_center)
             if camera.distortion is not None:
                 arrays |= {"distortion": camera.distortion, "lens": np.array(camera.model)}
@@ -211,6 +215,38 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def _repr_png_(self) -> bytes | None:
         """What a notebook shows: the picture, where there is one."""
         return self.to_png() if "color" in self._channels else None
+
+    def reprojection_error(self) -> float:
+        """The largest distance in pixels between the centre of a pixel and the image of the surface point seen there.
+
+        The point is that of `position`, or without it the one at the `distance` along the pixel's ray, in float32. 0
+        where nothing is seen; +inf where the camera has no image of such a point. A camera that turns with its own
+        rolling shutter may show a point twice, and the first of its images counts.
+
+        Raises `SettingsError` without these channels or a camera.
+        """
+        if self.camera is None:
+            raise SettingsError("this frame has no camera: it was merged from those of several")
+        x, y, width, height = self.region
+        centers = self.camera._centers()[y : y + height, x : x + width]
+        if "position" in self._channels:
+            points = self._channels["position"]
+        elif "distance" in self._channels:
+            origins, directions = self.camera.rays(centers.reshape(-1, 2))
+            distance = self._channels["distance"].astype(np.float64).reshape(-1, 1)
+            points = np.where(np.isfinite(distance), origins + distance * directions, np.nan)
+            points = points.reshape(height, width, 3)
+        else:
+            have = ", ".join(self._channels)
+            raise SettingsError(
+                f"this frame has {have}; render it with channels=[..., 'position'] to project the points again"
+            )
+        seen = np.isfinite(points).all(axis=-1)
+        if not seen.any():
+            return 0.0
+        pixels, visible = self.camera.project(points[seen])
+        off = np.linalg.norm(pixels - centers[seen], axis=-1)
+        return float(np.where(visible & np.isfinite(off), off, np.inf).max())
 
     @staticmethod
     def merge(frames: Iterable[Frame]) -> Frame:

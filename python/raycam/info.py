@@ -68,7 +68,8 @@ def _camera(name: str, camera: Camera) -> Iterator[str]:
     for label, matrix in (("K", camera.K), ("R", camera.R), ("P", camera.P)):
         for i, row in enumerate(matrix):
             yield f"    {label if i == 0 else ' '}  " + " ".join(f"{value:14.6f}" for value in row)
-    yield f"    C  {_vector(camera.C)}"
+    name, center = ("center", camera.center) if camera.is_parallel else ("C ", camera.C)
+    yield f"    {name} {_vector(center)}"
     yield f"    roll {camera.roll_pitch_yaw[0]:.6g}, pitch {camera.roll_pitch_yaw[1]:.6g}, " + (
         f"yaw {camera.roll_pitch_yaw[2]:.6g} degrees"
     )

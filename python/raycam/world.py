@@ -182,7 +182,7 @@ class World:
     @property
     def cameras(self) -> dict[str, Camera]:
         """The cameras by name, the default one first."""
-        return {name: Camera._wrap(camera, self.up) for name, camera in self._core.cameras}
+        return {name: Camera._of(camera, self.up) for name, camera in self._core.cameras}
 
     @property
     def counts(self) -> dict[str, int]:
@@ -215,11 +215,11 @@ class World:
 
     def camera(self, name: str) -> Camera:
         """The camera of that name; raises `WorldError` with the nearest one."""
-        return Camera._wrap(self._core.camera(name), self.up)
+        return Camera._of(self._core.camera(name), self.up)
 
     def default_camera(self, size: Iterable[int] = (640, 480)) -> Camera:
         """The first camera, or one that frames everything in a picture of `size` (width, height)."""
-        return Camera._wrap(self._core.default_camera(size_of(tuple(size))), self.up)
+        return Camera._of(self._core.default_camera(size_of(tuple(size))), self.up)
 
     # Time -------------------------------------------------------------------------------------------------
 
@@ -255,7 +255,7 @@ class World:
 
     def camera_at(self, camera: Camera, time: float) -> Camera:
         """`camera` as the video moves it, at a time in seconds; raises `WorldError` where there is no video."""
-        return Camera._wrap(self._core.video_camera(camera._core, float(time)), self.up)
+        return Camera._of(self._core.video_camera(camera._core, float(time)), self.up)
 
     # Rays -------------------------------------------------------------------------------------------------
 

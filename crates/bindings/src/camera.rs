@@ -3,10 +3,12 @@
 use glam::{DMat4, DVec2};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
+use raycam_scene::schema::{CameraSpec, from_node};
 use raycam_scene::{Lens, LensModel, PixelCenter, SceneError, Up, camera};
 
 use crate::arrays::{Floats, array, matrix3, rows, rows_of, vector};
 use crate::error::{IntoPyErr, camera_error};
+use crate::node::node;
 
 /// "z" or "y".
 pub(crate) fn up(name: &str) -> PyResult<Up> {
@@ -162,7 +164,7 @@ impl Camera {
     fn with_lens(&self, model: &str, distortion: Vec<f64>) -> PyResult<Self> {
         let model = LensModel::from_name(model).map_err(IntoPyErr::into_py_err)?;
         let lens = Lens::new(model, &distortion).map_err(IntoPyErr::into_py_err)?;
-        made(Ok(self.inner.clone().with_lens(lens)))
+        made(self.inner.clone().with_lens(lens))
     }
 
     /// A camera of one of COLMAP's models, at a pose.
@@ -181,7 +183,7 @@ impl Camera {
         k.z_axis += DVec2::splat(center.offset() - 0.5).extend(0.0);
         let (r, t) = (matrix3(r), vector(t));
         let pinhole = camera::Camera::new(k, r, -(r.transpose() * t), size, center);
-        made(pinhole.map(|camera| camera.with_lens(lens)))
+        made(pinhole.and_then(|camera| camera.with_lens(lens)))
     }
 
     /// The name and the parameters of the COLMAP model that it is.
@@ -263,20 +265,74 @@ impl Camera {
         ))
     }
 
-    /// Unit directions [n, 3] of pixels [n, 2]; NaN where there is none.
-    fn directions<'py>(
+    /// Origins and unit directions [n, 3] of pixels [n, 2]; NaN where there are none.
+    #[allow(clippy::type_complexity, reason = "two arrays")]
+    fn rays<'py>(
+        &self,
+        py: Python<'py>,
+        pixels: Floats<'py>,
+    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+        let pixels = rows::<f64, 2>(&pixels, "pixels")?;
+        let (origins, directions): (Vec<_>, Vec<_>) = py.detach(|| {
+            pixels
+                .iter()
+                .map(|p| self.inner.ray(DVec2::from_array(*p)))
+                .map(|(origin, direction)| (origin.to_array(), direction.to_array()))
+                .unzip()
+        });
+        let shape = [pixels.len(), 3];
+        Ok((
+            array(py, origins.into_flattened(), &shape)?,
+            array(py, directions.into_flattened(), &shape)?,
+        ))
+    }
+
+    /// The camera of a description as in a world file.
+    #[staticmethod]
+    fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
+        let spec: CameraSpec =
+            from_node(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
+        made(spec.build(self::up(up)?))
+    }
+
+    /// Its description, to the last digit, as JSON.
+    fn to_json(&self) -> PyResult<String> {
+        serde_json::to_string(&CameraSpec::of(&self.inner))
+            .map_err(|error| camera_error(error.to_string()))
+    }
+
+    /// The same camera elsewhere.
+    fn at_pose(&self, r: Matrix3, c: Vector) -> PyResult<Self> {
+        made(self.inner.at_pose(matrix3(r), vector(c)))
+    }
+
+    /// The same camera with other intrinsics.
+    fn with_intrinsics(&self, k: Matrix3, size: [u32; 2]) -> PyResult<Self> {
+        made(self.inner.with_intrinsics(matrix3(k), size))
+    }
+
+    /// Where rays come from: "point", "plane" or "infinity".
+    #[getter]
+    fn center(&self) -> &'static str {
+        match self.inner.center() {
+            camera::Center::Point => "point",
+            camera::Center::Plane => "plane",
+            camera::Center::Infinity => "infinity",
+        }
+    }
+
+    /// camera_from_world [n, 3, 3] of the middles of the exposures of pixels [n, 2].
+    fn rotations<'py>(
         &self,
         py: Python<'py>,
         pixels: Floats<'py>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let pixels = rows::<f64, 2>(&pixels, "pixels")?;
-        let directions: Vec<_> = py.detach(|| {
-            pixels
-                .iter()
-                .map(|p| self.inner.ray(DVec2::from_array(*p)).1.to_array())
-                .collect()
-        });
-        array(py, directions.into_flattened(), &[pixels.len(), 3])
+        let rotations: Vec<_> = pixels
+            .iter()
+            .flat_map(|p| rows_of(self.inner.rotation_at(DVec2::from_array(*p))))
+            .collect();
+        array(py, rotations.into_flattened(), &[pixels.len(), 3, 3])
     }
 }
 

@@ -7,6 +7,7 @@ use ::exr::meta::header::{ImageAttributes, LayerAttributes};
 use ::exr::prelude::{Compression, IntegerBounds, Vec2};
 use glam::DMat3;
 use half::f16;
+use raycam_scene::camera::Center;
 use raycam_scene::{Camera, PixelCenter};
 
 use crate::error::FormatError;
@@ -236,10 +237,13 @@ fn camera_attributes(camera: &Camera) -> Vec<(&'static str, AttributeValue)> {
     let mut attributes = vec![
         ("raycam.K", doubles("m33d", &row_major(camera.k()))),
         ("raycam.R", doubles("m33d", &row_major(camera.r()))),
-        ("raycam.C", doubles("v3d", &camera.c().to_array())),
         ("raycam.P", doubles("m44d", &p)),
         ("raycam.pixelCenter", string(center)),
     ];
+    // With parallel rays it lies at infinity.
+    if camera.center() == Center::Point {
+        attributes.push(("raycam.C", doubles("v3d", &camera.c().to_array())));
+    }
     if let Some((model, coefficients)) = camera.lens().coefficients() {
         let numbers: Vec<_> = coefficients.iter().map(f64::to_string).collect();
         attributes.push(("raycam.lens", string(model.name())));

@@ -54,6 +54,9 @@ pub fn flow(
     control: &Control,
 ) -> Result<Flow, RenderError> {
     check(first.world, second.world)?;
+    let cameras = [&first, &second].map(|view| view.world.before(view.camera));
+    let [first, second] =
+        [(first, &cameras[0]), (second, &cameras[1])].map(|(view, camera)| View { camera, ..view });
     let [width, height] = first.camera.size();
     let count = width as usize * height as usize;
     let mut found = Flow {
@@ -183,7 +186,7 @@ fn follow(first: View, second: View, tile: &Tile) -> Vec<([u32; 2], Moved)> {
             Moved {
                 flow: flow.as_vec2().to_array(),
                 scene_flow: (after - before).as_vec3().to_array(),
-                depth: second.camera.forward().dot(after - second.camera.c()) as f32,
+                depth: second.camera.depth_at(pixel, after) as f32,
                 seen: if inside { Seen::Yes } else { Seen::Outside },
             },
         ));

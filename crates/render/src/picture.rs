@@ -36,6 +36,8 @@ pub(crate) struct Picture<'a> {
     colored: bool,
     /// Whether the ground truth may pass what it meets first.
     passing: bool,
+    /// Whether samples go through all of an aperture or an exposure.
+    scattered: bool,
     /// Whether the error of the colour is estimated.
     estimated: bool,
     /// Samples whose radiance is not finite.
@@ -86,6 +88,7 @@ impl<'a> Picture<'a> {
             shaded,
             passing: settings.surface == TruthSurface::Solid && world.has_passable(),
             colored,
+            scattered: camera.aperture().is_some() || camera.motion().is_some(),
             estimated,
             rejected: AtomicU64::new(0),
             clamped: AtomicU64::new(0),
@@ -286,7 +289,7 @@ impl<'a> Picture<'a> {
             let sampler = self.sampler([x, y], sample);
             let offset = self.filter.offset(sampler.pair(Pair::Filter));
             let pixel = self.camera.pixel_center_of(x, y) + DVec2::from(offset);
-            let (origin, direction) = self.camera.ray(pixel);
+            let (origin, direction) = self.sample_ray(pixel, &sampler);
             rays.push(self.world.local_ray(origin, direction, f64::INFINITY).0);
             origins.push(origin - self.world.origin);
             directions.push(direction.as_vec3());
@@ -295,6 +298,20 @@ impl<'a> Picture<'a> {
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
         self.world.scene.closest(rays, hits, Coherence::Coherent);
+    }
+
+    fn sample_ray(&self, pixel: DVec2, sampler: &Sampler) -> (DVec3, DVec3) {
+        let (mut lens, mut part) = ([0.5; 2], 0.5);
+        if self.scattered {
+            lens = sampler.pair(Pair::Aperture).map(f64::from);
+            part = f64::from(sampler.pair(Pair::Exposure)[0]);
+        }
+        let sample = self.camera.sample(pixel, lens, part);
+        (sample.origin, sample.direction)
+    }
+
+    fn center_of(&self, [x, y]: [u32; 2]) -> DVec2 {
+        self.camera.pixel_center_of(x, y)
     }
 
     fn sampler(&self, pixel: [u32; 2], sample: u32) -> Sampler {
@@ -319,6 +336,7 @@ impl<'a> Picture<'a> {
             origins,
             directions,
             samplers,
+            pixels,
             radiance,
             sky,
             active,
@@ -356,12 +374,13 @@ impl<'a> Picture<'a> {
                 self.rejected.fetch_add(1, Ordering::Relaxed);
                 continue;
             }
+            let gain = self.camera.gain(self.center_of(pixels[pixel])) as f32;
             let brightest = radiance.max_element();
             if brightest > limit {
                 self.clamped.fetch_add(1, Ordering::Relaxed);
-                estimate.add(pixel, sample, radiance * (limit / brightest));
+                estimate.add(pixel, sample, radiance * (gain * limit / brightest));
             } else {
-                estimate.add(pixel, sample, radiance);
+                estimate.add(pixel, sample, radiance * gain);
             }
         }
         Ok(())
@@ -370,8 +389,10 @@ impl<'a> Picture<'a> {
     /// Writes a tile's pixels to the film.
     pub fn develop(&self, tile: &Tile, buffers: &Buffers, film: &Film) {
         let estimate = &buffers.estimate;
-        let camera_from_world = self.camera.r();
-        let truth = |i: usize| buffers.exact.truth(self.world, camera_from_world, i);
+        let truth = |i: usize| {
+            let camera_from_world = self.camera.rotation_at(self.center_of(buffers.pixels[i]));
+            buffers.exact.truth(self.world, camera_from_world, i)
+        };
         film.write(tile, &buffers.pixels, |channel, strip, places| {
             if truth::write(channel, strip, places, truth) {
                 return;

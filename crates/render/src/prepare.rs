@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_bvh::{BuildError, Bvh, ExactTriangles, Instance, Scene};
-use raycam_scene::{Alpha, Material, Object, World};
+use raycam_scene::{Alpha, Camera, Material, Object, World};
 
 use crate::control::Control;
 use crate::error::RenderError;
@@ -60,6 +60,11 @@ pub struct PreparedWorld {
 }
 
 impl PreparedWorld {
+    /// The camera, whose rays from infinity start before everything.
+    pub(crate) fn before(&self, camera: &Camera) -> Camera {
+        camera.starting_before(self.origin, self.radius)
+    }
+
     /// Prepares a world. Meshes that `previous` already holds (the same `Arc`) are not built again, so that moving
     /// objects, lights and materials cost next to nothing. Stops between meshes when `control` is cancelled.
     ///

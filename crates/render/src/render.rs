@@ -33,6 +33,7 @@ pub fn render(
 ) -> Result<Frame, RenderError> {
     let region = settings.check(camera.size())?;
     let mut planes = film::planes(region, &settings.channels)?;
+    let camera = &world.before(camera);
     let picture = Picture::new(world, camera, settings);
     let tiles = Tile::of_region(region);
     let film = Film::new(region, &mut planes);

@@ -22,6 +22,10 @@ pub(crate) enum Pair {
     Ambient,
     /// Which colour a path carries after dispersion.
     Spectrum,
+    /// Where in the aperture.
+    Aperture,
+    /// When in the exposure.
+    Exposure,
     /// At the surfaces of a path, which count from 0: which part of the material scatters, and which light shines.
     Which(u32),
     /// Where the surface scatters to.
@@ -67,6 +71,8 @@ impl Sampler {
             Pair::Filter => 0,
             Pair::Ambient => 1,
             Pair::Spectrum => 2,
+            Pair::Aperture => 3,
+            Pair::Exposure => 4,
             Pair::Which(bounce) => PER_BOUNCE * (1 + u64::from(bounce)),
             Pair::Scatter(bounce) => PER_BOUNCE * (1 + u64::from(bounce)) + 1,
             Pair::Fate(bounce) => PER_BOUNCE * (1 + u64::from(bounce)) + 2,

@@ -44,6 +44,7 @@ pub fn silhouettes(
             "object {object} of a world with {count} objects"
         )));
     }
+    let camera = &world.before(camera);
     let canvas = [0, 1].map(|axis| u64::from(camera.size()[axis]) + 2 * u64::from(margin[axis]));
     let [Ok(width), Ok(height)] = canvas.map(i32::try_from) else {
         return Err(too_large(canvas));

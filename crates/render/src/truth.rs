@@ -112,6 +112,21 @@ impl Exact {
                     .extend(told.map(|(ray, hit)| Normals::new(world, ray, hit, smooth)));
             }
         }
+        self.count_from(camera.start());
+    }
+
+    /// Depth and distance count from the plane where rays from infinity have the depth 0, not from their start.
+    fn count_from(&mut self, start: f64) {
+        if start == 0.0 {
+            return;
+        }
+        for ray in &mut self.rays {
+            let back = start * DVec3::from(ray.direction);
+            ray.origin = (DVec3::from(ray.origin) - back).to_array();
+        }
+        for hit in self.hits.iter_mut().chain(&mut self.told) {
+            hit.t += start;
+        }
     }
 
     /// What there is to tell of a ray.

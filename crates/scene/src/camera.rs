@@ -1,20 +1,36 @@
-//! The finite projective camera, P = K R [I | -C] (Hartley and Zisserman, Multiple View Geometry, chapter 6).
+//! Cameras: P = K R [I | -C], and those whose centre lies at infinity (Hartley and Zisserman, Multiple View Geometry,
+//! chapter 6), with what their lens, aperture and shutter do.
 
+mod aperture;
+mod checks;
 mod decompose;
+mod infinite;
 mod intrinsics;
 mod lens;
+mod motion;
+mod optics;
+mod starts;
+mod view;
+mod vignetting;
 
+pub use aperture::Aperture;
 pub use intrinsics::{intrinsics_from_focal, intrinsics_from_fov};
 pub use lens::{
     Division, DoubleSphere, Eucm, Fisheye, Fov, Lens, LensModel, Omni, OpenCv, PrismFisheye,
     colmap_from_lens, lens_from_colmap,
 };
 
+pub use motion::{Motion, Pose, Readout};
+pub use view::Sample;
+pub use vignetting::Vignetting;
+
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use self::checks::{check_size, checked_rotation, matrix_of};
 use self::intrinsics::checked_intrinsics;
+use self::starts::Starts;
 use crate::error::SceneError;
 use crate::pose;
 use crate::world::Up;
@@ -40,6 +56,18 @@ impl PixelCenter {
     }
 }
 
+/// Where the rays of a camera come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Center {
+    /// All from one point, C.
+    Point,
+    /// From the plane through C at right angles to the principal axis, in parallel: an orthographic camera.
+    Plane,
+    /// From infinity, in parallel and without a beginning: a camera of a matrix whose left 3x3 part is singular. Depth
+    /// counts from the plane through C, the world's origin, and may be negative.
+    Infinity,
+}
+
 /// A camera: `x = K R (X - C)`, with what its lens does between R and K. Axes x right, y down, z forward. All float64.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
@@ -50,7 +78,18 @@ pub struct Camera {
     p: [[f64; 4]; 3],
     size: [u32; 2],
     pixel_center: PixelCenter,
+    center: Center,
+    /// The matrix that it was made of.
+    matrix: Option<[[f64; 4]; 3]>,
     lens: Lens,
+    #[serde(skip)]
+    starts: Starts,
+    aperture: Option<Aperture>,
+    vignetting: Option<Vignetting>,
+    /// Its middle is the pose.
+    motion: Option<Motion>,
+    /// Where the rays of [`Center::Infinity`] start, as depth.
+    start: f64,
 }
 
 /// The largest width and height.
@@ -80,46 +119,62 @@ impl Camera {
                 "the camera centre {c} is not finite"
             )));
         }
-        let m = k * r;
-        let p4 = -(m * c);
-        let p = [0, 1, 2].map(|i| [m.row(i).x, m.row(i).y, m.row(i).z, p4[i]]);
-        if !p.as_flattened().iter().all(|v| v.is_finite()) {
-            return Err(SceneError::Camera(
-                "K R [I | -C] overflows: K or the camera centre is too large".into(),
-            ));
-        }
+        let p = matrix_of(k, r, c, Center::Point)?;
+        Ok(Self::plain(k, r, c, p, size, pixel_center, Center::Point))
+    }
+
+    /// A camera from any 3x4 camera matrix of rank 3, of any scale and sign, by RQ decomposition (Hartley and Zisserman,
+    /// section 6.2.4). The third row of its left 3x3 part, times the sign of that part's determinant, points forward.
+    ///
+    /// Where that part is singular the camera has its centre at infinity ([`Center::Infinity`], section 6.3): affine if
+    /// the last row is 0 0 0 w. Its parallel rays go the way on which the picture is not mirrored.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] where a value is not finite or the rank is below 3.
+    pub fn from_matrix(
+        matrix: [[f64; 4]; 3],
+        size: [u32; 2],
+        pixel_center: PixelCenter,
+    ) -> Result<Self, SceneError> {
+        check_size(size)?;
+        let decompose::Decomposed { k, r, c, p, center } = decompose::decompose(matrix)?;
+        let k = match center {
+            Center::Point => checked_intrinsics(k)?,
+            _ => k,
+        };
+        let r = checked_rotation(r)?;
         Ok(Self {
+            matrix: Some(matrix),
+            ..Self::plain(k, r, c, p, size, pixel_center, center)
+        })
+    }
+
+    /// Without lens, aperture and motion.
+    fn plain(
+        k: DMat3,
+        r: DMat3,
+        c: DVec3,
+        p: [[f64; 4]; 3],
+        size: [u32; 2],
+        pixel_center: PixelCenter,
+        center: Center,
+    ) -> Self {
+        Self {
             k,
             r,
             c,
             p,
             size,
             pixel_center,
+            center,
+            matrix: None,
             lens: Lens::Pinhole,
-        })
-    }
-
-    /// A camera from any finite 3x4 camera matrix, of any scale and sign, by RQ decomposition (Hartley and Zisserman,
-    /// section 6.2.4). The third row of its left 3x3 part, times the sign of that part's determinant, points forward.
-    ///
-    /// # Errors
-    /// [`SceneError::Camera`] where a value is not finite, the rank is below 3, or the centre is at infinity (affine).
-    pub fn from_matrix(
-        p: [[f64; 4]; 3],
-        size: [u32; 2],
-        pixel_center: PixelCenter,
-    ) -> Result<Self, SceneError> {
-        check_size(size)?;
-        let decompose::Decomposed { k, r, c, p } = decompose::decompose(p)?;
-        Ok(Self {
-            k: checked_intrinsics(k)?,
-            r: checked_rotation(r)?,
-            c,
-            p,
-            size,
-            pixel_center,
-            lens: Lens::Pinhole,
-        })
+            starts: Starts::default(),
+            aperture: None,
+            vignetting: None,
+            motion: None,
+            start: 0.0,
+        }
     }
 
     /// A camera at `location` turned by `roll`, `pitch`, `yaw` in degrees (see [`pose`]).
@@ -239,17 +294,8 @@ impl Camera {
         )
     }
 
-    /// The same camera with another lens; every constructor gives a pinhole.
-    pub fn with_lens(self, lens: Lens) -> Self {
-        Self { lens, ..self }
-    }
-
-    /// What its lens does.
-    pub fn lens(&self) -> &Lens {
-        &self.lens
-    }
-
-    /// Intrinsics: upper triangular, `K[2][2] = 1`, in pixels.
+    /// Intrinsics: upper triangular, `K[2][2] = 1`, in pixels. Of parallel rays, focal lengths are in pixels per unit of
+    /// the world; of a matrix with its centre at infinity that is not affine, K is any homography.
     pub fn k(&self) -> DMat3 {
         self.k
     }
@@ -259,7 +305,7 @@ impl Camera {
         self.r
     }
 
-    /// The centre in the world.
+    /// The centre in the world; of parallel rays, what [`Center`] says.
     pub fn c(&self) -> DVec3 {
         self.c
     }
@@ -270,7 +316,7 @@ impl Camera {
     }
 
     /// The 3x4 camera matrix `K R [I | -C]`, scaled so that its left 3x3 part has a third row of length 1 that points
-    /// forward.
+    /// forward; of parallel rays, with a last row of 0 0 0 1, or else of length 1.
     pub fn p(&self) -> [[f64; 4]; 3] {
         self.p
     }
@@ -296,98 +342,8 @@ impl Camera {
         pose::rpy_from_rotation(pose::world_from_reference(up).transpose() * world_from_body)
     }
 
-    /// The pixel coordinates of a world point, and whether the camera sees it there.
-    ///
-    /// A pinhole sees what lies in front (depth > 0); behind it, the pixel is where the line through point and centre
-    /// meets the image, and at depth 0 it is not finite. Another [`Lens`] sees what it has an image of, which ends where
-    /// its model folds over; the pixel of anything else is NaN.
-    pub fn project(&self, point: DVec3) -> (DVec2, bool) {
-        let x = self.r * (point - self.c);
-        if let Lens::Pinhole = self.lens {
-            let x = self.k * x;
-            return (DVec2::new(x.x / x.z, x.y / x.z), x.z > 0.0);
-        }
-        match self.lens.distort(x) {
-            Some(image) => ((self.k * image.extend(1.0)).truncate(), true),
-            None => (DVec2::NAN, false),
-        }
-    }
-
-    /// The ray of a pixel coordinate: the centre and the direction of unit length, both in the world. The inverse of
-    /// [`Camera::project`]. The direction is NaN, which meets nothing, where no point has this pixel: outside of the
-    /// picture's valid region with a lens that folds over; a pinhole has none such.
-    pub fn ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
-        let y = (pixel.y - self.k.z_axis.y) / self.k.y_axis.y;
-        let x = (pixel.x - self.k.z_axis.x - self.k.y_axis.x * y) / self.k.x_axis.x;
-        let direction = match &self.lens {
-            Lens::Pinhole => DVec3::new(x, y, 1.0),
-            lens => lens.undistort(DVec2::new(x, y)).unwrap_or(DVec3::NAN),
-        };
-        (self.c, (self.r.transpose() * direction).normalize())
-    }
-
     /// The pixel coordinates of the centre of a pixel.
     pub fn pixel_center_of(&self, column: u32, row: u32) -> DVec2 {
         DVec2::new(f64::from(column), f64::from(row)) + self.pixel_center.offset()
     }
-}
-
-fn check_size(size: [u32; 2]) -> Result<(), SceneError> {
-    let [width, height] = size;
-    if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
-        return Err(SceneError::Camera(format!(
-            "an image of {width} x {height} pixels: expected 1 to {MAX_SIDE} columns and rows"
-        )));
-    }
-    if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(SceneError::Camera(format!(
-            "an image of {width} x {height} pixels is more than {MAX_PIXELS}: render it in regions or smaller"
-        )));
-    }
-    Ok(())
-}
-
-/// The rotation nearest to `r`, which must be within 1e-6 of one.
-fn checked_rotation(r: DMat3) -> Result<DMat3, SceneError> {
-    let fail = |message: String| Err(SceneError::Camera(format!("R = {}: {message}", rows(r))));
-    if !r.is_finite() {
-        return fail("every value must be finite".into());
-    }
-    let off = deviation(r);
-    if off > 1e-6 {
-        return fail(format!(
-            "not a rotation: R Rᵀ differs from the identity by {off:.3e} (at most 1e-6 is accepted), its determinant \
-             is {:.9}",
-            r.determinant()
-        ));
-    }
-    if r.determinant() < 0.0 {
-        return fail(
-            "a reflection (determinant -1), not a rotation: it swaps left and right hand; check the signs of its axes"
-                .into(),
-        );
-    }
-    if off <= 1e-14 {
-        return Ok(r);
-    }
-    // Newton-Schulz iteration towards the orthogonal polar factor: the error squares each time.
-    let step = |r: DMat3| r * (DMat3::IDENTITY * 3.0 - r.transpose() * r) * 0.5;
-    Ok(step(step(step(r))))
-}
-
-/// The largest entry of `|R Rᵀ - I|`.
-fn deviation(r: DMat3) -> f64 {
-    let e = r * r.transpose() - DMat3::IDENTITY;
-    e.to_cols_array()
-        .into_iter()
-        .fold(0.0, |a: f64, v| a.max(v.abs()))
-}
-
-/// A matrix as people write it.
-fn rows(m: DMat3) -> String {
-    let row = |i| {
-        let v = m.row(i);
-        format!("[{}, {}, {}]", v.x, v.y, v.z)
-    };
-    format!("[{}, {}, {}]", row(0), row(1), row(2))
 }

@@ -1,6 +1,6 @@
 //! Videos: orbits and keyframes, and the world at a time.
 
-mod track;
+pub(crate) mod track;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -145,12 +145,6 @@ impl Video {
     /// # Errors
     /// [`SceneError::Camera`] where it has to look straight up or down at its target.
     pub fn camera_at(&self, base: &Camera, time: f64) -> Result<Camera, SceneError> {
-        Ok(self.pinhole_at(base, time)?.with_lens(base.lens().clone()))
-    }
-
-    /// The same without its lens.
-    fn pinhole_at(&self, base: &Camera, time: f64) -> Result<Camera, SceneError> {
-        let (k, size, pixel_center) = (base.k(), base.size(), base.pixel_center());
         if let Some(orbit) = &self.orbit {
             let angle = orbit.degrees * (time / self.seconds);
             if angle == 0.0 {
@@ -159,25 +153,27 @@ impl Video {
             let turn = DMat3::from_axis_angle(self.up.axis(), angle.to_radians());
             let target = DVec3::from_array(orbit.target);
             let eye = target + turn * (base.c() - target);
-            return Camera::new(k, base.r() * turn.transpose(), eye, size, pixel_center);
+            return base.at_pose(base.r() * turn.transpose(), eye);
         }
         let location = self.camera.location.at(time);
         let eye = location.unwrap_or(base.c());
         if let Some(target) = self.camera.target.at(time) {
-            return Camera::look_at(eye, target, self.up.axis(), k, size, pixel_center);
+            let facing = Camera::look_at(
+                eye,
+                target,
+                self.up.axis(),
+                DMat3::IDENTITY,
+                base.size(),
+                base.pixel_center(),
+            )?;
+            return base.at_pose(facing.r(), eye);
         }
         match (self.camera.rotation.at(time), location) {
             (None, None) => Ok(base.clone()),
-            (None, Some(eye)) => Camera::new(k, base.r(), eye, size, pixel_center),
+            (None, Some(eye)) => base.at_pose(base.r(), eye),
             (Some(rotation), _) => {
                 let body_from_world = DMat3::from_quat(rotation).transpose();
-                Camera::new(
-                    k,
-                    pose::CAMERA_FROM_BODY * body_from_world,
-                    eye,
-                    size,
-                    pixel_center,
-                )
+                base.at_pose(pose::CAMERA_FROM_BODY * body_from_world, eye)
             }
         }
     }

@@ -2,22 +2,12 @@
 
 mod common;
 
-use common::Random;
+use common::{Random, rotation};
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};
 use raycam_scene::camera::{intrinsics_from_focal, intrinsics_from_fov};
 use raycam_scene::{Camera, PixelCenter, SceneError, Up};
 
 const SIZE: [u32; 2] = [640, 480];
-
-fn rotation(random: &mut Random) -> DMat3 {
-    let axis = loop {
-        let axis = DVec3::from_array(std::array::from_fn(|_| random.between(-1.0, 1.0)));
-        if axis.length() > 0.1 {
-            break axis.normalize();
-        }
-    };
-    DMat3::from_quat(DQuat::from_axis_angle(axis, random.between(-3.2, 3.2)))
-}
 
 fn camera(random: &mut Random) -> Camera {
     let (fx, fy) = (random.between(50.0, 5000.0), random.between(50.0, 5000.0));
@@ -394,19 +384,7 @@ fn what_is_no_camera_is_told_why() {
     assert!(matrix([row, row.map(|v| 2.0 * v), [0.0, 0.0, 1.0, 0.0]]).contains("has rank 2"));
     assert!(matrix([[0.0; 4]; 3]).contains("has rank 0"));
     assert!(matrix([row, row, row]).contains("has rank 1"));
-    let affine = [
-        [2.0, 0.0, 0.0, 5.0],
-        [0.0, 2.0, 0.0, 6.0],
-        [0.0, 0.0, 0.0, 1.0],
-    ];
-    assert!(matrix(affine).contains("centre at infinity"));
-    let at_infinity = [
-        [1.0, 0.0, 0.0, 0.0],
-        [0.0, 0.0, 1.0, 5.0],
-        [0.0, 0.0, 1.0, 0.0],
-    ];
-    assert!(matrix(at_infinity).contains("centre at infinity"));
-    let mut not_finite = affine;
+    let mut not_finite = [row, row, [0.0, 0.0, 0.0, 1.0]];
     not_finite[2][0] = f64::NAN;
     assert!(matrix(not_finite).contains("must be finite"));
 }

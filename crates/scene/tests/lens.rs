@@ -72,6 +72,7 @@ fn camera(model: LensModel, coefficients: &[f64]) -> Camera {
     Camera::new(k, r, c, [640, 480], PixelCenter::Integer)
         .unwrap()
         .with_lens(Lens::new(model, coefficients).unwrap())
+        .unwrap()
 }
 
 #[test]

@@ -327,11 +327,11 @@ fn a_camera_has_one_set_of_intrinsics_and_one_pose() {
     let fails = |json: &str, expected: &str| assert_error(camera(json), expected);
     fails(
         here,
-        "camera[0]: no intrinsics: expected one of focal, fov, K, matrix",
+        "camera[0]: no intrinsics: expected one of focal, fov, K, height, matrix",
     );
     fails(
         &format!(r#""focal": 5, "fov": 5, {here}"#),
-        r#"camera[0].fov: "focal" is given too: expected one intrinsics, of focal, fov, K, matrix"#,
+        r#"camera[0].fov: "focal" is given too: expected one intrinsics, of focal, fov, K, height, matrix"#,
     );
     fails(
         &format!(r#"{k}, "skew": 1, {here}"#),
@@ -366,8 +366,8 @@ fn a_camera_has_one_set_of_intrinsics_and_one_pose() {
         "camera[0].fov: a vertical field of view of 200: expected degrees between 0 and 180, both excluded",
     );
     fails(
-        r#""matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]"#,
-        "camera[0].matrix: P = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]] has its centre at infinity (its left 3x3 part is singular): it is an affine camera, with parallel rays, and only cameras with a finite centre are supported",
+        r#""matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0]]"#,
+        "camera[0].matrix: P = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]] has rank 2: a camera matrix has rank 3",
     );
     fails(
         r#""matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]], "fov": 3"#,

@@ -73,7 +73,7 @@ impl Record {
         }
         let (r, c) = self.r_c();
         let camera = Camera::new(self.need_k("a camera")?, r, c, size, self.pixel_center)?;
-        Ok(camera.with_lens(self.lens.clone()))
+        Ok(camera.with_lens(self.lens.clone())?)
     }
 
     /// camera_from_world and the centre.

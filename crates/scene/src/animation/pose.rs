@@ -228,14 +228,7 @@ fn placed_camera(camera: &Camera, world_from_node: DAffine3) -> Result<Camera, S
     let Some(world_from_camera) = camera_pose(world_from_node) else {
         return Ok(camera.clone());
     };
-    let placed = Camera::new(
-        camera.k(),
-        world_from_camera.transpose(),
-        world_from_node.translation,
-        camera.size(),
-        camera.pixel_center(),
-    )?;
-    Ok(placed.with_lens(camera.lens().clone()))
+    camera.at_pose(world_from_camera.transpose(), world_from_node.translation)
 }
 
 /// The axes (right, down, forward) of a camera that looks along -z with y up; without scale, shear and mirroring.

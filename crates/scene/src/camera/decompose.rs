@@ -2,10 +2,11 @@
 
 use glam::{DMat3, DVec3, DVec4};
 
+use super::{Center, infinite};
 use crate::error::SceneError;
 
 /// Below this, relative to its operands, a difference is rounding error.
-const NEGLIGIBLE: f64 = 64.0 * f64::EPSILON;
+pub const NEGLIGIBLE: f64 = 64.0 * f64::EPSILON;
 
 /// The parts of a camera matrix.
 pub struct Decomposed {
@@ -17,6 +18,7 @@ pub struct Decomposed {
     pub c: DVec3,
     /// The matrix itself, scaled so that the third row of its left 3x3 part has length 1 and points forward.
     pub p: [[f64; 4]; 3],
+    pub center: Center,
 }
 
 /// Decomposes `P = s K R [I | -C]` for whatever scale and sign s.
@@ -31,7 +33,7 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<Decomposed, SceneError> {
         .flat_map(|row| &row[..3])
         .fold(0.0, |a: f64, v| a.max(v.abs()));
     if largest == 0.0 {
-        return Err(singular(p));
+        return infinite::decompose(p);
     }
     // A power of two, so that scaling rounds nothing; two steps, as 1 / 2^e may overflow where 2^-e/2 twice does not.
     let half = 2.0_f64.powi(-(largest.log2() / 2.0).floor() as i32);
@@ -41,19 +43,19 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<Decomposed, SceneError> {
     // Gram-Schmidt from the third row upwards is RQ; orthogonalising twice keeps R orthonormal whatever the condition.
     let k33 = m3.length();
     if k33 <= f64::EPSILON * m1.length().max(m2.length()) {
-        return Err(singular(p));
+        return infinite::decompose(p);
     }
     let r3 = m3 / k33;
     let once = m2 - m2.dot(r3) * r3;
     let across = once - once.dot(r3) * r3;
     if across.length() <= NEGLIGIBLE * m2.length() {
-        return Err(singular(p));
+        return infinite::decompose(p);
     }
     let r2 = across.normalize();
     let r1 = r2.cross(r3).normalize();
     let (k11, k22) = (m1.dot(r1), m2.dot(r2));
     if k11.abs() <= NEGLIGIBLE * m1.length() {
-        return Err(singular(p));
+        return infinite::decompose(p);
     }
     // sign(det M) = sign(k11), as k22 and k33 are positive and R is a rotation so far. P and -P are the same camera:
     // with -P the rows r3 and r2 change sign and r1 does not.
@@ -73,26 +75,21 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<Decomposed, SceneError> {
     let t1 = (p[0][3] - k.y_axis.x * t2 - k.z_axis.x * t3) / k.x_axis.x;
     let c = -(r.transpose() * DVec3::new(t1, t2, t3));
     if !(c.is_finite() && k.is_finite()) {
-        return Err(singular(p));
+        return Err(SceneError::Camera(format!(
+            "P = {p:?}: its numbers are too far apart to say where its centre is"
+        )));
     }
-    Ok(Decomposed { k, r, c, p })
-}
-
-/// Why a matrix with a singular left 3x3 part is no finite camera.
-fn singular(p: [[f64; 4]; 3]) -> SceneError {
-    let rank = rank(p);
-    SceneError::Camera(if rank < 3 {
-        format!("P = {p:?} has rank {rank}: a camera matrix has rank 3")
-    } else {
-        format!(
-            "P = {p:?} has its centre at infinity (its left 3x3 part is singular): it is an affine camera, with \
-             parallel rays, and only cameras with a finite centre are supported"
-        )
+    Ok(Decomposed {
+        k,
+        r,
+        c,
+        p,
+        center: Center::Point,
     })
 }
 
 /// The numerical rank, by Gram-Schmidt with pivoting on rows of unit length.
-fn rank(p: [[f64; 4]; 3]) -> usize {
+pub fn rank(p: [[f64; 4]; 3]) -> usize {
     let mut rows = p.map(|row| {
         let scale = row.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
         if scale == 0.0 {

@@ -1,162 +1,259 @@
 //! `[camera]`.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::keys::Keys;
+use super::optics::{ApertureSpec, ShutterSpec};
+use super::pose::{POSE, PoseSpec};
 use super::words::Splat;
 use crate::camera::{
-    Camera, Lens, LensModel, PixelCenter, intrinsics_from_focal, intrinsics_from_fov,
+    Camera, Center, Lens, LensModel, PixelCenter, Pose, Vignetting, intrinsics_from_focal,
+    intrinsics_from_fov,
 };
 use crate::error::SceneError;
 use crate::world::Up;
 
-/// A camera: its size, its intrinsics (exactly one of `focal`, `fov`, `K`) and its pose (`location` with angles or a
-/// `target`, or `R` with `C` or `t`), or all of it as one `matrix`.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+/// How a camera projects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Projection {
+    /// All rays from one point.
+    #[default]
+    Perspective,
+    /// Parallel rays from the plane through the location.
+    Orthographic,
+}
+
+/// A camera: its size, its intrinsics (exactly one of `focal`, `fov`, `K`; `height` for an orthographic one, none for a
+/// panorama all around) and its pose (`location` with angles or a `target`, or `R` with `C` or `t`), or all of it as one
+/// `matrix`.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraSpec {
     /// What it is asked for by; `camera` where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Columns and rows of the picture; 640 x 480 where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<[u32; 2]>,
     /// The focal length in pixels, or those of x and y.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub focal: Option<Splat<2>>,
     /// The vertical field of view in degrees, with square pixels.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub fov: Option<f64>,
     /// The intrinsic matrix [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.
-    #[serde(rename = "K")]
+    #[serde(rename = "K", skip_serializing_if = "Option::is_none")]
     pub k: Option<[[f64; 3]; 3]>,
+    /// How many units of the world the picture of an orthographic camera is high.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height: Option<f64>,
+    /// "perspective", or "orthographic": `focal` and `K` are then in pixels per unit of the world.
+    pub projection: Projection,
     /// The whole 3x4 camera matrix P, of any scale and sign.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub matrix: Option<[[f64; 4]; 3]>,
     /// The skew of `focal` or `fov`, in pixels; 0 where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub skew: Option<f64>,
     /// The principal point of `focal` or `fov`, in pixels; the image's centre where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub principal_point: Option<[f64; 2]>,
     /// The lens's distortion coefficients, in the order of OpenCV; no distortion where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub distortion: Option<Vec<f64>>,
     /// The model of `distortion`: "opencv" (4, 5, 8, 12 or 14 coefficients k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 taux
-    /// tauy) or "fisheye" (4: k1 k2 k3 k4); "opencv" where not given.
+    /// tauy), "fisheye" (k1 k2 k3 k4), "thin_prism_fisheye" (k1 k2 p1 p2 k3 k4 sx1 sy1), "rad_tan_thin_prism_fisheye"
+    /// (k0 to k5, p0 p1, s0 to s3), "fov" (omega), "division" (k), "omni" (xi, or xi k1 k2 p1 p2), "eucm" (alpha beta),
+    /// "ds" (xi alpha); or without coefficients a panorama, "equirectangular" or "cylindrical". "opencv" where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub lens: Option<LensModel>,
     /// Where the centre of the first pixel lies: "integer" at (0, 0) as in OpenCV, "half" at (0.5, 0.5) as in COLMAP.
     pub pixel_center: PixelCenter,
     /// The camera centre in the world.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub location: Option<[f64; 3]>,
     /// Leaning to the right, in degrees; 0 where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub roll: Option<f64>,
     /// Looking down, in degrees; 0 where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub pitch: Option<f64>,
     /// Turning left, in degrees; 0 looks along +x of a z-up world, along -z of a y-up one.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub yaw: Option<f64>,
     /// A point to look at, instead of angles.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<[f64; 3]>,
     /// What points up in the picture, with `target`; the world's up where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub up: Option<[f64; 3]>,
     /// The rotation camera_from_world, camera axes x right, y down, z forward.
-    #[serde(rename = "R")]
+    #[serde(rename = "R", skip_serializing_if = "Option::is_none")]
     pub r: Option<[[f64; 3]; 3]>,
     /// The camera centre in the world, with `R`.
-    #[serde(rename = "C")]
+    #[serde(rename = "C", skip_serializing_if = "Option::is_none")]
     pub c: Option<[f64; 3]>,
     /// The translation -R C, with `R`.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub t: Option<[f64; 3]>,
+    /// The opening of the lens, for depth of field; a pinhole where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub aperture: Option<ApertureSpec>,
+    /// How light falls off away from the middle; it does not where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vignetting: Option<Vignetting>,
+    /// Exposure, rolling shutter, and how the camera moves meanwhile; it stands where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shutter: Option<ShutterSpec>,
 }
 
-/// The keys that say what the camera's intrinsics are; the first four each say all of it.
-const INTRINSICS: [&str; 6] = ["focal", "fov", "K", "matrix", "skew", "principal_point"];
-/// The keys that say where the camera is; the first six do without `R`.
-const POSE: [&str; 9] = [
-    "location", "roll", "pitch", "yaw", "target", "up", "R", "C", "t",
+/// The keys that say what the camera's intrinsics are; the first five each say all of it.
+const INTRINSICS: [&str; 7] = [
+    "focal",
+    "fov",
+    "K",
+    "height",
+    "matrix",
+    "skew",
+    "principal_point",
 ];
 
 impl CameraSpec {
+    /// What describes a camera to the last digit, in R and C, or as the matrix it was made of.
+    pub fn of(camera: &Camera) -> Self {
+        let lens = camera.lens().coefficients();
+        let mut spec = Self {
+            size: Some(camera.size()),
+            pixel_center: camera.pixel_center(),
+            lens: lens.map(|(model, _)| model),
+            distortion: lens
+                .filter(|(model, _)| !model.is_panorama())
+                .map(|(_, given)| given.to_vec()),
+            aperture: camera.aperture().map(ApertureSpec::of),
+            vignetting: camera.vignetting().cloned(),
+            shutter: camera.motion().map(ShutterSpec::of),
+            ..Self::default()
+        };
+        let matrix = match camera.center() {
+            Center::Infinity => Some(camera.matrix().unwrap_or(camera.p())),
+            _ => camera.matrix().filter(|_| lens.is_none()),
+        };
+        if matrix.is_some() {
+            spec.matrix = matrix;
+            return spec;
+        }
+        spec.k = Some(camera.k().transpose().to_cols_array_2d());
+        if camera.center() == Center::Plane {
+            spec.projection = Projection::Orthographic;
+        }
+        if spec.shutter.is_none() {
+            let pose = PoseSpec::of(&Pose {
+                r: camera.r(),
+                c: camera.c(),
+            });
+            (spec.r, spec.c) = (pose.r, pose.c);
+        }
+        spec
+    }
+
     /// The camera it describes.
     ///
     /// # Errors
     /// [`SceneError`] where intrinsics or pose are missing or given twice, and those of [`Camera`]'s constructors.
     pub fn build(&self, up: Up) -> Result<Camera, SceneError> {
-        let lens = match &self.distortion {
-            Some(distortion) => Lens::new(self.lens.unwrap_or_default(), distortion)
-                .map_err(|error| error.within("distortion"))?,
-            None => {
-                let message = "\"distortion\", the coefficients of the lens, is missing: [0, 0, 0, 0] is a fisheye \
-                               whose radius is the angle";
-                self.keys().refuse(&["lens"], message)?;
-                Lens::Pinhole
-            }
-        };
-        Ok(self.pinhole(up)?.with_lens(lens))
+        let mut camera = self.still(up)?;
+        if let Some(aperture) = &self.aperture {
+            let aperture = aperture.build().map_err(|error| error.within("aperture"))?;
+            camera = camera.with_aperture(Some(aperture))?;
+        }
+        camera = camera.with_vignetting(self.vignetting.clone())?;
+        if let Some(shutter) = &self.shutter {
+            let start = Pose {
+                r: camera.r(),
+                c: camera.c(),
+            };
+            let motion = shutter.build(start, up);
+            camera = camera.with_motion(motion.map_err(|error| error.within("shutter"))?)?;
+        }
+        Ok(camera)
     }
 
-    /// The camera without its lens.
-    fn pinhole(&self, up: Up) -> Result<Camera, SceneError> {
+    /// The camera before it moves.
+    fn still(&self, up: Up) -> Result<Camera, SceneError> {
         let size = self.size.unwrap_or([640, 480]);
         let keys = self.keys();
+        let lens = self.lens(&keys)?;
+        let pose = self.pose();
         if let Some(matrix) = self.matrix {
             keys.refuse(
                 &["distortion", "lens"],
                 "\"matrix\" is given too, which says what a pinhole does: expected K and R with C or t beside a lens",
             )?;
-            let others = INTRINSICS
-                .iter()
-                .chain(&POSE)
-                .filter(|key| **key != "matrix")
-                .copied()
-                .collect::<Vec<_>>();
+            let again = "\"matrix\" is given too, and says it already: give one of them";
             keys.refuse(
-                &others,
-                "\"matrix\" is given too, and says it already: give one of them",
+                &["focal", "fov", "K", "height", "skew", "principal_point"],
+                again,
             )?;
+            pose.keys().refuse(&POSE, again)?;
+            if self.projection == Projection::Orthographic {
+                return Err(SceneError::schema("projection", again));
+            }
             return Camera::from_matrix(matrix, size, self.pixel_center)
                 .map_err(|error| error.within("matrix"));
         }
-        let k = self.intrinsics(size, &keys)?;
-        if let Some(r) = self.r {
-            keys.refuse(
-                &POSE[..6],
-                "\"R\" is given too: expected R with C or t alone",
-            )?;
-            let r = DMat3::from_cols_array_2d(&r).transpose();
-            let c = match keys.exactly_one("position beside R", &["C", "t"])? {
-                "C" => DVec3::from_array(self.c.unwrap_or_default()),
-                _ => -(r.transpose() * DVec3::from_array(self.t.unwrap_or_default())),
-            };
-            return Camera::new(k, r, c, size, self.pixel_center);
-        }
-        keys.refuse(
-            &["C", "t"],
-            "it goes with \"R\", which is missing; with angles or a target it is \"location\"",
-        )?;
-        let Some(location) = self.location.map(DVec3::from_array) else {
-            let message = "no pose: expected location with roll, pitch, yaw or target, or R with C or t, or matrix";
-            return Err(SceneError::schema("", message));
+        let k = self.intrinsics(size, &keys, &lens)?;
+        let pose = match self.shutter.as_ref().and_then(|shutter| shutter.first()) {
+            None => pose.build(up)?,
+            Some(first) => {
+                let message = "\"shutter.track\" is given too, and says where the camera is";
+                pose.keys().refuse(&POSE, message)?;
+                first
+                    .build(up)
+                    .map_err(|error| error.within("shutter.track[0].pose"))?
+            }
         };
-        if let Some(target) = self.target {
-            keys.refuse(
-                &["roll", "pitch", "yaw"],
-                "\"target\" is given too: expected angles or a target",
-            )?;
-            let up = self.up.map_or(up.axis(), DVec3::from_array);
-            return Camera::look_at(
-                location,
-                DVec3::from_array(target),
-                up,
-                k,
-                size,
-                self.pixel_center,
-            );
+        match self.projection {
+            Projection::Perspective => {
+                Camera::new(k, pose.r, pose.c, size, self.pixel_center)?.with_lens(lens)
+            }
+            Projection::Orthographic => {
+                Camera::orthographic(k, pose.r, pose.c, size, self.pixel_center)?.with_lens(lens)
+            }
         }
-        keys.refuse(
-            &["up"],
-            "it goes with \"target\", which is missing; with angles, roll leans the camera",
-        )?;
-        let [roll, pitch, yaw] = [self.roll, self.pitch, self.yaw].map(Option::unwrap_or_default);
-        Camera::from_pose(location, roll, pitch, yaw, up, k, size, self.pixel_center)
     }
 
-    fn intrinsics(&self, size: [u32; 2], keys: &Keys<17>) -> Result<DMat3, SceneError> {
-        keys.exactly_one("intrinsics", &INTRINSICS[..4])?;
+    fn lens(&self, keys: &Keys<9>) -> Result<Lens, SceneError> {
+        match (&self.distortion, self.lens) {
+            (Some(distortion), lens) => Lens::new(lens.unwrap_or_default(), distortion)
+                .map_err(|error| error.within("distortion")),
+            (None, Some(panorama)) if panorama.is_panorama() => Lens::new(panorama, &[]),
+            (None, _) => {
+                let message = "\"distortion\", the coefficients of the lens, is missing: [0, 0, 0, 0] is a fisheye \
+                               whose radius is the angle";
+                keys.refuse(&["lens"], message)?;
+                Ok(Lens::Pinhole)
+            }
+        }
+    }
+
+    fn intrinsics(&self, size: [u32; 2], keys: &Keys<9>, lens: &Lens) -> Result<DMat3, SceneError> {
+        let orthographic = self.projection == Projection::Orthographic;
+        if orthographic {
+            let message = "\"projection\" is orthographic: expected height, focal or K";
+            keys.refuse(&["fov"], message)?;
+        } else {
+            let message = "it is the picture's height of an orthographic camera, which \"projection\" does not say";
+            keys.refuse(&["height"], message)?;
+        }
+        if let Some(k) = lens.full_panorama(size, self.pixel_center)
+            && keys.given(&INTRINSICS).is_empty()
+        {
+            return Ok(k);
+        }
+        keys.exactly_one("intrinsics", &INTRINSICS[..5])?;
         if let Some(k) = self.k {
             keys.refuse(
                 &["skew", "principal_point"],
@@ -164,10 +261,17 @@ impl CameraSpec {
             )?;
             return Ok(DMat3::from_cols_array_2d(&k).transpose());
         }
-        let mut k = match (self.fov, self.focal) {
-            (Some(fov), _) => intrinsics_from_fov(fov, size, self.pixel_center)
+        let mut k = match (self.fov, self.height, self.focal) {
+            (Some(fov), ..) => intrinsics_from_fov(fov, size, self.pixel_center)
                 .map_err(|error| error.within("fov"))?,
-            (None, focal) => {
+            (None, Some(height), _) => {
+                if !(height > 0.0 && height.is_finite()) {
+                    let message = format!("{height}: expected a finite length > 0");
+                    return Err(SceneError::schema("height", message));
+                }
+                intrinsics_from_focal(f64::from(size[1]) / height, size, self.pixel_center)
+            }
+            (None, None, focal) => {
                 let [fx, fy] = focal.unwrap_or(Splat([1.0; 2])).0;
                 let mut k = intrinsics_from_focal(fx, size, self.pixel_center);
                 k.y_axis.y = fy;
@@ -175,31 +279,38 @@ impl CameraSpec {
             }
         };
         k.y_axis.x = self.skew.unwrap_or(0.0);
-        if let Some([cx, cy]) = self.principal_point {
-            (k.z_axis.x, k.z_axis.y) = (cx, cy);
+        if let Some(center) = self.principal_point {
+            k.z_axis = DVec2::from(center).extend(1.0);
         }
         Ok(k)
     }
 
-    fn keys(&self) -> Keys<17> {
+    fn pose(&self) -> PoseSpec {
+        PoseSpec {
+            location: self.location,
+            roll: self.roll,
+            pitch: self.pitch,
+            yaw: self.yaw,
+            target: self.target,
+            up: self.up,
+            r: self.r,
+            c: self.c,
+            t: self.t,
+        }
+    }
+
+    /// Which keys were written, but those of the pose.
+    fn keys(&self) -> Keys<9> {
         Keys([
             ("focal", self.focal.is_some()),
             ("fov", self.fov.is_some()),
             ("K", self.k.is_some()),
+            ("height", self.height.is_some()),
             ("matrix", self.matrix.is_some()),
             ("skew", self.skew.is_some()),
             ("principal_point", self.principal_point.is_some()),
             ("distortion", self.distortion.is_some()),
             ("lens", self.lens.is_some()),
-            ("location", self.location.is_some()),
-            ("roll", self.roll.is_some()),
-            ("pitch", self.pitch.is_some()),
-            ("yaw", self.yaw.is_some()),
-            ("target", self.target.is_some()),
-            ("up", self.up.is_some()),
-            ("R", self.r.is_some()),
-            ("C", self.c.is_some()),
-            ("t", self.t.is_some()),
         ])
     }
 }

@@ -118,6 +118,12 @@ impl<'de, const N: usize> Deserialize<'de> for Splat<N> {
     }
 }
 
+impl<const N: usize> serde::Serialize for Splat<N> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0)
+    }
+}
+
 impl<const N: usize> JsonSchema for Splat<N> {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         format!("NumberOr{N}").into()

@@ -1,6 +1,7 @@
 //! What several tests need.
 #![allow(dead_code, reason = "each test uses some of it")]
 
+use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::schema::{Entry, Node, Value};
 use raycam_scene::{Files, Model, Profile, SceneError, Texture, Wrap};
 
@@ -74,4 +75,15 @@ impl Random {
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.next()
     }
+}
+
+/// Any rotation.
+pub fn rotation(random: &mut Random) -> DMat3 {
+    let axis = loop {
+        let axis = DVec3::from_array(std::array::from_fn(|_| random.between(-1.0, 1.0)));
+        if axis.length() > 0.1 {
+            break axis.normalize();
+        }
+    };
+    DMat3::from_quat(DQuat::from_axis_angle(axis, random.between(-3.2, 3.2)))
 }

@@ -80,6 +80,7 @@ impl Brown {
     }
 
     /// The image of a point, its Jacobian, and the radial denominator.
+    #[inline(always)]
     fn bend(&self, at: DVec2) -> (DVec2, DMat2, f64) {
         let (radial, radial_jacobian, below) = self.radial(at);
         if self.terms.chained {
@@ -92,12 +93,14 @@ impl Brown {
     }
 
     /// The point moved by the radial factor, with the Jacobian of that.
+    #[inline(always)]
     fn radial(&self, at: DVec2) -> (DVec2, DMat2, f64) {
         let (x, y, s) = (at.x, at.y, at.length_squared());
         let (above, above_slope) = polynomial(self.terms.numerator, s);
         let (below, below_slope) = polynomial(self.terms.denominator, s);
-        let g = above / below;
-        let dg = 2.0 * (above_slope - g * below_slope) / below;
+        let inverse = 1.0 / below;
+        let g = above * inverse;
+        let dg = 2.0 * (above_slope - g * below_slope) * inverse;
         let mixed = x * y * dg;
         let jacobian = DMat2::from_cols(
             DVec2::new(g + x * x * dg, mixed),
@@ -107,6 +110,7 @@ impl Brown {
     }
 
     /// What the tangential and the prism terms add, with the Jacobian of that.
+    #[inline(always)]
     fn sideways(&self, at: DVec2) -> (DVec2, DMat2) {
         let (x, y, s) = (at.x, at.y, at.length_squared());
         let ([p1, p2], [s1, s2, s3, s4]) = (self.terms.tangential, self.terms.prism);
@@ -124,8 +128,9 @@ impl Brown {
     }
 
     /// The image and the Jacobian within the disc, where the model is one-to-one.
+    #[inline(always)]
     fn regular(&self, at: DVec2) -> Option<(DVec2, DMat2)> {
-        let inside = at.length() < self.radius;
+        let inside = at.length_squared() < self.radius * self.radius;
         if !inside {
             return None;
         }
@@ -157,8 +162,8 @@ impl Brown {
             let step = jacobian.inverse() * (found - target);
             at -= step;
             // The next error is of the order of this one's square.
-            if step.length_squared() <= 1e-17 {
-                return (at.length() < self.radius).then_some(at);
+            if step.length_squared() <= 1e-16 {
+                return (at.length_squared() < self.radius * self.radius).then_some(at);
             }
         }
         None
@@ -193,6 +198,7 @@ impl Brown {
 }
 
 /// `1 + a s + b s² + ...` and its derivative.
+#[inline(always)]
 fn polynomial<const N: usize>(coefficients: [f64; N], s: f64) -> (f64, f64) {
     let (mut value, mut slope) = (0.0, 0.0);
     for coefficient in coefficients.into_iter().rev() {

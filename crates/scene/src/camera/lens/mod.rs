@@ -10,7 +10,9 @@ mod panorama;
 mod prism_fisheye;
 mod unified;
 
-use glam::{DVec2, DVec3};
+use std::f64::consts::{PI, TAU};
+
+use glam::{DMat3, DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +23,7 @@ pub use self::fov::Fov;
 pub use self::opencv::OpenCv;
 pub use self::prism_fisheye::PrismFisheye;
 pub use self::unified::{DoubleSphere, Eucm, Omni};
+use super::{PixelCenter, intrinsics_from_focal};
 use crate::error::{SceneError, suggestion};
 
 /// The families of lenses, by the names people write.
@@ -234,11 +237,38 @@ impl Lens {
             Lens::DoubleSphere(lens) => lens.undistort(image),
             Lens::Equirectangular => panorama::from_equirectangular(image),
             Lens::Cylindrical => panorama::from_cylindrical(image),
-            Lens::OpenCv(_)
-            | Lens::ThinPrismFisheye(_)
-            | Lens::RadTanThinPrismFisheye(_)
-            | Lens::Omni(_) => self.direction(self.straighten(image, None)?),
+            _ => self.direction(self.straighten(image, None)?),
         }
+    }
+
+    /// K of a panorama that fills a picture: all around, and as high as that makes it. The left and right edges are
+    /// straight behind; the top and bottom ones of an equirectangular panorama straight up and down. A cylinder has
+    /// square pixels, its horizon in the middle.
+    pub fn full_panorama(&self, size: [u32; 2], center: PixelCenter) -> Option<DMat3> {
+        let [width, height] = size.map(f64::from);
+        let mut k = intrinsics_from_focal(width / TAU, size, center);
+        match self {
+            Lens::Equirectangular => k.y_axis.y = height / PI,
+            Lens::Cylindrical => {}
+            _ => return None,
+        }
+        Some(k)
+    }
+
+    /// Whether its images are those of a plane at right angles to the axis, so that nothing at its sides has one.
+    pub(super) fn keeps_to_a_plane(&self) -> bool {
+        matches!(self, Lens::Pinhole | Lens::OpenCv(_) | Lens::Fov(_))
+    }
+
+    /// Whether the inverse is a search, by [`Lens::straighten`] and [`Lens::direction`].
+    pub(super) fn is_searched(&self) -> bool {
+        matches!(
+            self,
+            Lens::OpenCv(_)
+                | Lens::ThinPrismFisheye(_)
+                | Lens::RadTanThinPrismFisheye(_)
+                | Lens::Omni(_)
+        )
     }
 
     /// Of a lens whose inverse is a search: the point of its undistorted plane that has this image, with something near

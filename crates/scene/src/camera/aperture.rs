@@ -1,0 +1,137 @@
+//! The opening of a thin lens: what is not at the distance of focus is blurred (Kolb, Mitchell and Hanrahan, "A realistic
+//! camera model for computer graphics", SIGGRAPH 1995, section 2).
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+
+use glam::{DMat3, DVec2, DVec3};
+
+use serde::{Deserialize, Serialize};
+
+use super::lens::Lens;
+use crate::error::SceneError;
+
+/// The fewest and the most blades of a polygonal opening.
+const BLADES: std::ops::RangeInclusive<u32> = 3..=64;
+
+/// A round or polygonal opening around the camera's centre.
+///
+/// Through a lens that keeps to a plane (pinhole, `opencv`, `fov`) the opening lies in the plane of the centre at right
+/// angles to the principal axis, and what is at the depth `focus` is sharp. Lenses that see to the sides and behind turn
+/// their opening to where the light comes from, and what is at the distance `focus` is sharp.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Aperture {
+    radius: f64,
+    focus: f64,
+    blades: u32,
+    rotation: f64,
+}
+
+impl Aperture {
+    /// An opening of a radius (of a polygon's corners) focused at a distance, both in units of the world. `blades` is the
+    /// number of the polygon's sides, 0 for a round one; `rotation` turns it, in degrees from the camera's x towards its
+    /// y, where a corner lies at 0.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] for a radius below 0, a focus that is not above 0, numbers that are not finite, and 1, 2 or
+    /// more than 64 blades.
+    pub fn new(radius: f64, focus: f64, blades: u32, rotation: f64) -> Result<Self, SceneError> {
+        let fail = |message: String| Err(SceneError::Camera(format!("aperture: {message}")));
+        if !(radius >= 0.0 && radius.is_finite()) {
+            return fail(format!("radius is {radius}: expected a finite length >= 0"));
+        }
+        if !(focus > 0.0 && focus.is_finite()) {
+            return fail(format!("focus is {focus}: expected a finite distance > 0"));
+        }
+        if blades != 0 && !BLADES.contains(&blades) {
+            return fail(format!(
+                "{blades} blades: expected 3 to 64, or 0 for a round opening"
+            ));
+        }
+        if !rotation.is_finite() {
+            return fail(format!("rotation is {rotation}: expected finite degrees"));
+        }
+        Ok(Self {
+            radius,
+            focus,
+            blades,
+            rotation,
+        })
+    }
+
+    /// Of the opening, or of its corners.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// The distance at which the picture is sharp.
+    pub fn focus(&self) -> f64 {
+        self.focus
+    }
+
+    /// Sides of the polygon; 0 for a round opening.
+    pub fn blades(&self) -> u32 {
+        self.blades
+    }
+
+    /// In degrees.
+    pub fn rotation(&self) -> f64 {
+        self.rotation
+    }
+
+    /// Where the light of a direction, of unit length in camera axes, enters the opening for two numbers in 0..1, and the
+    /// direction it has there, of unit length.
+    pub(super) fn through(
+        &self,
+        direction: DVec3,
+        lens: &Lens,
+        numbers: [f64; 2],
+    ) -> (DVec3, DVec3) {
+        let at = self.point(numbers).extend(0.0);
+        let (opening, sharp) = if lens.keeps_to_a_plane() {
+            (at, direction * (self.focus / direction.z))
+        } else {
+            (facing(direction) * at, direction * self.focus)
+        };
+        (opening, (sharp - opening).normalize())
+    }
+
+    /// A point of the opening, evenly spread.
+    fn point(&self, [a, b]: [f64; 2]) -> DVec2 {
+        if self.blades == 0 {
+            return self.radius * disc(a, b);
+        }
+        // One of the triangles around the centre, and a point of it.
+        let sides = f64::from(self.blades);
+        let side = (a * sides).floor().min(sides - 1.0);
+        let along = a * sides - side;
+        let corner = |i: f64| DVec2::from_angle(self.rotation.to_radians() + TAU * i / sides);
+        let edge = corner(side).lerp(corner(side + 1.0), along);
+        self.radius * b.sqrt() * edge
+    }
+}
+
+/// The unit disc, evenly and without folds (Shirley and Chiu, "A low distortion map between disk and square", 1997).
+fn disc(a: f64, b: f64) -> DVec2 {
+    let (x, y) = (2.0 * a - 1.0, 2.0 * b - 1.0);
+    if x == 0.0 && y == 0.0 {
+        DVec2::ZERO
+    } else if x.abs() > y.abs() {
+        x * DVec2::from_angle(FRAC_PI_4 * (y / x))
+    } else {
+        y * DVec2::from_angle(FRAC_PI_2 - FRAC_PI_4 * (x / y))
+    }
+}
+
+/// The shortest turn that brings z to a direction of unit length; half a turn about x where that is straight behind.
+fn facing(direction: DVec3) -> DMat3 {
+    if direction.z < -1.0 + 1e-12 {
+        return DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
+    }
+    let DVec3 { x, y, z } = direction;
+    let s = 1.0 / (1.0 + z);
+    DMat3::from_cols(
+        DVec3::new(1.0 - x * x * s, -x * y * s, -x),
+        DVec3::new(-x * y * s, 1.0 - y * y * s, -y),
+        direction,
+    )
+}

@@ -1,0 +1,162 @@
+//! A camera that moves while its shutter is open: motion blur and rolling shutter.
+
+use glam::{DMat3, DQuat, DVec2, DVec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::error::SceneError;
+use crate::video::track::Moving;
+
+/// The way in which a sensor is read, line after line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Readout {
+    /// Rows, the top one first.
+    #[default]
+    Down,
+    /// Rows, the bottom one first.
+    Up,
+    /// Columns, the left one first.
+    Right,
+    /// Columns, the right one first.
+    Left,
+}
+
+/// Where a camera is at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pose {
+    /// camera_from_world.
+    pub r: DMat3,
+    /// The centre in the world.
+    pub c: DVec3,
+}
+
+/// The shutter and the way of the camera while it is open. Times are in seconds from when the first line opens.
+///
+/// A line opens when it is its turn: the first at 0, the last a little before `readout`, and stays open for `exposure`.
+/// Of a line at the fraction f of the picture's height (or width), its middle, that is from `f readout` to
+/// `f readout + exposure`. The ground truth of a pixel is that of the middle of its line's exposure.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    exposure: f64,
+    readout: f64,
+    direction: Readout,
+    /// In order of time.
+    poses: Vec<(f64, Pose)>,
+}
+
+impl Motion {
+    /// Poses at times; between two, the centre moves on a line and the rotation by the shortest way at constant speed
+    /// (Shoemake, "Animating rotation with quaternion curves", 1985); before the first and after the last it stands.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] where exposure and readout are negative or not finite, times are not in order, or there are
+    /// no poses.
+    pub fn new(
+        exposure: f64,
+        readout: f64,
+        direction: Readout,
+        poses: Vec<(f64, Pose)>,
+    ) -> Result<Self, SceneError> {
+        let fail = |message: String| Err(SceneError::Camera(message));
+        for (name, time) in [("exposure", exposure), ("readout", readout)] {
+            if !(time >= 0.0 && time.is_finite()) {
+                return fail(format!("{name} is {time}: expected finite seconds >= 0"));
+            }
+        }
+        if poses.is_empty() {
+            return fail("a moving camera needs a pose at least".into());
+        }
+        if let Some((time, _)) = poses.iter().find(|(time, _)| !time.is_finite()) {
+            return fail(format!("a pose at {time} s: expected a finite time"));
+        }
+        if let Some(pair) = poses.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
+            return fail(format!(
+                "a pose at {} s comes after one at {} s: expected poses in order of time",
+                pair[1].0, pair[0].0
+            ));
+        }
+        Ok(Self {
+            exposure,
+            readout,
+            direction,
+            poses,
+        })
+    }
+
+    /// How long a line is open, in seconds.
+    pub fn exposure(&self) -> f64 {
+        self.exposure
+    }
+
+    /// How long it takes from the first line to the last, in seconds.
+    pub fn readout(&self) -> f64 {
+        self.readout
+    }
+
+    /// The order of the lines.
+    pub fn direction(&self) -> Readout {
+        self.direction
+    }
+
+    /// Times in seconds, and where the camera is then.
+    pub fn poses(&self) -> &[(f64, Pose)] {
+        &self.poses
+    }
+
+    /// The same for poses that something has moved.
+    pub fn map(&self, moved: impl Fn(&Pose) -> Pose) -> Self {
+        let poses = self.poses.iter().map(|(time, pose)| (*time, moved(pose)));
+        Self {
+            poses: poses.collect(),
+            ..*self
+        }
+    }
+
+    /// The middle of all exposures: the pose that a moving camera calls its own.
+    pub fn middle(&self) -> Pose {
+        self.at(0.5 * (self.readout + self.exposure))
+    }
+
+    /// Where it is at a time.
+    pub fn at(&self, time: f64) -> Pose {
+        let next = self.poses.partition_point(|(key, _)| *key <= time);
+        let Some(before) = next.checked_sub(1) else {
+            return self.poses[0].1;
+        };
+        let (start, from) = self.poses[before];
+        let Some(&(end, to)) = self.poses.get(next) else {
+            return from;
+        };
+        let s = (time - start) / (end - start);
+        if s == 0.0 {
+            return from;
+        }
+        // As a turn of the first pose, which a rotation of nothing leaves to the last digit.
+        let turn = DQuat::from_mat3(&(to.r * from.r.transpose()));
+        let part = DQuat::IDENTITY.moved(DQuat::IDENTITY.step_to(turn) * s);
+        Pose {
+            r: DMat3::from_quat(part) * from.r,
+            c: from.c + s * (to.c - from.c),
+        }
+    }
+
+    /// When the line of a pixel is at a part of its exposure, 0.5 in the middle. `pixel` counts from the corner of the
+    /// picture; beyond its edges the time is that of the edge.
+    pub fn time(&self, pixel: DVec2, size: [u32; 2], part: f64) -> f64 {
+        self.line(pixel, size) * self.readout + part * self.exposure
+    }
+
+    /// Where the line of a pixel lies in the order, from 0 to 1.
+    pub fn line(&self, pixel: DVec2, size: [u32; 2]) -> f64 {
+        let [width, height] = size.map(f64::from);
+        let (x, y) = (pixel.x / width, pixel.y / height);
+        let line = match self.direction {
+            Readout::Down => y,
+            Readout::Up => 1.0 - y,
+            Readout::Right => x,
+            Readout::Left => 1.0 - x,
+        };
+        line.clamp(0.0, 1.0)
+    }
+}

@@ -1,0 +1,186 @@
+//! What a camera is given beside K, R and C, and the same camera elsewhere.
+
+use glam::{DMat3, DVec3};
+
+use super::checks::{check_size, checked_rotation, matrix_of};
+use super::intrinsics::checked_intrinsics;
+use super::lens::Lens;
+use super::starts::Starts;
+use super::{Aperture, Camera, Center, Motion, Pose, Vignetting};
+use crate::error::SceneError;
+
+impl Camera {
+    /// The same camera with another lens; every constructor gives a pinhole.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] where its rays are parallel: a lens bends the rays of a point.
+    pub fn with_lens(self, lens: Lens) -> Result<Self, SceneError> {
+        if self.center != Center::Point && lens != Lens::Pinhole {
+            return Err(parallel("a lens"));
+        }
+        Ok(Self {
+            lens,
+            starts: Starts::default(),
+            ..self
+        })
+    }
+
+    /// The same camera with an aperture, or with a pinhole.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] where its rays are parallel.
+    pub fn with_aperture(self, aperture: Option<Aperture>) -> Result<Self, SceneError> {
+        if self.center != Center::Point && aperture.is_some() {
+            return Err(parallel("an aperture"));
+        }
+        Ok(Self { aperture, ..self })
+    }
+
+    /// The same camera with vignetting, or without.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] for coefficients that are not finite, and where its rays are parallel.
+    pub fn with_vignetting(self, vignetting: Option<Vignetting>) -> Result<Self, SceneError> {
+        if let Some(vignetting) = &vignetting {
+            vignetting.validate()?;
+            if self.center != Center::Point {
+                return Err(parallel("vignetting"));
+            }
+        }
+        Ok(Self { vignetting, ..self })
+    }
+
+    /// The same camera moving: its pose becomes that of the middle of the motion.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] where a pose is no rotation and finite centre, or the camera is made of a matrix with its
+    /// centre at infinity, which has no place to move from.
+    pub fn with_motion(self, motion: Motion) -> Result<Self, SceneError> {
+        if self.center == Center::Infinity {
+            return Err(SceneError::Camera(
+                "a camera of a matrix with its centre at infinity cannot move: it is nowhere; an orthographic camera can"
+                    .into(),
+            ));
+        }
+        for (_, pose) in motion.poses() {
+            self.clone().at_pose(pose.r, pose.c)?;
+        }
+        let middle = motion.middle();
+        let still = Self {
+            motion: None,
+            ..self
+        };
+        Ok(Self {
+            motion: Some(motion),
+            ..still.at_pose(middle.r, middle.c)?
+        })
+    }
+
+    /// The same camera at another pose: camera_from_world, and its centre. A moving camera moves along.
+    ///
+    /// # Errors
+    /// Those of [`Camera::new`] about R and C.
+    pub fn at_pose(&self, r: DMat3, c: DVec3) -> Result<Self, SceneError> {
+        let r = checked_rotation(r)?;
+        if self.center == Center::Infinity {
+            let p = matrix_of(self.k, r, c, self.center)?;
+            let moved = Self::from_matrix(p, self.size, self.pixel_center)?;
+            return Ok(moved);
+        }
+        if !c.is_finite() {
+            return Err(SceneError::Camera(format!(
+                "the camera centre {c} is not finite"
+            )));
+        }
+        let motion = self.motion.as_ref().map(|motion| {
+            // What takes the world's points to where they are seen from there as they were from here.
+            let turn = r.transpose() * self.r;
+            motion.map(|pose| Pose {
+                r: pose.r * turn.transpose(),
+                c: c + turn * (pose.c - self.c),
+            })
+        });
+        Ok(Self {
+            r,
+            c,
+            p: matrix_of(self.k, r, c, self.center)?,
+            matrix: None,
+            motion,
+            ..self.clone()
+        })
+    }
+
+    /// The same camera with other intrinsics and another size of its picture.
+    ///
+    /// # Errors
+    /// Those of [`Camera::new`] about K and the size.
+    pub fn with_intrinsics(&self, k: DMat3, size: [u32; 2]) -> Result<Self, SceneError> {
+        check_size(size)?;
+        let k = match self.center {
+            // Any homography.
+            Center::Infinity => k,
+            _ => checked_intrinsics(k)?,
+        };
+        Ok(Self {
+            k,
+            size,
+            p: matrix_of(k, self.r, self.c, self.center)?,
+            matrix: None,
+            starts: Starts::default(),
+            ..self.clone()
+        })
+    }
+
+    /// The same camera whose rays, if they come from infinity, start before a ball; others start where they do.
+    pub fn starting_before(&self, center: DVec3, radius: f64) -> Self {
+        let start = match self.center {
+            Center::Infinity => (center - self.c).dot(self.forward()) - 1.5 * radius,
+            _ => 0.0,
+        };
+        Self {
+            start,
+            ..self.clone()
+        }
+    }
+
+    /// The depth at which rays start: 0 but for [`Camera::starting_before`].
+    pub fn start(&self) -> f64 {
+        self.start
+    }
+
+    /// What its lens does.
+    pub fn lens(&self) -> &Lens {
+        &self.lens
+    }
+
+    /// Its opening; a pinhole where there is none.
+    pub fn aperture(&self) -> Option<&Aperture> {
+        self.aperture.as_ref()
+    }
+
+    /// How much light arrives where.
+    pub fn vignetting(&self) -> Option<&Vignetting> {
+        self.vignetting.as_ref()
+    }
+
+    /// How it moves while its shutter is open.
+    pub fn motion(&self) -> Option<&Motion> {
+        self.motion.as_ref()
+    }
+
+    /// Where its rays come from.
+    pub fn center(&self) -> Center {
+        self.center
+    }
+
+    /// The matrix that it was made of, at its own scale and sign; none for other constructors.
+    pub fn matrix(&self) -> Option<[[f64; 4]; 3]> {
+        self.matrix
+    }
+}
+
+fn parallel(what: &str) -> SceneError {
+    SceneError::Camera(format!(
+        "a camera with parallel rays (orthographic, or of a matrix with its centre at infinity) cannot have {what}"
+    ))
+}

@@ -1,0 +1,46 @@
+//! Vignetting: how much of the light arrives, away from the middle of the picture.
+
+use glam::{DVec2, DVec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::error::SceneError;
+
+/// The factor of a pixel's light: `cos⁴ θ` if that is asked for, times `1 + a r² + b r⁴ + ...`. It acts on the colour
+/// alone.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Vignetting {
+    /// Whether light falls off with the fourth power of the cosine of its angle to the principal axis, as it does on a
+    /// flat sensor; 0 from 90 degrees on.
+    pub cos4: bool,
+    /// The coefficients of r², r⁴, ...; r is the distance from the principal point in focal lengths, K⁻¹ (u, v, 1). Black
+    /// where it falls below 0.
+    pub polynomial: Vec<f64>,
+}
+
+impl Vignetting {
+    /// # Errors
+    /// [`SceneError::Camera`] for coefficients that are not finite.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        if self.polynomial.iter().all(|v| v.is_finite()) {
+            return Ok(());
+        }
+        Err(SceneError::Camera(format!(
+            "vignetting: polynomial {:?} must be finite",
+            self.polynomial
+        )))
+    }
+
+    /// At a point of the image plane whose light has a direction, of unit length in camera axes.
+    pub(super) fn factor(&self, image: DVec2, direction: DVec3) -> f64 {
+        let s = image.length_squared();
+        let sum = self
+            .polynomial
+            .iter()
+            .rev()
+            .fold(0.0, |sum, a| (sum + a) * s);
+        let cosine = if self.cos4 { direction.z.max(0.0) } else { 1.0 };
+        (1.0 + sum).max(0.0) * cosine.powi(4)
+    }
+}
