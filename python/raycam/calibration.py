@@ -41,7 +41,7 @@ class Cameras(Mapping[str, Camera]):
     def __getitem__(self, name: str) -> Camera:
         """The camera of a name; `KeyError` where there is none, `CameraError` where size or intrinsics are missing."""
         if name not in self._made:
-            self._made[name] = Camera._wrap(self._records[name].camera(), self._up)
+            self._made[name] = Camera._of(self._records[name].camera(), self._up)
         return self._made[name]
 
     def __iter__(self) -> Iterator[str]:

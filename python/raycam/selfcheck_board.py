@@ -105,6 +105,8 @@ class Board:
 
         They depend on nothing but the arguments. Raises `SettingsError` where the camera has no view of the board.
         """
+        if camera.is_parallel:
+            raise SettingsError("a camera with parallel rays cannot be calibrated by views of a board")
         found: list[Camera] = []
         for number in range(1, 40 * count):
             placed = self._placed(camera, number)
@@ -116,7 +118,7 @@ class Board:
 
     def _placed(self, camera: Camera, number: int) -> Camera | None:
         """One of the places; None where too little of the board would be seen."""
-        still = Camera._of(_placed(camera, np.eye(3), np.zeros(3)), camera.up, camera._lens)
+        still = _placed(camera, np.eye(3), np.zeros(3))
         size = np.array(camera.size, float)
         spread = np.array(GOLDEN) * number % 1.0
         pixel = size * (0.2 + 0.6 * spread) - (0.5 if camera.pixel_center == "integer" else 0.0)
@@ -137,7 +139,7 @@ class Board:
         middle = np.array([self.columns / 2, self.rows / 2, 0.0])
         # camera_from_world X = board_axes X + (way - board_axes middle)
         center = middle - board_axes.T @ (ways[0] * distance)
-        placed = Camera._of(_placed(camera, board_axes, center), camera.up, camera._lens)
+        placed = _placed(camera, board_axes, center)
         pixels, seen = placed.project(self.corners)
         inside = seen & ((pixels > 8) & (pixels < size - 9)).all(axis=1)
         enough = len(inside) if self.kind == "checkerboard" else 0.6 * len(inside)
@@ -188,9 +190,10 @@ def refined(picture: npt.NDArray[np.uint8], places: Floats, window: int) -> Floa
     return np.asarray(found, np.float64).reshape(-1, 2)
 
 
-def _placed(camera: Camera, rotation: Floats, center: Floats) -> Any:
+def _placed(camera: Camera, rotation: Floats, center: Floats) -> Camera:
+    """Its K and lens elsewhere, without aperture, vignetting and motion: a calibration tells nothing of these."""
     made = Camera(camera.K, rotation, center, camera.size, pixel_center=camera.pixel_center, up=camera.up)
-    return made._core, made._recipe
+    return Camera._of(made._core, camera.up, camera._lens)
 
 
 def _facing(way: Floats) -> Floats:

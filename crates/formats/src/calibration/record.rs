@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
+use raycam_scene::camera::Center;
 use raycam_scene::{Camera, Lens, PixelCenter};
 
 use super::{Known, Pose};
@@ -50,10 +51,14 @@ impl Record {
         }
     }
 
-    /// The record of a camera.
+    /// The record of a camera; of one with parallel rays, which has neither K nor a place, the matrix alone.
     pub fn of(name: impl Into<String>, camera: &Camera) -> Self {
         let mut record = Self::new(name, camera.pixel_center());
         record.size = Some(camera.size());
+        if camera.center() != Center::Point {
+            record.matrix = Some(camera.p());
+            return record;
+        }
         record.k = Some(camera.k());
         record.lens = camera.lens().clone();
         record.pose = Some(Pose::at(camera.r(), camera.c()));
@@ -87,7 +92,10 @@ impl Record {
     pub(super) fn need_pose(&self) -> Result<Pose, FormatError> {
         match (&self.pose, self.matrix) {
             (Some(pose), _) => Ok(pose.clone()),
-            (None, Some(_)) => self.camera().map(|camera| Pose::at(camera.r(), camera.c())),
+            (None, Some(matrix)) => {
+                let camera = self.with_a_center(matrix)?;
+                Ok(Pose::at(camera.r(), camera.c()))
+            }
             (None, None) => Ok(Pose::at(DMat3::IDENTITY, DVec3::ZERO)),
         }
     }
@@ -106,14 +114,23 @@ impl Record {
     pub(super) fn need_k(&self, what: &str) -> Result<DMat3, FormatError> {
         match (self.k, self.matrix) {
             (Some(k), _) => Ok(k),
-            (None, Some(matrix)) => {
-                let camera = Camera::from_matrix(matrix, [1, 1], self.pixel_center)?;
-                Ok(camera.k())
-            }
+            (None, Some(matrix)) => Ok(self.with_a_center(matrix)?.k()),
             (None, None) => Err(FormatError::Encode(format!(
                 "camera {:?}: its file has a pose and no intrinsics, which {what} needs: give intrinsics=, a camera",
                 self.name
             ))),
+        }
+    }
+
+    /// The camera of a matrix, whose rays come from a point.
+    fn with_a_center(&self, matrix: [[f64; 4]; 3]) -> Result<Camera, FormatError> {
+        let camera = Camera::from_matrix(matrix, [1, 1], self.pixel_center)?;
+        match camera.center() {
+            Center::Point => Ok(camera),
+            _ => Err(self.cannot(
+                "this format",
+                "parallel rays (it has K and a pose, no matrix): write KITTI, or to_dict()",
+            )),
         }
     }
 

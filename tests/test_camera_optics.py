@@ -1,0 +1,199 @@
+"""Aperture, shutter and vignetting, against closed forms."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+import raycam
+
+F = 400.0
+SIZE = (161, 121)
+K = np.array([[F, 0, 80], [0, F, 60], [0, 0, 1]])
+EYE = np.eye(3)
+
+
+def camera_at(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> raycam.Camera:
+    return raycam.Camera(K, EYE, [x, y, z], SIZE)
+
+
+def world_of(size: list[float], location: list[float]) -> raycam.World:
+    world = raycam.World()
+    world.add_object(box={"size": size}, color="#ffffff", location=location)
+    return world
+
+
+def light_of(world: raycam.World, camera: raycam.Camera, samples: int = 256) -> np.ndarray:
+    """Each pixel's share of the light [h, w]."""
+    color = raycam.render(world, camera, integrator="flat", samples=samples)["color"]
+    light = color[..., 0].astype(np.float64)
+    assert light.sum() > 0
+    share: np.ndarray = light / light.sum()
+    return share
+
+
+def moments(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and variance of x and y, in pixels."""
+    y, x = np.indices(light.shape)
+    mean = np.array([(light * x).sum(), (light * y).sum()])
+    return mean, np.array([(light * (x - mean[0]) ** 2).sum(), (light * (y - mean[1]) ** 2).sum()])
+
+
+@pytest.mark.parametrize(("blades", "spread"), [(0, 1 / 4), (6, 5 / 24), (4, 1 / 6)])
+def test_circle_of_confusion(blades: int, spread: float) -> None:
+    """What is at depth d blurs over the opening, as large as f R |1/d - 1/focus|: a uniform disc of radius r has the
+    variance r²/4 along an axis, a hexagon 5 r²/24, a square r²/6.
+    """
+    world = world_of([0.02, 0.02, 1e-4], [0, 0, 4])
+    sharp = camera_at()
+    blurred = sharp.with_aperture(0.1, focus=2, blades=blades)
+    radius = F * 0.1 * abs(1 / 4 - 1 / 2)
+    (_, before), (mean, after) = (moments(light_of(world, camera)) for camera in (sharp, blurred))
+    np.testing.assert_allclose(after - before, radius**2 * spread, rtol=0.03)
+    np.testing.assert_allclose(mean, [80, 60], atol=0.15)
+    light = light_of(world, blurred)
+    assert light[60, 80 + int(radius) + 3 :].sum() == 0
+
+
+def test_what_is_in_focus_is_sharp() -> None:
+    world = world_of([0.3, 0.3, 1e-9], [0.2, 0.1, 2])
+    sharp, open_wide = light_of(world, camera_at()), light_of(world, camera_at().with_aperture(0.2, focus=2))
+    assert np.abs(sharp - open_wide).max() < 0.1 * sharp.max()
+    inside = sharp > 0.99 * sharp.max()
+    np.testing.assert_allclose(open_wide[inside], sharp[inside], rtol=1e-3)
+
+
+def test_f_number() -> None:
+    camera = camera_at().with_aperture(f_number=2, focal_length=0.05, focus=3)
+    assert camera.aperture is not None
+    again = camera_at().with_aperture(0.0125, focus=3)
+    point = [0.3, 0.1, 9.0]
+    world = world_of([0.1, 0.1, 1e-4], point)
+    assert (light_of(world, camera, 16) == light_of(world, again, 16)).all()
+
+
+def test_smear_of_a_moving_camera() -> None:
+    """Over the exposure the image goes f d / z pixels, evenly: the variance grows by that squared over 12."""
+    world = world_of([0.02, 0.02, 1e-4], [0, 0, 4])
+    moving = camera_at(-0.1).moving(camera_at(0.1), exposure=0.01)
+    length = F * 0.2 / 4
+    (_, before), (mean, after) = (moments(light_of(world, camera)) for camera in (camera_at(), moving))
+    assert after[0] - before[0] == pytest.approx(length**2 / 12, rel=0.02)
+    assert after[1] == pytest.approx(before[1], abs=0.05)
+    np.testing.assert_allclose(mean, [80, 60], atol=0.1)
+    np.testing.assert_allclose(moving.C, [0, 0, 0], atol=1e-15)
+
+
+@pytest.mark.parametrize(("direction", "sign"), [("down", 1), ("up", -1)])
+def test_rolling_shutter_by_rows_skews_upright_lines(
+    direction: raycam.camera_optics.Readout, sign: int
+) -> None:
+    """The row at the fraction g sees the camera g of the way: an upright line at depth z leans by f d / z in all."""
+    world = world_of([0.05, 9.0, 1e-4], [0, 0, 4])
+    rolling = camera_at(-0.1).moving(camera_at(0.1), readout=0.02, direction=direction)
+    frame = raycam.render(world, rolling, integrator="flat", samples=1, channels=["instance", "position"])
+    rows = np.arange(SIZE[1])
+    columns = np.array([np.flatnonzero(row >= 0).mean() for row in frame["instance"]])
+    share = (rows + 0.5) / SIZE[1]
+    expected = 80 - sign * F * 0.2 / 4 * (share - 0.5)
+    assert np.abs(columns - expected).max() <= 0.5 + 1e-9
+    assert frame.reprojection_error() <= 1e-3
+
+
+@pytest.mark.parametrize(("direction", "sign"), [("right", 1), ("left", -1)])
+def test_rolling_shutter_by_columns(direction: raycam.camera_optics.Readout, sign: int) -> None:
+    """Each column is taken where the camera is then: a level line leans as an upright one does by rows."""
+    world = world_of([9.0, 0.05, 1e-4], [0, 0, 4])
+    rolling = camera_at(0, -0.1).moving(camera_at(0, 0.1), readout=0.02, direction=direction)
+    frame = raycam.render(world, rolling, integrator="flat", samples=1, channels=["instance", "position"])
+    rows = np.array([np.flatnonzero(column >= 0).mean() for column in frame["instance"].T])
+    share = (np.arange(SIZE[0]) + 0.5) / SIZE[0]
+    assert np.abs(rows - (60 - sign * F * 0.2 / 4 * (share - 0.5))).max() <= 0.5 + 1e-9
+    assert frame.reprojection_error() <= 1e-3
+
+
+def test_vignetting() -> None:
+    world = world_of([9, 9, 1e-4], [0, 0, 2])
+    plain = raycam.render(world, camera_at(), integrator="flat", samples=4)["color"][..., 0]
+    y, x = np.indices(plain.shape)
+    squared = ((x - 80) ** 2 + (y - 60) ** 2) / F**2
+    for camera, factor in (
+        (camera_at().with_vignetting(cos4=True), (1 + squared) ** -2),
+        (camera_at().with_vignetting(polynomial=[-2.0, 1.5]), 1 - 2 * squared + 1.5 * squared**2),
+    ):
+        dark = raycam.render(world, camera, integrator="flat", samples=4)["color"][..., 0]
+        np.testing.assert_allclose(dark, plain * factor, rtol=2e-6)
+
+
+def test_all_of_it_survives_files_and_pickles(tmp_path: Path) -> None:
+    camera = (
+        camera_at(-0.1)
+        .with_aperture(0.1, focus=2, blades=5, rotation=10)
+        .with_vignetting(cos4=True, polynomial=[0.1])
+        .moving(camera_at(0.1), exposure=0.01, readout=0.02)
+    )
+    assert pickle.loads(pickle.dumps(camera)) == camera
+    assert raycam.Camera.from_dict(camera.to_dict()) == camera
+    world = world_of([1, 1, 1], [0, 0, 4])
+    frame = raycam.render(world, camera, integrator="flat", samples=1)
+    frame.save(tmp_path / "frame.npz")
+    with np.load(tmp_path / "frame.npz") as saved:
+        assert raycam.Camera.from_dict(json.loads(str(saved["camera"]))) == camera
+
+
+def test_parallel_rays() -> None:
+    camera = raycam.Camera.orthographic([0, 0, 5], pitch=90, height=2, size=(40, 30))
+    assert camera.is_parallel
+    assert np.allclose(camera.center, [0, 0, -1, 0])
+    with pytest.raises(raycam.CameraError, match="infinity"):
+        camera.C  # noqa: B018
+    with pytest.raises(raycam.CameraError, match="parallel"):
+        camera.with_aperture(0.1, focus=1)
+    affine = raycam.Camera.from_matrix(camera.P, camera.size)
+    world = world_of([1, 1, 1], [0, 0, 0])
+    channels = ["position", "depth"]
+    one, two = (
+        raycam.render(world, c, integrator="flat", samples=1, channels=channels) for c in (camera, affine)
+    )
+    np.testing.assert_allclose(one["position"], two["position"], atol=1e-9)
+    assert one["depth"][15, 20] == pytest.approx(4.5)
+    assert two["depth"][15, 20] == pytest.approx(-0.5)
+    assert max(one.reprojection_error(), two.reprojection_error()) <= 1e-3
+
+
+@pytest.mark.parametrize("far", [0.0, 1e6])
+def test_points_seen_are_where_they_were_seen(far: float) -> None:
+    """Pixel, ray, hit, and back, through every kind of camera."""
+    shift = np.array([far, -far, far])
+    world = raycam.World()
+    world.add_object(sphere={"radius": 1}, location=np.add(shift, [0.2, 0.1, 4]).tolist())
+    world.add_object(box={"size": [20, 20, 0.1]}, location=np.add(shift, [0, 0, 8]).tolist())
+    place = raycam.Camera(K, EYE, shift, SIZE)
+    models: list[tuple[raycam.camera_arguments.Model, list[float]]] = [
+        ("opencv", [-0.2, 0.05, 1e-3, -1e-3, 0.01]),
+        ("opencv", [-0.2, 0.05, 1e-3, -1e-3, 0.01, 0.02, 0.01, 1e-3, 1e-3, -1e-3, 1e-3, 1e-3, 0.02, -0.01]),
+        ("fisheye", [0.02, -0.01, 0.002, 0]),
+        ("thin_prism_fisheye", [0.02, -0.01, 1e-3, 1e-3, 0, 0, 1e-3, 1e-3]),
+        ("fov", [0.9]),
+        ("division", [-0.2]),
+        ("omni", [0.8, 0.02, -0.01, 1e-3, 1e-3]),
+        ("eucm", [0.6, 1.1]),
+        ("ds", [-0.2, 0.6]),
+        ("equirectangular", []),
+        ("cylindrical", []),
+    ]
+    cameras = [place]
+    cameras += [
+        raycam.Camera(K, EYE, shift, SIZE, model=model, distortion=numbers) for model, numbers in models
+    ]
+    cameras += [
+        raycam.Camera.orthographic(shift, target=np.add(shift, [0, 0, 1]), height=4, size=SIZE, up="y"),
+        place.moving(place.at_pose(EYE, np.add(shift, [0.2, 0.1, 0.1])), exposure=0.01, readout=0.02),
+    ]
+    for camera in cameras:
+        frame = raycam.render(world, camera, integrator="flat", samples=1, channels=["position"])
+        assert np.isfinite(frame["position"]).any(), camera
+        assert frame.reprojection_error() <= (1e-2 if far else 1e-3), camera
