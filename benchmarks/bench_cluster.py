@@ -70,7 +70,7 @@ def poisons(folder: Path) -> list[Row]:
 
 def schedulers(folder: Path, count: int) -> list[Row]:
     """The scheduler's process is killed amid the job, and the same command goes on."""
-    frames, finished = 60, []
+    frames, finished = 40, []
     for number in range(count):
         one = folder / f"scheduler{number}"
         one.mkdir()

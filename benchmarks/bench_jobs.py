@@ -117,9 +117,10 @@ def long_job(folder: Path, frames: int) -> list[Row]:
     """Memory and open files of this process while a long job goes on."""
     one = Film(world(), integrator="flat", samples=1, fps=frames, seconds=1.0).package()
     seen: dict[int, tuple[int, int]] = {}
+    marks = [frames // 20, frames // 10, frames // 4, frames // 2, frames * 3 // 4, frames]
 
     def look(done: int, total: int, failed: int) -> None:
-        if done in (frames // 10, frames):
+        if done in marks:
             pages = int(Path("/proc/self/statm").read_text().split()[1])
             seen[done] = (pages * os.sysconf("SC_PAGE_SIZE"), len(os.listdir("/proc/self/fd")))
 
@@ -127,18 +128,22 @@ def long_job(folder: Path, frames: int) -> list[Row]:
     with pool_of(None, threads=1) as pool:
         Job(folder / "long", one).run(pool, progress=look)
     seconds = time.perf_counter() - start
-    (early, files), (late, files_late) = seen[frames // 10], seen[frames]
+    early, late = seen[frames // 10][0], seen[frames][0]
     return [
         [
-            f"{frames} frames: resident memory at 10 % and at the end",
+            f"{frames} frames: resident KiB at 5, 10, 25, 50, 75 and 100 %",
             f"{seconds:.0f} s",
-            f"{early >> 10} KiB, {late >> 10} KiB ({100 * (late / early - 1):+.2f} %)",
+            f"{', '.join(str(seen[mark][0] >> 10) for mark in marks)} ({100 * (late / early - 1):+.2f} % since 10 %)",
         ],
-        [f"{frames} frames: open files at 10 % and at the end", "", f"{files}, {files_late}"],
+        [
+            f"{frames} frames: open files at the same times",
+            "",
+            ", ".join(str(seen[mark][1]) for mark in marks),
+        ],
     ]
 
 
-def scaling(folder: Path, frames: int) -> Row:
+def scaling(folder: Path, frames: int, samples: int = 24) -> Row:
     """One worker and two, of one thread each, in turn."""
     scene = raycam.World()
     scene.add_object(torus={"radius": 1, "tube": 0.4}, name="ring", refine=2)
@@ -149,7 +154,7 @@ def scaling(folder: Path, frames: int) -> Row:
     seconds = {}
     each = 0.0
     for count in (1, 2):
-        one = Film(scene, samples=24, seed=count).package()
+        one = Film(scene, samples=samples, seed=count).package()
         job = Job(folder / f"scale{count}", one)
         with pool_of(count, threads=1) as pool:
             pool.slots()
@@ -183,7 +188,7 @@ def main() -> None:
                 overhead(folder, "local:2", "Dask local 2", 400),
             ],
             "long": lambda: long_job(folder, options.frames),
-            "scaling": lambda: [scaling(folder, 42)],
+            "scaling": lambda: [scaling(folder, 86, 8)],
         }
         for part in options.parts:
             rows += parts[part]()

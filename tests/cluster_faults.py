@@ -258,7 +258,7 @@ def scheduler_lost(folder: Path, *, frames: int, after: int, count: int = 2) -> 
     finally:
         engine.close()
     assert process.returncode == 1
-    assert "Traceback" not in said
+    assert "Traceback" not in said, said
     assert "the same command goes on" in said
     whole = results(folder / "one")
     finished = check_intact(folder / "frames", whole)

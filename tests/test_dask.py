@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import os
-import signal
-import threading
-import time
 import warnings
 from pathlib import Path
 from typing import Any
 
 import pytest
-from job_frames import Pool, film, package, results
+from cluster_faults import poison, scheduler_lost, storm
+from job_frames import film, package
 from raycam import dask_cluster, dispatch, workers
 from raycam.dask_worker import Delivery
-from raycam.errors import JobError
-from raycam.jobs import Job
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 
@@ -29,10 +25,6 @@ def dask_pool() -> Any:
         pool.close()
 
 
-def processes_of(pool: dask_cluster.Dask) -> list[int]:
-    return list(pool._client.run(os.getpid).values())
-
-
 def test_it_listens_to_this_machine_alone(dask_pool: dask_cluster.Dask) -> None:
     addresses = [dask_pool._client.scheduler.address, *dask_pool._client.run(os.getpid)]
     assert all(address.startswith("tcp://127.0.0.1:") for address in addresses)
@@ -42,24 +34,12 @@ def test_it_listens_to_this_machine_alone(dask_pool: dask_cluster.Dask) -> None:
     assert dask_cluster._is_private("tcp://localhost:8786")
 
 
-def test_killed_and_stopped_workers_change_no_byte(
+def test_killed_and_stopped_workers_and_answers_that_come_twice_change_no_byte(
     tmp_path: Path, dask_pool: dask_cluster.Dask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dispatch, "PATIENCE", 1.0)
-    one = film(seconds=4.0, samples=64).package()
-    Job(tmp_path / "one", one).run(Pool())
-    first, second, _ = processes_of(dask_pool)
-    os.kill(first, signal.SIGSTOP)
-    killer = threading.Timer(0.3, os.kill, (second, signal.SIGKILL))
-    killer.start()
-    try:
-        Job(tmp_path / "many", one).run(dask_pool)
-    finally:
-        killer.join()
-        os.kill(first, signal.SIGCONT)
-    # The one that was stopped has answered by now, and nobody listened.
-    time.sleep(0.5)
-    assert results(tmp_path / "many") == results(tmp_path / "one")
+    seen = storm(tmp_path, dask_pool, frames=40, each=0.1, pause=3.0)
+    assert seen.killed >= 1
 
 
 def test_a_package_that_workers_do_not_see_is_brought_to_them_once(
@@ -79,34 +59,11 @@ def test_a_package_that_workers_do_not_see_is_brought_to_them_once(
 
 
 def test_a_poison_frame_is_given_up_alone(tmp_path: Path, dask_pool: dask_cluster.Dask) -> None:
-    def poison() -> None:
-        from raycam import video
+    poison(tmp_path, dask_pool, frames=8, number=3)
 
-        real = video.Film.frame
 
-        def frame(self: Any, number: int, progress: Any = None) -> Any:
-            if number == 3:
-                os.kill(os.getpid(), 9)
-            return real(self, number, progress)
-
-        video.Film.frame = frame  # type: ignore[method-assign]
-
-    def poisoned(poison: Any, task: workers.Task) -> Any:
-        from raycam import video
-
-        if video.Film.frame.__module__ == "raycam.video":
-            poison()
-        return workers.make(task)
-
-    real = dask_pool._executor.submit
-    job = Job(tmp_path, package(seed=4))
-    try:
-        dask_pool._executor.submit = lambda _, task: real(poisoned, poison, task)
-        with pytest.raises(JobError, match=r"frame 3: 3 workers died of it"):
-            job.run(dask_pool)
-    finally:
-        dask_pool._executor.submit = real
-    assert job.status().finished == 7
+def test_losing_the_scheduler_loses_no_finished_frame(tmp_path: Path) -> None:
+    scheduler_lost(tmp_path, frames=16, after=2, count=1)
 
 
 def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

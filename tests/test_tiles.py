@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import raycam
 from job_frames import Pool
 from raycam import tiles
+from raycam.cli import main
 from raycam.cluster import pool_of
-from raycam.errors import JobError
+from raycam.errors import JobError, SettingsError
 from raycam.jobs import Job
 
 
@@ -41,3 +43,76 @@ def test_tiles_join_to_the_bits_of_the_whole(tmp_path: Path) -> None:
         np.testing.assert_array_equal(picture[name], whole[name])
     assert picture.to_png() == whole.to_png()
     assert picture.camera == camera
+
+
+def test_regions_views_and_transparency_come_through(tmp_path: Path) -> None:
+    world = raycam.World()
+    world.add_object(torus={"radius": 1, "tube": 0.4})
+    world.add_light({"type": "sky", "radiance": [3, 2, 1]})
+    camera = raycam.Camera.look_at([2, -3, 2], [0, 0, 0], size=(61, 43), fov=45)
+    options: dict[str, Any] = {
+        "samples": 4,
+        "region": (7, 5, 40, 31),
+        "view": "agx",
+        "transparent": True,
+        "channels": ["color", "depth"],
+    }
+    whole = raycam.render(world, camera, **options)
+    plan = tiles.package(world, camera, tile=16, **options)
+    assert plan.frames == 3 * 2
+    assert tiles.make_picture(plan, tmp_path, Pool(), shard=(1, 2)) is None
+    picture = tiles.make_picture(plan, tmp_path, Pool(), shard=(2, 2))
+    assert picture is not None
+    assert picture.region == whole.region == (7, 5, 40, 31)
+    assert list(picture) == list(whole) == ["color", "depth", "alpha"]
+    for name in whole:
+        np.testing.assert_array_equal(picture[name], whole[name])
+    assert picture.to_png() == whole.to_png()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"time": 3.0}, "time is for a picture as a whole"),
+        ({"denoise": True}, "denoise is for a picture as a whole"),
+        ({"region": (0, 0, 62, 43)}, "is not in a picture of"),
+        ({"region": (-1, 0, 5, 5)}, "is not in a picture of"),
+    ],
+)
+def test_what_does_not_go_with_tiles_is_named(options: dict[str, Any], message: str) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1})
+    camera = raycam.Camera.look_at([2, -3, 2], [0, 0, 0], size=(61, 43), fov=45)
+    with pytest.raises(SettingsError, match=message):
+        tiles.package(world, camera, **options)
+
+
+def test_the_command_makes_the_same_file_by_workers_and_by_shards(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tiles, "TILE", 32)
+    Path("box.toml").write_text(WORLD)
+    assert main(["render", "box.toml", "-o", "one.exr"]) == 0
+    assert main(["render", "box.toml", "-o", "two.exr", "--workers", "2", "--low-priority"]) == 0
+    assert main(["render", "box.toml", "-o", "three.exr", "--shard", "1/2"]) == 0
+    assert "shard 1/2 is finished; three.exr is made when all are" in capsys.readouterr().out
+    assert Path("three.exr.job").is_dir()
+    assert main(["render", "box.toml", "-o", "three.exr", "--shard", "2/2"]) == 0
+    assert Path("one.exr").read_bytes() == Path("two.exr").read_bytes() == Path("three.exr").read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["box.toml", "one.exr", "three.exr", "two.exr"]
+    assert main(["render", "box.toml", "-o", "a.png", "--workers", "0"]) == 2
+    assert main(["render", "box.toml", "-o", "a.png", "--retry-failed"]) == 2
+    assert "go with --workers" in capsys.readouterr().err
+
+
+WORLD = """
+[camera]
+size = [64, 48]
+fov = 40
+location = [3, -4, 2]
+target = [0, 0, 0]
+[[object]]
+box = { size = 1 }
+color = "#c83c28"
+"""

@@ -161,6 +161,7 @@ def test_a_world_without_video_is_orbited_and_says_so():
     np.testing.assert_allclose(first.C, still.C)
     np.testing.assert_allclose((first.C + half.C)[:2] / 2, [5, 0], atol=1e-9)
     assert Film(moving_world()).notices == []
+    assert "differs from run to run" in Film(moving_world(), time=1.0).notices[0]
 
 
 def test_what_does_not_move_is_built_once():

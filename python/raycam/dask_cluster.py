@@ -160,7 +160,7 @@ def _answer(ours: Future[Made], theirs: Future[Made]) -> None:
         # Every frame that waited at the worker is told so, not only the one it was in.
         ours.set_exception(WorkerDied(str(fault), certain=False, deaths=fault.allowed_failures + 1))
     except CancelledError as fault:
-        ours.set_exception(PoolLost(f"the scheduler has gone: {fault}"))
+        ours.set_exception(PoolLost(f"the scheduler has gone {fault}".rstrip()))
     except BaseException as fault:
         ours.set_exception(fault)
 

@@ -10,7 +10,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["atomic_path", "check_writable", "make_folder", "sync", "write"]
+__all__ = ["atomic_path", "check_writable", "make_folder", "named", "sync", "write"]
 
 
 @contextlib.contextmanager
@@ -29,17 +29,29 @@ def atomic_path(path: str | os.PathLike[str], scratch: Path | None = None) -> It
     check_writable(target)
     temporary = (scratch or target.parent) / f".{target.stem}.{secrets.token_hex(4)}{target.suffix}"
     try:
-        yield temporary
-        sync(temporary)
-        # A rename keeps the mode of the new file; one that replaces another should not change who may read it.
-        if target.exists():
-            shutil.copymode(target, temporary)
-        os.replace(temporary, target)
+        with named(target):
+            yield temporary
+            sync(temporary)
+            # A rename keeps the mode of the new file; one that replaces another should not change who may read it.
+            if target.exists():
+                shutil.copymode(target, temporary)
+            os.replace(temporary, target)
     except BaseException:
         with contextlib.suppress(FileNotFoundError):
             temporary.unlink()
         raise
     sync(target.parent)
+
+
+@contextlib.contextmanager
+def named(path: Path) -> Iterator[None]:
+    """Errors of the disk in the block that do not say of which file are of this one."""
+    try:
+        yield
+    except OSError as fault:
+        if fault.errno is not None and fault.filename is None:
+            fault.filename = str(path)
+        raise
 
 
 def write(path: str | os.PathLike[str], data: bytes, scratch: Path | None = None) -> None:

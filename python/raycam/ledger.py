@@ -23,7 +23,7 @@ from types import TracebackType
 from typing import Any
 
 from .errors import JobError
-from .files import sync
+from .files import named, sync
 
 __all__ = ["Entry", "Ledger", "digest", "entry_at", "read"]
 
@@ -106,6 +106,7 @@ class Ledger:
     """A ledger to write to; made where it is not there. Raises `OSError` as the disk does."""
 
     def __init__(self, path: Path) -> None:
+        self._path = path
         new = not path.exists()
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
         try:
@@ -135,12 +136,13 @@ class Ledger:
         line = entry.line()
         before = os.fstat(self._file).st_size
         try:
-            if os.write(self._file, line) != len(line):
-                # The disk took a part: asking again gives the reason, or the rest of the room.
-                os.ftruncate(self._file, before)
+            with named(self._path):
                 if os.write(self._file, line) != len(line):
-                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-            os.fsync(self._file)
+                    # The disk took a part: asking again gives the reason, or the rest of the room.
+                    os.ftruncate(self._file, before)
+                    if os.write(self._file, line) != len(line):
+                        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                os.fsync(self._file)
         except OSError:
             os.ftruncate(self._file, before)
             raise

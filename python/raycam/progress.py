@@ -57,8 +57,9 @@ def _rich_bar() -> Progress:
 
 
 @contextmanager
-def frames_bar(title: str) -> Iterator[Callable[[int, int, int], None]]:
-    """A function `progress(done, total, failed)` that draws a bar of frames, their rate, the time left and failures.
+def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int, int], None]]:
+    """A function `progress(done, total, failed)` that draws a bar of frames (or `what` they are), their rate, the time
+    left and failures.
 
     Away from a terminal it draws nothing.
     """
@@ -70,7 +71,7 @@ def frames_bar(title: str) -> Iterator[Callable[[int, int, int], None]]:
         nonlocal shown, first
         first = done + failed if first is None else first
         if shown is None and sys.stderr.isatty() and done < total and time.monotonic() - start > PATIENCE:
-            shown = _rich_frames()
+            shown = _rich_frames(what)
             shown.start()
             shown.add_task(title, total=total, rate="", failed="")
         if shown is not None:
@@ -90,7 +91,7 @@ def frames_bar(title: str) -> Iterator[Callable[[int, int, int], None]]:
             shown.stop()
 
 
-def _rich_frames() -> Progress:
+def _rich_frames(what: str) -> Progress:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -98,7 +99,7 @@ def _rich_frames() -> Progress:
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("frames  {task.fields[rate]}"),
+        TextColumn(what + "  {task.fields[rate]}"),
         TimeRemainingColumn(),
         TextColumn("[red]{task.fields[failed]}"),
         console=Console(stderr=True),

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import io
+import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from .camera import Camera
-from .errors import JobError
+from .dispatch import Pool
+from .errors import JobError, SettingsError
 from .frame import Frame
-from .jobs import Job
+from .jobs import Job, Progress, Shard
 from .package import Package
-from .render import DEFAULT_CHANNELS, Progress, channel_names, render
-from .workers import Maker
+from .render import DEFAULT_CHANNELS, Region, channel_names, render
+from .workers import Made, Maker
+from .workers import Progress as TileProgress
 from .world import World
 
-__all__ = ["join", "maker", "package"]
+__all__ = ["join", "make_picture", "maker", "package"]
 
-TILE = 512
+TILE = 256
 
 
 def package(
@@ -27,50 +30,69 @@ def package(
     camera: Camera | None = None,
     *,
     channels: Sequence[str] | str = DEFAULT_CHANNELS,
-    tile: int = TILE,
+    region: Region | None = None,
+    tile: int | None = None,
     **settings: Any,
 ) -> Package:
-    """The picture that `raycam.render` makes of the same arguments, as a job of tiles of `tile` x `tile` pixels.
+    """The picture that `raycam.render` makes of the same arguments, as a job of tiles of `tile` (256) pixels a side.
 
     Run it by `Job(folder, package).run(pool)`, then `join` its tiles.
+
+    Raises `SettingsError` for `time` and `denoise`, which look at the picture as a whole, and for a `region` that is
+    not in the picture.
     """
+    for name in ("time", "denoise"):
+        if settings.get(name) or world.render_settings.get(name):
+            raise SettingsError(
+                f"{name} is for a picture as a whole: it does not go with tiles; take samples or noise"
+            )
     seen = world.default_camera() if camera is None else camera
     cameras = set(world.cameras)
     name = next(name for name in (f"picture-{i}" for i in range(len(cameras) + 1)) if name not in cameras)
-    width, height = seen.size
-    regions = [
-        [x, y, min(tile, width - x), min(tile, height - y)]
-        for y in range(0, height, tile)
-        for x in range(0, width, tile)
-    ]
+    x, y, width, height = (0, 0, *seen.size) if region is None else region
+    if not (
+        x >= 0
+        and y >= 0
+        and width > 0
+        and height > 0
+        and x + width <= seen.size[0]
+        and y + height <= seen.size[1]
+    ):
+        raise SettingsError(f"region {region} (x, y, width, height) is not in a picture of {seen.size}")
+    names = channel_names(channels)
+    if settings.get("transparent") and "color" in names and "alpha" not in names:
+        names.append("alpha")
+    tile = tile or TILE
     plan = {
         "camera": name,
         "view": seen.P.tolist(),  # for people: the camera itself is with the world
-        "size": [width, height],
+        "region": [x, y, width, height],
         "tile": tile,
-        "channels": channel_names(channels),
+        "channels": names,
         "render": {key: value for key, value in settings.items() if key != "threads"},
     }
-    return Package("picture", len(regions), plan, world.with_cameras({name: seen}))
+    count = -(-width // tile) * -(-height // tile)
+    return Package("picture", count, plan, world.with_cameras({name: seen}))
 
 
 def maker(world: World, settings: Mapping[str, Any], threads: int | None) -> Maker:
     """What a worker does for a job of kind "picture": tile_0000.npz and so on, with the channels as they are."""
     camera = world.camera(settings["camera"])
-    width, _ = settings["size"]
+    left, top, width, height = settings["region"]
     tile = settings["tile"]
     across = -(-width // tile)
     plan = dict(settings["render"])
     if threads is not None:
         plan["threads"] = threads
 
-    def make(number: int, progress: Progress | None) -> tuple[dict[str, bytes], list[str]]:
+    def make(number: int, progress: TileProgress | None) -> tuple[dict[str, bytes], list[str]]:
         x, y = tile * (number % across), tile * (number // across)
-        region = (x, y, min(tile, camera.size[0] - x), min(tile, camera.size[1] - y))
+        region = (left + x, top + y, min(tile, width - x), min(tile, height - y))
         frame = render(world, camera, channels=settings["channels"], region=region, progress=progress, **plan)
         buffer = io.BytesIO()
         arrays: dict[str, Any] = dict(frame)
-        np.savez(buffer, region=np.array(region), exposure=np.array(frame.exposure), **arrays)
+        arrays |= {"exposure": np.array(frame.exposure), "view": np.array(frame.view)}
+        np.savez(buffer, region=np.array(region), **arrays)
         return {f"tile_{number:04}.npz": buffer.getvalue()}, frame.notices
 
     return make
@@ -95,6 +117,38 @@ def join(job: Job) -> Frame:
                     size=camera.size,
                     region=(x, y, width, height),
                     exposure=float(arrays["exposure"]),
+                    view=str(arrays["view"]),
+                    transparent=bool(job.package.settings["render"].get("transparent")),
                 )
             )
     return Frame.merge(parts)
+
+
+def make_picture(
+    package: Package,
+    folder: str | os.PathLike[str],
+    pool: Pool,
+    *,
+    shard: Shard | None = None,
+    resume: bool = True,
+    retry_failed: bool = False,
+    progress: Progress | None = None,
+) -> Frame | None:
+    """The picture of a package from `package`, made by a job in `folder`; None where other shards have tiles to make.
+
+    The job stays, for whoever saves the picture to remove it then. The rest is as in `Job.run`, whose errors it
+    raises.
+    """
+    job = Job(folder, package, resume=resume)
+    notices: dict[str, None] = {}
+
+    def tell(made: Made) -> None:
+        notices.update(dict.fromkeys(made.notices))
+
+    job.run(pool, shard=shard, retry_failed=retry_failed, progress=progress, finished=tell)
+    job = Job(folder)  # what other shards have made by now
+    if job.status().finished < package.frames:
+        return None
+    picture = join(job)
+    picture.notices = list(notices)
+    return picture

@@ -76,8 +76,9 @@ fn any_singular_left_part_is_a_camera() {
     for _ in 0..200 {
         let mut p = matrix(&mut random);
         let (a, b) = (random.between(-1.0, 1.0), random.between(-1.0, 1.0));
-        for column in 0..3 {
-            p[2][column] = a * p[0][column] + b * p[1][column];
+        let rows = p;
+        for (column, value) in p[2].iter_mut().take(3).enumerate() {
+            *value = a * rows[0][column] + b * rows[1][column];
         }
         check(p, &mut random);
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import os
 import signal
 from collections.abc import Iterator
@@ -14,7 +15,7 @@ from ..errors import SettingsError
 if TYPE_CHECKING:
     from ..dispatch import Pool
 
-__all__ = ["add_job", "job_options", "job_pool", "shard_of"]
+__all__ = ["add_job", "job_options", "job_pool", "lower_priority", "shard_of"]
 
 
 def add_job(command: argparse.ArgumentParser) -> None:
@@ -54,16 +55,24 @@ def shard_of(options: argparse.Namespace) -> tuple[int, int] | None:
     return i, n
 
 
+def lower_priority(options: argparse.Namespace) -> None:
+    """What `--low-priority` asks for."""
+    if options.low_priority and hasattr(os, "nice"):
+        os.nice(19)  # inherited by threads and processes
+
+
 @contextmanager
 def job_options(options: argparse.Namespace) -> Iterator[None]:
     """The priority that was asked for; SIGTERM ends the job as Ctrl-C does."""
-    if options.low_priority and hasattr(os, "nice"):
-        os.nice(19)  # inherited by threads and processes
+    lower_priority(options)
     before = signal.signal(signal.SIGTERM, _interrupt)
+    if options.cluster is not None:
+        logging.disable()  # what Dask says of lost connections and workers: raycam says it by itself
     try:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
+        logging.disable(logging.NOTSET)
 
 
 @contextmanager

@@ -5,9 +5,16 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import SettingsError
+from .job_options import add_job, job_pool, lower_priority, shard_of
 from .options import Command, add_camera, add_rendering, add_world, load_world, numbers, rendering, tell, view
+
+if TYPE_CHECKING:
+    from ..camera import Camera
+    from ..frame import Frame
+    from ..world import World
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -32,6 +39,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--half", action="store_true", default=None, help="float16 instead of float32, for .exr"
     )
     add_rendering(command)
+    add_job(command)
     command.set_defaults(run=_run)
 
 
@@ -51,13 +59,55 @@ def _run(options: argparse.Namespace) -> None:
     if options.output is None and output.exists() and output.name in world.textures:
         raise SettingsError(f"{output} is a texture of this world: choose another name with -o")
     check_save(output, names, camera.size)
-    settings = rendering(options)
-    with bar("rendering") as progress:
-        frame = render(world, camera, channels=names, region=options.region, progress=progress, **settings)
+    by_job = any(value is not None for value in (options.workers, options.cluster, options.shard))
+    if by_job:
+        frame = _by_job(options, output, world, camera, names)
+        if frame is None:
+            print(f"shard {options.shard} is finished; {output} is made when all are")
+            return
+    else:
+        if options.retry_failed or not options.resume:
+            raise SettingsError("--retry-failed and --no-resume go with --workers, --cluster or --shard")
+        lower_priority(options)
+        settings = rendering(options)
+        with bar("rendering") as progress:
+            frame = render(
+                world, camera, channels=names, region=options.region, progress=progress, **settings
+            )
     tell(frame.notices)
     frame.save(output, bits=options.bits, half=options.half)
     _, _, width, height = frame.region
     print(f"{output}: {width} x {height}, {', '.join(frame.channels)}")
+    if by_job:
+        from ..jobs import Job
+
+        Job(_job_folder(output)).remove()
+
+
+def _job_folder(output: Path) -> Path:
+    """Where tiles wait until the picture is complete."""
+    return output.with_name(output.name + ".job")
+
+
+def _by_job(
+    options: argparse.Namespace, output: Path, world: World, camera: Camera, names: Sequence[str]
+) -> Frame | None:
+    """The picture from tiles, or None where other shards are at some of them."""
+    from .. import tiles
+    from ..progress import frames_bar
+
+    shard = shard_of(options)
+    package = tiles.package(world, camera, channels=names, region=options.region, **rendering(options))
+    with job_pool(options) as pool, frames_bar("rendering", "tiles") as progress:
+        return tiles.make_picture(
+            package,
+            _job_folder(output),
+            pool,
+            shard=shard,
+            resume=options.resume,
+            retry_failed=options.retry_failed,
+            progress=progress,
+        )
 
 
 COMMAND = Command(
@@ -67,6 +117,8 @@ COMMAND = Command(
         "raycam render room.toml                                   a lit picture, room.png",
         "raycam render room.toml -o room.exr --channels all         with all ground truth",
         "raycam render bunny.ply -o bunny.png --size 1920x1080      a bare mesh, framed and lit",
+        "raycam render room.toml -o room.exr --workers 4            in tiles, by processes; goes on after Ctrl-C",
+        "raycam render room.toml -o room.exr --cluster tcp://scheduler:8786",
         "raycam render room.toml --integrator flat --samples 1      the lecture's picture",
     ],
 )

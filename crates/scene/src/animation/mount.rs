@@ -88,9 +88,10 @@ impl CameraMount {
         let base = &self.base;
         let (size, center) = (base.size(), base.pixel_center());
         let made = intrinsics_from_fov(fov.to_degrees(), size, center)
-            .and_then(|k| Camera::new(k, base.r(), base.c(), size, center));
+            .and_then(|k| Camera::new(k, base.r(), base.c(), size, center))
+            .and_then(|camera| camera.with_lens(base.lens().clone()));
         if let Ok(camera) = made {
-            self.base = camera.with_lens(base.lens().clone());
+            self.base = camera;
         }
     }
 }

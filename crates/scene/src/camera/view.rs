@@ -71,7 +71,7 @@ impl Camera {
         let seen_at = |line: f64| {
             let time = line * motion.readout() + 0.5 * motion.exposure();
             let (pixel, seen) = self.project_from(&motion.at(time), point);
-            let off = motion.line(self.from_corner(pixel), self.size) - line;
+            let off = motion.line(self.past_corner(pixel), self.size) - line;
             (seen && off.is_finite()).then_some((pixel, off))
         };
         // Newton's method with secants: two lines differ by little, so that it is a matter of a few steps.
@@ -130,7 +130,7 @@ impl Camera {
         match &self.motion {
             None => self.ray_from(&self.pose(), pixel),
             Some(motion) => {
-                let time = motion.time(self.from_corner(pixel), self.size, 0.5);
+                let time = motion.time(self.past_corner(pixel), self.size, 0.5);
                 self.ray_from(&motion.at(time), pixel)
             }
         }
@@ -178,7 +178,7 @@ impl Camera {
         let pixel = self.wrapped(pixel);
         let pose = match &self.motion {
             None => self.pose(),
-            Some(motion) => motion.at(motion.time(self.from_corner(pixel), self.size, part)),
+            Some(motion) => motion.at(motion.time(self.past_corner(pixel), self.size, part)),
         };
         let Some(aperture) = &self.aperture else {
             let (origin, direction) = self.ray_from(&pose, pixel);
@@ -229,7 +229,7 @@ impl Camera {
         match &self.motion {
             None => self.r,
             Some(motion) => {
-                let time = motion.time(self.from_corner(pixel), self.size, 0.5);
+                let time = motion.time(self.past_corner(pixel), self.size, 0.5);
                 motion.at(time).r
             }
         }
@@ -239,13 +239,13 @@ impl Camera {
     pub fn depth_at(&self, pixel: DVec2, point: DVec3) -> f64 {
         let pose = match &self.motion {
             None => self.pose(),
-            Some(motion) => motion.at(motion.time(self.from_corner(pixel), self.size, 0.5)),
+            Some(motion) => motion.at(motion.time(self.past_corner(pixel), self.size, 0.5)),
         };
         pose.r.row(2).dot(point - pose.c)
     }
 
     /// Pixels from the corner of the picture.
-    fn from_corner(&self, pixel: DVec2) -> DVec2 {
+    fn past_corner(&self, pixel: DVec2) -> DVec2 {
         pixel + 0.5 - self.pixel_center.offset()
     }
 }
