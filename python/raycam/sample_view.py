@@ -60,7 +60,7 @@ def see(world: World, camera: Camera, wanted: Mapping[str, Any], draw: Draw, wha
         pose = _pose(world.up, camera, box.center, at, distance, elevation, azimuth, roll, aside)
         if pose is None:
             continue
-        placed = camera_at(camera, *pose)
+        placed = camera.at_pose(*pose)
         # A small picture says no to most of what is wrong; the picture itself says yes.
         if scale < 0.5 and not _shows(world, placed.resized(small_size), number, coverage, least, slack=0.3):
             continue
@@ -71,12 +71,6 @@ def see(world: World, camera: Camera, wanted: Mapping[str, Any], draw: Draw, wha
         f"{coverage[1]:g} of the picture and {least:g} of it visible, from {distance[0]:g} to {distance[1]:g} m; wider "
         "ranges, another focal length or fewer things in the way would"
     )
-
-
-def camera_at(camera: Camera, rotation: Floats, center: Floats) -> Camera:
-    """The same camera with another rotation camera_from_world [3, 3] and another centre [3]."""
-    bare = Camera(camera.K, rotation, center, camera.size, pixel_center=camera.pixel_center, up=camera.up)
-    return Camera._of((bare._core, bare._recipe), camera.up, camera._lens)
 
 
 def _chosen(world: World, wanted: object, draw: Draw, what: str) -> int:
@@ -123,7 +117,7 @@ def _pose(
     shift = [draw.between(-aside, aside, number) for number in (3, 4)]
     half = np.array(camera.size) / 2
     pixel = half * (1.0 + np.array(shift)) - (0.5 if camera.pixel_center == "integer" else 0.0)
-    lying = camera_at(camera, np.eye(3), np.zeros(3)).rays(pixel)[1]
+    lying = camera.at_pose(np.eye(3), np.zeros(3)).rays(pixel)[1]
     if not np.isfinite(lying).all():
         return None
     upwards = np.array([0.0, 0.0, 1.0] if up == "z" else [0.0, 1.0, 0.0])

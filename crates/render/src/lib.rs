@@ -30,6 +30,7 @@ mod scatter;
 mod settings;
 pub mod silhouette;
 mod surface;
+mod tally;
 mod tangent;
 pub mod texture;
 mod threads;

@@ -1,7 +1,5 @@
 //! How the pixels of a tile are seen: exact rays through their centres, samples around them, sums of what these bring.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-
 use glam::{DVec2, DVec3, Vec3};
 use raycam_bvh::{Coherence, Hit, Ray};
 use raycam_scene::Camera;
@@ -16,6 +14,7 @@ use crate::integrator::{self, Batch};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
 use crate::settings::{Settings, TruthSurface};
+use crate::tally::Tally;
 use crate::texture::Cone;
 use crate::tile::Tile;
 use crate::truth::{self, Exact, put};
@@ -40,13 +39,7 @@ pub(crate) struct Picture<'a> {
     scattered: bool,
     /// Whether the error of the colour is estimated.
     estimated: bool,
-    /// Samples whose radiance is not finite.
-    rejected: AtomicU64,
-    /// Samples brighter than the settings allow.
-    clamped: AtomicU64,
-    /// Samples of all pixels together, and pixels that are still too noisy.
-    spent: AtomicU64,
-    unfinished: AtomicU64,
+    tally: Tally,
 }
 
 /// What a thread needs for a tile; kept from tile to tile.
@@ -90,42 +83,14 @@ impl<'a> Picture<'a> {
             colored,
             scattered: camera.aperture().is_some() || camera.motion().is_some(),
             estimated,
-            rejected: AtomicU64::new(0),
-            clamped: AtomicU64::new(0),
-            spent: AtomicU64::new(0),
-            unfinished: AtomicU64::new(0),
+            tally: Tally::default(),
         }
     }
 
     /// What the one who looks at the picture should know of its samples.
     pub fn notices(&self, [_, _, width, height]: [u32; 4], notices: &mut Vec<String>) {
-        let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
-        if let Some(noise) = self.settings.noise {
-            let mean = of(&self.spent) / (u64::from(width) * u64::from(height));
-            let mut notice = format!("{mean} samples per pixel in the mean for noise = {noise}");
-            if of(&self.unfinished) > 0 {
-                notice += &format!(
-                    "; {} pixels have not reached it with samples = {}",
-                    of(&self.unfinished),
-                    self.settings.samples
-                );
-            }
-            notices.push(notice);
-        }
-        if of(&self.rejected) > 0 {
-            notices.push(format!(
-                "{} samples were too bright for float32 and count as black",
-                of(&self.rejected)
-            ));
-        }
-        if let Some(limit) = self.settings.clamp
-            && of(&self.clamped) > 0
-        {
-            notices.push(format!(
-                "{} samples were brighter than clamp = {limit} and count as that: the picture is darker than the world",
-                of(&self.clamped)
-            ));
-        }
+        let pixels = u64::from(width) * u64::from(height);
+        self.tally.notices(self.settings, pixels, notices);
     }
 
     /// Batches of rays per tile.
@@ -171,10 +136,9 @@ impl<'a> Picture<'a> {
             let pixels = 0..buffers.pixels.len();
             let estimate = &buffers.estimate;
             let spent = pixels.map(|pixel| u64::from(estimate.samples(pixel))).sum();
-            self.spent.fetch_add(spent, Ordering::Relaxed);
             let noisy = |&&pixel: &&usize| estimate.error(pixel) > noise;
             let unfinished = buffers.active.iter().filter(noisy).count() as u64;
-            self.unfinished.fetch_add(unfinished, Ordering::Relaxed);
+            self.tally.spend(spent, unfinished);
         }
         Ok(())
     }
@@ -371,13 +335,13 @@ impl<'a> Picture<'a> {
         let limit = self.settings.clamp.unwrap_or(f32::INFINITY);
         for (&mut pixel, &mut radiance) in active.iter_mut().zip(radiance) {
             if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
-                self.rejected.fetch_add(1, Ordering::Relaxed);
+                self.tally.reject();
                 continue;
             }
             let gain = self.camera.gain(self.center_of(pixels[pixel])) as f32;
             let brightest = radiance.max_element();
             if brightest > limit {
-                self.clamped.fetch_add(1, Ordering::Relaxed);
+                self.tally.clamp();
                 estimate.add(pixel, sample, radiance * (gain * limit / brightest));
             } else {
                 estimate.add(pixel, sample, radiance * gain);
