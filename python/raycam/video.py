@@ -65,7 +65,9 @@ class Film:
             world = with_orbit(world)
             self.notices.append("the world has no [video], so the camera orbits its middle in 4 seconds")
         if settings.get("time") or world.render_settings.get("time"):
-            self.notices.append("time: how well a frame is sampled depends on the machine, and differs from run to run")
+            self.notices.append(
+                "time: how well a frame is sampled depends on the machine, and differs from run to run"
+            )
         video = world.video
         self.fps = (FPS if video is None else video.fps) if fps is None else _positive("fps", fps)
         """Frames per second."""

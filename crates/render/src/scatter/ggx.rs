@@ -8,6 +8,8 @@ use std::f32::consts::{PI, TAU};
 
 use glam::Vec3;
 
+use super::fresnel::Fresnel;
+
 /// Roughness along the tangent and the bitangent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ggx {
@@ -84,4 +86,13 @@ impl Ggx {
     pub fn pdf(&self, v: Vec3, h: Vec3) -> f32 {
         self.visible(v) * v.dot(h).max(0.0) * self.density(h) / v.z
     }
+}
+
+/// The reflection of rough mirrors, times the cosine, and the density of sampling it.
+pub(super) fn microfacets(ggx: &Ggx, fresnel: &Fresnel, v: Vec3, l: Vec3) -> (Vec3, f32) {
+    let h = (v + l).normalize_or(Vec3::Z);
+    let cosine = v.dot(h);
+    let shape = ggx.density(h) / (4.0 * v.z);
+    let value = fresnel.reflected(cosine) * (shape * ggx.visible_both(v, l));
+    (value, shape * ggx.visible(v))
 }

@@ -11,7 +11,7 @@ use glam::Vec3;
 use super::energy::{Albedo, Energy};
 use super::frame::{Frame, cosine_density, cosine_direction};
 use super::fresnel::{Fresnel, reflect, refract};
-use super::ggx::Ggx;
+use super::ggx::{Ggx, microfacets};
 use super::sheen::Sheen;
 use super::{ScatterSample, Value};
 
@@ -100,7 +100,11 @@ impl Layered {
         let sheen = layers
             .sheen
             .map_or(Vec3::ZERO, |sheen| sheen.reflected(self.view.z));
-        let below = 1.0 - mean(layers.over.reflected(self.view.z));
+        let mut below = 1.0 - mean(layers.over.reflected(self.view.z));
+        // Where a smooth interface would reflect everything, some of a rough one's facets let light pass.
+        if !layers.ggx.is_smooth() {
+            below = below.max((2.0 * layers.ggx.roughness().powi(2)).min(0.25));
+        }
         let weights = [
             mean(own.single),
             mean(own.multiple + layers.diffuse * self.left + sheen),
@@ -387,13 +391,4 @@ impl Coat {
             pdf,
         }
     }
-}
-
-/// The reflection of rough mirrors, times the cosine, and the density of sampling it.
-fn microfacets(ggx: &Ggx, fresnel: &Fresnel, v: Vec3, l: Vec3) -> (Vec3, f32) {
-    let h = (v + l).normalize_or(Vec3::Z);
-    let cosine = v.dot(h);
-    let shape = ggx.density(h) / (4.0 * v.z);
-    let value = fresnel.reflected(cosine) * (shape * ggx.visible_both(v, l));
-    (value, shape * ggx.visible(v))
 }
