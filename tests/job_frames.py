@@ -96,7 +96,7 @@ def killing_at(step: int, part: bool) -> None:
             nonlocal count
             count += 1
             if count == step:
-                if part and name in ("write", "write_bytes"):
+                if part and name == "write":
                     real(arguments[0], arguments[1][: len(arguments[1]) // 2])
                 elif part:
                     with contextlib.suppress(OSError):
@@ -110,7 +110,6 @@ def killing_at(step: int, part: bool) -> None:
     counted("replace", os)
     counted("write", os)
     counted("mkdir", os)
-    counted("write_bytes", Path)
 
 
 def check_intact(folder: Path, whole: dict[str, bytes]) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import signal
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -217,9 +218,9 @@ def test_a_disk_that_refuses_stops_it_and_repaired_it_goes_on(
     tmp_path: Path, whole: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, code: int, place: str
 ) -> None:
     job = Job(tmp_path / "a", package())
-    module, name = {"write": (Path, "write_bytes"), "rename": (os, "replace"), "ledger": (os, "write")}[place]
-    real = getattr(module, name)
-    left = 3
+    # Of each frame the file is written, then the ledger.
+    name, left = {"write": ("write", 4), "rename": ("replace", 3), "ledger": ("write", 5)}[place]
+    real = getattr(os, name)
 
     def refuse(*arguments: Any) -> Any:
         nonlocal left
@@ -229,7 +230,7 @@ def test_a_disk_that_refuses_stops_it_and_repaired_it_goes_on(
         return real(*arguments)
 
     with monkeypatch.context() as patch:
-        patch.setattr(module, name, refuse)
+        patch.setattr(os, name, refuse)
         with pytest.raises(OSError, match=r"\[Errno") as fault:
             job.run(Pool())
     assert fault.value.errno == code
@@ -250,6 +251,17 @@ def test_the_clock_does_not_matter(
         for path in (tmp_path / "a").iterdir():
             os.utime(path, (0, 0) if len(path.name) % 2 else (4e9, 4e9))
     assert results(tmp_path / "a") == whole
+
+
+def test_names_of_frames_are_not_kept_for_ever(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # pathlib interns the parts of a path: the table of interned strings would grow with a long job.
+    kept: list[str] = []
+    monkeypatch.setattr(sys, "intern", lambda text: kept.append(text) or text)
+    job = Job(tmp_path / "a", package())
+    job.run(Pool())
+    assert dict(job.finished()).keys() == set(range(COUNT))
+    assert not job.verify()
+    assert not [text for text in kept if "frame_" in text]
 
 
 # What can be wrong --------------------------------------------------------------------------------------------

@@ -14,10 +14,8 @@ __all__ = ["atomic_path", "check_writable", "make_folder", "named", "sync", "wri
 
 
 @contextlib.contextmanager
-def atomic_path(path: str | os.PathLike[str], scratch: Path | None = None) -> Iterator[Path]:
+def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A temporary path beside `path`, which becomes `path` when the block ends.
-
-    `scratch` is another folder of the same disk for the temporary file, for those who clean it up after a crash.
 
     The file written there is synced to the disk, renamed over `path`, and the folder is synced: whoever sees
     `path` sees all of it, after a crash too. When the block raises, nothing is left behind and an existing
@@ -25,39 +23,58 @@ def atomic_path(path: str | os.PathLike[str], scratch: Path | None = None) -> It
 
     Raises `OSError` as `check_writable` does, and whatever the disk says.
     """
-    target = Path(path)
+    with _atomic(os.fspath(path)) as temporary:
+        yield Path(temporary)
+
+
+@contextlib.contextmanager
+def _atomic(target: str, scratch: str | None = None) -> Iterator[str]:
+    """See `atomic_path`. In strings: pathlib interns the parts of every name, and a long job has very many."""
     check_writable(target)
-    temporary = (scratch or target.parent) / f".{target.stem}.{secrets.token_hex(4)}{target.suffix}"
+    folder, name = os.path.split(target)
+    stem, ending = os.path.splitext(name)
+    temporary = os.path.join(scratch or folder, f".{stem}.{secrets.token_hex(4)}{ending}")
     try:
         with named(target):
             yield temporary
             sync(temporary)
             # A rename keeps the mode of the new file; one that replaces another should not change who may read it.
-            if target.exists():
+            if os.path.exists(target):
                 shutil.copymode(target, temporary)
             os.replace(temporary, target)
     except BaseException:
         with contextlib.suppress(FileNotFoundError):
-            temporary.unlink()
+            os.unlink(temporary)
         raise
-    sync(target.parent)
+    sync(folder or os.curdir)
 
 
 @contextlib.contextmanager
-def named(path: Path) -> Iterator[None]:
+def named(path: str | os.PathLike[str]) -> Iterator[None]:
     """Errors of the disk in the block that do not say of which file are of this one."""
     try:
         yield
     except OSError as fault:
         if fault.errno is not None and fault.filename is None:
-            fault.filename = str(path)
+            fault.filename = os.fspath(path)
         raise
 
 
-def write(path: str | os.PathLike[str], data: bytes, scratch: Path | None = None) -> None:
-    """Writes a whole file by `atomic_path`."""
-    with atomic_path(path, scratch) as temporary:
-        temporary.write_bytes(data)
+def write(
+    path: str | os.PathLike[str], data: bytes, scratch: str | os.PathLike[str] | None = None
+) -> None:
+    """Writes a whole file as `atomic_path` does.
+
+    `scratch` is another folder of the same disk for the temporary file, for those who clean it up after a crash.
+    """
+    with _atomic(os.fspath(path), None if scratch is None else os.fspath(scratch)) as temporary:
+        file = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+        try:
+            rest = memoryview(data)
+            while rest:
+                rest = rest[os.write(file, rest) :]
+        finally:
+            os.close(file)
 
 
 def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
@@ -67,29 +84,26 @@ def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
     `path` is a folder, `PermissionError` where the folder may not be written to, and `OSError` (ENOSPC) where
     the disk has too little room.
     """
-    target = Path(path)
-    folder = target.parent
-    if not target.name:
-        raise IsADirectoryError(errno.EISDIR, "this is a folder, expected the name of a file", str(path))
-    if not folder.exists():
+    target = os.fspath(path)
+    folder, name = os.path.split(target)
+    folder = folder or os.curdir
+    if not name or os.path.isdir(target):
+        raise IsADirectoryError(errno.EISDIR, "this is a folder, expected the name of a file", target)
+    if not os.path.exists(folder):
         raise FileNotFoundError(
-            errno.ENOENT, f"there is no folder {str(folder)!r} to write to; make it first", str(path)
+            errno.ENOENT, f"there is no folder {folder!r} to write to; make it first", target
         )
-    if not folder.is_dir():
-        raise NotADirectoryError(errno.ENOTDIR, f"{str(folder)!r} is a file, not a folder", str(path))
-    if target.is_dir():
-        raise IsADirectoryError(errno.EISDIR, "this is a folder, expected the name of a file", str(path))
+    if not os.path.isdir(folder):
+        raise NotADirectoryError(errno.ENOTDIR, f"{folder!r} is a file, not a folder", target)
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise PermissionError(errno.EACCES, f"the folder {str(folder)!r} may not be written to", str(path))
+        raise PermissionError(errno.EACCES, f"the folder {folder!r} may not be written to", target)
     free = shutil.disk_usage(folder).free
     # One block even for an empty file: a full disk is full for every file.
     if free < max(size, 1):
-        raise OSError(
-            errno.ENOSPC, f"the disk has {free} bytes free, about {max(size, 1)} are needed", str(path)
-        )
+        raise OSError(errno.ENOSPC, f"the disk has {free} bytes free, about {max(size, 1)} are needed", target)
 
 
-def sync(path: Path) -> None:
+def sync(path: str | os.PathLike[str]) -> None:
     """Waits until a file or a folder is on the disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:

@@ -27,7 +27,7 @@ import shutil
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 from . import files, ledger
@@ -35,7 +35,7 @@ from .dispatch import Failed, Pool, dispatch
 from .errors import JobError
 from .ledger import Entry, Ledger
 from .lock import holder, locked
-from .package import Package
+from .package import Package, differences
 from .workers import Made, Task
 
 __all__ = ["Job", "Status"]
@@ -149,9 +149,9 @@ class Job:
                     self._checked(name, stamp)
                 except JobError as fault:
                     wrong[name] = str(fault)
-                    path = self.folder / name
+                    path = self._path(name)
                     with contextlib.suppress(OSError):
-                        path.rename(path.with_name(path.name + ".damaged"))
+                        os.replace(path, path + ".damaged")
                     self._places[frame] = NOT_DONE
         return wrong
 
@@ -256,7 +256,7 @@ class Job:
 
     def _is_there(self, name: str, size: int) -> bool:
         try:
-            return os.stat(self.folder / _safe(name)).st_size == size
+            return os.stat(self._path(name)).st_size == size
         except FileNotFoundError:
             return False
 
@@ -266,10 +266,15 @@ class Job:
             raise KeyError(frame)
         return ledger.entry_at(self._ledgers[value >> PLACE_BITS], value & ((1 << PLACE_BITS) - 1))
 
+    def _path(self, name: str) -> str:
+        """Where a result lies."""
+        return os.path.join(self.folder, _safe(name))
+
     def _checked(self, name: str, stamp: tuple[int, str]) -> bytes:
-        path = self.folder / _safe(name)
+        path = self._path(name)
         try:
-            data = path.read_bytes()
+            with open(path, "rb") as file:
+                data = file.read()
         except FileNotFoundError:
             raise JobError(f"{path}: it was made, and is not there any more") from None
         if ledger.digest(data) != stamp:
@@ -283,9 +288,9 @@ class Job:
         """Writes the files of a frame; an entry for them."""
         stamps = {}
         for name, data in made.files.items():
-            path = self.folder / _safe(name)
-            if not path.parent.is_dir():
-                files.make_folder(path.parent)
+            path = self._path(name)
+            if not os.path.isdir(os.path.dirname(path)):
+                files.make_folder(Path(path).parent)
             files.write(path, data, scratch)
             stamps[name] = ledger.digest(data)
         return Entry(made.frame, stamps, seconds=made.seconds)
@@ -324,15 +329,18 @@ class Job:
 
     def _remove(self) -> None:
         """Removes what the ledgers name, then the job itself: killed in between, it is a job with less."""
-        folders: set[PurePosixPath] = set()
+        folders: set[str] = set()
         for frame in range(len(self._places)):
             if self.has(frame):
                 for name in self._entry(frame).files:
-                    (self.folder / _safe(name)).unlink(missing_ok=True)
-                    folders.update(parent for parent in PurePosixPath(name).parents if parent.name)
-        for folder in sorted(folders, key=lambda one: -len(one.parts)):
+                    path = _safe(name)
+                    with contextlib.suppress(FileNotFoundError):
+                        os.unlink(os.path.join(self.folder, path))
+                    while path := os.path.dirname(path):
+                        folders.add(path)
+        for folder in sorted(folders, key=len, reverse=True):  # what is within is longer
             with contextlib.suppress(OSError):
-                (self.folder / folder).rmdir()
+                os.rmdir(os.path.join(self.folder, folder))
         (self._state / "job.json").unlink(missing_ok=True)
         shutil.rmtree(self._state)
 
@@ -354,26 +362,11 @@ def _description(path: Path) -> dict[str, Any] | None:
 
 def _different(folder: Path, there: dict[str, Any], asked: dict[str, Any]) -> str:
     """Why a job is not gone on with."""
-    lines = list(_differences("", there, {"job": there["job"], **asked}))
+    lines = list(differences(there, {"job": there["job"], **asked}))
     return (
         f"{folder}: another job is here: {'; '.join(lines)}. Use another folder, or --no-resume to begin anew and "
         "remove what this one has made"
     )
-
-
-def _differences(key: str, there: Any, asked: Any) -> Iterator[str]:
-    """ "key is 1 there and 2 here" for everything that differs."""
-    if isinstance(there, dict) and isinstance(asked, dict):
-        for name in dict.fromkeys([*there, *asked]):
-            yield from _differences(f"{key}.{name}" if key else name, there.get(name), asked.get(name))
-    elif there != asked:
-        before, after = (_short(value) for value in (there, asked))
-        yield f"{key} was {before}, is {after}"
-
-
-def _short(value: Any) -> str:
-    text = "not given" if value is None else json.dumps(value)
-    return text if len(text) <= 60 else f"{text[:28]} ... {text[-28:]}"
 
 
 def _asked(frames: Iterable[int] | None, shard: Shard | None, count: int) -> list[int]:
@@ -389,9 +382,12 @@ def _asked(frames: Iterable[int] | None, shard: Shard | None, count: int) -> lis
     return asked
 
 
-def _safe(name: str) -> PurePosixPath:
-    """The name of a result, which lies in the folder and is not the job's own."""
-    path = PurePosixPath(name)
-    if not path.parts or path.is_absolute() or ".." in path.parts or path.parts[0] == STATE:
+def _safe(name: str) -> str:
+    """The name of a result, which lies in the folder and is not the job's own, as this system writes it.
+
+    In strings, as all that is done for each frame: pathlib interns the parts of every name for ever.
+    """
+    parts = [part for part in name.split("/") if part not in ("", ".")]
+    if not parts or name.startswith("/") or ".." in parts or parts[0] == STATE:
         raise JobError(f"{name!r} is no name for a file of a job")
-    return path
+    return os.path.join(*parts)

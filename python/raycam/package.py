@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ._core import __version__
@@ -20,7 +20,7 @@ from .errors import FormatError, JobError
 if TYPE_CHECKING:
     from .world import World
 
-__all__ = ["Package"]
+__all__ = ["Package", "differences"]
 
 
 class Package:
@@ -110,3 +110,18 @@ class Package:
                 "frames would not go together"
             )
         return cls(kind, frames, settings, world)
+
+
+def differences(there: Any, asked: Any, key: str = "") -> Iterator[str]:
+    """Where two descriptions of jobs differ: "key was 1, is 2", one after the other."""
+    if isinstance(there, dict) and isinstance(asked, dict):
+        for name in dict.fromkeys([*there, *asked]):
+            yield from differences(there.get(name), asked.get(name), f"{key}.{name}" if key else name)
+    elif there != asked:
+        before, after = (_short(value) for value in (there, asked))
+        yield f"{key} was {before}, is {after}"
+
+
+def _short(value: Any) -> str:
+    text = "not given" if value is None else json.dumps(value)
+    return text if len(text) <= 60 else f"{text[:28]} ... {text[-28:]}"

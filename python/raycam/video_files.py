@@ -7,6 +7,7 @@ block ends without an exception. The same pictures give the same bytes.
 from __future__ import annotations
 
 import errno
+import os
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -153,7 +154,7 @@ def _png_folder(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
     files.check_writable(path / "frame")
 
     def add(number: int, picture: Picture) -> None:
-        files.write(path / picture_name(number), _core.encode_png(picture))
+        files.write(os.path.join(path, picture_name(number)), _core.encode_png(picture))
 
     yield add
 
