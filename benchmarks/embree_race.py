@@ -2,7 +2,7 @@
 
     python benchmarks/embree_race.py [--seeds 1 2 3] [--threads 2] [--repeat 7] [--out FILE]
 
-Needs numpy, trimesh and embreex (whose wheel brings Embree's library), a C++ compiler and cargo. Embree runs at medium
+Needs raycam, numpy and embreex (whose wheel brings Embree's library), a C++ compiler and cargo. Embree runs at medium
 and high quality and in robust mode; of each class of rays its best mode counts (single rays or packets of 16,
 coherent or not). raycam, which is always watertight, runs once per quality.
 """
@@ -95,7 +95,7 @@ def main() -> None:
             folder = work / f"seed{seed}"
             if not (folder / "hair.tri").exists():
                 scenes.write(folder, seed)
-            for name in scenes.SCENES:
+            for name in scenes.TRIANGLES:
                 rays = folder / name
                 rays.mkdir(exist_ok=True)
                 base = [str(driver), str(folder / name), "--threads", str(options.threads)]

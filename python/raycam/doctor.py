@@ -17,7 +17,7 @@ from .errors import Error
 from .render import render
 from .world import World
 
-__all__ = ["doctor"]
+__all__ = ["doctor", "processor"]
 
 
 def doctor() -> str:
@@ -37,14 +37,15 @@ def _lines() -> Iterator[str]:
             yield f"{package:12} {metadata.version(package)}"
         except metadata.PackageNotFoundError:
             yield f"{package:12} missing: pip install {package}"
-    yield f"processor    {_processor()}"
+    yield f"processor    {processor()}"
     yield f"instructions {_core.instruction_set()}"
     threads = _core.available_threads()
     yield f"threads      {threads} of {os.cpu_count()} (as affinity and control groups allow)"
     yield f"self-test    {_self_test()}"
 
 
-def _processor() -> str:
+def processor() -> str:
+    """The name of the processor, where the system tells it."""
     try:
         for line in Path("/proc/cpuinfo").read_text().splitlines():
             if line.startswith("model name"):

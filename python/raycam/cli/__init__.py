@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from ..errors import Error, SettingsError, nearest
-from . import cameras, dataset, demo, doctor, explain, info, render, selfcheck, status, video
+from . import bench, cameras, dataset, demo, doctor, explain, info, render, selfcheck, status, video
 
 __all__ = ["COMMANDS", "main"]
 
@@ -27,6 +27,7 @@ COMMANDS = {
     "cameras": cameras.COMMAND,
     "selfcheck": selfcheck.COMMAND,
     "doctor": doctor.COMMAND,
+    "bench": bench.COMMAND,
     "demo": demo.COMMAND,
 }
 """Every command, in the order that help shows. Adding one is adding its file and its row."""
