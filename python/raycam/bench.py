@@ -102,8 +102,8 @@ class BenchReport:
             lines += [
                 f"Embree is that of embreex {self.embree}, which offers single rays from one thread and builds on all.",
                 "`ratio` is raycam, watertight and with float64 hits, to it: one thread for rays, the first column for",
-                "builds. Embree's packets and threads, which embreex does not offer, are faster. `differ`: rays that it",
-                "answers otherwise.",
+                "builds. Embree's packets and threads, which embreex does not offer, are faster. `differ`: rays that",
+                "it answers otherwise.",
             ]
         else:
             lines.append("For Embree's rates beside these: pip install embreex")

@@ -1,40 +1,54 @@
 //! Aims rays at the edges and vertices of closed meshes and counts those that get through:
-//! `leaks [RAYS, default 1e9] [--isa NAME]`. Fails if there is one.
+//! `leaks [RAYS, default 1e9] [--isa NAME] [--dump DIR]`. Fails if there is one.
+//!
+//! `--dump` writes the meshes where they lie in the scene and the first of these rays for another tracer, and traces
+//! none: NUMBER.tri (u32 vertex count, u32 triangle count, f32 positions, u32 indices), NUMBER.rays (origin, direction,
+//! t_max in f32), and prints the names.
 
 #[path = "../tests/common/aimed.rs"]
 mod aimed;
 
+use std::path::Path;
+
 use raycam_bvh::{InstructionSet, Quality};
 use rayon::prelude::*;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let (mut count, mut isa) = (1e9, InstructionSet::best());
+type Error = Box<dyn std::error::Error>;
+
+/// Into how many the rays of a mesh are divided, each with a seed of its own.
+const PARTS: u64 = 64;
+
+fn main() -> Result<(), Error> {
+    let (mut count, mut isa, mut folder) = (1e9, InstructionSet::best(), None);
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
-        if arg == "--isa" {
-            let name = args.next().ok_or("--isa needs a name")?;
-            isa = InstructionSet::ALL
-                .into_iter()
-                .find(|isa| isa.name() == name)
-                .ok_or("no such instruction set")?;
-        } else {
-            count = arg.parse()?;
+        let mut value = || args.next().ok_or(format!("{arg} needs a value"));
+        match arg.as_str() {
+            "--isa" => {
+                let name = value()?;
+                isa = InstructionSet::ALL
+                    .into_iter()
+                    .find(|isa| isa.name() == name)
+                    .ok_or("no such instruction set")?;
+            }
+            "--dump" => folder = Some(value()?),
+            _ => count = arg.parse()?,
         }
     }
     let meshes = aimed::meshes();
-    let each = count / meshes.len() as f64;
-    let parts = 64;
+    let each = (count / meshes.len() as f64 / PARTS as f64) as usize;
+    if let Some(folder) = folder {
+        for (m, mesh) in meshes.iter().enumerate() {
+            dump(mesh, Path::new(&folder), m, each)?;
+        }
+        return Ok(());
+    }
     let mut total = aimed::Tally::default();
     for (m, mesh) in meshes.iter().enumerate() {
-        let scene = mesh.scene(Quality::Default, isa)?;
-        let tallies = (0..parts).into_par_iter();
-        let tallies = tallies.map(|part| {
-            mesh.trial(
-                &scene,
-                (each / parts as f64) as usize,
-                (m as u64) << 32 | part,
-            )
-        });
+        let quality = [Quality::Fast, Quality::Default, Quality::High][m % 3];
+        let scene = mesh.scene(quality, isa)?;
+        let tallies = (0..PARTS).into_par_iter();
+        let tallies = tallies.map(|part| mesh.trial(&scene, each, seed(m, part)));
         let tally = tallies.reduce(aimed::Tally::default, |a, b| aimed::Tally {
             rays: a.rays + b.rays,
             leaks: a.leaks + b.leaks,
@@ -58,4 +72,45 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     } else {
         Ok(())
     }
+}
+
+fn seed(mesh: usize, part: u64) -> u64 {
+    (mesh as u64) << 32 | part
+}
+
+/// Writes a mesh and the rays of all its parts.
+fn dump(mesh: &aimed::Closed, folder: &Path, number: usize, each: usize) -> Result<(), Error> {
+    let (vertices, triangles) = (mesh.placed_vertices(), mesh.triangles());
+    let counts = [vertices.len() as u32, triangles.len() as u32];
+    let words = |words: &[u32]| {
+        words
+            .iter()
+            .flat_map(|x| x.to_le_bytes())
+            .collect::<Vec<_>>()
+    };
+    let floats = |floats: &[f32]| {
+        floats
+            .iter()
+            .flat_map(|x| x.to_le_bytes())
+            .collect::<Vec<_>>()
+    };
+    let mut bytes = words(&counts);
+    bytes.extend(floats(vertices.as_flattened()));
+    bytes.extend(words(triangles.as_flattened()));
+    std::fs::write(folder.join(format!("{number}.tri")), bytes)?;
+    let (mut bytes, mut rays) = (vec![], vec![]);
+    for part in 0..PARTS {
+        let mut rng = aimed::Rng(seed(number, part) * 2 + 1);
+        for _ in 0..each.div_ceil(aimed::BATCH) {
+            mesh.aim(&mut rays, &mut rng);
+            for ray in &rays {
+                bytes.extend(floats(&ray.origin));
+                bytes.extend(floats(&ray.direction));
+                bytes.extend(floats(&[ray.t_max]));
+            }
+        }
+    }
+    std::fs::write(folder.join(format!("{number}.rays")), bytes)?;
+    println!("{}", mesh.name);
+    Ok(())
 }

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::block::Block;
 use crate::build;
+use crate::dispatch::Machine;
 use crate::error::BuildError;
 use crate::leaves::Triangles;
 use crate::memory::Pages;
@@ -61,6 +62,15 @@ impl Bvh {
         triangles: &[[u32; 3]],
         options: &BuildOptions,
     ) -> Result<Self, BuildError> {
+        Self::build_with(Machine::best(), vertices, triangles, options)
+    }
+
+    fn build_with(
+        machine: Machine,
+        vertices: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        options: &BuildOptions,
+    ) -> Result<Self, BuildError> {
         let scale = scale_of(check(vertices, triangles)?);
         let mesh = Triangles {
             vertices,
@@ -73,7 +83,7 @@ impl Bvh {
             .with_min_len(1 << 14)
             .map(|t| mesh.item(t))
             .collect();
-        let tree = build::build(items, &mesh);
+        let tree = build::build(machine, items, &mesh);
         Ok(Self {
             blocks: tree.blocks,
             root: tree.root,
@@ -187,4 +197,85 @@ pub(crate) fn check(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<f32
         .with_min_len(1 << 14)
         .map(|v| v[0].abs().max(v[1].abs()).max(v[2].abs()));
     Ok(reach.reduce(|| 0.0, f32::max))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dispatch::InstructionSet;
+
+    type Indexed = (&'static str, Vec<[f32; 3]>, Vec<[u32; 3]>);
+
+    /// A height field, whose triangles share vertices; triangles of any size all over the place; many copies of few.
+    fn meshes(side: u32) -> [Indexed; 3] {
+        let random = |i: u32| (i.wrapping_mul(2_654_435_761) >> 9) as f32 / (1 << 22) as f32 - 1.0;
+        let across = side + 1;
+        let heights = (0..across * across)
+            .map(|i| [(i % across) as f32, (i / across) as f32, random(i)])
+            .collect();
+        let cells = (0..side * side).flat_map(|k| {
+            let a = k / side * across + k % side;
+            [[a, a + 1, a + across], [a + 1, a + across + 1, a + across]]
+        });
+        let n = 2 * side * side;
+        let apart = (0..3 * n).map(|i| {
+            let [centre, size] = [random(i / 3), 0.3 * random(i / 3 + 7).powi(8)];
+            std::array::from_fn(|a| centre * (a as f32 + 0.5) + size * random(3 * i + a as u32))
+        });
+        let alone = |i: u32| [3 * i, 3 * i + 1, 3 * i + 2];
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5], [1.0; 3]];
+        let few = [[0, 1, 2], [1, 2, 3], [0, 1, 3]];
+        [
+            ("heights", heights, cells.collect()),
+            ("apart", apart.collect(), (0..n).map(alone).collect()),
+            (
+                "copies",
+                corners.to_vec(),
+                (0..n as usize).map(|i| few[i % 3]).collect(),
+            ),
+        ]
+    }
+
+    fn bytes(bvh: &Bvh) -> Vec<u8> {
+        let mut bytes: Vec<_> = bvh
+            .blocks
+            .iter()
+            // SAFETY: nodes and leaves fill their blocks with plain numbers, without gaps.
+            .flat_map(|block| unsafe { std::mem::transmute::<Block, [u8; 256]>(*block) })
+            .collect();
+        let corners = [bvh.extent.lower, bvh.extent.upper].into_iter().flatten();
+        let floats = corners.chain([bvh.scale]).flat_map(f32::to_ne_bytes);
+        let words = bvh.ids.iter().chain([&bvh.root]);
+        bytes.extend(words.flat_map(|word| word.to_ne_bytes()).chain(floats));
+        bytes
+    }
+
+    #[test]
+    fn a_tree_is_the_same_bytes_on_every_instruction_set_and_number_of_threads() {
+        // Enough for several treelets, binned by several threads.
+        let side = if cfg!(miri) { 18 } else { 100 };
+        for (name, vertices, triangles) in meshes(side) {
+            for quality in [Quality::Fast, Quality::Default, Quality::High] {
+                let options = BuildOptions { quality };
+                let build = |isa, threads| {
+                    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                    let machine = Machine::with(isa).unwrap();
+                    let mesh = || Bvh::build_with(machine, &vertices, &triangles, &options);
+                    bytes(&pool.unwrap().install(mesh).unwrap())
+                };
+                let expected = build(InstructionSet::Portable, 1);
+                let available = InstructionSet::ALL.into_iter();
+                for isa in available.filter(|isa| isa.is_available()) {
+                    for threads in [1, 2, 5] {
+                        let same = build(isa, threads) == expected;
+                        assert!(
+                            same,
+                            "{name}, {quality:?}, {}, {threads} threads",
+                            isa.name()
+                        );
+                    }
+                }
+            }
+        }
+    }
 }

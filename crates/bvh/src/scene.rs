@@ -169,7 +169,7 @@ impl Scene {
         if direct {
             scene.reach = scene.placed[0].bvh.reach();
         }
-        let tree = build::build(items, &Instances);
+        let tree = build::build(scene.machine, items, &Instances);
         (scene.blocks, scene.root) = (tree.blocks, tree.root);
         scene.extent = Extent {
             lower: tree.lower,

@@ -23,11 +23,11 @@ use morton::Curve;
 
 pub use item::Item as BuildItem;
 
-/// The most items of a part that is built by one thread.
-pub const TREELET: usize = 1 << 12;
+/// The most items of a part that is built by one thread. Few under Miri, which is slow: it sees every path all the same.
+pub const TREELET: usize = if cfg!(miri) { 1 << 7 } else { 1 << 12 };
 
 /// Items that are worth another thread.
-const PARALLEL: usize = 1 << 14;
+const PARALLEL: usize = 4 * TREELET;
 
 /// No path from the root is longer, in binary splits and therefore in nodes: where the heuristic would dig deeper,
 /// the items are halved. It bounds the stack of every traversal.
@@ -71,8 +71,8 @@ pub struct Tree {
     pub upper: [f32; 3],
 }
 
-/// Builds over `items`.
-pub fn build<L: Leaves>(mut items: Vec<Item>, leaves: &L) -> Tree {
+/// Builds over `items`, with the instruction set of `machine`: every one gives the same tree.
+pub fn build<L: Leaves>(machine: Machine, mut items: Vec<Item>, leaves: &L) -> Tree {
     if items.is_empty() {
         return Tree {
             blocks: Pages::with_capacity(0),
@@ -82,7 +82,6 @@ pub fn build<L: Leaves>(mut items: Vec<Item>, leaves: &L) -> Tree {
             upper: [0.0; 3],
         };
     }
-    let machine = Machine::best();
     let whole = top::range(machine, &items);
     let (lower, upper) = item::corners(&whole.bounds);
     let shared = Shared {
@@ -370,6 +369,7 @@ mod tests {
 
     fn built(boxes: &[([f32; 3], [f32; 3])], bins: bool) -> Tree {
         build(
+            Machine::best(),
             boxes
                 .iter()
                 .zip(0..)
@@ -381,16 +381,17 @@ mod tests {
 
     #[test]
     fn trees_hold_every_box_once_whatever_the_boxes() {
+        const N: u32 = 12 * TREELET as u32;
         let point = |x: f32| ([x; 3], [x; 3]);
-        let same = vec![point(1.0); 50_000];
-        let spread: Vec<_> = (0..50_000u32)
+        let same = vec![point(1.0); N as usize];
+        let spread: Vec<_> = (0..N)
             .map(|i| point((i.wrapping_mul(2_654_435_761) >> 8) as f32))
             .collect();
         // Each box half the size of the last: the heuristic alone would make a list.
         let shrinking: Vec<_> = (0..140)
             .map(|i| ([0.0; 3], [0.5f32.powi(i - 30); 3]))
             .collect();
-        let nested: Vec<_> = (0..40_000)
+        let nested: Vec<_> = (0..N)
             .map(|i| ([-1.0 - i as f32; 3], [1.0 + i as f32; 3]))
             .collect();
         for boxes in [same, spread, shrinking, nested, vec![point(0.0)]] {
@@ -401,7 +402,7 @@ mod tests {
 
     #[test]
     fn the_tree_does_not_depend_on_the_number_of_threads() {
-        let boxes: Vec<_> = (0..60_000u32)
+        let boxes: Vec<_> = (0..15 * TREELET as u32)
             .map(|i| {
                 let x = |k: u32| ((i * 3 + k).wrapping_mul(2_654_435_761) >> 8) as f32;
                 ([x(0), x(1), x(2)], [x(0) + 9e3, x(1) + 9e3, x(2) + 9e3])

@@ -1,13 +1,15 @@
 //! Rays aimed at the edges and vertices of closed meshes, none of which may pass through.
+#![allow(dead_code)]
 
 use std::sync::Arc;
 
 use raycam_bvh::{
-    BuildOptions, Bvh, Coherence, Hit, Instance, InstructionSet, NOTHING, Quality, Ray, Scene,
+    BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Instance,
+    InstructionSet, NOTHING, Quality, Ray, Scene,
 };
 
 /// xorshift64*
-struct Rng(u64);
+pub struct Rng(pub u64);
 
 impl Rng {
     fn next(&mut self) -> u64 {
@@ -31,7 +33,8 @@ pub struct Closed {
     vertices: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
     centre: [f32; 3],
-    size: f32,
+    /// Within this much of the centre along each axis, everything sees the whole of the inside.
+    room: f32,
     place: [[f32; 4]; 3],
 }
 
@@ -41,17 +44,17 @@ const IDENTITY: [[f32; 4]; 3] = [
     [0.0, 0.0, 1.0, 0.0],
 ];
 
-/// A bumpy sphere of `n` rings; `thin` squashes it along z.
+/// A bumpy sphere of `rings` by `sectors`; `thin` squashes it along z.
 fn bumpy(
     name: &str,
-    n: usize,
+    (rings, sectors): (usize, usize),
     size: f32,
     thin: f32,
     centre: [f32; 3],
     place: [[f32; 4]; 3],
 ) -> Closed {
     let mut rng = Rng(77);
-    let m = 2 * n;
+    let (n, m) = (rings, sectors);
     let point = |a: f32, b: f32, r: f32| {
         let p = [
             r * a.sin() * b.cos(),
@@ -67,7 +70,8 @@ fn bumpy(
                 std::f32::consts::PI * i as f32 / n as f32,
                 std::f32::consts::TAU * j as f32 / m as f32,
             );
-            vertices.push(point(a, b, 1.0 + 0.05 * rng.unit()));
+            // No steeper than the centre's surroundings can look over.
+            vertices.push(point(a, b, 1.0 + 4.0 / m.max(80) as f32 * rng.unit()));
         }
     }
     let at = |i: usize, j: usize| (2 + (i - 1) * m + j % m) as u32;
@@ -85,42 +89,94 @@ fn bumpy(
         vertices,
         triangles,
         centre,
-        size: size * thin.min(1.0),
+        room: 0.1 * size * thin.min(1.0),
         place,
     }
 }
 
+/// Embree's offset: a crack of its early versions was found there.
+const FAR: [f32; 3] = [148_376.0, 1234.0, -223_423.0];
+
 /// The meshes of the trial.
 pub fn meshes() -> Vec<Closed> {
     let zero = [0.0; 3];
+    let round = (40, 80);
     let mut all = vec![];
     for exponent in [-6, -3, 0, 3, 6] {
+        let name = format!("scale 1e{exponent}");
         all.push(bumpy(
-            &format!("scale 1e{exponent}"),
-            40,
+            &name,
+            round,
             10f32.powi(exponent),
             1.0,
             zero,
             IDENTITY,
         ));
     }
-    let far = [148_376.0, 1234.0, -223_423.0];
-    all.push(bumpy("far from the origin", 40, 1000.0, 1.0, far, IDENTITY));
+    all.push(bumpy(
+        "far from the origin",
+        round,
+        1000.0,
+        1.0,
+        FAR,
+        IDENTITY,
+    ));
     all.push(bumpy(
         "squashed a thousandfold",
-        40,
+        round,
         1.0,
         1e-3,
         zero,
         IDENTITY,
     ));
-    all.push(bumpy("needles", 6, 1.0, 1e6, zero, IDENTITY));
+    all.push(bumpy(
+        "needles, a million long",
+        (6, 12),
+        1.0,
+        1e6,
+        zero,
+        IDENTITY,
+    ));
+    all.push(bumpy(
+        "slivers, 2000 in a ring",
+        (4, 2000),
+        1.0,
+        1.0,
+        zero,
+        IDENTITY,
+    ));
     let sheared = [
         [1.0, 0.7, -0.3, 5.0],
         [0.2, -1.5, 0.4, -7.0],
         [0.1, 0.6, 0.9, 2.0],
     ];
-    all.push(bumpy("sheared and mirrored", 40, 1.0, 1.0, zero, sheared));
+    all.push(bumpy(
+        "sheared and mirrored",
+        round,
+        1.0,
+        1.0,
+        zero,
+        sheared,
+    ));
+    let mirrored_far = [
+        [-100.0, 0.0, 0.0, FAR[0]],
+        [0.0, 100.0, 0.0, FAR[1]],
+        [0.0, 0.0, 100.0, FAR[2]],
+    ];
+    all.push(bumpy(
+        "mirrored and far away",
+        round,
+        1.0,
+        1.0,
+        zero,
+        mirrored_far,
+    ));
+    let slanted = [
+        [1.0, 30.0, 0.0, 1.0],
+        [0.0, 1.0, 0.0, 2.0],
+        [0.0, 0.0, 0.5, 3.0],
+    ];
+    all.push(bumpy("sheared thirtyfold", round, 1.0, 1.0, zero, slanted));
     all
 }
 
@@ -173,46 +229,88 @@ impl Closed {
             .map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
     }
 
-    /// Aims `n` rays at vertices and edges, from inside: none may get out. Half of them go together.
+    /// The corners of all triangles where they lie in the scene, in float32.
+    pub fn placed_vertices(&self) -> Vec<[f32; 3]> {
+        self.vertices.iter().map(|v| self.placed(*v)).collect()
+    }
+
+    /// Three vertices a triangle.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// [`BATCH`] rays through points that are on vertices and edges or within 4 ulp of them, and whether they are to be
+    /// answered together. All must meet the mesh before their t_max: those from inside (half of the batches, each from
+    /// one point) have no way out, and those from outside end deep inside.
+    pub fn aim(&self, rays: &mut Vec<Ray>, rng: &mut Rng) -> Coherence {
+        let inside = rng.below(2) == 0;
+        rays.clear();
+        let deep = self.placed(std::array::from_fn(|a| {
+            self.centre[a] + self.room * (2.0 * rng.unit() - 1.0)
+        }));
+        // How many times farther than the surface the outside ones start.
+        let away = 10f32.powf(5.0 * rng.unit() - 2.0);
+        for _ in 0..BATCH {
+            let triangle = self.triangles[rng.below(self.triangles.len())];
+            let k = rng.below(3);
+            let [a, b] = [k, (k + 1) % 3].map(|k| self.vertices[triangle[k] as usize]);
+            let s = if rng.below(4) == 0 { 0.0 } else { rng.unit() };
+            let target = self.placed(std::array::from_fn(|i| a[i] + s * (b[i] - a[i])));
+            let target = target.map(|x| jiggle(x, rng));
+            let (origin, t_max) = if inside {
+                (deep, f32::INFINITY)
+            } else {
+                let origin = std::array::from_fn(|i| target[i] + away * (target[i] - deep[i]));
+                (origin, (1.0 + away) / away)
+            };
+            let direction = std::array::from_fn(|i| target[i] - origin[i]);
+            rays.push(Ray {
+                origin,
+                direction,
+                t_max,
+            });
+        }
+        [Coherence::Coherent, Coherence::Incoherent][rng.below(2)]
+    }
+
+    /// Aims `n` rays at vertices and edges, from inside and from outside: none may get through, whatever it is asked.
     pub fn trial(&self, scene: &Scene, n: usize, seed: u64) -> Tally {
         let mut rng = Rng(seed * 2 + 1);
         let mut tally = Tally::default();
-        let mut rays = Vec::with_capacity(1024);
-        let mut hits = vec![Hit::MISS; 1024];
-        let mut dark = vec![false; 1024];
+        let mut rays = Vec::with_capacity(BATCH);
+        let mut hits = [Hit::MISS; BATCH];
+        let mut exact = [ExactHit::MISS; BATCH / 16];
+        let mut dark = [false; BATCH];
         while (tally.rays as usize) < n {
-            rays.clear();
-            // From the centre or, where there is room, from near it; many rays in a row start at the same point.
-            let near = self.size * 0.2;
-            let start = self.placed(std::array::from_fn(|a| {
-                self.centre[a] + near * (rng.unit() - 0.5)
-            }));
-            for _ in 0..1024 {
-                let triangle = self.triangles[rng.below(self.triangles.len())];
-                let k = rng.below(3);
-                let (a, b) = (
-                    self.vertices[triangle[k] as usize],
-                    self.vertices[triangle[(k + 1) % 3] as usize],
-                );
-                let s = if rng.below(4) == 0 { 0.0 } else { rng.unit() };
-                let target = self.placed(std::array::from_fn(|i| a[i] + s * (b[i] - a[i])));
-                let direction = std::array::from_fn(|i| jiggle(target[i], &mut rng) - start[i]);
-                rays.push(Ray {
-                    origin: start,
-                    direction,
-                    t_max: f32::INFINITY,
-                });
-            }
-            let coherence = [Coherence::Coherent, Coherence::Incoherent][rng.below(2)];
+            let coherence = self.aim(&mut rays, &mut rng);
             scene.closest(&rays, &mut hits, coherence);
             scene.occluded(&rays, &mut dark, coherence);
-            tally.rays += 1024;
-            tally.leaks += hits
-                .iter()
-                .zip(&dark)
+            let in_float64 = rays[..BATCH / 16].iter().map(|ray| ExactRay {
+                origin: ray.origin.map(f64::from),
+                direction: ray.direction.map(f64::from),
+                t_max: f64::from(ray.t_max),
+            });
+            scene.closest_exact(&in_float64.collect::<Vec<_>>(), self, &mut exact);
+            tally.rays += BATCH as u64;
+            let answers = hits.iter().zip(&dark);
+            tally.leaks += answers
                 .filter(|(hit, dark)| hit.triangle == NOTHING || !**dark)
                 .count() as u64;
+            tally.leaks += exact.iter().filter(|hit| hit.triangle == NOTHING).count() as u64;
         }
         tally
+    }
+}
+
+/// Rays that are asked together.
+pub const BATCH: usize = 1024;
+
+impl ExactTriangles for Closed {
+    fn corners(&self, _instance: u32, triangle: u32) -> [[f64; 3]; 3] {
+        let place = self.place.map(|row| row.map(f64::from));
+        self.triangles[triangle as usize].map(|index| {
+            let p = self.vertices[index as usize].map(f64::from);
+            place.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
+        })
     }
 }
