@@ -12,6 +12,7 @@ mod error;
 mod frame;
 mod light;
 mod node;
+mod rig;
 mod settings;
 mod state;
 mod triangles;
@@ -41,6 +42,8 @@ mod core {
     };
     #[pymodule_export]
     use crate::frame::{channels, merge};
+    #[pymodule_export]
+    use crate::rig::{Rig, world_add_rig, world_rig_at, world_rigs};
     #[pymodule_export]
     use crate::truth::{flow, oriented_box, silhouettes};
     #[pymodule_export]

@@ -52,6 +52,7 @@ impl World {
             world.objects.len(),
             world.lights.len(),
             world.cameras.len(),
+            world.rigs.len(),
             world.notices.len(),
         ];
         let changed = caught(|| change(world)).and_then(|result| result);
@@ -63,6 +64,7 @@ impl World {
                 objects,
                 lights,
                 cameras,
+                rigs,
                 notices,
             ] = before;
             world.meshes.truncate(meshes);
@@ -71,6 +73,7 @@ impl World {
             world.objects.truncate(objects);
             world.lights.truncate(lights);
             world.cameras.truncate(cameras);
+            world.rigs.truncate(rigs);
             world.notices.truncate(notices);
         } else {
             state.current = false;

@@ -9,6 +9,7 @@ mod intrinsics;
 mod lens;
 mod motion;
 mod optics;
+mod rig;
 mod starts;
 mod view;
 mod vignetting;
@@ -21,6 +22,7 @@ pub use lens::{
 };
 
 pub use motion::{Motion, Pose, Readout};
+pub use rig::Rig;
 pub use view::Sample;
 pub use vignetting::Vignetting;
 

@@ -15,6 +15,7 @@ mod place;
 mod pose;
 mod read;
 mod render;
+mod rig;
 mod shape;
 mod slot;
 mod style;
@@ -33,6 +34,7 @@ pub use optics::{ApertureSpec, ShutterSpec, TrackSpec};
 pub use pose::PoseSpec;
 pub use read::from_node;
 pub use render::{AmbientOcclusion, FilterName, IntegratorName, RenderSpec};
+pub use rig::RigSpec;
 pub use shape::{BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape};
 pub use texture::{ImageSpec, TextureChannel, TextureSpec, TextureTable, TexturesSpec};
 pub use video::{Interpolation, KeyframeSpec, OrbitSpec, VideoSpec};
@@ -52,6 +54,10 @@ pub struct WorldFile {
     /// The cameras: one table or several, the default camera first.
     #[schemars(schema_with = "one_or_many::<CameraSpec>")]
     pub camera: Vec<CameraSpec>,
+    /// The rigs, several cameras on one body: one table or several. Their cameras come after those of `camera`, under
+    /// the names rig/camera.
+    #[schemars(schema_with = "one_or_many::<RigSpec>")]
+    pub rig: Vec<RigSpec>,
     /// The objects: one table or several.
     #[schemars(schema_with = "one_or_many::<ObjectSpec>")]
     pub object: Vec<ObjectSpec>,

@@ -29,7 +29,10 @@ impl World {
         }
         self.render.validate()?;
         if let Some(video) = &self.video {
-            video.check(self.objects.len())?;
+            video.check(self.objects.len(), self.rigs.len())?;
+        }
+        for rig in &self.rigs {
+            rig.cameras()?;
         }
         if let Some(rig) = &self.rig {
             rig.validate(&self)?;

@@ -5,7 +5,7 @@ pub(crate) mod track;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use self::track::Track;
-use crate::camera::Camera;
+use crate::camera::{Camera, PixelCenter, Pose, Rig};
 use crate::error::SceneError;
 use crate::pose;
 use crate::schema::{Interpolation, KeyframeSpec, OrbitSpec, VideoSpec};
@@ -24,6 +24,8 @@ pub struct Video {
     camera: Motion,
     /// By object id.
     objects: Vec<(usize, Motion)>,
+    /// By the index of the rig.
+    rigs: Vec<(usize, Motion)>,
 }
 
 /// What keyframes say of one mover. `rotation` is world_from_body, body axes x forward, y left, z up.
@@ -44,22 +46,26 @@ impl Video {
         let fail = |key: &str, message: String| Err(SceneError::schema(key, message));
         let mut camera = Mover::default();
         let mut objects: Vec<(usize, Mover)> = Vec::new();
+        let mut rigs: Vec<(usize, Mover)> = Vec::new();
         for (i, key) in spec.keyframe.iter().enumerate() {
             let place = format!("keyframe[{i}]");
-            let mover = match &key.object {
-                None => &mut camera,
-                Some(name) => {
+            let mover = match (&key.object, &key.rig) {
+                (None, None) => &mut camera,
+                (Some(name), None) => {
                     let id = world
                         .find_object(name)
                         .map_err(|error| error.within(&format!("{place}.object")))?;
-                    let found = objects
-                        .iter()
-                        .position(|(object, _)| *object == id)
-                        .unwrap_or_else(|| {
-                            objects.push((id, Mover::default()));
-                            objects.len() - 1
-                        });
-                    &mut objects[found].1
+                    mover_of(&mut objects, id)
+                }
+                (None, Some(name)) => {
+                    let id = world
+                        .find_rig(name)
+                        .map_err(|error| error.within(&format!("{place}.rig")))?;
+                    mover_of(&mut rigs, id)
+                }
+                (Some(_), Some(_)) => {
+                    let message = "object is given too: expected one of the two".into();
+                    return fail(&format!("{place}.rig"), message);
                 }
             };
             mover
@@ -85,6 +91,7 @@ impl Video {
         }
         let last = objects
             .iter()
+            .chain(&rigs)
             .filter_map(|(_, mover)| mover.time)
             .chain(camera.time)
             .fold(0.0, f64::max);
@@ -93,25 +100,31 @@ impl Video {
             spec.seconds.unwrap_or(if last > 0.0 { last } else { 4.0 }),
         );
         check_length(fps, seconds)?;
-        let objects = objects
-            .into_iter()
-            .map(|(id, mover)| (id, mover.motion))
-            .collect();
+        let motions = |movers: Vec<(usize, Mover)>| {
+            let motions = movers.into_iter().map(|(id, mover)| (id, mover.motion));
+            motions.collect()
+        };
         Ok(Self {
             fps,
             seconds,
             up: world.up,
             orbit: spec.orbit.clone(),
             camera: camera.motion,
-            objects,
+            objects: motions(objects),
+            rigs: motions(rigs),
         })
     }
 
-    /// Whether it is one for a world of so many objects.
+    /// Whether it is one for a world of so many objects and rigs.
     ///
     /// # Errors
     /// [`SceneError`] where it moves others, or has no length or no end.
-    pub(crate) fn check(&self, objects: usize) -> Result<(), SceneError> {
+    pub(crate) fn check(&self, objects: usize, rigs: usize) -> Result<(), SceneError> {
+        if let Some((id, _)) = self.rigs.iter().find(|(id, _)| *id >= rigs) {
+            return Err(SceneError::World(format!(
+                "the video moves rig {id} of {rigs}"
+            )));
+        }
         if let Some((id, _)) = self.objects.iter().find(|(id, _)| *id >= objects) {
             return Err(SceneError::World(format!(
                 "the video moves object {id} of {objects}"
@@ -179,6 +192,43 @@ impl Video {
     }
 }
 
+impl Video {
+    /// A rig as the video moves it, at a time in seconds: by the keyframes of that index in the world, or else as it
+    /// moves the camera.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] where it has to look straight up or down at its target.
+    pub fn rig_at(&self, rig: &Rig, index: Option<usize>, time: f64) -> Result<Rig, SceneError> {
+        let own = self.rigs.iter().find(|(id, _)| Some(*id) == index);
+        let body = rig.body();
+        let Some((_, motion)) = own else {
+            // As a camera that looks along the body's x axis.
+            let k = DMat3::IDENTITY;
+            let ahead = Camera::new(k, pose::CAMERA_FROM_BODY * body.r, body.c, [1, 1], PixelCenter::Integer)?;
+            let moved = self.camera_at(&ahead, time)?;
+            if moved == ahead {
+                return Ok(rig.clone());
+            }
+            let r = pose::CAMERA_FROM_BODY.transpose() * moved.r();
+            return rig.at_pose(Pose { r, c: moved.c() });
+        };
+        let c = motion.location.at(time).unwrap_or(body.c);
+        let r = match (motion.target.at(time), motion.rotation.at(time)) {
+            (Some(target), _) => pose::rotation_towards(target - c, self.up.axis())
+                .ok_or_else(|| {
+                    SceneError::Camera(format!(
+                        "rig {:?} at {c} cannot face {target} at {time} s: it is there, or straight above or below it",
+                        rig.name()
+                    ))
+                })?
+                .transpose(),
+            (None, Some(rotation)) => DMat3::from_quat(rotation).transpose(),
+            (None, None) => body.r,
+        };
+        rig.at_pose(Pose { r, c })
+    }
+}
+
 impl World {
     /// The world at a time of its video in seconds: objects moved, geometry shared. Cameras are as they are; see
     /// [`Video::camera_at`].
@@ -223,6 +273,16 @@ impl Motion {
             location,
         ))
     }
+}
+
+/// The mover of an id, new where there is none yet.
+fn mover_of(movers: &mut Vec<(usize, Mover)>, id: usize) -> &mut Mover {
+    let found = movers.iter().position(|(known, _)| *known == id);
+    let found = found.unwrap_or_else(|| {
+        movers.push((id, Mover::default()));
+        movers.len() - 1
+    });
+    &mut movers[found].1
 }
 
 /// The keyframes of one mover, as they come in.

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::animation::Rig;
-use crate::camera::{Camera, PixelCenter, intrinsics_from_fov};
+use crate::camera::{Camera, PixelCenter, Rig as CameraRig, intrinsics_from_fov};
 use crate::error::{SceneError, suggestion};
 use crate::light::Light;
 use crate::material::Material;
@@ -107,6 +107,8 @@ pub struct World {
     pub glow_is_decoration: bool,
     /// Named cameras, the default one first.
     pub cameras: Vec<NamedCamera>,
+    /// Rigs, whose cameras are among the others.
+    pub rigs: Vec<CameraRig>,
     /// How it wants to be rendered.
     pub render: RenderSpec,
     /// What `raycam video` makes of it.
@@ -246,6 +248,41 @@ impl World {
             camera,
         });
         self.cameras.len() - 1
+    }
+
+    /// Adds a rig under its name, made unique, and its cameras under the names rig/camera; returns its index.
+    ///
+    /// # Errors
+    /// Those of [`CameraRig::cameras`].
+    pub fn add_rig(&mut self, rig: CameraRig) -> Result<usize, SceneError> {
+        let cameras = rig.cameras()?;
+        let mut names = Names::default();
+        for rig in &self.rigs {
+            names.claim(rig.name());
+        }
+        let name = names.claim(rig.name());
+        for NamedCamera { name: own, camera } in cameras {
+            self.add_camera(&format!("{name}/{own}"), camera);
+        }
+        self.rigs.push(rig.named(name));
+        Ok(self.rigs.len() - 1)
+    }
+
+    /// The rig of this name.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] with the nearest name.
+    pub fn find_rig(&self, name: &str) -> Result<usize, SceneError> {
+        self.rigs
+            .iter()
+            .position(|rig| rig.name() == name)
+            .ok_or_else(|| {
+                let count = self.rigs.len();
+                SceneError::World(format!(
+                    "no rig {name:?} among {count}{}",
+                    suggestion(name, self.rigs.iter().map(CameraRig::name))
+                ))
+            })
     }
 
     /// The smallest and largest corner of all objects, as tight as their vertices; `None` when there is nothing.

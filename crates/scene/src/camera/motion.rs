@@ -31,6 +31,22 @@ pub struct Pose {
     pub c: DVec3,
 }
 
+impl Pose {
+    /// At the origin, with the axes of the world.
+    pub const IDENTITY: Self = Self {
+        r: DMat3::IDENTITY,
+        c: DVec3::ZERO,
+    };
+
+    /// Where something is that this body carries: `mount` is in the axes of the body.
+    pub fn carries(&self, mount: &Self) -> Self {
+        Self {
+            r: mount.r * self.r,
+            c: self.c + self.r.transpose() * mount.c,
+        }
+    }
+}
+
 /// The shutter and the way of the camera while it is open. Times are in seconds from when the first line opens.
 ///
 /// A line opens when it is its turn: the first at 0, the last a little before `readout`, and stays open for `exposure`.
@@ -43,6 +59,8 @@ pub struct Motion {
     direction: Readout,
     /// In order of time.
     poses: Vec<(f64, Pose)>,
+    /// The camera on the body whose poses these are: camera_from_body, and its centre there.
+    mount: Option<Pose>,
 }
 
 impl Motion {
@@ -81,7 +99,21 @@ impl Motion {
             readout,
             direction,
             poses,
+            mount: None,
         })
+    }
+
+    /// The motion of a camera that the moving body carries.
+    pub fn with_mount(self, mount: Pose) -> Self {
+        Self {
+            mount: Some(mount),
+            ..self
+        }
+    }
+
+    /// The camera on the body whose poses are [`Motion::poses`]; the camera itself where there is none.
+    pub fn mount(&self) -> Option<&Pose> {
+        self.mount.as_ref()
     }
 
     /// How long a line is open, in seconds.
@@ -99,7 +131,7 @@ impl Motion {
         self.direction
     }
 
-    /// Times in seconds, and where the camera is then.
+    /// Times in seconds, and where the camera, or the body that carries it, is then.
     pub fn poses(&self) -> &[(f64, Pose)] {
         &self.poses
     }
@@ -109,7 +141,7 @@ impl Motion {
         let poses = self.poses.iter().map(|(time, pose)| (*time, moved(pose)));
         Self {
             poses: poses.collect(),
-            ..*self
+            ..self.clone()
         }
     }
 
@@ -118,11 +150,17 @@ impl Motion {
         self.at(0.5 * (self.readout + self.exposure))
     }
 
-    /// Where it is at a time.
+    /// Where the camera is at a time.
     pub fn at(&self, time: f64) -> Pose {
+        let pose = self.moved(time);
+        self.mount.map_or(pose, |mount| pose.carries(&mount))
+    }
+
+    /// Where what moves is at a time: the camera, or the body that carries it.
+    fn moved(&self, time: f64) -> Pose {
         let next = self.poses.partition_point(|(key, _)| *key <= time);
         let Some(before) = next.checked_sub(1) else {
-            return self.poses[0].1;
+            return self.poses.first().map_or(Pose::IDENTITY, |first| first.1);
         };
         let (start, from) = self.poses[before];
         let Some(&(end, to)) = self.poses.get(next) else {

@@ -69,6 +69,11 @@ impl WorldFile {
                 .map_err(|error| error.within(&format!("camera[{i}]")))?;
             world.add_camera(spec.name.as_deref().unwrap_or("camera"), camera);
         }
+        for (i, spec) in self.rig.iter().enumerate() {
+            let within = |error: SceneError| error.within(&format!("rig[{i}]"));
+            let rig = spec.build(self.up).map_err(within)?;
+            world.add_rig(rig).map_err(within)?;
+        }
         self.render
             .validate()
             .map_err(|error| error.within("render"))?;

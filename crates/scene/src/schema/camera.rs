@@ -175,8 +175,14 @@ impl CameraSpec {
                 r: camera.r(),
                 c: camera.c(),
             };
-            let motion = shutter.build(start, up);
-            camera = camera.with_motion(motion.map_err(|error| error.within("shutter"))?)?;
+            let motion = shutter.build(start, |pose| pose.build(up));
+            let mut motion = motion.map_err(|error| error.within("shutter"))?;
+            if let Some(mount) = &shutter.mount {
+                // In the axes of a body, of which x looks ahead and z up.
+                let mount = mount.build(Up::Z);
+                motion = motion.with_mount(mount.map_err(|error| error.within("shutter.mount"))?);
+            }
+            camera = camera.with_motion(motion)?;
         }
         Ok(camera)
     }

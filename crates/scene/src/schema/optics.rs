@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use super::pose::PoseSpec;
 use crate::camera::{Aperture, Motion, Pose, Readout};
 use crate::error::SceneError;
-use crate::world::Up;
 
 /// The opening of a thin lens: `radius`, or `f_number` with `focal_length`; and `focus`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -41,12 +40,16 @@ pub struct ShutterSpec {
     /// Which lines there are, and which is the first: "down" (rows, from the top), "up", "right" (columns, from the
     /// left) or "left".
     pub direction: Readout,
-    /// The pose when the last line closes, after `readout + exposure`.
+    /// The pose when the last line closes, after `readout + exposure`; it stands where neither this nor `track` is given,
+    /// and what moves before it is blurred all the same.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub end: Option<PoseSpec>,
     /// Poses at times, in seconds from when the first line opens. The camera's own pose is then not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub track: Option<Vec<TrackSpec>>,
+    /// Of a camera that a body carries: its pose in the axes of the body, whose poses `track` then has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mount: Option<PoseSpec>,
 }
 
 /// A pose at a time.
@@ -107,6 +110,7 @@ impl ShutterSpec {
             direction: motion.direction(),
             end: None,
             track: Some(track.collect()),
+            mount: motion.mount().map(PoseSpec::of),
         }
     }
 
@@ -115,14 +119,18 @@ impl ShutterSpec {
         Some(&self.track.as_ref()?.first()?.pose)
     }
 
-    /// The motion it describes, of a camera that starts at a pose.
+    /// The motion it describes, of a camera that starts at a pose, or of what has its poses read by `read`.
     ///
     /// # Errors
-    /// [`SceneError`] where the way is missing or given twice, and those of [`Motion::new`].
-    pub fn build(&self, start: Pose, up: Up) -> Result<Motion, SceneError> {
+    /// [`SceneError`] where the way is given twice, and those of [`Motion::new`].
+    pub fn build(
+        &self,
+        start: Pose,
+        read: impl Fn(&PoseSpec) -> Result<Pose, SceneError>,
+    ) -> Result<Motion, SceneError> {
         let poses = match (&self.end, &self.track) {
             (Some(end), None) => {
-                let end = end.build(up).map_err(|error| error.within("end"))?;
+                let end = read(end).map_err(|error| error.within("end"))?;
                 let last = self.exposure + self.readout;
                 if last.is_nan() || last <= 0.0 {
                     let message = "exposure and readout are both 0: there is no time to move in";
@@ -134,17 +142,15 @@ impl ShutterSpec {
                 .iter()
                 .enumerate()
                 .map(|(i, key)| {
-                    let pose = key
-                        .pose
-                        .build(up)
+                    let pose = read(&key.pose)
                         .map_err(|error| error.within(&format!("track[{i}].pose")))?;
                     Ok((key.time, pose))
                 })
                 .collect::<Result<_, SceneError>>()?,
-            _ => {
-                let message =
-                    "expected \"end\", the pose when the last line closes, or a \"track\" of poses";
-                return Err(SceneError::schema("", message));
+            (None, None) => vec![(0.0, start)],
+            (Some(_), Some(_)) => {
+                let message = "\"track\" is given too, and says already where it goes";
+                return Err(SceneError::schema("end", message));
             }
         };
         Motion::new(self.exposure, self.readout, self.direction, poses)

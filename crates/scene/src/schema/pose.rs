@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::keys::Keys;
 use crate::camera::{Camera, PixelCenter, Pose};
 use crate::error::SceneError;
+use crate::pose::CAMERA_FROM_BODY;
 use crate::world::Up;
 
 /// A camera's pose: `location` with angles or a `target`, or `R` with `C` or `t`.
@@ -106,6 +107,21 @@ impl PoseSpec {
         Ok(Pose {
             r: camera.r(),
             c: camera.c(),
+        })
+    }
+
+    /// The pose it describes of a body, whose axes are x ahead, y left, z up where all angles are 0.
+    ///
+    /// # Errors
+    /// Those of [`PoseSpec::build`].
+    pub fn build_body(&self, up: Up) -> Result<Pose, SceneError> {
+        let pose = self.build(up)?;
+        Ok(match self.r {
+            Some(_) => pose,
+            None => Pose {
+                r: CAMERA_FROM_BODY.transpose() * pose.r,
+                ..pose
+            },
         })
     }
 

@@ -38,8 +38,10 @@ pub struct OrbitSpec {
 pub struct KeyframeSpec {
     /// In seconds from the start.
     pub time: f64,
-    /// The name of the object that moves; the camera where not given.
+    /// The name of the object that moves; the camera where neither this nor `rig` is given.
     pub object: Option<String>,
+    /// The name of the rig that moves.
+    pub rig: Option<String>,
     /// Where it is.
     pub location: Option<[f64; 3]>,
     /// In degrees; 0 where only other angles are given.

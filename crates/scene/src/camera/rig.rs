@@ -1,0 +1,159 @@
+//! Cameras on one moving body.
+
+use std::collections::HashSet;
+
+use serde::{Deserialize, Serialize};
+
+use super::checks::checked_rotation;
+use super::{Camera, Motion, Pose};
+use crate::error::SceneError;
+use crate::world::NamedCamera;
+
+/// Cameras that a body carries: camera_from_world = camera_from_body * body_from_world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rig {
+    /// Unique within its world.
+    name: String,
+    /// body_from_world, and where the body is; that of the middle of the motion.
+    body: Pose,
+    /// How the body moves while the shutters are open.
+    motion: Option<Motion>,
+    /// The cameras, with their R and C in the axes of the body.
+    mounts: Vec<NamedCamera>,
+}
+
+impl Rig {
+    /// Cameras with R and C in the axes of a body, and the body's pose.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] where the pose is no rotation and finite place, there are no cameras, or two have the same
+    /// name or one has none.
+    pub fn new(
+        name: impl Into<String>,
+        body: Pose,
+        mounts: Vec<NamedCamera>,
+    ) -> Result<Self, SceneError> {
+        let fail = |message: String| Err(SceneError::Camera(message));
+        if mounts.is_empty() {
+            return fail("a rig without cameras; expected at least one".into());
+        }
+        let mut names = HashSet::new();
+        for NamedCamera { name, .. } in &mounts {
+            if name.is_empty() || !names.insert(name) {
+                return fail(format!(
+                    "cameras of a rig have names of their own, and {name:?} is empty or there twice"
+                ));
+            }
+        }
+        if !body.c.is_finite() {
+            return fail(format!("the place {} of a rig is not finite", body.c));
+        }
+        let r = checked_rotation(body.r)?;
+        Ok(Self {
+            name: name.into(),
+            body: Pose { r, ..body },
+            motion: None,
+            mounts,
+        })
+    }
+
+    /// The same rig moving while its cameras expose: `motion` is that of the body.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] where a camera has a shutter of its own, or cannot move.
+    pub fn with_motion(self, motion: Motion) -> Result<Self, SceneError> {
+        if let Some(mount) = self.mounts.iter().find(|m| m.camera.motion().is_some()) {
+            return Err(SceneError::Camera(format!(
+                "camera {:?} of the rig has a shutter of its own: give it to the rig or to its cameras",
+                mount.name
+            )));
+        }
+        let moving = Self {
+            body: motion.middle(),
+            motion: Some(motion),
+            ..self
+        };
+        moving.cameras()?;
+        Ok(moving)
+    }
+
+    /// What its cameras are, in the world.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] where one of them cannot be carried.
+    pub fn cameras(&self) -> Result<Vec<NamedCamera>, SceneError> {
+        let carried = |mount: &NamedCamera| {
+            let camera = match &self.motion {
+                None => mount.camera.carried(&self.body)?,
+                Some(motion) => {
+                    let (r, c) = (mount.camera.r(), mount.camera.c());
+                    let motion = motion.clone().with_mount(Pose { r, c });
+                    mount.camera.clone().with_motion(motion)?
+                }
+            };
+            let name = mount.name.clone();
+            Ok(NamedCamera { name, camera })
+        };
+        self.mounts.iter().map(carried).collect()
+    }
+
+    /// The same rig at another pose: body_from_world, and where the body is. A moving one moves along.
+    ///
+    /// # Errors
+    /// Those of [`Rig::new`] about the pose.
+    pub fn at_pose(&self, pose: Pose) -> Result<Self, SceneError> {
+        let turn = checked_rotation(pose.r)?.transpose() * self.body.r;
+        let motion = self.motion.as_ref().map(|motion| {
+            motion.map(|then| Pose {
+                r: then.r * turn.transpose(),
+                c: pose.c + turn * (then.c - self.body.c),
+            })
+        });
+        Ok(Self {
+            motion,
+            ..Self::new(self.name.clone(), pose, self.mounts.clone())?
+        })
+    }
+
+    /// The same rig under another name.
+    pub fn named(self, name: String) -> Self {
+        Self { name, ..self }
+    }
+
+    /// What it is asked for by.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// body_from_world, and where the body is.
+    pub fn body(&self) -> Pose {
+        self.body
+    }
+
+    /// How the body moves while the shutters are open.
+    pub fn motion(&self) -> Option<&Motion> {
+        self.motion.as_ref()
+    }
+
+    /// The cameras in the axes of the body.
+    pub fn mounts(&self) -> &[NamedCamera] {
+        &self.mounts
+    }
+}
+
+impl Camera {
+    /// The camera in the world, where `self` is in the axes of a body.
+    ///
+    /// # Errors
+    /// Those of [`Camera::at_pose`].
+    pub fn carried(&self, body: &Pose) -> Result<Self, SceneError> {
+        if *body == Pose::IDENTITY {
+            return Ok(self.clone());
+        }
+        let pose = body.carries(&Pose {
+            r: self.r(),
+            c: self.c(),
+        });
+        self.at_pose(pose.r, pose.c)
+    }
+}
