@@ -3,11 +3,16 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use raycam_formats::calibration::{self, Known};
+use raycam_formats::calibration::{self, Known, Mount, Pose};
 use raycam_formats::{Budget, FormatError};
 
+use crate::arrays::rows_of;
 use crate::camera::Camera;
 use crate::error::{IntoPyErr, camera_error, caught};
+use crate::rig::Rig;
+
+/// A rotation and a centre.
+type Placed = ([[f64; 3]; 3], [f64; 3]);
 
 /// A camera as its file has it: what is read is written back to the last bit.
 #[pyclass(frozen, module = "raycam._core")]
@@ -17,12 +22,52 @@ pub(crate) struct Record {
 
 #[pymethods]
 impl Record {
-    /// The record of a camera.
+    /// The record of a camera; one of a rig with its frame and its name there.
     #[staticmethod]
-    fn of(name: &str, camera: &Camera, image: Option<String>, time: Option<f64>) -> Self {
+    #[pyo3(signature = (name, camera, image, time, on=None))]
+    fn of(
+        name: &str,
+        camera: &Camera,
+        image: Option<String>,
+        time: Option<f64>,
+        on: Option<(PyRef<'_, Rig>, String, String)>,
+    ) -> PyResult<Self> {
         let mut inner = calibration::Record::of(name, &camera.inner);
         (inner.image, inner.time) = (image, time);
-        Self { inner }
+        if let Some((rig, frame, name)) = on {
+            let rig = &rig.inner;
+            let mount = rig.mounts().iter().find(|mount| mount.name == name);
+            let mount =
+                mount.ok_or_else(|| camera_error(format!("the rig has no camera {name:?}")))?;
+            let body = rig.body();
+            inner.mount = Some(Mount {
+                rig: rig.name().into(),
+                frame,
+                name,
+                camera: Pose::at(mount.camera.r(), mount.camera.c()),
+                body: Pose::at(body.r, body.c),
+            });
+        }
+        Ok(Self { inner })
+    }
+
+    /// Of a camera on a rig: the rig, the frame, its name there; camera_from_body and the centre there; body_from_world
+    /// and the place of the body.
+    #[getter]
+    #[allow(clippy::type_complexity, reason = "a mount taken apart")]
+    fn mount(&self) -> Option<(&str, &str, &str, Placed, Placed)> {
+        let mount = self.inner.mount.as_ref()?;
+        let placed = |pose: &Pose| {
+            let (r, c) = pose.r_c();
+            (rows_of(r), c.to_array())
+        };
+        Some((
+            &mount.rig,
+            &mount.frame,
+            &mount.name,
+            placed(&mount.camera),
+            placed(&mount.body),
+        ))
     }
 
     /// The camera, where size and intrinsics are known.

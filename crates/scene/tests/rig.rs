@@ -115,7 +115,8 @@ fn angles_are_those_of_a_body_that_looks_along_x() {
     assert!((front.forward() - DVec3::Y).length() < 1e-12);
     assert!((back.c() - DVec3::new(4.5, -2.0, 1.0)).length() < 1e-12);
     assert!((back.forward() + DVec3::Y).length() < 1e-12);
-    let up_y = build(r#"{"up": "y", "rig": {"camera": {"focal": 100, "location": [0, 0, 0]}}}"#).unwrap();
+    let up_y =
+        build(r#"{"up": "y", "rig": {"camera": {"focal": 100, "location": [0, 0, 0]}}}"#).unwrap();
     assert!((up_y.cameras[0].camera.forward() + DVec3::Z).length() < 1e-12);
     assert!((up_y.cameras[0].camera.r().row(1) + DVec3::Y).length() < 1e-12);
 }

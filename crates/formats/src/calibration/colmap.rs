@@ -7,7 +7,7 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::{PixelCenter, camera};
 
-use super::{Calibration, Pose, Record, Rotation};
+use super::{Calibration, Mount, Pose, Record, Rotation};
 use crate::error::FormatError;
 
 /// Quaternion w x y z, translation x y z.
@@ -38,6 +38,7 @@ pub(super) struct Rig {
 
 /// A row of `frames`: where a rig stood, and its images.
 pub(super) struct Frame {
+    pub(super) id: u32,
     pub(super) rig: u32,
     pub(super) pose: Rigid,
     /// Camera and image.
@@ -89,12 +90,11 @@ impl Model {
             let mut record = camera.clone();
             record.name.clone_from(&image.name);
             record.image = Some(image.name.clone());
-            record.pose = Some(
-                placed
-                    .get(&image.id)
-                    .cloned()
-                    .unwrap_or_else(|| pose(&image.pose)),
-            );
+            let (pose, mount) = placed
+                .get(&image.id)
+                .cloned()
+                .unwrap_or_else(|| (pose(&image.pose), None));
+            (record.pose, record.mount) = (Some(pose), mount);
             calibration.records.push(record);
         }
         if self.images.is_empty() {
@@ -107,11 +107,11 @@ impl Model {
         Ok(calibration)
     }
 
-    /// The poses that rigs and frames give, by image: they are what counts where they are.
+    /// The poses that rigs and frames give, by image: they are what counts where they are. Rigs of one camera are none.
     fn placed(
         &self,
         fail: &dyn Fn(String) -> FormatError,
-    ) -> Result<HashMap<u32, Pose>, FormatError> {
+    ) -> Result<HashMap<u32, (Pose, Option<Mount>)>, FormatError> {
         let rigs: HashMap<u32, &Rig> = self.rigs.iter().map(|rig| (rig.id, rig)).collect();
         let mut placed = HashMap::new();
         for frame in &self.frames {
@@ -129,15 +129,23 @@ impl Model {
                 let here = from_rig
                     .as_ref()
                     .map_or_else(|| body.clone(), |from_rig| pose(from_rig).after(&body));
-                placed.insert(image, here);
+                let mount = (rig.cameras.len() > 1).then(|| Mount {
+                    rig: rig.id.to_string(),
+                    frame: frame.id.to_string(),
+                    name: camera.to_string(),
+                    camera: from_rig.as_ref().map_or_else(Pose::identity, pose),
+                    body: body.clone(),
+                });
+                placed.insert(image, (here, mount));
             }
         }
         Ok(placed)
     }
 
-    /// The model of cameras; equal intrinsics become one camera.
+    /// The model of cameras; equal intrinsics become one camera, but on a rig, where each camera is its own.
     pub(super) fn of(records: &[Record]) -> Result<Self, FormatError> {
         let mut model = Self::default();
+        let mut owners: Vec<Option<(&str, &str)>> = Vec::new();
         for (i, record) in records.iter().enumerate() {
             let k = record.k_with(PixelCenter::Half, "COLMAP")?;
             let (name, params) = camera::colmap_from_lens(k, &record.lens)
@@ -148,15 +156,18 @@ impl Model {
                 size: record.need_size("COLMAP")?,
                 params,
             };
-            let same = |other: &&Camera| {
-                (&other.model, other.size, &other.params)
-                    == (&camera.model, camera.size, &camera.params)
+            let owner = record.mount.as_ref().map(|m| (&m.rig[..], &m.name[..]));
+            let same = |(other, its): (&Camera, &Option<_>)| {
+                *its == owner
+                    && (&other.model, other.size, &other.params)
+                        == (&camera.model, camera.size, &camera.params)
             };
-            let id = match model.cameras.iter().find(same) {
-                Some(other) => other.id,
+            let id = match model.cameras.iter().zip(&owners).position(same) {
+                Some(other) => other as u32 + 1,
                 None => {
                     camera.id = model.cameras.len() as u32 + 1;
                     model.cameras.push(camera);
+                    owners.push(owner);
                     model.cameras.len() as u32
                 }
             };
@@ -176,6 +187,132 @@ impl Model {
                 name: image.clone(),
             });
         }
+        model.place(records)?;
         Ok(model)
     }
+}
+
+// Rigs and frames of what is written -----------------------------------------------------------------------
+
+fn rigid(pose: &Pose) -> Rigid {
+    let (rotation, t) = pose.r_t();
+    let [w, x, y, z] = rotation.quaternion();
+    [w, x, y, z, t.x, t.y, t.z]
+}
+
+impl Model {
+    /// Gives every image its frame, and every camera its rig: COLMAP's rigs have the axes of their first camera.
+    fn place(&mut self, records: &[Record]) -> Result<(), FormatError> {
+        let mut rigs: Vec<(&str, Placed<'_>)> = Vec::new();
+        let mut frames: Vec<(&str, &str, Frame)> = Vec::new();
+        for (image, record) in self.images.iter().zip(records) {
+            let Some(mount) = &record.mount else { continue };
+            let known = rigs.iter().position(|(name, _)| *name == mount.rig);
+            let rig = known.unwrap_or_else(|| {
+                rigs.push((&mount.rig, Placed::default()));
+                rigs.len() - 1
+            });
+            let sensors = &mut rigs[rig].1;
+            match sensors.iter().find(|(id, ..)| *id == image.camera) {
+                None => sensors.push((image.camera, &mount.camera)),
+                Some((_, pose)) if !near(pose, &mount.camera) => {
+                    return Err(record.cannot(
+                        "COLMAP",
+                        &format!(
+                            "a rig whose camera {:?} stands here and there on it",
+                            mount.name
+                        ),
+                    ));
+                }
+                Some(_) => {}
+            }
+            let reference = sensors[0].1;
+            let same = |(rig, frame, _): &(&str, &str, Frame)| {
+                (*rig, *frame) == (&mount.rig[..], &mount.frame[..])
+            };
+            let place = frames.iter().position(same).unwrap_or_else(|| {
+                let body = match reference.is_identity() {
+                    true => mount.body.clone(),
+                    false => reference.after(&mount.body),
+                };
+                let frame = Frame {
+                    id: frames.len() as u32 + 1,
+                    rig: rig as u32 + 1,
+                    pose: rigid(&body),
+                    images: vec![],
+                };
+                frames.push((&mount.rig, &mount.frame, frame));
+                frames.len() - 1
+            });
+            let images = &mut frames[place].2.images;
+            if images.iter().any(|(camera, _)| *camera == image.camera) {
+                return Err(record.cannot(
+                    "COLMAP",
+                    &format!("two pictures of one camera in the frame {:?}", mount.frame),
+                ));
+            }
+            images.push((image.camera, image.id));
+        }
+        self.rigs = rigs
+            .iter()
+            .enumerate()
+            .map(|(i, (_, sensors))| Rig {
+                id: i as u32 + 1,
+                cameras: from_first(sensors),
+            })
+            .collect();
+        self.frames = frames.into_iter().map(|(_, _, frame)| frame).collect();
+        // Every other camera is a rig of its own.
+        let mut own = HashMap::new();
+        for (image, record) in self.images.iter().zip(records) {
+            if record.mount.is_some() {
+                continue;
+            }
+            let rig = *own.entry(image.camera).or_insert_with(|| {
+                let id = self.rigs.len() as u32 + 1;
+                self.rigs.push(Rig {
+                    id,
+                    cameras: vec![(image.camera, None)],
+                });
+                id
+            });
+            self.frames.push(Frame {
+                id: self.frames.len() as u32 + 1,
+                rig,
+                pose: image.pose,
+                images: vec![(image.camera, image.id)],
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Cameras, and their poses from the body.
+type Placed<'a> = Vec<(u32, &'a Pose)>;
+
+/// The same from the first camera, which has none.
+fn from_first(sensors: &Placed<'_>) -> Vec<(u32, Option<Rigid>)> {
+    let Some((reference, rest)) = sensors.split_first() else {
+        return vec![];
+    };
+    let back = reference.1.inverted();
+    let from_rig = |(id, pose): &(u32, &Pose)| {
+        let pose = match reference.1.is_identity() {
+            true => (*pose).clone(),
+            false => pose.after(&back),
+        };
+        (*id, Some(rigid(&pose)))
+    };
+    let rest = rest.iter().map(from_rig);
+    std::iter::once((reference.0, None)).chain(rest).collect()
+}
+
+/// Whether two poses are the same, but for rounding.
+fn near(a: &Pose, b: &Pose) -> bool {
+    let ((r, c), (r2, c2)) = (a.r_c(), b.r_c());
+    let off = (r - r2)
+        .to_cols_array()
+        .into_iter()
+        .fold(0.0, |m: f64, v| m.max(v.abs()));
+    off <= 1e-9 && (c - c2).length() <= 1e-9 * (1.0 + c.length())
 }

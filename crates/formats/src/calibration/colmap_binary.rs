@@ -209,7 +209,7 @@ fn read_rigs(model: &mut Model, rigs: &Source, frames: &Source) -> Result<(), Fo
     bytes.end()?;
     let mut bytes = Bytes::new(frames);
     for _ in 0..bytes.u64()? {
-        let _id = bytes.u32()?;
+        let id = bytes.u32()?;
         let (rig, pose, count) = (bytes.u32()?, bytes.rigid()?, bytes.u32()?);
         let mut images = Vec::new();
         for _ in 0..count {
@@ -219,7 +219,12 @@ fn read_rigs(model: &mut Model, rigs: &Source, frames: &Source) -> Result<(), Fo
                 images.push((sensor, image));
             }
         }
-        model.frames.push(Frame { rig, pose, images });
+        model.frames.push(Frame {
+            id,
+            rig,
+            pose,
+            images,
+        });
     }
     bytes.end()
 }
@@ -227,16 +232,15 @@ fn read_rigs(model: &mut Model, rigs: &Source, frames: &Source) -> Result<(), Fo
 pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
     let model = Model::of(records)?;
     let mut files: [Vec<u8>; 5] = Default::default();
-    let [cameras, images, rigs, frames, points] = &mut files;
-    let (some, all) = (model.cameras.len() as u64, model.images.len() as u64);
-    for (file, count) in [
-        (&mut *cameras, some),
-        (images, all),
-        (rigs, some),
-        (frames, all),
-        (points, 0),
-    ] {
-        file.extend(count.to_le_bytes());
+    let counts = [
+        model.cameras.len(),
+        model.images.len(),
+        model.rigs.len(),
+        model.frames.len(),
+        0,
+    ];
+    for (file, count) in files.iter_mut().zip(counts) {
+        file.extend((count as u64).to_le_bytes());
     }
     let [cameras, images, rigs, frames, _] = &mut files;
     let u32s = |file: &mut Vec<u8>, values: &[u32]| {
@@ -260,7 +264,16 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
         size.iter()
             .for_each(|side| cameras.extend(u64::from(*side).to_le_bytes()));
         f64s(cameras, params);
-        u32s(rigs, &[*id, 1, 0, *id]);
+    }
+    for rig in &model.rigs {
+        u32s(rigs, &[rig.id, rig.cameras.len() as u32]);
+        for (camera, pose) in &rig.cameras {
+            u32s(rigs, &[0, *camera]);
+            if let Some(pose) = pose {
+                rigs.push(1);
+                f64s(rigs, pose);
+            }
+        }
     }
     for Image {
         id,
@@ -274,10 +287,15 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
         u32s(images, &[*camera]);
         images.extend(name.bytes().chain([0]));
         images.extend(0_u64.to_le_bytes());
-        u32s(frames, &[*id, *camera]);
-        f64s(frames, pose);
-        u32s(frames, &[1, 0, *camera]);
-        frames.extend(u64::from(*id).to_le_bytes());
+    }
+    for frame in &model.frames {
+        u32s(frames, &[frame.id, frame.rig]);
+        f64s(frames, &frame.pose);
+        u32s(frames, &[frame.images.len() as u32]);
+        for (camera, image) in &frame.images {
+            u32s(frames, &[0, *camera]);
+            frames.extend(u64::from(*image).to_le_bytes());
+        }
     }
     let named = NAMES.iter().map(|name| (*name).to_owned());
     Ok(Written {

@@ -191,8 +191,8 @@ fn rig(mut row: Words<'_>) -> Result<Rig, FormatError> {
 }
 
 fn frame(mut row: Words<'_>) -> Result<Frame, FormatError> {
-    let _id: u32 = row.parse("FRAME_ID")?;
-    let (rig, pose, count): (_, _, u32) = (
+    let (id, rig, pose, count): (_, _, _, u32) = (
+        row.parse("FRAME_ID")?,
         row.parse("RIG_ID")?,
         row.rigid()?,
         row.parse("NUM_DATA_IDS")?,
@@ -206,7 +206,12 @@ fn frame(mut row: Words<'_>) -> Result<Frame, FormatError> {
         }
     }
     row.end()?;
-    Ok(Frame { rig, pose, images })
+    Ok(Frame {
+        id,
+        rig,
+        pose,
+        images,
+    })
 }
 
 pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
@@ -228,8 +233,15 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
         "# RIG_ID, NUM_SENSORS, REF_SENSOR_TYPE, REF_SENSOR_ID, SENSORS[] as (SENSOR_TYPE, SENSOR_ID, HAS_POSE, [QW, \
          QX, QY, QZ, TX, TY, TZ])\n",
     );
-    for camera in &model.cameras {
-        rigs += &format!("{0} 1 CAMERA {0}\n", camera.id);
+    for rig in &model.rigs {
+        rigs += &format!("{} {}", rig.id, rig.cameras.len());
+        for (camera, pose) in &rig.cameras {
+            rigs += &match pose {
+                None => format!(" CAMERA {camera}"),
+                Some(pose) => format!(" CAMERA {camera} 1 {}", pose.map(number).join(" ")),
+            };
+        }
+        rigs.push('\n');
     }
     let mut frames = String::from(
         "# FRAME_ID, RIG_ID, RIG_FROM_WORLD[QW, QX, QY, QZ, TX, TY, TZ], NUM_DATA_IDS, DATA_IDS[] as (SENSOR_TYPE, \
@@ -244,7 +256,14 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
     {
         let pose = pose.map(number).join(" ");
         images += &format!("{id} {pose} {camera} {name}\n\n");
-        frames += &format!("{id} {camera} {pose} 1 CAMERA {camera} {id}\n");
+    }
+    for frame in &model.frames {
+        let pose = frame.pose.map(number).join(" ");
+        frames += &format!("{} {} {pose} {}", frame.id, frame.rig, frame.images.len());
+        for (camera, image) in &frame.images {
+            frames += &format!(" CAMERA {camera} {image}");
+        }
+        frames.push('\n');
     }
     let points =
         "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n".to_owned();

@@ -9,6 +9,7 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
+use super::mount::{one_rig, poses_on_one_rig};
 use super::tree::At;
 use super::write::{joined, quoted, rows34};
 use super::{Calibration, Known, Pose, Record, Rotation, Written, text, yaml};
@@ -71,6 +72,7 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
         before = here;
         calibration.records.push(record);
     }
+    one_rig(&mut calibration.records, "rig");
     Ok(calibration)
 }
 
@@ -130,7 +132,8 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
     let mut text = String::new();
     let mut notices = Vec::new();
     let mut before: Option<Pose> = None;
-    for (i, record) in records.iter().enumerate() {
+    let poses = poses_on_one_rig(records, format, &mut notices)?;
+    for (i, (record, pose)) in records.iter().zip(poses).enumerate() {
         let focals = record.focals_with(PixelCenter::Integer, format)?;
         let (model, shape, distortion, coefficients): (_, &[f64], _, &[f64]) =
             match record.lens.coefficients() {
@@ -153,7 +156,6 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
                 }
             };
         let [width, height] = record.need_size(format)?;
-        let pose = record.need_pose()?;
         let matrix = |name: &str, pose: &Pose| {
             let (r, t) = pose.r_t();
             let mut block = format!("  {name}:\n");

@@ -10,6 +10,7 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use glam::{DMat3, DVec3};
 
+use super::mount::{one_rig, poses_on_one_rig};
 use super::tree::rigid;
 use super::tum::{has, lines, numbers};
 use super::write::{joined, rows34};
@@ -94,6 +95,14 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
                 .push(format!("{key} (line {line}) is no camera and not read"));
         }
     }
+    // The raw calibration has its cameras twice: as they are, and rectified.
+    for (rig, rectified) in [("unrectified", false), ("rig", true)] {
+        let records = calibration.records.iter_mut();
+        one_rig(
+            records.filter(|record| record.matrix.is_some() == rectified),
+            rig,
+        );
+    }
     Ok(calibration)
 }
 
@@ -120,14 +129,32 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
     }
     let mut text = String::new();
     let mut notices = Vec::new();
+    let format = "a KITTI calibration";
+    let mut poses = vec![];
+    if records.iter().all(|record| record.mount.is_some()) {
+        poses = poses_on_one_rig(records, format, &mut notices)?;
+        let moved = |record: &Record| record.mount.as_ref().is_some_and(|m| !m.body.is_identity());
+        if poses[0].r_c().0 != DMat3::IDENTITY {
+            // Its axes are those of the first camera.
+            let first = poses[0].inverted();
+            poses = poses.iter().map(|pose| pose.after(&first)).collect();
+        } else if !records.iter().any(moved) {
+            poses.clear();
+        }
+    }
     for (i, record) in records.iter().enumerate() {
-        let format = "a KITTI calibration";
         record.need_pinhole(format)?;
         let matrix = match record.matrix {
-            Some(matrix) if record.pixel_center == PixelCenter::Integer => matrix,
+            Some(matrix) if poses.is_empty() && record.pixel_center == PixelCenter::Integer => {
+                matrix
+            }
             _ => {
                 let k = record.k_with(PixelCenter::Integer, format)?;
-                let (r, t) = record.need_pose()?.r_t();
+                let pose = match poses.get(i) {
+                    Some(pose) => pose.clone(),
+                    None => record.need_pose()?,
+                };
+                let (r, t) = pose.r_t();
                 rows34(k * r.matrix(), k * t)
             }
         };

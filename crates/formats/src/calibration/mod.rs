@@ -9,6 +9,7 @@ mod colmap_binary;
 mod colmap_text;
 mod kalibr;
 mod kitti;
+mod mount;
 mod nerf;
 mod opencv;
 mod opencv_write;
@@ -23,6 +24,7 @@ mod yaml;
 
 use std::path::{Path, PathBuf};
 
+pub use self::mount::Mount;
 pub use self::pose::{Pose, Rotation};
 pub use self::record::Record;
 use crate::budget::Budget;
@@ -75,6 +77,8 @@ struct Format {
     is: fn(&Path, &str) -> bool,
     read: Read,
     write: Write,
+    /// Whether it says which cameras stand on a rig.
+    rigs: bool,
 }
 
 /// Every format; the first that recognises a file reads it.
@@ -84,66 +88,77 @@ const FORMATS: &[Format] = &[
         is: colmap_text::is,
         read: colmap_text::read,
         write: colmap_text::write,
+        rigs: true,
     },
     Format {
         name: "colmap-binary",
         is: colmap_binary::is,
         read: colmap_binary::read,
         write: colmap_binary::write,
+        rigs: true,
     },
     Format {
         name: "kalibr",
         is: kalibr::is,
         read: kalibr::read,
         write: kalibr::write,
+        rigs: true,
     },
     Format {
         name: "ros",
         is: ros::is,
         read: ros::read,
         write: ros::write,
+        rigs: false,
     },
     Format {
         name: "nerf",
         is: nerf::is,
         read: nerf::read,
         write: nerf::write,
+        rigs: false,
     },
     Format {
         name: "blender",
         is: nerf::is_blender,
         read: nerf::read,
         write: nerf::write_blender,
+        rigs: false,
     },
     Format {
         name: "bop",
         is: bop::is,
         read: bop::read,
         write: bop::write,
+        rigs: false,
     },
     Format {
         name: "opencv",
         is: opencv::is,
         read: opencv::read,
         write: opencv_write::write,
+        rigs: false,
     },
     Format {
         name: "kitti",
         is: kitti::is,
         read: kitti::read,
         write: kitti::write,
+        rigs: true,
     },
     Format {
         name: "kitti-poses",
         is: kitti::is_poses,
         read: kitti::read_poses,
         write: kitti::write_poses,
+        rigs: false,
     },
     Format {
         name: "tum",
         is: tum::is,
         read: tum::read,
         write: tum::write,
+        rigs: false,
     },
 ];
 
@@ -265,7 +280,24 @@ pub fn write(records: &[Record], path: &Path, format: &str) -> Result<Written, F
     if records.is_empty() {
         return Err(FormatError::Encode("no camera to write".into()));
     }
-    (format.write)(records, path)
+    let mut written = (format.write)(records, path)?;
+    for record in records.iter().filter(|record| !record.lost.is_empty()) {
+        written.notices.push(format!(
+            "camera {:?}: its {} not written: calibration files hold K, a lens and one pose; world files hold all of it",
+            record.name,
+            match record.lost[..] {
+                [one] => format!("{one} is"),
+                _ => format!("{} are", record.lost.join(" and ")),
+            }
+        ));
+    }
+    if !format.rigs && records.iter().any(|record| record.mount.is_some()) {
+        written.notices.push(format!(
+            "{} does not say which cameras stand on a rig; they are where they stand in the world",
+            format.name
+        ));
+    }
+    Ok(written)
 }
 
 /// The text of a file, or where it is none.

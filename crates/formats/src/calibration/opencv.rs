@@ -144,6 +144,9 @@ fn stereo(root: &At<'_>) -> Result<Calibration, FormatError> {
         }
         calibration.records.push(record);
     }
+    if root.get("R").is_some() {
+        super::mount::one_rig(&mut calibration.records, "rig");
+    }
     Ok(calibration)
 }
 

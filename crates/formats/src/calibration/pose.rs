@@ -71,6 +71,22 @@ impl Pose {
         }
     }
 
+    /// That of a camera whose axes are the world's.
+    pub fn identity() -> Self {
+        Self::camera_from_world(Rotation::Matrix(DMat3::IDENTITY), DVec3::ZERO)
+    }
+
+    /// Whether it changes nothing.
+    pub fn is_identity(&self) -> bool {
+        self.r_c() == (DMat3::IDENTITY, DVec3::ZERO)
+    }
+
+    /// What brings it back: from_camera where it is camera_from.
+    pub fn inverted(&self) -> Self {
+        let (r, c) = self.world_r_c();
+        Self::camera_from_world(r, c)
+    }
+
     /// From camera_from_world and the centre.
     pub fn at(r: DMat3, c: DVec3) -> Self {
         Self::world_from_camera(Rotation::Matrix(r.transpose()), c)

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use raycam_scene::camera::Center;
 use raycam_scene::{Camera, Lens, PixelCenter};
 
-use super::{Known, Pose};
+use super::{Known, Mount, Pose};
 use crate::error::FormatError;
 
 /// A camera as a file has it, before it becomes a [`Camera`].
@@ -32,6 +32,10 @@ pub struct Record {
     pub image: Option<String>,
     /// Millimetres per unit of a depth image (BOP).
     pub depth_scale: Option<f64>,
+    /// Where it stands on a rig.
+    pub mount: Option<Mount>,
+    /// What the camera has and no calibration file holds.
+    pub lost: Vec<&'static str>,
 }
 
 impl Record {
@@ -48,6 +52,8 @@ impl Record {
             time: None,
             image: None,
             depth_scale: None,
+            mount: None,
+            lost: vec![],
         }
     }
 
@@ -55,6 +61,16 @@ impl Record {
     pub fn of(name: impl Into<String>, camera: &Camera) -> Self {
         let mut record = Self::new(name, camera.pixel_center());
         record.size = Some(camera.size());
+        let has = [
+            ("aperture", camera.aperture().is_some()),
+            ("vignetting", camera.vignetting().is_some()),
+            ("shutter", camera.motion().is_some()),
+        ];
+        record.lost = has
+            .iter()
+            .filter(|(_, has)| *has)
+            .map(|(what, _)| *what)
+            .collect();
         if camera.center() != Center::Point {
             record.matrix = Some(camera.p());
             return record;

@@ -123,7 +123,8 @@ impl RigSpec {
             return Ok(rig);
         };
         if shutter.mount.is_some() {
-            let message = "it is of a single camera; the cameras of a rig say themselves where they are";
+            let message =
+                "it is of a single camera; the cameras of a rig say themselves where they are";
             return Err(SceneError::schema("shutter.mount", message));
         }
         let motion = shutter
