@@ -197,3 +197,100 @@ def test_points_seen_are_where_they_were_seen(far: float) -> None:
         frame = raycam.render(world, camera, integrator="flat", samples=1, channels=["position"])
         assert np.isfinite(frame["position"]).any(), camera
         assert frame.reprojection_error() <= (1e-2 if far else 1e-3), camera
+
+
+def sliding(seconds: float = 1.0, speed: float = 1.0, rows: int = 64) -> tuple[raycam.World, raycam.Camera]:
+    """A white upright bar that slides to the right before a camera that sees 16 pixels a metre at its depth."""
+    world = raycam.World()
+    bar = world.add_object(box={"size": [1.0, 9.0, 0.001]}, name="bar", type="unlit", color=[1, 1, 1])
+    assert bar == 0
+    keys = [{"time": 0, "object": "bar", "location": [-speed * seconds / 2, 0, 4]}]
+    keys.append({"time": seconds, "object": "bar", "location": [speed * seconds / 2, 0, 4]})
+    world.set_video(seconds=seconds, keyframe=keys, interpolation="linear")
+    k = [[64.0, 0, 63.5], [0, 64.0, rows / 2 - 0.5], [0, 0, 1]]
+    return world, raycam.Camera(k, np.eye(3), [0, 0, 0], size=(128, rows))
+
+
+def test_smear_of_a_moving_object() -> None:
+    """An edge that moves evenly by s pixels is a ramp of s pixels: a box seen through a box is a trapezium."""
+    world, camera = sliding(speed=2.0)
+    still = raycam.render(
+        world.at(0.5), camera, samples=64, integrator="flat", channels=["color", "instance"]
+    )
+    seen = raycam.render(
+        world.at(0.5),
+        camera.exposing(0.5),
+        samples=1024,
+        integrator="flat",
+        channels=["color", "instance", "depth"],
+    )
+    light = seen["color"][..., 0].mean(axis=0)
+    # 16 pixels a metre: the bar is 16 wide and moves by 2 m/s for half a second, 16 pixels.
+    x = np.arange(128) - 63.5
+    expected = np.clip((16 - np.abs(x)) / 16, 0, 1)
+    np.testing.assert_allclose(light, expected, atol=0.04)  # 1/64 of the way, and noise
+    assert abs(light.sum() - still["color"][..., 0].mean(axis=0).sum()) < 0.1
+    # Labels are those of the middle.
+    assert (seen["instance"] == still["instance"]).all()
+    assert (raycam.render(world, camera.exposing(0.5), samples=8, integrator="flat")["color"]
+            == raycam.render(world, camera, samples=8, integrator="flat")["color"]).all()  # fmt: skip
+
+
+def test_a_rolling_shutter_sees_a_moving_object_line_by_line() -> None:
+    world, camera = sliding(speed=2.0)
+    for direction, sign in (("down", 1), ("up", -1)):
+        rolling = camera.exposing(0.0, readout=0.5, direction=direction)
+        seen = raycam.render(world.at(0.5), rolling, samples=1, channels=["instance", "position"])
+        rows = np.arange(64)
+        time = sign * ((rows + 0.5) / 64 - 0.5) * 0.5
+        middle = 63.5 + 16 * 2.0 * time
+        columns = np.arange(128)[None, :]
+        expected = np.abs(columns - middle[:, None]) < 8.0
+        clear = np.abs(np.abs(columns - middle[:, None]) - 8.0) > 1e-6
+        assert ((seen["instance"] == 0) == expected)[clear].all(), direction
+        # With an exposure, each line is the same line of the lean smeared, and its label stays.
+        both = camera.exposing(0.25, readout=0.25, direction=direction)
+        frame = raycam.render(
+            world.at(0.5), both, samples=256, integrator="flat", channels=["color", "instance"]
+        )
+        time = sign * ((rows + 0.5) / 64 - 0.5) * 0.25
+        middle = (63.5 + 16 * 2.0 * time)[:, None]
+        off = np.abs(columns - middle)
+        ramp = np.clip((12 - off) / 8, 0, 1)
+        assert np.abs(frame["color"][..., 0] - ramp).mean() < 0.01
+        assert ((frame["instance"] == 0) == (off < 8.0))[np.abs(off - 8.0) > 1e-6].all()
+
+
+def test_a_camera_that_moves_along_sees_no_blur() -> None:
+    world, camera = sliding(speed=2.0)
+    world.set_video(
+        seconds=1.0,
+        interpolation="linear",
+        keyframe=[
+            {"time": 0, "object": "bar", "location": [-1, 0, 4]},
+            {"time": 0, "location": [-1, 0, 0]},
+            {"time": 1, "object": "bar", "location": [1, 0, 4]},
+            {"time": 1, "location": [1, 0, 0]},
+        ],
+    )
+    along = world.camera_at(camera.exposing(0.5), 0.5)
+    np.testing.assert_allclose(along.location, [0, 0, 0], atol=1e-12)
+    assert len(along.shutter["track"]) == 33
+    frame = raycam.render(world.at(0.5), along, samples=256, integrator="flat", channels=["color"])
+    still = raycam.render(world.at(0.5), camera, samples=256, integrator="flat", channels=["color"])
+    off = np.abs(frame["color"] - still["color"]).mean(axis=(0, 2))
+    assert off.max() < 0.2
+    assert off[np.abs(np.abs(np.arange(128) - 63.5) - 8) > 1].max() == 0.0
+
+
+def test_motion_is_the_same_for_any_number_of_threads_and_part() -> None:
+    world, camera = sliding()
+    rolling = camera.exposing(0.25, readout=0.5)
+    whole = raycam.render(world.at(0.5), rolling, samples=4, channels=["color", "depth"], threads=1)
+    again = raycam.render(world.at(0.5), rolling, samples=4, channels=["color", "depth"], threads=2)
+    part = raycam.render(
+        world.at(0.5), rolling, samples=4, channels=["color", "depth"], region=(40, 9, 50, 33)
+    )
+    for name in ("color", "depth"):
+        assert whole[name].tobytes() == again[name].tobytes()
+        assert (part[name] == whole[name][9:42, 40:90]).all()

@@ -247,3 +247,71 @@ def test_output_that_nobody_reads_is_no_error(folder: Path) -> None:
     done = shell("bash", "-c", f"set -o pipefail; {command}")
     assert "Traceback" not in done.stderr
     assert "BrokenPipe" not in done.stderr
+
+
+CAR = """
+[[object]]
+name = "wall"
+box = { size = [0.1, 6, 4] }
+location = [4, 0, 0]
+[[light]]
+type = "sky"
+radiance = [1, 1, 1]
+[[rig]]
+name = "stereo"
+[[rig.camera]]
+name = "left"
+size = [32, 24]
+focal = 30
+location = [0, 0.1, 0]
+[[rig.camera]]
+name = "right"
+size = [32, 24]
+focal = 30
+location = [0, -0.1, 0]
+[video]
+seconds = 2
+fps = 1
+interpolation = "linear"
+keyframe = [{ time = 0, rig = "stereo", location = [0, 0, 0] }, { time = 2, rig = "stereo", location = [2, 0, 0] }]
+"""
+
+
+def test_a_rig(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("car.toml").write_text(CAR)
+    assert run("render car.toml --rig stereo -o car.npz --channels depth,disparity --samples 1") == 0
+    assert "car_left.npz: 32 x 24, depth, disparity" in capsys.readouterr().out
+    for name in ("left", "right"):
+        with np.load(f"car_{name}.npz") as read:
+            np.testing.assert_allclose(read["disparity"], 30 * 0.2 / read["depth"], rtol=1e-5)
+    assert run("render car.toml --rig stereo --at 1 -o later.npz --channels depth --samples 1") == 0
+    with np.load("later_left.npz") as later, np.load("car_left.npz") as first:
+        np.testing.assert_allclose(later["depth"], first["depth"] - 1.0, rtol=1e-5)
+    assert run("info car.toml") == 0
+    assert "from the first 0.2 0 0, turned by 0 degrees" in capsys.readouterr().out
+    assert run("cameras car.toml") == 0
+    assert "rig 'stereo'" in capsys.readouterr().out
+    assert run("cameras car.toml --to kalibr -o chain.yaml") == run("info chain.yaml") == 0
+    assert "from the first 0.2 0 0" in capsys.readouterr().out
+    assert run("render box.toml --rig chain.yaml -o own.png --integrator flat --samples 1") == 0
+    assert Path("own_cam1.png").exists()
+    Path("body.tum").write_text("0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n")
+    command = (
+        "dataset car.toml -o d --rig stereo --poses body.tum --format colmap --samples 1 --option points=50"
+    )
+    assert run(command) == 0
+    assert len(raycam.load_cameras("d/sparse/0").rigs) == 2
+    assert run("dataset car.toml -o k --rig stereo --format kitti --samples 1") == 0
+    assert len(list(Path("k/scene_flow/training/disp_occ_0").iterdir())) == 2
+    assert run("render car.toml --rig stero -o x.png") == 2
+    assert "stereo" in capsys.readouterr().err
+
+
+def test_the_cameras_of_a_world_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("cameras box.toml") == 0
+    out = capsys.readouterr().out
+    assert "cameras    1" in out
+    assert "64 x 48" in out
+    assert run("cameras box.toml --to opencv -o box.yaml") == 0
+    (camera,) = raycam.load_cameras("box.yaml").values()
+    np.testing.assert_allclose(camera.P, raycam.load("box.toml").default_camera().P, atol=1e-12)

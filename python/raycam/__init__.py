@@ -18,6 +18,7 @@ from .frame import Frame
 from .interop import from_open3d, from_trimesh
 from .labels import Box3D, Keypoints, Label, box3d, keypoints, label
 from .render import render
+from .rig import Rig
 from .texture import Texture
 from .world import Animation, Object, Video, World
 from .world_load import load
@@ -43,6 +44,7 @@ __all__ = [
     "Label",
     "Object",
     "Recipe",
+    "Rig",
     "SelfCheck",
     "SettingsError",
     "Texture",

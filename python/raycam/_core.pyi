@@ -49,6 +49,7 @@ _Floats = npt.NDArray[np.float64]
 _Matrix = Sequence[Sequence[float]]
 _Vector = Sequence[float]
 _Size = tuple[int, int]
+_Placed = tuple[list[list[float]], list[float]]
 _Parts = tuple[dict[str, npt.NDArray[Any]], tuple[int, int, int, int], list[str]]
 
 def available_threads() -> int: ...
@@ -99,7 +100,15 @@ def write_cameras(
 @final
 class Record:
     @staticmethod
-    def of(name: str, camera: Camera, image: str | None, time: float | None) -> Record: ...
+    def of(
+        name: str,
+        camera: Camera,
+        image: str | None,
+        time: float | None,
+        on: tuple[Rig, str, str] | None = None,
+    ) -> Record: ...
+    @property
+    def mount(self) -> tuple[str, str, str, _Placed, _Placed] | None: ...
     def camera(self) -> Camera: ...
     @property
     def name(self) -> str: ...

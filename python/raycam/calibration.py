@@ -11,6 +11,7 @@ from .arrays import size_of
 from .camera import Camera
 from .camera_arguments import Size, Up
 from .errors import CameraError, FormatError, nearest
+from .rig import Rig
 
 __all__ = ["FORMATS", "Cameras", "load_cameras", "save_cameras"]
 
@@ -52,6 +53,27 @@ class Cameras(Mapping[str, Camera]):
         """How many there are."""
         return len(self._records)
 
+    @property
+    def rigs(self) -> dict[str, Rig]:
+        """The rigs of the file, each at each of its poses, by the name of the pose (COLMAP: the frame's number).
+
+        Their cameras have the names that they have on the rig. COLMAP has them in `rigs` and `frames`; the cameras of
+        a Kalibr camchain, of a KITTI calibration and of OpenCV's `stereo_calib` are one rig, whose body is the world of
+        the file. Empty where there are none.
+        """
+        groups: dict[tuple[str, str], dict[str, Camera]] = {}
+        bodies: dict[tuple[str, str], tuple[list[list[float]], list[float]]] = {}
+        for name, record in self._records.items():
+            if record.mount is not None:
+                rig, frame, sensor, (r, c), body = record.mount
+                camera = self[name].at_pose(r, c)
+                groups.setdefault((rig, frame), {})[sensor] = camera
+                bodies[rig, frame] = body
+        return {
+            frame: Rig(cameras, *bodies[rig, frame], name=rig, up=self._up)
+            for (rig, frame), cameras in groups.items()
+        }
+
     def find(self, name: str) -> Camera:
         """The camera of a name; raises `CameraError` with the nearest one."""
         if name not in self._records:
@@ -72,7 +94,7 @@ def load_cameras(
     ================ =================================================================================================
     "opencv"         FileStorage YAML, JSON, XML: `calibration`, `stereo_calib`; sensor files of EuRoC, Kimera
     "ros"            CameraInfo of `camera_info_manager` or a message; roi and binning as `image_geometry`
-    "kalibr"         camchain; poses by `T_cam_imu`, or from cam0 by `T_cn_cnm1`
+    "kalibr"         camchain; poses by `T_cam_imu`, or from cam0 by `T_cn_cnm1`; a rig
     "colmap"         a folder of text files, or one of them, with rigs and frames; also "colmap-binary"
     "kitti"          `P0` to `P3`, `calib_cam_to_cam.txt`; the world is rectified camera 0
     "kitti-poses"    12 numbers a line; needs `intrinsics`
@@ -97,13 +119,17 @@ def load_cameras(
 
 def save_cameras(
     path: str | os.PathLike[str],
-    cameras: Mapping[str, Camera] | Camera,
+    cameras: Mapping[str, Camera | Rig] | Camera,
     format: str,
     *,
     images: Mapping[str, str] | None = None,
     times: Mapping[str, float] | None = None,
 ) -> list[str]:
     """Writes cameras in one of `FORMATS`, and returns what the format holds in another way, in words.
+
+    `cameras` may be a `Rig`, or a mapping from names to rigs: COLMAP takes a rig at many poses, each a frame with
+    images frame/camera; Kalibr and KITTI take one rig, in the axes of its body (KITTI: of its first camera, where they
+    are turned). Other formats have the cameras where they stand in the world.
 
     COLMAP's formats make a folder. OpenCV's is JSON or XML where `path` ends so. `images` and `times` (seconds) are
     those of cameras, by name; a TUM trajectory needs times, or names that are numbers.
@@ -114,13 +140,26 @@ def save_cameras(
     from .files import write
 
     images, times = images or {}, times or {}
-    given = {"camera": cameras} if isinstance(cameras, Camera) else cameras
+    given: Mapping[str, Camera | Rig] = {"camera": cameras} if isinstance(cameras, Camera) else cameras
     records = []
+
+    def add(name: str, camera: Camera, on: tuple[_core.Rig, str, str] | None = None) -> None:
+        records.append(_core.Record.of(name, camera._core, images.get(name), times.get(name), on))
+
+    if isinstance(given, Rig):
+        for name, camera in given.items():
+            add(name, camera, (given._core, given.name, name))
+        given = {}
     for name in given:
         if isinstance(given, Cameras) and name not in images and name not in times:
             records.append(given._records[name])
+            continue
+        item = given[name]
+        if isinstance(item, Rig):
+            for own, camera in item.items():
+                add(f"{name}/{own}", camera, (item._core, name, own))
         else:
-            records.append(_core.Record.of(name, given[name]._core, images.get(name), times.get(name)))
+            add(name, item)
     files, notices = _core.write_cameras(records, os.fspath(path), format)
     folder = Path(path)
     if any(name for name, _ in files):

@@ -49,7 +49,7 @@ class Optics:
 
     @property
     def shutter(self) -> dict[str, Any] | None:
-        """`exposure`, `readout`, `direction` and the `track` of poses; None for a camera that stands."""
+        """`exposure`, `readout`, `direction` and the `track` of poses; None for a camera without a shutter."""
         return self._table("shutter")
 
     def with_aperture(
@@ -115,6 +115,15 @@ class Optics:
             return self.still()._changed(**self._as_pose({}), **nowhere, shutter=shutter)
         shutter["end"] = _pose(to)
         return self.still()._changed(shutter=shutter)
+
+    def exposing(self, exposure: float, *, readout: float = 0.0, direction: Readout = "down") -> Self:
+        """The same camera standing while its shutter is open: what moves before it is blurred, or leans.
+
+        Times and lines are as in `moving`. A world at a time (`World.at`) moves on meanwhile: its own time is that of
+        the middle, (readout + exposure) / 2. `World.camera_at` lets such a camera move on as the video moves it.
+        """
+        shutter = {"exposure": number("exposure", exposure), "readout": number("readout", readout)}
+        return self.still()._changed(shutter={**shutter, "direction": direction})
 
     def _as_pose(self, pose: dict[str, Any]) -> dict[str, Any]:
         """K in place of a matrix."""

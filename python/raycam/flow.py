@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +10,7 @@ import numpy.typing as npt
 from . import _core
 from .camera import Camera
 from .errors import CameraError
+from .rig import Rig
 from .world import World
 
 __all__ = ["disparity", "flow"]
@@ -50,25 +51,56 @@ def flow(
     return _core.flow((world._core, camera._core), (second[0]._core, second[1]._core), threads)
 
 
-def disparity(world: World, left: Camera, right: Camera, *, threads: int | None = None) -> Maps:
-    """The disparity of a rectified pair, as the left camera sees it: x_left - x_right of the same point, in pixels.
+def disparity(
+    world: World,
+    left: Camera | Rig,
+    right: Camera | None = None,
+    *,
+    of: Literal["left", "right"] = "left",
+    threads: int | None = None,
+) -> Maps:
+    """The disparity of a rectified pair, x_left - x_right of the same point in pixels, as one of the two sees it.
 
-    Returns `disparity` float32 [h, w] (NaN for the background), and `occluded` and `outside` bool [h, w] as `flow`
-    does. With focal length f and baseline B it is f B / depth + (cx_left - cx_right).
+    The pair are two cameras, or a rig: its first two cameras, left and right. `of` says which of them sees it. Returns
+    `disparity` float32 [h, w] (NaN for the background), and `occluded` and `outside` bool [h, w] as `flow` does: what
+    the other camera does not see. With focal length f and baseline B it is f B / depth + (cx_left - cx_right).
 
     Raises `CameraError` where the cameras are no rectified pair: the same rotation, focal lengths, skew and
-    row of the principal point, no lens, and the right camera's centre to the right along the x axis of the left one.
+    row of the principal point, no lens, and the right camera's centre to the right along the x axis of the left one;
+    `Rig.rectified` makes one of any two.
     """
-    _check_rectified(left, right)
-    found = flow(world, left, world, right, threads=threads)
+    if isinstance(left, Rig):
+        if right is not None:
+            raise CameraError("a rig has both cameras of the pair: give the rig alone, or two cameras")
+        rig, names = left, left.pair()
+        left, right = rig[names[0]], rig[names[1]]
+    if right is None:
+        raise CameraError("the right camera of the pair is missing")
+    if of not in ("left", "right"):
+        raise CameraError(f'of is {of!r}; expected "left" or "right", the camera that sees it')
+    check_rectified(left, right)
+    first, second = (left, right) if of == "left" else (right, left)
+    found = flow(world, first, world, second, threads=threads)
+    moved = found["flow"][..., 0]
     return {
-        "disparity": -found["flow"][..., 0],
+        "disparity": -moved if of == "left" else moved,
         "occluded": found["occluded"],
         "outside": found["outside"],
     }
 
 
-def _check_rectified(left: Camera, right: Camera) -> None:
+def check_rectified(left: Camera, right: Camera) -> None:
+    """Raises `CameraError` where two cameras are no rectified pair."""
+    for camera in (left, right):
+        if camera.is_parallel:
+            raise CameraError(
+                "not a rectified pair, because of parallel rays; raycam.flow follows any two cameras"
+            )
+        if camera.shutter is not None:
+            raise CameraError(
+                "not a rectified pair, because of a shutter: rows of one picture are no rows of the other; "
+                "raycam.flow follows any two cameras, and camera.still() stands"
+            )
     same = np.ones((3, 3), dtype=bool)
     same[0, 2] = False
     baseline = left.R @ (right.C - left.C)

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from .camera import Camera
+from .rig import Rig
 from .world import World
 
 __all__ = ["info", "info_cameras"]
@@ -17,12 +18,13 @@ def info(world: World) -> str:
     return "\n".join(_lines(world))
 
 
-def info_cameras(cameras: Mapping[str, Camera]) -> str:
-    """K, R, P, C, angles and lens of each camera, as text."""
-    names = [f"cameras    {len(cameras)}"]
-    return "\n".join(
-        [*names, *(line for name, camera in cameras.items() for line in _camera(f"{name!r}", camera))]
-    )
+def info_cameras(cameras: Mapping[str, Camera], rigs: Mapping[str, Rig] | None = None) -> str:
+    """K, R, P, C, angles and lens of each camera, and how those of rigs stand to one another, as text."""
+    lines = [f"cameras    {len(cameras)}"]
+    lines += [line for name, camera in cameras.items() for line in _camera(f"{name!r}", camera)]
+    if rigs:
+        lines += _rigs(rigs)
+    return "\n".join(lines)
 
 
 def _lines(world: World) -> Iterator[str]:
@@ -51,6 +53,8 @@ def _lines(world: World) -> Iterator[str]:
     yield f"cameras    {counts['cameras']}"
     for name, camera in world.cameras.items():
         yield from _camera(f"{name!r}", camera)
+    if world.rigs:
+        yield from _rigs(world.rigs)
     if not world.cameras and bounds is not None:
         yield from _camera("(none: this one frames everything)", world.default_camera())
     if world.video is not None:
@@ -75,6 +79,24 @@ def _camera(name: str, camera: Camera) -> Iterator[str]:
     )
     if camera.distortion is not None:
         yield f"    lens {camera.model}, distortion {_vector(camera.distortion)}"
+
+
+def _rigs(rigs: Mapping[str, Rig]) -> Iterator[str]:
+    yield f"rigs       {len(rigs)}"
+    for name, rig in rigs.items():
+        roll, pitch, yaw = rig.roll_pitch_yaw
+        yield f"  rig {name!r}: body at {_vector(rig.C)}, roll {roll:.6g}, pitch {pitch:.6g}, yaw {yaw:.6g}"
+        mounts = rig.mounts
+        first = next(iter(mounts.values()))
+        for own, camera in mounts.items():
+            apart = first.R @ (camera.location - first.location)
+            cosine = np.clip((np.trace(camera.R @ first.R.T) - 1.0) / 2.0, -1.0, 1.0)
+            size = "{} x {}".format(*camera.size)
+            yield f"    camera {own!r}: {size}, {camera.model}, at {_vector(camera.location)} of the body" + (
+                f"; from the first {_vector(apart)}, turned by {np.degrees(np.arccos(cosine)):.6g} degrees"
+                if camera is not first
+                else ""
+            )
 
 
 def _many(count: int, one: str, more: str) -> str:

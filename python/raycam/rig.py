@@ -31,9 +31,9 @@ class Rig(Mapping[str, Camera]):
 
     `cameras` are those in the axes of the body: their `R` is camera_from_body, their `C` the centre there. The body
     is placed by `R` [3, 3], the rotation body_from_world, and `C` [3], where it is in the world; so a camera in the
-    world has the rotation camera_from_body · body_from_world. Where angles place a body (`placed`, world files, videos),
-    its axes are those of ROS REP-103: x ahead, y left, z up. Otherwise they may be any: Kalibr's body is the IMU,
-    COLMAP's and KITTI's is the first camera.
+    world has the rotation camera_from_body · body_from_world. Where angles place a body (`placed`, world files,
+    videos), its axes are those of ROS REP-103: x ahead, y left, z up. Otherwise they may be any: Kalibr's body is the
+    IMU, COLMAP's and KITTI's is the first camera.
 
     Raises `CameraError` where there are no cameras, or the pose is no rotation and finite place.
     """
@@ -43,7 +43,7 @@ class Rig(Mapping[str, Camera]):
     def __init__(
         self,
         cameras: Mapping[str, Camera],
-        R: npt.ArrayLike = np.eye(3),
+        R: npt.ArrayLike = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
         C: npt.ArrayLike = (0.0, 0.0, 0.0),
         *,
         name: str = "rig",
@@ -72,7 +72,7 @@ class Rig(Mapping[str, Camera]):
         *,
         name: str = "rig",
     ) -> Self:
-        """The rig of cameras as they stand in the world, on a body at `R` and `C`: those of the first camera if not given.
+        """The rig of cameras as they stand in the world, on a body at `R` and `C`, by default those of the first one.
 
         Raises `CameraError` for a camera that has no place, of a matrix with its centre at infinity.
         """
@@ -158,7 +158,7 @@ class Rig(Mapping[str, Camera]):
 
     @property
     def roll_pitch_yaw(self) -> Floats:
-        """Roll, pitch and yaw [3] of the body in degrees, with its axes x ahead, y left, z up, as `placed` takes them."""
+        """Roll, pitch and yaw [3] in degrees of a body with the axes x ahead, y left, z up, as `placed` takes them."""
         ahead = Camera(np.eye(3), CAMERA_FROM_BODY @ self.R, self.C, (1, 1), up=self._up)
         return ahead.roll_pitch_yaw
 
@@ -260,20 +260,27 @@ class Rig(Mapping[str, Camera]):
         found: dict[str, npt.NDArray[Any]] = {}
         if len(names) < len(asked):
             left, right = self.pair(*(pair or ()))
-            threads = options.get("threads")
-            found[left] = disparity(world, self[left], self[right], threads=threads)["disparity"]
-            found[right] = disparity(world, self[left], self[right], of="right", threads=threads)["disparity"]
+            cameras, threads = (self[left], self[right]), options.get("threads")
+            found[left] = disparity(world, *cameras, of="left", threads=threads)["disparity"]
+            found[right] = disparity(world, *cameras, of="right", threads=threads)["disparity"]
+        plain = channel_names("all" if names == ["all"] else names or ["depth"])
         frames = {}
         for name, camera in self.items():
-            frame = render(
-                world, camera, channels=channel_names(names or "instance" if not found else names or ["instance"]), **options
-            )
+            frame = render(world, camera, channels=plain, **options)
+            planes = {key: frame[key] for key in frame if names}
             if name in found:
                 x, y, width, height = frame.region
-                part = np.ascontiguousarray(found[name][y : y + height, x : x + width])
-                frame = frame.with_channel("disparity", part)
-            frames[name] = frame
-        assert all(isinstance(frame, Frame) for frame in frames.values())
+                planes["disparity"] = np.ascontiguousarray(found[name][y : y + height, x : x + width])
+            frames[name] = Frame(
+                planes,
+                camera=camera,
+                size=frame.size,
+                region=frame.region,
+                exposure=frame.exposure,
+                view=frame.view,
+                transparent=frame.transparent,
+                notices=frame.notices,
+            )
         return frames
 
     def rectified(
@@ -323,7 +330,9 @@ class Rig(Mapping[str, Camera]):
             angles = ", ".join(f"{angle:.6g}" for angle in self.roll_pitch_yaw)
             body = f"Rig {self.name!r} at C = {self.C}; roll, pitch, yaw = {angles} degrees ({self._up} up)"
             mounts = self._core.mounts()
-            return "\n    ".join([body, *(f"{name}: at {np.array(camera.c)} of the body" for name, camera in mounts)])
+            return "\n    ".join(
+                [body, *(f"{name}: at {np.array(camera.c)} of the body" for name, camera in mounts)]
+            )
 
 
 def _pose(rig: Rig) -> dict[str, Any]:

@@ -21,7 +21,9 @@ def rectified(
     """Pinholes at the centres of two cameras, with the same rotation and K, and x along the baseline."""
     for name, camera in (("left", left), ("right", right)):
         if camera.is_parallel:
-            raise CameraError(f"the {name} camera has parallel rays: it has no centre to see disparities from")
+            raise CameraError(
+                f"the {name} camera has parallel rays: it has no centre to see disparities from"
+            )
     left, right = left.still(), right.still()
     R = rotation(left, right)
     shape = left.size if size is None else size_of(size, error=CameraError)
@@ -38,7 +40,8 @@ def rotation(left: Camera, right: Camera) -> Floats:
     halfway = looking[0].moving(looking[1], exposure=1.0).R
     baseline = halfway @ (right.C - left.C)
     length = float(np.linalg.norm(baseline))
-    if length == 0.0 or baseline[0] <= np.abs(baseline[1:]).max():
+    nothing = 1e-12 * (1.0 + float(np.abs(left.C).max()))  # what rounding makes of it
+    if length <= nothing or baseline[0] <= np.abs(baseline[1:]).max():
         raise CameraError(
             f"the second camera is at {baseline} of the first, in axes halfway between theirs (x right, y down, z "
             "forward): expected it to the right"

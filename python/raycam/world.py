@@ -15,6 +15,7 @@ from .arrays import Bools, Floats, floats, ray_pairs, size_of
 from .camera import Camera
 from .errors import SettingsError, WorldError
 from .files import write
+from .rig import Rig
 from .texture import Texture
 from .world_parts import Animation, Object, Video
 
@@ -142,6 +143,10 @@ class World:
         """Adds a camera under a name, which gets a number where it is taken; the first is the default camera."""
         self._core.add_camera(name, camera._core)
 
+    def add_rig(self, rig: Rig) -> None:
+        """Adds a rig under its name, and its cameras after all others under the names rig/camera."""
+        _core.world_add_rig(self._core, rig._core)
+
     def set_video(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> None:
         """Says how the world moves, as `[video]` of a world file describes it, instead of what it said before.
 
@@ -183,6 +188,11 @@ class World:
     def cameras(self) -> dict[str, Camera]:
         """The cameras by name, the default one first."""
         return {name: Camera._of(camera, self.up) for name, camera in self._core.cameras}
+
+    @property
+    def rigs(self) -> dict[str, Rig]:
+        """The rigs by name; their cameras are among `cameras`, as rig/camera."""
+        return {rig.name: Rig._of(rig, self.up) for rig in _core.world_rigs(self._core)}
 
     @property
     def counts(self) -> dict[str, int]:
@@ -237,8 +247,9 @@ class World:
     def at(self, time: float, animation: str | int | None = None) -> World:
         """The world at a time in seconds: of an animation, by name or number (the first), and of its video.
 
-        What does not move, and what is built of it, is shared; meshes that bend keep their triangles. Raises
-        `WorldError` where there is no such animation.
+        What does not move, and what is built of it, is shared; meshes that bend keep their triangles. A camera with a
+        shutter sees it move on: `time` is then that of the middle of the exposures. Raises `WorldError` where there is
+        no such animation.
         """
         if isinstance(animation, str):
             animation = self._core.find_animation(animation)
@@ -254,8 +265,15 @@ class World:
         return World._of(self._core.with_variant(name))
 
     def camera_at(self, camera: Camera, time: float) -> Camera:
-        """`camera` as the video moves it, at a time in seconds; raises `WorldError` where there is no video."""
+        """`camera` as the video moves it, at a time in seconds; raises `WorldError` where there is no video.
+
+        A camera whose shutter is open while it stands (`Camera.exposing`) moves on with it, in 32 straight steps.
+        """
         return Camera._of(self._core.video_camera(camera._core, float(time)), self.up)
+
+    def rig_at(self, rig: Rig, time: float) -> Rig:
+        """`rig` as the video moves it, at a time in seconds: by the keyframes of its name, or else as the camera."""
+        return Rig._of(_core.world_rig_at(self._core, rig._core, float(time)), self.up)
 
     # Rays -------------------------------------------------------------------------------------------------
 

@@ -107,13 +107,22 @@ impl World {
         py: Python<'_>,
         threads: Option<usize>,
     ) -> PyResult<Arc<PreparedWorld>> {
+        Ok(self.prepared_world(py, threads)?.1)
+    }
+
+    /// The world as written, and ready to be traced.
+    pub(crate) fn prepared_world(
+        &self,
+        py: Python<'_>,
+        threads: Option<usize>,
+    ) -> PyResult<(Arc<Inner>, Arc<PreparedWorld>)> {
         let State {
             world,
             prepared,
             current,
         } = self.state().clone();
         if let Some(prepared) = prepared.clone().filter(|_| current) {
-            return Ok(prepared);
+            return Ok((world, prepared));
         }
         let built = watched(py, None, |control| {
             PreparedWorld::new(&world, prepared.as_deref(), threads, control)
@@ -125,6 +134,6 @@ impl World {
             state.prepared = Some(built.clone());
             state.current = true;
         }
-        Ok(built)
+        Ok((world, built))
     }
 }

@@ -8,8 +8,9 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_formats::{Budget, Folder, FormatError};
-use raycam_render::{queries, render};
+use raycam_render::{queries, render_moving};
 use raycam_scene::schema::{ObjectSpec, VideoSpec, WorldFile, from_node};
+use raycam_scene::video::Clock;
 use raycam_scene::{Light, Video, World as Inner};
 
 use crate::arrays::{Floats, array, rows};
@@ -259,11 +260,7 @@ impl World {
     /// The world at a time of an animation (the first) and of its video; it shares what is built.
     #[pyo3(signature = (time, animation))]
     fn at(&self, time: f64, animation: Option<usize>) -> PyResult<Self> {
-        let move_it = |world: &Inner| match (&world.rig, animation) {
-            (None, None) => world.at(time),
-            _ => world.animated(animation.unwrap_or(0), time)?.at(time),
-        };
-        self.changed(move_it)
+        self.changed(|world| world.at_clock(Clock { time, animation }))
     }
 
     /// (name, seconds) of each animation.
@@ -333,9 +330,9 @@ impl World {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Parts<'py>> {
         let settings = request.settings()?;
-        let prepared = self.prepared(py, settings.threads)?;
+        let (world, prepared) = self.prepared_world(py, settings.threads)?;
         let frame = watched(py, progress.as_ref(), |control| {
-            render(&prepared, &camera.inner, &settings, control)
+            render_moving(&world, &prepared, &camera.inner, &settings, control)
         })?;
         parts(py, frame)
     }

@@ -1,18 +1,24 @@
 //! How the pixels of a tile are seen: exact rays through their centres, samples around them, sums of what these bring.
 
-use glam::{DVec2, DVec3, Vec3};
+mod moving;
+mod sampling;
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Hit, Ray};
 use raycam_scene::Camera;
 
 use crate::channel::Channel;
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::estimate::{Estimate, SEQUENCES};
+use crate::estimate::Estimate;
 use crate::film::{Film, Strip};
 use crate::filter::PreparedFilter;
 use crate::integrator::{self, Batch};
+use crate::moments::{Lines, Moments};
 use crate::prepare::PreparedWorld;
-use crate::sampler::{Pair, Sampler};
+use crate::sampler::Sampler;
 use crate::settings::{Settings, TruthSurface};
 use crate::tally::Tally;
 use crate::texture::Cone;
@@ -22,6 +28,8 @@ use crate::truth::{self, Exact, put};
 /// All that the tiles of one picture share.
 pub(crate) struct Picture<'a> {
     world: &'a PreparedWorld,
+    /// Where the world moves while the shutter is open.
+    moments: Option<&'a Moments<'a>>,
     camera: &'a Camera,
     pub settings: &'a Settings,
     filter: PreparedFilter,
@@ -57,6 +65,9 @@ pub(crate) struct Buffers {
     sky: Vec<bool>,
     /// The pixels that get more samples.
     active: Vec<usize>,
+    /// Of worlds that move, the world that the exact ray of each pixel sees.
+    seen: Vec<Arc<PreparedWorld>>,
+    lines: Lines,
     pub estimate: Estimate,
 }
 
@@ -64,7 +75,12 @@ pub(crate) struct Buffers {
 const FIRST_BARRIER: u32 = 64;
 
 impl<'a> Picture<'a> {
-    pub fn new(world: &'a PreparedWorld, camera: &'a Camera, settings: &'a Settings) -> Self {
+    pub fn new(
+        world: &'a PreparedWorld,
+        moments: Option<&'a Moments<'a>>,
+        camera: &'a Camera,
+        settings: &'a Settings,
+    ) -> Self {
         let asked = |channel| settings.channels.contains(&channel);
         let single = settings.samples == 1;
         let colored = asked(Channel::Color) || asked(Channel::Alpha) || asked(Channel::Error);
@@ -72,6 +88,7 @@ impl<'a> Picture<'a> {
         let estimated = asked(Channel::Error) || settings.noise.is_some();
         Self {
             world,
+            moments,
             camera,
             settings,
             filter: PreparedFilter::new(settings.filter),
@@ -144,12 +161,18 @@ impl<'a> Picture<'a> {
     }
 
     /// Goes on with a tile where an earlier round has left it.
-    pub fn resume(&self, tile: &Tile, buffers: &mut Buffers, state: &mut Estimate) {
+    pub fn resume(
+        &self,
+        tile: &Tile,
+        buffers: &mut Buffers,
+        state: &mut Estimate,
+        control: &Control,
+    ) -> Result<(), RenderError> {
         tile.pixels(&mut buffers.pixels);
         buffers.active.clear();
         buffers.active.extend(0..buffers.pixels.len());
         std::mem::swap(&mut buffers.estimate, state);
-        self.look(buffers);
+        self.look(buffers, control)
     }
 
     /// Prepares a tile's buffers, with the rays through its pixels' centres where they are needed.
@@ -165,9 +188,12 @@ impl<'a> Picture<'a> {
         buffers.active.clear();
         buffers.active.extend(0..count);
         control.check()?;
-        self.look(buffers);
+        self.look(buffers, control)?;
         if self.shaded && self.exact && !self.sampled {
-            self.shade(buffers, 0, control)?;
+            self.by_lines(buffers, |world, buffers| {
+                self.take_exact(world, buffers);
+                self.shade(world, buffers, 0, control)
+            })?;
         }
         if self.exact && self.settings.time.is_none() {
             control.advance();
@@ -176,9 +202,18 @@ impl<'a> Picture<'a> {
     }
 
     /// The exact rays, where they are needed.
-    fn look(&self, buffers: &mut Buffers) {
-        if self.exact {
-            self.trace_exact(buffers);
+    fn look(&self, buffers: &mut Buffers, control: &Control) -> Result<(), RenderError> {
+        buffers.seen.clear();
+        if !self.exact {
+            return Ok(());
+        }
+        match self.moments {
+            Some(moments) if moments.is_rolling() => self.look_by_lines(moments, buffers, control),
+            _ => {
+                let Buffers { pixels, exact, .. } = buffers;
+                exact.find(self.world, self.camera, pixels, self.settings, self.passing);
+                Ok(())
+            }
         }
     }
 
@@ -190,16 +225,21 @@ impl<'a> Picture<'a> {
         control: &Control,
     ) -> Result<(), RenderError> {
         control.check()?;
-        self.trace_sample(buffers, sample);
-        self.shade(buffers, sample, control)?;
+        match self.moments {
+            None => {
+                self.trace_sample(self.world, buffers, sample);
+                self.shade(self.world, buffers, sample, control)?;
+            }
+            Some(moments) => self.add_sample_of(moments, buffers, sample, control)?,
+        }
         if self.settings.time.is_none() {
             control.advance();
         }
         Ok(())
     }
 
-    /// The rays through the pixels' centres, in float64. Their hits also are those of the first sample.
-    fn trace_exact(&self, buffers: &mut Buffers) {
+    /// The exact rays of the active pixels as those of the first sample.
+    fn take_exact(&self, world: &PreparedWorld, buffers: &mut Buffers) {
         let Buffers {
             pixels,
             exact,
@@ -207,33 +247,22 @@ impl<'a> Picture<'a> {
             origins,
             directions,
             samplers,
+            active,
             ..
         } = buffers;
-        exact.find(self.world, self.camera, pixels, self.settings, self.passing);
-        if self.shaded && !self.sampled {
-            hits.clear();
-            hits.extend(exact.hits.iter().map(truth::rounded));
-            origins.clear();
-            origins.extend(
-                exact
-                    .rays
-                    .iter()
-                    .map(|ray| DVec3::from(ray.origin) - self.world.origin),
-            );
-            directions.clear();
-            directions.extend(
-                exact
-                    .rays
-                    .iter()
-                    .map(|ray| DVec3::from(ray.direction).as_vec3()),
-            );
-            samplers.clear();
-            samplers.extend(pixels.iter().map(|&pixel| self.sampler(pixel, 0)));
-        }
+        let rays = || active.iter().map(|&i| &exact.rays[i]);
+        hits.clear();
+        hits.extend(active.iter().map(|&i| truth::rounded(&exact.hits[i])));
+        origins.clear();
+        origins.extend(rays().map(|ray| DVec3::from(ray.origin) - world.origin));
+        directions.clear();
+        directions.extend(rays().map(|ray| DVec3::from(ray.direction).as_vec3()));
+        samplers.clear();
+        samplers.extend(active.iter().map(|&i| self.sampler(pixels[i], 0)));
     }
 
     /// One ray per active pixel, in float32.
-    fn trace_sample(&self, buffers: &mut Buffers, sample: u32) {
+    fn trace_sample(&self, world: &PreparedWorld, buffers: &mut Buffers, sample: u32) {
         let Buffers {
             pixels,
             rays,
@@ -249,47 +278,26 @@ impl<'a> Picture<'a> {
         directions.clear();
         samplers.clear();
         for &mut i in active {
-            let [x, y] = pixels[i];
-            let sampler = self.sampler([x, y], sample);
-            let offset = self.filter.offset(sampler.pair(Pair::Filter));
-            let pixel = self.camera.pixel_center_of(x, y) + DVec2::from(offset);
-            let (origin, direction) = self.sample_ray(pixel, &sampler);
-            rays.push(self.world.local_ray(origin, direction, f64::INFINITY).0);
-            origins.push(origin - self.world.origin);
+            let sampler = self.sampler(pixels[i], sample);
+            let (lens, part) = self.scatter(&sampler);
+            let ray = self
+                .camera
+                .sample(self.spread(pixels[i], &sampler), lens, part);
+            let (origin, direction) = (ray.origin, ray.direction);
+            rays.push(world.local_ray(origin, direction, f64::INFINITY).0);
+            origins.push(origin - world.origin);
             directions.push(direction.as_vec3());
             samplers.push(sampler);
         }
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
-        self.world.scene.closest(rays, hits, Coherence::Coherent);
-    }
-
-    fn sample_ray(&self, pixel: DVec2, sampler: &Sampler) -> (DVec3, DVec3) {
-        let (mut lens, mut part) = ([0.5; 2], 0.5);
-        if self.scattered {
-            lens = sampler.pair(Pair::Aperture).map(f64::from);
-            part = f64::from(sampler.pair(Pair::Exposure)[0]);
-        }
-        let sample = self.camera.sample(pixel, lens, part);
-        (sample.origin, sample.direction)
-    }
-
-    fn center_of(&self, [x, y]: [u32; 2]) -> DVec2 {
-        self.camera.pixel_center_of(x, y)
-    }
-
-    fn sampler(&self, pixel: [u32; 2], sample: u32) -> Sampler {
-        let Settings { seed, frame, .. } = *self.settings;
-        if self.estimated {
-            Sampler::of_sequences(seed, frame, pixel, sample, SEQUENCES)
-        } else {
-            Sampler::new(seed, frame, pixel, sample)
-        }
+        world.scene.closest(rays, hits, Coherence::Coherent);
     }
 
     /// Adds the radiance of the hits at hand, of a certain sample, to the active pixels' sums.
     fn shade(
         &self,
+        world: &PreparedWorld,
         buffers: &mut Buffers,
         sample: u32,
         control: &Control,
@@ -328,7 +336,7 @@ impl<'a> Picture<'a> {
             hits,
             samplers,
         };
-        integrator::radiance(self.world, self.settings, &batch, control, radiance, sky)?;
+        integrator::radiance(world, self.settings, &batch, control, radiance, sky)?;
         for (&mut pixel, _) in active.iter_mut().zip(sky).filter(|(_, sky)| **sky) {
             estimate.see_sky(pixel);
         }
@@ -355,7 +363,8 @@ impl<'a> Picture<'a> {
         let estimate = &buffers.estimate;
         let truth = |i: usize| {
             let camera_from_world = self.camera.rotation_at(self.center_of(buffers.pixels[i]));
-            buffers.exact.truth(self.world, camera_from_world, i)
+            let world = buffers.seen.get(i).map_or(self.world, |world| &**world);
+            buffers.exact.truth(world, camera_from_world, i)
         };
         film.write(tile, &buffers.pixels, |channel, strip, places| {
             if truth::write(channel, strip, places, truth) {

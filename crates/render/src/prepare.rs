@@ -50,13 +50,13 @@ pub struct PreparedWorld {
     /// Everything lies within this distance of `origin`.
     pub(crate) radius: f64,
     pub(crate) objects: Vec<PreparedObject>,
-    pub(crate) materials: Vec<PreparedMaterial>,
+    pub(crate) materials: Arc<Vec<PreparedMaterial>>,
     /// Whether some material's opacity counts.
     pub(crate) see_through: bool,
-    pub(crate) textures: Vec<PreparedTexture>,
-    pub(crate) lights: Lights,
+    pub(crate) textures: Arc<Vec<PreparedTexture>>,
+    pub(crate) lights: Arc<Lights>,
     /// What lights a world without lights.
-    pub(crate) default_lights: Option<Lights>,
+    pub(crate) default_lights: Option<Arc<Lights>>,
 }
 
 impl PreparedWorld {
@@ -84,55 +84,76 @@ impl PreparedWorld {
         let meshes: Vec<_> = world.objects.iter().filter_map(placed).collect();
         let (lower, upper) = bounds(&world.objects, &meshes);
         let origin = lower + (upper - lower) / 2.0;
-        let radius = (upper - origin).length();
-        let objects: Vec<_> = world
-            .objects
-            .iter()
-            .zip(meshes)
-            .zip(world.categories().of_objects)
-            .map(|((object, mesh), category)| PreparedObject::new(object, mesh, origin, category))
-            .collect();
-        let instances = objects
-            .iter()
-            .map(|object| object.instance(origin))
-            .collect();
         // In our pool too: rayon's own does not survive a fork.
-        let scene = with_pool(threads, || Scene::build(instances, origin.to_array()))?;
-        let scene = scene.map_err(|error| match error {
-            BuildError::NotFinite { what } => RenderError::World(format!(
-                "{what} is placed where float32 does not reach: keep coordinates below 1e30"
-            )),
-            other => RenderError::World(other.to_string()),
-        })?;
+        let (objects, scene) = with_pool(threads, || place(world, meshes, origin))??;
+        let textures = world.textures.iter().cloned();
         let mut prepared = Self {
             scene,
             origin,
-            radius,
+            radius: (upper - origin).length(),
             objects,
-            materials: prepare_materials(&world.materials),
-            see_through: world
-                .materials
-                .iter()
-                .any(|material| material.alpha != Alpha::Opaque),
-            textures: world
-                .textures
-                .iter()
-                .cloned()
-                .map(PreparedTexture::new)
-                .collect(),
-            lights: Lights::default(),
+            materials: Arc::new(prepare_materials(&world.materials)),
+            see_through: is_see_through(world),
+            textures: Arc::new(textures.map(PreparedTexture::new).collect()),
+            lights: Arc::default(),
             default_lights: None,
         };
-        prepared.lights = Lights::new(&world.lights, world.up, origin).with_surfaces(&prepared);
+        prepared.light(world);
+        Ok(prepared)
+    }
+
+    /// `world`, in which things have moved since it was `still`, as `before`; in the same pool of threads. Its origin,
+    /// its textures, and as far as they stay the same its materials and lights are those of `still`.
+    ///
+    /// # Errors
+    /// Those of [`PreparedWorld::new`].
+    pub(crate) fn moved(
+        world: &World,
+        before: &World,
+        still: &Self,
+        control: &Control,
+    ) -> Result<Self, RenderError> {
+        control.check()?;
+        check(world)?;
+        let meshes = prepare_meshes(world, Some(still), control)?;
+        let placed = |object: &Object| meshes[object.mesh].clone();
+        let meshes: Vec<_> = world.objects.iter().filter_map(placed).collect();
+        let (lower, upper) = bounds(&world.objects, &meshes);
+        let origin = still.origin;
+        let (objects, scene) = place(world, meshes, origin)?;
+        let mut moved = Self {
+            scene,
+            origin,
+            radius: (upper - origin).abs().max((lower - origin).abs()).length(),
+            objects,
+            materials: match world.materials == before.materials {
+                true => still.materials.clone(),
+                false => Arc::new(prepare_materials(&world.materials)),
+            },
+            see_through: is_see_through(world),
+            textures: still.textures.clone(),
+            lights: still.lights.clone(),
+            default_lights: still.default_lights.clone(),
+        };
+        let shines = still.lights.has_surfaces() || world.materials != before.materials;
+        if shines || world.lights != before.lights {
+            moved.light(world);
+        }
+        Ok(moved)
+    }
+
+    /// Makes the lights of the world, once its objects are there.
+    fn light(&mut self, world: &World) {
+        let lights = Lights::new(&world.lights, world.up, self.origin).with_surfaces(self);
+        self.lights = Arc::new(lights);
         let dark = match world.glow_is_decoration {
             true => world.lights.is_empty(),
-            false => prepared.lights.count() == 0,
+            false => self.lights.count() == 0,
         };
-        if dark {
-            let lights = Lights::new(&default_lights(world.up), world.up, origin);
-            prepared.default_lights = Some(lights.with_surfaces(&prepared));
-        }
-        Ok(prepared)
+        self.default_lights = dark.then(|| {
+            let lights = Lights::new(&default_lights(world.up), world.up, self.origin);
+            Arc::new(lights.with_surfaces(self))
+        });
     }
 
     /// How many objects have the very acceleration structure that `other` has too.
@@ -223,6 +244,35 @@ impl PreparedObject {
             world_from_mesh: [row(0), row(1), row(2)],
         }
     }
+}
+
+/// Places meshes, and builds the tree over them.
+fn place(
+    world: &World,
+    meshes: Vec<Arc<PreparedMesh>>,
+    origin: DVec3,
+) -> Result<(Vec<PreparedObject>, Scene), RenderError> {
+    let objects: Vec<_> = world
+        .objects
+        .iter()
+        .zip(meshes)
+        .zip(world.categories().of_objects)
+        .map(|((object, mesh), category)| PreparedObject::new(object, mesh, origin, category))
+        .collect();
+    let instances = objects.iter().map(|object| object.instance(origin));
+    let scene = Scene::build(instances.collect(), origin.to_array());
+    let scene = scene.map_err(|error| match error {
+        BuildError::NotFinite { what } => RenderError::World(format!(
+            "{what} is placed where float32 does not reach: keep coordinates below 1e30"
+        )),
+        other => RenderError::World(other.to_string()),
+    })?;
+    Ok((objects, scene))
+}
+
+fn is_see_through(world: &World) -> bool {
+    let clear = |material: &Material| material.alpha != Alpha::Opaque;
+    world.materials.iter().any(clear)
 }
 
 /// Whether every index is in range and every part is valid, meshes apart.

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use raycam_scene::Camera;
+use raycam_scene::{Camera, World};
 use rayon::prelude::*;
 
 use crate::control::Control;
@@ -10,6 +10,7 @@ use crate::error::RenderError;
 use crate::estimate::Estimate;
 use crate::film::{self, Film};
 use crate::frame::Frame;
+use crate::moments::Moments;
 use crate::picture::{Buffers, Picture};
 use crate::prepare::PreparedWorld;
 use crate::settings::Settings;
@@ -31,10 +32,37 @@ pub fn render(
     settings: &Settings,
     control: &Control,
 ) -> Result<Frame, RenderError> {
+    picture_of(world, None, camera, settings, control)
+}
+
+/// [`render`], of a world that moves while the shutter of the camera is open: `prepared` is `world` as it stands, at its
+/// clock, which is the middle of the shutter's work. A world without a clock, or a camera without a shutter, is as with
+/// [`render`].
+///
+/// # Errors
+/// Those of [`render`], and [`RenderError::World`] where the world cannot be at a time.
+pub fn render_moving(
+    world: &World,
+    prepared: &PreparedWorld,
+    camera: &Camera,
+    settings: &Settings,
+    control: &Control,
+) -> Result<Frame, RenderError> {
+    let moments = Moments::new(world, prepared, camera);
+    picture_of(prepared, moments.as_ref(), camera, settings, control)
+}
+
+fn picture_of(
+    world: &PreparedWorld,
+    moments: Option<&Moments<'_>>,
+    camera: &Camera,
+    settings: &Settings,
+    control: &Control,
+) -> Result<Frame, RenderError> {
     let region = settings.check(camera.size())?;
     let mut planes = film::planes(region, &settings.channels)?;
     let camera = &world.before(camera);
-    let picture = Picture::new(world, camera, settings);
+    let picture = Picture::new(world, moments, camera, settings);
     let tiles = Tile::of_region(region);
     let film = Film::new(region, &mut planes);
     let mut notices = settings.integrator.notices(world);
@@ -90,7 +118,7 @@ fn in_time(
             Buffers::default,
             |buffers, (tile, state)| {
                 if taken > 0 {
-                    picture.resume(tile, buffers, state);
+                    picture.resume(tile, buffers, state, control)?;
                 } else {
                     picture.begin(tile, buffers, control)?;
                 }

@@ -1,5 +1,7 @@
 //! Ground truth: the channels of the exact ray through the pixel's centre, in float64.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec3};
 use raycam_bvh::{ExactHit, ExactRay, Hit, NOTHING};
 use raycam_scene::Camera;
@@ -113,6 +115,35 @@ impl Exact {
             }
         }
         self.count_from(camera.start());
+    }
+
+    /// [`Exact::find`], where each pixel sees a world of its own: those of a line the same one.
+    pub fn find_each(
+        &mut self,
+        worlds: &[Arc<PreparedWorld>],
+        camera: &Camera,
+        pixels: &[[u32; 2]],
+        settings: &Settings,
+        passing: bool,
+    ) {
+        let mut of_line = Exact::default();
+        self.rays.clear();
+        self.hits.clear();
+        self.told.clear();
+        self.normals.clear();
+        let mut from = 0;
+        while let Some(world) = worlds.get(from) {
+            let same = worlds[from..]
+                .iter()
+                .take_while(|other| Arc::ptr_eq(other, world));
+            let to = from + same.count();
+            of_line.find(world, camera, &pixels[from..to], settings, passing);
+            self.rays.append(&mut of_line.rays);
+            self.hits.append(&mut of_line.hits);
+            self.told.append(&mut of_line.told);
+            self.normals.append(&mut of_line.normals);
+            from = to;
+        }
     }
 
     /// Depth and distance count from the plane where rays from infinity have the depth 0, not from their start.

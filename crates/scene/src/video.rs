@@ -1,11 +1,14 @@
 //! Videos: orbits and keyframes, and the world at a time.
 
+mod clock;
+mod rig;
 pub(crate) mod track;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
+pub use self::clock::Clock;
 use self::track::Track;
-use crate::camera::{Camera, PixelCenter, Pose, Rig};
+use crate::camera::{Camera, Pose};
 use crate::error::SceneError;
 use crate::pose;
 use crate::schema::{Interpolation, KeyframeSpec, OrbitSpec, VideoSpec};
@@ -153,11 +156,31 @@ impl Video {
         frame as f64 / self.fps
     }
 
-    /// `base` (one of the world's cameras, or another) as the video moves it, at a time in seconds.
+    /// `base` (one of the world's cameras, or another) as the video moves it, at a time in seconds. One that stands while
+    /// its shutter is open moves on as the video does; the time is that of the middle of its motion.
     ///
     /// # Errors
     /// [`SceneError::Camera`] where it has to look straight up or down at its target.
     pub fn camera_at(&self, base: &Camera, time: f64) -> Result<Camera, SceneError> {
+        let moved = self.camera_pose(base, time)?;
+        let still = self.orbit.is_none() && self.camera == Motion::default();
+        let Some(shutter) = base
+            .motion()
+            .filter(|shutter| shutter.is_standing() && !still)
+        else {
+            return Ok(moved);
+        };
+        let motion = shutter.along(|since_middle| {
+            let then = self.camera_pose(base, time + since_middle)?;
+            Ok(Pose {
+                r: then.r(),
+                c: then.c(),
+            })
+        })?;
+        moved.with_motion(motion)
+    }
+
+    fn camera_pose(&self, base: &Camera, time: f64) -> Result<Camera, SceneError> {
         if let Some(orbit) = &self.orbit {
             let angle = orbit.degrees * (time / self.seconds);
             if angle == 0.0 {
@@ -189,66 +212,6 @@ impl Video {
                 base.at_pose(pose::CAMERA_FROM_BODY * body_from_world, eye)
             }
         }
-    }
-}
-
-impl Video {
-    /// A rig as the video moves it, at a time in seconds: by the keyframes of that index in the world, or else as it
-    /// moves the camera.
-    ///
-    /// # Errors
-    /// [`SceneError::Camera`] where it has to look straight up or down at its target.
-    pub fn rig_at(&self, rig: &Rig, index: Option<usize>, time: f64) -> Result<Rig, SceneError> {
-        let own = self.rigs.iter().find(|(id, _)| Some(*id) == index);
-        let body = rig.body();
-        let Some((_, motion)) = own else {
-            // As a camera that looks along the body's x axis.
-            let k = DMat3::IDENTITY;
-            let ahead = Camera::new(
-                k,
-                pose::CAMERA_FROM_BODY * body.r,
-                body.c,
-                [1, 1],
-                PixelCenter::Integer,
-            )?;
-            let moved = self.camera_at(&ahead, time)?;
-            if moved == ahead {
-                return Ok(rig.clone());
-            }
-            let r = pose::CAMERA_FROM_BODY.transpose() * moved.r();
-            return rig.at_pose(Pose { r, c: moved.c() });
-        };
-        let c = motion.location.at(time).unwrap_or(body.c);
-        let r = match (motion.target.at(time), motion.rotation.at(time)) {
-            (Some(target), _) => pose::rotation_towards(target - c, self.up.axis())
-                .ok_or_else(|| {
-                    SceneError::Camera(format!(
-                        "rig {:?} at {c} cannot face {target} at {time} s: it is there, or straight above or below it",
-                        rig.name()
-                    ))
-                })?
-                .transpose(),
-            (None, Some(rotation)) => DMat3::from_quat(rotation).transpose(),
-            (None, None) => body.r,
-        };
-        rig.at_pose(Pose { r, c })
-    }
-}
-
-impl World {
-    /// The world at a time of its video in seconds: objects moved, geometry shared. Cameras are as they are; see
-    /// [`Video::camera_at`].
-    ///
-    /// # Errors
-    /// [`SceneError::World`] where an object has to face a point straight above or below it, or its own location.
-    pub fn at(&self, time: f64) -> Result<World, SceneError> {
-        let mut moved = self.clone();
-        for (id, motion) in self.video.iter().flat_map(|video| &video.objects) {
-            if let Some(object) = moved.objects.get_mut(*id) {
-                object.world_from_mesh = motion.place(object, self.up, time)?;
-            }
-        }
-        Ok(moved)
     }
 }
 

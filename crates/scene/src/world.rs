@@ -16,7 +16,7 @@ use crate::mesh::Mesh;
 use crate::schema::RenderSpec;
 use crate::texture::Texture;
 use crate::variant::Variant;
-use crate::video::Video;
+use crate::video::{Clock, Video};
 
 /// Which axis points up. It matters to roll/pitch/yaw, orbits and the sky; vertices are never turned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -117,6 +117,8 @@ pub struct World {
     pub rig: Option<Arc<Rig>>,
     /// Looks to choose from.
     pub variants: Vec<Variant>,
+    /// When it is, where it was moved to a time: a camera's shutter sees it move on from there.
+    pub clock: Option<Clock>,
     /// What reading it had to say: skipped, repaired, counted. Never silent.
     pub notices: Vec<String>,
 }
@@ -248,41 +250,6 @@ impl World {
             camera,
         });
         self.cameras.len() - 1
-    }
-
-    /// Adds a rig under its name, made unique, and its cameras under the names rig/camera; returns its index.
-    ///
-    /// # Errors
-    /// Those of [`CameraRig::cameras`].
-    pub fn add_rig(&mut self, rig: CameraRig) -> Result<usize, SceneError> {
-        let cameras = rig.cameras()?;
-        let mut names = Names::default();
-        for rig in &self.rigs {
-            names.claim(rig.name());
-        }
-        let name = names.claim(rig.name());
-        for NamedCamera { name: own, camera } in cameras {
-            self.add_camera(&format!("{name}/{own}"), camera);
-        }
-        self.rigs.push(rig.named(name));
-        Ok(self.rigs.len() - 1)
-    }
-
-    /// The rig of this name.
-    ///
-    /// # Errors
-    /// [`SceneError::World`] with the nearest name.
-    pub fn find_rig(&self, name: &str) -> Result<usize, SceneError> {
-        self.rigs
-            .iter()
-            .position(|rig| rig.name() == name)
-            .ok_or_else(|| {
-                let count = self.rigs.len();
-                SceneError::World(format!(
-                    "no rig {name:?} among {count}{}",
-                    suggestion(name, self.rigs.iter().map(CameraRig::name))
-                ))
-            })
     }
 
     /// The smallest and largest corner of all objects, as tight as their vertices; `None` when there is nothing.

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from .options import Command, add_known, load_calibration, tell
+from .options import Command, add_known, tell
+from .rigs import cameras_in
 
 ENDINGS = {
     "opencv": ".yaml",
@@ -18,9 +19,11 @@ ENDINGS = {
 
 
 def _add(command: argparse.ArgumentParser) -> None:
-    command.add_argument("file", metavar="FILE", help="a calibration, trajectory or COLMAP folder")
     command.add_argument(
-        "--to", metavar="FORMAT", required=True, help="the format to write, as raycam.FORMATS"
+        "file", metavar="FILE", help="a calibration, trajectory, COLMAP folder or world file"
+    )
+    command.add_argument(
+        "--to", metavar="FORMAT", help="the format to write, as raycam.FORMATS (default: show what there is)"
     )
     command.add_argument(
         "-o", "--output", metavar="OUT", help="(default: the name of FILE and the format, here)"
@@ -31,18 +34,31 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     from ..calibration import save_cameras
+    from ..camera import Camera
+    from ..errors import SettingsError
+    from ..info import info_cameras
+    from ..rig import Rig
 
-    cameras = load_calibration(options.file, options)
+    cameras = cameras_in(options.file, options)
+    if options.to is None:
+        if options.output is not None:
+            raise SettingsError("-o goes with --to, the format to write")
+        single = {name: item for name, item in cameras.items() if isinstance(item, Camera)}
+        print(info_cameras(single, {name: item for name, item in cameras.items() if isinstance(item, Rig)}))
+        return
     ending = "" if options.to.startswith("colmap") else ENDINGS.get(options.to, ".json")
     output = Path(options.output or f"{Path(options.file).stem}_{options.to}{ending}")
     tell(save_cameras(output, cameras, options.to))
-    print(f"{output}: {len(cameras)} camera{'' if len(cameras) == 1 else 's'}, {options.to}")
+    count = sum(len(item) if isinstance(item, Rig) else 1 for item in cameras.values())
+    print(f"{output}: {count} camera{'' if count == 1 else 's'}, {options.to}")
 
 
 COMMAND = Command(
     _add,
-    "convert calibrations and poses between the formats of other tools",
+    "show cameras, and convert calibrations and poses between the formats of other tools",
     [
+        "raycam cameras camchain.yaml",
+        "raycam cameras room.toml --to colmap -o model",
         "raycam cameras camchain.yaml --to opencv",
         "raycam cameras sparse/0 --to nerf -o transforms.json",
         "raycam cameras poses.txt --intrinsics calib.yaml --to colmap -o model",

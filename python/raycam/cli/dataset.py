@@ -10,9 +10,13 @@ from typing import TYPE_CHECKING, Any
 from ..errors import SettingsError
 from .job_options import add_job, job_options, shard_of
 from .options import Command, add_rendering, add_world, load_world, rendering, size_of, tell
+from .rigs import add_rig, rig_of
 
 if TYPE_CHECKING:
     from ..camera import Camera
+    from ..rig import Rig
+    from ..sample_world import Recipe
+    from ..world import World
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -29,6 +33,12 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="a calibration, a trajectory or a world file whose cameras to use; else every frame of the world's video, "
         "or its own cameras",
+    )
+    add_rig(command)
+    command.add_argument(
+        "--poses",
+        metavar="FILE",
+        help="a trajectory of the body of --rig (tum, kitti-poses, ...); else the video carries it, or it stands",
     )
     command.add_argument(
         "--camera-format", metavar="NAME", help="of the calibration (default: found by its contents)"
@@ -65,7 +75,7 @@ def _run(options: argparse.Namespace) -> None:
     chosen = dict(_option(text) for text in options.option)
     shard = shard_of(options)
     world = load_world(options) if options.sample is None else Recipe(options.world)
-    cameras = _cameras(options)
+    cameras = _cameras(options) if options.rig is None else _rigs(world, options)
     with job_options(options), frames_bar("rendering views") as progress:
         written = write(
             world,
@@ -108,6 +118,25 @@ def _cameras(options: argparse.Namespace) -> Mapping[str, Camera] | None:
     return cameras
 
 
+def _rigs(world: World | Recipe, options: argparse.Namespace) -> Rig | Mapping[str, Rig]:
+    """The rig at each of its poses."""
+    from ..calibration import load_cameras
+    from ..camera import Camera
+    from ..world import World
+
+    if options.cameras is not None or not isinstance(world, World):
+        raise SettingsError("--rig goes without --cameras and --sample")
+    rig = rig_of(world, options)
+    assert rig is not None
+    if options.poses is None:
+        return rig
+    # A trajectory has poses alone: any camera will do for the rest.
+    body = Camera.from_pose([0, 0, 0], focal=1.0, size=(1, 1))
+    poses = load_cameras(options.poses, options.camera_format, intrinsics=body, size=(1, 1))
+    tell(poses.notices)
+    return {name: rig.at_pose(pose.R, pose.location) for name, pose in poses.items()}
+
+
 def _option(text: str) -> tuple[str, Any]:
     """A key and its value: JSON, or a word."""
     key, equals, value = text.partition("=")
@@ -126,6 +155,7 @@ COMMAND = Command(
         "raycam dataset room.toml -o room --format coco --option segmentation=polygon",
         "raycam dataset room.toml -o room --format kitti --cameras poses.txt --intrinsics camera.yaml",
         "raycam dataset table.recipe.toml --sample 10000 -o table --workers 8    randomised worlds",
+        "raycam dataset car.toml -o drive --rig stereo --poses body.tum --format kitti",
         "raycam dataset room.toml -o room --shard 3/16              one of sixteen machines",
         "raycam dataset room.toml -o room --format bop --samples 64 --integrator path",
     ],

@@ -23,7 +23,8 @@ def _run(options: argparse.Namespace) -> None:
 
     path = Path(options.world)
     if path.is_dir() or path.suffix.lower() in CALIBRATIONS or options.format is not None:
-        print(info_cameras(load_calibration(options.world, options)))
+        cameras = load_calibration(options.world, options)
+        print(info_cameras(cameras, cameras.rigs))
     else:
         print(info(load(path)))
 

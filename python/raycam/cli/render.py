@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 from ..errors import SettingsError
 from .job_options import add_job, job_pool, lower_priority, shard_of
 from .options import Command, add_camera, add_rendering, add_world, load_world, numbers, rendering, tell, view
+from .rigs import add_rig, rig_of, save_all
 
 if TYPE_CHECKING:
     from ..camera import Camera
     from ..frame import Frame
+    from ..rig import Rig
     from ..world import World
 
 
@@ -26,6 +28,14 @@ def _add(command: argparse.ArgumentParser) -> None:
         help=".png, .exr, .hdr or .npz (default: the world's name with .png, here)",
     )
     add_camera(command)
+    add_rig(command)
+    command.add_argument(
+        "--at",
+        metavar="SECONDS",
+        type=float,
+        help="the world, and the camera, at a time of its video or animation; shutters see it move on",
+    )
+    command.add_argument("--animation", metavar="NAME", help="of --at, where a glTF file has several")
     command.add_argument(
         "--channels",
         metavar="NAME",
@@ -52,10 +62,18 @@ def _run(options: argparse.Namespace) -> None:
     names: Sequence[str] = ("color",) if output.suffix.lower() in (".png", ".hdr") else DEFAULT_CHANNELS
     if options.channels is not None:
         words = [name for part in options.channels for name in part.split(",") if name]
-        names = channel_names("all" if words == ["all"] else words)
-    check_save(output, names, (1, 1), bits=options.bits, half=options.half)
+        paired = options.rig is not None and "disparity" in words
+        words = [word for word in words if word != "disparity" or not paired]
+        names = channel_names("all" if words == ["all"] else words) if words else []
+    else:
+        paired = False
+    if names or not paired:
+        check_save(output, names, (1, 1), bits=options.bits, half=options.half)
     world = load_world(options)
-    camera = view(world, options)
+    world, camera, rig = _moment(world, options)
+    if rig is not None:
+        _render_rig(options, output, world, rig, [*names, "disparity"] if paired else names)
+        return
     if options.output is None and output.exists() and output.name in world.textures:
         raise SettingsError(f"{output} is a texture of this world: choose another name with -o")
     check_save(output, names, camera.size)
@@ -82,6 +100,42 @@ def _run(options: argparse.Namespace) -> None:
         from ..jobs import Job
 
         Job(_job_folder(output)).remove()
+
+
+def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, Rig | None]:
+    """The world and what sees it, at the time that was asked for."""
+    rig = rig_of(world, options)
+    if rig is not None and (options.camera is not None or options.size is not None):
+        raise SettingsError(
+            "--rig renders all cameras of a rig as they are: it goes without --camera and --size"
+        )
+    camera = view(world, options) if rig is None else next(iter(rig.values()))
+    if options.at is None:
+        if options.animation is not None:
+            raise SettingsError("--animation goes with --at SECONDS")
+        return world, camera, rig
+    if world.video is not None:
+        camera = world.camera_at(camera, options.at)
+        rig = None if rig is None else world.rig_at(rig, options.at)
+    return world.at(options.at, options.animation), camera, rig
+
+
+def _render_rig(
+    options: argparse.Namespace, output: Path, world: World, rig: Rig, names: Sequence[str]
+) -> None:
+    """A picture of each camera."""
+    if any(value is not None for value in (options.workers, options.cluster, options.shard)):
+        raise SettingsError(
+            "--rig goes without --workers, --cluster and --shard: raycam dataset shares pictures out"
+        )
+    lower_priority(options)
+    frames = rig.render(world, channels=names, region=options.region, **rendering(options))
+    for path, (name, frame) in zip(
+        save_all(frames, output, options.bits, options.half), frames.items(), strict=True
+    ):
+        tell([f"{name}: {notice}" for notice in frame.notices])
+        _, _, width, height = frame.region
+        print(f"{path}: {width} x {height}, {', '.join(frame.channels)}")
 
 
 def _job_folder(output: Path) -> Path:
@@ -120,5 +174,7 @@ COMMAND = Command(
         "raycam render room.toml -o room.exr --workers 4            in tiles, by processes; goes on after Ctrl-C",
         "raycam render room.toml -o room.exr --cluster tcp://scheduler:8786",
         "raycam render room.toml --integrator flat --samples 1      the lecture's picture",
+        "raycam render car.toml --rig stereo -o car.exr --channels depth disparity    car_left.exr ...",
+        "raycam render car.toml --at 1.5 -o car.png                 as its video has it after 1.5 s",
     ],
 )

@@ -20,6 +20,7 @@ from ..cluster import pool_of
 from ..errors import SettingsError, nearest
 from ..jobs import Job
 from ..render import render
+from ..rig import Rig
 from ..world import World
 from . import bop, coco, colmap, kitti, nerf, rgbd, web
 from .plan import Plan, Record, View, chosen
@@ -66,26 +67,41 @@ class Written:
 
 def views(
     world: World,
-    cameras: Sequence[Camera] | Mapping[str, Camera] | None = None,
+    cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig] | Rig | None = None,
     times: Sequence[float] | None = None,
 ) -> list[View]:
     """The cameras of a data set and their times.
 
     Without `cameras`, a world with a video has one for each frame of it, and another all of its own cameras, or its
-    default one. `times` in seconds, one for each camera, move the world as its video says.
+    default one. `times` in seconds, one for each camera, move the world as its video says. A `Rig` among the cameras,
+    which takes one time, is as many views as it has cameras; a rig alone is carried by the world's video, if any.
     """
+    if isinstance(cameras, Rig):
+        rig = cameras
+        if times is None and world.video is not None:
+            times = [frame / world.video.fps for frame in range(world.video.frames)]
+            cameras = [world.rig_at(rig, moment) for moment in times]
+        else:
+            cameras = [rig]
     if cameras is None:
         if times is None and world.video is not None:
             video, base = world.video, world.default_camera()
-            moments = [frame / video.fps for frame in range(video.frames)]
-            return [View(world.camera_at(base, moment), moment) for moment in moments]
+            clock = [frame / video.fps for frame in range(video.frames)]
+            return [View(world.camera_at(base, moment), moment) for moment in clock]
         cameras = world.cameras or [world.default_camera()]
-    chosen_cameras = list(cameras.values()) if isinstance(cameras, Mapping) else list(cameras)
-    if times is None:
-        return [View(camera, None) for camera in chosen_cameras]
-    if len(times) != len(chosen_cameras):
-        raise SettingsError(f"{len(times)} times for {len(chosen_cameras)} cameras; expected one for each")
-    return [View(camera, float(time)) for camera, time in zip(chosen_cameras, times, strict=True)]
+    chosen_cameras = _items(cameras)
+    moments: list[float | None] = [None] * len(chosen_cameras)
+    if times is not None:
+        moments = [float(time) for time in times]
+    if len(moments) != len(chosen_cameras):
+        raise SettingsError(f"{len(moments)} times for {len(chosen_cameras)} cameras; expected one for each")
+    found = []
+    for number, (item, moment) in enumerate(zip(chosen_cameras, moments, strict=True)):
+        if isinstance(item, Rig):
+            found += [View(camera, moment, rig=(number, name)) for name, camera in item.items()]
+        else:
+            found.append(View(item, moment))
+    return found
 
 
 def write(
@@ -93,7 +109,7 @@ def write(
     folder: str | os.PathLike[str],
     format: str = "coco",
     *,
-    cameras: Sequence[Camera] | Mapping[str, Camera] | None = None,
+    cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig] | Rig | None = None,
     times: Sequence[float] | None = None,
     count: int | None = None,
     resume: bool = True,
@@ -113,8 +129,9 @@ def write(
     * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1) that must be seen of an object, `keypoints`
       ({category: {"names": [...], "points": [[x, y, z], ...] in the mesh's coordinates, "skeleton": [...]}})
     * "bop": `split` ("train_pbr"), `scene` (0), `depth_scale` in mm (default: the finest of each picture)
-    * "kitti": `baseline` in metres adds the right camera, disparity and image_3; `flow` (False) to the next view
-    * "colmap": `points` (10,000) sampled on what is seen
+    * "kitti": `baseline` in metres adds the right camera, disparity and image_3; of rigs, these are of their first two
+      cameras, a rectified pair; `flow` (False) to the next view
+    * "colmap": `points` (10,000) sampled on what is seen; rigs and their frames are written as such
     * "nerf": none; "tum" and "scannet": `fps` (30) of the timestamps of views without a time
     * "webdataset": `shard_size` (32) samples in a tar file, three of which are in memory, `channels`, `segmentation`
 
@@ -177,7 +194,7 @@ def write(
 
 def planned(
     world: World | Recipe,
-    cameras: Sequence[Camera] | Mapping[str, Camera] | None,
+    cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig] | Rig | None,
     times: Sequence[float] | None,
     count: int | None,
     rendering: Mapping[str, Any],
@@ -199,9 +216,15 @@ def planned(
         seen = dict(first.cameras.items()) if first.cameras else {None: first.default_camera()}
         shots = [View(camera, None, i, name) for i in range(worlds) for name, camera in seen.items()]
     else:
-        given = list(cameras.values()) if isinstance(cameras, Mapping) else list(cameras)
+        if isinstance(cameras, Rig) or any(isinstance(item, Rig) for item in _items(cameras)):
+            raise SettingsError("a rig is of one world, and a recipe makes many: give it the rig's cameras")
+        given = [camera for camera in _items(cameras) if isinstance(camera, Camera)]
         shots = [View(camera, None, i) for i in range(worlds) for camera in given]
     return Plan(first, shots, rendering, options, threads, world)
+
+
+def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list[Camera | Rig]:
+    return list(cameras.values()) if isinstance(cameras, Mapping) else list(cameras)
 
 
 def put(path: Path, pieces: Any) -> None:

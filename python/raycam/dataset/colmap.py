@@ -14,6 +14,7 @@ from ..arrays import Floats
 from ..camera import Camera
 from ..errors import SettingsError
 from ..labels import Keypoints, keypoints
+from . import colmap_rigs
 from .plan import Format, Index, Made, Plan, Record, matrix_text
 from .rgbd import quaternion
 
@@ -26,6 +27,7 @@ def check(plan: Plan) -> None:
     """Whether COLMAP has these cameras."""
     for view in plan.shots:
         model(view.camera)
+    colmap_rigs.check(plan)
     points = plan.options["points"]
     if not (isinstance(points, int) and points >= 1):
         raise SettingsError(f"points is {points!r}, expected how many surface points to sample, at least 1")
@@ -60,24 +62,27 @@ def srgb(linear: npt.NDArray[np.float32]) -> Floats:
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     """Every point is looked for in every view: it is observed where the camera sees it."""
     lines = [model(view.camera) for view in plan.shots]
-    ids = {line: number + 1 for number, line in enumerate(dict.fromkeys(lines))}
+    sensors = colmap_rigs.sensors(plan, lines)
+    known = dict(zip(sensors, lines, strict=True))
+    ids = {sensor: number + 1 for number, sensor in enumerate(known)}
     head = "# Camera list: CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n"
     yield (
         "sparse/0/cameras.txt",
-        [(head + "".join(f"{number} {line}\n" for line, number in ids.items())).encode()],
+        [(head + "".join(f"{ids[sensor]} {line}\n" for sensor, line in known.items())).encode()],
     )
+    yield from colmap_rigs.files(plan, [ids[sensor] for sensor in sensors])
     points = np.array([point for record in records() for point in record["points"]]).reshape(-1, 3)
     colors = [color for record in records() for color in record["colors"]]
     seen: list[npt.NDArray[np.int32]] = []
 
     def images() -> Iterator[bytes]:
         yield b"# Image list: IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME; POINTS2D[] as (X, Y, POINT3D_ID)\n"
-        for number, line in enumerate(lines):
+        for number, sensor in enumerate(sensors):
             camera, found = plan.shots[number].camera, observed(plan, number, points)
             visible = np.flatnonzero(found.visible).astype(np.int32)
             seen.append(visible)
             pose = matrix_text(np.array([*quaternion(camera.R), *camera.t]))
-            yield f"{number + 1} {pose} {ids[line]} {number:06d}.png\n".encode()
+            yield f"{number + 1} {pose} {ids[sensor]} {number:06d}.png\n".encode()
             corner = 0.5 if camera.pixel_center == "integer" else 0.0
             pixels = (found.pixels[visible] + corner).tolist()
             yield (

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from ..arrays import Floats
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
-from ..flow import disparity, flow
+from ..flow import check_rectified, disparity, flow
 from ..labels import Label
 from .plan import Format, Index, Made, Plan, Record, Shot, matrix_text, png, whole_centers
 
@@ -34,15 +34,33 @@ def check(plan: Plan) -> None:
     baseline = plan.options["baseline"]
     if baseline is not None and not (isinstance(baseline, int | float) and baseline > 0):
         raise SettingsError(f"baseline is {baseline!r}, expected metres to the right camera, more than 0")
+    if plan.rigs and len(plan.rigs[0]) * len(plan.rigs) != len(plan.shots):
+        raise SettingsError("rigs and single cameras together: KITTI's pictures are all of pairs, or none is")
+    for frame in plan.rigs:
+        if baseline is not None:
+            raise SettingsError("baseline is of a single camera, and these are rigs, which have their own")
+        if len(frame) != 2:
+            raise SettingsError(f"a rig of {len(frame)} cameras; KITTI's has two, the left and the right one")
+        check_rectified(plan.shots[frame[0]].camera, plan.shots[frame[1]].camera)
     if plan.options["flow"] and plan.recipe is not None:
         raise SettingsError("flow goes from each view to the next of the same world: not with a recipe")
-    if plan.options["flow"] and len(plan.shots) < 2:
+    if plan.options["flow"] and units(plan) < 2:
         raise SettingsError("flow goes from each view to the next: there is only one")
+
+
+def units(plan: Plan) -> int:
+    """How many pictures of the left camera there are."""
+    return len(plan.rigs) or len(plan.shots)
+
+
+def left(plan: Plan, number: int) -> Shot:
+    """What the left camera sees: the first one of a rig."""
+    return plan.shot(plan.rigs[number][0] if plan.rigs else number)
 
 
 def make(plan: Plan, number: int) -> Made:
     """`object/training/`: colour, depth, labels, calibration; `scene_flow/training/`: flow and disparity."""
-    shot = plan.shot(number)
+    shot = left(plan, number)
     frame = shot.render(["color", "depth", "instance"])
     picture = frame.to_png()
     base, name = "object/training", f"{number:06d}"
@@ -51,9 +69,10 @@ def make(plan: Plan, number: int) -> Made:
         f"{base}/image_2/{name}.png": picture,
         f"{base}/depth_2/{name}.png": png(depth16(frame["depth"])),
         f"{base}/label_2/{name}.txt": "".join(lines).encode(),
-        f"{base}/calib/{name}.txt": calibration(shot.camera, plan.options["baseline"]).encode(),
     }
-    right = right_camera(plan, shot)
+    right = right_camera(plan, shot, number)
+    apart = None if right is None else float((shot.camera.R @ (right.C - shot.camera.C))[0])
+    made[f"{base}/calib/{name}.txt"] = calibration(shot.camera, apart).encode()
     other = None if right is None else shot.render(["color"], right).to_png()
     if right is not None and other is not None:
         made[f"{base}/image_3/{name}.png"] = other
@@ -63,16 +82,18 @@ def make(plan: Plan, number: int) -> Made:
         if right is not None and other is not None:
             made[f"{base}/image_3/{name}_10.png"] = other
             made |= disparities(shot, right, base, name)
-        if plan.options["flow"] and number + 1 < len(plan.shots):
-            following = plan.shot(number + 1)
+        if plan.options["flow"] and number + 1 < units(plan):
+            following = left(plan, number + 1)
             made[f"{base}/image_2/{name}_11.png"] = following.render(["color"]).to_png()
             made |= flows(shot, following, base, name)
     pose = matrix_text(np.column_stack([shot.camera.R.T, shot.camera.C]))
     return made, {"pose": pose}
 
 
-def right_camera(plan: Plan, shot: Shot) -> Camera | None:
-    """The camera to the right of the shot's, where there is a baseline."""
+def right_camera(plan: Plan, shot: Shot, number: int) -> Camera | None:
+    """The camera to the right of the shot's: the other one of the rig, or where there is a baseline."""
+    if plan.rigs:
+        return plan.shots[plan.rigs[number][1]].camera
     baseline = plan.options["baseline"]
     if baseline is None:
         return None
@@ -195,4 +216,4 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     yield "poses.txt", ((record["pose"] + "\n").encode() for record in records())
 
 
-FORMAT = Format(make, index, check, OPTIONS, many_worlds=True)
+FORMAT = Format(make, index, check, OPTIONS, units=units, many_worlds=True)

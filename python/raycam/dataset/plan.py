@@ -63,6 +63,8 @@ class View:
     """Which world of a recipe it sees."""
     name: str | None = None
     """Which camera of that world it is; None for `camera`, which is the same in all of them."""
+    rig: tuple[int, str] | None = None
+    """Of a camera on a rig, the number of the rig's pose among all, and the camera's name on the rig."""
 
 
 class Plan:
@@ -95,6 +97,15 @@ class Plan:
         """Told how far a picture is, some 50 times a second; what it raises stops it."""
         self._worlds: OrderedDict[int, World] = OrderedDict()
         self._lock = Lock()
+
+    @cached_property
+    def rigs(self) -> list[list[int]]:
+        """The views of each pose of a rig, in their order; empty where the cameras are on none."""
+        frames: dict[int, list[int]] = {}
+        for number, view in enumerate(self.shots):
+            if view.rig is not None:
+                frames.setdefault(view.rig[0], []).append(number)
+        return list(frames.values())
 
     def shot(self, number: int) -> Shot:
         """One view."""

@@ -39,6 +39,8 @@ def package(format: str, plan: Plan) -> Package:
         "times": [shot.time for shot in plan.shots],
         "views": len(plan.shots),
     }
+    if plan.rigs:
+        settings["rigs"] = [shot.rig for shot in plan.shots]
     if recipe is None:
         cameras = [shot.camera for shot in plan.shots]
         return Package("dataset", FORMATS[format].units(plan), settings, _with(plan.world, cameras))
@@ -75,7 +77,9 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
     cameras = [camera for name, camera in world.cameras.items() if name.startswith(f"{PREFIX}-")]
     options, rendering = settings["options"], settings["render"]
     if "recipe" not in settings:
-        shots = [View(*pair) for pair in zip(cameras, settings["times"], strict=True)]
+        rigs = [rig and (rig[0], rig[1]) for rig in settings.get("rigs", [None] * len(cameras))]
+        triples = zip(cameras, settings["times"], rigs, strict=True)
+        shots = [View(camera, time, rig=rig) for camera, time, rig in triples]
         return Plan(world, shots, rendering, options, threads)
     from ..sample_world import Recipe
 

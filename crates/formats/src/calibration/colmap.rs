@@ -90,11 +90,14 @@ impl Model {
             let mut record = camera.clone();
             record.name.clone_from(&image.name);
             record.image = Some(image.name.clone());
-            let (pose, mount) = placed
+            // What an image says of itself are the same numbers, but for rounding, where it is not out of date.
+            let own = pose(&image.pose);
+            let (placed, mount) = placed
                 .get(&image.id)
                 .cloned()
-                .unwrap_or_else(|| (pose(&image.pose), None));
-            (record.pose, record.mount) = (Some(pose), mount);
+                .unwrap_or_else(|| (own.clone(), None));
+            record.pose = Some(if near(&own, &placed) { own } else { placed });
+            record.mount = mount;
             calibration.records.push(record);
         }
         if self.images.is_empty() {

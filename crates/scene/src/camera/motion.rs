@@ -47,6 +47,9 @@ impl Pose {
     }
 }
 
+/// Steps in which a way is followed.
+const STEPS: u32 = 32;
+
 /// The shutter and the way of the camera while it is open. Times are in seconds from when the first line opens.
 ///
 /// A line opens when it is its turn: the first at 0, the last a little before `readout`, and stays open for `exposure`.
@@ -111,6 +114,36 @@ impl Motion {
         }
     }
 
+    /// Whether nothing moves: it is an exposure, and what moves before the camera is blurred.
+    pub fn is_standing(&self) -> bool {
+        self.poses.len() == 1
+    }
+
+    /// The same shutter along a way, whose poses are those at a time from the middle of the exposures. It is followed in
+    /// [`STEPS`] straight steps.
+    ///
+    /// # Errors
+    /// Those of the way.
+    pub fn along(&self, way: impl Fn(f64) -> Result<Pose, SceneError>) -> Result<Self, SceneError> {
+        let whole = self.whole();
+        let steps = if whole > 0.0 { STEPS } else { 0 };
+        let pose = |step: u32| {
+            let time = whole * f64::from(step) / f64::from(steps.max(1));
+            Ok((time, way(time - 0.5 * whole)?))
+        };
+        let poses = (0..=steps).map(pose).collect::<Result<_, SceneError>>()?;
+        let moving = Self::new(self.exposure, self.readout, self.direction, poses)?;
+        Ok(Self {
+            mount: self.mount,
+            ..moving
+        })
+    }
+
+    /// How long it takes until the last line closes, in seconds.
+    pub fn whole(&self) -> f64 {
+        self.readout + self.exposure
+    }
+
     /// The camera on the body whose poses are [`Motion::poses`]; the camera itself where there is none.
     pub fn mount(&self) -> Option<&Pose> {
         self.mount.as_ref()
@@ -147,7 +180,7 @@ impl Motion {
 
     /// The middle of all exposures: the pose that a moving camera calls its own.
     pub fn middle(&self) -> Pose {
-        self.at(0.5 * (self.readout + self.exposure))
+        self.at(0.5 * self.whole())
     }
 
     /// Where the camera is at a time.

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::checks::checked_rotation;
 use super::{Camera, Motion, Pose};
-use crate::error::SceneError;
-use crate::world::NamedCamera;
+use crate::error::{SceneError, suggestion};
+use crate::world::{NamedCamera, Names, World};
 
 /// Cameras that a body carries: camera_from_world = camera_from_body * body_from_world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -155,5 +155,42 @@ impl Camera {
             c: self.c(),
         });
         self.at_pose(pose.r, pose.c)
+    }
+}
+
+impl World {
+    /// Adds a rig under its name, made unique, and its cameras under the names rig/camera; returns its index.
+    ///
+    /// # Errors
+    /// Those of [`Rig::cameras`].
+    pub fn add_rig(&mut self, rig: Rig) -> Result<usize, SceneError> {
+        let cameras = rig.cameras()?;
+        let mut names = Names::default();
+        for rig in &self.rigs {
+            names.claim(rig.name());
+        }
+        let name = names.claim(rig.name());
+        for NamedCamera { name: own, camera } in cameras {
+            self.add_camera(&format!("{name}/{own}"), camera);
+        }
+        self.rigs.push(rig.named(name));
+        Ok(self.rigs.len() - 1)
+    }
+
+    /// The rig of this name.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] with the nearest name.
+    pub fn find_rig(&self, name: &str) -> Result<usize, SceneError> {
+        self.rigs
+            .iter()
+            .position(|rig| rig.name() == name)
+            .ok_or_else(|| {
+                let count = self.rigs.len();
+                SceneError::World(format!(
+                    "no rig {name:?} among {count}{}",
+                    suggestion(name, self.rigs.iter().map(Rig::name))
+                ))
+            })
     }
 }

@@ -193,6 +193,15 @@ impl Camera {
         }
     }
 
+    /// How far from the middle of its shutter's work the line of a pixel is at a part of its exposure, in seconds; 0 for a
+    /// camera without a shutter.
+    pub fn since_middle(&self, pixel: DVec2, part: f64) -> f64 {
+        self.motion.as_ref().map_or(0.0, |motion| {
+            let pixel = self.past_corner(self.wrapped(pixel));
+            motion.time(pixel, self.size, part) - 0.5 * motion.whole()
+        })
+    }
+
     /// The same pixel on the other side of a panorama that a sample has just left: it has no edge there.
     fn wrapped(&self, pixel: DVec2) -> DVec2 {
         let sphere = matches!(self.lens, Lens::Equirectangular);

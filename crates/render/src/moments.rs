@@ -1,0 +1,108 @@
+//! A world that moves while a camera's shutter is open.
+//!
+//! The colour of a sample is that of the world in one of [`SLICES`] equal slices of the shutter's work, at the slice's
+//! middle. Ground truth is of the world at the exact middle of each line's exposure.
+
+use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
+
+use glam::DVec2;
+use raycam_scene::video::Clock;
+use raycam_scene::{Camera, World};
+
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::prepare::PreparedWorld;
+
+/// Slices of the time from when the first line opens until the last one closes.
+pub(crate) const SLICES: usize = 64;
+
+/// The times at which a world is seen.
+pub(crate) struct Moments<'a> {
+    world: &'a World,
+    /// As it is in the middle of the shutter's work.
+    still: &'a PreparedWorld,
+    clock: Clock,
+    /// From when the first line opens until the last one closes, in seconds.
+    whole: f64,
+    /// Whether lines open one after another.
+    rolling: bool,
+    slices: Vec<OnceLock<Arc<PreparedWorld>>>,
+}
+
+/// The worlds of the lines of a tile; kept for the next tile, which mostly has the same ones.
+pub(crate) type Lines = HashMap<u64, Arc<PreparedWorld>>;
+
+impl<'a> Moments<'a> {
+    /// Those of a camera with a shutter, of a world that moves and knows what time it is; none of any other.
+    pub fn new(world: &'a World, still: &'a PreparedWorld, camera: &Camera) -> Option<Self> {
+        let (motion, clock) = (camera.motion()?, world.clock?);
+        (motion.whole() > 0.0 && world.moves()).then(|| Self {
+            world,
+            still,
+            clock,
+            whole: motion.whole(),
+            rolling: motion.readout() > 0.0,
+            slices: std::iter::repeat_with(OnceLock::new).take(SLICES).collect(),
+        })
+    }
+
+    /// Whether the ground truth of different lines is of different times.
+    pub fn is_rolling(&self) -> bool {
+        self.rolling
+    }
+
+    /// The slice in which a pixel is seen at a part of its exposure.
+    pub fn slice(&self, camera: &Camera, pixel: DVec2, part: f64) -> usize {
+        let time = camera.since_middle(pixel, part) / self.whole + 0.5;
+        ((time * SLICES as f64) as usize).min(SLICES - 1)
+    }
+
+    /// The world in the middle of a slice.
+    pub fn of_slice(
+        &self,
+        slice: usize,
+        control: &Control,
+    ) -> Result<&Arc<PreparedWorld>, RenderError> {
+        let place = &self.slices[slice];
+        if let Some(world) = place.get() {
+            return Ok(world);
+        }
+        let time = ((slice as f64 + 0.5) / SLICES as f64 - 0.5) * self.whole;
+        let world = self.at(time, control)?;
+        // Another thread may have made the same one.
+        Ok(place.get_or_init(|| world))
+    }
+
+    /// The world at the middle of the exposure of a pixel's line; at most `most` are kept.
+    pub fn of_line(
+        &self,
+        camera: &Camera,
+        pixel: DVec2,
+        lines: &mut Lines,
+        most: usize,
+        control: &Control,
+    ) -> Result<Arc<PreparedWorld>, RenderError> {
+        let time = camera.since_middle(pixel, 0.5);
+        if let Some(world) = lines.get(&time.to_bits()) {
+            return Ok(world.clone());
+        }
+        if lines.len() >= most {
+            lines.clear();
+        }
+        let world = self.at(time, control)?;
+        lines.insert(time.to_bits(), world.clone());
+        Ok(world)
+    }
+
+    fn at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {
+        let clock = Clock {
+            time: self.clock.time + since_middle,
+            ..self.clock
+        };
+        let world = self.world.at_clock(clock);
+        let world = world.map_err(|error| RenderError::World(error.to_string()))?;
+        let moved = PreparedWorld::moved(&world, self.world, self.still, control)?;
+        Ok(Arc::new(moved))
+    }
+}

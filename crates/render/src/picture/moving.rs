@@ -1,0 +1,93 @@
+//! The pixels of a tile, of a world that moves while the shutter is open.
+
+use std::sync::Arc;
+
+use super::{Buffers, Picture};
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::moments::{Moments, SLICES};
+use crate::prepare::PreparedWorld;
+use crate::tile::TILE;
+
+impl Picture<'_> {
+    /// The exact rays of pixels whose lines open one after another.
+    pub(super) fn look_by_lines(
+        &self,
+        moments: &Moments<'_>,
+        buffers: &mut Buffers,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        let Buffers {
+            pixels,
+            exact,
+            seen,
+            lines,
+            ..
+        } = buffers;
+        for &pixel in &*pixels {
+            let (at, most) = (self.center_of(pixel), 2 * TILE as usize);
+            seen.push(moments.of_line(self.camera, at, lines, most, control)?);
+        }
+        exact.find_each(seen, self.camera, pixels, self.settings, self.passing);
+        Ok(())
+    }
+
+    /// Does the same to the active pixels of each world in turn that their exact rays see.
+    pub(super) fn by_lines(
+        &self,
+        buffers: &mut Buffers,
+        mut each: impl FnMut(&PreparedWorld, &mut Buffers) -> Result<(), RenderError>,
+    ) -> Result<(), RenderError> {
+        if buffers.seen.is_empty() {
+            return each(self.world, buffers);
+        }
+        let all = std::mem::take(&mut buffers.active);
+        // In the order in which they come, so that it does not depend on addresses.
+        let mut groups: Vec<(Arc<PreparedWorld>, Vec<usize>)> = Vec::new();
+        for &i in &all {
+            let world = &buffers.seen[i];
+            match groups
+                .iter_mut()
+                .find(|(other, _)| Arc::ptr_eq(other, world))
+            {
+                Some((_, pixels)) => pixels.push(i),
+                None => groups.push((world.clone(), vec![i])),
+            }
+        }
+        for (world, pixels) in groups {
+            buffers.active = pixels;
+            each(&world, buffers)?;
+        }
+        buffers.active = all;
+        Ok(())
+    }
+
+    /// A sample of each active pixel, of the world in the slice of time in which it sees it.
+    pub(super) fn add_sample_of(
+        &self,
+        moments: &Moments<'_>,
+        buffers: &mut Buffers,
+        sample: u32,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        let mut slices: [Vec<usize>; SLICES] = std::array::from_fn(|_| vec![]);
+        for &i in &buffers.active {
+            let sampler = self.sampler(buffers.pixels[i], sample);
+            let pixel = self.spread(buffers.pixels[i], &sampler);
+            let (_, part) = self.scatter(&sampler);
+            slices[moments.slice(self.camera, pixel, part)].push(i);
+        }
+        let all = std::mem::take(&mut buffers.active);
+        for (slice, pixels) in slices.into_iter().enumerate() {
+            if pixels.is_empty() {
+                continue;
+            }
+            buffers.active = pixels;
+            let world = moments.of_slice(slice, control)?;
+            self.trace_sample(world, buffers, sample);
+            self.shade(world, buffers, sample, control)?;
+        }
+        buffers.active = all;
+        Ok(())
+    }
+}

@@ -1,0 +1,63 @@
+//! Rigs that a video moves.
+
+use glam::DMat3;
+
+use super::Video;
+use crate::camera::{Camera, PixelCenter, Pose, Rig};
+use crate::error::SceneError;
+use crate::pose;
+
+impl Video {
+    /// A rig as the video moves it, at a time in seconds: by the keyframes of that index in the world, or else as it
+    /// moves the camera.
+    ///
+    /// # Errors
+    /// [`SceneError::Camera`] where it has to look straight up or down at its target.
+    pub fn rig_at(&self, rig: &Rig, index: Option<usize>, time: f64) -> Result<Rig, SceneError> {
+        let moved = self.rig_pose(rig, index, time)?;
+        let Some(shutter) = rig.motion().filter(|shutter| shutter.is_standing()) else {
+            return Ok(moved);
+        };
+        let motion = shutter.along(|since_middle| {
+            let then = self.rig_pose(rig, index, time + since_middle)?;
+            Ok(then.body())
+        })?;
+        moved.with_motion(motion)
+    }
+
+    fn rig_pose(&self, rig: &Rig, index: Option<usize>, time: f64) -> Result<Rig, SceneError> {
+        let own = self.rigs.iter().find(|(id, _)| Some(*id) == index);
+        let body = rig.body();
+        let Some((_, motion)) = own else {
+            // As a camera that looks along the body's x axis.
+            let k = DMat3::IDENTITY;
+            let ahead = Camera::new(
+                k,
+                pose::CAMERA_FROM_BODY * body.r,
+                body.c,
+                [1, 1],
+                PixelCenter::Integer,
+            )?;
+            let moved = self.camera_pose(&ahead, time)?;
+            if moved == ahead {
+                return Ok(rig.clone());
+            }
+            let r = pose::CAMERA_FROM_BODY.transpose() * moved.r();
+            return rig.at_pose(Pose { r, c: moved.c() });
+        };
+        let c = motion.location.at(time).unwrap_or(body.c);
+        let r = match (motion.target.at(time), motion.rotation.at(time)) {
+            (Some(target), _) => pose::rotation_towards(target - c, self.up.axis())
+                .ok_or_else(|| {
+                    SceneError::Camera(format!(
+                        "rig {:?} at {c} cannot face {target} at {time} s: it is there, or straight above or below it",
+                        rig.name()
+                    ))
+                })?
+                .transpose(),
+            (None, Some(rotation)) => DMat3::from_quat(rotation).transpose(),
+            (None, None) => body.r,
+        };
+        rig.at_pose(Pose { r, c })
+    }
+}
