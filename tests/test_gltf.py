@@ -277,14 +277,33 @@ def test_perspective(tmp_path: Path, far: dict[str, float]) -> None:
     assert in_front.tolist() == [True] * 4 + [False]
 
 
-def test_orthographic_cameras_are_said_to_be_left_out(tmp_path: Path) -> None:
+def test_orthographic_cameras_see_what_their_magnifications_say(tmp_path: Path) -> None:
     document = Document()
-    lens = {"xmag": 1.0, "ymag": 1.0, "znear": 0.1, "zfar": 10.0}
+    lens = {"xmag": 3.0, "ymag": 1.5, "znear": 0.0, "zfar": 100.0}
+    document.add("cameras", type="orthographic", orthographic=lens, name="plan")
+    turn = Rotation.from_euler("xyz", [20, 30, 40], degrees=True)
+    document.node(camera=0, translation=[1, 2, 3], rotation=turn.as_quat().tolist(), scale=[2, 2, 2])
+    document.node(mesh=document.square())
+    camera = load(document, tmp_path).cameras["plan"]
+    width, height = camera.size
+    assert camera.is_parallel
+    assert width / height == pytest.approx(2, abs=0.01)
+    # The corners of the box that it sees (glTF 2.0, 3.10.3), near and far, and one behind it.
+    box = np.array([[-3, 1.5, -1], [3, 1.5, -7], [3, -1.5, -50], [-3, -1.5, -1], [0, 0, 1]])
+    pixels, seen = camera.project(turn.apply(box) + [1, 2, 3])
+    corners = [[0, 0], [width, 0], [width, height], [0, height]]
+    np.testing.assert_allclose(pixels[:4] + 0.5, corners, atol=1e-6)
+    assert seen.tolist() == [True] * 4 + [False]
+
+
+def test_an_orthographic_camera_of_negative_magnification_gets_a_notice(tmp_path: Path) -> None:
+    document = Document()
+    lens = {"xmag": -1.0, "ymag": 1.0, "znear": 0.1, "zfar": 10.0}
     document.node(camera=document.add("cameras", type="orthographic", orthographic=lens))
     document.node(mesh=document.square())
     world = load(document, tmp_path)
-    assert not world.cameras
-    assert any("cameras[0]: orthographic" in notice for notice in world.notices)
+    assert len(world.cameras) == 1
+    assert any("CAMERA_XMAG_YMAG_NEGATIVE" in notice for notice in world.notices)
 
 
 def test_lights(tmp_path: Path) -> None:

@@ -90,6 +90,9 @@ def full() -> Document:
     document.node(mesh=mesh, name="a", translation=[1, 2, 3], rotation=TURN, scale=[2, 3, -4])
     document.node(mesh=mesh, name="b", translation=[-4, 0, 0])
     document.node(camera=0, name="on a pole", translation=[1, 2, 9], rotation=TURN)
+    plan = {"xmag": 4.0, "ymag": 3.0, "znear": 0.0, "zfar": 1e6}
+    document.add("cameras", type="orthographic", orthographic=plan, name="plan")
+    document.node(camera=1, name="above", translation=[0, 9, 0], rotation=TURN)
     for i in range(3):
         document.node(extensions={"KHR_lights_punctual": {"light": i}}, rotation=TURN, translation=[0, i, 0])
     return document
@@ -313,6 +316,8 @@ def animated() -> Document:
     moved = {"index": texture, "extensions": {"KHR_texture_transform": {"offset": [0, 0]}}}
     square = document.square(pbrMetallicRoughness={"baseColorTexture": moved}, emissiveFactor=[0.5, 0, 0])
     document.node(mesh=square, name="square")
+    plan = {"xmag": 2, "ymag": 1, "znear": 0, "zfar": 2e6}
+    document.node(camera=document.add("cameras", type="orthographic", orthographic=plan), name="plan")
 
     samplers: list[dict[str, Any]] = []
     channels: list[dict[str, Any]] = []
@@ -328,6 +333,7 @@ def animated() -> Document:
     move({"node": 0, "path": "weights"}, [0, 1, 0.5])
     move({"node": 2, "path": "translation"}, [[0, 1, 0], [0, 3, 0], [2, 1, 0]])
     move("/cameras/0/perspective/yfov", [0.5, 1, 0.5])
+    move("/cameras/1/orthographic/ymag", [1, 3, 1])
     move("/extensions/KHR_lights_punctual/lights/0/color", [[1, 0.5, 0], [0, 1, 0], [1, 1, 1]])
     move("/extensions/KHR_lights_punctual/lights/0/intensity", [2, 6, 2])
     move("/extensions/KHR_lights_punctual/lights/0/spot/outerConeAngle", [0.7, 0.2, 0.7])
@@ -347,6 +353,9 @@ def test_pointers_move_cameras_lights_and_materials(tmp_path: Path) -> None:
     for moment, fov in ((world, 0.5), (half, 0.75), (whole, 1)):
         focal = moment.cameras["eye"].K[1, 1]
         assert 2 * np.arctan(height / 2 / focal) == pytest.approx(fov, rel=1e-6)
+    for moment, high in ((world, 1), (half, 2), (whole, 3)):
+        pixels, _ = moment.cameras["plan"].project([[-2, high, -1], [2, -high, -1]])
+        np.testing.assert_allclose(pixels + 0.5, [[0, 0], world.cameras["plan"].size], atol=1e-6)
     np.testing.assert_allclose(half.lights[0]["intensity"], np.array([0.5, 0.75, 0]) * 4, rtol=1e-6)
     np.testing.assert_allclose(half.lights[0]["outer"], np.degrees(0.45), rtol=1e-6)
     np.testing.assert_allclose(whole.lights[0]["intensity"], [0, 6, 0], rtol=1e-6)

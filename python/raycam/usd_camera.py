@@ -13,15 +13,13 @@ COLUMNS = 960
 """A USD camera has no pixels: so many across, and as many rows as its aperture is high."""
 
 
-def camera(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d) -> dict[str, Any] | None:
-    """A camera spec whose film fills the picture; none for an orthographic one, which has no centre."""
+def camera(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d) -> dict[str, Any]:
+    """A camera spec whose film fills the picture; an orthographic one sees as much as its film is large."""
     time = Usd.TimeCode.EarliestTime()
 
     def value(attribute: Usd.Attribute) -> Any:
         return attribute.Get(time)
 
-    if value(source.GetProjectionAttr()) == UsdGeom.Tokens.orthographic:
-        return None
     film = np.array(
         [value(source.GetHorizontalApertureAttr()), value(source.GetVerticalApertureAttr())], float
     )
@@ -37,6 +35,10 @@ def camera(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d) -> dict[str, A
     rotation = world_from_camera.T
     location = np.array(pose).T[:3, 3]
     spec: dict[str, Any] = {"name": source.GetPrim().GetName(), "size": size, "pixel_center": "half"}
-    focal = value(source.GetFocalLengthAttr()) * per_film
+    if value(source.GetProjectionAttr()) == UsdGeom.Tokens.orthographic:
+        spec["projection"] = "orthographic"
+        focal = per_film / Gf.Camera.APERTURE_UNIT
+    else:
+        focal = value(source.GetFocalLengthAttr()) * per_film
     intrinsics = [[focal[0], 0.0, center[0]], [0.0, focal[1], center[1]], [0.0, 0.0, 1.0]]
     return spec | {"K": intrinsics, "R": rotation.tolist(), "C": location.tolist()}

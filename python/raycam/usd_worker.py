@@ -147,9 +147,7 @@ def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> d
                     {"name": prim.GetName(), "mesh": file, "matrix": usd_meshes.rows(from_local)[:3]}
                 )
         elif prim.IsA(UsdGeom.Camera):
-            spec = usd_camera.camera(UsdGeom.Camera(prim), from_local)
-            cameras.extend([spec] if spec else [])
-            skipped["orthographic Camera"] += spec is None
+            cameras.append(usd_camera.camera(UsdGeom.Camera(prim), from_local))
         elif prim.HasAPI(UsdLux.LightAPI):
             light, notice = usd_lights.light(prim, from_local, images.file, world["up"])
             lights.extend([light] if light else [])

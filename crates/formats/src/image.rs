@@ -5,6 +5,7 @@ mod ktx2;
 mod raster;
 
 use std::path::Path;
+use std::sync::LazyLock;
 
 use raycam_scene::color::linear_from_srgb;
 use raycam_scene::{Image, Texels};
@@ -169,8 +170,11 @@ impl Decoder<'_> {
     /// Sixteen bits a channel, for the image's use.
     fn texels16(&self, mut texels: Vec<[u16; 4]>) -> Texels {
         if self.color_use == ColorUse::Color {
-            let linear = |v: u16| (65535.0 * linear_from_srgb(f32::from(v) / 65535.0)).round();
-            let table: Vec<_> = (0..=u16::MAX).map(|v| linear(v) as u16).collect();
+            static TABLE: LazyLock<Vec<u16>> = LazyLock::new(|| {
+                let linear = |v: u16| (65535.0 * linear_from_srgb(f32::from(v) / 65535.0)).round();
+                (0..=u16::MAX).map(|v| linear(v) as u16).collect()
+            });
+            let table = &*TABLE;
             for color in texels.iter_mut().flat_map(|texel| &mut texel[..3]) {
                 *color = table[usize::from(*color)];
             }

@@ -8,8 +8,11 @@ use std::thread;
 ///
 /// The threads live as long as the call: a file is read once, and a pool that outlives it would not survive a fork.
 pub(crate) fn map<T: Sync, R: Send>(items: &[T], each: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    let threads = cores.min(items.len());
+    let threads = match items.len() {
+        // Asking for the cores opens files.
+        0 | 1 => 1,
+        count => thread::available_parallelism().map_or(1, |cores| cores.get().min(count)),
+    };
     if threads < 2 {
         return items.iter().map(each).collect();
     }

@@ -160,6 +160,8 @@ pub enum Target {
     Light(usize, LightProperty),
     /// Of all cameras of a definition: their vertical field of view in radians.
     FieldOfView(usize),
+    /// Half the width (0) or height (1) that an orthographic camera of this definition sees, in units of the world.
+    Magnification(usize, usize),
 }
 
 impl Target {

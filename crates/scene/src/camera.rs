@@ -15,7 +15,7 @@ mod view;
 mod vignetting;
 
 pub use aperture::Aperture;
-pub use intrinsics::{intrinsics_from_focal, intrinsics_from_fov};
+pub use intrinsics::{intrinsics_from_extent, intrinsics_from_focal, intrinsics_from_fov};
 pub use lens::{
     Division, DoubleSphere, Eucm, Fisheye, Fov, Lens, LensModel, Omni, OpenCv, PrismFisheye,
     colmap_from_lens, lens_from_colmap,

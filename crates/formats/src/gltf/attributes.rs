@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::Document;
-use super::accessor::{Component, Elements};
+use super::elements::{Component, Elements};
 use super::json::{Draco, Primitive};
 use super::ledger::Ledger;
 use crate::codec::draco;
@@ -100,15 +100,17 @@ impl<'a> AttributeSource<'a> {
         }))
     }
 
-    /// Which vertices the primitive's corners are, in order; `count` vertices there are.
-    pub(super) fn corners(
+    /// Which vertices the primitive's corners are, in order and `N` at a time, and how many are left over; `count`
+    /// vertices there are.
+    pub(super) fn corners<const N: usize>(
         &'a self,
         count: usize,
         ledger: &mut Ledger,
-    ) -> Result<Vec<u32>, FormatError> {
+    ) -> Result<(Vec<[u32; N]>, usize), FormatError> {
         let document = self.document;
         if let Some((_, mesh)) = &self.decoded {
-            return Ok(mesh.triangles.as_flattened().to_vec());
+            let (groups, over) = mesh.triangles.as_flattened().as_chunks();
+            return Ok((groups.to_vec(), over.len()));
         }
         let Some(index) = self.primitive.indices else {
             let place = format!("{}.attributes", self.place);
@@ -118,7 +120,10 @@ impl<'a> AttributeSource<'a> {
                     "{place}: {count} vertices, more than 32 bits count"
                 ))
             })?;
-            return Ok((0..count).collect());
+            let each = N as u32;
+            let group = |i: u32| std::array::from_fn(|j| i * each + j as u32);
+            let groups = (0..count / each).map(group).collect();
+            return Ok((groups, (count % each) as usize));
         };
         let place = format!("{}.indices", self.place);
         let elements = document.elements(index, &place, ledger)?;
@@ -128,9 +133,12 @@ impl<'a> AttributeSource<'a> {
             _ => u32::MAX,
         };
         let place = elements.place.clone();
-        let indices = elements.integers::<1>(document, ledger)?;
-        let indices = indices.into_flattened();
-        if let Some(i) = indices.iter().position(|&index| index as usize >= count) {
+        let (groups, over) = elements.groups::<N>(document, ledger)?;
+        let indices = groups.as_flattened();
+        let largest = indices.iter().fold(0, |largest, &index| index.max(largest));
+        if largest as usize >= count
+            && let Some(i) = indices.iter().position(|&index| index as usize >= count)
+        {
             let found = indices[i];
             let code = if found == restart {
                 "ACCESSOR_INDEX_PRIMITIVE_RESTART"
@@ -141,6 +149,6 @@ impl<'a> AttributeSource<'a> {
                 "{place}: index {i} is {found}, but there are {count} vertices ({code})"
             )));
         }
-        Ok(indices)
+        Ok((groups, over))
     }
 }

@@ -1,7 +1,7 @@
 //! Cameras. glTF's look along -z with y up and have an aspect ratio, ours have pixels: as many as 640 x 480.
 
-use glam::{DAffine3, DMat3, DMat4};
-use raycam_scene::camera::intrinsics_from_fov;
+use glam::{DAffine3, DMat3, DVec3};
+use raycam_scene::camera::{intrinsics_from_extent, intrinsics_from_fov};
 use raycam_scene::{Camera, PixelCenter};
 
 use super::Builder;
@@ -24,18 +24,35 @@ impl Builder<'_, '_> {
         let json = document.get(&document.root.cameras, index, place)?;
         let place = format!("cameras[{index}]");
         let fault = |message: &str| document.fault(format!("{place}{message}"));
-        let perspective = match (&json.kind[..], &json.perspective, &json.orthographic) {
-            ("perspective", Some(perspective), _) => perspective,
+        let pixel_center = PixelCenter::default();
+        let (parallel, made) = match (&json.kind[..], &json.perspective, &json.orthographic) {
+            ("perspective", Some(perspective), _) => {
+                let aspect = perspective.aspect_ratio.unwrap_or(ASPECT);
+                if !(aspect.is_normal() && aspect > 0.0) {
+                    return Err(fault(
+                        ".perspective.aspectRatio: expected more than 0 (VALUE_NOT_IN_RANGE)",
+                    ));
+                }
+                let size = image_size(aspect);
+                let k = intrinsics_from_fov(perspective.yfov.to_degrees(), size, pixel_center);
+                (false, k.map(|k| (k, size)))
+            }
             ("orthographic", _, Some(orthographic)) => {
                 let [x, y] = [orthographic.xmag, orthographic.ymag];
                 if !(x.is_normal() && y.is_normal()) {
                     return Err(fault(
-                        ".orthographic: a magnification of 0 (VALUE_NOT_IN_RANGE)",
+                        ".orthographic: a magnification of 0 (CAMERA_XMAG_YMAG_ZERO)",
                     ));
                 }
-                let message = "orthographic cameras are not there yet: this one is left out";
-                self.ledger.note(&place, message);
-                return Ok(None);
+                if x < 0.0 || y < 0.0 {
+                    let message = "a negative magnification is taken as positive \
+                                   (CAMERA_XMAG_YMAG_NEGATIVE)";
+                    self.ledger.note(&place, message);
+                }
+                let half = [x.abs(), y.abs()];
+                let size = image_size(half[0] / half[1]);
+                let k = intrinsics_from_extent(half, size, pixel_center);
+                (true, Ok((k, size)))
             }
             ("perspective" | "orthographic", ..) => {
                 return Err(fault(
@@ -48,13 +65,6 @@ impl Builder<'_, '_> {
                 ));
             }
         };
-        let aspect = perspective.aspect_ratio.unwrap_or(ASPECT);
-        if !(aspect.is_normal() && aspect > 0.0) {
-            return Err(fault(
-                ".perspective.aspectRatio: expected more than 0 (VALUE_NOT_IN_RANGE)",
-            ));
-        }
-        let size = image_size(aspect);
         let world_from_camera = match rigid(world_from_node) {
             Some((pose, false)) => pose,
             Some((pose, true)) => {
@@ -68,10 +78,16 @@ impl Builder<'_, '_> {
                 return Ok(None);
             }
         };
-        let pixel_center = PixelCenter::default();
-        let camera = intrinsics_from_fov(perspective.yfov.to_degrees(), size, pixel_center)
-            .and_then(|k| Camera::from_opengl(k, world_from_camera, size, pixel_center))
-            .map_err(|error| document.scene(&place, error))?;
+        let camera = made.and_then(|(k, size)| {
+            // From its axes (right, up, back) to ours (right, down, forward).
+            let r = (world_from_camera.matrix3 * turned_over()).transpose();
+            let c = world_from_camera.translation;
+            match parallel {
+                true => Camera::orthographic(k, r, c, size, pixel_center),
+                false => Camera::new(k, r, c, size, pixel_center),
+            }
+        });
+        let camera = camera.map_err(|error| document.scene(&place, error))?;
         let name = match (&json.name[..], node_name) {
             ("", "") => "camera",
             ("", name) => name,
@@ -87,15 +103,20 @@ pub(super) fn image_size(aspect: f64) -> [u32; 2] {
     [width, width / aspect].map(|side| side.round().clamp(1.0, 8192.0) as u32)
 }
 
+/// From the axes of glTF's cameras (right, up, back) to ours (right, down, forward), and the other way round.
+pub(super) fn turned_over() -> DMat3 {
+    DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0))
+}
+
 /// The rotation and translation of a transform, and whether it has more than these and scale.
-fn rigid(transform: DAffine3) -> Option<(DMat4, bool)> {
+fn rigid(transform: DAffine3) -> Option<(DAffine3, bool)> {
     let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis];
     let back = z.try_normalize()?;
     let right = (x - x.dot(back) * back).try_normalize()?;
     let up = back.cross(right);
-    let off = |a: glam::DVec3, b: glam::DVec3| a.dot(b).abs() > 1e-5 * a.length() * b.length();
+    let off = |a: DVec3, b: DVec3| a.dot(b).abs() > 1e-5 * a.length() * b.length();
     let more = transform.matrix3.determinant() < 0.0 || off(x, y) || off(y, z) || off(z, x);
     let rotation = DMat3::from_cols(right, up, back);
     let pose = DAffine3::from_mat3_translation(rotation, transform.translation);
-    Some((DMat4::from(pose), more))
+    Some((pose, more))
 }

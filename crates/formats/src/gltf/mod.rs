@@ -9,6 +9,7 @@ mod attributes;
 mod camera;
 mod container;
 mod deformation;
+mod elements;
 mod extensions;
 mod json;
 mod json_extensions;

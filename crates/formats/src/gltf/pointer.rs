@@ -271,6 +271,17 @@ pub(super) const PARTS: &[(&str, UvProperty)] = &[
 /// Where the lights of a document are.
 pub(super) const LIGHTS: &str = "/extensions/KHR_lights_punctual/lights/";
 
+/// What moves of a camera: its path, and the target of its definition.
+pub(super) const CAMERA_PROPERTIES: &[(&str, fn(usize) -> Target)] = &[
+    ("perspective/yfov", Target::FieldOfView),
+    ("orthographic/xmag", |camera| {
+        Target::Magnification(camera, 0)
+    }),
+    ("orthographic/ymag", |camera| {
+        Target::Magnification(camera, 1)
+    }),
+];
+
 /// Properties of a light, by their paths below it.
 pub(super) const LIGHT_PROPERTIES: &[(&str, LightProperty)] = &[
     ("color", LightProperty::Color),
@@ -304,7 +315,8 @@ impl Document<'_> {
             return Some(vec![Target::Light(light, *property)]);
         }
         let (camera, path) = pointer.strip_prefix("/cameras/").and_then(numbered)?;
-        row(path == "perspective/yfov", Target::FieldOfView(camera))
+        let (_, target) = CAMERA_PROPERTIES.iter().find(|(other, _)| *other == path)?;
+        Some(vec![target(camera)])
     }
 }
 

@@ -3,9 +3,9 @@
 use glam::{DVec3, Vec3};
 use raycam_scene::Mesh;
 
-use super::accessor::{Component, Elements};
 use super::attributes::AttributeSource;
 use super::deformation::Deformation;
+use super::elements::{Component, Elements};
 use super::json::Primitive;
 use super::ledger::Ledger;
 use super::tangent;
@@ -54,19 +54,24 @@ impl Document<'_> {
             return Ok(None);
         };
         let count = positions.count;
-        let corners = source.corners(count, ledger)?;
-        let mut triangles = triangles(primitive.mode, &corners);
+        let (mut triangles, over) = match primitive.mode {
+            4 => source.corners::<3>(count, ledger)?,
+            mode => {
+                let (corners, _) = source.corners::<1>(count, ledger)?;
+                let corners = corners.into_flattened();
+                let over = if corners.len() < 3 { corners.len() } else { 0 };
+                (chained(mode, &corners), over)
+            }
+        };
         if triangles.is_empty() {
-            let message = format!("{} corners make no triangle", corners.len());
-            ledger.note(place, message);
+            ledger.note(place, format!("{over} corners make no triangle"));
             return Ok(None);
         }
-        if primitive.mode == 4 && corners.len() % 3 != 0 {
+        if over > 0 {
             let message =
                 "corners that make no triangle are left over (MESH_PRIMITIVE_INCOMPATIBLE_MODE)";
             ledger.note(place, message);
         }
-        drop(corners);
         // Many primitives may share one long accessor: each gets the part that it uses.
         let (first, last) = triangles
             .as_flattened()
@@ -92,7 +97,10 @@ impl Document<'_> {
             triangles,
             ..Mesh::default()
         };
-        mesh.normals = window.floats("NORMAL", ledger)?.map(normalized);
+        if let Some(normals) = window.elements("NORMAL", ledger)? {
+            let unit = |normal| Vec3::from_array(normal).normalize_or_zero().to_array();
+            mesh.normals = Some(normals.made_of_floats(self, ledger, unit)?);
+        }
         mesh.uvs = window.floats("TEXCOORD_0", ledger)?;
         while let Some(uvs) =
             window.floats(&format!("TEXCOORD_{}", mesh.more_uvs.len() + 1), ledger)?
@@ -139,11 +147,8 @@ impl Document<'_> {
     ) -> Result<Vec<DVec3>, FormatError> {
         let place = elements.place.clone();
         ledger.take(self.path, &place, elements.count as u64, 12)?;
-        let positions = elements.floats::<3>(self, ledger)?;
-        Ok(positions
-            .into_iter()
-            .map(|position| Vec3::from_array(position).as_dvec3())
-            .collect())
+        let position = |position| Vec3::from_array(position).as_dvec3();
+        elements.made_of_floats(self, ledger, position)
     }
 
     fn colors(
@@ -256,29 +261,17 @@ impl<'a> Window<'a> {
     }
 }
 
-fn normalized(normals: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
-    let unit = |normal| Vec3::from_array(normal).normalize_or_zero().to_array();
-    normals.into_iter().map(unit).collect()
-}
-
-/// The triangles of a list, strip or fan (3.7.2.1), all of which turn the way of the first.
-fn triangles(mode: u32, corners: &[u32]) -> Vec<[u32; 3]> {
-    match mode {
-        5 => corners
-            .windows(3)
-            .enumerate()
-            .map(|(i, w)| {
-                if i % 2 == 0 {
-                    [w[0], w[1], w[2]]
-                } else {
-                    [w[0], w[2], w[1]]
-                }
-            })
-            .collect(),
-        6 => match corners.split_first() {
+/// The triangles of a strip (mode 5) or fan (3.7.2.1), all of which turn the way of the first.
+fn chained(mode: u32, corners: &[u32]) -> Vec<[u32; 3]> {
+    if mode == 6 {
+        return match corners.split_first() {
             Some((&hub, rim)) => rim.windows(2).map(|w| [w[0], w[1], hub]).collect(),
             None => Vec::new(),
-        },
-        _ => corners.as_chunks::<3>().0.to_vec(),
+        };
     }
+    let triangle = |(i, w): (usize, &[u32])| match i % 2 {
+        0 => [w[0], w[1], w[2]],
+        _ => [w[0], w[2], w[1]],
+    };
+    corners.windows(3).enumerate().map(triangle).collect()
 }

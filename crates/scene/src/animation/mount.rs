@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::camera::{Camera, intrinsics_from_fov};
+use crate::camera::{Camera, Center, intrinsics_from_fov};
 use crate::light::Light;
 
 /// A property of a light.
@@ -86,11 +86,26 @@ impl CameraMount {
     /// Gives it a vertical field of view in radians; one that is none changes nothing.
     pub(super) fn set_fov(&mut self, fov: f64) {
         let base = &self.base;
+        if base.center() != Center::Point {
+            return;
+        }
         let (size, center) = (base.size(), base.pixel_center());
         let made = intrinsics_from_fov(fov.to_degrees(), size, center)
             .and_then(|k| Camera::new(k, base.r(), base.c(), size, center))
             .and_then(|camera| camera.with_lens(base.lens().clone()));
         if let Ok(camera) = made {
+            self.base = camera;
+        }
+    }
+
+    /// Gives an orthographic camera half the width (axis 0) or height (1) that it sees; one that is none changes nothing.
+    pub(super) fn set_magnification(&mut self, axis: usize, half: f64) {
+        let base = &self.base;
+        let (size, mut k) = (base.size(), base.k());
+        k.col_mut(axis)[axis] = f64::from(size[axis]) / (2.0 * half);
+        if base.center() == Center::Plane
+            && let Ok(camera) = base.with_intrinsics(k, size)
+        {
             self.base = camera;
         }
     }

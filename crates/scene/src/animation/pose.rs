@@ -155,6 +155,10 @@ impl Rig {
                     let same = cameras.iter_mut().filter(|c| c.definition == definition);
                     same.for_each(|camera| camera.set_fov(value[0]));
                 }
+                Target::Magnification(definition, axis) => {
+                    let same = cameras.iter_mut().filter(|c| c.definition == definition);
+                    same.for_each(|camera| camera.set_magnification(axis, value[0]));
+                }
             }
         }
         let mut world_from_node = vec![DAffine3::IDENTITY; nodes.len()];

@@ -34,6 +34,14 @@ pub fn intrinsics_from_focal(focal: f64, size: [u32; 2], pixel_center: PixelCent
     )
 }
 
+/// Intrinsics of parallel rays that see so many units of the world to each side of the middle and above and below it.
+pub fn intrinsics_from_extent(half: [f64; 2], size: [u32; 2], pixel_center: PixelCenter) -> DMat3 {
+    let mut k = intrinsics_from_focal(1.0, size, pixel_center);
+    k.x_axis.x = f64::from(size[0]) / (2.0 * half[0]);
+    k.y_axis.y = f64::from(size[1]) / (2.0 * half[1]);
+    k
+}
+
 /// `k / K[2][2]`, or what is wrong with it.
 pub fn checked_intrinsics(k: DMat3) -> Result<DMat3, SceneError> {
     let fail = |message: String| Err(SceneError::Camera(format!("K = {}: {message}", rows(k))));

@@ -8,7 +8,9 @@ use serde_json::{Value, json};
 
 use super::Writer;
 use super::binary::Purpose;
-use crate::gltf::pointer::{LIGHT_PROPERTIES, LIGHTS, PARTS, PROPERTIES, TEXTURES};
+use crate::gltf::pointer::{
+    CAMERA_PROPERTIES, LIGHT_PROPERTIES, LIGHTS, PARTS, PROPERTIES, TEXTURES,
+};
 
 impl Writer<'_> {
     /// All animations of the tree that was written.
@@ -105,10 +107,14 @@ impl Writer<'_> {
                 let copies = self.light_of.iter().filter(|(of, _)| *of == definition);
                 copies.map(|(_, i)| format!("{LIGHTS}{i}/{path}")).collect()
             }
-            Target::FieldOfView(definition) => {
+            Target::FieldOfView(definition) | Target::Magnification(definition, _) => {
+                let path = CAMERA_PROPERTIES
+                    .iter()
+                    .find(|(_, of)| of(definition) == target);
+                let path = path.map_or("", |(path, _)| path);
                 let copies = self.camera_of.iter().filter(|(of, _)| *of == definition);
                 copies
-                    .map(|(_, i)| format!("/cameras/{i}/perspective/yfov"))
+                    .map(|(_, i)| format!("/cameras/{i}/{path}"))
                     .collect()
             }
         };

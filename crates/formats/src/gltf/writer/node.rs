@@ -49,9 +49,10 @@ impl Writer<'_> {
             .enumerate()
             .filter(|(i, _)| !cameras[*i])
         {
-            let (index, world_from_node) = self.camera(camera);
-            let leaf = json!({ "name": camera.name, "camera": index });
-            roots.push(self.placed(world_from_node, leaf));
+            if let Some((index, world_from_node)) = self.camera(camera) {
+                let leaf = json!({ "name": camera.name, "camera": index });
+                roots.push(self.placed(world_from_node, leaf));
+            }
         }
         roots
     }
@@ -157,7 +158,9 @@ impl Writer<'_> {
         for mount in &rig.cameras {
             done[2][mount.camera] = true;
             let camera = &world.cameras[mount.camera];
-            let (index, _) = self.camera(camera);
+            let Some((index, _)) = self.camera(camera) else {
+                continue;
+            };
             self.camera_of.push((mount.definition, index));
             let mut leaf = Map::new();
             leaf.insert("camera".into(), json!(index));
