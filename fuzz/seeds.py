@@ -1,8 +1,10 @@
-"""The corpora that fuzzing starts from: fuzz/corpus/TARGET/, out of the files that the tests use."""
+"""The corpora that fuzzing starts from: fuzz/corpus/TARGET/, out of the files that the tests use and of those that
+examples/seeds.rs has raycam write."""
 
 from __future__ import annotations
 
 import hashlib
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -71,6 +73,8 @@ def main() -> None:
         add("world", path.read_bytes())
     for text in (FUZZ.parent / "docs" / "guide.md").read_text(encoding="utf-8").split("```toml\n")[1:]:
         add("world", text.partition("```")[0].encode())
+    written = ["cargo", "run", "--release", "--manifest-path", str(FUZZ / "Cargo.toml"), "--example", "seeds"]
+    subprocess.run(written, check=True)
 
 
 if __name__ == "__main__":

@@ -290,7 +290,7 @@ def test_orthographic_cameras_see_what_their_magnifications_say(tmp_path: Path) 
     assert width / height == pytest.approx(2, abs=0.01)
     # The corners of the box that it sees (glTF 2.0, 3.10.3), near and far, and one behind it.
     box = np.array([[-3, 1.5, -1], [3, 1.5, -7], [3, -1.5, -50], [-3, -1.5, -1], [0, 0, 1]])
-    pixels, seen = camera.project(turn.apply(box) + [1, 2, 3])
+    pixels, seen = camera.project(turn.apply(box) + np.array([1, 2, 3]))
     corners = [[0, 0], [width, 0], [width, height], [0, height]]
     np.testing.assert_allclose(pixels[:4] + 0.5, corners, atol=1e-6)
     assert seen.tolist() == [True] * 4 + [False]

@@ -63,6 +63,19 @@ def test_textures_and_materials_of_trimesh() -> None:
     np.testing.assert_allclose(raycam.from_trimesh(mesh).triangle_colors()[0], [1, 0.2, 0], atol=1e-6)
 
 
+def test_vertex_colors_multiply_the_texture() -> None:
+    """As trimesh keeps them of a glTF file that has both."""
+    image = Image.fromarray(np.full((2, 2, 3), 188, np.uint8))
+    visual = trimesh.visual.TextureVisuals(uv=np.full((8, 2), 0.5), image=image)
+    visual.vertex_attributes["color"] = np.tile(np.array([255, 0, 128, 255], np.uint8), (8, 1))
+    mesh = trimesh.Trimesh(BOX.vertices, BOX.faces, visual=visual, process=False)
+    factor = mesh.visual.material.to_pbr().baseColorFactor
+    factor = np.ones(3) if factor is None else np.asarray(factor[:3]) / 255
+    expected = linear(np.array([188, 188, 188]) / 255) * linear(np.array([255, 0, 128]) / 255) * factor
+    shown = raycam.from_trimesh(mesh).triangle_colors()
+    np.testing.assert_allclose(shown, np.tile(expected, (12, 1)), atol=1e-5)
+
+
 def test_a_scene_of_trimesh() -> None:
     scene = trimesh.Scene()
     turn = trimesh.transformations.rotation_matrix(0.5, [1, 2, 3], [4, 5, 6])
@@ -117,8 +130,8 @@ def test_a_mesh_of_open3d() -> None:
     mesh = Legacy(vertices=BOX.vertices, triangles=BOX.faces, vertex_colors=colors)
     world = raycam.from_open3d(mesh)
     np.testing.assert_array_equal(world.triangles(), BOX.triangles)
-    linear = np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
-    np.testing.assert_allclose(world.triangle_colors(), linear[BOX.faces].mean(axis=1), atol=1e-6)
+    shown = linear(colors)[BOX.faces].mean(axis=1)
+    np.testing.assert_allclose(world.triangle_colors(), shown, atol=1e-6)
     two: Any = raycam.from_open3d([mesh, mesh])
     assert two.counts["objects"] == 2
     # Each corner has coordinates of its own, each triangle one of the images.
@@ -133,6 +146,61 @@ def test_a_mesh_of_open3d() -> None:
         world.triangles(), world.triangle_colors(), strict=True)}  # fmt: skip
     for corners, which in zip(BOX.triangles, ids, strict=True):
         np.testing.assert_allclose(by_place[tuple(corners.mean(axis=0).round(6))], 1 - which, atol=1e-6)
+
+
+class Held(np.ndarray):
+    """What an `open3d.core.Tensor` or an `open3d.t.geometry.Image` has."""
+
+    def cpu(self) -> Any:
+        return self
+
+    def numpy(self) -> Any:
+        return np.asarray(self)
+
+    def as_tensor(self) -> Any:
+        return self
+
+    def is_empty(self) -> bool:
+        return self.size == 0
+
+
+class Tensor:
+    """What an `open3d.t.geometry.TriangleMesh` has: its maps can be turned into a `dict`, and have no more."""
+
+    def __init__(self, triangle: dict[str, Any], material: SimpleNamespace | None, **legacy: Any) -> None:
+        self.triangle, self.material, self.legacy = triangle, material, legacy
+
+    def has_valid_material(self) -> bool:
+        return self.material is not None
+
+    def to_legacy(self) -> Legacy:
+        return Legacy(vertices=BOX.vertices, triangles=BOX.faces, **self.legacy)
+
+
+def test_a_tensor_mesh_of_open3d() -> None:
+    painted = np.random.default_rng(7).integers(0, 256, (12, 3), np.uint8)
+    world = raycam.from_open3d(Tensor({"colors": painted.view(Held)}, None))
+    np.testing.assert_allclose(world.triangle_colors(), linear(painted / 255), atol=1e-6)
+    np.testing.assert_array_equal(world.triangles(), BOX.triangles)
+    texture = np.zeros((2, 2, 3), np.uint8)
+    texture[...] = (255, 128, 0)
+    material = SimpleNamespace(
+        material_name="defaultLit",
+        texture_maps=[("albedo", texture.view(Held)), ("roughness", texture[..., :1].copy().view(Held))],
+        scalar_properties=[("metallic", 0.25), ("clear_coat", 1.0), ("reflectance", 0.75)],
+        vector_properties=[
+            ("base_color", np.array([0.5, 1, 1, 1])),
+            ("emissive_color", np.array([0, 0, 0, 1])),
+        ],
+    )
+    world = raycam.from_open3d(Tensor({}, material, triangle_uvs=np.full((36, 2), 0.5)))
+    assert not world.notices
+    expected = linear(np.array([255, 128, 0]) / 255) * [0.5, 1, 1]
+    np.testing.assert_allclose(world.triangle_colors(), np.tile(expected, (12, 1)), atol=1e-6)
+
+
+def linear(srgb: Any) -> Any:
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
 def test_what_is_no_mesh_is_refused() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import pytest
 import raycam
 from PIL import Image
@@ -57,6 +58,27 @@ def test_data_is_not_taken_for_colour(tmp_path: Path) -> None:
     seen = raycam.render(world, camera, integrator="path", samples=4)["color"]
     assert seen == pytest.approx(2 * ((128 / 255 + 0.055) / 1.055) ** 2.4, rel=1e-3)
     assert world.counts["textures"] == 3
+
+
+@pytest.mark.parametrize("tile", [0, 7])
+@pytest.mark.parametrize("compression", ["DWAA", "DWAB", "PIZ", "PXR24", "B44A", "ZIPS", "RLE"])
+def test_noise_that_no_compression_shortens(tmp_path: Path, compression: str, tile: int) -> None:
+    """A block of an EXR that would not get shorter is stored as it is."""
+    stored = np.random.default_rng(5).random((12, 12, 3)).astype(np.float16)
+    header: dict[str, object] = {"compression": getattr(OpenEXR, f"{compression}_COMPRESSION")}
+    if tile:
+        header["tiles"] = OpenEXR.TileDescription()
+        header["tiles"].xSize = header["tiles"].ySize = tile
+    header["type"] = OpenEXR.tiledimage if tile else OpenEXR.scanlineimage
+    OpenEXR.File(header, {"RGB": stored}).write(str(tmp_path / "a.exr"))
+    with OpenEXR.File(str(tmp_path / "a.exr")) as file:
+        expected = file.channels()["RGB"].pixels.astype(np.float32)
+    table = {"plane": {"size": 2}, "texture": {"image": "a.exr", "filter": "nearest"}}
+    world = raycam.World.from_dict({"object": table}, folder=tmp_path)
+    fov = np.degrees(2 * np.arctan(1e-3))
+    camera = raycam.Camera.look_at([0, 0, 1e3], [0, 0, 0], up=[0, 1, 0], size=(12, 12), fov=fov)
+    seen = raycam.render(world, camera, channels=["albedo"], samples=1)["albedo"]
+    assert seen == pytest.approx(expected, abs=1e-6)
 
 
 def test_a_normal_map_turns_the_light() -> None:

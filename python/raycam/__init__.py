@@ -15,7 +15,8 @@ from .camera import Camera
 from .errors import CameraError, Error, FormatError, JobError, SettingsError, WorldError
 from .flow import disparity, flow
 from .frame import Frame
-from .interop import from_open3d, from_trimesh
+from .interop_open3d import from_open3d
+from .interop_trimesh import from_trimesh
 from .labels import Box3D, Keypoints, Label, box3d, keypoints, label
 from .render import render
 from .rig import Rig

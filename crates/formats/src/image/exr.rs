@@ -120,11 +120,19 @@ fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize) -> Result<(), F
     let chunks =
         reader.and_then(|reader| reader.filter_chunks(false, |_, _, block| block.layer == index));
     for chunk in chunks.map_err(|e| refused(file, e))? {
-        let bytes = match chunk.map_err(|e| refused(file, e))?.compressed_block {
+        let block = chunk.map_err(|e| refused(file, e))?.compressed_block;
+        let place = part.get_block_data_indices(&block);
+        let place = place.and_then(|place| part.get_absolute_block_pixel_coordinates(place));
+        let place = place.map_err(|e| refused(file, e))?;
+        let bytes = match block {
             CompressedBlock::ScanLine(block) => block.compressed_pixels_le,
             CompressedBlock::Tile(block) => block.compressed_pixels_le,
             _ => continue,
         };
+        // A block that would not get shorter is stored as it is.
+        if bytes.len() == place.size.area() * part.channels.bytes_per_pixel {
+            continue;
+        }
         // Its version, then nine sizes and counts.
         let sizes = bytes.as_chunks().0.iter().skip(1).take(9);
         if let Some(size) = sizes.map(|&b| u64::from_le_bytes(b)).find(|&n| n > most) {
@@ -154,6 +162,10 @@ fn refused(file: &Decoder<'_>, error: Error) -> FormatError {
     match error {
         Error::NotSupported(message) => file.unsupported(message),
         Error::Io(e) => file.fault(format!("ends early: {e}")),
+        // How the decoder calls a number that it does not know.
+        Error::Invalid(message) if message.contains("compression attribute") => file.unsupported(
+            "its compression is not known; none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA and DWAB are",
+        ),
         error => file.fault(error.to_string()),
     }
 }
