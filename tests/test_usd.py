@@ -196,6 +196,67 @@ def test_instances_share_their_mesh(tmp_path: Path) -> None:
     ]
 
 
+def test_copies_of_prototypes_lie_where_pixar_says(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda")
+    UsdGeom.Xform.Define(made, "/world").AddRotateXYZOp().Set((10, 20, 30))
+    source = UsdGeom.PointInstancer.Define(made, "/world/many")
+    source.AddScaleOp().Set((2, 2, 2))
+    shape = square(made, "/world/many/tile/shape")
+    shape.AddRotateXOp().Set(45)
+    UsdGeom.Xform(made.GetPrimAtPath("/world/many/tile")).AddTranslateOp().Set((0, 1, 0))
+    square(made, "/world/many/other")
+    source.CreatePrototypesRel().SetTargets(["/world/many/tile", "/world/many/other"])
+    source.CreateProtoIndicesAttr([0, 1, 0, 0])
+    source.CreatePositionsAttr([(0, 0, 0), (5, 0, 0), (1, 2, 3), (9, 9, 9)])
+    source.CreateScalesAttr([(1, 1, 1), (1, 2, 3), (1, 1, -1), (1, 1, 1)])
+    source.CreateInvisibleIdsAttr([3])
+    made.Save()
+    now = Usd.TimeCode.Default()
+    copies = source.ComputeInstanceTransformsAtTime(now, now, source.IncludeProtoXform, source.IgnoreMask)
+    world_from = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(source.GetPrim()))
+    turn = np.array(shape.GetLocalTransformation())
+    world = raycam.load(tmp_path / "a.usda")
+    assert (world.counts["objects"], world.counts["meshes"]) == (3, 2)
+    corners = np.hstack([np.array(shape.GetPointsAttr().Get()), np.ones((4, 1))])
+    shown = world.triangles().reshape(3, -1, 3)
+    for copy, own, found in zip(np.array(copies)[:3], (turn, np.eye(4), turn), shown, strict=True):
+        expected = (corners @ own @ copy @ world_from)[:, :3]
+        near = np.linalg.norm(found[:, None] - expected, axis=2)
+        assert near.min(axis=0).max() < 1e-4
+        assert near.min(axis=1).max() < 1e-4
+
+
+@pytest.mark.parametrize("interpolation", ["constant", "uniform", "vertex", "faceVarying"])
+def test_display_colors_of_any_interpolation(tmp_path: Path, interpolation: str) -> None:
+    made = stage(tmp_path / "a.usda")
+    root = UsdGeom.Xform.Define(made, "/world/above")
+    mesh = square(made, "/world/above/mesh")
+    mesh.GetFaceVertexCountsAttr().Set([3, 3])
+    mesh.GetFaceVertexIndicesAttr().Set([0, 1, 2, 0, 2, 3])
+    red, blue = (1.0, 0.25, 0.0), (0.0, 0.5, 1.0)
+    held = UsdGeom.PrimvarsAPI(root if interpolation == "constant" else mesh)
+    colors = held.CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray, interpolation)
+    colors.Set([red, blue] if interpolation != "constant" else [red])
+    if interpolation in ("vertex", "faceVarying"):
+        colors.SetIndices([0, 0, 0, 1] if interpolation == "vertex" else [0, 0, 0, 1, 1, 1])
+    made.Save()
+    world = raycam.load(tmp_path / "a.usda")
+    assert not world.notices
+    last = {"constant": red, "vertex": (2 * np.array(red) + blue) / 3}.get(interpolation, blue)
+    np.testing.assert_allclose(world.triangle_colors(), [red, last], atol=1e-6)
+
+
+def test_an_opacity_for_display(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda")
+    square(made).CreateDisplayOpacityAttr([0.25])
+    made.Save()
+    world = raycam.load(tmp_path / "a.usda")
+    world.add_light(type="sky", radiance=[1, 1, 1])
+    camera = raycam.Camera.look_at((0, 0, 5), (0, 0, 0), (0, 1, 0), size=(2, 2), fov=1)
+    alpha = raycam.render(world, camera, integrator="path", samples=256, max_depth=1)["color"]
+    assert alpha == pytest.approx(0.75, abs=0.05)
+
+
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])
 def test_cameras_see_what_pixars_frustum_sees(projection: str, tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")

@@ -52,11 +52,13 @@ class Materials:
             self._text.extend([f"newmtl {self._names[path]}", *self._lines(material, path)])
         return self._names[path]
 
-    def plain(self, color: tuple[float, float, float]) -> str:
-        """One of a colour alone."""
+    def plain(self, color: tuple[float, float, float], opacity: float = 1.0) -> str:
+        """One of a colour and an opacity alone."""
         name = f"color_{len(self._names)}"
         self._names[name] = name
         self._text.extend([f"newmtl {name}", "Kd {} {} {}".format(*(min(max(c, 0.0), 1.0) for c in color))])
+        if opacity != 1.0:
+            self._text.append(f"d {opacity}")
         return name
 
     def primvar(self, material: UsdShade.Material | None) -> str:

@@ -68,7 +68,16 @@ class Meshes:
                 f"mesh {path}: a subdivision surface, shown as the mesh that it starts from, smooth"
             )
         lines = ["mtllib materials.mtl"]
-        colors, color = self._colors(mesh, bound, len(points))
+        colors, color = self._colors(mesh, bound, len(points), counts, indices)
+        # Colours of corners need vertices that no other corner has, which a smooth surface does not bear.
+        apart = colors is not None and len(colors) != len(points)
+        if apart and subdivided:
+            self.notices.append(f"mesh {path}: colours for each face or corner are not used")
+            colors, apart = None, False
+        if apart:
+            points, position = points[indices], np.arange(len(indices)) + 1
+        else:
+            position = indices + 1
         lines.extend(_numbers("v", points if colors is None else np.hstack([points, colors])))
         uvs = self._corners(mesh, self._materials.primvar(bound), counts, indices)
         normals = None
@@ -87,7 +96,6 @@ class Meshes:
                     vt = back.reshape(-1) + 1
                 else:
                     vn = back.reshape(-1) + 1
-        position = indices + 1
         if uvs is None and normals is None:
             words = position.astype(str).tolist()
         else:
@@ -98,7 +106,7 @@ class Meshes:
         turn = -1 if mesh.GetOrientationAttr().Get(time) == UsdGeom.Tokens.leftHanded else 1
         ends = np.cumsum(counts)
         holes = set(mesh.GetHoleIndicesAttr().Get(time) or [])
-        for name, faces in self._groups(mesh, bound, color, len(counts)):
+        for name, faces in self._groups(mesh, color, len(counts)):
             lines.append(f"usemtl {name}")
             for face in faces:
                 if face not in holes:
@@ -107,9 +115,7 @@ class Meshes:
         (self._folder / file).write_text("\n".join([*lines, ""]), encoding="utf-8")
         return file, len(indices)
 
-    def _groups(
-        self, mesh: UsdGeom.Mesh, bound: UsdShade.Material | None, color: str | None, count: int
-    ) -> list[tuple[str, Any]]:
+    def _groups(self, mesh: UsdGeom.Mesh, color: str, count: int) -> list[tuple[str, Any]]:
         """The faces of each material."""
         rest = np.ones(count, bool)
         groups = []
@@ -123,25 +129,39 @@ class Meshes:
             else:
                 rest[faces] = True
         if rest.any():
-            name = self._materials.name(bound) if bound else color or self._materials.plain((0.8, 0.8, 0.8))
-            groups.insert(0, (name, np.flatnonzero(rest).tolist()))
+            groups.insert(0, (color, np.flatnonzero(rest).tolist()))
         return groups
 
     def _colors(
-        self, mesh: UsdGeom.Mesh, bound: UsdShade.Material | None, count: int
-    ) -> tuple[Any, str | None]:
-        """The colours of its points, sRGB as in an OBJ file, or the material of its one colour."""
-        shown = mesh.GetDisplayColorPrimvar()
-        values = shown.ComputeFlattened(Usd.TimeCode.EarliestTime()) if shown else None
-        if bound or not values:
-            return None, None
-        table = np.clip(np.array(values, np.float64), 0, 1)
+        self, mesh: UsdGeom.Mesh, bound: UsdShade.Material | None, count: int, counts: Any, indices: Any
+    ) -> tuple[Any, str]:
+        """The colours of its points or corners, sRGB as in an OBJ file, and the material besides."""
+        time = Usd.TimeCode.EarliestTime()
+        if bound:
+            return None, self._materials.name(bound)
+        found = UsdGeom.PrimvarsAPI(mesh)
+        colors, opacity = (
+            found.FindPrimvarWithInheritance(f"display{name}") for name in ("Color", "Opacity")
+        )
+        opacities = opacity.ComputeFlattened(time) if opacity else None
+        clear = float(min(max(opacities[0], 0.0), 1.0)) if opacities else 1.0
+        if opacities and any(value != opacities[0] for value in opacities):
+            self.notices.append(f"mesh {mesh.GetPath()}: opacities that differ are not used")
+            clear = 1.0
+        values = colors.ComputeFlattened(time) if colors else None
+        if not values:
+            return None, self._materials.plain((0.8, 0.8, 0.8), clear)
+        table = np.clip(np.array(values, np.float64).reshape(-1, 3), 0, 1)
         if len(table) == 1:
-            return None, self._materials.plain(tuple(table[0].tolist()))
-        if shown.GetInterpolation() in ("vertex", "varying") and len(table) == count:
-            return np.where(table <= 0.0031308, 12.92 * table, 1.055 * table ** (1 / 2.4) - 0.055), None
-        self.notices.append(f"mesh {mesh.GetPath()}: colours for each face or corner are not used")
-        return None, None
+            return None, self._materials.plain(tuple(table[0].tolist()), clear)
+        srgb = np.where(table <= 0.0031308, 12.92 * table, 1.055 * table ** (1 / 2.4) - 0.055)
+        white = self._materials.plain((1.0, 1.0, 1.0), clear)
+        if colors.GetInterpolation() in ("vertex", "varying") and len(srgb) == count:
+            return srgb, white
+        spread = _spread(srgb, colors.GetInterpolation(), counts, indices)
+        if spread is None:
+            self.notices.append(f"mesh {mesh.GetPath()}: {len(table)} colours do not fit it and are not used")
+        return spread, white
 
     def _corners(self, mesh: UsdGeom.Mesh, name: str, counts: Any, indices: Any) -> Any:
         """The values of a primvar at every corner."""

@@ -17,7 +17,7 @@ from typing import Any
 
 from pxr import Ar, Sdf, Usd, UsdGeom, UsdLux
 
-from . import usd_camera, usd_lights, usd_materials, usd_meshes
+from . import usd_camera, usd_instancer, usd_lights, usd_materials, usd_meshes
 
 __all__ = ["Refused"]
 
@@ -135,10 +135,11 @@ def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> d
     objects, lights, cameras = [], [], []
     skipped: Counter[str] = Counter()
     everything = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
-    for prim in Usd.PrimRange.Stage(stage, everything):
+    walk = iter(Usd.PrimRange.Stage(stage, everything))
+    for prim in walk:
         kind = prim.GetTypeName()
         seen = UsdGeom.Imageable(prim)
-        if seen and (seen.ComputeVisibility() == "invisible" or seen.ComputePurpose() in ("guide", "proxy")):
+        if seen and _hidden(seen):
             continue
         from_local = places.GetLocalToWorldTransform(prim)
         if prim.IsA(UsdGeom.Mesh):
@@ -146,6 +147,16 @@ def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> d
                 objects.append(
                     {"name": prim.GetName(), "mesh": file, "matrix": usd_meshes.rows(from_local)[:3]}
                 )
+        elif prim.IsA(UsdGeom.PointInstancer):
+            # Its prototypes are no objects by themselves.
+            walk.PruneChildren()
+            for number, part, place in usd_instancer.copies(UsdGeom.PointInstancer(prim), from_local, places):
+                if part.IsA(UsdGeom.Mesh) and not _hidden(UsdGeom.Imageable(part)):
+                    if file := meshes.file(UsdGeom.Mesh(part)):
+                        name = f"{prim.GetName()}.{number}"
+                        objects.append({"name": name, "mesh": file, "matrix": usd_meshes.rows(place)[:3]})
+                elif part.GetTypeName() in DRAWN:
+                    skipped[part.GetTypeName()] += 1
         elif prim.IsA(UsdGeom.Camera):
             cameras.append(usd_camera.camera(UsdGeom.Camera(prim), from_local))
         elif prim.HasAPI(UsdLux.LightAPI):
@@ -155,7 +166,8 @@ def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> d
         elif kind in DRAWN:
             skipped[kind] += 1
     if not objects:
-        raise Refused("no meshes in it: nothing to see")
+        said = "".join(f"; {notice}" for notice in meshes.notices[:5])
+        raise Refused(f"no meshes in it: nothing to see{said}")
     materials.write(folder / "materials.mtl")
     notices = [*images.notices, *materials.notices, *meshes.notices]
     notices.extend(f"{count} {kind} prims are left out" for kind, count in sorted((+skipped).items()))
@@ -163,6 +175,10 @@ def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> d
     if unit != 1.0:
         notices.append(f"its unit of length is {unit:g} m: coordinates are kept as they are, in that unit")
     return world | {"object": objects, "light": lights, "camera": cameras, "notices": notices}
+
+
+def _hidden(prim: UsdGeom.Imageable) -> bool:
+    return prim.ComputeVisibility() == "invisible" or prim.ComputePurpose() in ("guide", "proxy")
 
 
 def main(path: Path, folder: Path, limits: dict[str, Any]) -> None:
