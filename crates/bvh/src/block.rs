@@ -87,7 +87,8 @@ impl Leaf {
             crate::simd::pack_index(&std::array::from_fn(|i| corners.get(i).map_or(0, |c| c[k])))
         });
         let solid = corners.iter().enumerate().fold(0, |bits, (i, c)| {
-            bits | u32::from(has_area(c.map(|k| vertices[k as usize]))) << i
+            let corners = c.map(|k| vertices[k as usize].map(f64::from));
+            bits | u32::from(has_area(corners)) << i
         });
         let bounds = std::array::from_fn(|k| {
             let along = vertices.iter().map(|v| v[k / 2]);
@@ -133,9 +134,9 @@ impl Leaf {
     }
 }
 
-/// Whether three points span an area, decided in float64.
-fn has_area(p: [[f32; 3]; 3]) -> bool {
-    let e = |i: usize, axis: usize| f64::from(p[i][axis]) - f64::from(p[0][axis]);
+/// Whether three points span an area.
+pub fn has_area(p: [[f64; 3]; 3]) -> bool {
+    let e = |i: usize, axis: usize| p[i][axis] - p[0][axis];
     (0..3).any(|x| {
         let y = (x + 1) % 3;
         e(1, x) * e(2, y) != e(1, y) * e(2, x)

@@ -3,7 +3,10 @@
 mod common;
 
 use common::*;
-use raycam_bvh::{BuildError, BuildOptions, Bvh, Coherence, Hit, NOTHING, Quality, Ray, Scene};
+use raycam_bvh::{
+    BuildError, BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, NOTHING,
+    Quality, Ray, Scene,
+};
 
 fn one(scene: &Scene, origin: [f32; 3], direction: [f32; 3]) -> Hit {
     let mut hit = [Hit::MISS];
@@ -102,6 +105,30 @@ fn flat_triangles_are_kept_and_never_hit() {
     for v in &mesh.vertices {
         let hit = one(&scene, [0.0; 3], *v);
         assert!(hit.triangle < solid, "{hit:?}");
+    }
+}
+
+/// Its corners lie in a line, and float64 arithmetic on the way to its first one makes an area of that.
+#[test]
+fn rounding_makes_no_flat_triangle_hit() {
+    let line = [-3.404_480_2, -3.404_479_7, -3.404_479];
+    let mesh = Mesh {
+        vertices: line.map(|y| [-16.090_368, y, 17.793_077]).to_vec(),
+        triangles: vec![[0, 1, 2]],
+    };
+    let (scene, world) = (mesh.scene(Quality::Default), World::of(&mesh));
+    let mut rng = Rng(13);
+    for _ in 0..10_000 {
+        let from = rng.vector().map(f64::from);
+        let target = world.corners(0, 0)[rng.below(3)];
+        let ray = ExactRay {
+            origin: std::array::from_fn(|i| target[i] + from[i]),
+            direction: from.map(|x| -x),
+            t_max: f64::INFINITY,
+        };
+        let mut hit = [ExactHit::MISS];
+        scene.closest_exact(&[ray], &world, &mut hit);
+        assert_eq!(hit[0], ExactHit::MISS, "{ray:?}");
     }
 }
 

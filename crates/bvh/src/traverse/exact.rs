@@ -12,7 +12,7 @@ use super::packet::SIZE;
 use super::stack::Stack;
 use super::steps::enter_children;
 use super::triangle::{corners, indices};
-use crate::block::{LEAF, Leaf, NO_CHILD, leaf, node};
+use crate::block::{LEAF, Leaf, NO_CHILD, has_area, leaf, node};
 use crate::ray::{ExactHit, ExactRay};
 use crate::scene::{ExactTriangles, Placed, Scene};
 use crate::simd::{Isa, Vector};
@@ -310,7 +310,8 @@ fn meet(origin: [f64; 3], direction: [f64; 3], corners: [[f64; 3]; 3]) -> Option
     let w = b[0] * a[1] - b[1] * a[0];
     let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
     let det = u + v + w;
-    if !inside || det == 0.0 {
+    // Rounding may have given corners in a line a determinant.
+    if !inside || det == 0.0 || !has_area(corners) {
         return None;
     }
     let (wa, wb, wc) = (u / det, v / det, w / det);

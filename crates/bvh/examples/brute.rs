@@ -1,0 +1,70 @@
+//! A hundred meshes against float64 brute force: `brute [RAYS for each mesh, default 1e7] [--triangles 90] [--isa NAME]`.
+//! Prints what each kind of mesh gave, and every answer that is wrong beyond the tie band; fails if there is one.
+
+#[path = "../tests/common/brute.rs"]
+mod brute;
+
+use raycam_bvh::{InstructionSet, Quality};
+use rayon::prelude::*;
+
+/// Into how many the rays of a mesh are divided, each with a seed of its own.
+const PARTS: u64 = 16;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let (mut count, mut triangles) = (1e7, 90);
+    let mut isas: Vec<_> = InstructionSet::ALL
+        .into_iter()
+        .filter(|isa| isa.is_available())
+        .collect();
+    let mut args = std::env::args().skip(1);
+    while let Some(arg) = args.next() {
+        let mut value = || args.next().ok_or(format!("{arg} needs a value"));
+        match arg.as_str() {
+            "--triangles" => triangles = value()?.parse()?,
+            "--isa" => {
+                let name = value()?;
+                isas.retain(|isa| isa.name() == name);
+            }
+            _ => count = arg.parse()?,
+        }
+    }
+    if isas.is_empty() {
+        return Err("no such instruction set here".into());
+    }
+    let meshes = brute::meshes(triangles);
+    let mut tallies: Vec<_> = (0..brute::KINDS.len())
+        .map(|_| brute::Tally::default())
+        .collect();
+    for (m, mesh) in meshes.iter().enumerate() {
+        let quality = [Quality::Fast, Quality::Default, Quality::High][m / 5 % 3];
+        let parts = (0..PARTS).into_par_iter().map(|part| {
+            let isa = isas[(m + part as usize) % isas.len()];
+            let scene = mesh.scene(quality, isa);
+            let seed = (m as u64) << 32 | part;
+            brute::trial(mesh, &scene, (count / PARTS as f64) as usize, seed)
+        });
+        let tally = parts.reduce(brute::Tally::default, brute::Tally::add);
+        for fault in &tally.faults {
+            println!("{fault}");
+        }
+        let kind = &mut tallies[m % brute::KINDS.len()];
+        *kind = std::mem::take(kind).add(tally);
+    }
+    let mut total = brute::Tally::default();
+    let told = |name: &str, tally: &brute::Tally| {
+        let brute::Tally {
+            rays, hits, ties, ..
+        } = tally;
+        let wrong = tally.faults.len();
+        println!("{name:<8} {rays:>12} rays {hits:>12} hits {ties:>12} ties {wrong:>6} wrong");
+    };
+    for (kind, tally) in brute::KINDS.iter().zip(tallies) {
+        told(kind, &tally);
+        total = total.add(tally);
+    }
+    told("all", &total);
+    match total.faults.is_empty() {
+        true => Ok(()),
+        false => Err("not what brute force says".into()),
+    }
+}

@@ -1,0 +1,397 @@
+//! Every ray against every triangle in float64, in Plücker coordinates: an independent judge of the kernels' answers.
+//!
+//! A ray passes an edge on one side or the other by the sign of a volume, which has a length: how far from the edge.
+//! What float32 cannot tell is the *tie band*: on either side of an edge, [`BAND`] of the distance from the ray's origin
+//! to the triangle; on either side of its plane, as many times that as it is longer than wide, for t comes from the
+//! volumes and they from the width. An answer must be a triangle that is met within the band, and nothing that is met
+//! outside of it may be nearer. No other answer is right.
+#![allow(clippy::needless_range_loop)]
+
+use std::sync::Arc;
+
+use raycam_bvh::{
+    BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Instance,
+    InstructionSet, NOTHING, Quality, Ray, Scene,
+};
+
+/// The tie band of float32 answers: 17 roundings.
+pub const BAND: f64 = 1e-6;
+
+/// The tie band of float64 answers.
+pub const EXACT_BAND: f64 = 1e-13;
+
+type V3 = [f64; 3];
+
+fn sub(a: V3, b: V3) -> V3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn cross(a: V3, b: V3) -> V3 {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+fn dot(a: V3, b: V3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn length(a: V3) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// A mesh as the judge sees it.
+pub struct Brute {
+    pub name: String,
+    vertices: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+    /// Direction and moment of the three edges of each triangle, number by number.
+    edges: [Vec<f64>; 18],
+    /// No vertex is farther from the origin.
+    reach: f64,
+    longest_edge: f64,
+}
+
+/// One triangle that a ray meets, as far as the band allows.
+#[derive(Clone, Copy, Debug)]
+pub struct Met {
+    pub triangle: u32,
+    pub t: f64,
+    /// By how much t may be off.
+    pub slack: f64,
+    /// Outside the band: met for sure.
+    pub sure: bool,
+}
+
+/// Triangles whose sides are told together, so that the compiler does so in vectors.
+const ROW: usize = 16;
+
+impl Brute {
+    pub fn new(name: String, vertices: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Brute {
+        let mut edges: [Vec<f64>; 18] = Default::default();
+        let mut longest_edge = 0.0f64;
+        for triangle in &triangles {
+            let p = triangle.map(|i| vertices[i as usize].map(f64::from));
+            for k in 0..3 {
+                let (a, b) = (p[k], p[(k + 1) % 3]);
+                let (along, moment) = (sub(b, a), cross(a, b));
+                longest_edge = longest_edge.max(length(along));
+                for axis in 0..3 {
+                    edges[6 * k + axis].push(along[axis]);
+                    edges[6 * k + 3 + axis].push(moment[axis]);
+                }
+            }
+        }
+        let far = vertices.iter().map(|v| length(v.map(f64::from)));
+        Brute {
+            name,
+            reach: far.fold(0.0, f64::max),
+            vertices,
+            triangles,
+            edges,
+            longest_edge,
+        }
+    }
+
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    pub fn scene(&self, quality: Quality, isa: InstructionSet) -> Scene {
+        let options = BuildOptions { quality };
+        let bvh = Arc::new(Bvh::build(&self.vertices, &self.triangles, &options).unwrap());
+        let world_from_mesh =
+            [0, 1, 2].map(|r| std::array::from_fn(|c| f32::from(u8::from(r == c))));
+        let instance = Instance {
+            bvh,
+            world_from_mesh,
+        };
+        let mut scene = Scene::build(vec![instance], [0.0; 3]).unwrap();
+        assert!(scene.set_instruction_set(isa));
+        scene
+    }
+
+    /// Every triangle that the ray meets inside or within the band.
+    pub fn met(&self, ray: &ExactRay, band: f64, met: &mut Vec<Met>) {
+        met.clear();
+        let (d, m) = (ray.direction, cross(ray.origin, ray.direction));
+        let speed = length(d);
+        // Whatever is this far outside of an edge is outside of the band too, and most is.
+        let far = length(ray.origin) + self.reach;
+        let outside = -speed * far * (2.0 * band * self.longest_edge + 1e-14 * far);
+        let n = self.triangle_count();
+        for start in (0..n).step_by(ROW) {
+            let row = start..n.min(start + ROW);
+            let mut sides = [[0.0; ROW]; 3];
+            for k in 0..3 {
+                let [ex, ey, ez, mx, my, mz] =
+                    std::array::from_fn(|i| &self.edges[6 * k + i][row.clone()]);
+                for i in 0..row.len() {
+                    sides[k][i] = d[0] * mx[i] + d[1] * my[i] + d[2] * mz[i];
+                    sides[k][i] += m[0] * ex[i] + m[1] * ey[i] + m[2] * ez[i];
+                }
+            }
+            for i in 0..row.len() {
+                let side = [sides[0][i], sides[1][i], sides[2][i]];
+                let least = side[0].min(side[1]).min(side[2]);
+                let most = side[0].max(side[1]).max(side[2]);
+                if least >= outside || -most >= outside {
+                    met.extend(self.look(ray, start + i, band));
+                }
+            }
+        }
+    }
+
+    /// The same for one triangle, by volumes that are as exact as the edge is short.
+    fn look(&self, ray: &ExactRay, k: usize, band: f64) -> Option<Met> {
+        let p = self.triangles[k].map(|i| self.vertices[i as usize].map(f64::from));
+        let away = p.map(|p| length(sub(p, ray.origin)));
+        let blur = band * away.into_iter().fold(0.0, f64::max);
+        let edges: [V3; 3] = std::array::from_fn(|e| sub(p[(e + 1) % 3], p[e]));
+        let lengths = edges.map(length);
+        let normal = cross(edges[0], edges[1]);
+        let towards = dot(normal, ray.direction) / length(normal);
+        let mut sure = true;
+        for e in 0..3 {
+            let side = dot(ray.direction, cross(sub(p[e], ray.origin), edges[e]));
+            let beside = towards.signum() * side / (length(ray.direction) * lengths[e]);
+            if beside < -blur {
+                return None;
+            }
+            sure &= beside > blur;
+        }
+        let t = dot(normal, sub(p[0], ray.origin)) / length(normal) / towards;
+        let longest = lengths.into_iter().fold(0.0, f64::max);
+        let longer = longest * longest / length(normal);
+        let slack = blur * longer.max(1.0) / towards.abs();
+        if t.is_nan() || t < -slack || t > ray.t_max + slack {
+            return None;
+        }
+        sure &= t > slack && t < ray.t_max - slack;
+        Some(Met {
+            triangle: k as u32,
+            t,
+            slack,
+            sure,
+        })
+    }
+
+    /// What is wrong with an answer: a triangle and its t, or none.
+    pub fn fault(met: &[Met], answer: Option<(u32, f64)>) -> Option<String> {
+        let mut sure = met.iter().filter(|met| met.sure);
+        let Some((triangle, t)) = answer else {
+            return sure
+                .next_back()
+                .map(|met| format!("nothing, but there is {met:?}"));
+        };
+        let Some(named) = met.iter().find(|met| met.triangle == triangle) else {
+            return Some(format!("triangle {triangle}, t {t}, which is not met"));
+        };
+        if (t - named.t).abs() > named.slack {
+            return Some(format!("t = {t} for {named:?}"));
+        }
+        let nearer = |met: &&Met| met.t + met.slack < named.t - named.slack;
+        sure.rfind(nearer)
+            .map(|met| format!("{named:?}, but {met:?} is nearer"))
+    }
+}
+
+impl ExactTriangles for Brute {
+    fn corners(&self, _instance: u32, triangle: u32) -> [[f64; 3]; 3] {
+        self.triangles[triangle as usize].map(|i| self.vertices[i as usize].map(f64::from))
+    }
+}
+
+/// xorshift64*
+struct Rng(u64);
+
+impl Rng {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
+    }
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() >> 33) as usize % n
+    }
+    /// -1 to 1.
+    fn signed(&mut self) -> f32 {
+        (self.next() >> 40) as f32 / (1 << 23) as f32 - 1.0
+    }
+    fn vector(&mut self) -> [f32; 3] {
+        std::array::from_fn(|_| self.signed())
+    }
+}
+
+/// The kinds of meshes, which take turns.
+pub const KINDS: [&str; 5] = ["soup", "grains", "needles", "grid", "heights"];
+
+/// A hundred meshes, no two alike: soups of large, small and very different triangles, needles, grids that rays meet in
+/// their corners, height fields, copies; of 1 to `most` triangles, small and large, around the origin and beside it.
+pub fn meshes(most: usize) -> Vec<Brute> {
+    let mut rng = Rng(7);
+    (0..100)
+        .map(|number| mesh(number, most, &mut rng))
+        .collect()
+}
+
+fn mesh(number: usize, most: usize, rng: &mut Rng) -> Brute {
+    let n = 1 + (most - 1) * (number / 5) / 19;
+    let scale = [1.0, 1e-3, 1e4, 1.0][number % 4];
+    let aside = if number % 3 == 2 {
+        rng.vector().map(|x| 20.0 * x)
+    } else {
+        [0.0; 3]
+    };
+    let mut vertices: Vec<[f32; 3]> = vec![];
+    let mut triangles = vec![];
+    let kind = KINDS[number % 5];
+    if number % 5 < 3 {
+        for k in 0..n as u32 {
+            let centre = rng.vector();
+            let size = [0.6, 0.3 * rng.signed().powi(6), 0.9][number % 5];
+            let (a, b) = (rng.vector(), rng.vector());
+            let thin = if kind == "needles" { 1e-3 } else { 1.0 };
+            vertices.push(centre);
+            vertices.push(std::array::from_fn(|i| centre[i] + size * a[i]));
+            vertices.push(std::array::from_fn(|i| {
+                centre[i] + size * (a[i] + thin * b[i])
+            }));
+            triangles.push([3 * k, 3 * k + 1, 3 * k + 2]);
+            // Now and then the same triangle again.
+            if rng.below(16) == 0 && k > 0 {
+                triangles[k as usize] = triangles[rng.below(k as usize)];
+            }
+        }
+    } else {
+        let side = ((n / 2) as f32).sqrt().ceil().max(1.0) as u32;
+        for k in 0..(side + 1) * (side + 1) {
+            let [x, y] =
+                [k % (side + 1), k / (side + 1)].map(|i| 2.0 * i as f32 / side as f32 - 1.0);
+            let z = if kind == "grid" {
+                0.0
+            } else {
+                0.3 * rng.signed()
+            };
+            vertices.push([x, y, z]);
+        }
+        for k in 0..side * side {
+            let a = k / side * (side + 1) + k % side;
+            let b = a + side + 1;
+            triangles.extend([[a, a + 1, b + 1], [a, b + 1, b]]);
+        }
+    }
+    for v in &mut vertices {
+        *v = std::array::from_fn(|i| scale * (v[i] + aside[i]));
+    }
+    Brute::new(format!("{number} ({kind})"), vertices, triangles)
+}
+
+/// A ray at a mesh: from around it, from afar, from a surface; at a triangle, at a corner, along an axis; of any length.
+fn aim(mesh: &Brute, rng: &mut Rng) -> Ray {
+    let triangle = mesh.triangles[rng.below(mesh.triangles.len())];
+    let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize]);
+    let size = (mesh.longest_edge as f32).max(1e-30);
+    let (u, v) = match rng.below(8) {
+        0 => (0.0, 0.0),
+        1 => (0.5 * (rng.signed() + 1.0), 0.0),
+        _ => (rng.signed(), rng.signed()),
+    };
+    let target: [f32; 3] = std::array::from_fn(|i| a[i] + u * (b[i] - a[i]) + v * (c[i] - a[i]));
+    let away = [0.5, 2.0, 2.0, 30.0][rng.below(4)] * size;
+    let mut offset = rng.vector().map(|x| away * x);
+    if rng.below(8) == 0 {
+        let axis = rng.below(3);
+        offset = std::array::from_fn(|i| if i == axis { offset[i] } else { 0.0 });
+    }
+    let origin: [f32; 3] = std::array::from_fn(|i| target[i] + offset[i]);
+    let (origin, target) = match rng.below(16) {
+        0 => (target, origin),
+        _ => (origin, target),
+    };
+    let longer = [1.0, 1.0, 1e-3, 300.0][rng.below(4)];
+    Ray {
+        origin,
+        direction: std::array::from_fn(|i| longer * (target[i] - origin[i])),
+        t_max: match rng.below(4) {
+            0 => (0.5 + rng.signed().abs()) / longer,
+            _ => f32::INFINITY,
+        },
+    }
+}
+
+/// What became of the rays.
+#[derive(Debug, Default)]
+pub struct Tally {
+    pub rays: u64,
+    pub hits: u64,
+    /// Hits within the band of an edge, of another triangle or of an end of the ray.
+    pub ties: u64,
+    pub faults: Vec<String>,
+}
+
+impl Tally {
+    pub fn add(mut self, other: Tally) -> Tally {
+        self.rays += other.rays;
+        self.hits += other.hits;
+        self.ties += other.ties;
+        self.faults.extend(other.faults);
+        self
+    }
+}
+
+const BATCH: usize = 512;
+
+/// Asks a scene of the mesh for `n` rays: nearest, any, and every eighth in float64, judged by brute force.
+pub fn trial(mesh: &Brute, scene: &Scene, n: usize, seed: u64) -> Tally {
+    let mut rng = Rng(seed * 2 + 1);
+    let mut tally = Tally::default();
+    let mut met = vec![];
+    while (tally.rays as usize) < n {
+        let rays: Vec<_> = (0..BATCH).map(|_| aim(mesh, &mut rng)).collect();
+        let in_float64 = rays.iter().map(|ray| ExactRay {
+            origin: ray.origin.map(f64::from),
+            direction: ray.direction.map(f64::from),
+            t_max: f64::from(ray.t_max),
+        });
+        let in_float64: Vec<_> = in_float64.collect();
+        let (mut hits, mut dark) = ([Hit::MISS; BATCH], [false; BATCH]);
+        let mut exact = [ExactHit::MISS; BATCH / 8];
+        let ways = [
+            Coherence::Unknown,
+            Coherence::Coherent,
+            Coherence::Incoherent,
+        ];
+        let coherence = ways[rng.below(3)];
+        scene.closest(&rays, &mut hits, coherence);
+        scene.occluded(&rays, &mut dark, coherence);
+        scene.closest_exact(&in_float64[..BATCH / 8], mesh, &mut exact);
+        for (i, ray) in in_float64.iter().enumerate() {
+            let (hit, mut faults) = (&hits[i], vec![]);
+            let answer = (hit.triangle != NOTHING).then(|| (hit.triangle, f64::from(hit.t)));
+            mesh.met(ray, BAND, &mut met);
+            faults.extend(Brute::fault(&met, answer).map(|fault| format!("closest: {fault}")));
+            if dark[i] != answer.is_some() {
+                faults.push(format!("occluded: {}, closest: {answer:?}", dark[i]));
+            }
+            tally.hits += u64::from(answer.is_some());
+            let nearest = met.iter().filter(|met| met.sure).map(|met| met.t);
+            let nearest = nearest.fold(f64::INFINITY, f64::min);
+            let alone = |met: &Met| met.sure && met.t == nearest;
+            let named = answer.and_then(|(k, _)| met.iter().find(|met| met.triangle == k));
+            tally.ties += u64::from(named.is_some_and(|met| !alone(met)));
+            if let Some(hit) = exact.get(i) {
+                let answer = (hit.triangle != NOTHING).then_some((hit.triangle, hit.t));
+                mesh.met(ray, EXACT_BAND, &mut met);
+                faults.extend(Brute::fault(&met, answer).map(|fault| format!("exact: {fault}")));
+            }
+            let told = |fault| format!("mesh {}, {ray:?}, {coherence:?}: {fault}", mesh.name);
+            tally.faults.extend(faults.into_iter().map(told));
+        }
+        tally.rays += BATCH as u64;
+    }
+    tally
+}
