@@ -140,3 +140,34 @@ macro_rules! kernel {
     };
 }
 pub(crate) use kernel;
+
+/// Work whose loops are worth vectorising, outside of this room: `run` and what it calls are `#[inline(always)]`.
+pub trait Loops {
+    /// Does the work.
+    fn run(self);
+}
+
+/// Does work compiled for [`InstructionSet::best`]. The answers are those of any other, bit for bit: the compiler may
+/// neither reorder nor fuse floating-point operations.
+pub fn vectorized<W: Loops>(work: W) {
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    fn avx2<W: Loops>(work: W) {
+        work.run();
+    }
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    fn avx512<W: Loops>(work: W) {
+        work.run();
+    }
+    match InstructionSet::best() {
+        // SAFETY: `best` is an instruction set that was found to be available.
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx2 => unsafe { avx2(work) },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx512 => unsafe { avx512(work) },
+        // Neon is part of every aarch64.
+        _ => work.run(),
+    }
+}

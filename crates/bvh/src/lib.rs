@@ -20,7 +20,7 @@ mod scene;
 mod simd;
 mod traverse;
 
-pub use dispatch::InstructionSet;
+pub use dispatch::{InstructionSet, Loops, vectorized};
 pub use error::BuildError;
 pub use mesh::{BuildOptions, Bvh, Quality, TRIANGLE_LIMIT};
 pub use ray::{Coherence, ExactHit, ExactRay, Hit, NOTHING, Ray};

@@ -171,9 +171,15 @@ impl PreparedWorld {
     /// The corners of a triangle in the world, float64.
     #[inline]
     pub(crate) fn corners(&self, instance: u32, triangle: u32) -> [DVec3; 3] {
+        let mesh = &*self.objects[instance as usize].mesh.mesh;
+        self.corners_of(instance, mesh.triangles[triangle as usize])
+    }
+
+    /// The vertices of an object with these numbers in the world, float64.
+    #[inline]
+    pub(crate) fn corners_of(&self, instance: u32, vertices: [u32; 3]) -> [DVec3; 3] {
         let object = &self.objects[instance as usize];
-        let mesh = &*object.mesh.mesh;
-        let corners = mesh.triangles[triangle as usize].map(|i| mesh.vertices[i as usize]);
+        let corners = vertices.map(|i| object.mesh.mesh.vertices[i as usize]);
         if object.in_place {
             return corners;
         }
@@ -182,6 +188,7 @@ impl PreparedWorld {
 
     /// Float32 rounds a point on this object, a ray that starts there and the triangles around it: together they are
     /// off by at most this length along `normal`. `point` is scene-local.
+    #[inline]
     pub(crate) fn rounding(&self, instance: u32, point: DVec3, normal: DVec3) -> f64 {
         let rounding = &self.objects[instance as usize].rounding;
         let per_axis = rounding.of_point * point.abs() + rounding.of_mesh;

@@ -6,11 +6,12 @@ use raycam_scene::{Alpha, TextureSlot};
 
 use crate::light::Reference;
 use crate::prepare::{PreparedMaterial, PreparedWorld};
-use crate::scatter::{Frame, Scatter};
+use crate::scatter::{Frame, Scatter, Scattering};
 use crate::texture::Footprint;
 
 impl PreparedWorld {
     /// The material of a hit triangle.
+    #[inline]
     pub(crate) fn material(&self, hit: &Hit) -> &PreparedMaterial {
         &self.materials[self.material_index(hit.instance, hit.triangle)]
     }
@@ -47,9 +48,19 @@ impl PreparedWorld {
 
     /// The linear base colour at a hit: the product of its material's, its triangle's, its corners' and its texture's.
     pub(crate) fn base_color(&self, hit: &Hit, footprint: &Footprint) -> Vec3 {
+        self.base_color_of(self.material(hit), hit, footprint)
+    }
+
+    /// The same where the hit's material is known.
+    #[inline]
+    pub(crate) fn base_color_of(
+        &self,
+        PreparedMaterial { material, .. }: &PreparedMaterial,
+        hit: &Hit,
+        footprint: &Footprint,
+    ) -> Vec3 {
         let mesh = &*self.objects[hit.instance as usize].mesh.mesh;
         let triangle = hit.triangle as usize;
-        let material = &self.material(hit).material;
         let mut color = Vec3::from(material.color);
         if let Some(colors) = &mesh.face_colors {
             color *= Vec3::from(colors[triangle]);
@@ -202,7 +213,7 @@ pub(crate) struct Place {
     above: Vec3,
     below: Vec3,
     /// What the ray covers of the triangle, where there are textures.
-    footprint: Footprint,
+    pub footprint: Footprint,
 }
 
 impl Place {
@@ -210,6 +221,18 @@ impl Place {
     #[inline]
     pub fn new(world: &PreparedWorld, direction: Vec3, hit: &Hit, width: f32) -> Self {
         let corners = world.corners(hit.instance, hit.triangle);
+        Self::in_triangle(world, corners, direction, hit, width)
+    }
+
+    /// The same in a triangle whose corners in the world are known.
+    #[inline]
+    pub fn in_triangle(
+        world: &PreparedWorld,
+        corners: [DVec3; 3],
+        direction: Vec3,
+        hit: &Hit,
+        width: f32,
+    ) -> Self {
         let corners = corners.map(|corner| corner - world.origin);
         let [a, b, c] = corners;
         let (e1, e2) = (b - a, c - a);
@@ -234,6 +257,12 @@ impl Place {
         }
     }
 
+    /// The directions of the smooth surface, seen along a ray in this direction.
+    #[inline]
+    pub fn frame(&self, direction: Vec3) -> Frame {
+        Frame::new(self.geometric, self.normal, -direction)
+    }
+
     /// Where rays in this direction start, scene-local.
     #[inline]
     pub fn start(&self, direction: Vec3) -> DVec3 {
@@ -242,6 +271,7 @@ impl Place {
     }
 
     /// A ray from here into the world.
+    #[inline]
     pub fn leaving(&self, direction: Vec3, t_max: f32) -> Ray {
         Ray {
             origin: self.start(direction).as_vec3().to_array(),
@@ -253,17 +283,16 @@ impl Place {
 
 /// What happens to light at a place.
 #[derive(Clone, Debug)]
-pub(crate) struct Surface<'a> {
+pub(crate) struct Surface<'a, S> {
     pub place: &'a Place,
     /// The normals and the viewer.
     pub frame: Frame,
-    pub scatter: Scatter<'a>,
+    pub scatter: S,
 }
 
-impl<'a> Surface<'a> {
+impl<'a> Surface<'a, Scatter<'a>> {
     /// What a ray in this direction sees at its hit, which is this place; `channel` is the colour that it carries, where it
     /// has lost the others by dispersion.
-    #[inline]
     pub fn new(
         world: &'a PreparedWorld,
         place: &'a Place,
@@ -271,7 +300,7 @@ impl<'a> Surface<'a> {
         hit: &Hit,
         channel: Option<usize>,
     ) -> Self {
-        let smooth = Frame::new(place.geometric, place.normal, -direction);
+        let smooth = place.frame(direction);
         let (scatter, frame) =
             Scatter::new(world, hit, smooth, place.front, channel, &place.footprint);
         Self {
@@ -280,8 +309,11 @@ impl<'a> Surface<'a> {
             scatter,
         }
     }
+}
 
+impl<S: Scattering> Surface<'_, S> {
     /// This point, as lights are sampled for it.
+    #[inline]
     pub fn reference(&self) -> Reference {
         Reference {
             position: self.place.position,

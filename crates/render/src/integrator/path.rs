@@ -4,7 +4,7 @@
 //! Light is found in two ways, by sampling lights and by sampling the surface; each way is weighed by the balance
 //! heuristic (E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2.2).
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Hit, Ray};
 
 use super::shadows::Shadows;
@@ -14,6 +14,7 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::light::{Lights, Reference};
 use crate::prepare::PreparedWorld;
+use crate::sampler::{Pair, Sampler};
 use crate::surface::Place;
 use crate::texture::Cone;
 
@@ -41,8 +42,6 @@ pub(super) struct Path {
     pub channel: Option<usize>,
     /// What refraction has divided the throughput by, and will multiply it by on the way out.
     pub squeeze: f32,
-    /// Surfaces met: which random numbers it has used.
-    pub bounce: u32,
     /// How wide it is, until a surface scatters it.
     pub cone: Cone,
 }
@@ -56,12 +55,15 @@ pub(super) fn radiance(
     radiance: &mut [Vec3],
     sky: &mut [bool],
 ) -> Result<(), RenderError> {
-    let walk = Walk {
+    let mut walk = Walk {
         world,
         lights,
         rules,
         samplers: batch.samplers,
         found: lights.is_found(rules.ambient.is_some()),
+        sampled: lights.is_sampled(rules.choice),
+        chosen: rules.light_samples > 1 || lights.is_chosen(rules.choice),
+        turn: 0,
     };
     let mut wave = Wave {
         shadows: vec![Shadows::default(); rules.light_samples],
@@ -87,36 +89,30 @@ pub(super) fn radiance(
             absorption: Vec3::ZERO,
             channel: None,
             squeeze: 1.0,
-            bounce: 0,
             cone: batch.cone,
         })
         .collect();
     let mut hits = batch.hits.to_vec();
-    let mut places = Vec::with_capacity(hits.len());
-    let mut first = true;
+    let mut meetings = Meetings::default();
     while !paths.is_empty() {
         control.check()?;
-        // Apart from what follows: triangles come from all over the memory, and many are fetched at once.
-        places.clear();
-        places.extend(paths.iter_mut().zip(&hits).map(|(path, hit)| {
+        for (path, hit) in paths.iter().zip(&hits) {
             if is_miss(hit) {
-                return Place::default();
+                if path.from_camera {
+                    sky[path.ray] = true;
+                }
+                walk.miss(path, &mut radiance[path.ray]);
             }
-            path.cone = path.cone.after(hit.t);
-            Place::new(world, path.direction, hit, path.cone.width)
-        }));
-        for ((path, hit), place) in paths.iter_mut().zip(&hits).zip(&places) {
-            walk.step(path, hit, place, &mut wave, radiance);
         }
-        for ray in wave.sky.drain(..) {
-            sky[ray] = true;
+        meetings.find(&walk, &mut paths, &mut hits);
+        for (index, (path, hit)) in paths.iter_mut().zip(&hits).enumerate() {
+            walk.step(path, hit, meetings.at(index), &mut wave, radiance);
         }
-        let coherence = if first {
+        let coherence = if walk.turn == 0 {
             Coherence::Unknown
         } else {
             Coherence::Incoherent
         };
-        first = false;
         for shadows in &mut wave.shadows {
             shadows.settle(world, coherence, radiance);
         }
@@ -129,6 +125,7 @@ pub(super) fn radiance(
         wave.rays.clear();
         std::mem::swap(&mut paths, &mut wave.next);
         wave.next.clear();
+        walk.turn += 1;
     }
     Ok(())
 }
@@ -142,6 +139,59 @@ pub(super) struct Wave {
     /// The paths that go on, and their rays.
     pub next: Vec<Path>,
     pub rays: Vec<Ray>,
-    /// The rays of the batch whose way from the camera ends in the sky.
-    pub sky: Vec<usize>,
+}
+
+/// Where the paths of a turn meet surfaces, and the random numbers that they need there.
+#[derive(Default)]
+struct Meetings {
+    corners: Vec<[DVec3; 3]>,
+    places: Vec<Place>,
+    scatter: Vec<[f32; 2]>,
+    light: Vec<[f32; 2]>,
+}
+
+/// One of [`Meetings`].
+pub(super) struct Meeting<'a> {
+    pub place: &'a Place,
+    /// Where the surface scatters to.
+    pub scatter: [f32; 2],
+    /// Where on the first light.
+    pub light: [f32; 2],
+}
+
+impl Meetings {
+    /// Keeps the paths that meet something. Step by step over all of them: triangles come from all over the memory, and
+    /// many are fetched at once.
+    fn find(&mut self, walk: &Walk, paths: &mut Vec<Path>, hits: &mut Vec<Hit>) {
+        let world = walk.world;
+        let mut next = hits.iter();
+        paths.retain(|_| next.next().is_some_and(|hit| !is_miss(hit)));
+        hits.retain(|hit| !is_miss(hit));
+        let which = || paths.iter().map(|path| path.ray);
+        let pair = Pair::Scatter(walk.turn);
+        Sampler::pairs(walk.samplers, which(), pair, &mut self.scatter);
+        let pair = Pair::Light(walk.turn, 0);
+        Sampler::pairs(walk.samplers, which(), pair, &mut self.light);
+        self.corners.clear();
+        self.corners.extend(hits.iter().map(|hit| {
+            let mesh = &*world.objects[hit.instance as usize].mesh.mesh;
+            let vertices = mesh.triangles[hit.triangle as usize];
+            world.corners_of(hit.instance, vertices)
+        }));
+        self.places.clear();
+        let met = paths.iter_mut().zip(&*hits).zip(&self.corners);
+        self.places.extend(met.map(|((path, hit), &corners)| {
+            path.cone = path.cone.after(hit.t);
+            Place::in_triangle(world, corners, path.direction, hit, path.cone.width)
+        }));
+    }
+
+    #[inline]
+    fn at(&self, index: usize) -> Meeting<'_> {
+        Meeting {
+            place: &self.places[index],
+            scatter: self.scatter[index],
+            light: self.light[index],
+        }
+    }
 }

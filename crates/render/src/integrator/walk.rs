@@ -4,13 +4,13 @@ use glam::Vec3;
 use raycam_bvh::{Hit, Ray};
 use raycam_scene::{Alpha, Material, Reflectance};
 
-use super::path::{Path, Wave};
-use super::{Rules, is_miss};
+use super::Rules;
+use super::path::{Meeting, Path, Wave};
 use crate::light::{BEFORE_LIGHT, Lights};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
-use crate::scatter::{above, cosine_direction, inside, is_dispersive};
-use crate::surface::{Place, Surface};
+use crate::scatter::{Scattering, above, cosine_direction, inside, is_dispersive};
+use crate::surface::Surface;
 use crate::texture::Footprint;
 
 /// Segments before a path may end by roulette: the noise of ending sooner costs more than the time that it saves.
@@ -24,44 +24,94 @@ pub(super) struct Walk<'a> {
     pub samplers: &'a [Sampler],
     /// Whether a ray may find light that `Lights::sample` finds too.
     pub found: bool,
+    /// Whether `Lights::sample` finds any.
+    pub sampled: bool,
+    /// Whether there is more than one to choose from.
+    pub chosen: bool,
+    /// Surfaces that all paths at hand have met: which random numbers they have used.
+    pub turn: u32,
 }
 
 impl Walk<'_> {
+    /// What one path does where it meets nothing.
+    pub fn miss(&self, path: &Path, out: &mut Vec3) {
+        self.pick_up(path, f64::INFINITY, out);
+        if !(path.from_camera && self.rules.transparent) {
+            self.see_sky(path, out);
+        }
+    }
+
     /// What one path does at what it met.
+    #[inline]
     pub fn step(
         &self,
         path: &mut Path,
         hit: &Hit,
-        place: &Place,
+        meeting: Meeting,
         wave: &mut Wave,
         radiance: &mut [Vec3],
     ) {
-        let out = &mut radiance[path.ray];
-        if is_miss(hit) {
-            self.pick_up(path, f64::INFINITY, out);
-            if path.from_camera {
-                wave.sky.push(path.ray);
-            }
-            if !(path.from_camera && self.rules.transparent) {
-                self.see_sky(path, out);
-            }
-            return;
+        let place = meeting.place;
+        let prepared = self.world.material(hit);
+        // What all paths do at most surfaces is compiled by itself, without the layers of others.
+        if let Some(scatter) = prepared.matte(self.world, hit, &place.footprint) {
+            let surface = Surface {
+                place,
+                frame: place.frame(path.direction),
+                scatter,
+            };
+            self.meet(
+                path,
+                hit,
+                &prepared.material,
+                &surface,
+                &meeting,
+                wave,
+                radiance,
+            );
+        } else {
+            self.split(path, &prepared.material);
+            let surface = Surface::new(self.world, place, path.direction, hit, path.channel);
+            self.meet(
+                path,
+                hit,
+                &prepared.material,
+                &surface,
+                &meeting,
+                wave,
+                radiance,
+            );
         }
-        let material = &self.world.material(hit).material;
+    }
+
+    /// Chooses the colour that a path carries from its first surface with dispersion.
+    fn split(&self, path: &mut Path, material: &Material) {
         if path.channel.is_none() && is_dispersive(material) {
             let [choice, _] = self.samplers[path.ray].pair(Pair::Spectrum);
             let channel = ((choice * 3.0) as usize).min(2);
             path.channel = Some(channel);
             path.throughput *= 3.0 * Vec3::AXES[channel];
         }
-        let surface = Surface::new(self.world, place, path.direction, hit, path.channel);
-        if self.passes(path, &surface, hit) {
+    }
+
+    #[inline]
+    #[expect(clippy::too_many_arguments, reason = "what is known of one surface")]
+    fn meet<S: Scattering>(
+        &self,
+        path: &mut Path,
+        hit: &Hit,
+        material: &Material,
+        surface: &Surface<S>,
+        meeting: &Meeting,
+        wave: &mut Wave,
+        radiance: &mut [Vec3],
+    ) {
+        let place = meeting.place;
+        let out = &mut radiance[path.ray];
+        if self.passes(path, material, surface, hit) {
             // The same ray, from the other side.
             wave.rays.push(place.leaving(path.direction, f32::INFINITY));
-            wave.next.push(Path {
-                bounce: path.bounce + 1,
-                ..*path
-            });
+            wave.next.push(*path);
             return;
         }
         let distance = (place.position - path.from.position).length();
@@ -74,10 +124,10 @@ impl Walk<'_> {
             path.throughput *= (-absorption * distance as f32).exp();
         }
         self.pick_up(path, distance, out);
-        self.see_surface(path, hit, distance, out);
+        self.see_surface(path, material, hit, distance, out);
         if self.free(path) || path.depth < self.rules.max_depth {
-            self.sample_lights(path, &surface, wave, out);
-            self.scatter(path, material, &surface, wave);
+            self.sample_lights(path, surface, meeting, wave, out);
+            self.scatter(path, material, surface, meeting, wave);
         }
     }
 
@@ -88,15 +138,20 @@ impl Walk<'_> {
 
     /// Whether a surface is not there for this ray: by its opacity, or because the camera sees the back of a one-sided
     /// one (glTF 2.0, 3.9.4 and 3.9.6).
-    fn passes(&self, path: &Path, surface: &Surface, hit: &Hit) -> bool {
-        let material = &self.world.material(hit).material;
+    fn passes<S: Scattering>(
+        &self,
+        path: &Path,
+        material: &Material,
+        surface: &Surface<S>,
+        hit: &Hit,
+    ) -> bool {
         if path.depth == 1 && path.straight && !surface.place.front && !material.double_sided {
             return !surface.scatter.is_transmissive();
         }
         if material.alpha == Alpha::Opaque {
             return false;
         }
-        let [chance, _] = self.samplers[path.ray].pair(Pair::Fate(path.bounce));
+        let [chance, _] = self.samplers[path.ray].pair(Pair::Fate(self.turn));
         chance >= self.world.opacity(hit)
     }
 
@@ -142,12 +197,19 @@ impl Walk<'_> {
     }
 
     /// What the surface at a hit shines by itself.
-    fn see_surface(&self, path: &Path, hit: &Hit, distance: f64, out: &mut Vec3) {
+    fn see_surface(
+        &self,
+        path: &Path,
+        material: &Material,
+        hit: &Hit,
+        distance: f64,
+        out: &mut Vec3,
+    ) {
         let (world, direction) = (self.world, path.direction);
-        if path.straight && world.material(hit).material.reflectance == Reflectance::Unlit {
+        if path.straight && matches!(material.reflectance, Reflectance::Unlit) {
             *out += path.throughput * world.base_color(hit, &Footprint::default());
         }
-        if world.material(hit).material.emission.value == [0.0; 3] {
+        if material.emission.value == [0.0; 3] {
             return;
         }
         let emitted = self.lights.emitted(world, hit, direction);
@@ -165,7 +227,15 @@ impl Walk<'_> {
     }
 
     /// Asks for the light of one or more lights at a surface.
-    fn sample_lights(&self, path: &Path, surface: &Surface, wave: &mut Wave, out: &mut Vec3) {
+    #[inline]
+    fn sample_lights<S: Scattering>(
+        &self,
+        path: &Path,
+        surface: &Surface<S>,
+        meeting: &Meeting,
+        wave: &mut Wave,
+        out: &mut Vec3,
+    ) {
         if !surface.scatter.is_lit() {
             return;
         }
@@ -187,18 +257,21 @@ impl Walk<'_> {
                 }
             }
         }
-        if !self.lights.is_sampled(self.rules.choice) {
+        if !self.sampled {
             return;
         }
         let from = surface.reference();
         let count = self.rules.light_samples;
-        let [_, choice] = if self.lights.count() > 1 || count > 1 {
-            sampler.pair(Pair::Which(path.bounce))
+        let [_, choice] = if self.chosen {
+            sampler.pair(Pair::Which(self.turn))
         } else {
             [0.0; 2]
         };
         for (index, shadows) in wave.shadows.iter_mut().enumerate() {
-            let [x, y] = sampler.pair(Pair::Light(path.bounce, index));
+            let [x, y] = match index {
+                0 => meeting.light,
+                _ => sampler.pair(Pair::Light(self.turn, index)),
+            };
             let which = [(choice + index as f32) / count as f32, x, y];
             let Some(sample) = self
                 .lights
@@ -234,10 +307,22 @@ impl Walk<'_> {
     }
 
     /// Sends the path on, where it has a future.
-    fn scatter(&self, path: &Path, material: &Material, surface: &Surface, wave: &mut Wave) {
+    #[inline]
+    fn scatter<S: Scattering>(
+        &self,
+        path: &Path,
+        material: &Material,
+        surface: &Surface<S>,
+        meeting: &Meeting,
+        wave: &mut Wave,
+    ) {
         let sampler = &self.samplers[path.ray];
-        let [choice, _] = sampler.pair(Pair::Which(path.bounce));
-        let [x, y] = sampler.pair(Pair::Scatter(path.bounce));
+        let choice = if surface.scatter.chooses() {
+            sampler.pair(Pair::Which(self.turn))[0]
+        } else {
+            0.0
+        };
+        let [x, y] = meeting.scatter;
         let Some(sample) = surface.scatter.sample(&surface.frame, [choice, x, y]) else {
             return;
         };
@@ -250,9 +335,9 @@ impl Walk<'_> {
         }
         let mut throughput = path.throughput * sample.weight;
         let squeeze = path.squeeze * sample.squeeze;
-        if path.bounce + 2 > SAFE_DEPTH {
+        if self.turn.saturating_add(2) > SAFE_DEPTH {
             let survival = (throughput.max_element() * squeeze).min(0.95);
-            let [_, chance] = sampler.pair(Pair::Fate(path.bounce));
+            let [_, chance] = sampler.pair(Pair::Fate(self.turn));
             if chance >= survival {
                 return;
             }
@@ -281,7 +366,6 @@ impl Walk<'_> {
             absorption,
             channel: path.channel,
             squeeze,
-            bounce: path.bounce + 1,
             cone: path.cone.scattered(sample.delta),
         });
     }

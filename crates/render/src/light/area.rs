@@ -20,7 +20,8 @@ pub(crate) struct Area {
     center: DVec3,
     /// The square of half its diagonal.
     radius2: f64,
-    is_rectangle: bool,
+    /// Unit vectors along the edges of a rectangle.
+    axes: Option<[DVec3; 2]>,
     radiance: Vec3,
     two_sided: bool,
 }
@@ -28,7 +29,7 @@ pub(crate) struct Area {
 /// From farther away than this many half diagonals, squared, a point is drawn evenly from the area: directions are then
 /// nearly even as well, the solid angle costs more than it brings, and small ones lose their digits. So it is on
 /// parallelograms without right angles.
-const FAR: f64 = 8.0;
+const FAR: f64 = 4.0;
 /// ... and so it is where the rectangle is seen edge-on.
 const SMALLEST: f64 = 1e-5;
 
@@ -45,7 +46,8 @@ impl Area {
             area,
             center,
             radius2: (u + v).length_squared().max((u - v).length_squared()) / 4.0,
-            is_rectangle: u.dot(v).abs() <= 1e-9 * u.length() * v.length(),
+            axes: (u.dot(v).abs() <= 1e-9 * u.length() * v.length())
+                .then(|| [u.normalize_or_zero(), v.normalize_or_zero()]),
             radiance,
             two_sided,
         }
@@ -115,11 +117,11 @@ impl Area {
 
     /// The rectangle on the sphere around a point, where it is one and near.
     fn solid_angle(&self, point: DVec3) -> Option<SphericalRectangle> {
-        let far = (point - self.center).length_squared() > FAR * self.radius2;
-        if far || !self.is_rectangle {
+        let axes = self.axes?;
+        if (point - self.center).length_squared() > FAR * self.radius2 {
             return None;
         }
-        let solid = SphericalRectangle::new(self.corner - point, self.edges);
+        let solid = SphericalRectangle::new(self.corner - point, axes, self.edges);
         (solid.angle > SMALLEST).then_some(solid)
     }
 }
@@ -141,31 +143,25 @@ struct SphericalRectangle {
 }
 
 impl SphericalRectangle {
-    fn new(corner: DVec3, [u, v]: [DVec3; 2]) -> Self {
-        let (ex, ey) = (u.normalize(), v.normalize());
+    fn new(corner: DVec3, [ex, ey]: [DVec3; 2], [u, v]: [DVec3; 2]) -> Self {
         let mut ez = ex.cross(ey);
         let mut z = corner.dot(ez);
         if z > 0.0 {
             (ez, z) = (-ez, -z);
         }
-        let x = [corner.dot(ex), corner.dot(ex) + u.length()];
-        let y = [corner.dot(ey), corner.dot(ey) + v.length()];
-        let at = |i: usize, j: usize| DVec3::new(x[i], y[j], z);
-        let side = |a: DVec3, b: DVec3| a.cross(b).normalize_or_zero();
-        let n = [
-            side(at(0, 0), at(1, 0)),
-            side(at(1, 0), at(1, 1)),
-            side(at(1, 1), at(0, 1)),
-            side(at(0, 1), at(0, 0)),
-        ];
-        let g = [0, 1, 2, 3].map(|i: usize| (-n[i].dot(n[(i + 1) % 4])).clamp(-1.0, 1.0).acos());
+        let x = [corner.dot(ex), corner.dot(ex) + u.dot(ex)];
+        let y = [corner.dot(ey), corner.dot(ey) + v.dot(ey)];
+        // Of the normals of the planes through the sides the parts along z, all that their products need.
+        let tilt = |at: f64| at / (at * at + z * z).sqrt();
+        let n = [-tilt(y[0]), tilt(x[1]), tilt(y[1]), -tilt(x[0])];
+        let g = [0, 1, 2, 3].map(|i: usize| (-n[i] * n[(i + 1) % 4]).acos());
         let k = TAU - g[2] - g[3];
         Self {
             axes: [ex, ey, ez],
             x,
             y,
             z,
-            b: [n[0].z, n[2].z],
+            b: [n[0], n[2]],
             k,
             angle: g[0] + g[1] - k,
         }

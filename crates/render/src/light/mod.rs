@@ -89,6 +89,8 @@ pub(crate) struct Lights {
     /// How many of `infinite` are no even skies.
     uneven: usize,
     finite: Vec<usize>,
+    /// Around each of `finite`.
+    spheres: Vec<Sphere>,
     /// Which of `finite` to choose.
     tree: Tree,
     /// Surfaces that shine.
@@ -156,6 +158,7 @@ impl Lights {
         Self {
             ambient: sources.iter().map(even).sum(),
             tree: Tree::new(&bounds),
+            spheres: bounds.iter().map(Sphere::around).collect(),
             uneven: infinite.iter().filter(|&&i| !is_even(&sources[i])).count(),
             sources,
             infinite,
@@ -234,6 +237,14 @@ impl Lights {
         choice == Choice::Even || self.uneven > 0 || !self.tree.is_empty() || self.has_surfaces()
     }
 
+    /// Whether [`Lights::sample`] needs the first of its numbers, which chooses among lights.
+    pub fn is_chosen(&self, choice: Choice) -> bool {
+        match choice {
+            Choice::Even => self.count() > 1,
+            Choice::Weighed => self.has_surfaces() || self.uneven + self.tree.count() > 1,
+        }
+    }
+
     /// Whether rays that are scattered may find light that [`Lights::sample`] finds too; even skies do not count where
     /// they are an ambient term.
     pub fn is_found(&self, ambient: bool) -> bool {
@@ -243,6 +254,9 @@ impl Lights {
 
     /// The radiance from infinitely far away, out of a direction of unit length: what a ray that meets nothing sees.
     pub fn sky(&self, direction: Vec3) -> Vec3 {
+        if self.uneven == 0 {
+            return self.ambient;
+        }
         self.infinite
             .iter()
             .map(|&i| self.sources[i].behind(Vec3::ZERO, direction).0)
@@ -251,6 +265,9 @@ impl Lights {
 
     /// The same, and the density with which [`Lights::sample`] finds this direction for its sake.
     pub fn behind(&self, from: &Reference, choice: Choice, direction: Vec3) -> (Vec3, f32) {
+        if self.uneven == 0 && choice == Choice::Weighed {
+            return (self.ambient, 0.0);
+        }
         let odds = self.odds(from, choice);
         let (mut radiance, mut pdf) = (Vec3::ZERO, 0.0);
         for (number, &i) in self.infinite.iter().enumerate() {
@@ -292,8 +309,10 @@ impl Lights {
         distance: f64,
         mut tell: impl FnMut(Vec3, f32),
     ) {
-        for (index, &i) in self.finite.iter().enumerate() {
-            if let Some((at, radiance, density)) = self.sources[i].crossed(from.position, direction)
+        for (index, (&i, sphere)) in self.finite.iter().zip(&self.spheres).enumerate() {
+            if sphere.is_near(from.position, direction)
+                && let Some((at, radiance, density)) =
+                    self.sources[i].crossed(from.position, direction)
                 && at * f64::from(BEFORE_LIGHT) <= distance
             {
                 let probability = match choice {
@@ -345,6 +364,36 @@ impl Lights {
                 }
             }
         }
+    }
+}
+
+/// A sphere around a light.
+#[derive(Clone, Copy, Debug)]
+struct Sphere {
+    center: DVec3,
+    radius2: f32,
+}
+
+impl Sphere {
+    fn around(bounds: &Bounds) -> Self {
+        let [lower, upper] = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3());
+        let center = (lower + upper) / 2.0;
+        // The corners have been rounded to float32.
+        let rounding = f64::from(f32::EPSILON) * (lower.abs() + upper.abs()).length();
+        let radius = (upper - lower).length() / 2.0 + rounding;
+        Self {
+            center,
+            radius2: (radius * radius * 1.01) as f32,
+        }
+    }
+
+    /// Whether a ray may meet it; false only if it does not.
+    #[inline]
+    fn is_near(&self, from: DVec3, direction: Vec3) -> bool {
+        let way = (self.center - from).as_vec3();
+        let (along, distance2) = (way.dot(direction), way.length_squared());
+        let room = self.radius2 + 1e-5 * distance2;
+        distance2 <= room || along > 0.0 && distance2 - along * along <= room
     }
 }
 

@@ -267,6 +267,11 @@ impl Tree {
         self.nodes.is_empty()
     }
 
+    /// How many lights shine.
+    pub fn count(&self) -> usize {
+        self.nodes.len().div_ceil(2)
+    }
+
     /// How much all of it may matter to a point.
     pub fn importance(&self, from: &Reference) -> f64 {
         let position = from.position.as_vec3();

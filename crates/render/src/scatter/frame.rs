@@ -21,6 +21,7 @@ pub(crate) struct Frame {
 
 impl Frame {
     /// With any tangent.
+    #[inline]
     pub fn new(geometric: Vec3, normal: Vec3, view: Vec3) -> Self {
         let (tangent, bitangent) = normal.any_orthonormal_pair();
         Self {
@@ -33,6 +34,7 @@ impl Frame {
     }
 
     /// In coordinates along tangent, bitangent and normal.
+    #[inline]
     pub fn local(&self, v: Vec3) -> Vec3 {
         Vec3::new(
             self.tangent.dot(v),
@@ -65,12 +67,14 @@ impl Frame {
     }
 
     /// From coordinates along tangent, bitangent and normal.
+    #[inline]
     pub fn world(&self, v: Vec3) -> Vec3 {
         self.tangent * v.x + self.bitangent * v.y + self.normal * v.z
     }
 }
 
 /// From coordinates along any two directions at right angles to an axis, and along it.
+#[inline]
 pub(crate) fn above(axis: Vec3, v: Vec3) -> Vec3 {
     let (right, up) = axis.any_orthonormal_pair();
     right * v.x + up * v.y + axis * v.z
@@ -78,6 +82,7 @@ pub(crate) fn above(axis: Vec3, v: Vec3) -> Vec3 {
 
 /// Sine and cosine of this many turns, 0..=1: the same on every machine, to a rounding or two (the polynomials of
 /// S. Moshier, "Cephes", single precision).
+#[inline]
 pub(crate) fn turn(turns: f32) -> (f32, f32) {
     let quarter = (4.0 * turns + 0.5) as u32;
     let x = (4.0 * turns - quarter as f32) * FRAC_PI_2;
@@ -85,15 +90,18 @@ pub(crate) fn turn(turns: f32) -> (f32, f32) {
     let sin = ((-1.951_529_6e-4 * x2 + 8.332_161e-3) * x2 - 1.666_665_5e-1) * x2 * x + x;
     let cos =
         ((2.443_315_7e-5 * x2 - 1.388_731_6e-3) * x2 + 4.166_664_6e-2) * x2 * x2 - 0.5 * x2 + 1.0;
-    match quarter & 3 {
-        0 => (sin, cos),
-        1 => (cos, -sin),
-        2 => (-sin, -cos),
-        _ => (-cos, sin),
-    }
+    // Without branches, which would be guessed wrong as often as not.
+    let (sin, cos) = if quarter & 1 == 0 {
+        (sin, cos)
+    } else {
+        (cos, sin)
+    };
+    let signed = |x: f32, quarter: u32| f32::from_bits(x.to_bits() ^ (quarter & 2) << 30);
+    (signed(sin, quarter), signed(cos, quarter + 1))
 }
 
 /// A direction above z = 0 with density z / pi (Malley's method).
+#[inline]
 pub(crate) fn cosine_direction([x, y]: [f32; 2]) -> Vec3 {
     let (sin, cos) = turn(y);
     let radius = x.sqrt();
@@ -101,6 +109,7 @@ pub(crate) fn cosine_direction([x, y]: [f32; 2]) -> Vec3 {
 }
 
 /// The density of [`cosine_direction`].
+#[inline]
 pub(crate) fn cosine_density(cosine: f32) -> f32 {
     cosine.max(0.0) / PI
 }

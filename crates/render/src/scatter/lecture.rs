@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::frame::{Frame, cosine_density, cosine_direction};
 use super::phong::Lobe;
-use super::{ScatterSample, Value};
+use super::{ScatterSample, Scattering, Value};
 
 /// Its shares at a point.
 #[derive(Clone, Debug)]
@@ -33,7 +33,9 @@ impl Lecture<'_> {
         }
     }
 
-    pub fn evaluate(&self, frame: &Frame, light: Vec3) -> Value {
+    /// Of light on the viewer's side.
+    #[inline]
+    fn value(&self, frame: &Frame, light: Vec3) -> Value {
         let cosine = frame.normal.dot(light);
         if cosine <= 0.0 {
             return Value::default();
@@ -50,8 +52,21 @@ impl Lecture<'_> {
             pdf,
         }
     }
+}
 
-    pub fn sample(&self, frame: &Frame, [choice, x, y]: [f32; 3]) -> Option<ScatterSample> {
+impl Scattering for Lecture<'_> {
+    /// A triangle sends light back on the viewer's side, whatever the smooth surface says.
+    #[inline]
+    fn evaluate(&self, frame: &Frame, light: Vec3) -> Value {
+        if frame.geometric.dot(light) > 0.0 {
+            self.value(frame, light)
+        } else {
+            Value::default()
+        }
+    }
+
+    #[inline]
+    fn sample(&self, frame: &Frame, [choice, x, y]: [f32; 3]) -> Option<ScatterSample> {
         let direction = match self.lobe {
             Some(lobe) if choice < self.specular_share() => {
                 lobe.sample(frame.normal, frame.view, [x, y])
@@ -71,7 +86,7 @@ impl Lecture<'_> {
                 squeeze: 1.0,
             });
         }
-        let Value { value, pdf } = self.evaluate(frame, direction);
+        let Value { value, pdf } = self.value(frame, direction);
         (pdf > 0.0).then(|| ScatterSample {
             direction,
             weight: value / pdf,
@@ -81,10 +96,22 @@ impl Lecture<'_> {
         })
     }
 
-    pub fn albedo(&self, frame: &Frame) -> Vec3 {
+    fn albedo(&self, frame: &Frame) -> Vec3 {
         let specular = self
             .lobe
             .map_or(0.0, |lobe| lobe.albedo(frame.normal.dot(frame.view)));
         self.diffuse + self.specular * specular
+    }
+
+    fn is_lit(&self) -> bool {
+        true
+    }
+
+    fn is_transmissive(&self) -> bool {
+        false
+    }
+
+    fn chooses(&self) -> bool {
+        self.lobe.is_some()
     }
 }

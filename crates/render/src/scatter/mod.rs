@@ -68,6 +68,42 @@ pub(crate) struct Value {
     pub pdf: f32,
 }
 
+/// What paths ask of a point of a surface.
+pub(crate) trait Scattering {
+    /// The value of light from a direction.
+    fn evaluate(&self, frame: &Frame, light: Vec3) -> Value;
+    /// A direction drawn about as often as it matters; `None` where the light is absorbed.
+    fn sample(&self, frame: &Frame, random: [f32; 3]) -> Option<ScatterSample>;
+    /// The radiance towards the viewer under a sky of radiance 1 that nothing hides.
+    fn albedo(&self, frame: &Frame) -> Vec3;
+    /// Whether light that is sampled has a chance to be scattered to the viewer.
+    fn is_lit(&self) -> bool;
+    /// Whether light from behind the surface reaches the viewer.
+    fn is_transmissive(&self) -> bool;
+    /// Whether [`Scattering::sample`] needs the first of its numbers, which chooses among parts.
+    fn chooses(&self) -> bool;
+}
+
+impl PreparedMaterial {
+    /// Where light is scattered by a matte surface alone, without a normal map: most of what there is.
+    #[inline]
+    pub fn matte(
+        &self,
+        world: &PreparedWorld,
+        hit: &Hit,
+        footprint: &Footprint,
+    ) -> Option<Lecture<'static>> {
+        let Reflectance::Lecture { diffuse, .. } = self.material.reflectance else {
+            return None;
+        };
+        (self.lobe.is_none() && self.material.normal_map.is_none()).then(|| Lecture {
+            diffuse: world.base_color_of(self, hit, footprint) * diffuse,
+            specular: Vec3::ZERO,
+            lobe: None,
+        })
+    }
+}
+
 impl<'a> Scatter<'a> {
     /// What happens to light at a hit, and the directions that it happens by: `smooth` with the normal map's normal.
     pub fn new(
@@ -78,7 +114,8 @@ impl<'a> Scatter<'a> {
         channel: Option<usize>,
         footprint: &Footprint,
     ) -> (Self, Frame) {
-        let PreparedMaterial { material, lobe } = world.material(hit);
+        let prepared = world.material(hit);
+        let PreparedMaterial { material, lobe } = prepared;
         let normal = material
             .normal_map
             .and_then(|map| world.mapped_normal(&map, hit, footprint, smooth.normal, front));
@@ -86,7 +123,7 @@ impl<'a> Scatter<'a> {
         if let Some(normal) = normal {
             frame = smooth.with_normal(normal, None);
         }
-        let base = world.base_color(hit, footprint);
+        let base = world.base_color_of(prepared, hit, footprint);
         let scatter = match &material.reflectance {
             Reflectance::Lecture {
                 diffuse, specular, ..
@@ -127,51 +164,54 @@ impl<'a> Scatter<'a> {
         };
         (scatter, frame)
     }
+}
 
-    /// The value of light from a direction.
-    pub fn evaluate(&self, frame: &Frame, light: Vec3) -> Value {
+impl Scattering for Scatter<'_> {
+    fn evaluate(&self, frame: &Frame, light: Vec3) -> Value {
         match self {
-            // A triangle sends light back on the viewer's side, whatever the smooth surface says.
-            Self::Lecture(lecture) if frame.geometric.dot(light) > 0.0 => {
-                lecture.evaluate(frame, light)
-            }
-            Self::Black | Self::Lecture(_) => Value::default(),
+            Self::Black => Value::default(),
+            Self::Lecture(lecture) => Scattering::evaluate(lecture, frame, light),
             Self::Layered(layered) => layered.evaluate(frame, light),
         }
     }
 
-    /// A direction drawn about as often as it matters; `None` where the light is absorbed.
-    pub fn sample(&self, frame: &Frame, random: [f32; 3]) -> Option<ScatterSample> {
+    fn sample(&self, frame: &Frame, random: [f32; 3]) -> Option<ScatterSample> {
         match self {
             Self::Black => None,
-            Self::Lecture(lecture) => lecture.sample(frame, random),
+            Self::Lecture(lecture) => Scattering::sample(lecture, frame, random),
             Self::Layered(layered) => layered.sample(frame, random),
         }
     }
 
-    /// The radiance towards the viewer under a sky of radiance 1 that nothing hides.
-    pub fn albedo(&self, frame: &Frame) -> Vec3 {
+    fn albedo(&self, frame: &Frame) -> Vec3 {
         match self {
             Self::Black => Vec3::ZERO,
-            Self::Lecture(lecture) => lecture.albedo(frame),
+            Self::Lecture(lecture) => Scattering::albedo(lecture, frame),
             Self::Layered(layered) => layered.albedo(),
         }
     }
 
-    /// Whether light that is sampled has a chance to be scattered to the viewer.
-    pub fn is_lit(&self) -> bool {
+    fn is_lit(&self) -> bool {
         match self {
             Self::Black => false,
-            Self::Lecture(_) => true,
+            Self::Lecture(lecture) => lecture.is_lit(),
             Self::Layered(layered) => layered.is_lit(),
         }
     }
 
-    /// Whether light from behind the surface reaches the viewer.
-    pub fn is_transmissive(&self) -> bool {
+    fn is_transmissive(&self) -> bool {
         match self {
-            Self::Black | Self::Lecture(_) => false,
+            Self::Black => false,
+            Self::Lecture(lecture) => lecture.is_transmissive(),
             Self::Layered(layered) => layered.is_transmissive(),
+        }
+    }
+
+    fn chooses(&self) -> bool {
+        match self {
+            Self::Black => false,
+            Self::Lecture(lecture) => lecture.chooses(),
+            Self::Layered(_) => true,
         }
     }
 }

@@ -154,7 +154,7 @@ fn area_lights_follow_lamberts_formula() {
 /// The share of what a unit square sends out that arrives on another one.
 fn form_factor(light: Light, receiver: impl Fn(DVec2) -> DVec3, normal: Vec3) -> f64 {
     let source = source(light);
-    const SAMPLES: u32 = 1 << 18;
+    const SAMPLES: u32 = 1 << 21;
     let one = |n| {
         let place = Sampler::new(1, 0, [0, 0], n)
             .pair(Pair::Ambient)

@@ -7,7 +7,6 @@ mod reciprocity;
 use glam::Vec3;
 use raycam_scene::{Glass, Metal};
 
-use super::Scatter;
 use super::film::Film;
 use super::frame::Frame;
 use super::fresnel::Fresnel;
@@ -16,6 +15,7 @@ use super::layered::{Coat, Layered, Layers};
 use super::lecture::Lecture;
 use super::phong::Lobe;
 use super::sheen::Sheen;
+use super::{Scatter, Scattering};
 
 /// A flat surface seen at an angle, in degrees.
 fn frame(degrees: f32, turn: f32) -> Frame {
