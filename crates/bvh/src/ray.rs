@@ -18,6 +18,16 @@ pub struct Ray {
     pub t_max: f32,
 }
 
+impl Ray {
+    /// Nothing beyond `t` counts any more. (A `t_max` that is NaN stays what it is: such a ray meets nothing.)
+    #[inline(always)]
+    pub(crate) fn shorten(&mut self, t: f32) {
+        if t < self.t_max {
+            self.t_max = t;
+        }
+    }
+}
+
 /// What a ray met first: the smallest (t, instance, triangle) in lexicographic order.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]

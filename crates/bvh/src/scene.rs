@@ -38,6 +38,8 @@ pub(crate) struct Placed {
     pub mesh_from_scene: [[f32; 4]; 3],
     /// How much longer that makes a vector at most.
     pub stretch: f32,
+    /// Its box in scaled scene coordinates, rows as of [`crate::block::Node::bounds`].
+    pub bounds: [f32; 6],
 }
 
 /// Placed meshes, ready to be traced. Scene-local coordinates are world coordinates less `origin`.
@@ -72,6 +74,12 @@ impl std::fmt::Debug for Scene {
 
 /// The most instances of a scene.
 const INSTANCE_LIMIT: usize = (1 << 31) - 2;
+
+/// Rows of the box of nothing.
+const NO_BOX: [f32; 6] = {
+    let (lower, upper) = (f32::INFINITY, f32::NEG_INFINITY);
+    [lower, upper, lower, upper, lower, upper]
+};
 
 const IDENTITY: [[f32; 4]; 3] = [
     [1.0, 0.0, 0.0, 0.0],
@@ -144,6 +152,7 @@ impl Scene {
                 })
                 .map(|row| row.map(|x| x as f32))
             });
+            let mut box_of = NO_BOX;
             let usable = mesh_from_scene.filter(|m| m.iter().flatten().all(|x| x.is_finite()));
             if let (Some(matrix), Some((lower, upper))) = (usable, bounds) {
                 // Rows sums bound how far the largest coordinate grows.
@@ -159,11 +168,13 @@ impl Scene {
                 let lower = lower.map(|x| ((x * unit) as f32).next_down());
                 let upper = upper.map(|x| ((x * unit) as f32).next_up());
                 items.push(BuildItem::new(lower, upper, id));
+                box_of = std::array::from_fn(|row| [lower, upper][row % 2][row / 2]);
             }
             scene.placed.push(Placed {
                 bvh: instance.bvh,
                 mesh_from_scene: usable.unwrap_or([[0.0; 4]; 3]),
                 stretch: usable.map_or(0.0, |m| norm(&m.map(|row| row.map(f64::from))) as f32),
+                bounds: box_of,
             });
         }
         if direct {

@@ -213,6 +213,54 @@ fn exact_packets_are_brute_force() {
     }
 }
 
+/// Rays of one eye among instances, in whose coordinates they do not all run alike.
+#[test]
+fn exact_packets_through_instances_are_brute_force() {
+    let mut rng = Rng(12);
+    let meshes = [soup(60, 0.3, &mut rng), sphere(6, &mut rng)];
+    for (offset, distance) in [(0.0, 0.2), (1e5, 3.0), (0.0, 200.0)] {
+        let placed = transforms(&mut rng, 12, 1.5).into_iter().enumerate();
+        let world = World {
+            placed: placed
+                .map(|(i, mut matrix)| {
+                    let mesh = &meshes[i % 2];
+                    (0..3).for_each(|a| matrix[a][3] += offset);
+                    let vertices = mesh.vertices.iter().map(|v| v.map(f64::from));
+                    (vertices.collect(), mesh.triangles.clone(), matrix)
+                })
+                .collect(),
+            origin: [offset; 3],
+        };
+        let scene = world.scene(Quality::Default);
+        let away = [0.6, -0.48, 0.64];
+        let eye: [f64; 3] = std::array::from_fn(|a| offset + distance * away[a]);
+        let mut rays = vec![];
+        // Tiles of rays that run nearly alike, and some that do not.
+        for tile in 0..40u32 {
+            let at = world.corners(tile % 12, rng.below(60) as u32)[0];
+            let wide = [1e-3, 0.05, 0.4, 3.0][tile as usize % 4];
+            for k in 0..64 {
+                let target = at.map(|x| x + wide * f64::from(rng.signed()));
+                rays.push(ExactRay {
+                    origin: eye,
+                    direction: std::array::from_fn(|x| target[x] - eye[x]),
+                    t_max: if k % 7 == 0 { 0.99 } else { f64::INFINITY },
+                });
+            }
+        }
+        let mut met = 0;
+        for (ray, hit) in rays.iter().zip(exact_hits(&scene, &rays, &world)) {
+            let (t, instance, triangle, next) = world.nearest(ray);
+            met += u32::from(t.is_finite());
+            if next - t > 1e-9 * t || t == f64::INFINITY {
+                let found = (hit.instance, hit.triangle);
+                assert_eq!(found, (instance, triangle), "{ray:?} {hit:?} {t} {next}");
+            }
+        }
+        assert!(met > 800, "{met}");
+    }
+}
+
 #[test]
 fn ties_go_to_the_smallest_instance_and_triangle() {
     let mut mesh = grid(8);
@@ -266,8 +314,9 @@ fn every_instruction_set_and_quality_gives_the_same_bits() {
     }
 }
 
-/// Pinhole rays in tiles of 8 x 8, and shadow rays from what they meet to one light and along one direction.
-fn camera_rays(scene: &Scene, eye: [f32; 3], n: usize) -> [Vec<Ray>; 3] {
+/// Pinhole rays in tiles of 8 x 8, and shadow rays from what they meet to a light far away, to one in
+/// its midst, and along one direction.
+fn camera_rays(scene: &Scene, eye: [f32; 3], n: usize) -> [Vec<Ray>; 4] {
     let mut primary = vec![];
     for tile in 0..n * n {
         for k in 0..64 {
@@ -284,7 +333,7 @@ fn camera_rays(scene: &Scene, eye: [f32; 3], n: usize) -> [Vec<Ray>; 3] {
         }
     }
     let hits = closest(scene, &primary);
-    let (mut bulb, mut sun) = (vec![], vec![]);
+    let (mut bulbs, mut sun) = ([vec![], vec![]], vec![]);
     for (ray, hit) in primary
         .iter()
         .zip(&hits)
@@ -292,19 +341,21 @@ fn camera_rays(scene: &Scene, eye: [f32; 3], n: usize) -> [Vec<Ray>; 3] {
     {
         let origin: [f32; 3] =
             std::array::from_fn(|a| ray.origin[a] + ray.direction[a] * hit.t * 0.999);
-        let light = [1.5, 2.5, 4.0];
-        bulb.push(Ray {
-            origin,
-            direction: std::array::from_fn(|a| light[a] - origin[a]),
-            t_max: 1.0,
-        });
+        for (bulb, light) in bulbs.iter_mut().zip([[1.5, 2.5, 4.0], [0.1, 0.15, 1.1]]) {
+            bulb.push(Ray {
+                origin,
+                direction: std::array::from_fn(|a| light[a] - origin[a]),
+                t_max: 1.0,
+            });
+        }
         sun.push(Ray {
             origin,
             direction: [0.3, 0.4, 1.0],
             t_max: f32::INFINITY,
         });
     }
-    [primary, bulb, sun]
+    let [far, near] = bulbs;
+    [primary, far, near, sun]
 }
 
 #[test]

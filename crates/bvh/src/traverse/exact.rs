@@ -5,10 +5,11 @@
 //! [`ExactTriangles::corners`] alone. A ray that starts far away is first moved, in float64, to where it enters the
 //! scene's box: the bound counts from there.
 
-use super::exact_packet::closest_exact_packet;
+use super::exact_packet::closest_exact_chunk;
 use super::line::{Line, sheared};
 use super::local::{EPS, LocalRay};
 use super::packet::SIZE;
+use super::packets::Packets;
 use super::stack::Stack;
 use super::steps::enter_children;
 use super::triangle::{corners, indices};
@@ -27,15 +28,9 @@ pub fn closest_exact_batch<I: Isa>(
     triangles: &dyn ExactTriangles,
     hits: &mut [ExactHit],
 ) {
+    let mut packets = Packets::NONE;
     for (rays, hits) in rays.chunks(SIZE).zip(hits.chunks_mut(SIZE)) {
-        if !closest_exact_packet::<I>(scene, rays, triangles, hits) {
-            for (ray, hit) in rays.iter().zip(hits) {
-                *hit = match Moved::new(scene, ray) {
-                    Some(moved) => through_scene::<I>(scene, moved, triangles),
-                    None => ExactHit::MISS,
-                };
-            }
-        }
+        closest_exact_chunk::<I>(scene, rays, triangles, hits, &mut packets);
     }
 }
 
@@ -119,6 +114,19 @@ impl Moved {
         })
     }
 
+    /// Lets it start where it was given, if that is within so many times the reach of the scene.
+    #[inline(always)]
+    pub fn stay(&mut self, scene: &Scene, reaches: f64) -> bool {
+        let world = scene.origin();
+        let start: [f64; 3] = std::array::from_fn(|a| (self.origin[a] - world[a]) * scene.unit);
+        let limit = reaches * f64::from(scene.reach);
+        let near = start.iter().all(|x| x.abs() <= limit);
+        if near {
+            (self.start, self.forward) = (start, 0.0);
+        }
+        near
+    }
+
     /// How far boxes need to be looked at, in t from `start`.
     #[inline(always)]
     pub fn limit(&self) -> f32 {
@@ -158,15 +166,12 @@ impl Moved {
     }
 }
 
+/// One ray through everything.
 #[inline(always)]
-fn through_scene<I: Isa>(
-    scene: &Scene,
-    mut ray: Moved,
-    triangles: &dyn ExactTriangles,
-) -> ExactHit {
+pub fn through_scene<I: Isa>(scene: &Scene, ray: &mut Moved, triangles: &dyn ExactTriangles) {
     let start = ray.start.map(|x| x as f32);
     let direction = ray.direction.map(|d| (d * scene.unit) as f32);
-    let distance = start[0].abs().max(start[1].abs()).max(start[2].abs());
+    let distance = largest(start);
     let slack = 2.0 * scene.slack(distance) + ray.drift as f32 * 2.0;
     let mut stack = Stack::new();
     let mut at = scene.root;
@@ -181,39 +186,45 @@ fn through_scene<I: Isa>(
                     continue;
                 }
             } else {
-                through_mesh::<I>(scene, at & !LEAF, &mut ray, distance, triangles);
+                through_mesh::<I>(scene, at & !LEAF, ray, triangles);
             }
             match stack.pop(0, outer.inner_t(ray.limit()).next_up()) {
                 Some(next) => at = next,
-                None => break,
+                None => return,
             }
         }
     }
-    ray.answer()
 }
 
+/// One ray in the coordinates of a mesh's tree.
 #[inline(always)]
-fn through_mesh<I: Isa>(
+pub fn turned(scene: &Scene, placed: &Placed, ray: &Moved) -> ([f32; 3], [f32; 3]) {
+    let matrix = placed.mesh_from_scene.map(|row| row.map(f64::from));
+    let turned = |v: [f64; 3], row: usize| (0..3).map(|k| matrix[row][k] * v[k]).sum::<f64>();
+    let along = ray.direction.map(|d| d * scene.unit);
+    (
+        std::array::from_fn(|row| (turned(ray.start, row) + matrix[row][3]) as f32),
+        std::array::from_fn(|row| turned(along, row) as f32),
+    )
+}
+
+/// One ray through a mesh.
+#[inline(always)]
+pub fn through_mesh<I: Isa>(
     scene: &Scene,
     instance: u32,
     ray: &mut Moved,
-    distance: f32,
     triangles: &dyn ExactTriangles,
 ) {
     let placed: &Placed = &scene.placed[instance as usize];
     let mesh = &*placed.bvh;
-    let matrix = placed.mesh_from_scene.map(|row| row.map(f64::from));
-    let turned = |v: [f64; 3], row: usize| (0..3).map(|k| matrix[row][k] * v[k]).sum::<f64>();
-    let origin: [f32; 3] =
-        std::array::from_fn(|row| (turned(ray.start, row) + matrix[row][3]) as f32);
-    let direction =
-        std::array::from_fn(|row| turned(ray.direction.map(|d| d * scene.unit), row) as f32);
+    let (origin, direction) = turned(scene, placed, ray);
+    let distance = largest(ray.start.map(|x| x as f32));
     let off = off(scene, placed, distance, ray.drift);
     let Some(local) = LocalRay::new(origin, direction, mesh.extent(), off) else {
         return;
     };
-    let off =
-        off + 8.0 * EPS * (origin.iter().fold(mesh.reach(), |m, x| m.max(x.abs())) + mesh.reach());
+    let off = off + 8.0 * EPS * (largest(origin).max(mesh.reach()) + mesh.reach());
     let mut stack = Stack::new();
     let mut at = mesh.root();
     loop {
@@ -240,6 +251,11 @@ fn through_mesh<I: Isa>(
             None => return,
         }
     }
+}
+
+/// The largest coordinate.
+fn largest(point: [f32; 3]) -> f32 {
+    point[0].abs().max(point[1].abs()).max(point[2].abs())
 }
 
 /// What a ray that starts within `distance` of the scene's origin and the vertices of a mesh are off by in its

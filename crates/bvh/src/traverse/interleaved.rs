@@ -24,8 +24,9 @@ pub struct Work {
     pub ray: Ray,
     /// What to answer it by.
     pub number: usize,
-    /// Where in the only mesh of a direct scene to start; [`NO_CHILD`] for the root of everything.
+    /// Where in the mesh of which instance to start, and to end with it; [`NO_CHILD`] for the root of everything.
     pub start: u32,
+    pub instance: u32,
 }
 
 /// Where a batch gets its rays from and brings its answers to.
@@ -50,6 +51,8 @@ struct Slot<'a> {
     /// The mesh that is being traced; `None` above the instances.
     mesh: Option<&'a Bvh>,
     instance: u32,
+    /// Nothing but that instance is to be traced.
+    lone: bool,
     number: usize,
     hit: Hit,
     given: Ray,
@@ -68,6 +71,7 @@ impl<'a> Slot<'a> {
             near: 0,
             mesh: None,
             instance: 0,
+            lone: false,
             number: 0,
             hit: Hit::MISS,
             given: Ray {
@@ -86,6 +90,7 @@ impl<'a> Slot<'a> {
             ray: given,
             number,
             start,
+            instance,
         } = work;
         self.hit = Hit::MISS;
         self.number = number;
@@ -97,8 +102,13 @@ impl<'a> Slot<'a> {
         if scene.root == NO_CHILD || given.t_max.is_nan() || given.t_max < 0.0 {
             return false;
         }
-        if scene.direct {
-            let entered = self.enter::<true>(scene, 0, given.t_max);
+        self.lone = scene.direct || start != NO_CHILD;
+        if self.lone {
+            let entered = if scene.direct {
+                self.enter::<true>(scene, 0, given.t_max)
+            } else {
+                self.enter::<false>(scene, instance, given.t_max)
+            };
             self.at = if start == NO_CHILD { self.at } else { start };
             return entered;
         }
@@ -228,7 +238,7 @@ impl<'a> Slot<'a> {
     #[inline(never)]
     fn pop_instance(&mut self, scene: &'a Scene) -> bool {
         self.conclude();
-        if scene.direct || self.mesh.is_none() {
+        if self.lone || self.mesh.is_none() {
             return true;
         }
         let closer = self.best.slot != NO_SLOT;

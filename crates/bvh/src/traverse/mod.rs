@@ -1,5 +1,6 @@
 //! From a batch of rays to its answers.
 
+mod alike;
 mod exact;
 mod exact_packet;
 mod fan;
@@ -7,6 +8,7 @@ mod interleaved;
 mod line;
 pub mod local;
 mod packet;
+mod packets;
 mod rows;
 mod shadow;
 mod stack;
@@ -21,7 +23,6 @@ use crate::scene::{ExactTriangles, Scene};
 use crate::simd::Isa;
 use exact::closest_exact_batch;
 use interleaved::{Batch, Work};
-use packet::Packet;
 
 kernel! {
     /// The nearest hits.
@@ -41,13 +42,10 @@ kernel! {
 #[inline(always)]
 fn closest_batch<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
     if coherence == Coherence::Incoherent {
-        return closest_apart::<I>(scene, rays, hits);
-    }
-    let mut packet = Packet::NONE;
-    for (rays, hits) in rays.chunks(packet::SIZE).zip(hits.chunks_mut(packet::SIZE)) {
-        if !together::closest::<I>(scene, rays, hits, coherence, &mut packet) {
-            closest_apart::<I>(scene, rays, hits);
-        }
+        let work = rays.iter().enumerate().map(whole);
+        interleaved::trace::<I, _, false>(scene, &mut Nearest { work, hits });
+    } else {
+        together::closest::<I>(scene, rays, hits, coherence);
     }
 }
 
@@ -62,17 +60,11 @@ fn occluded_batch<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], cohere
     }
 }
 
-// Not part of its callers: one copy of the machine code serves all.
-#[inline(always)]
-fn closest_apart<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit]) {
-    let work = rays.iter().enumerate().map(whole);
-    interleaved::trace::<I, _, false>(scene, &mut Nearest { work, hits });
-}
-
 fn whole((number, ray): (usize, &Ray)) -> Work {
     Work {
         ray: *ray,
         number,
+        instance: 0,
         start: NO_CHILD,
     }
 }
@@ -90,6 +82,28 @@ impl<W: Iterator<Item = Work>> Batch for Nearest<'_, W> {
     #[inline(always)]
     fn answer(&mut self, number: usize, hit: Hit) {
         self.hits[number] = hit;
+    }
+}
+
+/// Parts of one ray may come as separate work, after others of it: the first hit of all by (t, instance) counts.
+struct NearestApart<'a, W> {
+    work: W,
+    hits: &'a mut [Hit],
+}
+
+impl<W: Iterator<Item = Work>> Batch for NearestApart<'_, W> {
+    #[inline(always)]
+    fn next(&mut self) -> Option<Work> {
+        let mut work = self.work.next()?;
+        work.ray.shorten(self.hits[work.number].t);
+        Some(work)
+    }
+    #[inline(always)]
+    fn answer(&mut self, number: usize, hit: Hit) {
+        let known = &mut self.hits[number];
+        if (hit.t, hit.instance) < (known.t, known.instance) {
+            *known = hit;
+        }
     }
 }
 

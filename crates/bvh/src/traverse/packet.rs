@@ -287,6 +287,15 @@ impl Packet {
         entered & active
     }
 
+    /// The largest coordinate of their origins.
+    #[inline(always)]
+    pub fn distance(&self) -> f32 {
+        self.origins
+            .iter()
+            .flatten()
+            .fold(0.0, |m, x| if x.abs() > m { x.abs() } else { m })
+    }
+
     /// How far apart the rays start.
     #[inline(always)]
     pub fn spread(&self) -> f32 {

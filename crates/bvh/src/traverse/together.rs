@@ -1,8 +1,13 @@
 //! Packets through the scene: the nearest hits.
 
+use super::NearestApart;
+use super::alike::{Members, Parts, Who, number};
 use super::fan::Apex;
+use super::interleaved::trace;
 use super::line::{Member, Met, meet_one, within};
+use super::local::Extent;
 use super::packet::{Packet, SIZE};
+use super::packets::{Chunk, Inside, Packets};
 use super::stack::Stack;
 use super::steps::NO_SLOT;
 use super::triangle::{Found, test_rays};
@@ -19,34 +24,6 @@ pub const FEW: u32 = 5;
 /// as much.
 pub const ALL_TRIANGLES: u32 = 6;
 
-/// By how much the boxes of instances are padded, of the largest coordinate at hand.
-pub fn outer_pad(scene: &Scene) -> f32 {
-    if scene.direct { 0.0 } else { scene.rounding() }
-}
-
-/// The rays in scaled scene coordinates.
-#[inline(always)]
-pub fn scaled<'a>(scene: &Scene, rays: &'a [Ray], room: &'a mut [Ray; SIZE]) -> &'a [Ray] {
-    if scene.unit == 1.0 {
-        return rays;
-    }
-    let unit = scene.unit as f32;
-    for (to, ray) in room.iter_mut().zip(rays) {
-        *to = Ray {
-            origin: ray.origin.map(|x| x * unit),
-            direction: ray.direction.map(|x| x * unit),
-            ..*ray
-        };
-    }
-    &room[..rays.len()]
-}
-
-pub const NO_RAY: Ray = Ray {
-    origin: [0.0; 3],
-    direction: [0.0; 3],
-    t_max: 0.0,
-};
-
 /// What the rays of a packet met in a mesh; t stands in the packet.
 struct Nearest {
     slot: [u32; SIZE],
@@ -54,117 +31,174 @@ struct Nearest {
     v: [f32; SIZE],
 }
 
-/// The nearest hits of at most 64 rays; false, and nothing is answered, if they make no packet.
-#[inline(always)]
-pub fn closest<I: Isa>(
-    scene: &Scene,
-    rays: &[Ray],
-    hits: &mut [Hit],
-    coherence: Coherence,
-    packet: &mut Packet,
-) -> bool {
-    let mut room = [NO_RAY; SIZE];
-    let rays = scaled(scene, rays, &mut room);
-    if scene.root == NO_CHILD
-        || !packet.set::<I>(rays, &scene.extent, outer_pad(scene), Apex::Origin)
-    {
-        return false;
-    }
-    // Parallel rays from all over share their signs, but no boxes.
-    if coherence == Coherence::Unknown && packet.spread() > scene.reach / 16.0 {
-        return false;
-    }
-    let mut nearest = Nearest {
+impl Nearest {
+    const NOTHING: Nearest = Nearest {
         slot: [NO_SLOT; SIZE],
         u: [0.0; SIZE],
         v: [0.0; SIZE],
     };
-    if scene.direct {
-        let mesh = &*scene.placed[0].bvh;
-        closest_in_mesh::<I>(mesh, packet, &mut nearest);
-        for (i, hit) in hits.iter_mut().enumerate() {
-            *hit = Hit::MISS;
-            if nearest.slot[i] != NO_SLOT {
-                let (t, triangle) = (packet.t_max[i], mesh.id(nearest.slot[i]));
-                *hit = Hit {
-                    t,
-                    u: nearest.u[i],
-                    v: nearest.v[i],
-                    instance: 0,
-                    triangle,
-                };
-            }
-        }
-        return true;
-    }
-    let mut met = [Hit::MISS; SIZE];
-    if !closest_in_instances::<I>(scene, rays, packet, &mut met) {
-        return false;
-    }
-    hits.copy_from_slice(&met[..hits.len()]);
-    true
 }
 
-/// Through the tree over instances; false if the rays make no packet in one of them.
+/// The nearest hits, for any number of rays.
 #[inline(always)]
-fn closest_in_instances<I: Isa>(
-    scene: &Scene,
-    rays: &[Ray],
-    outer: &mut Packet,
-    met: &mut [Hit; SIZE],
-) -> bool {
-    let mut stack = Stack::new();
-    let mut inner = Packet::NONE;
-    let mut t_max = outer.farthest::<I>();
-    let mut at = scene.root;
-    loop {
-        if at & LEAF == 0 {
-            let node = node(scene.blocks(), at);
-            let (mask, enter) = outer.fan.children::<I>(node, t_max);
-            if mask != 0 {
-                at = stack.push::<I>(node, enter, mask);
-                continue;
-            }
-        } else {
-            let instance = at & !LEAF;
-            let placed = &scene.placed[instance as usize];
-            let local: [Ray; SIZE] = std::array::from_fn(|i| match rays.get(i) {
-                Some(ray) => Ray {
-                    t_max: outer.t_max[i],
-                    ..placed.local(ray)
-                },
-                None => NO_RAY,
-            });
-            if placed.bvh.root() != NO_CHILD {
-                if !inner.set::<I>(&local[..rays.len()], placed.bvh.extent(), 0.0, Apex::Origin) {
-                    return false;
-                }
-                let mut nearest = Nearest {
-                    slot: [NO_SLOT; SIZE],
-                    u: [0.0; SIZE],
-                    v: [0.0; SIZE],
-                };
-                closest_in_mesh::<I>(&placed.bvh, &mut inner, &mut nearest);
-                for (i, hit) in met[..rays.len()].iter_mut().enumerate() {
-                    let t = inner.t_max[i];
-                    if nearest.slot[i] != NO_SLOT && (t, instance) < (hit.t, hit.instance) {
-                        let triangle = placed.bvh.id(nearest.slot[i]);
-                        *hit = Hit {
-                            t,
-                            u: nearest.u[i],
-                            v: nearest.v[i],
-                            instance,
-                            triangle,
-                        };
-                        outer.t_max[i] = t;
-                    }
-                }
-                t_max = outer.farthest::<I>();
+pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
+    let mut together = Together(Chunk::none(scene, coherence));
+    let mut packets = Packets::NONE;
+    for (k, given) in rays.chunks(SIZE).enumerate() {
+        together.0.given = given;
+        together.0.number = k * SIZE;
+        let met = &mut hits[k * SIZE..][..given.len()];
+        met.fill(Hit::MISS);
+        if scene.root != NO_CHILD {
+            together.chunk::<I>(&mut packets, met);
+        }
+        if together.0.is_full() {
+            together.settle::<I>(hits);
+        }
+    }
+    together.settle::<I>(hits);
+}
+
+/// The nearest hits of the chunk at hand.
+struct Together<'a>(Chunk<'a>);
+
+impl Together<'_> {
+    /// Traces what was put aside.
+    #[inline(always)]
+    fn settle<I: Isa>(&mut self, hits: &mut [Hit]) {
+        let work = self.0.aside.drain(..);
+        trace::<I, _, false>(self.0.scene, &mut NearestApart { work, hits });
+    }
+
+    #[inline(always)]
+    fn chunk<I: Isa>(&mut self, packets: &mut Packets, hits: &mut [Hit]) {
+        let Packets {
+            scaled,
+            outer,
+            in_scene,
+            inside,
+        } = packets;
+        let rays = self.0.scaled(scaled);
+        let (extent, pad) = (&self.0.scene.extent, self.0.outer_pad());
+        let mut parts = Parts::of(rays);
+        while let Some((part, pays)) = parts.next() {
+            let (some, who) = outer.of_part(rays, None, part, parts.whole);
+            // Nothing is above the only mesh.
+            if self.0.scene.direct || pays && self.packed::<I>(some, extent, pad, in_scene) {
+                self.in_scene::<I>(some, who, in_scene, inside, hits);
+            } else if parts.whole {
+                parts.sort(rays);
+            } else {
+                self.0.alone(part, 0, NO_CHILD, None);
             }
         }
-        match stack.pop(0, t_max) {
-            Some(next) => at = next,
-            None => return true,
+    }
+
+    #[inline(always)]
+    fn packed<I: Isa>(&self, rays: &[Ray], extent: &Extent, pad: f32, packet: &mut Packet) -> bool {
+        self.0.packed::<I>(rays, extent, pad, Apex::Origin, packet)
+    }
+
+    /// Through the tree over instances. `who` says which of the chunk the rays are.
+    #[inline(always)]
+    fn in_scene<I: Isa>(
+        &mut self,
+        rays: &[Ray],
+        who: Who,
+        packet: &mut Packet,
+        inside: &mut Inside,
+        hits: &mut [Hit],
+    ) {
+        let Inside {
+            local,
+            inner,
+            packet: in_mesh,
+        } = inside;
+        let (scene, direct) = (self.0.scene, self.0.scene.direct);
+        let mut stack = Stack::new();
+        let (mut at, mut t_max) = match direct {
+            true => (LEAF, 0.0),
+            false => (scene.root, packet.farthest::<I>()),
+        };
+        loop {
+            if at & LEAF == 0 {
+                let node = node(scene.blocks(), at);
+                let (mask, enter) = packet.fan.children::<I>(node, t_max);
+                if mask != 0 {
+                    at = stack.push::<I>(node, enter, mask);
+                    continue;
+                }
+            } else if direct {
+                self.in_instance::<I>(0, rays, who, inner, in_mesh, hits);
+            } else {
+                let instance = at & !LEAF;
+                let placed = &scene.placed[instance as usize];
+                let active = packet.enter::<I>(|row| placed.bounds[row], packet.active);
+                if active != 0 && placed.bvh.root() != NO_CHILD {
+                    local.gather(rays, who, active);
+                    for (place, ray) in local.rays[..local.len].iter_mut().enumerate() {
+                        let number = usize::from(local.who[place]);
+                        ray.shorten(hits[number].t);
+                        *ray = placed.local(ray);
+                    }
+                    let (some, who_of_some) = local.all();
+                    self.in_instance::<I>(instance, some, who_of_some, inner, in_mesh, hits);
+                    let mut active = active;
+                    while active != 0 {
+                        let place = active.trailing_zeros();
+                        active &= active - 1;
+                        let t_max = &mut packet.t_max[place as usize & (SIZE - 1)];
+                        *t_max = t_max.min(hits[number(place, who)].t);
+                    }
+                    t_max = packet.farthest::<I>();
+                }
+            }
+            match stack.pop(0, t_max) {
+                Some(next) => at = next,
+                None => return,
+            }
+        }
+    }
+
+    /// Through one mesh, for rays in its coordinates: as one packet, or one for each heading.
+    #[inline(always)]
+    fn in_instance<I: Isa>(
+        &mut self,
+        instance: u32,
+        rays: &[Ray],
+        who: Who,
+        inner: &mut Members,
+        packet: &mut Packet,
+        hits: &mut [Hit],
+    ) {
+        let mesh = &*self.0.scene.placed[instance as usize].bvh;
+        let mut parts = Parts::of(rays);
+        while let Some((part, pays)) = parts.next() {
+            let (some, who_of_some) = inner.of_part(rays, who, part, parts.whole);
+            if pays && self.packed::<I>(some, mesh.extent(), 0.0, packet) {
+                let mut nearest = Nearest::NOTHING;
+                closest_in_mesh::<I>(mesh, packet, &mut nearest);
+                for place in 0..some.len() {
+                    if nearest.slot[place] == NO_SLOT {
+                        continue;
+                    }
+                    let hit = &mut hits[number(place as u32, who_of_some)];
+                    let t = packet.t_max[place];
+                    if (t, instance) < (hit.t, hit.instance) {
+                        *hit = Hit {
+                            t,
+                            u: nearest.u[place],
+                            v: nearest.v[place],
+                            instance,
+                            triangle: mesh.id(nearest.slot[place]),
+                        };
+                    }
+                }
+            } else if parts.whole {
+                parts.sort(rays);
+            } else {
+                self.0.alone(part, instance, mesh.root(), who);
+            }
         }
     }
 }
