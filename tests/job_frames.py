@@ -38,7 +38,6 @@ class Pool:
     """Makes frames at once, here; `before(frame)` may raise instead."""
 
     apart = False
-    threads = 1
 
     def __init__(self, before: Callable[[int], object] = lambda _: None, slots: int = 2) -> None:
         self.before, self._slots = before, slots
@@ -47,6 +46,9 @@ class Pool:
     def open(self, package: Package, path: str) -> None:
         self.path = path
         workers.keep(package)
+
+    def threads(self, left: int) -> int:
+        return 1
 
     def submit(self, task: Task) -> Future[Made]:
         future: Future[Made] = Future()

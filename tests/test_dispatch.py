@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from raycam import dispatch as module
-from raycam.dispatch import Failed, PoolLost, WorkerDied, dispatch
+from raycam.dispatch import Failed, PoolLost, WorkerDied, dispatch, shared_threads
 from raycam.errors import JobError, WorldError
 from raycam.workers import Made, Task
 
@@ -19,7 +19,6 @@ class Pool:
     """Makes frames as `answer(frame, attempt)` says: None is a future that stays open."""
 
     apart = True
-    threads = None
 
     def __init__(self, answer: Callable[[int, int], Any], slots: int = 3) -> None:
         self.answer, self.size = answer, slots
@@ -28,6 +27,9 @@ class Pool:
         self.most = 0
 
     def open(self, package: object, path: str) -> None: ...
+
+    def threads(self, left: int) -> None:
+        return None
 
     def slots(self) -> int:
         return self.size
@@ -205,3 +207,15 @@ def test_a_pool_that_takes_no_more_ends_it() -> None:
 
     with pytest.raises(JobError, match="the workers are gone"):
         list(dispatch(Broken(lambda *_: "x"), tasks(range(2))))
+
+
+def test_the_last_frames_get_the_cores_that_nobody_else_has_work_for() -> None:
+    assert [shared_threads(2, 2, left) for left in (9, 3, 2, 1)] == [1, 1, 2, 2]
+    assert [shared_threads(8, 4, left) for left in (5, 4, 3, 2, 1)] == [2, 4, 6, 8, 8]
+    assert [shared_threads(3, 8, left) for left in (9, 8, 6, 5, 1)] == [1, 1, 1, 2, 3]
+    for cores in range(1, 40):
+        for workers in range(1, 40):
+            given = [shared_threads(cores, workers, left) for left in range(1, 100)]
+            assert given == sorted(given, reverse=True)
+            assert max(given) <= cores
+            assert min(given) == max(1, cores // workers)

@@ -1,5 +1,7 @@
 """Videos, read back by FFmpeg (PyAV) and Pillow."""
 
+import threading
+
 import av
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import raycam
 from PIL import Image
 from raycam.video import Film, frame_range, write_video
 from raycam.video_codecs import CODECS, encoded
+from test_flow import bending_plate
 
 SIZE = (64, 48)
 FLAT = {"integrator": "flat", "samples": 4}
@@ -164,7 +167,7 @@ def test_a_world_without_video_is_orbited_and_says_so():
     assert "differs from run to run" in Film(moving_world(), time=1.0).notices[0]
 
 
-def test_what_does_not_move_is_built_once():
+def test_what_does_not_move_is_built_once(tmp_path):
     world = moving_world(
         orbit=None,
         keyframe=[{"time": t, "object": "box", "location": [t, 0, 0]} for t in (0, 1)],
@@ -177,6 +180,15 @@ def test_what_does_not_move_is_built_once():
     fresh = moving_world()
     moment = fresh.at(0.5)
     assert moment._core.objects_shared_with(fresh._core) == 0
+    # Of a mesh that bends, the tree alone that it has is another.
+    bending = bending_plate(tmp_path)
+    for number in range(3):
+        bending.add_object(box={"size": 0.1}, name=f"box {number}", location=[number, 0, 0])
+    bending.prepare()
+    film = Film(bending, bending.default_camera(), **FLAT)
+    for number in (0, 5, 20):
+        moment = bending.at(film.time(number), 0).prepare()
+        assert moment._core.objects_shared_with(bending._core) == 3 + (number == 0)
     # An object more is built alone.
     grown = world.at(0.0)
     grown.add_object(box={"size": [2, 1, 1]})
@@ -262,6 +274,28 @@ def test_stopping_leaves_nothing_behind(tmp_path):
     for path in (tmp_path / "frames").iterdir():
         with Image.open(path) as image:
             image.load()
+
+
+def test_what_an_encoder_raises_is_raised(tmp_path, monkeypatch):
+    # Pictures are encoded by a thread of its own while the next one is rendered.
+    threads = set()
+    real = raycam.Frame.to_srgb8
+
+    def fail(frame):
+        threads.add(threading.current_thread().name)
+        if len(calls) == 4:
+            raise OSError("no room")
+        calls.append(frame)
+        return real(frame)
+
+    monkeypatch.setattr(raycam.Frame, "to_srgb8", fail)
+    for name in ("a.mp4", "a.gif"):
+        calls = []
+        with pytest.raises(OSError, match="no room"):
+            write_video(moving_world(), tmp_path / name, **FLAT)
+        assert len(calls) == 4
+    assert list(tmp_path.iterdir()) == []
+    assert threads.isdisjoint({threading.current_thread().name})
 
 
 def test_progress_counts_every_frame(tmp_path):

@@ -57,14 +57,17 @@ class Here:
     apart = False
 
     def __init__(self, threads: int | None = None) -> None:
-        self.threads = threads
-        """How many threads a frame is rendered with; None for all."""
+        self._threads = threads
         self._executor = ThreadPoolExecutor(2, "raycam-frame")
         self._stopped = threading.Event()
 
     def open(self, package: Package, path: str) -> None:
         """Remembers the package, whose world is here."""
         workers.keep(package)
+
+    def threads(self, left: int) -> int | None:
+        """As was said: frames share them."""
+        return self._threads
 
     def submit(self, task: Task) -> Future[Made]:
         """Starts a frame."""
@@ -93,14 +96,17 @@ class Executors:
     def __init__(
         self, executor: Executor | Callable[[], Executor], slots: int = 8, threads: int | None = None
     ) -> None:
-        self.threads = threads
-        """How many threads each worker renders with; None for all."""
+        self._threads = threads
         self._make = None if isinstance(executor, Executor) else executor
         self._executor = executor if isinstance(executor, Executor) else executor()
         self._slots = slots
 
     def open(self, package: Package, path: str) -> None:
         """Workers fetch the package by themselves."""
+
+    def threads(self, left: int) -> int | None:
+        """As was said."""
+        return self._threads
 
     def submit(self, task: Task) -> Future[Made]:
         """Starts a frame."""

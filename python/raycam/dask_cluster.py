@@ -16,7 +16,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from . import _core, workers
-from .dispatch import PoolLost, WorkerDied
+from .dispatch import PoolLost, WorkerDied, shared_threads
 from .errors import SettingsError
 from .package import Package
 from .workers import Made, Task
@@ -56,9 +56,7 @@ def connect(address: str, threads: int | None = None) -> Dask:
                 worker_dashboard_address=None,
                 silence_logs=50,
             )
-        return Dask(
-            distributed.Client(cluster), threads or max(1, _core.available_threads() // count), cluster
-        )
+        return Dask(distributed.Client(cluster), threads, cluster)
     if kind not in ("tcp", "tls") or not urlsplit(address).port:
         raise SettingsError(f"{address!r}: expected tcp://HOST:PORT, tls://HOST:PORT or local:N")
     try:
@@ -87,11 +85,12 @@ class Dask:
                 "programs on its workers; use tls:// or a network of your own"
             )
 
-    @property
-    def threads(self) -> int | None:
+    def threads(self, left: int) -> int | None:
         """How many threads a frame is rendered with, where it was not said: all that a worker has to itself."""
         if self._given is not None:
             return self._given
+        if self._cluster is not None:
+            return shared_threads(_core.available_threads(), max(1, len(self._cluster.workers)), left)
         info = self._workers()
         hosts = [worker["host"] for worker in info]
         alone = len(set(hosts)) == len(hosts) and all(worker["nthreads"] == 1 for worker in info)

@@ -19,7 +19,7 @@ from .errors import Error, JobError
 from .package import Package
 from .workers import Made, Task
 
-__all__ = ["Failed", "Pool", "PoolLost", "WorkerDied", "dispatch"]
+__all__ = ["Failed", "Pool", "PoolLost", "WorkerDied", "dispatch", "shared_threads"]
 
 ATTEMPTS = 3
 """How often a frame is tried that raises what may pass, such as running out of memory; and how many workers a frame
@@ -53,9 +53,8 @@ class Pool(Protocol):
     apart: bool
     """Whether its workers fail one by one, so that a second one may help where the first does not answer."""
 
-    @property
-    def threads(self) -> int | None:
-        """How many threads each worker renders with; None for all."""
+    def threads(self, left: int) -> int | None:
+        """How many threads a frame is rendered with after which `left - 1` are to be handed over; None for all."""
 
     def open(self, package: Package, path: str) -> None:
         """Prepares for the frames of a job, whose package is in the file `path`."""
@@ -80,6 +79,15 @@ class Failed:
     """Why, in one line."""
     log: str
     """Every attempt, with its traceback."""
+
+
+def shared_threads(cores: int, workers: int, left: int) -> int:
+    """`Pool.threads` of workers on one machine: the cores shared out.
+
+    At the end, when there are more workers than frames, each frame gets more: no core waits while others work.
+    """
+    share = max(1, cores // workers)
+    return share if left > workers else max(share, min(cores, -(-2 * cores // left)))
 
 
 def dispatch(

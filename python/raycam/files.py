@@ -60,9 +60,7 @@ def named(path: str | os.PathLike[str]) -> Iterator[None]:
         raise
 
 
-def write(
-    path: str | os.PathLike[str], data: bytes, scratch: str | os.PathLike[str] | None = None
-) -> None:
+def write(path: str | os.PathLike[str], data: bytes, scratch: str | os.PathLike[str] | None = None) -> None:
     """Writes a whole file as `atomic_path` does.
 
     `scratch` is another folder of the same disk for the temporary file, for those who clean it up after a crash.
@@ -100,7 +98,9 @@ def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
     free = shutil.disk_usage(folder).free
     # One block even for an empty file: a full disk is full for every file.
     if free < max(size, 1):
-        raise OSError(errno.ENOSPC, f"the disk has {free} bytes free, about {max(size, 1)} are needed", target)
+        raise OSError(
+            errno.ENOSPC, f"the disk has {free} bytes free, about {max(size, 1)} are needed", target
+        )
 
 
 def sync(path: str | os.PathLike[str]) -> None:

@@ -191,7 +191,8 @@ class Job:
             package = str((self._state / "package").resolve())
             if todo:
                 pool.open(self.package, package)
-            tasks = (Task(self.description["job"], package, frame, pool.threads) for frame in todo)
+            job, count = self.description["job"], len(todo)
+            tasks = (Task(job, package, frame, pool.threads(count - i)) for i, frame in enumerate(todo))
             with Ledger(path) as book, contextlib.closing(dispatch(pool, tasks)) as outcomes:
                 if path not in self._ledgers:
                     self._ledgers.append(path)

@@ -20,7 +20,7 @@ from concurrent.futures import Future
 from typing import IO, Any
 
 from . import _core, errors, memory, workers
-from .dispatch import PoolLost, WorkerDied
+from .dispatch import PoolLost, WorkerDied, shared_threads
 from .errors import Error
 from .package import Package
 from .workers import Made, Task
@@ -47,11 +47,10 @@ class Processes:
     apart = True
 
     def __init__(self, count: int, threads: int | None = None) -> None:
-        self.threads: int | None = threads or max(1, _core.available_threads() // count)
-        """How many threads each worker renders with."""
+        self._given = threads
         self._count = count
         self._tasks: queue.SimpleQueue[tuple[Task, Future[Made]] | None] = queue.SimpleQueue()
-        self._threads: list[threading.Thread] = []
+        self._servants: list[threading.Thread] = []
         self._workers: list[_Worker] = []
         self._closing = False
         self._expected = BARE
@@ -59,6 +58,10 @@ class Processes:
     def open(self, package: Package, path: str) -> None:
         """Thinks about how much memory a worker will need."""
         self._expected = BARE + GROWTH * len(package.world_bytes)
+
+    def threads(self, left: int) -> int | None:
+        """As was said, or else the cores shared out."""
+        return self._given or shared_threads(_core.available_threads(), self._count, left)
 
     def submit(self, task: Task) -> Future[Made]:
         """Starts a frame."""
@@ -68,11 +71,11 @@ class Processes:
 
     def slots(self) -> int:
         """Two for each worker, so that none waits for the next frame; starts more workers where they fit."""
-        while len(self._threads) < self._count and (not self._threads or self._has_room()):
+        while len(self._servants) < self._count and (not self._servants or self._has_room()):
             thread = threading.Thread(target=self._serve, name="raycam-worker", daemon=True)
-            self._threads.append(thread)
+            self._servants.append(thread)
             thread.start()
-        return 2 * len(self._threads)
+        return 2 * len(self._servants)
 
     def pids(self) -> list[int]:
         """The process numbers of the workers."""
@@ -81,18 +84,18 @@ class Processes:
     def close(self) -> None:
         """Ends all workers at once, whatever they do."""
         self._closing = True
-        for _ in self._threads:
+        for _ in self._servants:
             self._tasks.put(None)
         for worker in list(self._workers):
             worker.process.kill()
-        for thread in self._threads:
+        for thread in self._servants:
             thread.join()
 
     def _has_room(self) -> bool:
         """Whether one more worker fits into the memory, those that still grow taken as large as the largest."""
         sizes = [memory.peak(pid) for pid in self.pids()]
         expected = max([self._expected, *sizes])
-        growing = sum(expected - size for size in sizes) + expected * (len(self._threads) - len(sizes))
+        growing = sum(expected - size for size in sizes) + expected * (len(self._servants) - len(sizes))
         return memory.used() + growing + expected <= FULL * memory.limit()
 
     def _serve(self) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -189,18 +191,43 @@ def write_video(
         raise SettingsError(
             f"frames {start}:{stop} are none: the video has {len(film)}, from 0 to {len(film) - 1}"
         )
-    with open_video(
+    shown = open_video(
         Path(path), film.camera.size, film.fps, lossless=lossless, alpha=film.transparent, audio=sound
-    ) as add:
+    )
+
+    def encode(number: int, frame: Frame) -> None:
+        add(number, frame.to_srgba8() if film.transparent else frame.to_srgb8())
+
+    with shown as add, _behind(encode) as hand_over:
         for done, number in enumerate(numbers):
             if progress is not None:
                 progress(done, len(numbers))
             frame = film.frame(number)
             film.notices += [notice for notice in frame.notices if notice not in film.notices]
-            add(number, frame.to_srgba8() if film.transparent else frame.to_srgb8())
-        if progress is not None:
-            progress(len(numbers), len(numbers))
+            hand_over(number, frame)
+    if progress is not None:
+        progress(len(numbers), len(numbers))
     return film
+
+
+@contextmanager
+def _behind(work: Callable[[int, Frame], None]) -> Iterator[Callable[[int, Frame], None]]:
+    """A function that has `work` done in order by a thread of its own while the next frame is rendered.
+
+    It waits for the frame before, and raises what that has raised; so does the end of the block.
+    """
+    with ThreadPoolExecutor(1, "raycam-encode") as thread:
+        last: Future[None] | None = None
+
+        def hand_over(number: int, frame: Frame) -> None:
+            nonlocal last
+            if last is not None:
+                last.result()
+            last = thread.submit(work, number, frame)
+
+        yield hand_over
+        if last is not None:
+            last.result()
 
 
 def frame_range(text: str) -> tuple[int | None, int | None]:

@@ -110,14 +110,17 @@ def _maker(task: Task) -> Maker:
 
 
 def _fetch(task: Task) -> Package:
-    """The package from where the task says that it lies, or from `PLACES`."""
+    """The package from where the task says that it lies, or from `PLACES`; kept, for tasks with other threads."""
     candidates = [Path(task.package), *(place / task.job for place in PLACES)]
     for path in candidates:
         try:
             data = path.read_bytes()
         except OSError:
             continue
-        return Package.from_bytes(data, str(path), task.job)
+        package = _packages[task.job] = Package.from_bytes(data, str(path), task.job)
+        while len(_packages) > KEPT:
+            _packages.popitem(last=False)
+        return package
     raise JobError(
         f"no job {task.job[:12]} at {task.package} seen from {os.uname().nodename}: put the job's folder where every "
         "worker reads it under the same name"

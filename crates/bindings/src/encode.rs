@@ -4,6 +4,7 @@ use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use raycam_formats::{exr, hdr, mask, png};
+use raycam_render::display;
 use raycam_scene::{View, color};
 
 use crate::arrays::array;
@@ -55,21 +56,14 @@ pub(crate) fn srgb_from_linear<'py>(
             "expected an array [..., 3] of colours".into(),
         ));
     };
-    let shown = |rgb: &[f32; 3]| view.apply(rgb.map(|v| v * scale));
-    // `as` takes NaN to 0 and saturates.
     if bits == 16 {
-        let encode = |v: f32| (color::srgb_from_linear(v.clamp(0.0, 1.0)) * 65535.0).round() as u16;
-        let data = py.detach(|| {
-            pixels
-                .iter()
-                .flat_map(|rgb| shown(rgb).map(encode))
-                .collect()
-        });
-        return Ok(array::<u16>(py, data, linear.shape())?.into_any());
+        let data = py.detach(|| caught(|| display::srgb16(pixels, scale, view)))?;
+        let data = data.map_err(IntoPyErr::into_py_err)?;
+        return Ok(array(py, data, linear.shape())?.into_any());
     }
-    let encode = |rgb| color::srgb8_from_linear(shown(rgb));
-    let data = py.detach(|| pixels.iter().flat_map(encode).collect());
-    Ok(array::<u8>(py, data, linear.shape())?.into_any())
+    let data = py.detach(|| caught(|| display::srgb8(pixels, scale, view)))?;
+    let data = data.map_err(IntoPyErr::into_py_err)?;
+    Ok(array(py, data, linear.shape())?.into_any())
 }
 
 /// A Radiance HDR file of linear float32 [height, width, 3].

@@ -8,6 +8,7 @@
 #![allow(clippy::needless_range_loop)]
 
 mod block;
+mod boxes;
 mod build;
 mod dispatch;
 mod error;

@@ -1,6 +1,7 @@
 //! The planes of a frame while many threads write them, a tile at a time.
 
-use std::sync::{Mutex, PoisonError};
+use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::channel::{Channel, Kind};
 use crate::error::RenderError;
@@ -99,6 +100,44 @@ impl<'a> Film<'a> {
         }
     }
 
+    /// Gives all pixels of the blocks of a tile the values of a frame of one pixel.
+    pub fn fill(&self, tile: &Tile, blocks: &[Tile], one: &[(Channel, Plane)]) {
+        // Planes begin as zeros, and memory that nobody writes to costs nothing.
+        if blocks.is_empty() || one.iter().all(|(_, plane)| plane.is_zero()) {
+            return;
+        }
+        let (first, mut strips) = self.band(tile);
+        for ((_, strip), (_, plane)) in strips.iter_mut().zip(one) {
+            for block in blocks {
+                for row in block.y..block.y + block.height {
+                    let start = self.place(first, [block.x, row]);
+                    let pixels = start..start + block.width as usize;
+                    match (&mut *strip, plane) {
+                        (Strip::F32(to), Plane::F32 { data, .. }) => repeat(to, pixels, data),
+                        (Strip::F64(to), Plane::F64 { data, .. }) => repeat(to, pixels, data),
+                        (Strip::I32(to), Plane::I32 { data, .. }) => repeat(to, pixels, data),
+                        _ => unreachable!("the planes of one film have the same channels"),
+                    }
+                }
+            }
+        }
+    }
+
+    /// The rows of tiles that a tile is in, from which row on.
+    fn band(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<(Channel, Strip<'a>)>>) {
+        let band = (tile.y - self.region[1]) / TILE;
+        // A thread that panicked left its own pixels unwritten; nobody else's suffer.
+        let strips = self.bands[band as usize]
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        (self.region[1] + band * TILE, strips)
+    }
+
+    /// Where in a strip that begins with the row `first` a pixel lies.
+    fn place(&self, first: u32, [x, y]: [u32; 2]) -> usize {
+        (y - first) as usize * self.region[2] as usize + (x - self.region[0]) as usize
+    }
+
     /// Writes all channels of a tile: `write` gets each channel's strip and where in it, in pixels, each of `pixels`
     /// lies.
     pub fn write(
@@ -107,18 +146,21 @@ impl<'a> Film<'a> {
         pixels: &[[u32; 2]],
         mut write: impl FnMut(Channel, &mut Strip, &[usize]),
     ) {
-        let band = (tile.y - self.region[1]) / TILE;
-        let first = self.region[1] + band * TILE;
-        let at = |&[x, y]: &[u32; 2]| {
-            (y - first) as usize * self.region[2] as usize + (x - self.region[0]) as usize
-        };
-        let places: Vec<usize> = pixels.iter().map(at).collect();
-        // A thread that panicked left its own pixels unwritten; nobody else's suffer.
-        let mut strips = self.bands[band as usize]
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let (first, mut strips) = self.band(tile);
+        let places: Vec<usize> = pixels.iter().map(|&at| self.place(first, at)).collect();
         for (channel, strip) in strips.iter_mut() {
             write(*channel, strip, &places);
         }
+    }
+}
+
+/// The same values for each of these pixels.
+fn repeat<T: Copy>(to: &mut [T], pixels: Range<usize>, one: &[T]) {
+    let to = &mut to[pixels.start * one.len()..pixels.end * one.len()];
+    match one {
+        [value] => to.fill(*value),
+        _ => to
+            .chunks_exact_mut(one.len())
+            .for_each(|pixel| pixel.copy_from_slice(one)),
     }
 }

@@ -129,6 +129,15 @@ fn union(parts: &[Frame]) -> Option<[u32; 4]> {
 }
 
 impl Plane {
+    /// Whether all its bits are zero.
+    pub(crate) fn is_zero(&self) -> bool {
+        match self {
+            Plane::F32 { data, .. } => data.iter().all(|value| value.to_bits() == 0),
+            Plane::F64 { data, .. } => data.iter().all(|value| value.to_bits() == 0),
+            Plane::I32 { data, .. } => data.iter().all(|&value| value == 0),
+        }
+    }
+
     /// Copies a part into its place; false where it does not have the values of its region.
     fn paste(&mut self, whole: [u32; 4], part: &Plane, region: [u32; 4]) -> bool {
         match (self, part) {

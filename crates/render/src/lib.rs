@@ -11,6 +11,8 @@
 
 mod channel;
 mod control;
+mod cover;
+pub mod display;
 mod error;
 mod estimate;
 mod film;

@@ -1,5 +1,6 @@
 //! How the pixels of a tile are seen: exact rays through their centres, samples around them, sums of what these bring.
 
+mod develop;
 mod moving;
 mod sampling;
 
@@ -11,10 +12,11 @@ use raycam_scene::Camera;
 
 use crate::channel::Channel;
 use crate::control::Control;
+use crate::cover::Cover;
 use crate::error::RenderError;
 use crate::estimate::Estimate;
-use crate::film::{Film, Strip};
 use crate::filter::PreparedFilter;
+use crate::frame::Plane;
 use crate::integrator::{self, Batch};
 use crate::moments::{Lines, Moments};
 use crate::prepare::PreparedWorld;
@@ -23,7 +25,7 @@ use crate::settings::{Settings, TruthSurface};
 use crate::tally::Tally;
 use crate::texture::Cone;
 use crate::tile::Tile;
-use crate::truth::{self, Exact, put};
+use crate::truth::{self, Exact};
 
 /// All that the tiles of one picture share.
 pub(crate) struct Picture<'a> {
@@ -48,12 +50,16 @@ pub(crate) struct Picture<'a> {
     /// Whether the error of the colour is estimated.
     estimated: bool,
     tally: Tally,
+    /// Which blocks show anything, and what a pixel of the others is; `None` where all are to be traced.
+    cover: Option<(Cover, Vec<(Channel, Plane)>)>,
 }
 
 /// What a thread needs for a tile; kept from tile to tile.
 #[derive(Default)]
 pub(crate) struct Buffers {
     pixels: Vec<[u32; 2]>,
+    /// The blocks that nothing is seen in.
+    blank: Vec<Tile>,
     exact: Exact,
     rays: Vec<Ray>,
     hits: Vec<Hit>,
@@ -80,13 +86,14 @@ impl<'a> Picture<'a> {
         moments: Option<&'a Moments<'a>>,
         camera: &'a Camera,
         settings: &'a Settings,
+        region: [u32; 4],
     ) -> Self {
         let asked = |channel| settings.channels.contains(&channel);
         let single = settings.samples == 1;
         let colored = asked(Channel::Color) || asked(Channel::Alpha) || asked(Channel::Error);
         let shaded = colored || asked(Channel::Coverage);
         let estimated = asked(Channel::Error) || settings.noise.is_some();
-        Self {
+        let mut picture = Self {
             world,
             moments,
             camera,
@@ -101,7 +108,11 @@ impl<'a> Picture<'a> {
             scattered: camera.aperture().is_some() || camera.motion().is_some(),
             estimated,
             tally: Tally::default(),
-        }
+            cover: None,
+        };
+        picture.cover = Cover::new(&world.boxes, camera, region)
+            .and_then(|cover| Some((cover, picture.background()?)));
+        picture
     }
 
     /// What the one who looks at the picture should know of its samples.
@@ -182,7 +193,15 @@ impl<'a> Picture<'a> {
         buffers: &mut Buffers,
         control: &Control,
     ) -> Result<(), RenderError> {
-        tile.pixels(&mut buffers.pixels);
+        let Buffers { pixels, blank, .. } = &mut *buffers;
+        pixels.clear();
+        blank.clear();
+        for block in tile.blocks() {
+            match &self.cover {
+                Some((cover, _)) if !cover.meets(&block) => blank.push(block),
+                _ => block.add_rows(pixels),
+            }
+        }
         let count = buffers.pixels.len();
         buffers.estimate.reset(count, self.estimated);
         buffers.active.clear();
@@ -356,37 +375,5 @@ impl<'a> Picture<'a> {
             }
         }
         Ok(())
-    }
-
-    /// Writes a tile's pixels to the film.
-    pub fn develop(&self, tile: &Tile, buffers: &Buffers, film: &Film) {
-        let estimate = &buffers.estimate;
-        let truth = |i: usize| {
-            let camera_from_world = self.camera.rotation_at(self.center_of(buffers.pixels[i]));
-            let world = buffers.seen.get(i).map_or(self.world, |world| &**world);
-            buffers.exact.truth(world, camera_from_world, i)
-        };
-        film.write(tile, &buffers.pixels, |channel, strip, places| {
-            if truth::write(channel, strip, places, truth) {
-                return;
-            }
-            match (channel, strip) {
-                (Channel::Color, Strip::F32(strip)) => {
-                    put(strip, places, |i| estimate.color(i).to_array());
-                }
-                (Channel::Coverage, Strip::F32(strip)) => {
-                    put(strip, places, |i| [estimate.coverage(i)]);
-                }
-                (Channel::Alpha, Strip::F32(strip)) => {
-                    put(strip, places, |i| [estimate.alpha(i)]);
-                }
-                (Channel::Error, Strip::F32(strip)) => {
-                    put(strip, places, |i| [estimate.error(i)]);
-                }
-                (channel, _) => {
-                    unreachable!("{channel:?} is stored as its row in the channel table says")
-                }
-            }
-        });
     }
 }

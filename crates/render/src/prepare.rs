@@ -7,13 +7,13 @@ use glam::{DAffine3, DMat3, DVec3};
 use raycam_bvh::{BuildError, Bvh, ExactTriangles, Instance, Scene};
 use raycam_scene::{Alpha, Camera, Material, Object, World};
 
-use crate::control::Control;
 use crate::error::RenderError;
 use crate::light::{Lights, default_lights};
 use crate::prepared_mesh::{PreparedMesh, prepare_meshes};
 use crate::scatter::Lobe;
 use crate::texture::PreparedTexture;
 use crate::threads::with_pool;
+use crate::{control::Control, cover};
 
 /// A placed mesh.
 #[derive(Debug)]
@@ -50,6 +50,8 @@ pub struct PreparedWorld {
     /// Everything lies within this distance of `origin`.
     pub(crate) radius: f64,
     pub(crate) objects: Vec<PreparedObject>,
+    /// Where they lie: see [`cover::boxes`].
+    pub(crate) boxes: Vec<[DVec3; 2]>,
     pub(crate) materials: Arc<Vec<PreparedMaterial>>,
     /// Whether some material's opacity counts.
     pub(crate) see_through: bool,
@@ -91,6 +93,7 @@ impl PreparedWorld {
             scene,
             origin,
             radius: (upper - origin).length(),
+            boxes: cover::boxes(&objects, origin, (upper - origin).length()),
             objects,
             materials: Arc::new(prepare_materials(&world.materials)),
             see_through: is_see_through(world),
@@ -121,10 +124,12 @@ impl PreparedWorld {
         let (lower, upper) = bounds(&world.objects, &meshes);
         let origin = still.origin;
         let (objects, scene) = place(world, meshes, origin)?;
+        let radius = (upper - origin).abs().max((lower - origin).abs()).length();
         let mut moved = Self {
             scene,
             origin,
-            radius: (upper - origin).abs().max((lower - origin).abs()).length(),
+            radius,
+            boxes: cover::boxes(&objects, origin, radius),
             objects,
             materials: match world.materials == before.materials {
                 true => still.materials.clone(),
@@ -236,6 +241,12 @@ impl PreparedObject {
             category,
             mesh,
         }
+    }
+
+    /// What float32 may do to it, and to rays that start up to `reach` from the scene's origin, along each axis.
+    pub fn blur(&self, reach: f64) -> DVec3 {
+        let rounding = self.rounding.of_point * DVec3::splat(reach) + self.rounding.of_mesh;
+        ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * rounding
     }
 
     /// Where the mesh's own float32 coordinates lie in scene-local ones.

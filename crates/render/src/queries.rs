@@ -15,7 +15,7 @@ use crate::truth::id;
 const CHUNK: usize = 4096;
 /// A ray that starts farther than this many radii from the scene's centre is moved up to the scene: float32 would place
 /// its start too coarsely.
-const FAR: f64 = 16.0;
+pub(crate) const FAR: f64 = 16.0;
 
 impl PreparedWorld {
     /// A world ray as the kernel takes it, and by how many of its lengths its start was moved along it.

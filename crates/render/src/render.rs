@@ -62,7 +62,7 @@ fn picture_of(
     let region = settings.check(camera.size())?;
     let mut planes = film::planes(region, &settings.channels)?;
     let camera = &world.before(camera);
-    let picture = Picture::new(world, moments, camera, settings);
+    let picture = Picture::new(world, moments, camera, settings, region);
     let tiles = Tile::of_region(region);
     let film = Film::new(region, &mut planes);
     let mut notices = settings.integrator.notices(world);

@@ -160,6 +160,16 @@ impl Exact {
         }
     }
 
+    /// One ray that met nothing.
+    pub fn nothing() -> Self {
+        Self {
+            rays: vec![exact_ray((DVec3::ZERO, DVec3::Z))],
+            hits: vec![ExactHit::MISS],
+            told: vec![ExactHit::MISS],
+            normals: vec![],
+        }
+    }
+
     /// What there is to tell of a ray.
     pub fn truth<'a>(
         &self,

@@ -116,6 +116,14 @@ fn a_mesh_that_changes_its_form_is_refitted_until_the_tree_is_worn() {
         let new = prepare(&bent);
         let cost = |world: &PreparedWorld| world.bvh(1).unwrap().cost();
         assert_eq!(cost(&moved) != cost(&new), refitted, "{amount}");
+        // What stands still has the very tree that it had.
+        assert_eq!(moved.objects_shared_with(&first), 2);
+        for still in [0, 2] {
+            assert!(Arc::ptr_eq(
+                moved.bvh(still).unwrap(),
+                first.bvh(still).unwrap()
+            ));
+        }
         let picture = |world| {
             raycam_render::render(world, &camera, &Settings::default(), &Control::new()).unwrap()
         };

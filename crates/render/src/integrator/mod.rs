@@ -104,6 +104,17 @@ pub(crate) fn radiance(
     Ok(())
 }
 
+/// What [`radiance`] is of a camera's ray that meets nothing, where that is known without tracing it.
+pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<Vec3> {
+    match settings.integrator {
+        Integrator::Flat | Integrator::Ao if settings.transparent => Some(Vec3::ZERO),
+        Integrator::Flat => Integrator::Flat.lights(world).even_sky(),
+        Integrator::Ao => Some(Vec3::ONE),
+        // Rays may pick up lights without a mesh on their way.
+        Integrator::Direct | Integrator::Path => None,
+    }
+}
+
 /// The most lights that `direct` samples at a point.
 const MAX_LIGHT_SAMPLES: usize = 64;
 

@@ -263,6 +263,11 @@ impl Lights {
             .sum()
     }
 
+    /// What [`Lights::sky`] is where it is the same in all directions.
+    pub fn even_sky(&self) -> Option<Vec3> {
+        (self.uneven == 0).then(|| self.sky(Vec3::Z))
+    }
+
     /// The same, and the density with which [`Lights::sample`] finds this direction for its sake.
     pub fn behind(&self, from: &Reference, choice: Choice, direction: Vec3) -> (Vec3, f32) {
         if self.uneven == 0 && choice == Choice::Weighed {

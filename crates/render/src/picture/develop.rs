@@ -1,0 +1,81 @@
+//! From what the rays of a tile have brought to the pixels of the film.
+
+use super::{Buffers, Picture};
+use crate::channel::Channel;
+use crate::film::{self, Film, Strip};
+use crate::frame::Plane;
+use crate::integrator;
+use crate::settings::Settings;
+use crate::tile::Tile;
+use crate::truth::{self, Exact, put};
+
+impl Picture<'_> {
+    /// Writes a tile's pixels to the film.
+    pub fn develop(&self, tile: &Tile, buffers: &Buffers, film: &Film) {
+        let estimate = &buffers.estimate;
+        let truth = |i: usize| {
+            let camera_from_world = self.camera.rotation_at(self.center_of(buffers.pixels[i]));
+            let world = buffers.seen.get(i).map_or(self.world, |world| &**world);
+            buffers.exact.truth(world, camera_from_world, i)
+        };
+        if let Some((_, background)) = &self.cover {
+            film.fill(tile, &buffers.blank, background);
+        }
+        film.write(tile, &buffers.pixels, |channel, strip, places| {
+            if truth::write(channel, strip, places, truth) {
+                return;
+            }
+            match (channel, strip) {
+                (Channel::Color, Strip::F32(strip)) => {
+                    put(strip, places, |i| estimate.color(i).to_array());
+                }
+                (Channel::Coverage, Strip::F32(strip)) => {
+                    put(strip, places, |i| [estimate.coverage(i)]);
+                }
+                (Channel::Alpha, Strip::F32(strip)) => {
+                    put(strip, places, |i| [estimate.alpha(i)]);
+                }
+                (Channel::Error, Strip::F32(strip)) => {
+                    put(strip, places, |i| [estimate.error(i)]);
+                }
+                (channel, _) => {
+                    unreachable!("{channel:?} is stored as its row in the channel table says")
+                }
+            }
+        });
+    }
+
+    /// A pixel of which all rays meet nothing, where that is the same all over the picture.
+    pub(super) fn background(&self) -> Option<Vec<(Channel, Plane)>> {
+        let Settings { time, clamp, .. } = self.settings;
+        if self.estimated || time.is_some() || self.camera.vignetting().is_some() {
+            return None;
+        }
+        let mut buffers = Buffers {
+            pixels: vec![[0, 0]],
+            exact: Exact::nothing(),
+            ..Buffers::default()
+        };
+        let estimate = &mut buffers.estimate;
+        estimate.reset(1, false);
+        estimate.count(0, true);
+        estimate.see_sky(0);
+        if self.colored {
+            let radiance = integrator::background(self.world, self.settings)?;
+            if !(radiance.is_finite() && radiance.min_element() >= 0.0)
+                || radiance.max_element() > clamp.unwrap_or(f32::INFINITY)
+            {
+                return None;
+            }
+            estimate.add(0, 0, radiance);
+        }
+        let pixel = [0, 0, 1, 1];
+        let mut planes = film::planes(pixel, &self.settings.channels).ok()?;
+        let film = Film::new(pixel, &mut planes);
+        for tile in Tile::of_region(pixel) {
+            self.develop(&tile, &buffers, &film);
+        }
+        drop(film);
+        Some(planes)
+    }
+}
