@@ -525,7 +525,7 @@ RECIPE: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("name", [name for name in FORMATS if FORMATS[name].many_worlds])
+@pytest.mark.parametrize("name", FORMATS)
 def test_randomised_worlds(tmp_path: Path, name: str) -> None:
     options: dict[str, Any] = {"integrator": "flat", "samples": 1, "format": name, "seed": 5}
     found = write(raycam.Recipe(RECIPE), tmp_path / "a", count=3, **options)
@@ -537,6 +537,43 @@ def test_randomised_worlds(tmp_path: Path, name: str) -> None:
         assert path.read_bytes() == other.read_bytes()
     if name == "coco":
         check_coco_of_recipe(tmp_path / "a")
+    if not FORMATS[name].many_worlds:
+        folders = {path.name for path in (tmp_path / "a").iterdir() if path.is_dir() and path.name[0] != "."}
+        assert folders == {"000000", "000001", "000002"}
+        check_world_of_recipe(tmp_path / "a" / "000001", name)
+
+
+def check_world_of_recipe(folder: Path, name: str) -> None:
+    """World 1, by itself."""
+    world = raycam.Recipe(RECIPE).world(1)
+    first = next(iter(world.cameras.values()))
+    if name == "colmap":
+        model = pycolmap.Reconstruction(str(folder / "sparse" / "0"))
+        assert model.num_images() == 2
+        assert model.num_points3D() > 100
+        np.testing.assert_allclose(model.images[1].cam_from_world().translation, first.t, atol=1e-12)
+    elif name == "nerf":
+        rows = json.loads((folder / "transforms.json").read_text())["frames"]
+        assert len(rows) == 2
+        np.testing.assert_allclose(np.array(rows[0]["transform_matrix"])[:3, 3], first.C, atol=1e-12)
+    elif name == "tum":
+        pose = (folder / "groundtruth.txt").read_text().splitlines()[1].split()
+        np.testing.assert_allclose(np.array(pose[1:4], dtype=float), first.C, atol=1e-12)
+    elif name == "scannet":
+        label = picture(folder / "label" / "0.png")
+        shown = truth(first, world=world)
+        recipe = raycam.Recipe(RECIPE)
+        assert recipe.categories.keys() >= set(np.unique(label)) - {0}
+        for item in world.objects:
+            if item.category is not None and (shown == item.id).any():
+                assert (label[shown == item.id] == next(
+                    number for number, kind in recipe.categories.items() if kind == item.category
+                )).all()  # fmt: skip
+    elif name == "bop":
+        gt = json.loads((folder / "train_pbr" / "000000" / "scene_gt.json").read_text())
+        assert len(gt) == 2
+        labelled = [item.id for item in world.objects if item.category is not None]
+        assert len(gt["0"]) == len(raycam.label(world, first, objects=labelled))
 
 
 def check_coco_of_recipe(folder: Path) -> None:
@@ -557,9 +594,7 @@ def check_coco_of_recipe(folder: Path) -> None:
             assert one["area"] == (instance == item.id).sum()
 
 
-def test_a_recipe_is_for_formats_of_many_worlds(tmp_path: Path) -> None:
-    with pytest.raises(raycam.SettingsError, match=r"bop is of one world.*coco, kitti, webdataset"):
-        write(raycam.Recipe(RECIPE), tmp_path, "bop", count=2)
+def test_what_a_recipe_cannot_be(tmp_path: Path) -> None:
     with pytest.raises(raycam.SettingsError, match="count is of the worlds of a recipe"):
         write(table(), tmp_path, count=2)
     changed = {**RECIPE, "camera": [{**RECIPE["camera"][0], "count": {"integer": [1, 2]}}]}

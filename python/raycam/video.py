@@ -264,7 +264,7 @@ def _number(animations: list[Animation], wanted: str | int | None) -> int:
 def _name_of(world: World, camera: Camera) -> str | None:
     """The name of a camera of the world, in this size or another."""
     for name, other in world.cameras.items():
-        placed = np.array_equal(other.R, camera.R) and np.array_equal(other.C, camera.C)
+        placed = np.array_equal(other.R, camera.R) and np.array_equal(other.location, camera.location)
         if placed and np.array_equal(_resized(other, camera.size).K, camera.K):
             return name
     return None

@@ -1,7 +1,8 @@
 //! A world that moves while a camera's shutter is open.
 //!
 //! The colour of a sample is that of the world in one of [`SLICES`] equal slices of the shutter's work, at the slice's
-//! middle. Ground truth is of the world at the exact middle of each line's exposure.
+//! middle; with a rolling shutter, whose lines each have a part of them, in one of [`FINE_SLICES`], where what moves are
+//! few and rigid objects. Ground truth is of the world at the exact middle of each line's exposure.
 
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -15,7 +16,11 @@ use crate::error::RenderError;
 use crate::prepare::PreparedWorld;
 
 /// Slices of the time from when the first line opens until the last one closes.
-pub(crate) const SLICES: usize = 64;
+const SLICES: usize = 64;
+/// The same of a rolling shutter.
+const FINE_SLICES: usize = 1024;
+/// The most objects of a world of which there are so many.
+const FEW: usize = 128;
 
 /// The times at which a world is seen.
 pub(crate) struct Moments<'a> {
@@ -37,13 +42,16 @@ impl<'a> Moments<'a> {
     /// Those of a camera with a shutter, of a world that moves and knows what time it is; none of any other.
     pub fn new(world: &'a World, still: &'a PreparedWorld, camera: &Camera) -> Option<Self> {
         let (motion, clock) = (camera.motion()?, world.clock?);
+        let rolling = motion.readout() > 0.0;
+        let few = world.rig.is_none() && world.objects.len() <= FEW;
+        let slices = if rolling && few { FINE_SLICES } else { SLICES };
         (motion.whole() > 0.0 && world.moves()).then(|| Self {
             world,
             still,
             clock,
             whole: motion.whole(),
-            rolling: motion.readout() > 0.0,
-            slices: std::iter::repeat_with(OnceLock::new).take(SLICES).collect(),
+            rolling,
+            slices: std::iter::repeat_with(OnceLock::new).take(slices).collect(),
         })
     }
 
@@ -55,7 +63,8 @@ impl<'a> Moments<'a> {
     /// The slice in which a pixel is seen at a part of its exposure.
     pub fn slice(&self, camera: &Camera, pixel: DVec2, part: f64) -> usize {
         let time = camera.since_middle(pixel, part) / self.whole + 0.5;
-        ((time * SLICES as f64) as usize).min(SLICES - 1)
+        let slices = self.slices.len();
+        ((time * slices as f64) as usize).min(slices - 1)
     }
 
     /// The world in the middle of a slice.
@@ -68,7 +77,8 @@ impl<'a> Moments<'a> {
         if let Some(world) = place.get() {
             return Ok(world);
         }
-        let time = ((slice as f64 + 0.5) / SLICES as f64 - 0.5) * self.whole;
+        let part = (slice as f64 + 0.5) / self.slices.len() as f64;
+        let time = (part - 0.5) * self.whole;
         let world = self.at(time, control)?;
         // Another thread may have made the same one.
         Ok(place.get_or_init(|| world))

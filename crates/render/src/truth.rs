@@ -16,17 +16,16 @@ use crate::texture::Footprint;
 /// A pixel-centre ray and what it met.
 pub(crate) struct Truth<'a> {
     pub world: &'a PreparedWorld,
-    pub camera_from_world: DMat3,
-    pub origin: DVec3,
-    /// Unit length.
-    pub direction: DVec3,
-    pub hit: ExactHit,
+    pub camera_from_world: &'a DMat3,
+    /// Its direction has unit length.
+    pub ray: &'a ExactRay,
+    pub hit: &'a ExactHit,
     /// Where normals are asked for.
-    pub normals: Normals,
+    pub normals: &'a Normals,
 }
 
 /// The normals of a surface in the world, on the side that is seen; 0 for the background.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Normals {
     /// Of the triangle.
     geometric: DVec3,
@@ -35,6 +34,12 @@ pub(crate) struct Normals {
 }
 
 impl Normals {
+    /// Those of the background.
+    const NONE: Self = Self {
+        geometric: DVec3::ZERO,
+        shading: DVec3::ZERO,
+    };
+
     /// Whether any of the channels needs normals, and then whether it needs smooth ones.
     pub fn asked(channels: &[Channel]) -> Option<bool> {
         let any = |wanted: [Channel; 2]| channels.iter().any(|channel| wanted.contains(channel));
@@ -52,7 +57,7 @@ impl Normals {
             ..
         } = *hit;
         if instance == NOTHING {
-            return Normals::default();
+            return Self::NONE;
         }
         let geometric = facing_normal(world.corners(instance, triangle), ray.direction.into());
         let corners = smooth
@@ -171,19 +176,19 @@ impl Exact {
     }
 
     /// What there is to tell of a ray.
+    #[inline]
     pub fn truth<'a>(
-        &self,
+        &'a self,
         world: &'a PreparedWorld,
-        camera_from_world: DMat3,
+        camera_from_world: &'a DMat3,
         i: usize,
     ) -> Truth<'a> {
         Truth {
             world,
             camera_from_world,
-            origin: self.rays[i].origin.into(),
-            direction: self.rays[i].direction.into(),
-            hit: self.told[i],
-            normals: self.normals.get(i).copied().unwrap_or_default(),
+            ray: &self.rays[i],
+            hit: &self.told[i],
+            normals: self.normals.get(i).unwrap_or(&Normals::NONE),
         }
     }
 }
@@ -225,6 +230,7 @@ pub(crate) fn write<'a>(
 }
 
 /// Puts the value of each pixel of a tile in its place.
+#[inline]
 pub(crate) fn put<T: Copy, const N: usize>(
     strip: &mut [T],
     places: &[usize],
@@ -242,7 +248,7 @@ impl Truth<'_> {
 
     /// The hit as the float32 kernel would tell it.
     fn rounded(&self) -> Hit {
-        rounded(&self.hit)
+        rounded(self.hit)
     }
 
     fn albedo(&self) -> [f32; 3] {
@@ -258,7 +264,8 @@ impl Truth<'_> {
         if self.missed() {
             return f32::INFINITY;
         }
-        (self.hit.t * self.direction.dot(self.camera_from_world.row(2))) as f32
+        let direction = DVec3::from(self.ray.direction);
+        (self.hit.t * direction.dot(self.camera_from_world.row(2))) as f32
     }
 
     fn distance(&self) -> f32 {
@@ -273,21 +280,21 @@ impl Truth<'_> {
         let point = if self.missed() {
             DVec3::NAN
         } else {
-            self.origin + self.hit.t * self.direction
+            DVec3::from(self.ray.origin) + self.hit.t * DVec3::from(self.ray.direction)
         };
         point.to_array()
     }
 
     /// A normal in the camera's axes.
     fn in_camera(&self, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
-        stored(self.camera_from_world * normal(&self.normals))
+        stored(*self.camera_from_world * normal(self.normals))
     }
 
     fn barycentric(&self) -> [f32; 3] {
         if self.missed() {
             return [0.0; 3];
         }
-        let ExactHit { u, v, .. } = self.hit;
+        let ExactHit { u, v, .. } = *self.hit;
         [1.0 - u - v, u, v].map(|weight| weight as f32)
     }
 
@@ -295,7 +302,7 @@ impl Truth<'_> {
         if self.missed() {
             return [f32::NAN; 2];
         }
-        let ExactHit { u, v, .. } = self.hit;
+        let ExactHit { u, v, .. } = *self.hit;
         self.world
             .uv(self.hit.instance, self.hit.triangle, 0, [u, v])
             .unwrap_or([f32::NAN; 2])

@@ -345,6 +345,7 @@ impl Camera {
     }
 
     /// The pixel coordinates of the centre of a pixel.
+    #[inline]
     pub fn pixel_center_of(&self, column: u32, row: u32) -> DVec2 {
         DVec2::new(f64::from(column), f64::from(row)) + self.pixel_center.offset()
     }

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import files
+from .. import files as stored
 from ..arrays import whole
 from ..camera import Camera
 from ..cluster import pool_of
@@ -23,8 +23,9 @@ from ..render import render
 from ..rig import Rig
 from ..world import World
 from . import bop, coco, colmap, kitti, nerf, rgbd, web
-from .plan import Plan, Record, View, chosen
+from .plan import Plan, Record, View, check_poses, chosen
 from .units import package, record_name
+from .worlds import each_index
 
 if TYPE_CHECKING:
     from ..sample_world import Recipe
@@ -138,8 +139,9 @@ def write(
     Integer depth is 0 where there is none, and where it is beyond what the format can say (KITTI 256 m, TUM 13 m, NeRF
     and ScanNet 65 m), as sensors have it.
 
-    A `raycam.Recipe` instead of a world gives `count` randomised worlds, each seen by its own cameras, or by `cameras`:
-    for "coco", "kitti" and "webdataset". What a view shows is a function of the recipe, its seed and the number of the
+    A `raycam.Recipe` instead of a world gives `count` randomised worlds, each seen by its own cameras, or by `cameras`.
+    "coco", "kitti" and "webdataset" have them all in one data set; of the others each world is one, in a folder of its
+    number. What a view shows is a function of the recipe, its seed and the number of the
     world; its files are looked for where they lie, by every worker.
 
     The data set is a `raycam.jobs.Job`: every file is complete or not there, views that are finished stay when the same
@@ -158,9 +160,8 @@ def write(
     threads = rendering.pop("threads", None)
     own = chosen(options, kind.options, format)
     plan = planned(world, cameras, times, count, dict(sorted(rendering.items())), own, threads)
-    if plan.recipe is not None and not kind.many_worlds:
-        many = ", ".join(name for name, one in FORMATS.items() if one.many_worlds)
-        raise SettingsError(f"{format} is of one world, a recipe makes many; those that take them are {many}")
+    if kind.posed:
+        check_poses(plan, format)
     kind.check(plan)
     tell = progress or (lambda done, total: None)
     target = Path(folder)
@@ -182,12 +183,14 @@ def write(
     total = kind.units(plan)
     complete = all(job.has(unit) for unit in range(total))
 
-    def records() -> Iterator[Record]:
-        for unit in range(total):
+    def records(first: int = 0, end: int | None = None) -> Iterator[Record]:
+        for unit in range(first, total if end is None else end):
             yield json.loads((target / record_name(unit)).read_bytes())
 
     if complete:
-        for name, pieces in kind.index(plan, records):
+        apart = plan.recipe is not None and not kind.many_worlds
+        files = each_index(kind, plan, records) if apart else kind.index(plan, records)
+        for name, pieces in files:
             put(target / name, pieces)
     return Written(target, len(plan.shots), made, complete)
 
@@ -230,6 +233,6 @@ def _items(cameras: Sequence[Camera | Rig] | Mapping[str, Camera | Rig]) -> list
 def put(path: Path, pieces: Any) -> None:
     """Writes a file in pieces, by the one way files are written."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with files.atomic_path(path) as temporary, temporary.open("wb") as file:
+    with stored.atomic_path(path) as temporary, temporary.open("wb") as file:
         for piece in pieces:
             file.write(piece)

@@ -113,4 +113,4 @@ def observed(plan: Plan, number: int, points: Floats) -> Keypoints:
     return keypoints(shot.world, shot.camera, points, threads=plan.threads)
 
 
-FORMAT = Format(make, index, check, OPTIONS)
+FORMAT = Format(make, index, check, OPTIONS, posed=True)

@@ -216,4 +216,4 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     yield "poses.txt", ((record["pose"] + "\n").encode() for record in records())
 
 
-FORMAT = Format(make, index, check, OPTIONS, units=units, many_worlds=True)
+FORMAT = Format(make, index, check, OPTIONS, units=units, many_worlds=True, posed=True)

@@ -95,4 +95,4 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     yield "transforms.json", text()
 
 
-FORMAT = Format(make, index, check, {})
+FORMAT = Format(make, index, check, {}, posed=True)

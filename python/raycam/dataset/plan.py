@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..camera import Camera
-from ..errors import SettingsError, nearest
+from ..errors import CameraError, SettingsError, nearest
 from ..frame import Frame
 from ..labels import Label, label
 from ..render import render
@@ -23,7 +23,7 @@ from ..world import Object, World
 if TYPE_CHECKING:
     from ..sample_world import Recipe
 
-__all__ = ["Format", "Made", "Plan", "Shot", "half", "matrix_text", "png"]
+__all__ = ["Format", "Made", "Plan", "Shot", "check_poses", "half", "matrix_text", "png"]
 
 WORLDS = 2
 """Worlds of a recipe that are kept: views at work at the same time are of neighbours."""
@@ -49,7 +49,9 @@ class Format:
     units: Callable[[Plan], int] = field(default=lambda plan: len(plan.shots))
     """How many units of work there are; a view each, where nothing else is said."""
     many_worlds: bool = False
-    """Whether the views may be of different worlds: those of a recipe."""
+    """Whether a data set may be of the different worlds of a recipe; else each is one in a folder of its own."""
+    posed: bool = False
+    """Whether it says of each picture where its camera was: one pose, and K."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,7 @@ class Plan:
         options: Mapping[str, Any],
         threads: int | None = None,
         recipe: Recipe | None = None,
+        known: Plan | None = None,
     ) -> None:
         if not shots:
             raise SettingsError("a data set of no views: give it cameras")
@@ -93,6 +96,8 @@ class Plan:
         """How many work on a view."""
         self.recipe = recipe
         """What the worlds of the views are made of, where they are not one."""
+        self.whole = known
+        """What this is a part of, whose categories it has: the data set of all worlds of a recipe."""
         self.watch: Callable[[int, int], object] | None = None
         """Told how far a picture is, some 50 times a second; what it raises stops it."""
         self._worlds: OrderedDict[int, World] = OrderedDict()
@@ -138,6 +143,8 @@ class Plan:
 
     @cached_property
     def _known(self) -> dict[int, str]:
+        if self.whole is not None:
+            return self.whole._known
         return self.world.categories if self.recipe is None else self.recipe.categories
 
     @cached_property
@@ -202,7 +209,7 @@ class Shot:
     def channel(self, frame: Frame, name: str) -> npt.NDArray[Any]:
         """A channel of it, with the data set's own numbers of categories."""
         values = frame[name]
-        if name != "category" or self.plan.recipe is None:
+        if name != "category" or (self.plan.recipe is None and self.plan.whole is None):
             return values
         # A world numbers the categories that it has; the data set those that any world may have.
         found = np.full_like(values, -1)
@@ -230,6 +237,21 @@ def chosen(options: Mapping[str, Any], known: Mapping[str, Any], what: str) -> d
                 raise SettingsError(f"{name}: {what} has no options")
             raise SettingsError(nearest(f"option of {what}", name, list(known)))
     return {**known, **options}
+
+
+def check_poses(plan: Plan, format: str) -> None:
+    """Raises `CameraError` for cameras that are nowhere, and for those that no single pose describes."""
+    for number, view in enumerate(plan.shots):
+        if view.camera.is_parallel:
+            raise CameraError(
+                f"camera {number} has parallel rays; {format} has K and a place for each camera, and this one has none"
+            )
+        shutter = view.camera.shutter
+        if shutter is not None and shutter["readout"] > 0 and len(shutter["track"]) > 1:
+            raise CameraError(
+                f"camera {number} moves while its lines are read; {format} has one pose for each picture: coco and "
+                "webdataset have none, or the whole camera"
+            )
 
 
 def png(pixels: npt.NDArray[Any]) -> bytes:

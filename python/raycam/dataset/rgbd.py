@@ -88,7 +88,10 @@ def make_scannet(plan: Plan, number: int) -> Made:
         f"pose/{number}.txt": four_by_four(pose).encode(),
     }
     # 0 is what belongs to nothing, as in ScanNet.
-    for kind, ids in (("instance", frame["instance"] + 1), ("label", np.maximum(frame["category"], 0))):
+    for kind, ids in (
+        ("instance", frame["instance"] + 1),
+        ("label", np.maximum(shot.channel(frame, "category"), 0)),
+    ):
         if ids.max() > 65535:
             raise SettingsError(f"{kind} {ids.max()} does not fit the 16 bits of a PNG")
         made[f"{kind}/{number}.png"] = png(ids.astype(np.uint16))
@@ -125,5 +128,5 @@ def quaternion(rotation: Floats) -> Floats:
     return q if q[0] >= 0 else -q
 
 
-TUM = Format(make_tum, index_tum, check, {"fps": 30.0})
-SCANNET = Format(make_scannet, index_scannet, check, {"fps": 30.0})
+TUM = Format(make_tum, index_tum, check, {"fps": 30.0}, posed=True)
+SCANNET = Format(make_scannet, index_scannet, check, {"fps": 30.0}, posed=True)

@@ -13,6 +13,7 @@ from ..package import Package
 from ..workers import Maker, Progress
 from ..world import World
 from .plan import Plan, View
+from .worlds import each_make
 
 __all__ = ["maker", "package", "record_name"]
 
@@ -67,7 +68,8 @@ def maker(world: World, settings: Mapping[str, Any], threads: int | None) -> Mak
 
     def make(number: int, progress: Progress | None) -> tuple[dict[str, bytes], list[str]]:
         plan.watch = progress
-        parts, known = kind.make(plan, number)
+        apart = plan.recipe is not None and not kind.many_worlds
+        parts, known = each_make(kind, plan, number) if apart else kind.make(plan, number)
         return {**parts, record_name(number): json.dumps(known).encode()}, []
 
     return make

@@ -29,7 +29,7 @@ def check(plan: Plan) -> None:
 
     if not (isinstance(plan.options["shard_size"], int) and plan.options["shard_size"] >= 1):
         raise SettingsError(
-            f"shard_size is {plan.options['shard']!r}, expected how many samples go into a tar file"
+            f"shard_size is {plan.options['shard_size']!r}, expected how many samples go into a tar file"
         )
     channel_names(plan.options["channels"])
 
@@ -61,7 +61,8 @@ def sample(shot: Shot) -> dict[str, bytes]:
     description = {
         "K": camera.K.tolist(),
         "R": camera.R.tolist(),
-        "C": camera.C.tolist(),
+        "C": camera.location.tolist(),
+        "camera": camera.to_dict(),
         "size": list(camera.size),
         "pixel_center": camera.pixel_center,
         "model": camera.model,

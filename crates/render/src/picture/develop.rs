@@ -13,8 +13,14 @@ impl Picture<'_> {
     /// Writes a tile's pixels to the film.
     pub fn develop(&self, tile: &Tile, buffers: &Buffers, film: &Film) {
         let estimate = &buffers.estimate;
+        let still = self.camera.r();
+        let mut turned = vec![];
+        if self.camera.motion().is_some() {
+            let pixels = buffers.pixels.iter();
+            turned.extend(pixels.map(|&pixel| self.camera.rotation_at(self.center_of(pixel))));
+        }
         let truth = |i: usize| {
-            let camera_from_world = self.camera.rotation_at(self.center_of(buffers.pixels[i]));
+            let camera_from_world = turned.get(i).unwrap_or(&still);
             let world = buffers.seen.get(i).map_or(self.world, |world| &**world);
             buffers.exact.truth(world, camera_from_world, i)
         };

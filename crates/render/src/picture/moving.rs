@@ -1,11 +1,12 @@
 //! The pixels of a tile, of a world that moves while the shutter is open.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{Buffers, Picture};
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::moments::{Moments, SLICES};
+use crate::moments::Moments;
 use crate::prepare::PreparedWorld;
 use crate::tile::TILE;
 
@@ -70,18 +71,16 @@ impl Picture<'_> {
         sample: u32,
         control: &Control,
     ) -> Result<(), RenderError> {
-        let mut slices: [Vec<usize>; SLICES] = std::array::from_fn(|_| vec![]);
+        let mut slices: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for &i in &buffers.active {
             let sampler = self.sampler(buffers.pixels[i], sample);
             let pixel = self.spread(buffers.pixels[i], &sampler);
             let (_, part) = self.scatter(&sampler);
-            slices[moments.slice(self.camera, pixel, part)].push(i);
+            let slice = moments.slice(self.camera, pixel, part);
+            slices.entry(slice).or_default().push(i);
         }
         let all = std::mem::take(&mut buffers.active);
-        for (slice, pixels) in slices.into_iter().enumerate() {
-            if pixels.is_empty() {
-                continue;
-            }
+        for (slice, pixels) in slices {
             buffers.active = pixels;
             let world = moments.of_slice(slice, control)?;
             self.trace_sample(world, buffers, sample);

@@ -38,6 +38,7 @@ impl Camera {
         }
     }
 
+    #[inline]
     fn pose(&self) -> Pose {
         Pose {
             r: self.r,
@@ -126,6 +127,7 @@ impl Camera {
     /// [`Camera::project`], through the middle of the aperture in the middle of the exposure. It starts at the centre,
     /// with parallel rays on the plane through it (those from infinity: see [`Camera::starting_before`]). The direction is NaN, which meets nothing, where no point has this
     /// pixel: outside of the picture's valid region with a lens that folds over; a pinhole has none such.
+    #[inline]
     pub fn ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
         match &self.motion {
             None => self.ray_from(&self.pose(), pixel),
@@ -136,6 +138,7 @@ impl Camera {
         }
     }
 
+    #[inline]
     fn ray_from(&self, pose: &Pose, pixel: DVec2) -> (DVec3, DVec3) {
         let (start, direction) = self.local_ray(pixel);
         (
@@ -145,6 +148,7 @@ impl Camera {
     }
 
     /// The same in camera axes; the direction has any length.
+    #[inline]
     fn local_ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
         if self.center != Center::Point {
             let at = plane_from_pixel(self.k, pixel);
@@ -166,6 +170,7 @@ impl Camera {
     }
 
     /// The point of the image plane at focal length 1 of a pixel.
+    #[inline]
     fn image(&self, pixel: DVec2) -> DVec2 {
         let y = (pixel.y - self.k.z_axis.y) / self.k.y_axis.y;
         let x = (pixel.x - self.k.z_axis.x - self.k.y_axis.x * y) / self.k.x_axis.x;

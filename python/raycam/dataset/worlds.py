@@ -1,0 +1,56 @@
+"""The worlds of a recipe in a format that holds one: each in a folder of its number, as a data set of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from .plan import Format, Index, Made, Plan, Record, View
+
+__all__ = ["each_index", "each_make", "folder"]
+
+
+def folder(world: int) -> str:
+    """The folder of a world."""
+    return f"{world:06d}"
+
+
+def views_of(plan: Plan) -> int:
+    """How many cameras see each world."""
+    return sum(view.world == 0 for view in plan.shots)
+
+
+def part(plan: Plan, world: int) -> Plan:
+    """The data set of one world of the recipe."""
+    count = views_of(plan)
+    shots = plan.shots[world * count : (world + 1) * count]
+    made = plan.world_of(shots[0])
+    cameras = [view.camera if view.name is None else made.camera(view.name) for view in shots]
+    alone = Plan(
+        made,
+        [View(camera, None) for camera in cameras],
+        plan.rendering,
+        plan.options,
+        plan.threads,
+        known=plan,
+    )
+    alone.watch = plan.watch
+    return alone
+
+
+def each_make(kind: Format, plan: Plan, number: int) -> Made:
+    """What `kind.make` makes of a view, in the folder of its world."""
+    world, place = divmod(number, views_of(plan))
+    files, record = kind.make(part(plan, world), place)
+    return {f"{folder(world)}/{name}": data for name, data in files.items()}, record
+
+
+def each_index(kind: Format, plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
+    """The index files of every world; those of its own records are read."""
+    count = views_of(plan)
+    for world in range(len(plan.shots) // count):
+
+        def own(first: int = world * count) -> Iterator[Record]:
+            return records(first, first + count)
+
+        for name, pieces in kind.index(part(plan, world), own):
+            yield f"{folder(world)}/{name}", pieces
