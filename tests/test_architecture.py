@@ -29,7 +29,14 @@ THIRD_PARTY_PYTHON = {"numpy", "rich", "av", "dask", "distributed", "pxr", "pyoi
 # Imported where it is needed: for what must be a class of another package, or is a process of its own.
 IMPORTED_LATE = {
     "dask_worker.py",
-    *("usd_camera.py", "usd_lights.py", "usd_materials.py", "usd_meshes.py", "usd_worker.py"),
+    *(
+        "usd_camera.py",
+        "usd_instancer.py",
+        "usd_lights.py",
+        "usd_materials.py",
+        "usd_meshes.py",
+        "usd_worker.py",
+    ),
 }
 LONGEST_FILE = 400
 # Generated or typed-in tables, whose length says nothing about how much there is to understand.
