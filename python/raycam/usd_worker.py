@@ -1,7 +1,7 @@
 """The process that reads a USD file: `python -m raycam.usd_worker FILE FOLDER LIMITS`.
 
 Writes `world.json`, what `World.from_dict` takes, and beside it an OBJ file for every mesh, `materials.mtl`, and the
-images. Read are meshes with their instances, UsdPreviewSurface materials, cameras and lights at the default time;
+images. Read are meshes with their instances, UsdPreviewSurface materials, cameras and lights at the first time;
 what else is drawn in other programs is named in `"notices"`.
 """
 
