@@ -9,11 +9,12 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec2;
 use raycam_scene::video::Clock;
-use raycam_scene::{Camera, World};
+use raycam_scene::{Camera, Object, World};
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::prepare::PreparedWorld;
+use crate::prepare::{PreparedWorld, bounds, check, is_see_through, place, prepare_materials};
+use crate::prepared_mesh::prepare_meshes;
 
 /// Slices of the time from when the first line opens until the last one closes.
 const SLICES: usize = 64;
@@ -114,5 +115,49 @@ impl<'a> Moments<'a> {
         let world = world.map_err(|error| RenderError::World(error.to_string()))?;
         let moved = PreparedWorld::moved(&world, self.world, self.still, control)?;
         Ok(Arc::new(moved))
+    }
+}
+
+impl PreparedWorld {
+    /// `world`, in which things have moved since it was `still`, as `before`; in the same pool of threads. Its origin,
+    /// its textures, and as far as they stay the same its materials and lights are those of `still`.
+    ///
+    /// # Errors
+    /// Those of [`PreparedWorld::new`].
+    fn moved(
+        world: &World,
+        before: &World,
+        still: &Self,
+        control: &Control,
+    ) -> Result<Self, RenderError> {
+        control.check()?;
+        check(world)?;
+        let meshes = prepare_meshes(world, Some(still), control)?;
+        let placed = |object: &Object| meshes[object.mesh].clone();
+        let meshes: Vec<_> = world.objects.iter().filter_map(placed).collect();
+        let (lower, upper) = bounds(&world.objects, &meshes);
+        let origin = still.origin;
+        let (objects, scene) = place(world, meshes, origin)?;
+        let radius = (upper - origin).abs().max((lower - origin).abs()).length();
+        let mut moved = Self {
+            scene,
+            origin,
+            radius,
+            boxes: vec![], // for pictures of worlds that stand
+            objects,
+            materials: match world.materials == before.materials {
+                true => still.materials.clone(),
+                false => Arc::new(prepare_materials(&world.materials)),
+            },
+            see_through: is_see_through(world),
+            textures: still.textures.clone(),
+            lights: still.lights.clone(),
+            default_lights: still.default_lights.clone(),
+        };
+        let shines = still.lights.has_surfaces() || world.materials != before.materials;
+        if shines || world.lights != before.lights {
+            moved.light(world);
+        }
+        Ok(moved)
     }
 }

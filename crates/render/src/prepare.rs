@@ -105,50 +105,8 @@ impl PreparedWorld {
         Ok(prepared)
     }
 
-    /// `world`, in which things have moved since it was `still`, as `before`; in the same pool of threads. Its origin,
-    /// its textures, and as far as they stay the same its materials and lights are those of `still`.
-    ///
-    /// # Errors
-    /// Those of [`PreparedWorld::new`].
-    pub(crate) fn moved(
-        world: &World,
-        before: &World,
-        still: &Self,
-        control: &Control,
-    ) -> Result<Self, RenderError> {
-        control.check()?;
-        check(world)?;
-        let meshes = prepare_meshes(world, Some(still), control)?;
-        let placed = |object: &Object| meshes[object.mesh].clone();
-        let meshes: Vec<_> = world.objects.iter().filter_map(placed).collect();
-        let (lower, upper) = bounds(&world.objects, &meshes);
-        let origin = still.origin;
-        let (objects, scene) = place(world, meshes, origin)?;
-        let radius = (upper - origin).abs().max((lower - origin).abs()).length();
-        let mut moved = Self {
-            scene,
-            origin,
-            radius,
-            boxes: cover::boxes(&objects, origin, radius),
-            objects,
-            materials: match world.materials == before.materials {
-                true => still.materials.clone(),
-                false => Arc::new(prepare_materials(&world.materials)),
-            },
-            see_through: is_see_through(world),
-            textures: still.textures.clone(),
-            lights: still.lights.clone(),
-            default_lights: still.default_lights.clone(),
-        };
-        let shines = still.lights.has_surfaces() || world.materials != before.materials;
-        if shines || world.lights != before.lights {
-            moved.light(world);
-        }
-        Ok(moved)
-    }
-
     /// Makes the lights of the world, once its objects are there.
-    fn light(&mut self, world: &World) {
+    pub(crate) fn light(&mut self, world: &World) {
         let lights = Lights::new(&world.lights, world.up, self.origin).with_surfaces(self);
         self.lights = Arc::new(lights);
         let dark = match world.glow_is_decoration {
@@ -265,7 +223,7 @@ impl PreparedObject {
 }
 
 /// Places meshes, and builds the tree over them.
-fn place(
+pub(crate) fn place(
     world: &World,
     meshes: Vec<Arc<PreparedMesh>>,
     origin: DVec3,
@@ -288,13 +246,13 @@ fn place(
     Ok((objects, scene))
 }
 
-fn is_see_through(world: &World) -> bool {
+pub(crate) fn is_see_through(world: &World) -> bool {
     let clear = |material: &Material| material.alpha != Alpha::Opaque;
     world.materials.iter().any(clear)
 }
 
 /// Whether every index is in range and every part is valid, meshes apart.
-fn check(world: &World) -> Result<(), RenderError> {
+pub(crate) fn check(world: &World) -> Result<(), RenderError> {
     let fail = |message: String| Err(RenderError::World(message));
     let invalid = |error: raycam_scene::SceneError| RenderError::World(error.to_string());
     world
@@ -361,7 +319,7 @@ fn check(world: &World) -> Result<(), RenderError> {
 }
 
 /// A box around everything; a single untransformed mesh has the box of its mesh, exactly.
-fn bounds(objects: &[Object], meshes: &[Arc<PreparedMesh>]) -> (DVec3, DVec3) {
+pub(crate) fn bounds(objects: &[Object], meshes: &[Arc<PreparedMesh>]) -> (DVec3, DVec3) {
     let boxes = objects.iter().zip(meshes).map(|(object, mesh)| {
         let corner = |i: u32| {
             let pick = |axis: usize| {
@@ -386,7 +344,7 @@ fn bounds(objects: &[Object], meshes: &[Arc<PreparedMesh>]) -> (DVec3, DVec3) {
         .unwrap_or_default()
 }
 
-fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial> {
+pub(crate) fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial> {
     let mut lobes: HashMap<u32, Arc<Lobe>> = HashMap::new();
     let mut lobe = |material: &Material| {
         let shininess = Lobe::shininess(&material.reflectance)?;
