@@ -92,37 +92,53 @@ impl Bounds {
     /// A bound on what arrives at a point, up to a factor: intensity over squared distance, by the smallest angles that
     /// the bounds leave. 0 only where nothing arrives.
     fn importance(&self, position: Vec3, normal: Vec3) -> f32 {
+        self.weigh(position, normal).0
+    }
+
+    /// [`Bounds::importance`], and whether it is certain that each light inside has one.
+    fn weigh(&self, position: Vec3, normal: Vec3) -> (f32, bool) {
+        const NONE: (f32, bool) = (0.0, false);
         let away = position - self.center();
-        let radius2 = (self.upper - self.lower).length_squared() / 4.0;
+        let half = (self.upper - self.lower) / 2.0;
+        let radius2 = half.length_squared();
         // From inside, every distance is possible: that of the rim stands for them.
         let distance2 = away.length_squared();
         let direction = away / distance2.sqrt().max(f32::MIN_POSITIVE);
-        let inside = distance2 <= radius2;
         let by_distance = self.intensity / distance2.max(radius2).max(1e-30);
-        if inside {
-            return by_distance;
+        // The corner that stands highest above the point's horizon, a bit more against rounding.
+        let highest = half.dot(normal.abs()) - away.dot(normal);
+        if normal != Vec3::ZERO && highest <= -1e-5 * away.abs().element_sum() {
+            return NONE;
+        }
+        if distance2 <= radius2 {
+            return (by_distance, false);
         }
         // The half angle that the box fills, at most; a bit more against rounding.
         let half_box = Angle::of_sine(((radius2 / distance2).sqrt() + 1e-3).min(1.0));
-        let mut cos_axis = self.axis.dot(direction).clamp(-1.0, 1.0);
-        if self.two_sided {
-            cos_axis = cos_axis.abs();
-        }
+        let cos_axis = self.axis.dot(direction).clamp(-1.0, 1.0);
         let normals = Angle::of_cosine(self.cos_normals.clamp(-1.0, 1.0));
+        let most = Angle::of_cosine(cos_axis).more(normals).more(half_box);
+        let mut certain = most.cos > self.cos_emission + 1e-3;
+        let cos_axis = if self.two_sided {
+            cos_axis.abs()
+        } else {
+            cos_axis
+        };
         let off = Angle::of_cosine(cos_axis).less(normals).less(half_box);
         if off.cos <= self.cos_emission - 1e-3 {
-            return 0.0;
+            return NONE;
         }
         let mut importance = by_distance * off.cos.max(1e-3);
         if normal != Vec3::ZERO {
             let height = Angle::of_cosine((-normal.dot(direction)).clamp(-1.0, 1.0));
             let cos = height.less(half_box).cos;
             if cos <= 0.0 {
-                return 0.0;
+                return NONE;
             }
+            certain &= height.more(half_box).cos > 0.0;
             importance *= cos;
         }
-        importance
+        (importance, certain)
     }
 
     /// The cost of a group in the surface area orientation heuristic: intensity, area and the measure of its directions.
@@ -162,6 +178,21 @@ impl Angle {
     fn of_sine(sin: f32) -> Self {
         let cos = (1.0 - sin * sin).max(0.0).sqrt();
         Self { sin, cos }
+    }
+
+    /// The sum, at most 180 degrees.
+    fn more(self, other: Self) -> Self {
+        // a + b >= 180 degrees where a >= 180 degrees - b.
+        if self.cos <= -other.cos {
+            return Self {
+                sin: 0.0,
+                cos: -1.0,
+            };
+        }
+        Self {
+            sin: self.sin * other.cos + self.cos * other.sin,
+            cos: self.cos * other.cos - self.sin * other.sin,
+        }
     }
 
     /// The difference, at least 0.
@@ -328,12 +359,36 @@ impl Tree {
 
     /// The first child's share of a node; `None` where neither matters.
     fn share(&self, at: usize, second: usize, from: &Reference) -> Option<f64> {
-        let position = from.position.as_vec3();
-        let of = |node: usize| f64::from(self.nodes[node].bounds.importance(position, from.normal));
-        let [a, b] = [of(at + 1), of(second)];
+        let [a, b] = [at + 1, second].map(|node| {
+            let mut looks = LOOKS;
+            f64::from(self.matters(node, from, &mut looks))
+        });
         (a + b > 0.0).then(|| a / (a + b))
     }
+
+    /// The importance of a node, 0 as well where none of its lights has any: its bounds are wider than theirs. After some
+    /// looks it is taken to have one.
+    fn matters(&self, node: usize, from: &Reference, looks: &mut u32) -> f32 {
+        let Node { bounds, kind } = &self.nodes[node];
+        let (importance, certain) = bounds.weigh(from.position.as_vec3(), from.normal);
+        let Kind::Inner(second) = *kind else {
+            return importance;
+        };
+        if certain || importance == 0.0 || *looks == 0 {
+            return importance;
+        }
+        *looks -= 1;
+        let mut child = |child: usize| self.matters(child, from, looks) > 0.0;
+        if child(node + 1) || child(second as usize) {
+            importance
+        } else {
+            0.0
+        }
+    }
 }
+
+/// How many nodes are looked at before one of their group is chosen without.
+const LOOKS: u32 = 32;
 
 /// Parts a group in two by the cheapest of twelve planes along each axis, and says where the second part begins.
 fn split(lights: &[Bounds], group: &mut [u32], depth: u32) -> usize {
