@@ -271,8 +271,11 @@ pub(super) const PARTS: &[(&str, UvProperty)] = &[
 /// Where the lights of a document are.
 pub(super) const LIGHTS: &str = "/extensions/KHR_lights_punctual/lights/";
 
-/// What moves of a camera: its path, and the target of its definition.
-pub(super) const CAMERA_PROPERTIES: &[(&str, fn(usize) -> Target)] = &[
+/// The target of a camera's definition.
+pub(super) type OfCamera = fn(usize) -> Target;
+
+/// What moves of a camera, by its path.
+pub(super) const CAMERA_PROPERTIES: &[(&str, OfCamera)] = &[
     ("perspective/yfov", Target::FieldOfView),
     ("orthographic/xmag", |camera| {
         Target::Magnification(camera, 0)
