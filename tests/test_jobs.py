@@ -140,16 +140,24 @@ def test_verify_finds_what_is_damaged_and_the_next_run_makes_it_again(
     path = tmp_path / "a/frame_0003.png"
     path.write_bytes(path.read_bytes()[:-1] + b"x")  # the same length
     (tmp_path / "a/frame_0006.png").unlink()
+    with (tmp_path / "a/frame_0001.png").open("ab") as file:
+        file.write(b"x")
     with pytest.raises(JobError, match=r"frame_0003\.png: it was made with"):
         Job(tmp_path / "a").read(3)
     job = Job(tmp_path / "a")
-    assert job.status().finished == 7
-    assert list(job.verify()) == ["frame_0003.png"]
-    assert (tmp_path / "a/frame_0003.png.damaged").exists()
+    assert job.status().finished == 6
+    wrong = job.verify()
+    assert list(wrong) == ["frame_0001.png", "frame_0003.png", "frame_0006.png"]
+    assert "is not there any more" in wrong["frame_0006.png"]
+    damaged = [tmp_path / f"a/frame_000{number}.png.damaged" for number in (1, 3)]
+    assert sorted((tmp_path / "a").glob("*.damaged")) == damaged
+    assert list(Job(tmp_path / "a").verify()) == list(wrong)  # until they are made again
     pool = Pool()
     Job(tmp_path / "a", package()).run(pool)
-    assert sorted(pool.made) == [3, 6]
-    (tmp_path / "a/frame_0003.png.damaged").unlink()
+    assert sorted(pool.made) == [1, 3, 6]
+    assert Job(tmp_path / "a").verify() == {}
+    for path in damaged:
+        path.unlink()
     assert results(tmp_path / "a") == whole
 
 

@@ -136,22 +136,20 @@ class Job:
                 yield frame, self.read(frame)
 
     def verify(self) -> dict[str, str]:
-        """Reads every file of every finished frame, and gives those that are not as they were made, with what is wrong.
+        """Reads every file that was made, and gives those that are not as they were made, with what is wrong.
 
-        A damaged file gets the ending `.damaged`, where that is possible: the next run makes its frame again.
+        A damaged file gets the ending `.damaged`, where that is possible. The next run makes its frame again.
         """
         wrong: dict[str, str] = {}
-        for frame in range(len(self._places)):
-            if not self.has(frame):
-                continue
-            for name, stamp in self._entry(frame).files.items():
+        made = {entry.frame: place for place, entry in self._entries() if entry.error is None}
+        for frame, place in sorted(made.items()):
+            for name, stamp in self._entry_at(place).files.items():
                 try:
                     self._checked(name, stamp)
                 except JobError as fault:
                     wrong[name] = str(fault)
-                    path = self._path(name)
                     with contextlib.suppress(OSError):
-                        os.replace(path, path + ".damaged")
+                        os.replace(path := self._path(name), path + ".damaged")
                     self._places[frame] = NOT_DONE
         return wrong
 
@@ -245,15 +243,20 @@ class Job:
         for index in range(len(self._places)):
             self._places[index] = NOT_DONE
         self._failed.clear()
+        for place, entry in self._entries():
+            if entry.error is not None:
+                self._failed[entry.frame] = entry.error
+            elif all(self._is_there(name, size) for name, (size, _) in entry.files.items()):
+                self._places[entry.frame] = place
+        self._failed = {frame: error for frame, error in self._failed.items() if not self.has(frame)}
+
+    def _entries(self) -> Iterator[tuple[int, Entry]]:
+        """Everything that the ledgers say, oldest first, with where it is said."""
         for number, path in enumerate(self._ledgers):
             for place, entry in ledger.read(path):
                 if not 0 <= entry.frame < len(self._places):
                     raise JobError(f"{path}: frame {entry.frame} of {len(self._places)} at byte {place}")
-                if entry.error is not None:
-                    self._failed[entry.frame] = entry.error
-                elif all(self._is_there(name, size) for name, (size, _) in entry.files.items()):
-                    self._places[entry.frame] = number << PLACE_BITS | place
-        self._failed = {frame: error for frame, error in self._failed.items() if not self.has(frame)}
+                yield number << PLACE_BITS | place, entry
 
     def _is_there(self, name: str, size: int) -> bool:
         try:
@@ -262,10 +265,13 @@ class Job:
             return False
 
     def _entry(self, frame: int) -> Entry:
-        value = self._places[frame]
-        if value == NOT_DONE:
+        place = self._places[frame]
+        if place == NOT_DONE:
             raise KeyError(frame)
-        return ledger.entry_at(self._ledgers[value >> PLACE_BITS], value & ((1 << PLACE_BITS) - 1))
+        return self._entry_at(place)
+
+    def _entry_at(self, place: int) -> Entry:
+        return ledger.entry_at(self._ledgers[place >> PLACE_BITS], place & ((1 << PLACE_BITS) - 1))
 
     def _path(self, name: str) -> str:
         """Where a result lies."""

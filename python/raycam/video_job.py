@@ -64,7 +64,8 @@ def make_video(
             pool, frames=numbers, shard=shard, retry_failed=retry_failed, progress=progress,
             finished=lambda made: _tell(film, made),
         )  # fmt: skip
-        return len(numbers)
+        job = Job(target)  # what other shards have made by now
+        return len(numbers) if all(map(job.has, numbers)) else None
     try:
         job = _encoded(film, target, opened, pool, numbers, shard, resume, retry_failed, progress)
     except _Incomplete:

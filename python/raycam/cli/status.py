@@ -48,8 +48,8 @@ def _verify(options: argparse.Namespace) -> None:
     if wrong:
         first = next(iter(wrong.values()))
         raise JobError(
-            f"{len(wrong)} damaged, the first: {first}. They are called .damaged now, and the command that made the "
-            "job makes them again"
+            f"{len(wrong)} damaged or gone, the first: {first}. What is damaged is called .damaged now, and the "
+            "command that made the job makes all of them again"
         )
     state = job.status()
     print(f"{options.folder}: {state.finished} of {state.frames} frames finished, every byte as it was made")
