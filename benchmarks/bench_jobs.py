@@ -144,7 +144,7 @@ def long_job(folder: Path, frames: int) -> list[Row]:
 
 
 def scaling(folder: Path, frames: int, samples: int = 24) -> Row:
-    """One worker and two, of one thread each, in turn."""
+    """One worker of one thread, and two that share two cores, in turn."""
     scene = raycam.World()
     scene.add_object(torus={"radius": 1, "tube": 0.4}, name="ring", refine=2)
     scene.add_object(plane={"size": [8, 8]}, location=[0, 0, -0.5])
@@ -156,7 +156,7 @@ def scaling(folder: Path, frames: int, samples: int = 24) -> Row:
     for count in (1, 2):
         one = Film(scene, samples=samples, seed=count).package()
         job = Job(folder / f"scale{count}", one)
-        with pool_of(count, threads=1) as pool:
+        with pool_of(count, threads=1 if count == 1 else None) as pool:
             pool.slots()
             job.run(pool, frames=range(6))
             start = time.perf_counter()
