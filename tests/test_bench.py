@@ -45,7 +45,7 @@ def test_every_scene_is_seen_and_embree_agrees() -> None:
     done: list[tuple[int, int]] = []
     report = bench.bench(**SMALL, threads=2, progress=lambda *step: done.append(step))
     assert [(row.scene, row.kind) for row in report.rows] == [(s, k) for s in SCENES for k in bench.KINDS]
-    assert done == [(i + 1, 16) for i in range(16)]
+    assert done == [(i + 1, 20) for i in range(20)]
     for row in report.rows:
         assert row.raycam > 0
         assert row.raycam_one_thread > 0
@@ -63,7 +63,7 @@ def test_every_scene_is_seen_and_embree_agrees() -> None:
 
 
 def test_tiles_hold_every_pixel_once() -> None:
-    pixels = bench._tiled(19, 10)
+    pixels = bench.tiled(19, 10)
     assert sorted(map(tuple, pixels.tolist())) == [(u, v) for u in range(19) for v in range(10)]
     assert np.ptp(pixels[:64], 0).tolist() == [7, 7]
 

@@ -2,7 +2,8 @@
 
 Rays a second are the figure by which ray tracers are compared. The scenes are generated (`bench_scenes`), the rays are
 those that a picture needs: `primary` from the camera, `shadow` from what they meet to a point light, `bounce` from
-there in cosine-weighted random directions. Every measurement is a whole call, arrays in to arrays out.
+there in cosine-weighted random directions; `shuffled` are the bounce rays in no order at all. Every measurement is a
+whole call, arrays in to arrays out.
 
 Where embreex is installed, its Embree answers the same rays. It offers single rays from one thread, in float32, and so
 stands beside raycam on one thread; it builds on all threads. Embree has faster modes (packets, more threads) that no
@@ -27,9 +28,9 @@ from .doctor import processor
 from .errors import SettingsError, nearest
 from .world import World
 
-__all__ = ["KINDS", "BenchReport", "BenchRow", "bench"]
+__all__ = ["KINDS", "BenchReport", "BenchRow", "bench", "tiled"]
 
-KINDS = ["build", "primary", "shadow", "bounce"]
+KINDS = ["build", "primary", "shadow", "bounce", "shuffled"]
 """What is measured, in this order: million triangles a second, then million rays a second."""
 
 SETTLE = 1e-4
@@ -174,7 +175,7 @@ def _measure(
     ours = world(threads)
 
     def row(kind: str, origins: Floats, directions: Floats, t_max: float) -> BenchRow:
-        coherent = kind != "bounce"
+        coherent = kind not in ("bounce", "shuffled")
 
         def trace(threads: int) -> npt.NDArray[Any]:
             if kind == "shadow":
@@ -198,7 +199,7 @@ def _measure(
         )
 
     camera = Camera.look_at(scene.eye, scene.target, [0, 0, 1], size=size, fov=scene.fov)
-    origins, directions = (_rounded(rays) for rays in camera.rays(_tiled(*camera.size)))
+    origins, directions = (_rounded(rays) for rays in camera.rays(tiled(*camera.size)))
     yield row("primary", origins, directions, np.inf)
     hits = ours.cast_rays(origins, directions, threads=threads)
     met = hits["instance"] >= 0
@@ -206,11 +207,15 @@ def _measure(
     starts = _rounded(hits["position"][met] + SETTLE * np.ptp(scene.vertices, 0).max() * normal)
     yield row("shadow", starts, _rounded(np.asarray(scene.light) - starts), 1.0)
     # A point on the unit sphere around the tip of the normal: cosine-weighted about it.
-    ball = np.random.default_rng(seed).normal(size=starts.shape)
-    yield row("bounce", starts, _rounded(normal + ball / np.linalg.norm(ball, axis=1)[:, None]), np.inf)
+    rng = np.random.default_rng(seed)
+    ball = rng.normal(size=starts.shape)
+    ways = _rounded(normal + ball / np.linalg.norm(ball, axis=1)[:, None])
+    yield row("bounce", starts, ways, np.inf)
+    order = rng.permutation(len(starts))
+    yield row("shuffled", starts[order], ways[order], np.inf)
 
 
-def _tiled(width: int, height: int) -> Floats:
+def tiled(width: int, height: int) -> Floats:
     """The pixels of a picture in tiles of 8 x 8, the order in which neighbours stay together; [n, 2]."""
     v, u = np.divmod(np.arange(width * height), width)
     order = np.lexsort((u % 8, v % 8, u // 8, v // 8))

@@ -1,0 +1,94 @@
+"""How the time of a primary ray grows with the number of triangles, and what a second thread brings.
+
+    python benchmarks/scaling.py [SCENE ...] [--triangles 0.25e6 1e6 ...] [--threads 1 2]
+
+Generated scenes of growing numbers of triangles, seen by the same camera: 1024 x 768 rays in tiles of 8 x 8, played by
+the example `replay` of crates/bvh.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import re
+import subprocess
+import tempfile
+from pathlib import Path
+
+import embree_race_scenes
+import numpy as np
+import report
+from raycam import Camera
+from raycam.bench import tiled
+from raycam.bench_scenes import SCENES, generate
+
+ROOT = Path(__file__).resolve().parent.parent
+REPLAY = ROOT / "target/release/examples/replay"
+
+
+def prepare(folder: Path, name: str, triangles: int) -> int:
+    """Writes a scene and its rays; how many triangles it has."""
+    scene = generate(name, triangles)
+    camera = Camera.look_at(scene.eye, scene.target, [0, 0, 1], size=(1024, 768), fov=scene.fov)
+    origins, directions = camera.rays(tiled(1024, 768))
+    rays = np.concatenate([origins, directions, np.full((len(origins), 1), np.inf)], axis=1)
+    rays.astype("<f4").tofile(folder / "primary.rays")
+    embree_race_scenes.write_one(folder / "scene", scene)
+    return len(scene.faces)
+
+
+def play(folder: Path, threads: int, repeat: int) -> dict[str, float]:
+    """Build rate, bytes a triangle and million rays a second."""
+    command = [str(REPLAY), str(folder / "scene.tri"), "--threads", str(threads), "--repeat", str(repeat)]
+    command.append(str(folder / "primary.rays"))
+    text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    number = r"\s+([\d.]+)"
+    build = re.search(rf"build{number} s{number} Mtri/s\s+held{number} B/tri\s+peak{number}", text)
+    rays = re.search(rf"primary\s+best{number}", text)
+    if build is None or rays is None:
+        raise SystemExit(f"replay said: {text}")
+    names = ("seconds", "build", "held", "peak")
+    return dict(zip(names, map(float, build.groups()), strict=True)) | {"rays": float(rays[1])}
+
+
+def main() -> None:
+    """Measures and writes the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scenes", nargs="*", default=list(SCENES))
+    parser.add_argument("--triangles", type=float, nargs="+", default=[0.25e6, 1e6, 4e6, 16e6, 64e6])
+    parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--repeat", type=int, default=7)
+    options = parser.parse_args()
+    cargo = ["cargo", "build", "-q", "--locked", "--release", "-p", "raycam-bvh", "--example", "replay"]
+    subprocess.run(cargo, cwd=ROOT, check=True)
+    rows = []
+    for name in options.scenes:
+        before: tuple[int, float] | None = None
+        for asked in options.triangles:
+            with tempfile.TemporaryDirectory() as temporary:
+                count = prepare(Path(temporary), name, int(asked))
+                gc.collect()
+                found = [play(Path(temporary), threads, options.repeat) for threads in options.threads]
+            nanoseconds = 1e3 / found[0]["rays"]
+            grown = (
+                ""
+                if before is None
+                else f"{(nanoseconds / before[1]) ** (np.log(4) / np.log(count / before[0])):.2f}"
+            )
+            before = count, nanoseconds
+            row = [name, f"{count:,}", f"{nanoseconds:.1f}", grown]
+            row += [f"{more['rays'] / found[0]['rays']:.2f}" for more in found[1:]]
+            rows.append(
+                [*row, f"{found[-1]['build']:.2f}", f"{found[-1]['held']:.1f}", f"{found[-1]['peak']:.1f}"]
+            )
+            print(rows[-1], flush=True)
+    one, *more = options.threads
+    head = ["scene", "triangles", f"ns a primary ray, {one} thread", "for 4x the triangles"]
+    head += [f"{n} threads to {one}" for n in more]
+    head += [f"build, Mtri/s, {options.threads[-1]} threads", "held, B/tri", "peak, B/tri"]
+    notes = [f"Best of {options.repeat}; raycam's kernel with the widest instruction set. Builds: best of 3."]
+    report.write("scaling", "Primary rays beside the number of triangles", notes, head, rows)
+
+
+if __name__ == "__main__":
+    main()
