@@ -3,7 +3,8 @@
     python benchmarks/scaling.py [SCENE ...] [--triangles 0.25e6 1e6 ...] [--threads 1 2]
 
 Generated scenes of growing numbers of triangles, seen by the same camera: 1024 x 768 rays in tiles of 8 x 8, played by
-the example `replay` of crates/bvh.
+the example `replay` of crates/bvh, and by Embree (the better of its single rays and packets, at medium quality) beside
+it on one thread.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+import embree_race
 import embree_race_scenes
 import numpy as np
 import report
@@ -51,6 +53,16 @@ def play(folder: Path, threads: int, repeat: int) -> dict[str, float]:
     return dict(zip(names, map(float, build.groups()), strict=True)) | {"rays": float(rays[1])}
 
 
+def embree_rays(driver: Path, folder: Path) -> float:
+    """Million primary rays a second on one thread."""
+    return embree_race.run([str(driver), str(folder / "scene"), "--threads", "1"])["primary"]
+
+
+def grown(count0: float, time0: float, count: float, time: float) -> str:
+    """How the time of a ray would grow with four times the triangles."""
+    return f"{(time / time0) ** (np.log(4) / np.log(count / count0)):.2f}"
+
+
 def main() -> None:
     """Measures and writes the table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -62,31 +74,33 @@ def main() -> None:
     cargo = ["cargo", "build", "-q", "--locked", "--release", "-p", "raycam-bvh", "--example", "replay"]
     subprocess.run(cargo, cwd=ROOT, check=True)
     rows = []
-    for name in options.scenes:
-        before: tuple[int, float] | None = None
-        for asked in options.triangles:
-            with tempfile.TemporaryDirectory() as temporary:
-                count = prepare(Path(temporary), name, int(asked))
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        driver = embree_race.embree_driver(folder)
+        for name in options.scenes:
+            before: list[float] = []
+            for asked in options.triangles:
+                count = prepare(folder, name, int(asked))
                 gc.collect()
-                found = [play(Path(temporary), threads, options.repeat) for threads in options.threads]
-            nanoseconds = 1e3 / found[0]["rays"]
-            grown = (
-                ""
-                if before is None
-                else f"{(nanoseconds / before[1]) ** (np.log(4) / np.log(count / before[0])):.2f}"
-            )
-            before = count, nanoseconds
-            row = [name, f"{count:,}", f"{nanoseconds:.1f}", grown]
-            row += [f"{more['rays'] / found[0]['rays']:.2f}" for more in found[1:]]
-            rows.append(
-                [*row, f"{found[-1]['build']:.2f}", f"{found[-1]['held']:.1f}", f"{found[-1]['peak']:.1f}"]
-            )
-            print(rows[-1], flush=True)
+                found = [play(folder, threads, options.repeat) for threads in options.threads]
+                times = [1e3 / rate for rate in (found[0]["rays"], embree_rays(driver, folder))]
+                row = [name, f"{count:,}"]
+                for k, time in enumerate(times):
+                    row += [f"{time:.1f}", grown(before[0], before[k + 1], count, time) if before else ""]
+                before = [count, *times]
+                row += [f"{more['rays'] / found[0]['rays']:.2f}" for more in found[1:]]
+                last = found[-1]
+                row += [f"{last['build']:.2f}", f"{last['held']:.1f}", f"{last['peak']:.1f}"]
+                rows.append(row)
+                print(row, flush=True)
     one, *more = options.threads
-    head = ["scene", "triangles", f"ns a primary ray, {one} thread", "for 4x the triangles"]
+    head = ["scene", "triangles", "ns a primary ray", "for 4x", "Embree, ns a ray", "for 4x"]
     head += [f"{n} threads to {one}" for n in more]
     head += [f"build, Mtri/s, {options.threads[-1]} threads", "held, B/tri", "peak, B/tri"]
-    notes = [f"Best of {options.repeat}; raycam's kernel with the widest instruction set. Builds: best of 3."]
+    notes = [
+        f"Times on {one} thread, Embree's on one; best of {options.repeat} (Embree: 7). Builds: best of 3. "
+        "`for 4x`: the factor for four times the triangles, from the row above.",
+    ]
     report.write("scaling", "Primary rays beside the number of triangles", notes, head, rows)
 
 

@@ -3,6 +3,17 @@
 //! The only room with `unsafe` and SIMD; it knows nothing of worlds, cameras or materials. [`Bvh`] holds one mesh,
 //! [`Scene`] places meshes; a query answers a slice of rays on the calling thread, and its answers depend neither on
 //! the batch it came in, nor on threads, nor on the instruction set.
+//!
+//! # What is run against it
+//!
+//! - `cargo test -p raycam-bvh`: trees of the same bytes and answers of the same bits for every instruction set, number
+//!   of threads and kernel; a hundred meshes against float64 brute force; ten million rays aimed at edges and vertices.
+//!   `benchmarks/brute_force.py` and `make leak` do the last two at length.
+//! - AddressSanitizer, over the kernels of every instruction set:
+//!   `RUSTFLAGS=-Zsanitizer=address cargo +nightly test -p raycam-bvh --target x86_64-unknown-linux-gnu`.
+//! - Miri, over the portable kernels and all of the builder, whose parts are small there so that every path is taken:
+//!   `MIRIFLAGS="-Zmiri-tree-borrows -Zmiri-ignore-leaks" cargo +nightly miri test -p raycam-bvh --lib`. rayon's queues
+//!   break stacked borrows, and its threads are never joined; hence the flags.
 
 // Loops over axes and lanes read several arrays by one index.
 #![allow(clippy::needless_range_loop)]
