@@ -24,7 +24,7 @@ use morton::Curve;
 pub use item::Item as BuildItem;
 
 /// The most items of a part that is built by one thread. Few under Miri, which is slow: it sees every path all the same.
-pub const TREELET: usize = if cfg!(miri) { 1 << 7 } else { 1 << 12 };
+pub const TREELET: usize = if cfg!(miri) { 1 << 5 } else { 1 << 12 };
 
 /// Items that are worth another thread.
 const PARALLEL: usize = 4 * TREELET;
