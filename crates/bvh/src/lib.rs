@@ -11,8 +11,9 @@
 //!   `benchmarks/brute_force.py` and `make leak` do the last two at length.
 //! - AddressSanitizer, over the kernels of every instruction set:
 //!   `RUSTFLAGS=-Zsanitizer=address cargo +nightly test -p raycam-bvh --target x86_64-unknown-linux-gnu`.
-//! - Miri, over the portable kernels and all of the builder, whose parts are small there so that every path is taken:
-//!   `MIRIFLAGS="-Zmiri-tree-borrows -Zmiri-ignore-leaks" cargo +nightly miri test -p raycam-bvh --lib`. rayon's queues
+//! - Miri, over the partition of the builder, whose ends are written without bounds being checked:
+//!   `MIRIFLAGS="-Zmiri-tree-borrows -Zmiri-ignore-leaks" cargo +nightly miri test -p raycam-bvh --lib partition`.
+//!   Without the last word it takes whole builds as well, of smaller parts, and many minutes. rayon's queues
 //!   break stacked borrows, and its threads are never joined; hence the flags.
 
 // Loops over axes and lanes read several arrays by one index.
