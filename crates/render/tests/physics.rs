@@ -77,8 +77,13 @@ fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
             ..Glass::default()
         })
     };
+    let dispersive = Reflectance::Glass(Glass {
+        dispersion: 0.5,
+        ..Glass::default()
+    });
     // Rough glass loses what would be reflected between its microfacets.
     for (reflectance, least) in [
+        (dispersive, 0.999),
         (glass(0.0, false), 0.999),
         (glass(0.0, true), 0.999),
         (glass(0.3, false), 0.95),
@@ -102,6 +107,31 @@ fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
         let camera = look_at(DVec3::new(0.0, -6.0, 0.0), DVec3::ZERO, 16.0, [16, 16]);
         let found = mean(&world, &camera, &settings(Integrator::Path, 512));
         assert!(found > least && found < 1.001, "{reflectance:?}: {found}");
+    }
+}
+
+#[test]
+fn glass_absorbs_as_beer_says() {
+    let color = [0.9, 0.5, 0.1];
+    // Of the index of air, so that nothing is reflected: two metres of what leaves `color` after one.
+    let mut world = World::default();
+    let block = Material {
+        reflectance: Reflectance::Glass(Glass {
+            ior: 1.0,
+            attenuation_color: color,
+            attenuation_distance: 1.0,
+            ..Glass::default()
+        }),
+        ..Material::default()
+    };
+    let mesh = primitive::box_([2.0, 2.0, 2.0]).unwrap();
+    add(&mut world, mesh, block, DAffine3::IDENTITY);
+    world.add_light(Light::even_sky([1.0; 3])).unwrap();
+    let camera = look_at(DVec3::new(0.0, 1e-3, 5.0), DVec3::ZERO, 0.1, [1, 1]);
+    let frame = render(&world, &camera, &settings(Integrator::Path, 16));
+    for (found, share) in f32s(&frame, Channel::Color).iter().zip(color) {
+        let expected = share * share;
+        assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
     }
 }
 
