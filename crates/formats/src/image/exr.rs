@@ -117,8 +117,13 @@ fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize) -> Result<(), F
     }
     let most = (4 * part.max_block_byte_size() + SMALL) as u64;
     let reader = ::exr::block::read(Cursor::new(file.bytes), false);
-    let chunks =
-        reader.and_then(|reader| reader.filter_chunks(false, |_, _, block| block.layer == index));
+    // Smaller levels are not read.
+    let largest = Vec2(0, 0);
+    let chunks = reader.and_then(|reader| {
+        reader.filter_chunks(false, |_, tile, block| {
+            block.layer == index && tile.level_index == largest
+        })
+    });
     for chunk in chunks.map_err(|e| refused(file, e))? {
         let block = chunk.map_err(|e| refused(file, e))?.compressed_block;
         let place = part.get_block_data_indices(&block);
