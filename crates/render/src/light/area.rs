@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec3, Vec3};
 
 use super::LightSample;
-use super::tree::Bounds;
+use super::bounds::Bounds;
 
 #[derive(Debug)]
 pub(crate) struct Area {

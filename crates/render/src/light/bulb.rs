@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3};
 
 use super::LightSample;
+use super::bounds::Bounds;
 use super::cone::Cone;
-use super::tree::Bounds;
 
 #[derive(Debug)]
 pub(crate) struct Bulb {

@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 
-use super::tree::{Bounds, Tree};
+use super::bounds::Bounds;
+use super::tree::Tree;
 use super::{LightSample, Reference};
 use crate::prepare::PreparedWorld;
 

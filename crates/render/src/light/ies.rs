@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3, Vec3};
 use raycam_scene::Profile;
 
 use super::LightSample;
-use super::tree::Bounds;
+use super::bounds::Bounds;
 
 /// Of light of one colour that the eye sees best; white light counts as if it were that.
 const LUMEN_PER_WATT: f64 = 683.0;

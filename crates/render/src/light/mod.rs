@@ -13,6 +13,7 @@
 //! Transport Simulation", 1997, chapter 9).
 
 mod area;
+mod bounds;
 mod bulb;
 mod cone;
 mod daylight;
@@ -23,6 +24,7 @@ mod ies;
 mod panorama;
 mod sky;
 mod source;
+mod sphere;
 mod spot;
 mod sun;
 #[cfg(test)]
@@ -34,9 +36,11 @@ use raycam_bvh::Hit;
 use raycam_scene::{Light, Up};
 
 use crate::prepare::PreparedWorld;
+use bounds::Bounds;
 use emissive::Emissive;
 use source::Source;
-use tree::{Bounds, Tree};
+use sphere::Sphere;
+use tree::Tree;
 
 /// A point that is lit.
 #[derive(Clone, Copy, Debug)]
@@ -369,36 +373,6 @@ impl Lights {
                 }
             }
         }
-    }
-}
-
-/// A sphere around a light.
-#[derive(Clone, Copy, Debug)]
-struct Sphere {
-    center: DVec3,
-    radius2: f32,
-}
-
-impl Sphere {
-    fn around(bounds: &Bounds) -> Self {
-        let [lower, upper] = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3());
-        let center = (lower + upper) / 2.0;
-        // The corners have been rounded to float32.
-        let rounding = f64::from(f32::EPSILON) * (lower.abs() + upper.abs()).length();
-        let radius = (upper - lower).length() / 2.0 + rounding;
-        Self {
-            center,
-            radius2: (radius * radius * 1.01) as f32,
-        }
-    }
-
-    /// Whether a ray may meet it; false only if it does not.
-    #[inline]
-    fn is_near(&self, from: DVec3, direction: Vec3) -> bool {
-        let way = (self.center - from).as_vec3();
-        let (along, distance2) = (way.dot(direction), way.length_squared());
-        let room = self.radius2 + 1e-5 * distance2;
-        distance2 <= room || along > 0.0 && distance2 - along * along <= room
     }
 }
 

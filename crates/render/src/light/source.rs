@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use raycam_scene::{Light, Up};
 
 use super::area::Area;
+use super::bounds::Bounds;
 use super::bulb::Bulb;
 use super::daylight::Daylight;
 use super::disk::Disk;
@@ -12,7 +13,6 @@ use super::ies::Ies;
 use super::sky::Sky;
 use super::spot::Spot;
 use super::sun::Sun;
-use super::tree::Bounds;
 use super::{LightSample, Reference};
 
 /// A light without a mesh.

@@ -4,7 +4,8 @@ use glam::{DVec3, Vec3};
 use raycam_scene::Light;
 
 use super::super::Choice;
-use super::super::tree::{Bounds, Tree};
+use super::super::bounds::Bounds;
+use super::super::tree::Tree;
 use super::*;
 use crate::prepare::PreparedWorld;
 

@@ -1,0 +1,225 @@
+//! Where a group of lights is, where it shines, and how much of it may arrive at a point.
+//!
+//! The bounds on angles are those of M. Pharr, W. Jakob and G. Humphreys, "Physically Based Rendering", 4th edition,
+//! section 12.6.3.
+
+use std::f32::consts::PI;
+
+use glam::{DVec3, Vec3};
+
+/// Where lights are, where they shine and how much.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bounds {
+    /// Scene-local.
+    pub lower: Vec3,
+    pub upper: Vec3,
+    /// Of a cone that holds all their normals; the cosine of its half angle.
+    pub axis: Vec3,
+    pub cos_normals: f32,
+    /// The cosine of how far from its normal a light shines.
+    pub cos_emission: f32,
+    /// Whether they shine to the other side as well.
+    pub two_sided: bool,
+    /// The largest intensity of all together, in W/sr.
+    pub intensity: f32,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self::around(DVec3::ZERO, DVec3::ZERO, Vec3::ZERO)
+    }
+}
+
+impl Bounds {
+    /// Of a light that shines everywhere.
+    pub fn around(lower: DVec3, upper: DVec3, intensity: Vec3) -> Self {
+        Self {
+            lower: lower.as_vec3(),
+            upper: upper.as_vec3(),
+            axis: Vec3::Z,
+            cos_normals: -1.0,
+            cos_emission: 0.0,
+            two_sided: false,
+            intensity: intensity.element_sum(),
+        }
+    }
+
+    /// Of one that shines from a plane.
+    pub fn flat(corners: &[DVec3], normal: DVec3, intensity: Vec3, two_sided: bool) -> Self {
+        let lower = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let upper = corners
+            .iter()
+            .copied()
+            .fold(DVec3::NEG_INFINITY, DVec3::max);
+        Self {
+            axis: normal.as_vec3(),
+            cos_normals: 1.0,
+            two_sided,
+            ..Self::around(lower, upper, intensity)
+        }
+    }
+
+    pub fn center(&self) -> Vec3 {
+        self.lower + (self.upper - self.lower) / 2.0
+    }
+
+    pub fn union(&self, other: &Self) -> Self {
+        // What is dark has no say.
+        if other.intensity <= 0.0 {
+            return *self;
+        }
+        if self.intensity <= 0.0 {
+            return *other;
+        }
+        let (axis, cos_normals) = cone_union(
+            (self.axis, self.cos_normals),
+            (other.axis, other.cos_normals),
+        );
+        Self {
+            lower: self.lower.min(other.lower),
+            upper: self.upper.max(other.upper),
+            axis,
+            cos_normals,
+            cos_emission: self.cos_emission.min(other.cos_emission),
+            two_sided: self.two_sided || other.two_sided,
+            intensity: self.intensity + other.intensity,
+        }
+    }
+
+    /// A bound on what arrives at a point, up to a factor: intensity over squared distance, by the smallest angles that
+    /// the bounds leave. 0 only where nothing arrives.
+    pub fn importance(&self, position: Vec3, normal: Vec3) -> f32 {
+        self.weigh(position, normal).0
+    }
+
+    /// [`Bounds::importance`], and whether it is certain that each light inside has one.
+    pub fn weigh(&self, position: Vec3, normal: Vec3) -> (f32, bool) {
+        const NONE: (f32, bool) = (0.0, false);
+        let away = position - self.center();
+        let half = (self.upper - self.lower) / 2.0;
+        let radius2 = half.length_squared();
+        // From inside, every distance is possible: that of the rim stands for them.
+        let distance2 = away.length_squared();
+        let direction = away / distance2.sqrt().max(f32::MIN_POSITIVE);
+        let by_distance = self.intensity / distance2.max(radius2).max(1e-30);
+        // The corner that stands highest above the point's horizon, a bit more against rounding.
+        let highest = half.dot(normal.abs()) - away.dot(normal);
+        if normal != Vec3::ZERO && highest <= -1e-5 * away.abs().element_sum() {
+            return NONE;
+        }
+        if distance2 <= radius2 {
+            return (by_distance, false);
+        }
+        // The half angle that the box fills, at most; a bit more against rounding.
+        let half_box = Angle::of_sine(((radius2 / distance2).sqrt() + 1e-3).min(1.0));
+        let cos_axis = self.axis.dot(direction).clamp(-1.0, 1.0);
+        let normals = Angle::of_cosine(self.cos_normals.clamp(-1.0, 1.0));
+        let most = Angle::of_cosine(cos_axis).more(normals).more(half_box);
+        let mut certain = most.cos > self.cos_emission + 1e-3;
+        let cos_axis = if self.two_sided {
+            cos_axis.abs()
+        } else {
+            cos_axis
+        };
+        let off = Angle::of_cosine(cos_axis).less(normals).less(half_box);
+        if off.cos <= self.cos_emission - 1e-3 {
+            return NONE;
+        }
+        let mut importance = by_distance * off.cos.max(1e-3);
+        if normal != Vec3::ZERO {
+            let height = Angle::of_cosine((-normal.dot(direction)).clamp(-1.0, 1.0));
+            let cos = height.less(half_box).cos;
+            if cos <= 0.0 {
+                return NONE;
+            }
+            certain &= height.more(half_box).cos > 0.0;
+            importance *= cos;
+        }
+        (importance, certain)
+    }
+
+    /// The cost of a group in the surface area orientation heuristic: intensity, area and the measure of its directions.
+    pub fn cost(&self) -> f32 {
+        let size = self.upper - self.lower;
+        let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
+        let (normals, emission) = (
+            self.cos_normals.clamp(-1.0, 1.0).acos(),
+            self.cos_emission.acos(),
+        );
+        let edge = (normals + emission).min(PI);
+        let directions = 2.0 * PI * (1.0 - self.cos_normals)
+            + PI / 2.0
+                * (2.0 * edge * normals.sin()
+                    - (normals - 2.0 * edge).cos()
+                    - 2.0 * normals * normals.sin()
+                    + self.cos_normals);
+        // Lights in one point or line still cost more apart.
+        self.intensity * directions * (area + size.max_element().powi(2))
+    }
+}
+
+/// An angle in 0..=180 degrees.
+#[derive(Clone, Copy)]
+struct Angle {
+    sin: f32,
+    cos: f32,
+}
+
+impl Angle {
+    fn of_cosine(cos: f32) -> Self {
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        Self { sin, cos }
+    }
+
+    /// Of at most 90 degrees.
+    fn of_sine(sin: f32) -> Self {
+        let cos = (1.0 - sin * sin).max(0.0).sqrt();
+        Self { sin, cos }
+    }
+
+    /// The sum, at most 180 degrees.
+    fn more(self, other: Self) -> Self {
+        // a + b >= 180 degrees where a >= 180 degrees - b.
+        if self.cos <= -other.cos {
+            return Self {
+                sin: 0.0,
+                cos: -1.0,
+            };
+        }
+        Self {
+            sin: self.sin * other.cos + self.cos * other.sin,
+            cos: self.cos * other.cos - self.sin * other.sin,
+        }
+    }
+
+    /// The difference, at least 0.
+    fn less(self, other: Self) -> Self {
+        if self.cos >= other.cos {
+            return Self { sin: 0.0, cos: 1.0 };
+        }
+        Self {
+            sin: self.sin * other.cos - self.cos * other.sin,
+            cos: self.cos * other.cos + self.sin * other.sin,
+        }
+    }
+}
+
+/// The smallest cone that holds two, as axis and cosine of the half angle.
+fn cone_union(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
+    let [ta, tb] = [a.1, b.1].map(|cos| cos.clamp(-1.0, 1.0).acos());
+    let between = a.0.dot(b.0).clamp(-1.0, 1.0).acos();
+    if (between + tb).min(PI) <= ta {
+        return a;
+    }
+    if (between + ta).min(PI) <= tb {
+        return b;
+    }
+    let half = (ta + tb + between) / 2.0;
+    let turn = a.0.cross(b.0);
+    if half >= PI || turn.length_squared() < 1e-12 {
+        return (Vec3::Z, -1.0);
+    }
+    let axis = glam::Quat::from_axis_angle(turn.normalize(), half - ta) * a.0;
+    // A little wider against rounding.
+    (axis.normalize(), (half + 1e-4).min(PI).cos())
+}
