@@ -70,8 +70,9 @@ fn bumpy(
                 std::f32::consts::PI * i as f32 / n as f32,
                 std::f32::consts::TAU * j as f32 / m as f32,
             );
-            // No steeper than the centre's surroundings can look over.
-            vertices.push(point(a, b, 1.0 + 4.0 / m.max(80) as f32 * rng.unit()));
+            // No steeper than the centre's surroundings can look over, also where the sectors meet.
+            let bump = 4.0 / m.max(80) as f32 * a.sin() * rng.unit();
+            vertices.push(point(a, b, 1.0 + bump));
         }
     }
     let at = |i: usize, j: usize| (2 + (i - 1) * m + j % m) as u32;
