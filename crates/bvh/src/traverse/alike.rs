@@ -3,7 +3,6 @@
 use super::local::STEEPEST;
 use super::packet::SIZE;
 use crate::ray::Ray;
-use crate::scene::Placed;
 
 /// Rays that run alike are traced alone where they are fewer than this...
 const ENOUGH: u32 = 12;
@@ -38,14 +37,6 @@ pub fn numbers(mut places: u64, who: Who) -> u64 {
     numbers
 }
 
-/// From bits by number to bits by place.
-#[inline(always)]
-pub fn places(numbers: u64, who: Who) -> u64 {
-    let Some(who) = who else { return numbers };
-    let place = |(i, number): (usize, &u8)| (numbers >> (number & 63) & 1) << i;
-    who.iter().enumerate().map(place).fold(0, |a, b| a | b)
-}
-
 const NO_RAY: Ray = Ray {
     origin: [0.0; 3],
     direction: [0.0; 3],
@@ -78,14 +69,6 @@ impl Members {
         self.rays[self.len & (SIZE - 1)] = ray;
         self.who[self.len & (SIZE - 1)] = number as u8;
         self.len += 1;
-    }
-
-    /// From scaled scene coordinates to those of a mesh.
-    #[inline(always)]
-    pub fn turn(&mut self, placed: &Placed) {
-        for ray in &mut self.rays[..self.len] {
-            *ray = placed.local(ray);
-        }
     }
 
     /// Takes those of `places`; `who` says what their numbers are.
@@ -222,7 +205,6 @@ mod tests {
             let all = u64::MAX >> (SIZE - members.len);
             let who = members.all().1;
             assert_eq!(numbers(all, who), part);
-            assert_eq!(places(part, who) & all, all);
             assert_eq!(members.len, part.count_ones() as usize);
             for (place, ray) in members.all().0.iter().enumerate() {
                 assert!(part >> members.who[place] & 1 != 0);

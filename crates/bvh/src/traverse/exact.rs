@@ -5,6 +5,7 @@
 //! [`ExactTriangles::corners`] alone. A ray that starts far away is first moved, in float64, to where it enters the
 //! scene's box: the bound counts from there.
 
+use super::alike::Members;
 use super::exact_packet::closest_exact_chunk;
 use super::line::{Line, sheared};
 use super::local::{EPS, LocalRay};
@@ -28,9 +29,9 @@ pub fn closest_exact_batch<I: Isa>(
     triangles: &dyn ExactTriangles,
     hits: &mut [ExactHit],
 ) {
-    let mut packets = Packets::NONE;
+    let (mut packets, mut near) = (Packets::NONE, Members::NONE);
     for (rays, hits) in rays.chunks(SIZE).zip(hits.chunks_mut(SIZE)) {
-        closest_exact_chunk::<I>(scene, rays, triangles, hits, &mut packets);
+        closest_exact_chunk::<I>(scene, rays, triangles, hits, &mut packets, &mut near);
     }
 }
 

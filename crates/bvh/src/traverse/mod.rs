@@ -1,6 +1,7 @@
 //! From a batch of rays to its answers.
 
 mod alike;
+mod chunk;
 mod exact;
 mod exact_packet;
 mod fan;

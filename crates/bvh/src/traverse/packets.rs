@@ -1,36 +1,49 @@
-//! What is made of up to 64 rays: packets of those that run alike, and the rays that go on alone.
+//! From up to 64 rays to packets of those that run alike: through the tree over instances, and in each instance anew,
+//! because there they run elsewhere. What is asked for is a [`Query`].
 
-use super::alike::{Members, Who, number};
-use super::fan::Apex;
-use super::interleaved::Work;
-use super::local::Extent;
+use super::alike::{Members, Parts, Who, number};
 use super::packet::{Packet, SIZE};
-use crate::ray::{Coherence, Ray};
-use crate::scene::Scene;
+use super::stack::Stack;
+use crate::block::{LEAF, NO_CHILD, node};
+use crate::ray::Ray;
+use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
 
-/// How much work is put aside before it is done, or a little more.
-const ASIDE: usize = 512;
+/// What rays are asked for. They are known by their number in the chunk; `who` says which numbers those at hand have.
+pub trait Query {
+    /// Makes rays a packet, in scaled scene coordinates or in those of a placed mesh; false where it may not pay.
+    fn packed<I: Isa>(&self, rays: &[Ray], placed: Option<&Placed>, packet: &mut Packet) -> bool;
+
+    /// A ray in the coordinates of a placed mesh, no longer than it is of interest by now.
+    fn turned(&self, ray: &Ray, number: usize, placed: &Placed) -> Ray;
+
+    /// The t up to which a ray that was of interest up to `t_max` still is; below 0 for none.
+    fn limit(&self, number: usize, t_max: f32) -> f32;
+
+    /// Takes a packet through the mesh of an instance.
+    fn in_mesh<I: Isa>(&mut self, instance: u32, packet: &mut Packet, who: Who);
+
+    /// Takes each ray of a mask by itself through an instance or, without one, through everything.
+    fn alone<I: Isa>(&mut self, places: u64, instance: Option<u32>, who: Who);
+}
 
 /// Room for the packets of a chunk.
 pub struct Packets {
-    /// In scaled scene coordinates: all, and those that run alike.
-    pub scaled: Members,
-    pub outer: Members,
-    pub in_scene: Packet,
-    pub inside: Inside,
+    /// In scaled scene coordinates: those that run alike.
+    outer: Members,
+    in_scene: Packet,
+    inside: Inside,
 }
 
-/// The same in the coordinates of a mesh.
-pub struct Inside {
-    pub local: Members,
-    pub inner: Members,
-    pub packet: Packet,
+/// The same in the coordinates of a mesh: all that enter an instance, and those of them that run alike.
+struct Inside {
+    local: Members,
+    inner: Members,
+    packet: Packet,
 }
 
 impl Packets {
     pub const NONE: Packets = Packets {
-        scaled: Members::NONE,
         outer: Members::NONE,
         in_scene: Packet::NONE,
         inside: Inside {
@@ -39,98 +52,110 @@ impl Packets {
             packet: Packet::NONE,
         },
     };
+
+    /// Asks for rays in scaled scene coordinates; the scene is not empty.
+    #[inline(always)]
+    pub fn ask<I: Isa, Q: Query>(&mut self, query: &mut Q, scene: &Scene, rays: &[Ray], who: Who) {
+        let mut parts = Parts::of(rays);
+        while let Some((part, pays)) = parts.next() {
+            let (some, who_of_some) = self.outer.of_part(rays, who, part, parts.whole);
+            // Nothing is above the only mesh.
+            if scene.direct || pays && query.packed::<I>(some, None, &mut self.in_scene) {
+                let packet = &mut self.in_scene;
+                in_scene::<I, Q>(query, scene, some, who_of_some, packet, &mut self.inside);
+            } else if parts.whole {
+                parts.sort(rays);
+            } else {
+                query.alone::<I>(part, None, who);
+            }
+        }
+    }
 }
 
-/// The chunk at hand, and the rays that go on alone.
-pub struct Chunk<'a> {
-    pub scene: &'a Scene,
-    pub coherence: Coherence,
-    pub given: &'a [Ray],
-    /// Of the first of them in the batch.
-    pub number: usize,
-    pub aside: Vec<Work>,
-}
-
-impl<'a> Chunk<'a> {
-    pub fn none(scene: &'a Scene, coherence: Coherence) -> Chunk<'a> {
-        Chunk {
-            scene,
-            coherence,
-            given: &[],
-            number: 0,
-            aside: Vec::new(),
-        }
-    }
-
-    /// A bit for each ray.
-    pub fn every(&self) -> u64 {
-        u64::MAX >> (SIZE - self.given.len())
-    }
-
-    /// Whether it is time to do what was put aside.
-    pub fn is_full(&self) -> bool {
-        self.aside.len() >= ASIDE
-    }
-
-    /// Puts rays aside, to go on at a node of an instance or, without one, from the start.
-    #[inline(always)]
-    pub fn alone(&mut self, mut places: u64, instance: u32, start: u32, who: Who) {
-        while places != 0 {
-            let i = number(places.trailing_zeros(), who);
-            places &= places - 1;
-            self.aside.push(Work {
-                ray: self.given[i],
-                number: self.number + i,
-                instance,
-                start,
-            });
-        }
-    }
-
-    /// The rays in scaled scene coordinates.
-    #[inline(always)]
-    pub fn scaled<'b>(&self, room: &'b mut Members) -> &'b [Ray]
-    where
-        'a: 'b,
-    {
-        if self.scene.unit == 1.0 {
-            return self.given;
-        }
-        let unit = self.scene.unit as f32;
-        room.clear();
-        for (i, ray) in self.given.iter().enumerate() {
-            let scaled = Ray {
-                origin: ray.origin.map(|x| x * unit),
-                direction: ray.direction.map(|x| x * unit),
-                ..*ray
-            };
-            room.push(scaled, i);
-        }
-        room.all().0
-    }
-
-    /// By how much the boxes of instances are padded, of the largest coordinate at hand.
-    pub fn outer_pad(&self) -> f32 {
-        if self.scene.direct {
-            0.0
+/// Through the tree over instances.
+#[inline(always)]
+fn in_scene<I: Isa, Q: Query>(
+    query: &mut Q,
+    scene: &Scene,
+    rays: &[Ray],
+    who: Who,
+    packet: &mut Packet,
+    inside: &mut Inside,
+) {
+    let Inside {
+        local,
+        inner,
+        packet: in_mesh,
+    } = inside;
+    let mut stack = Stack::new();
+    let (mut at, mut t_max) = match scene.direct {
+        true => (LEAF, 0.0),
+        false => (scene.root, packet.farthest::<I>()),
+    };
+    loop {
+        if at & LEAF == 0 {
+            let node = node(scene.blocks(), at);
+            let (mask, enter) = packet.fan.children::<I>(node, t_max);
+            if mask != 0 {
+                at = stack.push::<I>(node, enter, mask);
+                continue;
+            }
         } else {
-            self.scene.rounding()
+            let instance = at & !LEAF;
+            let placed = &scene.placed[instance as usize];
+            let mut entered = 0;
+            if !scene.direct && placed.bvh.root() != NO_CHILD {
+                entered = packet.enter::<I>(|row| placed.bounds[row], packet.active);
+                local.gather(rays, who, entered);
+                for (ray, number) in local.rays[..local.len].iter_mut().zip(&local.who) {
+                    *ray = query.turned(ray, usize::from(*number), placed);
+                }
+            }
+            if scene.direct || entered != 0 {
+                let (some, who_of_some) = match scene.direct {
+                    true => (rays, who),
+                    false => local.all(),
+                };
+                in_instance::<I, Q>(query, scene, instance, some, who_of_some, inner, in_mesh);
+            }
+            if entered != 0 {
+                while entered != 0 {
+                    let place = entered.trailing_zeros();
+                    entered &= entered - 1;
+                    let t_max = &mut packet.t_max[place as usize & (SIZE - 1)];
+                    *t_max = query.limit(number(place, who), *t_max);
+                }
+                t_max = packet.farthest::<I>();
+            }
+        }
+        match stack.pop(0, t_max) {
+            Some(next) => at = next,
+            None => return,
         }
     }
+}
 
-    /// Whether rays make a packet that may pay. Parallel rays from all over share their signs, but no boxes.
-    #[inline(always)]
-    pub fn packed<I: Isa>(
-        &self,
-        rays: &[Ray],
-        extent: &Extent,
-        pad: f32,
-        apex: Apex,
-        packet: &mut Packet,
-    ) -> bool {
-        packet.set::<I>(rays, extent, pad, apex)
-            && !(self.coherence == Coherence::Unknown
-                && apex == Apex::Origin
-                && packet.spread() > extent.reach() / 16.0)
+/// Through one mesh, for rays in its coordinates: as one packet, or one for each heading.
+#[inline(always)]
+fn in_instance<I: Isa, Q: Query>(
+    query: &mut Q,
+    scene: &Scene,
+    instance: u32,
+    rays: &[Ray],
+    who: Who,
+    inner: &mut Members,
+    packet: &mut Packet,
+) {
+    let placed = &scene.placed[instance as usize];
+    let mut parts = Parts::of(rays);
+    while let Some((part, pays)) = parts.next() {
+        let (some, who_of_some) = inner.of_part(rays, who, part, parts.whole);
+        if pays && query.packed::<I>(some, Some(placed), packet) {
+            query.in_mesh::<I>(instance, packet, who_of_some);
+        } else if parts.whole {
+            parts.sort(rays);
+        } else {
+            query.alone::<I>(part, Some(instance), who);
+        }
     }
 }

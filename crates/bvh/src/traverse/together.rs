@@ -1,13 +1,13 @@
 //! Packets through the scene: the nearest hits.
 
 use super::NearestApart;
-use super::alike::{Members, Parts, Who, number};
+use super::alike::{Members, Who, number};
+use super::chunk::Chunk;
 use super::fan::Apex;
 use super::interleaved::trace;
 use super::line::{Member, Met, meet_one, within};
-use super::local::Extent;
 use super::packet::{Packet, SIZE};
-use super::packets::{Chunk, Inside, Packets};
+use super::packets::{Packets, Query};
 use super::stack::Stack;
 use super::steps::NO_SLOT;
 use super::triangle::{Found, test_rays};
@@ -42,162 +42,75 @@ impl Nearest {
 /// The nearest hits, for any number of rays.
 #[inline(always)]
 pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
-    let mut together = Together(Chunk::none(scene, coherence));
-    let mut packets = Packets::NONE;
+    let mut chunk = Chunk::none(scene, coherence);
+    let (mut packets, mut scaled) = (Packets::NONE, Members::NONE);
     for (k, given) in rays.chunks(SIZE).enumerate() {
-        together.0.given = given;
-        together.0.number = k * SIZE;
+        (chunk.given, chunk.number) = (given, k * SIZE);
         let met = &mut hits[k * SIZE..][..given.len()];
         met.fill(Hit::MISS);
         if scene.root != NO_CHILD {
-            together.chunk::<I>(&mut packets, met);
+            let rays = chunk.scaled(&mut scaled);
+            let mut together = Together {
+                chunk: &mut chunk,
+                hits: met,
+            };
+            packets.ask::<I, _>(&mut together, scene, rays, None);
         }
-        if together.0.is_full() {
-            together.settle::<I>(hits);
+        if chunk.is_full() || k * SIZE + given.len() == rays.len() {
+            let work = chunk.aside.drain(..);
+            trace::<I, _, false>(scene, &mut NearestApart { work, hits });
         }
     }
-    together.settle::<I>(hits);
 }
 
 /// The nearest hits of the chunk at hand.
-struct Together<'a>(Chunk<'a>);
+struct Together<'a, 'b> {
+    chunk: &'b mut Chunk<'a>,
+    hits: &'b mut [Hit],
+}
 
-impl Together<'_> {
-    /// Traces what was put aside.
+impl Query for Together<'_, '_> {
     #[inline(always)]
-    fn settle<I: Isa>(&mut self, hits: &mut [Hit]) {
-        let work = self.0.aside.drain(..);
-        trace::<I, _, false>(self.0.scene, &mut NearestApart { work, hits });
+    fn packed<I: Isa>(&self, rays: &[Ray], placed: Option<&Placed>, packet: &mut Packet) -> bool {
+        self.chunk.packed::<I>(rays, placed, Apex::Origin, packet)
     }
 
     #[inline(always)]
-    fn chunk<I: Isa>(&mut self, packets: &mut Packets, hits: &mut [Hit]) {
-        let Packets {
-            scaled,
-            outer,
-            in_scene,
-            inside,
-        } = packets;
-        let rays = self.0.scaled(scaled);
-        let (extent, pad) = (&self.0.scene.extent, self.0.outer_pad());
-        let mut parts = Parts::of(rays);
-        while let Some((part, pays)) = parts.next() {
-            let (some, who) = outer.of_part(rays, None, part, parts.whole);
-            // Nothing is above the only mesh.
-            if self.0.scene.direct || pays && self.packed::<I>(some, extent, pad, in_scene) {
-                self.in_scene::<I>(some, who, in_scene, inside, hits);
-            } else if parts.whole {
-                parts.sort(rays);
-            } else {
-                self.0.alone(part, 0, NO_CHILD, None);
+    fn turned(&self, ray: &Ray, number: usize, placed: &Placed) -> Ray {
+        let mut ray = *ray;
+        ray.shorten(self.hits[number].t);
+        placed.local(&ray)
+    }
+
+    #[inline(always)]
+    fn limit(&self, number: usize, t_max: f32) -> f32 {
+        t_max.min(self.hits[number].t)
+    }
+
+    #[inline(always)]
+    fn alone<I: Isa>(&mut self, places: u64, instance: Option<u32>, who: Who) {
+        self.chunk.alone(places, instance, who);
+    }
+
+    #[inline(always)]
+    fn in_mesh<I: Isa>(&mut self, instance: u32, packet: &mut Packet, who: Who) {
+        let mesh = &*self.chunk.scene.placed[instance as usize].bvh;
+        let mut nearest = Nearest::NOTHING;
+        closest_in_mesh::<I>(mesh, packet, &mut nearest);
+        for place in 0..packet.active.count_ones() {
+            let i = place as usize & (SIZE - 1);
+            if nearest.slot[i] == NO_SLOT {
+                continue;
             }
-        }
-    }
-
-    #[inline(always)]
-    fn packed<I: Isa>(&self, rays: &[Ray], extent: &Extent, pad: f32, packet: &mut Packet) -> bool {
-        self.0.packed::<I>(rays, extent, pad, Apex::Origin, packet)
-    }
-
-    /// Through the tree over instances. `who` says which of the chunk the rays are.
-    #[inline(always)]
-    fn in_scene<I: Isa>(
-        &mut self,
-        rays: &[Ray],
-        who: Who,
-        packet: &mut Packet,
-        inside: &mut Inside,
-        hits: &mut [Hit],
-    ) {
-        let Inside {
-            local,
-            inner,
-            packet: in_mesh,
-        } = inside;
-        let (scene, direct) = (self.0.scene, self.0.scene.direct);
-        let mut stack = Stack::new();
-        let (mut at, mut t_max) = match direct {
-            true => (LEAF, 0.0),
-            false => (scene.root, packet.farthest::<I>()),
-        };
-        loop {
-            if at & LEAF == 0 {
-                let node = node(scene.blocks(), at);
-                let (mask, enter) = packet.fan.children::<I>(node, t_max);
-                if mask != 0 {
-                    at = stack.push::<I>(node, enter, mask);
-                    continue;
-                }
-            } else if direct {
-                self.in_instance::<I>(0, rays, who, inner, in_mesh, hits);
-            } else {
-                let instance = at & !LEAF;
-                let placed = &scene.placed[instance as usize];
-                let active = packet.enter::<I>(|row| placed.bounds[row], packet.active);
-                if active != 0 && placed.bvh.root() != NO_CHILD {
-                    local.gather(rays, who, active);
-                    for (place, ray) in local.rays[..local.len].iter_mut().enumerate() {
-                        let number = usize::from(local.who[place]);
-                        ray.shorten(hits[number].t);
-                        *ray = placed.local(ray);
-                    }
-                    let (some, who_of_some) = local.all();
-                    self.in_instance::<I>(instance, some, who_of_some, inner, in_mesh, hits);
-                    let mut active = active;
-                    while active != 0 {
-                        let place = active.trailing_zeros();
-                        active &= active - 1;
-                        let t_max = &mut packet.t_max[place as usize & (SIZE - 1)];
-                        *t_max = t_max.min(hits[number(place, who)].t);
-                    }
-                    t_max = packet.farthest::<I>();
-                }
-            }
-            match stack.pop(0, t_max) {
-                Some(next) => at = next,
-                None => return,
-            }
-        }
-    }
-
-    /// Through one mesh, for rays in its coordinates: as one packet, or one for each heading.
-    #[inline(always)]
-    fn in_instance<I: Isa>(
-        &mut self,
-        instance: u32,
-        rays: &[Ray],
-        who: Who,
-        inner: &mut Members,
-        packet: &mut Packet,
-        hits: &mut [Hit],
-    ) {
-        let mesh = &*self.0.scene.placed[instance as usize].bvh;
-        let mut parts = Parts::of(rays);
-        while let Some((part, pays)) = parts.next() {
-            let (some, who_of_some) = inner.of_part(rays, who, part, parts.whole);
-            if pays && self.packed::<I>(some, mesh.extent(), 0.0, packet) {
-                let mut nearest = Nearest::NOTHING;
-                closest_in_mesh::<I>(mesh, packet, &mut nearest);
-                for place in 0..some.len() {
-                    if nearest.slot[place] == NO_SLOT {
-                        continue;
-                    }
-                    let hit = &mut hits[number(place as u32, who_of_some)];
-                    let t = packet.t_max[place];
-                    if (t, instance) < (hit.t, hit.instance) {
-                        *hit = Hit {
-                            t,
-                            u: nearest.u[place],
-                            v: nearest.v[place],
-                            instance,
-                            triangle: mesh.id(nearest.slot[place]),
-                        };
-                    }
-                }
-            } else if parts.whole {
-                parts.sort(rays);
-            } else {
-                self.0.alone(part, instance, mesh.root(), who);
+            let (t, hit) = (packet.t_max[i], &mut self.hits[number(place, who)]);
+            if (t, instance) < (hit.t, hit.instance) {
+                *hit = Hit {
+                    t,
+                    u: nearest.u[i],
+                    v: nearest.v[i],
+                    instance,
+                    triangle: mesh.id(nearest.slot[i]),
+                };
             }
         }
     }
