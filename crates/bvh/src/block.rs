@@ -74,8 +74,12 @@ pub struct Leaf {
     pub solid: u32,
     /// The box of the vertices: lower x, upper x, lower y, upper y, lower z, upper z.
     pub bounds: [f32; 6],
-    _pad: u32,
+    /// Bit i: triangle i is so thin that where it is met needs care.
+    thin: u32,
 }
+
+/// A triangle is thin if the square of its longest edge is more than this times twice its area.
+const THIN: f64 = 64.0;
 
 impl Leaf {
     /// Packs triangles, given as corner indices into `vertices`.
@@ -86,10 +90,12 @@ impl Leaf {
         let corner = std::array::from_fn(|k| {
             crate::simd::pack_index(&std::array::from_fn(|i| corners.get(i).map_or(0, |c| c[k])))
         });
-        let solid = corners.iter().enumerate().fold(0, |bits, (i, c)| {
+        let (mut solid, mut thin) = (0, 0);
+        for (i, c) in corners.iter().enumerate() {
             let corners = c.map(|k| vertices[k as usize].map(f64::from));
-            bits | u32::from(has_area(corners)) << i
-        });
+            solid |= u32::from(has_area(corners)) << i;
+            thin |= u32::from(is_thin(corners)) << i;
+        }
         let bounds = std::array::from_fn(|k| {
             let along = vertices.iter().map(|v| v[k / 2]);
             if k % 2 == 0 {
@@ -105,12 +111,16 @@ impl Leaf {
             count: corners.len() as u32,
             solid,
             bounds,
-            _pad: 0,
+            thin,
         }
     }
-}
 
-impl Leaf {
+    /// Whether triangle `k` is thin.
+    #[inline(always)]
+    pub fn is_thin(&self, k: usize) -> bool {
+        self.thin >> k & 1 != 0
+    }
+
     /// Moves the triangles to other corners; returns their box. What shared a vertex still does.
     pub fn refit(
         &mut self,
@@ -141,6 +151,26 @@ pub fn has_area(p: [[f64; 3]; 3]) -> bool {
         let y = (x + 1) % 3;
         e(1, x) * e(2, y) != e(1, y) * e(2, x)
     })
+}
+
+/// (b - a) x (c - a) of a triangle a, b, c.
+pub fn cross([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+    let (e, f): ([f64; 3], [f64; 3]) = (
+        std::array::from_fn(|axis| b[axis] - a[axis]),
+        std::array::from_fn(|axis| c[axis] - a[axis]),
+    );
+    [
+        e[1] * f[2] - e[2] * f[1],
+        e[2] * f[0] - e[0] * f[2],
+        e[0] * f[1] - e[1] * f[0],
+    ]
+}
+
+fn is_thin([a, b, c]: [[f64; 3]; 3]) -> bool {
+    let square = |p: [f64; 3]| p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+    let edge = |p: [f64; 3], q: [f64; 3]| square([p[0] - q[0], p[1] - q[1], p[2] - q[2]]);
+    let longest = edge(a, b).max(edge(b, c)).max(edge(c, a));
+    longest * longest > THIN * THIN * square(cross([a, b, c]))
 }
 
 /// A node or a leaf; the reference that leads to it says which.

@@ -6,7 +6,7 @@ use std::hint::select_unpredictable;
 use super::local::LocalRay;
 use super::packet::{Packet, SIZE};
 use super::triangle::{corner_lanes, corners, decide, indices, relative};
-use crate::block::Leaf;
+use crate::block::{Leaf, cross};
 use crate::simd::{Isa, Vector};
 
 /// A ray as it is tested against triangles, one of a packet or not.
@@ -118,6 +118,18 @@ pub struct Met {
 /// Where the ray meets triangle `k` of the leaf, at a t of `0..=t_max`: for those that [`within`] names.
 #[inline(always)]
 pub fn meet_one(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met> {
+    meet::<_, false>(leaf, k, ray, t_max)
+}
+
+/// Apart, so that the others pay nothing for it.
+#[cold]
+#[inline(never)]
+fn meet_thin(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met> {
+    meet::<_, true>(leaf, k, ray, t_max)
+}
+
+#[inline(always)]
+fn meet<L: Line, const THIN: bool>(leaf: &Leaf, k: usize, ray: L, t_max: f32) -> Option<Met> {
     let corner = corner_lanes(leaf, k);
     let [kx, ky, kz] = ray.axes();
     let at = |axis: usize| corner.map(|lane| leaf.vertex[axis][lane]);
@@ -146,6 +158,9 @@ pub fn meet_one(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met
     if (enter > t_max) | ((enter < 0.0) & (leave < 0.0)) {
         return None;
     }
+    if !THIN && leaf.is_thin(k) && enter < 0.0 {
+        return meet_thin(leaf, k, ray, t_max);
+    }
     let (sx, sy) = (ray.shear(0), ray.shear(1));
     let sheared = |i: usize| (x[i] - sx * z[i], y[i] - sy * z[i]);
     let ((ax, ay), (bx, by), (cx, cy)) = (sheared(0), sheared(1), sheared(2));
@@ -157,9 +172,30 @@ pub fn meet_one(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met
     }
     let det = u + v + w;
     let (wa, wb, wc) = (u / det, v / det, w / det);
-    let depth = wa * z[0] + wb * z[1] + wc * z[2];
+    let mut depth = wa * z[0] + wb * z[1] + wc * z[2];
+    if THIN {
+        depth = depth_in_float64(leaf, k, ray, depth);
+    }
     let t = greatest(least(depth * ray.shear(2), leave), enter);
     (0.0 <= t && t <= t_max).then_some(Met { t, u: wb, v: wc })
+}
+
+/// How far along the main axis the ray meets triangle `k` of the leaf, by float64's plane of its corners.
+///
+/// As a sum of its corners with weights it may be off by as much as they are far, if the triangle is thin: where its box
+/// does not say so, whether it is ahead or behind is then anyone's guess. (`depth` is returned where there is no plane.)
+pub fn depth_in_float64(leaf: &Leaf, k: usize, ray: impl Line, depth: f32) -> f32 {
+    let axes = ray.axes();
+    let [a, b, c] = corner_lanes(leaf, k).map(|lane| {
+        axes.map(|axis| f64::from(leaf.vertex[axis][lane]) - f64::from(ray.origin(axis)))
+    });
+    let normal = cross([a, b, c]);
+    let along = |p: [f64; 3]| normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2];
+    let slope = along([f64::from(ray.shear(0)), f64::from(ray.shear(1)), 1.0]);
+    if slope == 0.0 {
+        return depth;
+    }
+    (along(a) / slope) as f32
 }
 
 /// [`Vector::min`] of one lane.

@@ -9,7 +9,7 @@
 //! by one ([`super::line::meet_one`]). Sixteen rays meet one triangle at once ([`test_rays`]). Each computes every value by the same
 //! operations in the same order, so a ray and a triangle have the same answer in either.
 
-use super::line::Met;
+use super::line::{Member, Met, depth_in_float64};
 use super::packet::Packet;
 use super::rows::SideLanes;
 use crate::block::Leaf;
@@ -73,6 +73,7 @@ pub fn relative<I: Isa>(leaf: &Leaf, axis: usize, origin: f32) -> I::F16 {
 /// One triangle and sixteen rays.
 struct OneTriangle<'a> {
     leaf: &'a Leaf,
+    k: usize,
     /// The lanes of its corners.
     corner: [usize; 3],
     packet: &'a Packet,
@@ -99,6 +100,7 @@ pub fn test_rays<I: Isa>(
     let [kx, ky, kz] = packet.axes;
     let lanes = OneTriangle {
         leaf,
+        k,
         corner: corner_lanes(leaf, k),
         packet,
         group,
@@ -234,8 +236,7 @@ fn meet<I: Isa>(
     let det = u.add(v).add(w);
     let (wa, wb, wc) = (u.div(det), v.div(det), w.div(det));
     let [za, zb, zc] = rest.corners[rest.axes[2]];
-    let depth = wa.mul(za).add(wb.mul(zb)).add(wc.mul(zc));
-    let mut t = depth.mul(rest.scale);
+    let mut depth = wa.mul(za).add(wb.mul(zb)).add(wc.mul(zc));
     // Into the triangle's own box: see END_PAD.
     let mut enter = I::F16::splat(f32::NEG_INFINITY);
     let mut leave = I::F16::splat(f32::INFINITY);
@@ -256,7 +257,19 @@ fn meet<I: Isa>(
         enter = enter.max(first);
         leave = leave.min(last);
     }
-    t = t.min(leave).max(enter);
+    if lanes.leaf.is_thin(lanes.k) {
+        let behind = hit & !<I::F16 as Vector>::bits(zero.le(enter));
+        let mut depths = [0.0; 16];
+        // SAFETY: the array holds 16 floats.
+        unsafe { depth.store(depths.as_mut_ptr()) };
+        for lane in (0..16).filter(|lane| behind >> lane & 1 != 0) {
+            let ray = Member(lanes.packet, 16 * lanes.group + lane);
+            depths[lane] = depth_in_float64(lanes.leaf, lanes.k, ray, depths[lane]);
+        }
+        // SAFETY: as above.
+        depth = unsafe { I::F16::load(depths.as_ptr()) };
+    }
+    let t = depth.mul(rest.scale).min(leave).max(enter);
     let counts = <I::F16 as Vector>::and(zero.le(t), t.le(rest.t_max));
     hit &= <I::F16 as Vector>::bits(counts);
     if hit != 0 {
