@@ -176,6 +176,7 @@ impl Triangles<'_> {
 
 impl Leaves for Triangles<'_> {
     const IN_BLOCKS: bool = true;
+    const USUAL: usize = 10;
     type Notes = Pieces;
 
     /// Finds the pairs: each triangle takes the best of the open neighbours among those before it, if there is a good one.
@@ -236,6 +237,10 @@ impl Leaves for Triangles<'_> {
     fn bins(&self, items: usize) -> Option<usize> {
         match self.quality {
             Quality::Fast if items > TREELET => None,
+            // There a plane matters that lies just where something ends.
+            Quality::Default | Quality::High if items > 16 * TREELET => Some(256),
+            Quality::Default if items > TREELET => Some(64),
+            Quality::High if items > TREELET => Some(256),
             Quality::Fast => Some(8),
             Quality::Default if items < 24 => Some(8),
             Quality::Default => Some(16),

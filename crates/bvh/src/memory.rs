@@ -71,12 +71,8 @@ impl<T: Copy> Pages<T> {
     }
 
     /// The values of all `parts`, `capacity` in number, one after the other: copied in parallel, each part dropped once
-    /// it is. Before that, `place` is told where it will start.
-    pub fn collect<P: AsRef<[T]> + Send>(
-        capacity: usize,
-        parts: Vec<P>,
-        place: impl Fn(&mut P, usize) + Sync,
-    ) -> Self
+    /// it is.
+    pub fn collect<P: AsRef<[T]> + Send>(capacity: usize, parts: Vec<P>) -> Self
     where
         T: Send + Sync,
     {
@@ -93,12 +89,11 @@ impl<T: Copy> Pages<T> {
         for part in parts {
             let length = part.as_ref().len();
             let (here, rest) = room.split_at_mut(length);
-            placed.push((part, at, here));
+            placed.push((part, here));
             (at, room) = (at + length, rest);
         }
         assert!(at == capacity, "{at} values, expected {capacity}");
-        placed.into_par_iter().for_each(|(mut part, at, here)| {
-            place(&mut part, at);
+        placed.into_par_iter().for_each(|(part, here)| {
             let from = part.as_ref();
             assert!(from.len() == here.len(), "a part has changed its length");
             // SAFETY: as long as each other, and one of them was just allocated.
@@ -115,7 +110,7 @@ impl<T: Copy> Pages<T> {
 impl<T: Copy + Send + Sync> Clone for Pages<T> {
     fn clone(&self) -> Self {
         let parts = self.chunks(1 << 14).collect();
-        Self::collect(self.len, parts, |_, _| {})
+        Self::collect(self.len, parts)
     }
 }
 

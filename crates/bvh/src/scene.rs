@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::block::{Block, LEAF, NO_CHILD};
-use crate::build::{self, BuildItem, Leaves};
+use crate::build::{self, BuildItem, Leaves, TREELET};
 use crate::dispatch::{InstructionSet, Machine};
 use crate::error::BuildError;
 use crate::memory::Pages;
@@ -255,6 +255,7 @@ struct Instances;
 
 impl Leaves for Instances {
     const IN_BLOCKS: bool = false;
+    const USUAL: usize = 1;
     type Notes = ();
 
     fn enter(&self, items: &mut [BuildItem], _notes: &mut ()) -> usize {
@@ -269,8 +270,8 @@ impl Leaves for Instances {
         1
     }
 
-    fn bins(&self, _items: usize) -> Option<usize> {
-        Some(16)
+    fn bins(&self, items: usize) -> Option<usize> {
+        Some(if items > TREELET { 64 } else { 16 })
     }
 
     fn emit(

@@ -1,28 +1,24 @@
 //! Folds a binary tree into nodes of eight at the least expected cost: the dynamic programme of Ylitie, Karras and
 //! Laine 2017, section 3.1, which also merges binary leaves into leaves of sixteen triangles.
 
-use super::binned::split;
-use super::item::{Item, NOTHING, Octet, Range, corners, half_area};
-use super::{LEAF, Leaves, NO_CHILD, Shared};
+use super::item::{NOTHING, Octet, corners, half_area};
+use super::{LEAF, NO_CHILD};
 use crate::block::{Block, Node};
 use crate::simd::{Isa, Vector};
-
-/// Of a leaf test, in node tests.
-const LEAF_COST: f32 = 1.0;
 
 /// A node of the binary tree and what it costs as 1 to 8 children of a wide node.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub struct Binary {
-    bounds: Octet,
+    pub bounds: Octet,
     /// `cost[k - 1]`: the least cost as at most k children.
     cost: Octet,
     /// Index of the left child, which the right one follows.
     left: u32,
     /// Where the items below start, and how many there are.
     pub first: u32,
-    count: u32,
-    leaf: bool,
+    pub count: u32,
+    pub leaf: bool,
 }
 
 impl Default for Binary {
@@ -54,92 +50,34 @@ impl Binary {
     }
 }
 
-/// What a thread needs to build a treelet; kept from treelet to treelet, or most of the time would go into new pages.
-#[derive(Default)]
-pub struct Scratch<N> {
-    tree: Vec<Binary>,
-    /// Nodes to be split, their ranges and depths.
-    open: Vec<(u32, u32, Range)>,
-    notes: N,
-    /// What was built: nodes and leaves,
-    pub blocks: Vec<Block>,
-    /// and the ids in the order of the leaves.
-    pub ids: Vec<u32>,
-}
-
-/// Builds a treelet into `scratch`; the reference of its root counts from the start of its blocks.
+/// Fills in the costs, children before parents. A leaf costs `of_leaf` for its area as 1 to 8 children; a test costs as
+/// much whether it is of a node or of a leaf.
 #[inline(always)]
-pub fn treelet<I: Isa, L: Leaves>(
-    items: &mut [Item],
-    (range, depth): (&Range, usize),
-    shared: &Shared<L>,
-    scratch: &mut Scratch<L::Notes>,
-    root: &mut u32,
+pub fn collapse<I: Isa>(
+    tree: &mut [Binary],
+    of_leaf: impl Fn(&Binary) -> Octet,
+    mut fits: impl FnMut(&Binary) -> bool,
 ) {
-    let leaves = shared.leaves;
-    let Scratch {
-        tree,
-        open,
-        notes,
-        blocks,
-        ids,
-    } = scratch;
-    tree.clear();
-    blocks.clear();
-    ids.clear();
-    let n = leaves.enter(items, notes);
-    let range = if n == items.len() {
-        *range
-    } else {
-        Range::of::<I>(&items[..n])
-    };
-    let items = &mut items[..n];
-    tree.push(Binary::leaf(range.bounds, 0, n as u32));
-    open.push((0, depth as u32, range));
-    while let Some((at, depth, range)) = open.pop() {
-        let Binary { first, count, .. } = tree[at as usize];
-        if count as usize <= leaves.binary_leaf() {
-            continue;
-        }
-        let here = &mut items[first as usize..(first + count) as usize];
-        let method = shared.method(count as usize);
-        let (middle, left, right) = split::<I>(here, &range, depth as usize, method);
-        let child = tree.len() as u32;
-        tree[at as usize] = Binary::inner(range.bounds, child);
-        (tree[at as usize].first, tree[at as usize].count) = (first, count);
-        let middle = middle as u32;
-        tree.push(Binary::leaf(left.bounds, first, middle));
-        tree.push(Binary::leaf(right.bounds, first + middle, count - middle));
-        open.push((child + 1, depth + 1, right));
-        open.push((child, depth + 1, left));
-    }
-    let items = &*items;
-    let below = |node: &Binary| &items[node.first as usize..(node.first + node.count) as usize];
-    collapse::<I>(tree, |node| leaves.fit(below(node), notes));
-    *root = emit(tree, 0, blocks, &mut |node, blocks| {
-        leaves.emit(below(node), notes, ids, blocks)
-    });
-}
-
-/// Fills in the costs, children before parents.
-#[inline(always)]
-pub fn collapse<I: Isa>(tree: &mut [Binary], mut fits: impl FnMut(&Binary) -> bool) {
     for at in (0..tree.len()).rev() {
         let node = tree[at];
         // SAFETY: a box has eight floats.
         let area = half_area::<I>(unsafe { I::F8::load(node.bounds.as_ptr()) });
         if node.leaf {
-            tree[at].cost = [area * LEAF_COST; 8];
+            tree[at].cost = of_leaf(&node).map(|cost| cost * area);
             continue;
         }
         let [left, right] = [0, 1].map(|k| &tree[node.left as usize + k]);
         // What does not fit into a leaf does not fit with more besides.
         let small = left.leaf && right.leaf;
         let mut cost = apart::<I>(&left.cost, &right.cost);
-        let (as_node, as_leaf) = (cost[7] + area, area * LEAF_COST);
+        let (as_node, as_leaf) = (cost[7] + area, area);
         let here = &mut tree[at];
         here.leaf = small && as_leaf <= as_node && fits(&node);
-        cost[0] = if here.leaf { as_leaf } else { as_node };
+        if here.leaf {
+            here.cost = [as_leaf; 8];
+            continue;
+        }
+        cost[0] = as_node;
         for k in 1..8 {
             cost[k] = cost[k].min(cost[k - 1]);
         }
@@ -149,7 +87,7 @@ pub fn collapse<I: Isa>(tree: &mut [Binary], mut fits: impl FnMut(&Binary) -> bo
 
 /// The least cost of two nodes as k children, k from 1 to 8, each node taking one at least.
 #[inline(always)]
-fn apart<I: Isa>(left: &Octet, right: &Octet) -> Octet {
+pub fn apart<I: Isa>(left: &Octet, right: &Octet) -> Octet {
     // As many children as are left over, or none at all.
     let mut later = [f32::INFINITY; 16];
     later[8..].copy_from_slice(right);
@@ -178,14 +116,11 @@ pub fn emit(
     }
     let index = blocks.len();
     blocks.push(Block { node: Node::EMPTY });
-    let mut children = [0u32; 8];
-    let mut n = 0;
-    gather(tree, at, 8, true, &mut children, &mut n);
     let mut wide = Node::EMPTY;
-    for &child in &children[..n] {
-        let reference = emit(tree, child as usize, blocks, leaf);
+    for (child, _) in children(tree, at, 8, true) {
+        let reference = emit(tree, child, blocks, leaf);
         debug_assert_ne!(reference, NO_CHILD);
-        let (lower, upper) = corners(&tree[child as usize].bounds);
+        let (lower, upper) = corners(&tree[child].bounds);
         wide.push(lower, upper, reference);
     }
     blocks[index] = Block { node: wide };
@@ -193,35 +128,47 @@ pub fn emit(
     index as u32
 }
 
-/// The binary nodes that become the children: those of `at` when it takes `k` places.
+/// The binary nodes that `at` becomes in `places` places, and how many of them each takes; `opened`: not `at` itself.
+pub fn children(
+    tree: &[Binary],
+    at: usize,
+    places: usize,
+    opened: bool,
+) -> impl Iterator<Item = (usize, usize)> + use<> {
+    let mut found = [(0, 0); 8];
+    let mut n = 0;
+    gather(tree, at, places, opened, &mut found, &mut n);
+    found.into_iter().take(n)
+}
+
 fn gather(
     tree: &[Binary],
     at: usize,
-    mut k: usize,
+    mut places: usize,
     opened: bool,
-    out: &mut [u32; 8],
+    found: &mut [(usize, usize); 8],
     n: &mut usize,
 ) {
     let node = &tree[at];
     if !opened {
         // No more places than are of use.
-        while k > 1 && (node.leaf || node.cost[k - 1] == node.cost[k - 2]) {
-            k -= 1;
+        while places > 1 && node.cost[places - 1] == node.cost[places - 2] {
+            places -= 1;
         }
-        if k == 1 {
-            out[*n] = at as u32;
+        if places == 1 || node.left == 0 {
+            found[*n] = (at, places);
             *n += 1;
             return;
         }
     }
     let [left, right] = [0, 1].map(|side| &tree[node.left as usize + side].cost);
     let (mut take, mut least) = (1, f32::INFINITY);
-    for left_takes in 1..k {
-        let cost = left[left_takes - 1] + right[k - left_takes - 1];
+    for left_takes in 1..places {
+        let cost = left[left_takes - 1] + right[places - left_takes - 1];
         if cost < least {
             (take, least) = (left_takes, cost);
         }
     }
-    gather(tree, node.left as usize, take, false, out, n);
-    gather(tree, node.left as usize + 1, k - take, false, out, n);
+    gather(tree, node.left as usize, take, false, found, n);
+    gather(tree, node.left as usize + 1, places - take, false, found, n);
 }

@@ -4,7 +4,9 @@ use rayon::prelude::*;
 
 use super::binned::{Binning, Bins, Method, Plane, may_choose};
 use super::item::{Item, Range};
-use super::{PARALLEL, partition};
+use super::plan::Top;
+use super::treelet::Part;
+use super::{Leaves, PARALLEL, Shared, TREELET, partition};
 use crate::dispatch::{Machine, kernel};
 use crate::simd::{Isa, Portable};
 
@@ -15,16 +17,16 @@ fn few<I: Isa>(items: &[Item], range: &mut Range) {
     *range = Range::of::<I>(items);
 }
 
-kernel! { fn bin16(items: &[Item], binning: &Binning, bins: &mut Bins<16>) = bin_few16 }
-kernel! { fn bin32(items: &[Item], binning: &Binning, bins: &mut Bins<32>) = bin_few32 }
+kernel! { fn bin64(items: &[Item], binning: &Binning, bins: &mut Bins<64>) = bin_few64 }
+kernel! { fn bin256(items: &[Item], binning: &Binning, bins: &mut Bins<256>) = bin_few256 }
 
 #[inline(always)]
-fn bin_few16<I: Isa>(items: &[Item], binning: &Binning, bins: &mut Bins<16>) {
+fn bin_few64<I: Isa>(items: &[Item], binning: &Binning, bins: &mut Bins<64>) {
     bins.add::<I>(items, binning);
 }
 
 #[inline(always)]
-fn bin_few32<I: Isa>(items: &[Item], binning: &Binning, bins: &mut Bins<32>) {
+fn bin_few256<I: Isa>(items: &[Item], binning: &Binning, bins: &mut Bins<256>) {
     bins.add::<I>(items, binning);
 }
 
@@ -38,6 +40,30 @@ fn partition_of<I: Isa>(items: &mut [Item], plane: (&Binning, &Plane), halves: &
     *halves = partition::partition(items, plane.0, plane.1);
 }
 
+/// Splits items down to what becomes a treelet; those of each stand together, in the order of the tree.
+pub fn divide<L: Leaves>(
+    items: &mut [Item],
+    range: Range,
+    depth: usize,
+    shared: &Shared<L>,
+) -> Top {
+    if items.len() <= TREELET {
+        return Top::Part(Part {
+            range,
+            count: items.len(),
+            depth,
+        });
+    }
+    let method = shared.method(items.len());
+    let (middle, left, right) = split(shared.machine, items, &range, depth, method);
+    let (a, b) = items.split_at_mut(middle);
+    let (a, b) = rayon::join(
+        || divide(a, left, depth + 1, shared),
+        || divide(b, right, depth + 1, shared),
+    );
+    Top::Split(range.bounds, Box::new([a, b]))
+}
+
 /// The range of `items`.
 pub fn range(machine: Machine, items: &[Item]) -> Range {
     let chunks = items.par_chunks(PARALLEL).map(|items| {
@@ -49,7 +75,7 @@ pub fn range(machine: Machine, items: &[Item]) -> Range {
 }
 
 /// Splits at least two items in two: reorders them.
-pub fn split(
+fn split(
     machine: Machine,
     items: &mut [Item],
     whole: &Range,
@@ -62,13 +88,13 @@ pub fn split(
             Method::Curve(curve) => middle = curve.split(items).unwrap_or(middle),
             // So many items fill so many leaves that it does not matter how many one holds.
             Method::Bins(bins, _) => {
-                let binning = Binning::of(whole, bins.max(16));
+                let binning = Binning::of(whole, bins);
                 let best = match bins {
-                    32 => best::<32>(items, &binning, |items, bins| {
-                        bin32(machine, items, &binning, bins)
+                    64 => best::<64>(items, &binning, |items, bins| {
+                        bin64(machine, items, &binning, bins)
                     }),
-                    _ => best::<16>(items, &binning, |items, bins| {
-                        bin16(machine, items, &binning, bins)
+                    _ => best::<256>(items, &binning, |items, bins| {
+                        bin256(machine, items, &binning, bins)
                     }),
                 };
                 if let Some(plane) = best {

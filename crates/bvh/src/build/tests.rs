@@ -1,0 +1,133 @@
+//! Trees over boxes of all kinds.
+
+use super::*;
+
+/// Boxes as leaves, one each; by bins or along a curve.
+struct Boxes(bool);
+
+impl Leaves for Boxes {
+    const IN_BLOCKS: bool = false;
+    const USUAL: usize = 1;
+    type Notes = ();
+    fn enter(&self, items: &mut [Item], _notes: &mut ()) -> usize {
+        items.len()
+    }
+    fn fit(&self, items: &[Item], _notes: &mut ()) -> bool {
+        items.len() == 1
+    }
+    fn emit(
+        &self,
+        items: &[Item],
+        _notes: &mut (),
+        ids: &mut Vec<u32>,
+        _blocks: &mut Vec<Block>,
+    ) -> u32 {
+        ids.push(items[0].id);
+        LEAF | items[0].id
+    }
+    fn binary_leaf(&self) -> usize {
+        1
+    }
+    fn bins(&self, items: usize) -> Option<usize> {
+        self.0.then_some(if items > TREELET { 64 } else { 16 })
+    }
+}
+
+/// Every box is in the tree once, inside all boxes above it, and no path is too long; the longest path.
+fn check(tree: &Tree, boxes: &[([f32; 3], [f32; 3])]) -> usize {
+    let mut seen = vec![false; boxes.len()];
+    let mut deepest = 0;
+    let mut open = vec![(tree.root, tree.lower, tree.upper, 0)];
+    while let Some((at, lower, upper, depth)) = open.pop() {
+        deepest = deepest.max(depth);
+        if at & LEAF != 0 {
+            let id = (at & !LEAF) as usize;
+            assert!(
+                !std::mem::replace(&mut seen[id], true),
+                "box {id} is there twice"
+            );
+            let (l, u) = boxes[id];
+            assert!(
+                (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]),
+                "box {id} sticks out"
+            );
+            continue;
+        }
+        let node = crate::block::node(&tree.blocks, at);
+        assert!(node.children > 0);
+        for k in 0..node.children as usize {
+            let l = [node.bounds[0][k], node.bounds[2][k], node.bounds[4][k]];
+            let u = [node.bounds[1][k], node.bounds[3][k], node.bounds[5][k]];
+            assert!(
+                (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]),
+                "child {k} of {at} sticks out"
+            );
+            open.push((node.child[k], l, u, depth + 1));
+        }
+    }
+    assert!(seen.iter().all(|s| *s), "a box is missing");
+    assert!(deepest <= MAX_DEPTH, "{deepest} levels");
+    deepest
+}
+
+fn built(boxes: &[([f32; 3], [f32; 3])], bins: bool) -> Tree {
+    build(
+        Machine::best(),
+        boxes
+            .iter()
+            .zip(0..)
+            .map(|(b, id)| Item::new(b.0, b.1, id))
+            .collect(),
+        &Boxes(bins),
+    )
+}
+
+#[test]
+fn trees_hold_every_box_once_whatever_the_boxes() {
+    const N: u32 = 12 * TREELET as u32;
+    let point = |x: f32| ([x; 3], [x; 3]);
+    let same = vec![point(1.0); N as usize];
+    let spread: Vec<_> = (0..N)
+        .map(|i| point((i.wrapping_mul(2_654_435_761) >> 8) as f32))
+        .collect();
+    // Each box half the size of the last: the heuristic alone would make a list.
+    let shrinking: Vec<_> = (0..140)
+        .map(|i| ([0.0; 3], [0.5f32.powi(i - 30); 3]))
+        .collect();
+    let nested: Vec<_> = (0..N)
+        .map(|i| ([-1.0 - i as f32; 3], [1.0 + i as f32; 3]))
+        .collect();
+    for boxes in [same, spread, shrinking, nested, vec![point(0.0)]] {
+        check(&built(&boxes, true), &boxes);
+        check(&built(&boxes, false), &boxes);
+    }
+}
+
+#[test]
+fn the_tree_does_not_depend_on_the_number_of_threads() {
+    let boxes: Vec<_> = (0..15 * TREELET as u32)
+        .map(|i| {
+            let x = |k: u32| ((i * 3 + k).wrapping_mul(2_654_435_761) >> 8) as f32;
+            ([x(0), x(1), x(2)], [x(0) + 9e3, x(1) + 9e3, x(2) + 9e3])
+        })
+        .collect();
+    for bins in [true, false] {
+        let trees = [1, 2, 5].map(|n| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(n)
+                .build()
+                .unwrap();
+            pool.install(|| built(&boxes, bins))
+        });
+        for tree in &trees[1..] {
+            assert_eq!(tree.root, trees[0].root);
+            assert_eq!(tree.ids, trees[0].ids);
+            let nodes = |tree: &Tree| {
+                // SAFETY: this tree has no leaf blocks.
+                let node = |block: &Block| unsafe { (block.node.bounds, block.node.child) };
+                tree.blocks.iter().map(node).collect::<Vec<_>>()
+            };
+            assert!(nodes(tree) == nodes(&trees[0]));
+        }
+    }
+}
