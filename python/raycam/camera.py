@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -25,12 +24,13 @@ from .camera_arguments import (
 )
 from .camera_constructors import Constructors
 from .camera_optics import Optics
+from .described import Described
 from .errors import CameraError
 
 __all__ = ["Camera"]
 
 
-class Camera(Constructors, Optics):
+class Camera(Constructors, Optics, Described):
     """A camera, immutable; all numbers are float64.
 
     Camera axes are x right, y down, z forward. A world point X projects to the pixel x = P X with
@@ -283,23 +283,6 @@ class Camera(Constructors, Optics):
         """The same camera at another pose: camera_from_world [3, 3] and its centre [3]. A moving one moves along."""
         return Camera._of(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)), self._up)
 
-    def __eq__(self, other: object) -> bool:
-        """Whether every number is the same."""
-        if not isinstance(other, Camera):
-            return NotImplemented
-        return self._identity() == other._identity()
-
-    def __hash__(self) -> int:
-        """Equal cameras have equal hashes."""
-        return hash(self._identity())
-
-    def _identity(self) -> tuple[str, str]:
-        return self._up, self._core.to_json()
-
-    def __reduce__(self) -> tuple[Callable[..., Camera], tuple[Any, ...]]:
-        """Pickles as its description."""
-        return _rebuild, (self.to_dict(), self._up)
-
     def __repr__(self) -> str:
         """Size, K, R, C, the angles and the lens, for people."""
         with np.printoptions(precision=6, suppress=True, floatmode="maxprec"):
@@ -327,7 +310,3 @@ class Camera(Constructors, Optics):
                 if value is not None:
                     lines.append(f"{name} = {value}")
             return "\n    ".join(lines)
-
-
-def _rebuild(description: dict[str, Any], up: Up) -> Camera:
-    return Camera.from_dict(description, up=up)

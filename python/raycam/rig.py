@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -14,6 +14,7 @@ from .arrays import Floats
 from .camera import Camera
 from .camera_arguments import Up, checked_up, matrix, number, vector
 from .camera_optics import Readout
+from .described import Described
 from .errors import CameraError, nearest
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ CAMERA_FROM_BODY = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
 """The axes of a camera that looks along the x axis of a body with its z axis upwards."""
 
 
-class Rig(Mapping[str, Camera]):
+class Rig(Described, Mapping[str, Camera]):
     """Cameras that one body carries, immutable: a mapping from their names to the cameras in the world.
 
     `cameras` are those in the axes of the body: their `R` is camera_from_body, their `C` the centre there. The body
@@ -307,23 +308,6 @@ class Rig(Mapping[str, Camera]):
         names = self.pair(left, right)
         return Rig.of(rectified(self[names[0]], self[names[1]], K, size), name=self.name)
 
-    def __eq__(self, other: object) -> bool:
-        """Whether every number is the same."""
-        if not isinstance(other, Rig):
-            return NotImplemented
-        return self._identity() == other._identity()
-
-    def __hash__(self) -> int:
-        """Equal rigs have equal hashes."""
-        return hash(self._identity())
-
-    def _identity(self) -> tuple[str, str]:
-        return self._up, self._core.to_json()
-
-    def __reduce__(self) -> tuple[Callable[..., Rig], tuple[Any, ...]]:
-        """Pickles as its description."""
-        return _rebuild, (self.to_dict(), self._up)
-
     def __repr__(self) -> str:
         """The body and its cameras, for people."""
         with np.printoptions(precision=6, suppress=True, floatmode="maxprec"):
@@ -337,7 +321,3 @@ class Rig(Mapping[str, Camera]):
 
 def _pose(rig: Rig) -> dict[str, Any]:
     return {"R": rig.R.tolist(), "C": rig.C.tolist()}
-
-
-def _rebuild(description: dict[str, Any], up: Up) -> Rig:
-    return Rig.from_dict(description, up=up)

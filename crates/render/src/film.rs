@@ -65,6 +65,33 @@ pub(crate) enum Strip<'a> {
     I32(&'a mut [i32]),
 }
 
+impl Strip<'_> {
+    /// Puts the value of each pixel in its place. What is no number of the strip's kind is rounded to one; those of all
+    /// channels are.
+    #[inline]
+    pub fn put<T: Into<f64>, const N: usize>(
+        &mut self,
+        places: &[usize],
+        value: impl Fn(usize) -> [T; N],
+    ) {
+        match self {
+            Self::F32(to) => put(to, places, |i| value(i).map(|v| v.into() as f32)),
+            Self::F64(to) => put(to, places, |i| value(i).map(|v| v.into())),
+            Self::I32(to) => put(to, places, |i| value(i).map(|v| v.into() as i32)),
+        }
+    }
+
+    /// Gives these pixels the values of one.
+    fn fill<T: Into<f64> + Copy>(&mut self, pixels: &[Range<usize>], one: &[T]) {
+        let numbers = one.iter().map(|&v| v.into());
+        match self {
+            Self::F32(to) => repeat(to, pixels, &numbers.map(|v| v as f32).collect::<Vec<_>>()),
+            Self::F64(to) => repeat(to, pixels, &numbers.collect::<Vec<_>>()),
+            Self::I32(to) => repeat(to, pixels, &numbers.map(|v| v as i32).collect::<Vec<_>>()),
+        }
+    }
+}
+
 /// The planes of a region, cut into rows of tiles, each of which one thread writes at a time.
 pub(crate) struct Film<'a> {
     region: [u32; 4],
@@ -107,18 +134,19 @@ impl<'a> Film<'a> {
             return;
         }
         let (first, mut strips) = self.band(tile);
+        let rows: Vec<Range<usize>> = blocks
+            .iter()
+            .flat_map(|block| (block.y..block.y + block.height).map(move |row| (block, row)))
+            .map(|(block, row)| {
+                let start = self.place(first, [block.x, row]);
+                start..start + block.width as usize
+            })
+            .collect();
         for ((_, strip), (_, plane)) in strips.iter_mut().zip(one) {
-            for block in blocks {
-                for row in block.y..block.y + block.height {
-                    let start = self.place(first, [block.x, row]);
-                    let pixels = start..start + block.width as usize;
-                    match (&mut *strip, plane) {
-                        (Strip::F32(to), Plane::F32 { data, .. }) => repeat(to, pixels, data),
-                        (Strip::F64(to), Plane::F64 { data, .. }) => repeat(to, pixels, data),
-                        (Strip::I32(to), Plane::I32 { data, .. }) => repeat(to, pixels, data),
-                        _ => unreachable!("the planes of one film have the same channels"),
-                    }
-                }
+            match plane {
+                Plane::F32 { data, .. } => strip.fill(&rows, data),
+                Plane::F64 { data, .. } => strip.fill(&rows, data),
+                Plane::I32 { data, .. } => strip.fill(&rows, data),
             }
         }
     }
@@ -154,13 +182,23 @@ impl<'a> Film<'a> {
     }
 }
 
+/// Puts the value of each pixel in its place.
+#[inline]
+fn put<T: Copy, const N: usize>(to: &mut [T], places: &[usize], value: impl Fn(usize) -> [T; N]) {
+    for (i, &place) in places.iter().enumerate() {
+        to[place * N..(place + 1) * N].copy_from_slice(&value(i));
+    }
+}
+
 /// The same values for each of these pixels.
-fn repeat<T: Copy>(to: &mut [T], pixels: Range<usize>, one: &[T]) {
-    let to = &mut to[pixels.start * one.len()..pixels.end * one.len()];
-    match one {
-        [value] => to.fill(*value),
-        _ => to
-            .chunks_exact_mut(one.len())
-            .for_each(|pixel| pixel.copy_from_slice(one)),
+fn repeat<T: Copy>(to: &mut [T], pixels: &[Range<usize>], one: &[T]) {
+    for row in pixels {
+        let to = &mut to[row.start * one.len()..row.end * one.len()];
+        match one {
+            [value] => to.fill(*value),
+            _ => to
+                .chunks_exact_mut(one.len())
+                .for_each(|pixel| pixel.copy_from_slice(one)),
+        }
     }
 }

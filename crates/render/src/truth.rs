@@ -7,7 +7,6 @@ use raycam_bvh::{ExactHit, ExactRay, Hit, NOTHING};
 use raycam_scene::Camera;
 
 use crate::channel::Channel;
-use crate::film::Strip;
 use crate::prepare::PreparedWorld;
 use crate::settings::Settings;
 use crate::surface::facing_normal;
@@ -28,9 +27,9 @@ pub(crate) struct Truth<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Normals {
     /// Of the triangle.
-    geometric: DVec3,
+    pub geometric: DVec3,
     /// Of the smooth surface that it stands for.
-    shading: DVec3,
+    pub shading: DVec3,
 }
 
 impl Normals {
@@ -193,54 +192,6 @@ impl Exact {
     }
 }
 
-/// Puts a channel's value of each pixel of a tile in its place in the strip; false where the channel is none of these.
-pub(crate) fn write<'a>(
-    channel: Channel,
-    strip: &mut Strip,
-    places: &[usize],
-    truth: impl Fn(usize) -> Truth<'a>,
-) -> bool {
-    use Channel as C;
-    match (channel, strip) {
-        (C::Albedo, Strip::F32(strip)) => put(strip, places, |i| truth(i).albedo()),
-        (C::Depth, Strip::F32(strip)) => put(strip, places, |i| [truth(i).depth()]),
-        (C::Distance, Strip::F32(strip)) => put(strip, places, |i| [truth(i).distance()]),
-        (C::Position, Strip::F64(strip)) => put(strip, places, |i| truth(i).position()),
-        (C::Normal, Strip::F32(strip)) => {
-            put(strip, places, |i| stored(truth(i).normals.geometric))
-        }
-        (C::NormalCamera, Strip::F32(strip)) => {
-            put(strip, places, |i| truth(i).in_camera(|n| n.geometric))
-        }
-        (C::ShadingNormal, Strip::F32(strip)) => {
-            put(strip, places, |i| stored(truth(i).normals.shading))
-        }
-        (C::ShadingNormalCamera, Strip::F32(strip)) => {
-            put(strip, places, |i| truth(i).in_camera(|n| n.shading))
-        }
-        (C::Instance, Strip::I32(strip)) => put(strip, places, |i| [id(truth(i).hit.instance)]),
-        (C::Category, Strip::I32(strip)) => put(strip, places, |i| [truth(i).category()]),
-        (C::Triangle, Strip::I32(strip)) => put(strip, places, |i| [id(truth(i).hit.triangle)]),
-        (C::Barycentric, Strip::F32(strip)) => put(strip, places, |i| truth(i).barycentric()),
-        (C::Uv, Strip::F32(strip)) => put(strip, places, |i| truth(i).uv()),
-        (C::Material, Strip::I32(strip)) => put(strip, places, |i| [truth(i).material()]),
-        _ => return false,
-    }
-    true
-}
-
-/// Puts the value of each pixel of a tile in its place.
-#[inline]
-pub(crate) fn put<T: Copy, const N: usize>(
-    strip: &mut [T],
-    places: &[usize],
-    value: impl Fn(usize) -> [T; N],
-) {
-    for (i, &place) in places.iter().enumerate() {
-        strip[place * N..(place + 1) * N].copy_from_slice(&value(i));
-    }
-}
-
 impl Truth<'_> {
     fn missed(&self) -> bool {
         self.hit.instance == NOTHING
@@ -251,7 +202,7 @@ impl Truth<'_> {
         rounded(self.hit)
     }
 
-    fn albedo(&self) -> [f32; 3] {
+    pub fn albedo(&self) -> [f32; 3] {
         if self.missed() {
             return [0.0; 3];
         }
@@ -260,7 +211,7 @@ impl Truth<'_> {
             .to_array()
     }
 
-    fn depth(&self) -> f32 {
+    pub fn depth(&self) -> f32 {
         if self.missed() {
             return f32::INFINITY;
         }
@@ -268,7 +219,7 @@ impl Truth<'_> {
         (self.hit.t * direction.dot(self.camera_from_world.row(2))) as f32
     }
 
-    fn distance(&self) -> f32 {
+    pub fn distance(&self) -> f32 {
         if self.missed() {
             f32::INFINITY
         } else {
@@ -276,7 +227,7 @@ impl Truth<'_> {
         }
     }
 
-    fn position(&self) -> [f64; 3] {
+    pub fn position(&self) -> [f64; 3] {
         let point = if self.missed() {
             DVec3::NAN
         } else {
@@ -286,11 +237,11 @@ impl Truth<'_> {
     }
 
     /// A normal in the camera's axes.
-    fn in_camera(&self, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
+    pub fn in_camera(&self, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
         stored(*self.camera_from_world * normal(self.normals))
     }
 
-    fn barycentric(&self) -> [f32; 3] {
+    pub fn barycentric(&self) -> [f32; 3] {
         if self.missed() {
             return [0.0; 3];
         }
@@ -298,7 +249,7 @@ impl Truth<'_> {
         [1.0 - u - v, u, v].map(|weight| weight as f32)
     }
 
-    fn uv(&self) -> [f32; 2] {
+    pub fn uv(&self) -> [f32; 2] {
         if self.missed() {
             return [f32::NAN; 2];
         }
@@ -308,14 +259,14 @@ impl Truth<'_> {
             .unwrap_or([f32::NAN; 2])
     }
 
-    fn category(&self) -> i32 {
+    pub fn category(&self) -> i32 {
         if self.missed() {
             return -1;
         }
         self.world.objects[self.hit.instance as usize].category
     }
 
-    fn material(&self) -> i32 {
+    pub fn material(&self) -> i32 {
         if self.missed() {
             return -1;
         }
@@ -327,7 +278,7 @@ impl Truth<'_> {
 }
 
 /// A normal as it is stored; 0 stays 0 whatever its sign.
-fn stored(normal: DVec3) -> [f32; 3] {
+pub(crate) fn stored(normal: DVec3) -> [f32; 3] {
     (normal + 0.0).as_vec3().to_array()
 }
 

@@ -2,12 +2,12 @@
 
 use super::{Buffers, Picture};
 use crate::channel::Channel;
-use crate::film::{self, Film, Strip};
+use crate::film::{self, Film};
 use crate::frame::Plane;
 use crate::integrator;
 use crate::settings::Settings;
 use crate::tile::Tile;
-use crate::truth::{self, Exact, put};
+use crate::truth::{Exact, id, stored};
 
 impl Picture<'_> {
     /// Writes a tile's pixels to the film.
@@ -27,27 +27,26 @@ impl Picture<'_> {
         if let Some((_, background)) = &self.cover {
             film.fill(tile, &buffers.blank, background);
         }
-        film.write(tile, &buffers.pixels, |channel, strip, places| {
-            if truth::write(channel, strip, places, truth) {
-                return;
-            }
-            match (channel, strip) {
-                (Channel::Color, Strip::F32(strip)) => {
-                    put(strip, places, |i| estimate.color(i).to_array());
-                }
-                (Channel::Coverage, Strip::F32(strip)) => {
-                    put(strip, places, |i| [estimate.coverage(i)]);
-                }
-                (Channel::Alpha, Strip::F32(strip)) => {
-                    put(strip, places, |i| [estimate.alpha(i)]);
-                }
-                (Channel::Error, Strip::F32(strip)) => {
-                    put(strip, places, |i| [estimate.error(i)]);
-                }
-                (channel, _) => {
-                    unreachable!("{channel:?} is stored as its row in the channel table says")
-                }
-            }
+        use Channel as C;
+        film.write(tile, &buffers.pixels, |channel, strip, at| match channel {
+            C::Color => strip.put(at, |i| estimate.color(i).to_array()),
+            C::Albedo => strip.put(at, |i| truth(i).albedo()),
+            C::Depth => strip.put(at, |i| [truth(i).depth()]),
+            C::Distance => strip.put(at, |i| [truth(i).distance()]),
+            C::Position => strip.put(at, |i| truth(i).position()),
+            C::Normal => strip.put(at, |i| stored(truth(i).normals.geometric)),
+            C::NormalCamera => strip.put(at, |i| truth(i).in_camera(|n| n.geometric)),
+            C::ShadingNormal => strip.put(at, |i| stored(truth(i).normals.shading)),
+            C::ShadingNormalCamera => strip.put(at, |i| truth(i).in_camera(|n| n.shading)),
+            C::Instance => strip.put(at, |i| [id(truth(i).hit.instance)]),
+            C::Category => strip.put(at, |i| [truth(i).category()]),
+            C::Triangle => strip.put(at, |i| [id(truth(i).hit.triangle)]),
+            C::Barycentric => strip.put(at, |i| truth(i).barycentric()),
+            C::Uv => strip.put(at, |i| truth(i).uv()),
+            C::Material => strip.put(at, |i| [truth(i).material()]),
+            C::Coverage => strip.put(at, |i| [estimate.coverage(i)]),
+            C::Alpha => strip.put(at, |i| [estimate.alpha(i)]),
+            C::Error => strip.put(at, |i| [estimate.error(i)]),
         });
     }
 

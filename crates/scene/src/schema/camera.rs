@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::keys::Keys;
 use super::optics::{ApertureSpec, ShutterSpec};
-use super::pose::{POSE, PoseSpec};
+use super::pose::{POSE, PoseSpec, pose_of, with_pose};
 use super::words::Splat;
 use crate::camera::{
     Camera, Center, Lens, LensModel, PixelCenter, Pose, Vignetting, intrinsics_from_focal,
@@ -26,88 +26,70 @@ pub enum Projection {
     Orthographic,
 }
 
-/// A camera: its size, its intrinsics (exactly one of `focal`, `fov`, `K`; `height` for an orthographic one, none for a
-/// panorama all around) and its pose (`location` with angles or a `target`, or `R` with `C` or `t`), or all of it as one
-/// `matrix`.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct CameraSpec {
-    /// What it is asked for by; `camera` where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub name: Option<String>,
-    /// Columns and rows of the picture; 640 x 480 where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub size: Option<[u32; 2]>,
-    /// The focal length in pixels, or those of x and y.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub focal: Option<Splat<2>>,
-    /// The vertical field of view in degrees, with square pixels.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fov: Option<f64>,
-    /// The intrinsic matrix [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.
-    #[serde(rename = "K", skip_serializing_if = "Option::is_none")]
-    pub k: Option<[[f64; 3]; 3]>,
-    /// How many units of the world the picture of an orthographic camera is high.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub height: Option<f64>,
-    /// "perspective", or "orthographic": `focal` and `K` are then in pixels per unit of the world.
-    pub projection: Projection,
-    /// The whole 3x4 camera matrix P, of any scale and sign.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub matrix: Option<[[f64; 4]; 3]>,
-    /// The skew of `focal` or `fov`, in pixels; 0 where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub skew: Option<f64>,
-    /// The principal point of `focal` or `fov`, in pixels; the image's centre where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub principal_point: Option<[f64; 2]>,
-    /// The lens's distortion coefficients, in the order of OpenCV; no distortion where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub distortion: Option<Vec<f64>>,
-    /// The model of `distortion`: "opencv" (4, 5, 8, 12 or 14 coefficients k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 taux
-    /// tauy), "fisheye" (k1 k2 k3 k4), "thin_prism_fisheye" (k1 k2 p1 p2 k3 k4 sx1 sy1), "rad_tan_thin_prism_fisheye"
-    /// (k0 to k5, p0 p1, s0 to s3), "fov" (omega), "division" (k), "omni" (xi, or xi k1 k2 p1 p2), "eucm" (alpha beta),
-    /// "ds" (xi alpha); or without coefficients a panorama, "equirectangular" or "cylindrical". "opencv" where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lens: Option<LensModel>,
-    /// Where the centre of the first pixel lies: "integer" at (0, 0) as in OpenCV, "half" at (0.5, 0.5) as in COLMAP.
-    pub pixel_center: PixelCenter,
-    /// The camera centre in the world.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub location: Option<[f64; 3]>,
-    /// Leaning to the right, in degrees; 0 where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub roll: Option<f64>,
-    /// Looking down, in degrees; 0 where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pitch: Option<f64>,
-    /// Turning left, in degrees; 0 looks along +x of a z-up world, along -z of a y-up one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub yaw: Option<f64>,
-    /// A point to look at, instead of angles.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub target: Option<[f64; 3]>,
-    /// What points up in the picture, with `target`; the world's up where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub up: Option<[f64; 3]>,
-    /// The rotation camera_from_world, camera axes x right, y down, z forward.
-    #[serde(rename = "R", skip_serializing_if = "Option::is_none")]
-    pub r: Option<[[f64; 3]; 3]>,
-    /// The camera centre in the world, with `R`.
-    #[serde(rename = "C", skip_serializing_if = "Option::is_none")]
-    pub c: Option<[f64; 3]>,
-    /// The translation -R C, with `R`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub t: Option<[f64; 3]>,
-    /// The opening of the lens, for depth of field; a pinhole where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub aperture: Option<ApertureSpec>,
-    /// How light falls off away from the middle; it does not where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub vignetting: Option<Vignetting>,
-    /// Exposure, rolling shutter, and how the camera moves meanwhile; it stands where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shutter: Option<ShutterSpec>,
+with_pose! {
+    /// A camera: its size, its intrinsics (exactly one of `focal`, `fov`, `K`; `height` for an orthographic one, none for a
+    /// panorama all around) and its pose (`location` with angles or a `target`, or `R` with `C` or `t`), or all of it as one
+    /// `matrix`.
+    pub struct CameraSpec {
+        /// What it is asked for by; `camera` where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub name: Option<String>,
+        /// Columns and rows of the picture; 640 x 480 where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub size: Option<[u32; 2]>,
+        /// The focal length in pixels, or those of x and y.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub focal: Option<Splat<2>>,
+        /// The vertical field of view in degrees, with square pixels.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub fov: Option<f64>,
+        /// The intrinsic matrix [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.
+        #[serde(rename = "K", skip_serializing_if = "Option::is_none")]
+        pub k: Option<[[f64; 3]; 3]>,
+        /// How many units of the world the picture of an orthographic camera is high.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub height: Option<f64>,
+        /// "perspective", or "orthographic": `focal` and `K` are then in pixels per unit of the world.
+        pub projection: Projection,
+        /// The whole 3x4 camera matrix P, of any scale and sign.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub matrix: Option<[[f64; 4]; 3]>,
+        /// The skew of `focal` or `fov`, in pixels; 0 where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub skew: Option<f64>,
+        /// The principal point of `focal` or `fov`, in pixels; the image's centre where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub principal_point: Option<[f64; 2]>,
+        /// The lens's distortion coefficients, in the order of OpenCV; no distortion where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub distortion: Option<Vec<f64>>,
+        /// The model of `distortion`: "opencv" (4, 5, 8, 12 or 14 coefficients k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 taux
+        /// tauy), "fisheye" (k1 k2 k3 k4), "thin_prism_fisheye" (k1 k2 p1 p2 k3 k4 sx1 sy1), "rad_tan_thin_prism_fisheye"
+        /// (k0 to k5, p0 p1, s0 to s3), "fov" (omega), "division" (k), "omni" (xi, or xi k1 k2 p1 p2), "eucm" (alpha beta),
+        /// "ds" (xi alpha); or without coefficients a panorama, "equirectangular" or "cylindrical". "opencv" where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub lens: Option<LensModel>,
+        /// Where the centre of the first pixel lies: "integer" at (0, 0) as in OpenCV, "half" at (0.5, 0.5) as in COLMAP.
+        pub pixel_center: PixelCenter,
+    }
+    pose {
+        location: "The camera centre in the world.",
+        target: "A point to look at, instead of angles.",
+        up: "What points up in the picture, with `target`; the world's up where not given.",
+        R: "The rotation camera_from_world, camera axes x right, y down, z forward.",
+        C: "The camera centre in the world, with `R`.",
+    }
+    {
+        /// The opening of the lens, for depth of field; a pinhole where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub aperture: Option<ApertureSpec>,
+        /// How light falls off away from the middle; it does not where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub vignetting: Option<Vignetting>,
+        /// Exposure, rolling shutter, and how the camera moves meanwhile; it stands where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub shutter: Option<ShutterSpec>,
+    }
 }
 
 /// The keys that say what the camera's intrinsics are; the first five each say all of it.
@@ -192,7 +174,7 @@ impl CameraSpec {
         let size = self.size.unwrap_or([640, 480]);
         let keys = self.keys();
         let lens = self.lens(&keys)?;
-        let pose = self.pose();
+        let pose = pose_of!(self);
         if let Some(matrix) = self.matrix {
             keys.refuse(
                 &["distortion", "lens"],
@@ -289,20 +271,6 @@ impl CameraSpec {
             k.z_axis = DVec2::from(center).extend(1.0);
         }
         Ok(k)
-    }
-
-    fn pose(&self) -> PoseSpec {
-        PoseSpec {
-            location: self.location,
-            roll: self.roll,
-            pitch: self.pitch,
-            yaw: self.yaw,
-            target: self.target,
-            up: self.up,
-            r: self.r,
-            c: self.c,
-            t: self.t,
-        }
     }
 
     /// Which keys were written, but those of the pose.

@@ -1,8 +1,6 @@
 //! Where a camera is.
 
 use glam::{DMat3, DVec3};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 use super::keys::Keys;
 use crate::camera::{Camera, PixelCenter, Pose};
@@ -10,37 +8,85 @@ use crate::error::SceneError;
 use crate::pose::CAMERA_FROM_BODY;
 use crate::world::Up;
 
-/// A camera's pose: `location` with angles or a `target`, or `R` with `C` or `t`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct PoseSpec {
-    /// The camera centre in the world.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub location: Option<[f64; 3]>,
-    /// Leaning to the right, in degrees; 0 where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub roll: Option<f64>,
-    /// Looking down, in degrees; 0 where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pitch: Option<f64>,
-    /// Turning left, in degrees; 0 looks along +x of a z-up world, along -z of a y-up one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub yaw: Option<f64>,
-    /// A point to look at, instead of angles.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub target: Option<[f64; 3]>,
-    /// What points up in the picture, with `target`; the world's up where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub up: Option<[f64; 3]>,
-    /// The rotation camera_from_world, camera axes x right, y down, z forward.
-    #[serde(rename = "R", skip_serializing_if = "Option::is_none")]
-    pub r: Option<[[f64; 3]; 3]>,
-    /// The camera centre in the world, with `R`.
-    #[serde(rename = "C", skip_serializing_if = "Option::is_none")]
-    pub c: Option<[f64; 3]>,
-    /// The translation -R C, with `R`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub t: Option<[f64; 3]>,
+/// A table with the nine keys of a pose among its own: where something is, and which way it points. What some of them mean
+/// depends on what is placed. Written out, and not flattened, so that errors about its keys know all names and lines.
+macro_rules! with_pose {
+    (
+        $(#[$about:meta])*
+        pub struct $name:ident { $($before:tt)* }
+        pose {
+            location: $location:literal, target: $target:literal, up: $up:literal, R: $r:literal, C: $c:literal,
+        }
+        { $($after:tt)* }
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $name {
+            $($before)*
+            #[doc = $location]
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub location: Option<[f64; 3]>,
+            /// Leaning to the right, in degrees; 0 where not given.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub roll: Option<f64>,
+            /// Looking down, in degrees; 0 where not given.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub pitch: Option<f64>,
+            /// Turning left, in degrees; 0 looks along +x of a z-up world, along -z of a y-up one.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub yaw: Option<f64>,
+            #[doc = $target]
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub target: Option<[f64; 3]>,
+            #[doc = $up]
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub up: Option<[f64; 3]>,
+            #[doc = $r]
+            #[serde(rename = "R", skip_serializing_if = "Option::is_none")]
+            pub r: Option<[[f64; 3]; 3]>,
+            #[doc = $c]
+            #[serde(rename = "C", skip_serializing_if = "Option::is_none")]
+            pub c: Option<[f64; 3]>,
+            /// The translation -R C, with `R`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub t: Option<[f64; 3]>,
+            $($after)*
+        }
+    };
+}
+pub(super) use with_pose;
+
+/// The [`PoseSpec`] of such a table.
+macro_rules! pose_of {
+    ($table:expr) => {
+        $crate::schema::pose::PoseSpec {
+            location: $table.location,
+            roll: $table.roll,
+            pitch: $table.pitch,
+            yaw: $table.yaw,
+            target: $table.target,
+            up: $table.up,
+            r: $table.r,
+            c: $table.c,
+            t: $table.t,
+        }
+    };
+}
+pub(super) use pose_of;
+
+with_pose! {
+    /// A camera's pose: `location` with angles or a `target`, or `R` with `C` or `t`.
+    #[derive(PartialEq)]
+    pub struct PoseSpec {}
+    pose {
+        location: "The camera centre in the world.",
+        target: "A point to look at, instead of angles.",
+        up: "What points up in the picture, with `target`; the world's up where not given.",
+        R: "The rotation camera_from_world, camera axes x right, y down, z forward.",
+        C: "The camera centre in the world, with `R`.",
+    }
+    {}
 }
 
 /// The keys of a pose; the first six do without `R`.

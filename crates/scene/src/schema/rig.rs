@@ -1,57 +1,36 @@
 //! `[rig]`.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
 use super::camera::CameraSpec;
 use super::optics::ShutterSpec;
-use super::pose::{POSE, PoseSpec};
+use super::pose::{POSE, PoseSpec, pose_of, with_pose};
 use crate::camera::Rig;
 use crate::error::SceneError;
 use crate::world::{NamedCamera, Up};
 
-/// A rig: cameras on one body, whose axes are x ahead, y left and z up. The body is placed as a camera is, by `location`
-/// with angles or a `target`, or by `R` with `C` or `t`; at the origin where nothing is said. Its cameras are placed in
-/// its axes, as those of a z-up world.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct RigSpec {
-    /// What it is asked for by; `rig` where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub name: Option<String>,
-    /// Its cameras, each with a name of its own: one table or several.
-    #[schemars(schema_with = "super::one_or_many::<CameraSpec>")]
-    pub camera: Vec<CameraSpec>,
-    /// Where the body is in the world.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub location: Option<[f64; 3]>,
-    /// Leaning to the right, in degrees; 0 where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub roll: Option<f64>,
-    /// Looking down, in degrees; 0 where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pitch: Option<f64>,
-    /// Turning left, in degrees; 0 looks along +x of a z-up world, along -z of a y-up one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub yaw: Option<f64>,
-    /// A point that the body's x axis points to, instead of angles.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub target: Option<[f64; 3]>,
-    /// What points up, with `target`; the world's up where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub up: Option<[f64; 3]>,
-    /// The rotation body_from_world, of any axes that the body may have.
-    #[serde(rename = "R", skip_serializing_if = "Option::is_none")]
-    pub r: Option<[[f64; 3]; 3]>,
-    /// Where the body is in the world, with `R`.
-    #[serde(rename = "C", skip_serializing_if = "Option::is_none")]
-    pub c: Option<[f64; 3]>,
-    /// The translation -R C, with `R`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub t: Option<[f64; 3]>,
-    /// Exposure and rolling shutter of all cameras, and how the body moves meanwhile; it stands where not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shutter: Option<ShutterSpec>,
+with_pose! {
+    /// A rig: cameras on one body, whose axes are x ahead, y left and z up. The body is placed as a camera is, by `location`
+    /// with angles or a `target`, or by `R` with `C` or `t`; at the origin where nothing is said. Its cameras are placed in
+    /// its axes, as those of a z-up world.
+    pub struct RigSpec {
+        /// What it is asked for by; `rig` where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub name: Option<String>,
+        /// Its cameras, each with a name of its own: one table or several.
+        #[schemars(schema_with = "super::one_or_many::<CameraSpec>")]
+        pub camera: Vec<CameraSpec>,
+    }
+    pose {
+        location: "Where the body is in the world.",
+        target: "A point that the body's x axis points to, instead of angles.",
+        up: "What points up, with `target`; the world's up where not given.",
+        R: "The rotation body_from_world, of any axes that the body may have.",
+        C: "Where the body is in the world, with `R`.",
+    }
+    {
+        /// Exposure and rolling shutter of all cameras, and how the body moves meanwhile; it stands where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub shutter: Option<ShutterSpec>,
+    }
 }
 
 impl RigSpec {
@@ -91,17 +70,7 @@ impl RigSpec {
             };
             mounts.push(NamedCamera { name, camera });
         }
-        let pose = PoseSpec {
-            location: self.location,
-            roll: self.roll,
-            pitch: self.pitch,
-            yaw: self.yaw,
-            target: self.target,
-            up: self.up,
-            r: self.r,
-            c: self.c,
-            t: self.t,
-        };
+        let pose = pose_of!(self);
         let track = self.shutter.as_ref().and_then(ShutterSpec::first);
         let body = match track {
             Some(first) => {
