@@ -307,6 +307,27 @@ def test_a_rig(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "stereo" in capsys.readouterr().err
 
 
+def test_a_video_of_a_rig(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("car.toml").write_text(CAR)
+    assert run("video car.toml --rig stereo -o drive --integrator direct --samples 1") == 0
+    assert "drive_right: 2 frames of 32 x 24" in capsys.readouterr().out
+    for name in ("left", "right"):
+        for number in range(2):
+            still = f"render car.toml --rig stereo --at {number} -o at.png --integrator direct --samples 1"
+            assert run(still) == 0
+            with (
+                Image.open(f"drive_{name}/frame_{number:04d}.png") as film,
+                Image.open(f"at_{name}.png") as one,
+            ):
+                assert np.array_equal(film, one)
+    assert run("video car.toml --rig stereo -o drive.mp4 --integrator direct --samples 1 --keep-frames") == 0
+    assert Path("drive_left.mp4").exists()
+    assert Path("drive_right.mp4.job/frame_0001.png").exists()
+    capsys.readouterr()
+    assert run("video car.toml --rig stereo --camera left -o x.mp4") == 2
+    assert "without --camera" in capsys.readouterr().err
+
+
 def test_the_cameras_of_a_world_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("cameras box.toml") == 0
     out = capsys.readouterr().out

@@ -15,10 +15,11 @@ import numpy as np
 
 from .arrays import whole
 from .camera import Camera
-from .errors import SettingsError
+from .errors import CameraError, SettingsError, nearest
 from .frame import Frame
 from .package import Package
 from .render import render
+from .rig import Rig
 from .video_files import check_video, open_video, picture_name
 from .workers import Maker
 from .world import Animation, World
@@ -36,9 +37,10 @@ class Film:
     `world` moves as its `[video]` says; one without shows its `animation`, a name or number (the first where not
     given), from beginning to end; one without either gets an orbit of 4 seconds around its middle, and `notices` says
     so. `camera` (default: the world's first, or one that frames everything) is moved where the video moves the
-    camera; a camera of the world moves with its animation. `fps` replaces the world's frames per second (24),
-    `seconds` plays the same motion faster or slower. `settings` are those of `raycam.render`: integrator, samples,
-    filter, seed, ambient_occlusion, exposure, transparent, threads.
+    camera; a camera of the world moves with its animation. Instead of it, `rig`, a rig and the name of one of its
+    cameras, shows what that one sees while the video moves the rig, as `World.rig_at` says. `fps` replaces the
+    world's frames per second (24), `seconds` plays the same motion faster or slower. `settings` are those of
+    `raycam.render`: integrator, samples, filter, seed, ambient_occlusion, exposure, transparent, threads.
 
     What does not move is built once, before the first frame.
 
@@ -54,10 +56,18 @@ class Film:
         fps: float | None = None,
         seconds: float | None = None,
         animation: str | int | None = None,
+        rig: tuple[Rig, str] | None = None,
         **settings: Any,
     ) -> None:
         self.notices: list[str] = []
         """What the one who looks at it should know."""
+        self._rig = rig
+        if rig is not None:
+            if camera is not None:
+                raise SettingsError("a rig and a camera: a film shows what one camera sees")
+            if rig[1] not in rig[0]:
+                raise CameraError(nearest("camera", rig[1], list(rig[0])))
+            camera = rig[0][rig[1]]
         self.camera = world.default_camera() if camera is None else camera
         """The camera that moves."""
         animations = world.animations
@@ -75,7 +85,8 @@ class Film:
         """Frames per second."""
         # An animation whose keyframes are all at 0 has one moment.
         length = video.seconds if video else max(animations[animation or 0].duration, 1 / self.fps)
-        self._animation, self._follows = animation, _name_of(world, self.camera) if animations else None
+        follows = rig is None and bool(animations)
+        self._animation, self._follows = animation, _name_of(world, self.camera) if follows else None
         self.seconds = length if seconds is None else _positive("seconds", seconds)
         """Its length."""
         if self.fps * self.seconds > MAX_FRAMES:
@@ -110,9 +121,16 @@ class Film:
         if self._follows is not None:
             camera = _resized(moment.camera(self._follows), camera.size)
         if self._world.video is not None:
-            camera = self._world.camera_at(camera, self.time(number))
+            camera = self._moved(camera, self.time(number))
         own: dict[str, Any] = {} if self._settings.get("integrator") == "reference" else {"frame": number}
         return render(moment, camera, channels="color", progress=progress, **own, **self._settings)
+
+    def _moved(self, camera: Camera, time: float) -> Camera:
+        """The camera, or the one of the rig, where the video has it at a time."""
+        if self._rig is None:
+            return self._world.camera_at(camera, time)
+        rig, name = self._rig
+        return self._world.rig_at(rig, time)[name]
 
     def package(self) -> Package:
         """The film as a job, one PNG picture a frame."""
@@ -130,14 +148,19 @@ class Film:
             "seconds": self.seconds,
             "render": {key: value for key, value in self._settings.items() if key != "threads"},
         }
+        if self._rig is not None:
+            settings["rig"] = [self._rig[0].to_dict(), self._rig[1]]
         return Package("video", len(self), settings, world)
 
 
 def maker(world: World, settings: Mapping[str, Any], threads: int | None) -> Maker:
     """What a worker does for a job of kind "video": frame_0000.png and so on."""
+    table, name = settings.get("rig", (None, ""))
+    size = tuple(settings["size"])
     film = Film(
         world,
-        _resized(world.camera(settings["camera"]), tuple(settings["size"])),
+        _resized(world.camera(settings["camera"]), size) if table is None else None,
+        rig=None if table is None else (Rig.from_dict(table, up=world.up), name),
         animation=settings["animation"],
         fps=settings["fps"],
         seconds=settings["seconds"],

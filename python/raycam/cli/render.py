@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ..errors import SettingsError
 from .job_options import add_job, job_pool, lower_priority, shard_of
 from .options import Command, add_camera, add_rendering, add_world, load_world, numbers, rendering, tell, view
-from .rigs import add_rig, rig_of, save_all
+from .rigs import add_rig, rig_alone, save_all
 
 if TYPE_CHECKING:
     from ..camera import Camera
@@ -104,11 +104,7 @@ def _run(options: argparse.Namespace) -> None:
 
 def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, Rig | None]:
     """The world and what sees it, at the time that was asked for."""
-    rig = rig_of(world, options)
-    if rig is not None and (options.camera is not None or options.size is not None):
-        raise SettingsError(
-            "--rig renders all cameras of a rig as they are: it goes without --camera and --size"
-        )
+    rig = rig_alone(world, options)
     camera = view(world, options) if rig is None else next(iter(rig.values()))
     if options.at is None:
         if options.animation is not None:

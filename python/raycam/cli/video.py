@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from .job_options import add_job, job_pool, shard_of
 from .options import Command, add_camera, add_rendering, add_world, load_world, rendering, tell, view
+from .rigs import add_rig, beside, rig_alone
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -18,6 +20,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         help=".mp4, .mov, .mkv, .webm, .gif, or a folder for PNG pictures",
     )
     add_camera(command)
+    add_rig(command)
     command.add_argument(
         "--frames", metavar="A:B", help="only frames A up to but not B, from 0, as in 0:24 or 24:"
     )
@@ -52,34 +55,41 @@ def _run(options: argparse.Namespace) -> None:
     frames = None if options.frames is None else frame_range(options.frames)
     shard = shard_of(options)
     world = load_world(options)
-    film = Film(
-        world,
-        view(world, options),
-        fps=options.fps,
-        seconds=options.seconds,
-        animation=options.animation,
-        **rendering(options),
-    )
-    with job_pool(options) as pool, frames_bar("rendering") as progress:
-        count = make_video(
-            film,
-            options.output,
-            pool,
-            frames=frames,
-            shard=shard,
-            resume=options.resume,
-            retry_failed=options.retry_failed,
-            keep_frames=options.keep_frames,
-            lossless=options.lossless,
-            audio=options.audio,
-            progress=progress,
-        )
-    tell(film.notices)
-    width, height = film.camera.size
-    if count is None:
-        print(f"shard {options.shard} is finished; {options.output} is made when all are")
-    else:
-        print(f"{options.output}: {count} frames of {width} x {height}, {film.fps:g} a second")
+    rig = rig_alone(world, options)
+    told: set[str] = set()
+    with job_pool(options) as pool:
+        for name in [None] if rig is None else list(rig):
+            output = options.output if name is None else str(beside(Path(options.output), name))
+            film = Film(
+                world,
+                view(world, options) if rig is None else None,
+                rig=None if rig is None or name is None else (rig, name),
+                fps=options.fps,
+                seconds=options.seconds,
+                animation=options.animation,
+                **rendering(options),
+            )
+            with frames_bar("rendering" if name is None else f"rendering {name}") as progress:
+                count = make_video(
+                    film,
+                    output,
+                    pool,
+                    frames=frames,
+                    shard=shard,
+                    resume=options.resume,
+                    retry_failed=options.retry_failed,
+                    keep_frames=options.keep_frames,
+                    lossless=options.lossless,
+                    audio=options.audio,
+                    progress=progress,
+                )
+            tell([notice for notice in film.notices if notice not in told])
+            told.update(film.notices)
+            width, height = film.camera.size
+            if count is None:
+                print(f"shard {options.shard} is finished; {output} is made when all are")
+            else:
+                print(f"{output}: {count} frames of {width} x {height}, {film.fps:g} a second")
 
 
 COMMAND = Command(
@@ -91,6 +101,7 @@ COMMAND = Command(
         "raycam video room.toml -o room.gif --frames 0:24 --size 320x240",
         "raycam video room.toml -o room.webm --transparent           over a page; .mov for editors",
         "raycam video room.toml -o room.mp4 --audio steps.wav",
+        "raycam video car.toml --rig stereo -o car.mp4               car_left.mp4, car_right.mp4",
         "raycam video room.toml -o frames --shard 3/16               one of sixteen machines",
         "raycam video room.toml -o room.mp4 --cluster tcp://scheduler:8786",
     ],
