@@ -537,6 +537,8 @@ def test_randomised_worlds(tmp_path: Path, name: str) -> None:
         assert path.read_bytes() == other.read_bytes()
     if name == "coco":
         check_coco_of_recipe(tmp_path / "a")
+    if name == "bop":
+        check_scenes_of_recipe(tmp_path / "a")
     if not FORMATS[name].many_worlds:
         folders = {path.name for path in (tmp_path / "a").iterdir() if path.is_dir() and path.name[0] != "."}
         assert folders == {"000000", "000001", "000002"}
@@ -569,11 +571,42 @@ def check_world_of_recipe(folder: Path, name: str) -> None:
                 assert (label[shown == item.id] == next(
                     number for number, kind in recipe.categories.items() if kind == item.category
                 )).all()  # fmt: skip
-    elif name == "bop":
-        gt = json.loads((folder / "train_pbr" / "000000" / "scene_gt.json").read_text())
-        assert len(gt) == 2
+
+
+def check_scenes_of_recipe(folder: Path) -> None:
+    """Each world a scene of one data set, each shape one model in all of them."""
+    import trimesh
+
+    scenes = sorted(path.name for path in (folder / "train_pbr").iterdir())
+    assert scenes == ["000000", "000001", "000002"]
+    information = json.loads((folder / "models" / "models_info.json").read_text())
+    assert set(information) == {"1", "2"}  # the cans and the balls, however many and wherever they are
+    meshes = [trimesh.load(folder / "models" / f"obj_{i:06d}.ply", process=False) for i in (1, 2)]
+    shown: set[int] = set()
+    for number, name in enumerate(scenes):
+        scene = folder / "train_pbr" / name
+        gt = json.loads((scene / "scene_gt.json").read_text())
+        coco = json.loads((scene / "scene_gt_coco.json").read_text())
+        assert len(gt) == len(coco["images"]) == len(list((scene / "rgb").iterdir())) == 2
+        assert [one["id"] for one in coco["categories"]] == [1, 2]
+        world = raycam.Recipe(RECIPE).world(number)
         labelled = [item.id for item in world.objects if item.category is not None]
-        assert len(gt["0"]) == len(raycam.label(world, first, objects=labelled))
+        for view, camera in enumerate(world.cameras.values()):
+            labels = raycam.label(world, camera, objects=labelled)
+            poses = gt[str(view)]
+            assert len(poses) == len(labels)
+            for pose, item in zip(poses, labels, strict=True):
+                vertices = meshes[pose["obj_id"] - 1].vertices @ np.reshape(pose["cam_R_m2c"], (3, 3)).T
+                there = np.unique(world.triangles(item.object).reshape(-1, 3), axis=0)
+                expected = 1000 * (there @ camera.R.T + camera.t)
+                order = lambda points: points[np.lexsort(points.round(2).T)]  # noqa: E731
+                found = order(vertices + pose["cam_t_m2c"])
+                np.testing.assert_allclose(found, order(expected), atol=0.01)
+            drawn = [pose["obj_id"] for pose, item in zip(poses, labels, strict=True) if item.visible_pixels]
+            own = [one["category_id"] for one in coco["annotations"] if one["image_id"] == view]
+            assert own == drawn
+            shown.update(drawn)
+    assert shown == {1, 2}
 
 
 def check_coco_of_recipe(folder: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import Bools, Floats, floats, ray_pairs, size_of
+from .arrays import Bools, Floats, floats, ray_pairs, size_of, whole
 from .camera import Camera
 from .errors import SettingsError, WorldError
 from .files import write
@@ -327,9 +327,14 @@ class World:
 
     # Plain triangles --------------------------------------------------------------------------------------
 
-    def triangles(self) -> Floats:
-        """The corners of all triangles in the world, float64 [n, 3, 3], in the order of (instance, triangle)."""
-        return self._core.triangles()
+    def triangles(self, object: int | None = None) -> Floats:
+        """The corners of all triangles in the world, float64 [n, 3, 3], in the order of (instance, triangle).
+
+        Of one `object` alone by its number; raises `SettingsError` where there is none of it.
+        """
+        if object is not None:
+            object = whole("object", object, 0, len(self.objects) - 1)
+        return self._core.triangles(object)
 
     def triangle_ids(self) -> npt.NDArray[np.int32]:
         """(instance, triangle) of each of `triangles`, int32 [n, 2]."""

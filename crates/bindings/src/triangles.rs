@@ -3,8 +3,8 @@
 use raycam_scene::color::Rgb;
 use raycam_scene::{Mesh, Object, World};
 
-/// Corners in the world.
-pub(crate) fn corners(world: &World) -> Vec<[[f64; 3]; 3]> {
+/// Corners in the world, of one object or of all.
+pub(crate) fn corners(world: &World, object: Option<usize>) -> Vec<[[f64; 3]; 3]> {
     let of_object = |object: &Object, mesh: &Mesh| {
         let placed: Vec<_> = mesh
             .vertices
@@ -14,7 +14,11 @@ pub(crate) fn corners(world: &World) -> Vec<[[f64; 3]; 3]> {
         let corners = |triangle: &[u32; 3]| triangle.map(|i| placed[i as usize]);
         mesh.triangles.iter().map(corners).collect()
     };
-    each(world, of_object)
+    let objects = match object {
+        Some(object) => world.objects.get(object..=object).unwrap_or_default(),
+        None => &world.objects,
+    };
+    each(world, objects, of_object)
 }
 
 /// Instance and triangle.
@@ -34,7 +38,7 @@ pub(crate) fn ids(world: &World) -> Vec<[i32; 2]> {
 /// the middle.
 pub(crate) fn colors(world: &World) -> Vec<Rgb> {
     let times = |a: Rgb, b: Rgb| [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
-    each(world, |object, mesh| {
+    each(world, &world.objects, |object, mesh| {
         let color = |(t, corners): (usize, &[u32; 3])| {
             let slot = mesh
                 .material_slots
@@ -61,10 +65,9 @@ pub(crate) fn colors(world: &World) -> Vec<Rgb> {
     })
 }
 
-/// What `f` says of each object, one after the other.
-fn each<T>(world: &World, f: impl Fn(&Object, &Mesh) -> Vec<T>) -> Vec<T> {
-    world
-        .objects
+/// What `f` says of each of these objects, one after the other.
+fn each<T>(world: &World, objects: &[Object], f: impl Fn(&Object, &Mesh) -> Vec<T>) -> Vec<T> {
+    objects
         .iter()
         .flat_map(|object| f(object, &world.meshes[object.mesh]))
         .collect()

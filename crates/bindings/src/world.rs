@@ -288,10 +288,15 @@ impl World {
         self.changed(|world| world.with_variant(name))
     }
 
-    /// Corners [n, 3, 3] in the world, in the order of (instance, triangle).
-    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    /// Corners [n, 3, 3] in the world, in the order of (instance, triangle); of one object, or of all.
+    #[pyo3(signature = (object))]
+    fn triangles<'py>(
+        &self,
+        py: Python<'py>,
+        object: Option<usize>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let world = self.snapshot();
-        let corners = py.detach(|| caught(|| triangles::corners(&world)))?;
+        let corners = py.detach(|| caught(|| triangles::corners(&world, object)))?;
         let n = corners.len();
         array(py, corners.into_flattened().into_flattened(), &[n, 3, 3])
     }

@@ -140,9 +140,10 @@ def write(
     and ScanNet 65 m), as sensors have it.
 
     A `raycam.Recipe` instead of a world gives `count` randomised worlds, each seen by its own cameras, or by `cameras`.
-    "coco", "kitti" and "webdataset" have them all in one data set; of the others each world is one, in a folder of its
-    number. What a view shows is a function of the recipe, its seed and the number of the
-    world; its files are looked for where they lie, by every worker.
+    "coco", "kitti" and "webdataset" have them all in one data set, and so has "bop": as its scenes, numbered from
+    `scene`, with each shape one model in all of them. Of the others each world is one, in a folder of its number. What
+    a view shows is a function of the recipe, its seed and the number of the world; its files are looked for where they
+    lie, by every worker.
 
     The data set is a `raycam.jobs.Job`: every file is complete or not there, views that are finished stay when the same
     call is made again after it was stopped, `workers` and `shard` (i, n) are as in `pool_of` and `Job.run`. With

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..arrays import Floats
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
-from ..labels import Label, box3d
+from ..labels import Label
+from .bop_models import MILLIMETRES, Catalogue, models, scene
 from .coco import segmentation
 from .plan import Format, Index, Made, Plan, Record, Shot, png, whole_centers
+from .worlds import in_world
 
 __all__ = ["FORMAT"]
 
 OPTIONS = {"split": "train_pbr", "scene": 0, "depth_scale": None}
 DEPTH_SCALES = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
-MILLIMETRES = 1000.0
-MANY = 20_000
-PAIRS = 32_768
-"""Pairs of vertices that are compared at a time: a small part of the memory that a picture takes."""
 
 
 def check(plan: Plan) -> None:
@@ -38,40 +34,13 @@ def check(plan: Plan) -> None:
         raise SettingsError(f"depth_scale is {scale!r}, expected millimetres per unit, more than 0")
 
 
-class Models:
-    """The distinct shapes among the labelled objects: the same mesh with the same scale is the same model."""
-
-    def __init__(self, plan: Plan) -> None:
-        self.of_object: dict[int, int] = {}
-        """The BOP id of each object, from 1."""
-        self.vertices: dict[int, tuple[Floats, Floats]] = {}
-        """Each model's vertices [n, 3] in millimetres, and its triangles [m, 3]."""
-        known: dict[tuple[int, bytes], int] = {}
-        for number in plan.labelled:
-            item = plan.objects[number]
-            shape = box3d(plan.world, number).rotation.T @ item.matrix[:3, :3]
-            size = np.abs(shape).max()
-            key = (item.mesh, f"{size:.9g}".encode() + ((shape / size).round(9) + 0.0).tobytes())
-            self.of_object[number] = known.setdefault(key, len(known) + 1)
-        self.first = {model: number for number, model in reversed(self.of_object.items())}
-        """An object of each model."""
-
-
-_models: WeakKeyDictionary[Plan, Models] = WeakKeyDictionary()
-
-
-def models(plan: Plan) -> Models:
-    """The models of a plan, found once."""
-    if plan not in _models:
-        _models[plan] = Models(plan)
-    return _models[plan]
-
-
 def make(plan: Plan, number: int) -> Made:
     """Colour, depth and masks of a picture, and its rows of scene_camera, scene_gt and scene_gt_info."""
-    shot = plan.shot(number)
+    world, number = in_world(plan, number)
+    shot = scene(plan, world).shot(number)
+    of_object = models(shot.plan).of_object
     frame = shot.render(["color", "depth", "instance"])
-    base = f"{plan.options['split']}/{int(plan.options['scene']):06d}"
+    base = base_of(plan, world)
     depth, scale = depth_units(frame["depth"], plan.options["depth_scale"])
     made = {f"{base}/rgb/{number:06d}.png": frame.to_png(), f"{base}/depth/{number:06d}.png": png(depth)}
     poses, info, coco = [], [], []
@@ -81,8 +50,8 @@ def make(plan: Plan, number: int) -> Made:
         made[f"{base}/mask/{mask}"] = png(amodal.astype(np.uint8) * 255)
         made[f"{base}/mask_visib/{mask}"] = png(item.in_picture(item.visible_mask).astype(np.uint8) * 255)
         if item.visible_pixels:
-            coco.append(annotation(item, models(plan).of_object[item.object]))
-        poses.append(pose(shot, item, models(plan).of_object[item.object]))
+            coco.append(annotation(item, of_object[item.object]))
+        poses.append(pose(shot, item, of_object[item.object]))
         info.append(
             {
                 "bbox_obj": list(item.amodal_box),
@@ -140,42 +109,51 @@ def depth_units(depth: Any, scale: float | None) -> tuple[Any, float]:
     return np.where(steps <= 65535, steps, 0).astype(np.uint16), unit
 
 
-def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """The JSON files of the scene and of the models, and the models."""
-    base = f"{plan.options['split']}/{int(plan.options['scene']):06d}"
-    for name, key in (("scene_camera", "camera"), ("scene_gt", "gt"), ("scene_gt_info", "gt_info")):
-        yield f"{base}/{name}.json", rows(records, key)
-    yield f"{base}/scene_gt_coco.json", coco_rows(plan, records)
+def base_of(plan: Plan, world: int) -> str:
+    """The folder of the scene that shows a world."""
+    return f"{plan.options['split']}/{int(plan.options['scene']) + world:06d}"
+
+
+def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
+    """The JSON files of the scenes, one for each world, and of the models, and the models."""
+    catalogue = Catalogue(plan)
+    views = len(plan.shots) // len(catalogue.ids)
+    for world, ids in enumerate(catalogue.ids):
+
+        def own(first: int = world * views) -> Iterator[Record]:
+            return records(first, first + views)
+
+        base = base_of(plan, world)
+        for name, key in (("scene_camera", "camera"), ("scene_gt", "gt"), ("scene_gt_info", "gt_info")):
+            yield f"{base}/{name}.json", rows(own, key, ids)
+        yield f"{base}/scene_gt_coco.json", coco_rows(own, ids, catalogue.all)
     first = plan.shots[0].camera
     yield "camera.json", [json.dumps(camera_json(first), indent=2).encode()]
-    corners, ids = plan.world.triangles(), plan.world.triangle_ids()[:, 0]
     information = {}
-    for model, number in sorted(models(plan).first.items()):
-        vertices, triangles = model_mesh(plan, number, corners[ids == number])
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
-        information[str(model)] = {
-            "diameter": diameter(vertices),
-            **{f"min_{axis}": float(value) for axis, value in zip("xyz", low, strict=True)},
-            **{f"size_{axis}": float(value) for axis, value in zip("xyz", high - low, strict=True)},
-            "name": plan.objects[number].name,
-        }
-        yield f"models/obj_{model:06d}.ply", ply(vertices, triangles)
+    for model, row, mesh in catalogue.meshes(plan):
+        information[str(model)] = row
+        yield f"models/obj_{model:06d}.ply", mesh
     yield "models/models_info.json", [json.dumps(information, indent=2).encode()]
 
 
-def rows(records: Callable[[], Iterator[Record]], key: str) -> Iterator[bytes]:
-    """An object with a row for each picture."""
+def rows(records: Callable[[], Iterator[Record]], key: str, ids: Mapping[int, int]) -> Iterator[bytes]:
+    """An object with a row for each picture; models by their ids in the data set."""
     yield b"{"
     for number, record in enumerate(records()):
-        yield (b",\n" if number else b"\n") + f'"{number}": {json.dumps(record[key])}'.encode()
+        row = record[key]
+        if key == "gt":
+            row = [{**one, "obj_id": ids[one["obj_id"]]} for one in row]
+        yield (b",\n" if number else b"\n") + f'"{number}": {json.dumps(row)}'.encode()
     yield b"\n}\n"
 
 
-def coco_rows(plan: Plan, records: Callable[[], Iterator[Record]]) -> Iterator[bytes]:
+def coco_rows(
+    records: Callable[[], Iterator[Record]], ids: Mapping[int, int], every: Sequence[int]
+) -> Iterator[bytes]:
     """The scene as COCO has it. Source: the BOP toolkit's scripts/calc_gt_coco.py."""
     yield b'{"info": {"description": "made by raycam"}, "licenses": [],\n"categories": '
-    ids = sorted(set(models(plan).of_object.values()))
-    yield json.dumps([{"id": model, "name": str(model), "supercategory": "object"} for model in ids]).encode()
+    kinds = [{"id": model, "name": str(model), "supercategory": "object"} for model in every]
+    yield json.dumps(kinds).encode()
     yield b',\n"images": ['
     for number, record in enumerate(records()):
         width, height = record["size"]
@@ -186,7 +164,7 @@ def coco_rows(plan: Plan, records: Callable[[], Iterator[Record]]) -> Iterator[b
     for number, record in enumerate(records()):
         for one in record["coco"]:
             count += 1
-            whole = {"id": count, "image_id": number, **one}
+            whole = {"id": count, "image_id": number, **one, "category_id": ids[one["category_id"]]}
             yield (b",\n" if count > 1 else b"\n") + json.dumps(whole).encode()
     yield b"]}\n"
 
@@ -206,46 +184,4 @@ def camera_json(camera: Camera) -> Record:
     }
 
 
-def model_mesh(plan: Plan, number: int, corners: Floats) -> tuple[Floats, Any]:
-    """Vertices in millimetres, in the axes that the pose turns, and triangles of an object."""
-    rotation, origin = box3d(plan.world, number).rotation, plan.objects[number].matrix[:3, 3]
-    vertices, triangles = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    return (vertices - origin) @ rotation * MILLIMETRES, triangles.reshape(-1, 3)
-
-
-def diameter(vertices: Floats) -> float:
-    """The largest distance between two vertices: those that lie too near to the middle cannot have it.
-
-    Exact, unless more than 20,000 are left, as of a fine ball: then the largest extent along 4096 directions.
-    """
-    center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-    radius = np.linalg.norm(vertices - center, axis=1)
-    reach = radius.max()
-    at_least = np.linalg.norm(vertices - vertices[radius.argmax()], axis=1).max()
-    outer = vertices[radius >= (at_least - reach) * (1 - 1e-9)]
-    if len(outer) > MANY:
-        directions = np.random.default_rng(0).normal(size=(4096, 3))
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        return max(float(np.ptp(outer @ direction)) for direction in directions)
-    largest, step = 0.0, max(1, PAIRS // len(outer))
-    for start in range(0, len(outer), step):
-        squares = sum(
-            (outer[start : start + step, None, axis] - outer[None, start:, axis]) ** 2 for axis in range(3)
-        )
-        largest = max(largest, float(np.max(squares)))
-    return float(np.sqrt(largest))
-
-
-def ply(vertices: Floats, triangles: Any) -> list[bytes]:
-    """A binary PLY file."""
-    header = (
-        "ply\nformat binary_little_endian 1.0\n"
-        f"element vertex {len(vertices)}\nproperty float x\nproperty float y\nproperty float z\n"
-        f"element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    faces = np.empty(len(triangles), dtype=[("n", "u1"), ("i", "<i4", 3)])
-    faces["n"], faces["i"] = 3, triangles
-    return [header.encode(), vertices.astype("<f4").tobytes(), faces.tobytes()]
-
-
-FORMAT = Format(make, index, check, OPTIONS, posed=True)
+FORMAT = Format(make, index, check, OPTIONS, many_worlds=True, posed=True)

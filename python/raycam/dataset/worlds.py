@@ -6,12 +6,22 @@ from collections.abc import Callable, Iterator
 
 from .plan import Format, Index, Made, Plan, Record, View
 
-__all__ = ["each_index", "each_make", "folder"]
+__all__ = ["each_index", "each_make", "folder", "in_world", "part", "world_count"]
 
 
 def folder(world: int) -> str:
     """The folder of a world."""
     return f"{world:06d}"
+
+
+def world_count(plan: Plan) -> int:
+    """How many worlds it has."""
+    return 1 if plan.recipe is None else len(plan.shots) // views_of(plan)
+
+
+def in_world(plan: Plan, number: int) -> tuple[int, int]:
+    """The world that a view sees, and its place among the views of that world."""
+    return (0, number) if plan.recipe is None else divmod(number, views_of(plan))
 
 
 def views_of(plan: Plan) -> int:
@@ -39,7 +49,7 @@ def part(plan: Plan, world: int) -> Plan:
 
 def each_make(kind: Format, plan: Plan, number: int) -> Made:
     """What `kind.make` makes of a view, in the folder of its world."""
-    world, place = divmod(number, views_of(plan))
+    world, place = in_world(plan, number)
     files, record = kind.make(part(plan, world), place)
     return {f"{folder(world)}/{name}": data for name, data in files.items()}, record
 
@@ -47,7 +57,7 @@ def each_make(kind: Format, plan: Plan, number: int) -> Made:
 def each_index(kind: Format, plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
     """The index files of every world; those of its own records are read."""
     count = views_of(plan)
-    for world in range(len(plan.shots) // count):
+    for world in range(world_count(plan)):
 
         def own(first: int = world * count) -> Iterator[Record]:
             return records(first, first + count)
