@@ -42,7 +42,11 @@ OTHERS = {
     "ds": ("ds", [-0.2, 0.59]),
     "equirectangular": ("equirectangular", None),
     "cylindrical": ("cylindrical", None),
+    "orthographic": ("orthographic", []),
+    "affine matrix": ("affine", []),
 }
+AFFINE = [[80.0, 6.0, -35.0, 330.0], [9.0, -70.0, 42.0, 235.0], [0.0, 0.0, 0.0, 1.0]]
+"""A camera matrix with its centre at infinity, skew and unequal scales, in pixels per unit."""
 
 
 def opencv_camera(name: str, shift: float = 0.0) -> raycam.Camera:
@@ -54,10 +58,16 @@ def opencv_camera(name: str, shift: float = 0.0) -> raycam.Camera:
 
 def other_camera(name: str) -> raycam.Camera:
     model, coefficients = OTHERS[name]
+    if model == "affine":
+        return raycam.Camera.from_matrix(AFFINE, SIZE)
     panorama = coefficients is None
     focal = 100.0 if panorama else 260.0 if model in ("eucm", "ds") else 520.0
     k = [[focal, 1.5, 330.0], [0, focal, 235.0], [0, 0, 1]]
     R = opencv_camera("pinhole").R
+    if model == "orthographic":
+        k = [[90.0, 1.5, 330.0], [0, 85.0, 235.0], [0, 0, 1]]
+        table = {"projection": "orthographic", "K": k, "R": R.tolist(), "C": [1.0, -2.0, 0.5], "size": SIZE}
+        return raycam.Camera.from_dict(table)
     kind = "opencv" if model == "pinhole" else model
     return raycam.Camera(k, R, [1.0, -2.0, 0.5], SIZE, distortion=coefficients or None, model=kind)
 
@@ -74,9 +84,9 @@ def points_of(camera: raycam.Camera, count: int, seed: int) -> np.ndarray:
 
 
 def off_axis(camera: raycam.Camera, points: np.ndarray, pixels: np.ndarray) -> float:
-    """The largest sine of the angle between ray(project(X)) and X - C."""
-    _, directions = camera.rays(pixels)
-    true = points - camera.C
+    """The largest sine of the angle between ray(project(X)) and X - C; of parallel rays, and X less its ray's start."""
+    origins, directions = camera.rays(pixels)
+    true = points - (origins if camera.is_parallel else camera.C)
     true /= np.linalg.norm(true, axis=1, keepdims=True)
     return float(np.linalg.norm(np.cross(directions, true), axis=1).max())
 
@@ -154,6 +164,10 @@ def mp_cylinder(x, y, z):
     return mpmath.atan2(x, z), y / mpmath.hypot(x, z)
 
 
+def mp_parallel(x, y, z):
+    return x, y
+
+
 FORMULAS: dict[str, Formula] = {
     "pinhole": mp_pinhole,
     "thin_prism_fisheye": mp_prism,
@@ -165,6 +179,7 @@ FORMULAS: dict[str, Formula] = {
     "ds": mp_ds,
     "equirectangular": mp_sphere,
     "cylindrical": mp_cylinder,
+    "orthographic": mp_parallel,
 }
 
 
@@ -174,9 +189,13 @@ def from_formula(name: str, camera: raycam.Camera, points: np.ndarray, pixels: n
     worst = mpmath.mpf(0)
     with mpmath.workdps(40):
         k = mpmath.matrix(camera.K.tolist())
-        rotation, center = camera.R.tolist(), camera.C.tolist()
+        rotation, center = camera.R.tolist(), camera.location.tolist()
         given = [mpmath.mpf(value) for value in coefficients or []]
         for point, pixel in zip(points.tolist(), pixels.tolist(), strict=True):
+            if model == "affine":  # as the matrix was given, and not as it was taken apart
+                u, v, _ = (mpmath.fdot(row, [*map(mpmath.mpf, point), 1]) for row in AFFINE)
+                worst = max(worst, mpmath.hypot(u - pixel[0], v - pixel[1]))
+                continue
             away = [mpmath.mpf(a) - mpmath.mpf(b) for a, b in zip(point, center, strict=True)]
             local = [mpmath.fdot(map(mpmath.mpf, row), away) for row in rotation]
             x, y = FORMULAS[model](*local, *given)
@@ -220,9 +239,9 @@ def speed(camera: raycam.Camera, rounds: int) -> list[float]:
     return seconds[1:]
 
 
-def rows(points: int, digits: int, rounds: int) -> list[Sequence[str]]:
+def rows(names: Sequence[str], points: int, digits: int, rounds: int) -> list[Sequence[str]]:
     made, base = [], 0.0
-    for name in [*OPENCV, *OTHERS]:
+    for name in names:
         camera = opencv_camera(name) if name in OPENCV else other_camera(name)
         chosen = points_of(camera, points if name in OPENCV else digits, 1)
         pixels, seen = camera.project(chosen)
@@ -252,18 +271,22 @@ def main() -> None:
     parser.add_argument("--points", type=int, default=1_000_000, help="of each model")
     parser.add_argument("--digits", type=int, default=5_000, help="of each model beside mpmath")
     parser.add_argument("--rounds", type=int, default=7, help="pictures of each model")
+    parser.add_argument("--only", nargs="+", default=[*OPENCV, *OTHERS], help="of these models")
     options = parser.parse_args()
     notes = [
         f"project: the largest distance in pixels from OpenCV {cv2.__version__} over {options.points:,} points, or from"
         f" the model's formula in 40 digits (mpmath) over {options.digits:,}. ray: the largest sine of the angle"
-        f" between ray(project(X)) and X - C over {options.points:,} points. near, far: the largest distance in pixels"
-        " between a pixel and the image of the surface point that its ray meets, in a room around the origin and in"
-        " one a million units from it along each axis.",
+        f" between ray(project(X)) and X - C (of parallel rays, X less the start of its ray) over {options.points:,}"
+        " points."
+        " near, far: the largest distance in pixels between a pixel and the image of the surface"
+        " point that its ray meets, in a room around the origin and in one a million units from it along each axis.",
         f"ms: the median of {options.rounds} flat pictures of {SIZE[0]} x {SIZE[1]} with four rays a pixel, depth and"
         " ids; times: that of the pinhole.",
     ]
     head = ["model", "beside", "project, px", "ray, sine", "near, px", "far, px", "ms", "times"]
-    report.write("cameras", "Cameras", notes, head, rows(options.points, options.digits, options.rounds))
+    report.write(
+        "cameras", "Cameras", notes, head, rows(options.only, options.points, options.digits, options.rounds)
+    )
 
 
 if __name__ == "__main__":
