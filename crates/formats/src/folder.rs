@@ -11,6 +11,7 @@ use crate::error::FormatError;
 use crate::ies;
 use crate::image::ColorUse;
 use crate::load;
+use crate::parallel;
 use crate::texture;
 
 /// A folder and what may still be read from it: names in files lead only to regular files inside.
@@ -20,6 +21,11 @@ pub struct Folder {
     pub(crate) budget: Budget,
     notices: Vec<String>,
 }
+
+/// Bytes from which on a file is read by several cores.
+const LARGE: u64 = 4 << 20;
+/// Bytes that are read at a time.
+const PART: usize = 1 << 20;
 
 /// A file in memory.
 #[derive(Debug)]
@@ -104,6 +110,8 @@ impl Folder {
             source,
         };
         let kind = |kind, message| io(io::Error::new(kind, message));
+        let message = "changed its size while it was read";
+        let changed = || kind(io::ErrorKind::InvalidData, message);
         // Asked before it is opened: opening a pipe would wait for a writer. A folder fails by itself when it is read.
         let status = fs::metadata(path).map_err(io)?;
         if !status.is_file() && !status.is_dir() {
@@ -117,15 +125,39 @@ impl Folder {
         bytes
             .try_reserve_exact(size as usize)
             .map_err(|e| io(e.into()))?;
+        if size >= LARGE {
+            // Given back, so that what follows is untouched zeros, whose pages several cores touch for the first time.
+            drop(bytes);
+            bytes = vec![0; size as usize];
+            read_at_once(&file, &mut bytes).map_err(|error| match error.kind() {
+                io::ErrorKind::UnexpectedEof => changed(),
+                _ => io(error),
+            })?;
+        }
         file.take(size + 1).read_to_end(&mut bytes).map_err(io)?;
         if bytes.len() as u64 != size {
-            return Err(kind(
-                io::ErrorKind::InvalidData,
-                "changed its size while it was read",
-            ));
+            return Err(changed());
         }
         Ok(bytes)
     }
+}
+
+/// Fills `bytes` from the beginning of a file, several parts at a time, and leaves it after them.
+#[cfg(unix)]
+fn read_at_once(mut file: &File, bytes: &mut [u8]) -> io::Result<()> {
+    use std::io::{Seek, SeekFrom};
+    use std::os::unix::fs::FileExt;
+
+    parallel::make(bytes, PART, |start, part| {
+        file.read_exact_at(part, start as u64)
+    })?;
+    file.seek(SeekFrom::Start(bytes.len() as u64)).map(drop)
+}
+
+/// Fills `bytes` from the beginning of a file.
+#[cfg(not(unix))]
+fn read_at_once(mut file: &File, bytes: &mut [u8]) -> io::Result<()> {
+    file.read_exact(bytes)
 }
 
 /// The path of `reference` inside the folder, `folder` being where it starts; or why there is none.

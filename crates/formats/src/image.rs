@@ -1,6 +1,7 @@
 //! Images in: PNG, JPEG, WebP, KTX2, OpenEXR and Radiance HDR, told apart by content.
 
 mod exr;
+mod hdr;
 mod ktx2;
 mod raster;
 
@@ -55,7 +56,7 @@ const KINDS: &[Kind] = &[
     },
     Kind {
         magic: |b| b.starts_with(b"#?RADIANCE") || b.starts_with(b"#?RGBE"),
-        decode: raster::hdr,
+        decode: hdr::hdr,
     },
 ];
 

@@ -36,7 +36,9 @@ mod ply;
 mod ply_header;
 mod ply_kind;
 mod ply_rows;
+mod ply_table;
 mod ply_triangles;
+mod ply_vertices;
 pub mod png;
 mod polygon;
 mod polygon_tree;
@@ -45,6 +47,7 @@ mod single;
 mod stl;
 mod text;
 mod texture;
+mod weld;
 pub mod world_file;
 
 pub use budget::Budget;

@@ -18,7 +18,7 @@ use crate::obj_chunk::{self, Chunk, Fault, KINDS, Run, Stretch};
 use crate::obj_model;
 use crate::obj_skipped::Skipped;
 use crate::parallel;
-use crate::polygons::Polygons;
+use crate::polygons::{Polygons, Thin};
 use crate::text;
 
 /// More names of parts, materials or groups than this are refused.
@@ -84,6 +84,7 @@ struct Whole {
     colored: usize,
     bad_color: Option<usize>,
     highest: [(i64, usize); 3],
+    thin: Thin,
     skipped: Skipped,
     open_end: Option<usize>,
 }
@@ -123,6 +124,7 @@ impl Whole {
         }
         self.bad_color = self.bad_color.or(chunk.bad_color);
         self.open_end = chunk.open_end;
+        self.thin.append(chunk.thin);
         self.colored += chunk.colored;
         let obj = &mut self.obj;
         if self.colored > 0 {
@@ -254,6 +256,7 @@ impl Whole {
             }
             obj.colors.resize(obj.positions.len(), [1.0; 3]);
         }
+        obj.notices.extend(self.thin.notice(path));
         if let Some(skipped) = self.skipped.described() {
             obj.notices.push(format!("{shown}: not used: {skipped}"));
         }

@@ -5,7 +5,7 @@ use raycam_scene::color::{Rgb, linear_from_srgb};
 
 use crate::corners::{Corner, NONE};
 use crate::obj_skipped::Skipped;
-use crate::polygons::Polygons;
+use crate::polygons::{Polygons, Thin};
 use crate::text::{self, Lines, Words};
 
 /// Whole lines of a file.
@@ -42,6 +42,7 @@ pub(crate) struct Chunk {
     pub(crate) bad_color: Option<usize>,
     /// The largest index of a position, texture coordinates and a normal, with its line: they may come after the faces.
     pub(crate) highest: [(i64, usize); 3],
+    pub(crate) thin: Thin,
     pub(crate) skipped: Skipped,
     /// The last line, where it has no line end.
     pub(crate) open_end: Option<usize>,
@@ -49,9 +50,12 @@ pub(crate) struct Chunk {
     pub(crate) fault: Option<Fault>,
 }
 
+/// In the place of a corner of a face that was passed over: its indices are checked all the same.
+const SKIPPED: usize = usize::MAX;
+
 /// An index that counts backwards from what came before.
 pub(crate) struct Relative {
-    /// Which of all corners.
+    /// Which of all corners, or [`SKIPPED`].
     pub(crate) corner: usize,
     /// 0 position, 1 texture coordinate, 2 normal.
     pub(crate) kind: usize,
@@ -98,6 +102,7 @@ impl Chunk {
             colored: 0,
             bad_color: None,
             highest: [(0, 0); 3],
+            thin: Thin::default(),
             skipped: Skipped::default(),
             open_end: None,
             fault: None,
@@ -253,10 +258,15 @@ impl Chunk {
                 normal,
             });
         }
-        match self.polygons.end() {
-            0..3 => Err((line, "f: a face needs at least 3 corners".into())),
-            _ => Ok(()),
+        if !self.polygons.end_face() {
+            let corners = self.polygons.corner_count();
+            let under_way = |r: &&mut Relative| r.corner >= corners && r.corner != SKIPPED;
+            for relative in self.relative.iter_mut().rev().take_while(under_way) {
+                relative.corner = SKIPPED;
+            }
+            self.thin.add(|| format!("line {line}"));
         }
+        Ok(())
     }
 
     /// An index from 0; in the file they count from 1, or from -1 backwards.

@@ -12,7 +12,7 @@ use raycam_scene::{Mesh, Model};
 
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
-use crate::polygons::Polygons;
+use crate::polygons::{Polygons, Thin};
 use crate::single;
 use crate::text::{self, Lines, Words};
 
@@ -74,13 +74,12 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
         }
     }
 
-    let mut polygons = Polygons::new();
+    let (mut polygons, mut thin) = (Polygons::new(), Thin::default());
     for number in 0..faces {
         let mut words = rows.next("faces", number, faces)?;
         let size = words.next().and_then(text::integer).unwrap_or(-1);
-        if size < 3 {
-            let message = format!("face {number}: expected a number of corners, at least 3");
-            return Err(rows.error(message));
+        if size < 0 {
+            return Err(rows.error(format!("face {number}: expected a number of corners")));
         }
         for corner in 0..size {
             let Some(word) = words.next() else {
@@ -99,12 +98,15 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
                 }
             }
         }
-        polygons.end();
-        let color: Vec<&[u8]> = words.collect();
-        face_colors.add(&rows, number, &color)?;
+        if polygons.end_face() {
+            let color: Vec<&[u8]> = words.collect();
+            face_colors.add(&rows, number, &color)?;
+        } else {
+            thin.add(|| format!("line {}", rows.line));
+        }
     }
 
-    let mut notices = Vec::new();
+    let mut notices: Vec<String> = thin.notice(path).into_iter().collect();
     if rows.lines.any(|(_, text)| Words(text).next().is_some()) {
         notices.push(format!(
             "{}: the lines after the last face are not used",
@@ -116,7 +118,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
             "{path}: the last line has no line end; the file may be cut off"
         ));
     }
-    if faces == 0 {
+    if polygons.len() == 0 {
         return Err(FormatError::whole(
             path,
             format!("no faces, only {vertices} vertices: nothing to see"),
@@ -133,7 +135,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
     let mut colors = Vec::new();
     let position = |c: u32| mesh.vertices[c as usize];
     polygons.triangles(
-        0..faces,
+        0..polygons.len(),
         path,
         &mut folder.budget,
         position,

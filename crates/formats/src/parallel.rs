@@ -2,6 +2,7 @@
 
 use std::panic;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 /// What `each` makes of every item, in order.
@@ -39,6 +40,59 @@ pub(crate) fn map<T: Sync, R: Send>(items: &[T], each: impl Fn(&T) -> R + Sync) 
     done.into_iter().map(|(_, result)| result).collect()
 }
 
+/// Has the blocks of `size` values that `values` is cut into made by `make`, which gets the place of a block's first value.
+///
+/// Memory that nobody has touched yet, as that of zeros, is first touched by whoever makes it.
+///
+/// # Errors
+/// That of the first block that has one.
+pub(crate) fn make<T: Send, E: Send>(
+    values: &mut [T],
+    size: usize,
+    make: impl Fn(usize, &mut [T]) -> Result<(), E> + Sync,
+) -> Result<(), E> {
+    let count = values.len().div_ceil(size);
+    let threads = match count {
+        0 | 1 => 1,
+        count => thread::available_parallelism().map_or(1, |cores| cores.get().min(count)),
+    };
+    let blocks = Mutex::new(values.chunks_mut(size).enumerate());
+    // Blocks are handed out in order: those before one with an error have been, too.
+    let next = || blocks.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let failed = AtomicUsize::new(usize::MAX);
+    let work = || {
+        while let Some((number, block)) = next() {
+            if failed.load(Ordering::Relaxed) < number {
+                break;
+            }
+            if let Err(error) = make(number * size, block) {
+                failed.fetch_min(number, Ordering::Relaxed);
+                return Some((number, error));
+            }
+        }
+        None
+    };
+    let errors = thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+        let mut errors: Vec<_> = work().into_iter().collect();
+        for other in others {
+            errors.extend(other.join().unwrap_or_else(|e| panic::resume_unwind(e)));
+        }
+        errors
+    });
+    let first = errors.into_iter().min_by_key(|&(number, _)| number);
+    first.map_or(Ok(()), |(_, error)| Err(error))
+}
+
+/// The smallest and the largest of some numbers; of none, the largest number there is and 0.
+pub(crate) fn extremes(numbers: &[u32]) -> (u32, u32) {
+    let both = |(low, high): (u32, u32), (l, h): (u32, u32)| (low.min(l), high.max(h));
+    let none = (u32::MAX, 0);
+    let blocks: Vec<_> = numbers.chunks(1 << 17).collect();
+    let of_block = |block: &&[u32]| block.iter().fold(none, |all, &n| both(all, (n, n)));
+    map(&blocks, of_block).into_iter().fold(none, both)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -49,6 +103,37 @@ mod tests {
             let items: Vec<usize> = (0..count).collect();
             let squares = map(&items, |&i| i * i);
             assert_eq!(squares, items.iter().map(|i| i * i).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn blocks_are_made_in_their_places() {
+        for count in [0, 1, 99, 100, 101, 1000] {
+            let mut values = vec![0; count];
+            let fill = |first: usize, block: &mut [usize]| {
+                block.iter_mut().zip(first..).for_each(|(v, i)| *v = i + 7);
+                Ok::<(), ()>(())
+            };
+            make(&mut values, 100, fill).unwrap();
+            assert!(values.iter().enumerate().all(|(i, &v)| v == i + 7));
+        }
+    }
+
+    #[test]
+    fn extremes_are_of_all_blocks() {
+        assert_eq!(extremes(&[]), (u32::MAX, 0));
+        let mut numbers: Vec<u32> = (1000..500_000).rev().collect();
+        assert_eq!(extremes(&numbers), (1000, 499_999));
+        numbers[300_000] = 7;
+        *numbers.last_mut().unwrap() = u32::MAX;
+        assert_eq!(extremes(&numbers), (7, u32::MAX));
+    }
+
+    #[test]
+    fn the_first_error_counts() {
+        for _ in 0..50 {
+            let fail = |first: usize, _: &mut [u8]| if first < 300 { Ok(()) } else { Err(first) };
+            assert_eq!(make(&mut [0; 1000], 10, fail), Err(300));
         }
     }
 

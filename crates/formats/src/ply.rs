@@ -8,7 +8,6 @@
 use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
-use glam::DVec3;
 use raycam_scene::color::Rgb;
 use raycam_scene::{Mesh, Model, TextureSlot, Wrap};
 
@@ -17,10 +16,10 @@ use crate::error::FormatError;
 use crate::folder::{Folder, Source};
 use crate::image::ColorUse;
 use crate::ply_header::{self, Body, Element, Header};
-use crate::ply_rows::Meaning::{self, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
+use crate::ply_rows::Meaning::{self, Blue, Green, Red};
 use crate::ply_rows::{Columns, Row};
-use crate::polygons::Polygons;
-use crate::{companion, ply_triangles, single};
+use crate::polygons::{Polygons, Thin};
+use crate::{companion, ply_triangles, ply_vertices, single};
 
 /// The model in a PLY file: one part.
 pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
@@ -46,6 +45,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
             _ => ply.pass(element, &mut body)?,
         }
     }
+    ply.notices.extend(ply.thin.notice(path));
     ply.notices.extend(body.ending());
     ply.model(&header, folder)
 }
@@ -64,6 +64,7 @@ struct Ply<'a> {
     known_uvs: HashMap<[u32; 2], u32>,
     translucent: bool,
     images: BTreeSet<i64>,
+    thin: Thin,
     notices: Vec<String>,
 }
 
@@ -80,90 +81,36 @@ impl<'a> Ply<'a> {
             known_uvs: HashMap::new(),
             translucent: false,
             images: BTreeSet::new(),
+            thin: Thin::default(),
             notices: Vec::new(),
         }
     }
 
     fn vertices(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
-        let columns = Columns::new(element);
-        if !columns.have(&[X, Y, Z]) {
-            return Err(FormatError::whole(
-                self.path,
-                "element vertex has no x, y and z",
-            ));
-        }
         if !self.mesh.vertices.is_empty() {
             return Err(FormatError::whole(self.path, "a second element vertex"));
         }
-        let mut normals = columns.have(&[NormalX, NormalY, NormalZ]).then(Vec::new);
-        let mut colors = columns.have(&[Red, Green, Blue]).then(Vec::new);
-        let mut uvs = columns.have(&[U, V]).then(Vec::new);
-        let mut row = Row::default();
-        // Rows of one length need not be taken apart to find the next.
-        let stride = columns.stride().unwrap_or(usize::MAX);
-        let table = element
-            .count
-            .checked_mul(stride)
-            .and_then(|size| body.ahead(size));
-        let places = columns.places();
-        self.mesh.vertices.reserve_exact(element.count);
-        for number in 0..element.count {
-            match table {
-                Some((bytes, big_endian)) => {
-                    let bytes = &bytes[number * stride..];
-                    for &(meaning, kind, at) in &places {
-                        row.numbers[meaning as usize] = kind.number(&bytes[at..], big_endian);
-                    }
-                    body.skip(stride);
-                }
-                None => columns.read(body, &mut row)?,
-            }
-            let vector = |names: [Meaning; 3]| DVec3::from(names.map(|m| row.numbers[m as usize]));
-            let position = vector([X, Y, Z]);
-            if !position.is_finite() {
-                let [x, y, z] = position.to_array();
-                return Err(body.error(format!("vertex {number} is not finite: ({x}, {y}, {z})")));
-            }
-            self.mesh.vertices.push(position);
-            if let Some(normals) = &mut normals {
-                normals.push(vector([NormalX, NormalY, NormalZ]).normalize_or_zero());
-            }
-            if let Some(colors) = &mut colors {
-                colors.push(columns.color(body, &row, number)?);
-                self.translucent |= !columns.opaque(&row);
-            }
-            if let Some(uvs) = &mut uvs {
-                uvs.push(self.uv(body, row.numbers[U as usize], row.numbers[V as usize])?);
-            }
-        }
+        let vertices = ply_vertices::read(self.path, element, body)?;
+        self.translucent |= vertices.translucent;
+        self.mesh.vertices = vertices.positions;
+        self.mesh.normals = vertices.normals;
+        self.mesh.vertex_colors = vertices.colors;
+        self.mesh.uvs = vertices.uvs;
         // A vertex without a direction has no normal; a mesh with one such is taken as flat.
-        let directionless = normals
-            .iter()
-            .flatten()
-            .filter(|n| **n == DVec3::ZERO)
-            .count();
+        let normals = self.mesh.normals.iter().flatten();
+        let directionless = normals.filter(|n| **n == [0.0; 3]).count();
         if directionless > 0 {
             let path = self.path.display();
             self.notices.push(format!(
                 "{path}: {directionless} normals without a direction; all normals are ignored"
             ));
-            normals = None;
+            self.mesh.normals = None;
         }
-        self.mesh.normals = normals.map(|n| n.iter().map(|n| n.as_vec3().to_array()).collect());
-        self.mesh.vertex_colors = colors;
-        self.mesh.uvs = uvs;
         Ok(())
     }
 
     fn has_faces(&self) -> bool {
         self.polygons.len() + self.triangles.len() > 0
-    }
-
-    fn uv(&self, body: &Body<'_>, u: f64, v: f64) -> Result<[f32; 2], FormatError> {
-        if u.is_finite() && v.is_finite() {
-            return Ok([u as f32, (1.0 - v) as f32]);
-        }
-        Err(body.error(format!("texture coordinate ({u}, {v}) is not finite")))
     }
 
     fn position(&self, body: &Body<'_>, face: usize, index: f64) -> Result<u32, FormatError> {
@@ -205,7 +152,7 @@ impl<'a> Ply<'a> {
             for (i, &index) in row.corners.iter().enumerate() {
                 let mut uv = NONE;
                 if own_uvs {
-                    let value = self.uv(body, row.uvs[2 * i], row.uvs[2 * i + 1])?;
+                    let value = ply_vertices::uv(body, row.uvs[2 * i], row.uvs[2 * i + 1])?;
                     uv = *self
                         .known_uvs
                         .entry(value.map(f32::to_bits))
@@ -221,8 +168,9 @@ impl<'a> Ply<'a> {
                     normal: NONE,
                 });
             }
-            if self.polygons.end() < 3 {
-                return Err(body.error(format!("face {number} has fewer than 3 corners")));
+            if !self.polygons.end_face() {
+                self.thin.add(|| body.place());
+                continue;
             }
             if let Some(colors) = &mut colors {
                 colors.push(columns.color(body, &row, number)?);
@@ -269,7 +217,7 @@ impl<'a> Ply<'a> {
                             normal: NONE,
                         });
                     }
-                    self.polygons.end();
+                    self.polygons.end_face();
                 }
             }
         }

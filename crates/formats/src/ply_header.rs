@@ -206,6 +206,14 @@ impl<'a> Body<'a> {
         }
     }
 
+    /// Where reading has got to, for a notice.
+    pub(crate) fn place(&self) -> String {
+        match self.form {
+            Form::Text { line, .. } => format!("line {line}"),
+            Form::Binary { at, .. } => format!("the row that ends at byte {at}"),
+        }
+    }
+
     fn cut(&self) -> FormatError {
         self.error("ends before the rows that its header declares")
     }

@@ -142,23 +142,30 @@ impl<'a> Columns<'a> {
         number: usize,
     ) -> Result<Rgb, FormatError> {
         let given = [Red, Green, Blue].map(|m| row.numbers[m as usize]);
+        self.linear(given).ok_or_else(|| {
+            let (name, one) = (&self.element.name, self.white());
+            body.error(format!(
+                "{name} {number}: colour {given:?} outside 0..={one}"
+            ))
+        })
+    }
+
+    /// The linear colour that red, green and blue are, if they are one.
+    pub(crate) fn linear(&self, given: [f64; 3]) -> Option<Rgb> {
         let one = self.white();
-        if given.iter().all(|c| (0.0..=one).contains(c)) {
-            let share = || given.map(|c| (c / one) as f32);
-            return Ok(match self.color {
+        let share = || given.map(|c| (c / one) as f32);
+        given
+            .iter()
+            .all(|c| (0.0..=one).contains(c))
+            .then(|| match self.color {
                 Kind::F32 | Kind::F64 => share(),
                 Kind::U8 => linear_from_srgb8(given.map(|c| c as u8)),
                 _ => share().map(linear_from_srgb),
-            });
-        }
-        let name = &self.element.name;
-        Err(body.error(format!(
-            "{name} {number}: colour {given:?} outside 0..={one}"
-        )))
+            })
     }
 
     /// The largest value of a colour.
-    fn white(&self) -> f64 {
+    pub(crate) fn white(&self) -> f64 {
         match self.color {
             Kind::F32 | Kind::F64 => 1.0,
             Kind::U16 => 65535.0,

@@ -1,8 +1,12 @@
 //! The faces of a binary PLY file, where all of them are triangles of the usual kind: read at once.
 
+use std::ops::Range;
+
+use crate::parallel;
 use crate::ply_header::{Body, Element};
 use crate::ply_kind::Kind;
 use crate::ply_rows::{Columns, Meaning};
+use crate::ply_table::ROWS;
 
 /// The triangles of an element with one list, of 32-bit vertex indices below `vertices`, and nothing else that is used.
 ///
@@ -30,28 +34,60 @@ pub(crate) fn read(
     }
     let length = list?;
     let (bytes, big_endian) = body.ahead(element.count.checked_mul(stride)?)?;
-    let word: fn([u8; 4]) -> u32 = if big_endian {
-        u32::from_be_bytes
-    } else {
-        u32::from_le_bytes
+    let rows = Rows {
+        bytes,
+        stride,
+        three: before..before + length.bytes(),
+        vertices,
     };
-    let first = before + length.bytes();
-    let mut triangles = Vec::with_capacity(element.count);
-    let mut whole = true;
-    for row in bytes.chunks_exact(stride) {
-        let (corners, _) = row[first..].as_chunks::<4>();
-        let &[a, b, c, ..] = corners else {
-            return None;
-        };
-        let triangle = [a, b, c].map(word);
-        // An index below zero is far above every vertex here.
-        whole &= triangle.iter().all(|&index| (index as usize) < vertices);
-        whole &= length.number(&row[before..], big_endian) == 3.0;
-        triangles.push(triangle);
-    }
-    if !whole {
-        return None;
-    }
+    // As a number of this kind.
+    let mut three = [0; 8];
+    let three = &mut three[..length.bytes()];
+    let last = three.len() - 1;
+    three[if big_endian { last } else { 0 }] = 3;
+    let triangles = match (big_endian, &*three) {
+        (false, &[three]) => rows.read(u32::from_le_bytes, |length| *length == [three]),
+        (false, three) => rows.read(u32::from_le_bytes, |length| length == three),
+        (true, three) => rows.read(u32::from_be_bytes, |length| length == three),
+    }?;
     body.skip(bytes.len());
     Some(triangles)
+}
+
+struct Rows<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    /// Where in a row the length of its list is; the corners are behind it.
+    three: Range<usize>,
+    /// How many vertices there are.
+    vertices: usize,
+}
+
+impl Rows<'_> {
+    /// The triangles, if all are.
+    fn read(
+        &self,
+        word: impl Fn([u8; 4]) -> u32 + Sync,
+        is_three: impl Fn(&[u8]) -> bool + Sync,
+    ) -> Option<Vec<[u32; 3]>> {
+        let mut triangles = vec![[0; 3]; self.bytes.len() / self.stride];
+        let block = |first: usize, block: &mut [[u32; 3]]| {
+            let rows = self.bytes[first * self.stride..].chunks_exact(self.stride);
+            let (mut whole, mut largest) = (true, 0);
+            for (to, row) in block.iter_mut().zip(rows) {
+                let &[a, b, c, ..] = row[self.three.end..].as_chunks::<4>().0 else {
+                    return Err(());
+                };
+                let triangle @ [a, b, c] = [a, b, c].map(&word);
+                // An index below zero is far above every vertex here.
+                largest = largest.max(a).max(b).max(c);
+                whole &= is_three(&row[self.three.clone()]);
+                *to = triangle;
+            }
+            let all = whole && (largest as usize) < self.vertices;
+            if all { Ok(()) } else { Err(()) }
+        };
+        parallel::make(&mut triangles, ROWS, block).ok()?;
+        Some(triangles)
+    }
 }

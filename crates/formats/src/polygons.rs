@@ -12,6 +12,36 @@ use crate::polygon;
 /// The most corners of one polygon: the memory to cut it stays in proportion to the file.
 const MOST_CORNERS: usize = 1 << 20;
 
+/// Faces of fewer than 3 corners: they have no area, and are passed over as other readers do.
+#[derive(Debug, Default)]
+pub(crate) struct Thin {
+    count: usize,
+    /// Where the first is.
+    first: Option<String>,
+}
+
+impl Thin {
+    /// Counts one.
+    pub(crate) fn add(&mut self, place: impl FnOnce() -> String) {
+        self.count += 1;
+        self.first.get_or_insert_with(place);
+    }
+
+    /// Counts those of a later part of the file.
+    pub(crate) fn append(&mut self, later: Self) {
+        self.count += later.count;
+        self.first = self.first.take().or(later.first);
+    }
+
+    /// What there is to say about them, if there are any.
+    pub(crate) fn notice(&self, path: &Path) -> Option<String> {
+        let (path, count, first) = (path.display(), self.count, self.first.as_ref()?);
+        Some(format!(
+            "{path}: faces of fewer than 3 corners are skipped: {count}, the first in {first}"
+        ))
+    }
+}
+
 /// Polygons as one flat list of corners of any kind.
 #[derive(Clone, Debug)]
 pub(crate) struct Polygons<C> {
@@ -50,11 +80,16 @@ impl<C: Copy> Polygons<C> {
         self.corners.push(corner);
     }
 
-    /// Ends the polygon under way; how many corners it has.
-    pub(crate) fn end(&mut self) -> usize {
-        let size = self.corners.len() - self.ends.last().copied().unwrap_or(0);
-        self.ends.push(self.corners.len());
-        size
+    /// Ends the polygon under way, or lets go of it where it has fewer than 3 corners; whether it was kept.
+    pub(crate) fn end_face(&mut self) -> bool {
+        let start = self.ends.last().copied().unwrap_or(0);
+        let kept = self.corners.len() - start >= 3;
+        if kept {
+            self.ends.push(self.corners.len());
+        } else {
+            self.corners.truncate(start);
+        }
+        kept
     }
 
     /// Adds polygons after these.

@@ -4,7 +4,6 @@
 //! exactly the same place become one vertex. Facet normals follow from the corners and are not read; the two bytes after
 //! each binary facet, which some programs use for colours, are passed over.
 
-use std::collections::HashMap;
 use std::path::Path;
 
 use glam::DVec3;
@@ -12,12 +11,16 @@ use raycam_scene::{Material, Mesh, Model, Part};
 
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
+use crate::parallel;
 use crate::text::{self, Lines, Words};
+use crate::weld::Weld;
 
 /// Before the facets of a binary file: 80 bytes of anything and their number.
 const HEADER: usize = 84;
 /// A normal, three corners of three float32, and two bytes.
 const FACET: usize = 50;
+/// Facets that are read at a time.
+const BLOCK: usize = 1 << 14;
 
 /// The model in an STL file: one part for each solid that has facets.
 pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
@@ -30,10 +33,14 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
     };
     let parts: Vec<Part> = solids
         .into_iter()
-        .filter(|solid| !solid.mesh.triangles.is_empty())
+        .filter(|solid| !solid.triangles.is_empty())
         .map(|solid| Part {
             name: solid.name,
-            mesh: solid.mesh,
+            mesh: Mesh {
+                vertices: solid.vertices.places,
+                triangles: solid.triangles,
+                ..Mesh::default()
+            },
             materials: vec![0],
         })
         .collect();
@@ -55,24 +62,23 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
 #[derive(Default)]
 struct Solid {
     name: String,
-    mesh: Mesh,
-    /// By the bits of the coordinates.
-    known: HashMap<[u64; 3], u32>,
+    vertices: Weld,
+    triangles: Vec<[u32; 3]>,
 }
 
 impl Solid {
-    fn vertex(&mut self, corner: DVec3) -> u32 {
-        // Adding 0 makes -0 and 0 the same.
-        let bits = (corner + DVec3::ZERO).to_array().map(f64::to_bits);
-        *self.known.entry(bits).or_insert_with(|| {
-            self.mesh.vertices.push(corner);
-            (self.mesh.vertices.len() - 1) as u32
-        })
+    fn facet(&mut self, corners: [DVec3; 3]) {
+        let triangle = corners.map(|corner| self.vertices.index(corner));
+        self.triangles.push(triangle);
     }
 
-    fn facet(&mut self, corners: [DVec3; 3]) {
-        let triangle = corners.map(|corner| self.vertex(corner));
-        self.mesh.triangles.push(triangle);
+    /// Adds the facets of another after these.
+    fn append(&mut self, other: Self) {
+        let places = other.vertices.places.iter();
+        let indices: Vec<u32> = places.map(|&place| self.vertices.index(place)).collect();
+        let triangles = other.triangles.iter();
+        self.triangles
+            .extend(triangles.map(|triangle| triangle.map(|i| indices[i as usize])));
     }
 }
 
@@ -132,26 +138,29 @@ fn binary(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<Solid,
         ));
     }
 
+    let facets = &bytes[HEADER..].as_chunks::<FACET>().0[..used];
+    let blocks: Vec<_> = facets.chunks(BLOCK).enumerate().collect();
     let mut solid = Solid::default();
-    for (number, facet) in bytes[HEADER..]
-        .as_chunks::<FACET>()
-        .0
-        .iter()
-        .take(used)
-        .enumerate()
-    {
-        let float = |at: usize| {
-            f64::from(f32::from_le_bytes([
-                facet[at],
-                facet[at + 1],
-                facet[at + 2],
-                facet[at + 3],
-            ]))
-        };
-        let corners = [12, 24, 36].map(|at| DVec3::new(float(at), float(at + 4), float(at + 8)));
-        if !corners.iter().all(|corner| corner.is_finite()) {
+    for part in parallel::map(&blocks, |&(number, facets)| block(number * BLOCK, facets)) {
+        // In order, so that vertices are numbered as if the facets had been read one by one.
+        solid.append(part.map_err(|number| {
             let message = format!("facet {number} has a corner that is not finite");
-            return Err(FormatError::byte(path, HEADER + FACET * number, message));
+            FormatError::byte(path, HEADER + FACET * number, message)
+        })?);
+    }
+    Ok(solid)
+}
+
+/// The facets of a part of a file, which begins with the facet `first`; or the number of one that is not finite.
+fn block(first: usize, facets: &[[u8; FACET]]) -> Result<Solid, usize> {
+    let mut solid = Solid::default();
+    solid.triangles.reserve_exact(facets.len());
+    for (number, facet) in (first..).zip(facets) {
+        let (words, _) = facet.as_chunks::<4>();
+        let float = |i: usize| f64::from(f32::from_le_bytes(words[i]));
+        let corners = [3, 6, 9].map(|i| DVec3::new(float(i), float(i + 1), float(i + 2)));
+        if !corners.iter().all(|corner| corner.is_finite()) {
+            return Err(number);
         }
         solid.facet(corners);
     }

@@ -297,8 +297,25 @@ fn join<T: Clone>(
     }
 }
 
-/// Which value is the first that is not `valid`. Inside a block there is no way out of the loop, which is some times as fast.
-fn first_without<T>(values: &[T], valid: impl Fn(&T) -> bool) -> Option<usize> {
+/// Which value is the first that is not `valid`. Of many, each half is looked at by a thread of its own.
+fn first_without<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+    const MANY: usize = 1 << 17;
+    if values.len() < MANY {
+        return first_in_order(values, valid);
+    }
+    let (one, other) = values.split_at(values.len() / 2);
+    std::thread::scope(|scope| {
+        let second = scope.spawn(|| first_in_order(other, &valid));
+        let first = first_in_order(one, &valid);
+        let second = second
+            .join()
+            .unwrap_or_else(|e| std::panic::resume_unwind(e));
+        first.or_else(|| second.map(|i| one.len() + i))
+    })
+}
+
+/// The same by one thread. Inside a block there is no way out of the loop, which is some times as fast.
+fn first_in_order<T>(values: &[T], valid: impl Fn(&T) -> bool) -> Option<usize> {
     const BLOCK: usize = 256;
     let bad = |block: &[T]| !block.iter().fold(true, |all, value| all & valid(value));
     let block = BLOCK * values.chunks(BLOCK).position(bad)?;
@@ -312,7 +329,7 @@ fn check_numbers<const N: usize>(
     values: Option<&[[f32; N]]>,
     count: usize,
     what: &str,
-    valid: impl Fn(f32) -> bool,
+    valid: impl Fn(f32) -> bool + Sync,
     expected: &str,
 ) -> Result<(), SceneError> {
     let Some(values) = values else { return Ok(()) };

@@ -9,6 +9,7 @@ use super::ledger::Ledger;
 use crate::codec::draco;
 use crate::error::FormatError;
 use crate::folder::Folder;
+use crate::parallel;
 
 /// A primitive's attributes by name.
 pub(super) struct AttributeSource<'a> {
@@ -135,7 +136,7 @@ impl<'a> AttributeSource<'a> {
         let place = elements.place.clone();
         let (groups, over) = elements.groups::<N>(document, ledger)?;
         let indices = groups.as_flattened();
-        let largest = indices.iter().fold(0, |largest, &index| index.max(largest));
+        let (_, largest) = parallel::extremes(indices);
         if largest as usize >= count
             && let Some(i) = indices.iter().position(|&index| index as usize >= count)
         {

@@ -6,6 +6,15 @@ use super::Document;
 use super::ledger::Ledger;
 use crate::codec::draco;
 use crate::error::FormatError;
+use crate::parallel;
+
+/// Elements that are decoded at a time.
+const ELEMENTS: usize = 1 << 15;
+
+/// All bytes are a number.
+fn any(_: &[u8]) -> bool {
+    true
+}
 
 /// The type of one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,12 +106,12 @@ impl Elements<'_> {
     }
 
     /// What `make` makes of the floats of every element.
-    pub(super) fn made_of_floats<const N: usize, T>(
+    pub(super) fn made_of_floats<const N: usize, T: Copy + Default + Send>(
         &self,
         document: &Document<'_>,
         ledger: &mut Ledger,
-        make: impl Fn([f32; N]) -> T,
-    ) -> Result<Vec<T>, FormatError> {
+        make: impl Fn([f32; N]) -> [T; N] + Sync,
+    ) -> Result<Vec<[T; N]>, FormatError> {
         if self.arity != N {
             return Err(document.fault(format!(
                 "{}.type: {} components, expected {N} (ACCESSOR_INVALID_FORMAT)",
@@ -111,43 +120,54 @@ impl Elements<'_> {
         }
         ledger.take(document.path, &self.place, self.count as u64, 4 * N as u64)?;
         let unit = self.normalized;
-        Ok(match self.component {
+        let (made, finite) = match self.component {
             Component::F32 => {
-                let number = f32::from_le_bytes;
                 // Without a way out of the loop, which is some times as fast.
-                let all_finite = self.fold(true, |all, v| all & number(v).is_finite());
-                if !all_finite {
-                    return Err(self.not_finite::<N>(document));
-                }
-                self.decode::<4, N, _, _>(number, make)
+                let finite = |bytes: &[u8]| {
+                    let numbers = bytes.as_chunks::<4>().0.iter();
+                    numbers.fold(true, |all, &v| all & f32::from_le_bytes(v).is_finite())
+                };
+                self.decode::<4, N, _, _>(f32::from_le_bytes, finite, make)
             }
             Component::I8 if unit => {
-                self.decode::<1, N, _, _>(|[v]| (f32::from(v as i8) / 127.0).max(-1.0), make)
+                self.decode::<1, N, _, _>(|[v]| (f32::from(v as i8) / 127.0).max(-1.0), any, make)
             }
-            Component::I8 => self.decode::<1, N, _, _>(|[v]| f32::from(v as i8), make),
-            Component::U8 if unit => self.decode::<1, N, _, _>(|[v]| f32::from(v) / 255.0, make),
-            Component::U8 => self.decode::<1, N, _, _>(|[v]| f32::from(v), make),
+            Component::I8 => self.decode::<1, N, _, _>(|[v]| f32::from(v as i8), any, make),
+            Component::U8 if unit => {
+                self.decode::<1, N, _, _>(|[v]| f32::from(v) / 255.0, any, make)
+            }
+            Component::U8 => self.decode::<1, N, _, _>(|[v]| f32::from(v), any, make),
             Component::I16 if unit => self.decode::<2, N, _, _>(
                 |v| (f32::from(i16::from_le_bytes(v)) / 32767.0).max(-1.0),
+                any,
                 make,
             ),
-            Component::I16 => self.decode::<2, N, _, _>(|v| f32::from(i16::from_le_bytes(v)), make),
-            Component::U16 if unit => {
-                self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)) / 65535.0, make)
+            Component::I16 => {
+                self.decode::<2, N, _, _>(|v| f32::from(i16::from_le_bytes(v)), any, make)
             }
-            Component::U16 => self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)), make),
+            Component::U16 if unit => {
+                self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)) / 65535.0, any, make)
+            }
+            Component::U16 => {
+                self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)), any, make)
+            }
             Component::U32 => {
                 return Err(document.fault(format!(
                     "{}.componentType: 5125 is for indices only (ACCESSOR_INVALID_FORMAT)",
                     self.place
                 )));
             }
-        })
+        };
+        if finite {
+            Ok(made)
+        } else {
+            Err(self.not_finite::<N>(document))
+        }
     }
 
     /// The error of the first element that is not finite.
     fn not_finite<const N: usize>(&self, document: &Document<'_>) -> FormatError {
-        let values = self.decode::<4, N, _, _>(f32::from_le_bytes, |values| values);
+        let (values, _) = self.decode::<4, N, _, _>(f32::from_le_bytes, any, |values| values);
         let finite = |value: &[f32; N]| value.iter().all(|v| v.is_finite());
         let i = values.iter().position(|value| !finite(value)).unwrap_or(0);
         document.fault(format!(
@@ -156,41 +176,41 @@ impl Elements<'_> {
         ))
     }
 
-    /// Over every number of every element, as bytes.
-    fn fold<const S: usize, A>(&self, start: A, each: impl Fn(A, [u8; S]) -> A) -> A {
-        let size = S * self.arity;
-        let run = |all, bytes: &[u8]| {
-            let (numbers, _) = bytes.as_chunks::<S>();
-            numbers.iter().fold(all, |all, &number| each(all, number))
-        };
-        if self.stride == size {
-            return run(start, &self.bytes[..self.count * size]);
-        }
-        (0..self.count).fold(start, |all, i| {
-            run(all, &self.bytes[i * self.stride..i * self.stride + size])
-        })
-    }
-
-    /// What `make` makes of every element, whose numbers `read` reads.
-    fn decode<const S: usize, const N: usize, V, T>(
+    /// What `make` makes of every element, whose numbers `read` reads, and whether the bytes of all are `valid`; where they
+    /// are not, not all is made. Several cores do it.
+    fn decode<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,
-        read: impl Fn([u8; S]) -> V,
-        make: impl Fn([V; N]) -> T,
-    ) -> Vec<T> {
+        read: impl Fn([u8; S]) -> V + Sync,
+        valid: impl Fn(&[u8]) -> bool + Sync,
+        make: impl Fn([V; N]) -> [T; N] + Sync,
+    ) -> (Vec<[T; N]>, bool) {
         let size = S * N;
         let element = |bytes: &[u8]| {
             let (numbers, _) = bytes.as_chunks::<S>();
             make(std::array::from_fn(|i| read(numbers[i])))
         };
-        if self.stride == size {
-            return self.bytes[..self.count * size]
-                .chunks_exact(size)
-                .map(element)
-                .collect();
-        }
-        (0..self.count)
-            .map(|i| element(&self.bytes[i * self.stride..i * self.stride + size]))
-            .collect()
+        let mut made = vec![[T::default(); N]; self.count];
+        let block = |first: usize, block: &mut [[T; N]]| {
+            let bytes = &self.bytes[first * self.stride..];
+            let all = if self.stride == size {
+                let bytes = &bytes[..block.len() * size];
+                let elements = bytes.chunks_exact(size);
+                block
+                    .iter_mut()
+                    .zip(elements)
+                    .for_each(|(to, from)| *to = element(from));
+                valid(bytes)
+            } else {
+                block.iter_mut().enumerate().fold(true, |all, (i, to)| {
+                    let bytes = &bytes[i * self.stride..i * self.stride + size];
+                    *to = element(bytes);
+                    all & valid(bytes)
+                })
+            };
+            if all { Ok(()) } else { Err(()) }
+        };
+        let all = parallel::make(&mut made, ELEMENTS, block).is_ok();
+        (made, all)
     }
 
     /// All elements as unsigned integers.
@@ -210,13 +230,14 @@ impl Elements<'_> {
             )));
         }
         ledger.take(document.path, &self.place, self.count as u64, 4 * N as u64)?;
-        Ok(match self.component {
-            Component::U8 => self.decode::<1, N, _, _>(|[v]| u32::from(v), |v| v),
+        let (made, _) = match self.component {
+            Component::U8 => self.decode::<1, N, _, _>(|[v]| u32::from(v), any, |v| v),
             Component::U16 => {
-                self.decode::<2, N, _, _>(|v| u32::from(u16::from_le_bytes(v)), |v| v)
+                self.decode::<2, N, _, _>(|v| u32::from(u16::from_le_bytes(v)), any, |v| v)
             }
-            _ => self.decode::<4, N, _, _>(u32::from_le_bytes, |v| v),
-        })
+            _ => self.decode::<4, N, _, _>(u32::from_le_bytes, any, |v| v),
+        };
+        Ok(made)
     }
 
     /// Single integers in order, `N` at a time, and how many are left over.

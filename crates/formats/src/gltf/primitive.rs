@@ -12,6 +12,7 @@ use super::tangent;
 use super::{Document, material};
 use crate::error::FormatError;
 use crate::folder::Folder;
+use crate::parallel;
 
 /// A primitive of triangles.
 pub(super) struct Part {
@@ -73,10 +74,7 @@ impl Document<'_> {
             ledger.note(place, message);
         }
         // Many primitives may share one long accessor: each gets the part that it uses.
-        let (first, last) = triangles
-            .as_flattened()
-            .iter()
-            .fold((u32::MAX, 0), |(low, high), &i| (low.min(i), high.max(i)));
+        let (first, last) = parallel::extremes(triangles.as_flattened());
         if first > 0 {
             for corner in triangles.as_flattened_mut() {
                 *corner -= first;
@@ -147,8 +145,9 @@ impl Document<'_> {
     ) -> Result<Vec<DVec3>, FormatError> {
         let place = elements.place.clone();
         ledger.take(self.path, &place, elements.count as u64, 12)?;
-        let position = |position| Vec3::from_array(position).as_dvec3();
-        elements.made_of_floats(self, ledger, position)
+        let positions = elements.made_of_floats(self, ledger, |v: [f32; 3]| v.map(f64::from))?;
+        // Takes no time: the same numbers at the same places.
+        Ok(positions.into_iter().map(DVec3::from_array).collect())
     }
 
     fn colors(

@@ -1,8 +1,7 @@
-//! PNG, JPEG, WebP and Radiance HDR.
+//! PNG, JPEG and WebP, and what all decoders of `image` share.
 
-use std::io::{Cursor, Read};
+use std::io::Cursor;
 
-use ::image::codecs::hdr::HdrDecoder;
 use ::image::codecs::jpeg::JpegDecoder;
 use ::image::codecs::png::PngDecoder;
 use ::image::codecs::webp::WebPDecoder;
@@ -49,27 +48,11 @@ pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     pixels(file, decoder)
 }
 
-pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
-    // The other signature means the same.
-    let rest = file.bytes.strip_prefix(b"#?RGBE");
-    let rest = rest.or_else(|| file.bytes.strip_prefix(b"#?RADIANCE"));
-    let bytes = b"#?RADIANCE".chain(rest.unwrap_or_default());
-    let decoder = HdrDecoder::new(bytes).map_err(|e| refused(file, e))?;
-    let metadata = decoder.metadata();
-    for (key, value) in &metadata.custom_attributes {
-        if key == "FORMAT" && value != "32-bit_rle_rgbe" {
-            let message = format!("an HDR image in {value}, expected 32-bit_rle_rgbe");
-            return Err(file.unsupported(message));
-        }
-    }
-    if let Some(exposure) = metadata.exposure.filter(|&e| e != 1.0) {
-        file.notice(format_args!("its EXPOSURE of {exposure} is not applied"));
-    }
-    pixels(file, decoder)
-}
-
 /// The decoded image, if the budget has room for it.
-fn pixels(file: &mut Decoder<'_>, mut decoder: impl ImageDecoder) -> Result<Image, FormatError> {
+pub(super) fn pixels(
+    file: &mut Decoder<'_>,
+    mut decoder: impl ImageDecoder,
+) -> Result<Image, FormatError> {
     let (columns, rows) = decoder.dimensions();
     let size = [columns, rows];
     let color = decoder.color_type();
@@ -104,7 +87,7 @@ fn grouped<T: Copy>(channels: Vec<T>) -> Vec<[T; 4]> {
     channels.as_chunks::<4>().0.to_vec()
 }
 
-fn refused(file: &Decoder<'_>, error: ImageError) -> FormatError {
+pub(super) fn refused(file: &Decoder<'_>, error: ImageError) -> FormatError {
     match error {
         ImageError::Unsupported(e) => file.unsupported(e.to_string()),
         ImageError::IoError(e) => file.fault(format!("ends early: {e}")),

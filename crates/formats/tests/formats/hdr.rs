@@ -41,3 +41,79 @@ fn what_the_format_cannot_say_is_refused() {
         assert_eq!(error([1, 1], &[1.0, value, 1.0]), expected);
     }
 }
+
+/// A file of these scanlines, each of plain texels (no runs), with a resolution string.
+fn scanlines(resolution: &str, lines: &[Vec<[u8; 4]>]) -> Vec<u8> {
+    let header = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{resolution}\n");
+    let texels = lines.iter().flatten().flatten();
+    header.bytes().chain(texels.copied()).collect()
+}
+
+#[test]
+fn all_eight_orientations_are_the_same_picture() {
+    // A texel says where it is: red its column, green its row, both plus 3; an exponent of 136 is a factor of 1.
+    let (columns, rows) = (5_u8, 3_u8);
+    let texel = |x: u8, y: u8| [x + 3, y + 3, 77, 136];
+    // In which order a file has them is written out from the specification's text, and not from the reader.
+    let rightwards: Vec<u8> = (0..columns).collect();
+    let leftwards: Vec<u8> = rightwards.iter().rev().copied().collect();
+    let downwards: Vec<u8> = (0..rows).collect();
+    let upwards: Vec<u8> = downwards.iter().rev().copied().collect();
+    let by_rows = |ys: &[u8], xs: &[u8]| -> Vec<Vec<[u8; 4]>> {
+        let line = |&y: &u8| xs.iter().map(|&x| texel(x, y)).collect();
+        ys.iter().map(line).collect()
+    };
+    let by_columns = |xs: &[u8], ys: &[u8]| -> Vec<Vec<[u8; 4]>> {
+        let line = |&x: &u8| ys.iter().map(|&y| texel(x, y)).collect();
+        xs.iter().map(line).collect()
+    };
+    let files = [
+        ("-Y 3 +X 5", by_rows(&downwards, &rightwards)),
+        ("-Y 3 -X 5", by_rows(&downwards, &leftwards)),
+        ("+Y 3 +X 5", by_rows(&upwards, &rightwards)),
+        ("+Y 3 -X 5", by_rows(&upwards, &leftwards)),
+        ("+X 5 -Y 3", by_columns(&rightwards, &downwards)),
+        ("+X 5 +Y 3", by_columns(&rightwards, &upwards)),
+        ("-X 5 -Y 3", by_columns(&leftwards, &downwards)),
+        ("-X 5 +Y 3", by_columns(&leftwards, &upwards)),
+    ];
+    for (resolution, lines) in files {
+        let file = scanlines(resolution, &lines);
+        let mut budget = Budget::default();
+        let path = Path::new("a.hdr");
+        let mut notices = Vec::new();
+        let image = decode_image(&file, path, ColorUse::Color, &mut budget, &mut notices);
+        let image = image.unwrap();
+        assert_eq!(image.size, [5, 3], "{resolution}");
+        assert!(notices.is_empty());
+        let Texels::Float(texels) = image.texels else {
+            panic!("not floats");
+        };
+        for y in 0..rows {
+            for x in 0..columns {
+                let expected = [f32::from(x + 3), f32::from(y + 3), 77.0, 1.0];
+                let found = texels[usize::from(y) * 5 + usize::from(x)];
+                assert_eq!(found, expected, "{resolution} at {x}, {y}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_resolution_string_that_is_none_is_refused() {
+    for resolution in [
+        "+Y 3 +Y 5",
+        "-X 5 +X 3",
+        "3 5",
+        "-Y 3 -X",
+        "+Z 3 +X 5",
+        "+Y -3 +X 5",
+    ] {
+        let file = scanlines(resolution, &[vec![[1, 2, 3, 136]; 15]]);
+        let mut budget = Budget::default();
+        let path = Path::new("a.hdr");
+        let image = decode_image(&file, path, ColorUse::Color, &mut budget, &mut Vec::new());
+        let error = image.unwrap_err().to_string();
+        assert!(error.starts_with("a.hdr: "), "{resolution}: {error}");
+    }
+}

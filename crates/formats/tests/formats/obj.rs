@@ -263,6 +263,27 @@ fn model_notices(extra: &str) -> String {
 }
 
 #[test]
+fn faces_of_one_or_two_corners_are_skipped() {
+    // Counted backwards, so that those of a skipped face must not move the others.
+    let thin = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\n";
+    let read = model(
+        "a.obj",
+        format!("{thin}f -4\nf -4 -3 -2\nf -2/-1 -1/-1\nf\nf 2 4 -2\n"),
+    );
+    assert_eq!(read.parts[0].mesh.triangles, [[0, 1, 2], [1, 3, 2]]);
+    assert_eq!(read.parts[0].mesh.uvs, None);
+    assert_eq!(
+        read.notices[0].rsplit('/').next().unwrap(),
+        "a.obj: faces of fewer than 3 corners are skipped: 3, the first in line 6"
+    );
+    // A face in each of many stretches of the file, which are read apart.
+    let row = "f 1 2 3\nf 1 2\n# 0123456789 0123456789 0123456789 0123456789\n";
+    let long = model("a.obj", format!("{thin}{}", row.repeat(40_000)));
+    assert_eq!(long.parts[0].mesh.triangles.len(), 40_000);
+    assert!(long.notices[0].ends_with("skipped: 40000, the first in line 7"));
+}
+
+#[test]
 fn bad_files_are_told_with_line_and_index() {
     let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     for (text, expected) in [
@@ -291,7 +312,15 @@ fn bad_files_are_told_with_line_and_index() {
             "f 1//2 2//1 3//1\nvn 0 0 1\n",
             "a.obj:4: f: normal 2, but the file has 1 normals",
         ),
-        ("f 1 2\n", "a.obj:4: f: a face needs at least 3 corners"),
+        (
+            "f 1 2\n",
+            "a.obj: no faces (f), only 3 vertices: nothing to see",
+        ),
+        (
+            "f 1 9\n",
+            "a.obj:4: f: vertex 9, but the file has 3 vertices",
+        ),
+        ("f 1 -9\n", "a.obj:4: f: vertex -9, but only 3 came before"),
         (
             "f 1 2 3/1/1/1\n",
             "a.obj:4: f: corner \"3/1/1/1\" has more than 3 indices",

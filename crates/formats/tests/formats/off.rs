@@ -79,6 +79,20 @@ fn whole_colours_are_srgb_and_fractions_linear() {
 }
 
 #[test]
+fn faces_of_one_or_two_corners_are_skipped() {
+    let file = format!("OFF\n4 4 0\n{SQUARE}2 0 1 9 9 9\n3 0 1 2 255 0 0\n1 3\n3 0 2 3 0 0 255\n");
+    let read = model("a.off", file);
+    let mesh = &read.parts[0].mesh;
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+    let colors = mesh.face_colors.as_deref().unwrap();
+    assert_eq!(colors, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
+    assert!(
+        read.notices[0]
+            .ends_with("faces of fewer than 3 corners are skipped: 2, the first in line 7")
+    );
+}
+
+#[test]
 fn bad_files_are_told_with_line() {
     for (text, expected) in [
         (
@@ -95,7 +109,15 @@ fn bad_files_are_told_with_line() {
         ),
         (
             "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0 1\n",
-            "a.off:7: face 0: expected a number of corners, at least 3",
+            "a.off: no faces, only 4 vertices: nothing to see",
+        ),
+        (
+            "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0 9\n",
+            "a.off:7: face 0: vertex \"9\", but the file has 4 vertices (from 0)",
+        ),
+        (
+            "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n-3 0 1 2\n",
+            "a.off:7: face 0: expected a number of corners",
         ),
         (
             "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n99999999999 0 1\n",

@@ -1,0 +1,118 @@
+//! Radiance HDR in: the decoder of `image`, and the orientations that it does not have.
+
+use std::io::Read;
+
+use ::image::codecs::hdr::HdrDecoder;
+use raycam_scene::{Image, Texels};
+
+use super::Decoder;
+use super::raster::{pixels, refused};
+use crate::error::FormatError;
+
+pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+    // The other signature means the same.
+    let rest = file.bytes.strip_prefix(b"#?RGBE");
+    let rest = rest.or_else(|| file.bytes.strip_prefix(b"#?RADIANCE"));
+    let rest = rest.unwrap_or_default();
+    let found = Orientation::find(rest);
+    // The decoder sees what it knows, and the texels are put in their places afterwards.
+    let (line, after) = match &found {
+        Some((orientation, line)) => (orientation.as_usual(), line.end),
+        None => (String::new(), 0),
+    };
+    let header = &rest[..found.as_ref().map_or(0, |(_, line)| line.start)];
+    let bytes = b"#?RADIANCE".chain(header).chain(line.as_bytes());
+    let decoder = HdrDecoder::new(bytes.chain(&rest[after..])).map_err(|e| refused(file, e))?;
+    let metadata = decoder.metadata();
+    for (key, value) in &metadata.custom_attributes {
+        if key == "FORMAT" && value != "32-bit_rle_rgbe" {
+            let message = format!("an HDR image in {value}, expected 32-bit_rle_rgbe");
+            return Err(file.unsupported(message));
+        }
+    }
+    if let Some(exposure) = metadata.exposure.filter(|&e| e != 1.0) {
+        file.notice(format_args!("its EXPOSURE of {exposure} is not applied"));
+    }
+    let image = pixels(file, decoder)?;
+    Ok(match found {
+        Some((orientation, _)) => orientation.applied(image),
+        None => image,
+    })
+}
+
+/// How the scanlines of a file lie in its picture, where not as usual: from the top, each from the left.
+///
+/// Source: Ward, "Radiance File Formats", "Picture File Format": the resolution string names the axis and the direction
+/// in which scanlines follow each other, then those of the pixels in one; +Y is upwards, +X to the right.
+#[derive(Debug, PartialEq)]
+struct Orientation {
+    /// How many scanlines there are, and pixels in one, as written.
+    counts: [String; 2],
+    /// Whether scanlines are columns.
+    columns: bool,
+    /// Whether scanlines, and pixels in one, begin at the bottom or the right.
+    reversed: [bool; 2],
+}
+
+impl Orientation {
+    /// That of the resolution string, the line after the first empty one, and where that is; `None` where it is the
+    /// usual one or no such string.
+    fn find(bytes: &[u8]) -> Option<(Self, std::ops::Range<usize>)> {
+        let start = bytes.windows(2).position(|pair| pair == b"\n\n")? + 2;
+        let length = bytes[start..].iter().position(|&b| b == b'\n')?;
+        let line = std::str::from_utf8(&bytes[start..start + length]).ok()?;
+        let [first, scanlines, second, pixels] = line.split_whitespace().collect::<Vec<_>>()[..]
+            .try_into()
+            .ok()?;
+        let axis = |word| match word {
+            "-Y" => Some((false, false)),
+            "+Y" => Some((false, true)),
+            "+X" => Some((true, false)),
+            "-X" => Some((true, true)),
+            _ => None,
+        };
+        let ((columns, last_first), (across, backwards)) = (axis(first)?, axis(second)?);
+        let usual = !columns && !last_first && !backwards;
+        (columns != across && !usual).then(|| {
+            let found = Self {
+                counts: [scanlines, pixels].map(str::to_owned),
+                columns,
+                reversed: [last_first, backwards],
+            };
+            (found, start..start + length + 1)
+        })
+    }
+
+    /// The resolution string of a file that has the same scanlines in the usual orientation.
+    fn as_usual(&self) -> String {
+        let [scanlines, pixels] = &self.counts;
+        format!("-Y {scanlines} +X {pixels}\n")
+    }
+
+    /// The picture, of which `image` has the scanlines as rows.
+    fn applied(&self, image: Image) -> Image {
+        let Texels::Float(from) = &image.texels else {
+            return image;
+        };
+        let [pixels, scanlines] = image.size;
+        let (columns, rows) = match self.columns {
+            true => (scanlines, pixels),
+            false => (pixels, scanlines),
+        };
+        let turned = |at: u32, count: u32, reversed| if reversed { count - 1 - at } else { at };
+        let mut texels = Vec::with_capacity(from.len());
+        for y in 0..rows {
+            for x in 0..columns {
+                let [line, place] = if self.columns { [x, y] } else { [y, x] };
+                let line = turned(line, scanlines, self.reversed[0]) as usize;
+                let place = turned(place, pixels, self.reversed[1]) as usize;
+                texels.push(from[line * pixels as usize + place]);
+            }
+        }
+        Image {
+            size: [columns, rows],
+            texels: Texels::Float(texels),
+            ..image
+        }
+    }
+}

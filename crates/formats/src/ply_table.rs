@@ -1,0 +1,84 @@
+//! The rows of a binary PLY table without lists: as they all have one length, several cores read them at a time.
+
+use crate::parallel;
+use crate::ply_header::Body;
+use crate::ply_kind::Kind;
+use crate::ply_rows::{Columns, Meaning};
+
+/// Rows that are read at a time.
+pub(crate) const ROWS: usize = 1 << 15;
+
+/// The rows of an element.
+pub(crate) struct Table<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    big_endian: bool,
+    places: Vec<(Meaning, Kind, usize)>,
+}
+
+impl<'a> Table<'a> {
+    /// The rows of the next element, of which there are `count`; `None` where they are text, have lists, or are cut off.
+    pub(crate) fn of(columns: &Columns<'_>, count: usize, body: &Body<'a>) -> Option<Self> {
+        let stride = columns.stride()?;
+        let (bytes, big_endian) = body.ahead(count.checked_mul(stride)?)?;
+        Some(Self {
+            bytes,
+            stride,
+            big_endian,
+            places: columns.places(),
+        })
+    }
+
+    /// How many bytes they are.
+    pub(crate) fn length(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// What `make` makes of these columns of each row; `None` where one is missing, or nothing can be made of some row.
+    pub(crate) fn read<const N: usize, T, const M: usize>(
+        &self,
+        columns: [Meaning; N],
+        make: impl Fn([f64; N]) -> Option<[T; M]> + Sync,
+    ) -> Option<Vec<[T; M]>>
+    where
+        T: Copy + Default + Send,
+    {
+        // Of a meaning that comes twice, the last one counts.
+        let place = |meaning| self.places.iter().rev().find(|(m, ..)| *m == meaning);
+        let mut places = [(Kind::F64, 0); N];
+        for (to, meaning) in places.iter_mut().zip(columns) {
+            let &(_, kind, at) = place(meaning)?;
+            *to = (kind, at);
+        }
+        let little = |kind| !self.big_endian && places.iter().all(|&(k, _)| k == kind);
+        if little(Kind::F32) {
+            return self.rows(|row| {
+                make(places.map(|(_, at)| {
+                    row.get(at..)
+                        .and_then(<[u8]>::first_chunk)
+                        .map_or(0.0, |&four| f32::from_le_bytes(four).into())
+                }))
+            });
+        }
+        self.rows(|row| make(places.map(|(kind, at)| kind.number(&row[at..], self.big_endian))))
+    }
+
+    fn rows<T: Copy + Default + Send, const M: usize>(
+        &self,
+        make: impl Fn(&[u8]) -> Option<[T; M]> + Sync,
+    ) -> Option<Vec<[T; M]>> {
+        let mut made = vec![[T::default(); M]; self.bytes.len() / self.stride];
+        let block = |first: usize, block: &mut [[T; M]]| {
+            let rows = self.bytes[first * self.stride..].chunks_exact(self.stride);
+            for (to, row) in block.iter_mut().zip(rows) {
+                let Some(made) = make(row) else {
+                    return Err(());
+                };
+                *to = made;
+            }
+            Ok::<(), ()>(())
+        };
+        parallel::make(&mut made, ROWS, block).ok()?;
+        Some(made)
+    }
+}
