@@ -11,6 +11,28 @@ fn message(change: impl FnOnce(&mut Mesh)) -> String {
 }
 
 #[test]
+fn the_first_of_many_faults_is_said_in_either_half() {
+    let count = 400_000;
+    let mut mesh = Mesh {
+        vertices: vec![DVec3::ONE; count],
+        triangles: vec![[0, 1, 2]; count],
+        ..Mesh::default()
+    };
+    mesh.validate().unwrap();
+    for place in [count - 1, count / 2, count / 2 - 1, 77] {
+        mesh.vertices[place].z = f64::NAN;
+        let error = mesh.validate().unwrap_err().to_string();
+        assert!(error.contains(&format!("vertex {place} is ")), "{error}");
+    }
+    mesh.vertices.fill(DVec3::ONE);
+    for place in [count - 1, count / 2, 5] {
+        mesh.triangles[place][1] = count as u32;
+        let error = mesh.validate().unwrap_err().to_string();
+        assert!(error.contains(&format!("triangle {place} has ")), "{error}");
+    }
+}
+
+#[test]
 fn what_is_wrong_with_a_mesh_is_said() {
     assert!(message(|m| m.triangles.clear()).contains("without triangles"));
     assert!(message(|m| *m = Mesh::default()).contains("a mesh of 0 vertices without triangles"));

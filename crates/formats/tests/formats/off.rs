@@ -169,7 +169,7 @@ fn bad_files_are_told_with_line() {
         ),
         (
             "invalid.off",
-            "invalid.off:6: face 0: expected a number of corners, at least 3",
+            "invalid.off:7: face 1 ends after 0 of 2 corners",
         ),
     ] {
         let path = data(name);
