@@ -1,142 +1,162 @@
-"""How long it takes to the same error beside Mitsuba 3: the six scenes of `bench_path.py`.
+"""How long it takes to the same error beside Mitsuba 3 and Cycles, on the scenes of `path_scenes.py`.
 
 The error is the mean of (x - r)^2 / (r^2 + 0.01) over pixels and channels (relMSE), where r is a reference of 16384
-samples per pixel by the same renderer: neither is charged for how the other one reads the scene. Every renderer takes
-a ladder of samples per pixel; the time to the error that Mitsuba's best setting has at 64 samples is read off the
-ladder, by power laws between its rungs. Mitsuba is another Python's (`--mitsuba PYTHON`), in every variant given, with
-the samplers `independent` and `multijitter`.
+samples per pixel by the same renderer: none is charged for how another one reads the scene. Every renderer takes a
+ladder of samples per pixel; the time to the error that the others' best setting has at 256 samples is read off the
+ladder, by power laws between its rungs. Each of the others is tried in several settings, of which the fastest counts.
+Mitsuba and Cycles are other Pythons' (`--mitsuba PYTHON`, `--cycles PYTHON`); Cycles is charged for its samples alone.
+
+With `--keep FOLDER`, references and ladders are kept there and measured only where they are missing, so that a long run
+can be made in parts.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
-import subprocess
+import contextlib
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import bench_path
 import numpy as np
-import numpy.typing as npt
+import path_raycam
+import path_worker
+import report
+from path_scenes import DEPTH, Array, Scene, scenes
 
 SIZE = (64, 48)
 REFERENCE = 16384
-LADDER = (4, 16, 64, 256)
-TARGET = 64
-SAMPLERS = ("independent", "multijitter")
-Array = npt.NDArray[Any]
+LADDER = (16, 64, 256, 1024)
+TARGET = 256
+MITSUBA = [
+    {"variant": variant, "sampler": sampler}
+    for variant in ("scalar_rgb", "llvm_ad_rgb")
+    for sampler in ("independent", "multijitter")
+]
+CYCLES: list[dict[str, Any]] = [{}, {"use_light_tree": False}, {"use_guiding": True}]
 
 
-def reference(picture: Any, path: Path) -> Array:
-    """The mean of many samples, whose seeds no rung of the ladder has; kept in a file."""
-    if not path.exists():
-        parts = 16
-        total = sum(
-            np.asarray(picture(REFERENCE // parts, 1000 + part)[0], np.float64) for part in range(parts)
-        )
-        np.save(path, total / parts)
-    found: Array = np.load(path)
-    return found
+@contextlib.contextmanager
+def renderer(name: str, python: str, scene: Scene, settings: dict[str, Any]) -> Iterator[Any]:
+    """Its function of samples and seed to (picture, seconds)."""
+    if name == "raycam":
+        yield path_raycam.picture(scene, SIZE)
+    else:
+        with path_worker.picture(name, python, scene, SIZE, **settings) as picture:
+            yield picture
 
 
-def ladder(picture: Any, truth: Array, pictures: int) -> list[tuple[float, float]]:
-    """(seconds, error) of every rung: the best time and the mean error of some pictures."""
-    picture(4, 0)
-    rungs = []
+def reference(picture: Any) -> Array:
+    """The mean of many samples, whose seeds no rung of the ladder has."""
+    parts = 16
+    total = sum(
+        np.asarray(picture(REFERENCE // parts, 1_000_003 * (1 + part))[0], np.float64)
+        for part in range(parts)
+    )
+    return np.asarray(total / parts)
+
+
+def climb(picture: Any, pictures: int) -> tuple[Array, Array]:
+    """Some pictures of every rung, and the best time of each."""
+    images, times = [], []
     for samples in LADDER:
-        errors, times = [], []
-        for seed in range(pictures):
-            image, took = picture(samples, 1 + seed)
-            errors.append(np.mean((image - truth) ** 2 / (truth**2 + 0.01)))
-            times.append(took)
-        rungs.append((min(times), float(np.mean(errors))))
-    return rungs
+        # Some renderers compile something for each number of samples.
+        picture(samples, 0)
+        found = [picture(samples, 1 + seed) for seed in range(pictures)]
+        images.append([image for image, _ in found])
+        times.append(min(took for _, took in found))
+    return np.array(images, np.float64), np.array(times)
 
 
-def time_to(error: float, rungs: list[tuple[float, float]]) -> float:
+def rungs(path: Path, truth: Array) -> list[tuple[float, float]]:
+    """(seconds, mean error) of every rung of a ladder that is kept in a file."""
+    kept = np.load(path)
+    errors = ((kept["images"] - truth) ** 2 / (truth**2 + 0.01)).mean(axis=(1, 2, 3, 4))
+    return [(float(took), float(error)) for took, error in zip(kept["times"], errors, strict=True)]
+
+
+def time_to(error: float, ladder: list[tuple[float, float]]) -> float:
     """Between the rungs around it, or beyond the nearest two."""
-    times, errors = np.log(np.array(rungs)).T
-    at = int(np.clip(np.searchsorted(-errors, -np.log(error)), 1, len(rungs) - 1))
+    times, errors = np.log(np.array(ladder)).T
+    at = int(np.clip(np.searchsorted(-errors, -np.log(error)), 1, len(ladder) - 1))
     slope = (times[at] - times[at - 1]) / (errors[at] - errors[at - 1])
     return float(np.exp(times[at] + slope * (np.log(error) - errors[at])))
 
 
-def work(task: dict[str, Any], pictures: int) -> dict[str, list[tuple[float, float]]]:
-    """Mitsuba's ladders for one scene in one variant."""
-    path = Path(task["reference"])
-    truth = reference(bench_path.theirs(task["scene"], task["variant"], SIZE), path)
-    if task["only_reference"]:
-        return {}
-    return {
-        sampler: ladder(bench_path.theirs(task["scene"], task["variant"], SIZE, sampler), truth, pictures)
-        for sampler in SAMPLERS
-    }
+def label(name: str, settings: dict[str, Any]) -> str:
+    return " ".join(
+        [name, *(value if isinstance(value, str) else f"{key}={value}" for key, value in settings.items())]
+    )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--mitsuba", metavar="PYTHON", help="a Python that has Mitsuba")
-    parser.add_argument("--variants", nargs="+", default=["scalar_rgb", "llvm_ad_rgb"])
+    parser.add_argument("--cycles", metavar="PYTHON", help="a Python that has bpy")
     parser.add_argument("--pictures", type=int, default=2, help="per rung")
     parser.add_argument("--scenes", nargs="+", metavar="NAME")
-    parser.add_argument("--references", metavar="FOLDER", help="where references are kept from run to run")
-    parser.add_argument("--only-references", action="store_true", help="measure nothing")
-    parser.add_argument("--worker", metavar="FILE", help=argparse.SUPPRESS)
+    parser.add_argument("--renderers", nargs="+", metavar="NAME", help="measure these alone")
+    parser.add_argument(
+        "--keep", metavar="FOLDER", help="where references and ladders are kept from run to run"
+    )
+    parser.add_argument("--only", choices=["references", "ladders"], help="make and keep these alone")
     options = parser.parse_args()
-    if options.worker:
-        task = json.loads(Path(options.worker).read_text())
-        Path(task["out"]).write_text(json.dumps(work(task, options.pictures)))
-        return
-    import report
-
+    plan: list[tuple[str, str, dict[str, Any]]] = [("raycam", "", {})]
+    plan += [("mitsuba", options.mitsuba, settings) for settings in MITSUBA if options.mitsuba]
+    plan += [("cycles", options.cycles, settings) for settings in CYCLES if options.cycles]
     rows, ratios = [], []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        kept = Path(options.references or name)
+        kept = Path(options.keep or name)
         kept.mkdir(parents=True, exist_ok=True)
-        for scene, parts in bench_path.scenes(folder).items():
+        for scene, parts in scenes(folder).items():
             if options.scenes and scene not in options.scenes:
                 continue
-            settings: dict[str, list[tuple[float, float]]] = {}
-            for variant in options.variants if options.mitsuba else []:
-                task, out = folder / "task.json", folder / "out.json"
-                content = {"scene": parts, "variant": variant, "out": str(out)}
-                content |= {"reference": str(kept / f"{scene}-mitsuba.npy")}
-                task.write_text(json.dumps(content | {"only_reference": options.only_references}))
-                command = [options.mitsuba, __file__, "--worker", str(task)]
-                subprocess.run([*command, "--pictures", str(options.pictures)], check=True)
-                for sampler, rungs in json.loads(out.read_text()).items():
-                    settings[f"{variant}, {sampler}"] = rungs
-            picture = bench_path.ours(parts, SIZE)
-            truth = reference(picture, kept / f"{scene}-raycam.npy")
-            if options.only_references:
+            found: dict[str, list[tuple[float, float]]] = {}
+            for kind, python, settings in plan:
+                if options.renderers and kind not in options.renderers:
+                    continue
+                truth, ladder = kept / f"{scene}-{kind}.npy", kept / f"{scene}-{label(kind, settings)}.npz"
+                if options.only != "ladders" and not truth.exists():
+                    with renderer(kind, python, parts, settings) as picture:
+                        np.save(truth, reference(picture))
+                if options.only != "references" and not ladder.exists():
+                    with renderer(kind, python, parts, settings) as picture:
+                        images, times = climb(picture, options.pictures)
+                        np.savez(ladder, images=images, times=times)
+                if not options.only:
+                    found[label(kind, settings)] = rungs(ladder, np.load(truth))
+            mine = found.pop("raycam", None)
+            if mine is None:
                 continue
-            rungs = ladder(picture, truth, options.pictures)
-            row = [scene, *(f"{error:.2e}" for _, error in rungs)]
-            if settings:
-                target = min(found[LADDER.index(TARGET)][1] for found in settings.values())
-                times = {key: time_to(target, found) for key, found in settings.items()}
+            row = [scene, *(f"{error:.2e}" for _, error in mine)]
+            if found:
+                error = min(rung[LADDER.index(TARGET)][1] for rung in found.values())
+                times = {key: time_to(error, rung) for key, rung in found.items()}
                 best = min(times, key=lambda key: times[key])
-                mine = time_to(target, rungs)
-                ratios.append(times[best] / mine)
-                row += [f"{target:.2e}", f"{1e3 * mine:.0f}", f"{1e3 * times[best]:.0f}", best]
-                row += [f"{ratios[-1]:.2f}"]
+                took = time_to(error, mine)
+                ratios.append(times[best] / took)
+                row += [f"{error:.2e}", f"{1e3 * took:.0f}"]
+                for kind in ("mitsuba", "cycles"):
+                    own = [times[key] for key in times if key.startswith(kind)]
+                    row.append(f"{1e3 * min(own):.0f}" if own else "")
+                row += [best, f"{ratios[-1]:.2f}"]
             rows.append(row)
             print(*row, file=sys.stderr)
-    if options.only_references:
+    if not rows:
         return
     head = ["scene", *(f"raycam's error at {samples}" for samples in LADDER)]
     notes = [
-        f"{SIZE[0]} x {SIZE[1]}, paths of at most {bench_path.DEPTH} segments, box filter; relMSE against {REFERENCE} "
-        f"samples of the same renderer; best time and mean error of {options.pictures} pictures."
+        f"{SIZE[0]} x {SIZE[1]}, paths of at most {DEPTH} segments, box filter; relMSE against {REFERENCE} samples "
+        f"of the same renderer; best time and mean error of {options.pictures} pictures."
     ]
     if ratios:
-        head += ["error to reach", "raycam ms", "Mitsuba ms", "Mitsuba's best", "times faster"]
+        head += ["error to reach", "raycam ms", "Mitsuba ms", "Cycles ms", "best of them", "times faster"]
         mean = float(np.exp(np.mean(np.log(ratios))))
         notes.append(f"Geometric mean of the times faster: {mean:.2f}.")
-    report.write("time_to_error", "Time to equal error beside Mitsuba 3", notes, head, rows)
+    report.write("time_to_error", "Time to equal error beside Mitsuba 3 and Cycles", notes, head, rows)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,50 @@
+"""`path_scenes.py` in raycam."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+from path_scenes import DEPTH, Array, Scene, behind
+
+
+def picture(scene: Scene, size: tuple[int, int]) -> Any:
+    """A function of samples and seed to (picture, seconds)."""
+    import raycam
+
+    world = raycam.World()
+    for path, material in scene["objects"]:
+        data = np.load(path)
+        style: dict[str, Any] = {"color": material.get("matte", [1, 1, 1])}
+        if "gold" in material:
+            style = {"type": "metal", "metal": "gold"}
+        if "glass" in material:
+            style = {"type": "glass", "ior": material["glass"]}
+        if "pane" in material:
+            style = {"type": "glass", "ior": material["pane"], "thin": True}
+        world.add_mesh(data["vertices"], data["faces"], material=style)
+    for light in scene["lights"]:
+        if "area" in light:
+            center, u, v = light["area"]
+            world.add_light(
+                {"type": "area", "position": center, "u": u, "v": v, "radiance": light["radiance"]}
+            )
+            world.add_mesh(*behind(center, u, v), material={"color": [0, 0, 0]})
+        elif "bulb" in light:
+            world.add_light({"type": "bulb", "position": light["bulb"], "intensity": light["intensity"]})
+        elif "sun" in light:
+            world.add_light({"type": "sun", "direction": light["sun"], "irradiance": light["irradiance"]})
+        else:
+            world.add_light({"type": "sky", "radiance": light["sky"]})
+    view = scene["camera"]
+    camera = raycam.Camera.look_at(view["eye"], view["target"], [0, 0, 1], size=size, fov=view["fov"])
+
+    def render(samples: int, seed: int) -> tuple[Array, float]:
+        start = time.perf_counter()
+        frame = raycam.render(
+            world, camera, integrator="path", samples=samples, max_depth=DEPTH, seed=seed, channels="color"
+        )
+        return frame["color"], time.perf_counter() - start
+
+    return render

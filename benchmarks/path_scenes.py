@@ -1,0 +1,88 @@
+"""The seven scenes on which path tracers are compared, as data that each renderer's `path_RENDERER.py` reads.
+
+A scene is {camera, lights, objects}; an object is (file of triangles, material). It is plain data, so that another
+Python can be given it: `path_worker.py`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+SIZE = (640, 480)
+DEPTH = 6
+"""Segments of a path: 2 are direct light."""
+
+# Complex index of refraction of gold, at the wavelengths of red, green and blue.
+GOLD = ([0.091, 0.496, 1.468], [15.068, 2.262, 1.774])
+
+Array = npt.NDArray[Any]
+Scene = dict[str, Any]
+
+
+def sheet(center: list[float], u: list[float], v: list[float]) -> tuple[Array, Array]:
+    """A parallelogram that faces u x v."""
+    c, u, v = np.array(center), np.array(u) / 2, np.array(v) / 2
+    return np.array([c - u - v, c + u - v, c + u + v, c - u + v]), np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def behind(center: list[float], u: list[float], v: list[float]) -> tuple[Array, Array]:
+    """The sheet that blocks light behind an area light, where lights themselves do not."""
+    normal = np.cross(u, v) / np.linalg.norm(np.cross(u, v))
+    return sheet((np.array(center) - 1e-3 * normal).tolist(), u, v)
+
+
+def ball(center: list[float], radius: float, level: int = 5) -> tuple[Array, Array]:
+    from bench_flat_picture import rock
+
+    vertices, faces = rock(level, 0)
+    vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
+    return vertices * radius + center, faces
+
+
+def scenes(folder: Path) -> dict[str, Scene]:
+    """By name; the triangles are kept in the folder."""
+    from bench_flat_picture import rock
+
+    made: dict[str, Scene] = {}
+
+    def mesh(name: str, shape: tuple[Array, Array]) -> str:
+        path = folder / f"{name}.npz"
+        np.savez(path, vertices=shape[0].astype(np.float32), faces=shape[1].astype(np.uint32))
+        return str(path)
+
+    floor = mesh("floor", sheet([0, 0, -1.1], [40, 0, 0], [0, 40, 0]))
+    grey, white = {"matte": [0.5] * 3}, {"matte": [0.8] * 3}
+    lamp = {"area": [[0, 0, 4], [2, 0, 0], [0, -2, 0]], "radiance": [12.0, 11.0, 9.0]}
+    sky = {"sky": [0.4, 0.5, 0.7]}
+    eye = {"eye": [2.9, 2.0, 1.3], "target": [0, 0, -0.1], "fov": 45}
+    big = mesh("rock", rock(8, 1))
+    small = mesh("ball", ball([0, 0, -0.1], 1.0))
+    made["rock"] = {"camera": eye, "lights": [lamp, sky], "objects": [(big, white), (floor, grey)]}
+    made["open"] = {"camera": eye, "lights": [sky], "objects": [(small, white), (floor, grey)]}
+    bulb = {"bulb": [2.0, -1.0, 3.0], "intensity": [30.0, 25.0, 20.0]}
+    made["bulb"] = {"camera": eye, "lights": [bulb, sky], "objects": [(small, white), (floor, grey)]}
+    gold, glass = {"gold": True}, {"glass": 1.5}
+    made["gold"] = {"camera": eye, "lights": [lamp, sky], "objects": [(small, gold), (floor, grey)]}
+    made["glass"] = {"camera": eye, "lights": [sky], "objects": [(small, glass), (floor, grey)]}
+    pane = mesh("pane", sheet([1.2, 0.9, 0.2], [-0.8, 1.0, 0], [0, 0, 1.2]))
+    sun = {"sun": [-1.0, 0.5, -2.0], "irradiance": [3.0, 2.8, 2.5]}
+    objects = [(small, white), (pane, {"pane": 1.5}), (floor, grey)]
+    made["pane"] = {"camera": eye, "lights": [sun, sky], "objects": objects}
+    walls = {
+        "down": ([0, 0, -1], [2, 0, 0], [0, 2, 0], white),
+        "up": ([0, 0, 1], [2, 0, 0], [0, -2, 0], white),
+        "back": ([0, 1, 0], [2, 0, 0], [0, 0, 2], white),
+        "left": ([-1, 0, 0], [0, 2, 0], [0, 0, 2], {"matte": [0.63, 0.065, 0.05]}),
+        "right": ([1, 0, 0], [0, -2, 0], [0, 0, 2], {"matte": [0.14, 0.45, 0.091]}),
+    }
+    made["box"] = {
+        "camera": {"eye": [0, -3.9, 0], "target": [0, 0, 0], "fov": 38},
+        "lights": [{"area": [[0, 0, 0.98], [0.5, 0, 0], [0, -0.5, 0]], "radiance": [18.0, 14.0, 8.0]}],
+        "objects": [(mesh(name, sheet(c, u, v)), m) for name, (c, u, v, m) in walls.items()]
+        + [(mesh("low", ball([0.3, -0.2, -0.6], 0.4, 4)), white)],
+    }
+    return made
