@@ -4,6 +4,7 @@ mod develop;
 mod moving;
 mod sampling;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
@@ -71,12 +72,18 @@ pub(crate) struct Buffers {
     sky: Vec<bool>,
     /// The pixels that get more samples.
     active: Vec<usize>,
+    /// What the rays at hand are: pixel, and number of the sample.
+    batch: Vec<(usize, u32)>,
     /// Of worlds that move, the world that the exact ray of each pixel sees.
     seen: Vec<Arc<PreparedWorld>>,
     lines: Lines,
     pub estimate: Estimate,
 }
 
+/// Rays of a batch, about: what belongs to them stays in a core's own cache.
+const BATCH: usize = 2048;
+/// Samples of a pixel in a batch, at most. Rays of few pixels run alike for longer than rays of many.
+const TOGETHER: u32 = 64;
 /// Samples after which a pixel may stop, and then each power of two: enough to trust the estimated error.
 const FIRST_BARRIER: u32 = 64;
 
@@ -143,20 +150,24 @@ impl<'a> Picture<'a> {
             return Ok(());
         }
         let samples = self.settings.samples;
-        for sample in 0..samples {
-            self.add_sample(buffers, sample, control)?;
+        let (mut taken, mut barrier) = (0, FIRST_BARRIER);
+        while taken < samples {
+            let until = match self.settings.noise {
+                Some(_) => barrier.min(samples),
+                None => samples,
+            };
+            self.add_samples(buffers, taken..until, control)?;
+            taken = until;
+            barrier = barrier.saturating_mul(2);
             if let Some(noise) = self.settings.noise {
-                let taken = sample + 1;
-                if taken >= FIRST_BARRIER && taken.is_power_of_two() {
-                    let Buffers {
-                        active, estimate, ..
-                    } = &mut *buffers;
-                    // Every pixel by itself, so that it does not depend on the tile.
-                    active.retain(|&pixel| estimate.error(pixel) > noise);
-                    if active.is_empty() {
-                        control.advance_by((samples - taken) as usize);
-                        break;
-                    }
+                let Buffers {
+                    active, estimate, ..
+                } = &mut *buffers;
+                // Every pixel by itself, so that it does not depend on the tile.
+                active.retain(|&pixel| estimate.error(pixel) > noise);
+                if active.is_empty() {
+                    control.advance_by((samples - taken) as usize);
+                    break;
                 }
             }
         }
@@ -211,7 +222,7 @@ impl<'a> Picture<'a> {
         if self.shaded && self.exact && !self.sampled {
             self.by_lines(buffers, |world, buffers| {
                 self.take_exact(world, buffers);
-                self.shade(world, buffers, 0, control)
+                self.shade(world, buffers, control)
             })?;
         }
         if self.exact && self.settings.time.is_none() {
@@ -236,23 +247,36 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// Another sample of every active pixel.
-    pub fn add_sample(
+    /// More samples of every active pixel.
+    pub fn add_samples(
         &self,
         buffers: &mut Buffers,
-        sample: u32,
+        samples: Range<u32>,
         control: &Control,
     ) -> Result<(), RenderError> {
-        control.check()?;
-        match self.moments {
-            None => {
-                self.trace_sample(self.world, buffers, sample);
-                self.shade(self.world, buffers, sample, control)?;
+        let mut first = samples.start;
+        while first < samples.end {
+            let next = samples.end.min(first + TOGETHER);
+            let pixels = BATCH / (next - first) as usize;
+            let all = std::mem::take(&mut buffers.active);
+            for some in all.chunks(pixels) {
+                control.check()?;
+                buffers.batch.clear();
+                let of_pixel = |&pixel| (first..next).map(move |sample| (pixel, sample));
+                buffers.batch.extend(some.iter().flat_map(of_pixel));
+                match self.moments {
+                    None => {
+                        self.trace_batch(self.world, buffers);
+                        self.shade(self.world, buffers, control)?;
+                    }
+                    Some(moments) => self.shade_moving(moments, buffers, control)?,
+                }
             }
-            Some(moments) => self.add_sample_of(moments, buffers, sample, control)?,
-        }
-        if self.settings.time.is_none() {
-            control.advance();
+            buffers.active = all;
+            if self.settings.time.is_none() {
+                control.advance_by((next - first) as usize);
+            }
+            first = next;
         }
         Ok(())
     }
@@ -267,6 +291,7 @@ impl<'a> Picture<'a> {
             directions,
             samplers,
             active,
+            batch,
             ..
         } = buffers;
         let rays = || active.iter().map(|&i| &exact.rays[i]);
@@ -278,10 +303,12 @@ impl<'a> Picture<'a> {
         directions.extend(rays().map(|ray| DVec3::from(ray.direction).as_vec3()));
         samplers.clear();
         samplers.extend(active.iter().map(|&i| self.sampler(pixels[i], 0)));
+        batch.clear();
+        batch.extend(active.iter().map(|&i| (i, 0)));
     }
 
-    /// One ray per active pixel, in float32.
-    fn trace_sample(&self, world: &PreparedWorld, buffers: &mut Buffers, sample: u32) {
+    /// The rays of a batch, in float32.
+    fn trace_batch(&self, world: &PreparedWorld, buffers: &mut Buffers) {
         let Buffers {
             pixels,
             rays,
@@ -289,14 +316,14 @@ impl<'a> Picture<'a> {
             origins,
             directions,
             samplers,
-            active,
+            batch,
             ..
         } = buffers;
         rays.clear();
         origins.clear();
         directions.clear();
         samplers.clear();
-        for &mut i in active {
+        for &mut (i, sample) in batch {
             let sampler = self.sampler(pixels[i], sample);
             let (lens, part) = self.scatter(&sampler);
             let ray = self
@@ -313,12 +340,11 @@ impl<'a> Picture<'a> {
         world.scene.closest(rays, hits, Coherence::Coherent);
     }
 
-    /// Adds the radiance of the hits at hand, of a certain sample, to the active pixels' sums.
+    /// Adds the radiance of the hits at hand to their pixels' sums.
     fn shade(
         &self,
         world: &PreparedWorld,
         buffers: &mut Buffers,
-        sample: u32,
         control: &Control,
     ) -> Result<(), RenderError> {
         let Buffers {
@@ -330,11 +356,11 @@ impl<'a> Picture<'a> {
             pixels,
             radiance,
             sky,
-            active,
+            batch: of,
             estimate,
             ..
         } = buffers;
-        for (&mut pixel, hit) in active.iter_mut().zip(&*hits) {
+        for (&mut (pixel, _), hit) in of.iter_mut().zip(&*hits) {
             let exact = exact.hits.get(pixel);
             estimate.count(
                 pixel,
@@ -356,11 +382,11 @@ impl<'a> Picture<'a> {
             samplers,
         };
         integrator::radiance(world, self.settings, &batch, control, radiance, sky)?;
-        for (&mut pixel, _) in active.iter_mut().zip(sky).filter(|(_, sky)| **sky) {
+        for (&mut (pixel, _), _) in of.iter_mut().zip(sky).filter(|(_, sky)| **sky) {
             estimate.see_sky(pixel);
         }
         let limit = self.settings.clamp.unwrap_or(f32::INFINITY);
-        for (&mut pixel, &mut radiance) in active.iter_mut().zip(radiance) {
+        for (&mut (pixel, sample), &mut radiance) in of.iter_mut().zip(radiance) {
             if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
                 self.tally.reject();
                 continue;

@@ -122,9 +122,7 @@ fn in_time(
                 } else {
                     picture.begin(tile, buffers, control)?;
                 }
-                for sample in taken..until {
-                    picture.add_sample(buffers, sample, control)?;
-                }
+                picture.add_samples(buffers, taken..until, control)?;
                 picture.develop(tile, buffers, film);
                 std::mem::swap(&mut buffers.estimate, state);
                 Ok(())

@@ -63,30 +63,27 @@ impl Picture<'_> {
         Ok(())
     }
 
-    /// A sample of each active pixel, of the world in the slice of time in which it sees it.
-    pub(super) fn add_sample_of(
+    /// The batch at hand, each sample of the world in the slice of time in which it sees it.
+    pub(super) fn shade_moving(
         &self,
         moments: &Moments<'_>,
         buffers: &mut Buffers,
-        sample: u32,
         control: &Control,
     ) -> Result<(), RenderError> {
-        let mut slices: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for &i in &buffers.active {
+        let mut slices: BTreeMap<usize, Vec<(usize, u32)>> = BTreeMap::new();
+        for (i, sample) in std::mem::take(&mut buffers.batch) {
             let sampler = self.sampler(buffers.pixels[i], sample);
             let pixel = self.spread(buffers.pixels[i], &sampler);
             let (_, part) = self.scatter(&sampler);
             let slice = moments.slice(self.camera, pixel, part);
-            slices.entry(slice).or_default().push(i);
+            slices.entry(slice).or_default().push((i, sample));
         }
-        let all = std::mem::take(&mut buffers.active);
-        for (slice, pixels) in slices {
-            buffers.active = pixels;
+        for (slice, some) in slices {
+            buffers.batch = some;
             let world = moments.of_slice(slice, control)?;
-            self.trace_sample(world, buffers, sample);
-            self.shade(world, buffers, sample, control)?;
+            self.trace_batch(world, buffers);
+            self.shade(world, buffers, control)?;
         }
-        buffers.active = all;
         Ok(())
     }
 }
