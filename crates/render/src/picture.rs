@@ -4,11 +4,10 @@ mod develop;
 mod moving;
 mod sampling;
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Coherence, Hit, Ray};
+use raycam_bvh::{Hit, Ray};
 use raycam_scene::Camera;
 
 use crate::channel::Channel;
@@ -68,6 +67,8 @@ pub(crate) struct Buffers {
     origins: Vec<DVec3>,
     directions: Vec<Vec3>,
     samplers: Vec<Sampler>,
+    /// The numbers that say where in the pixel.
+    offsets: Vec<[f32; 2]>,
     radiance: Vec<Vec3>,
     sky: Vec<bool>,
     /// The pixels that get more samples.
@@ -80,10 +81,6 @@ pub(crate) struct Buffers {
     pub estimate: Estimate,
 }
 
-/// Rays of a batch, about: what belongs to them stays in a core's own cache.
-const BATCH: usize = 2048;
-/// Samples of a pixel in a batch, at most. Rays of few pixels run alike for longer than rays of many.
-const TOGETHER: u32 = 64;
 /// Samples after which a pixel may stop, and then each power of two: enough to trust the estimated error.
 const FIRST_BARRIER: u32 = 64;
 
@@ -247,40 +244,6 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// More samples of every active pixel.
-    pub fn add_samples(
-        &self,
-        buffers: &mut Buffers,
-        samples: Range<u32>,
-        control: &Control,
-    ) -> Result<(), RenderError> {
-        let mut first = samples.start;
-        while first < samples.end {
-            let next = samples.end.min(first + TOGETHER);
-            let pixels = BATCH / (next - first) as usize;
-            let all = std::mem::take(&mut buffers.active);
-            for some in all.chunks(pixels) {
-                control.check()?;
-                buffers.batch.clear();
-                let of_pixel = |&pixel| (first..next).map(move |sample| (pixel, sample));
-                buffers.batch.extend(some.iter().flat_map(of_pixel));
-                match self.moments {
-                    None => {
-                        self.trace_batch(self.world, buffers);
-                        self.shade(self.world, buffers, control)?;
-                    }
-                    Some(moments) => self.shade_moving(moments, buffers, control)?,
-                }
-            }
-            buffers.active = all;
-            if self.settings.time.is_none() {
-                control.advance_by((next - first) as usize);
-            }
-            first = next;
-        }
-        Ok(())
-    }
-
     /// The exact rays of the active pixels as those of the first sample.
     fn take_exact(&self, world: &PreparedWorld, buffers: &mut Buffers) {
         let Buffers {
@@ -305,39 +268,6 @@ impl<'a> Picture<'a> {
         samplers.extend(active.iter().map(|&i| self.sampler(pixels[i], 0)));
         batch.clear();
         batch.extend(active.iter().map(|&i| (i, 0)));
-    }
-
-    /// The rays of a batch, in float32.
-    fn trace_batch(&self, world: &PreparedWorld, buffers: &mut Buffers) {
-        let Buffers {
-            pixels,
-            rays,
-            hits,
-            origins,
-            directions,
-            samplers,
-            batch,
-            ..
-        } = buffers;
-        rays.clear();
-        origins.clear();
-        directions.clear();
-        samplers.clear();
-        for &mut (i, sample) in batch {
-            let sampler = self.sampler(pixels[i], sample);
-            let (lens, part) = self.scatter(&sampler);
-            let ray = self
-                .camera
-                .sample(self.spread(pixels[i], &sampler), lens, part);
-            let (origin, direction) = (ray.origin, ray.direction);
-            rays.push(world.local_ray(origin, direction, f64::INFINITY).0);
-            origins.push(origin - world.origin);
-            directions.push(direction.as_vec3());
-            samplers.push(sampler);
-        }
-        hits.clear();
-        hits.resize(rays.len(), Hit::MISS);
-        world.scene.closest(rays, hits, Coherence::Coherent);
     }
 
     /// Adds the radiance of the hits at hand to their pixels' sums.

@@ -96,15 +96,20 @@ pub(super) fn radiance(
     let mut meetings = Meetings::default();
     while !paths.is_empty() {
         control.check()?;
-        for (path, hit) in paths.iter().zip(&hits) {
-            if is_miss(hit) {
-                if path.from_camera {
-                    sky[path.ray] = true;
-                }
+        let mut met = 0;
+        for i in 0..paths.len() {
+            let path = &paths[i];
+            if is_miss(&hits[i]) {
+                sky[path.ray] |= path.from_camera;
                 walk.miss(path, &mut radiance[path.ray]);
+            } else {
+                (paths[met], hits[met]) = (*path, hits[i]);
+                met += 1;
             }
         }
-        meetings.find(&walk, &mut paths, &mut hits);
+        paths.truncate(met);
+        hits.truncate(met);
+        meetings.find(&walk, &mut paths, &hits);
         for (index, (path, hit)) in paths.iter_mut().zip(&hits).enumerate() {
             walk.step(path, hit, meetings.at(index), &mut wave, radiance);
         }
@@ -160,13 +165,9 @@ pub(super) struct Meeting<'a> {
 }
 
 impl Meetings {
-    /// Keeps the paths that meet something. Step by step over all of them: triangles come from all over the memory, and
-    /// many are fetched at once.
-    fn find(&mut self, walk: &Walk, paths: &mut Vec<Path>, hits: &mut Vec<Hit>) {
+    /// Step by step over all of them: triangles come from all over the memory, and many are fetched at once.
+    fn find(&mut self, walk: &Walk, paths: &mut [Path], hits: &[Hit]) {
         let world = walk.world;
-        let mut next = hits.iter();
-        paths.retain(|_| next.next().is_some_and(|hit| !is_miss(hit)));
-        hits.retain(|hit| !is_miss(hit));
         let which = || paths.iter().map(|path| path.ray);
         let pair = Pair::Scatter(walk.turn);
         Sampler::pairs(walk.samplers, which(), pair, &mut self.scatter);
@@ -179,7 +180,7 @@ impl Meetings {
             world.corners_of(hit.instance, vertices)
         }));
         self.places.clear();
-        let met = paths.iter_mut().zip(&*hits).zip(&self.corners);
+        let met = paths.iter_mut().zip(hits).zip(&self.corners);
         self.places.extend(met.map(|((path, hit), &corners)| {
             path.cone = path.cone.after(hit.t);
             Place::in_triangle(world, corners, path.direction, hit, path.cone.width)

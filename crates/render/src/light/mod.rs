@@ -310,6 +310,7 @@ impl Lights {
 
     /// Tells of every light without a mesh that a ray from `from` picks up on its way of at most `distance`: its
     /// radiance, and the density with which [`Lights::sample`] finds it there.
+    #[inline]
     pub fn crossed(
         &self,
         from: &Reference,

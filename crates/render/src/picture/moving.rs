@@ -8,6 +8,7 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::moments::Moments;
 use crate::prepare::PreparedWorld;
+use crate::sampler::Pair;
 use crate::tile::TILE;
 
 impl Picture<'_> {
@@ -73,7 +74,7 @@ impl Picture<'_> {
         let mut slices: BTreeMap<usize, Vec<(usize, u32)>> = BTreeMap::new();
         for (i, sample) in std::mem::take(&mut buffers.batch) {
             let sampler = self.sampler(buffers.pixels[i], sample);
-            let pixel = self.spread(buffers.pixels[i], &sampler);
+            let pixel = self.spread(buffers.pixels[i], sampler.pair(Pair::Filter));
             let (_, part) = self.scatter(&sampler);
             let slice = moments.slice(self.camera, pixel, part);
             slices.entry(slice).or_default().push((i, sample));

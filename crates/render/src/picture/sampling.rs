@@ -1,17 +1,99 @@
-//! Where the samples of a pixel go.
+//! The samples of pixels: where they go, and the batches that they are traced in.
+
+use std::ops::Range;
 
 use glam::DVec2;
+use raycam_bvh::{Coherence, Hit};
 
-use super::Picture;
+use super::{Buffers, Picture};
+use crate::control::Control;
+use crate::error::RenderError;
 use crate::estimate::SEQUENCES;
+use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
 use crate::settings::Settings;
 
+/// Rays of a batch, about.
+const BATCH: usize = 2048;
+/// Samples of a pixel in a batch, at most. Rays of few pixels run alike for longer than rays of many.
+const TOGETHER: u32 = 64;
+
 impl Picture<'_> {
-    /// Where a sample of a pixel is.
-    pub(super) fn spread(&self, [x, y]: [u32; 2], sampler: &Sampler) -> DVec2 {
-        let offset = self.filter.offset(sampler.pair(Pair::Filter));
-        self.camera.pixel_center_of(x, y) + DVec2::from(offset)
+    /// More samples of every active pixel.
+    pub fn add_samples(
+        &self,
+        buffers: &mut Buffers,
+        samples: Range<u32>,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        let mut first = samples.start;
+        while first < samples.end {
+            let next = samples.end.min(first + TOGETHER);
+            let pixels = BATCH / (next - first) as usize;
+            let all = std::mem::take(&mut buffers.active);
+            for some in all.chunks(pixels) {
+                control.check()?;
+                buffers.batch.clear();
+                let of_pixel = |&pixel| (first..next).map(move |sample| (pixel, sample));
+                buffers.batch.extend(some.iter().flat_map(of_pixel));
+                match self.moments {
+                    None => {
+                        self.trace_batch(self.world, buffers);
+                        self.shade(self.world, buffers, control)?;
+                    }
+                    Some(moments) => self.shade_moving(moments, buffers, control)?,
+                }
+            }
+            buffers.active = all;
+            if self.settings.time.is_none() {
+                control.advance_by((next - first) as usize);
+            }
+            first = next;
+        }
+        Ok(())
+    }
+
+    /// The rays of a batch, in float32.
+    pub(super) fn trace_batch(&self, world: &PreparedWorld, buffers: &mut Buffers) {
+        let Buffers {
+            pixels,
+            rays,
+            hits,
+            origins,
+            directions,
+            samplers,
+            offsets,
+            batch,
+            ..
+        } = buffers;
+        rays.clear();
+        origins.clear();
+        directions.clear();
+        samplers.clear();
+        samplers.extend(
+            batch
+                .iter()
+                .map(|&(i, sample)| self.sampler(pixels[i], sample)),
+        );
+        Sampler::pairs(samplers, 0..samplers.len(), Pair::Filter, offsets);
+        for ((&mut (i, _), sampler), &mut offset) in batch.iter_mut().zip(&*samplers).zip(offsets) {
+            let (lens, part) = self.scatter(sampler);
+            let ray = self
+                .camera
+                .sample(self.spread(pixels[i], offset), lens, part);
+            let (origin, direction) = (ray.origin, ray.direction);
+            rays.push(world.local_ray(origin, direction, f64::INFINITY).0);
+            origins.push(origin - world.origin);
+            directions.push(direction.as_vec3());
+        }
+        hits.clear();
+        hits.resize(rays.len(), Hit::MISS);
+        world.scene.closest(rays, hits, Coherence::Coherent);
+    }
+
+    /// Where a sample of a pixel is, by its numbers of [`Pair::Filter`].
+    pub(super) fn spread(&self, [x, y]: [u32; 2], numbers: [f32; 2]) -> DVec2 {
+        self.camera.pixel_center_of(x, y) + DVec2::from(self.filter.offset(numbers))
     }
 
     /// The point of the aperture and the part of the exposure of a sample.
