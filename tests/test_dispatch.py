@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import weakref
 from collections import Counter
 from collections.abc import Callable, Iterable
 from concurrent.futures import BrokenExecutor, CancelledError, Future
@@ -68,6 +69,35 @@ def outcomes(pool: Pool, frames: Iterable[int], **options: Any) -> dict[int, Mad
 
 def failed(found: dict[int, Made | Failed]) -> dict[int, str]:
     return {frame: outcome.error for frame, outcome in found.items() if isinstance(outcome, Failed)}
+
+
+class Files(dict[str, bytes]):
+    """Files that one can watch."""
+
+
+class WatchedPool(Pool):
+    """Notes, whenever a frame is handed over, how many of those that were made are still held by anybody."""
+
+    def __init__(self) -> None:
+        super().__init__(lambda *_: "x", slots=1)
+        self.made: list[weakref.ref[Files]] = []
+        self.held: list[int] = []
+
+    def submit(self, task: Task) -> Future[Made]:
+        self.held.append(sum(files() is not None for files in self.made))
+        files = Files(f=b"x")
+        self.made.append(weakref.ref(files))
+        future: Future[Made] = Future()
+        future.set_result(Made(task.frame, files, [], 0.0))
+        return future
+
+
+def test_a_frame_that_was_taken_is_not_held() -> None:
+    pool = WatchedPool()
+    for outcome in dispatch(pool, tasks(range(5))):
+        assert isinstance(outcome, Made)
+        del outcome
+    assert pool.held == [0] * 5
 
 
 def test_every_frame_comes_once() -> None:

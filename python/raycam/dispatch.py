@@ -147,6 +147,7 @@ class _Dispatch:
                 continue
             if outcome is not None:
                 yield outcome
+                outcome = None  # what was made may be large, and the next one takes its time
 
     def _fill(self) -> None:
         """Hands over frames as long as there is room: new ones, then those to be tried again, then suspects."""

@@ -207,6 +207,7 @@ class Job:
                         if finished is not None:
                             finished(outcome)
                     tell(done, len(asked), failed)
+                    del outcome  # not kept while the next one is made
         self._check(asked)
 
     def remove(self) -> None:
