@@ -78,7 +78,8 @@ mod tests {
     #[test]
     fn each_place_has_one_index_in_order() {
         let mut weld = Weld::default();
-        let place = |i: u32| DVec3::new(f64::from(i % 7), f64::from(i % 11), f64::from(i % 13) - 6.0);
+        let place =
+            |i: u32| DVec3::new(f64::from(i % 7), f64::from(i % 11), f64::from(i % 13) - 6.0);
         let mut expected: Vec<DVec3> = Vec::new();
         for i in 0..30_000 {
             let known = expected.iter().position(|&known| known == place(i));

@@ -85,7 +85,9 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Decoded,
     })?;
 
     let count = mesh.num_points();
-    budget.take_elements(path, count as u64 + 3 * mesh.num_faces() as u64)?;
+    // A stream may say any number of points.
+    let corners = 3 * mesh.num_faces() as u64;
+    budget.take_elements(path, (count as u64).saturating_add(corners))?;
     let triangles: Vec<_> = mesh.faces().iter().map(|face| face.map(|p| p.0)).collect();
     if triangles
         .as_flattened()
@@ -98,7 +100,7 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Decoded,
     for id in 0..mesh.num_attributes() {
         let attribute = mesh.attribute(id);
         let size = attribute.data_type().byte_length() * usize::from(attribute.num_components());
-        budget.take_bytes(path, count as u64 * size as u64)?;
+        budget.take_bytes(path, (count as u64).saturating_mul(size as u64))?;
         attributes.push(values(attribute, count, size).map_err(fault)?);
     }
     Ok(Decoded {

@@ -139,6 +139,14 @@ fn a_mesh_larger_than_the_budget_is_refused() {
     }
 }
 
+/// Found by fuzzing: with its faces, so many points were more than 64 bits count.
+#[test]
+fn more_points_than_can_be_counted_are_refused() {
+    let error = read(include_bytes!("../data/draco/points_overflow.drc")).unwrap_err();
+    let error = error.to_string();
+    assert!(error.contains("vertices and face corners"), "{error}");
+}
+
 #[test]
 fn damage_is_an_error_or_harmless() {
     for (name, stream, _) in cases().into_iter().filter(|(name, ..)| name != "large") {
