@@ -10,6 +10,8 @@
 #![forbid(unsafe_code)]
 
 mod channel;
+#[cfg(test)]
+mod chi_squared;
 mod control;
 mod cover;
 pub mod display;

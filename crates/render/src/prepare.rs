@@ -10,7 +10,7 @@ use raycam_scene::{Alpha, Camera, Material, Object, World};
 use crate::error::RenderError;
 use crate::light::{Lights, default_lights};
 use crate::prepared_mesh::{PreparedMesh, prepare_meshes};
-use crate::scatter::Lobe;
+use crate::scatter::{Interface, Lobe, interfaces};
 use crate::texture::PreparedTexture;
 use crate::threads::with_pool;
 use crate::{control::Control, cover};
@@ -39,6 +39,8 @@ pub(crate) struct PreparedMaterial {
     pub material: Material,
     /// The specular lobe, where there is one.
     pub lobe: Option<Arc<Lobe>>,
+    /// What roughness loses where it refracts.
+    pub interfaces: Vec<Interface>,
 }
 
 /// A world ready to be rendered: acceleration structures, instances and lights relative to a local origin.
@@ -360,6 +362,7 @@ pub(crate) fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial>
         .map(|material| PreparedMaterial {
             material: material.clone(),
             lobe: lobe(material),
+            interfaces: interfaces(material),
         })
         .collect()
 }

@@ -299,10 +299,18 @@ impl<'a> Surface<'a, Scatter<'a>> {
         direction: Vec3,
         hit: &Hit,
         channel: Option<usize>,
+        around: f32,
     ) -> Self {
         let smooth = place.frame(direction);
-        let (scatter, frame) =
-            Scatter::new(world, hit, smooth, place.front, channel, &place.footprint);
+        let (scatter, frame) = Scatter::new(
+            world,
+            hit,
+            smooth,
+            place.front,
+            channel,
+            around,
+            &place.footprint,
+        );
         Self {
             place,
             frame,

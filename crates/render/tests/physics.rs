@@ -81,13 +81,14 @@ fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
         dispersion: 0.5,
         ..Glass::default()
     });
-    // Rough glass loses what would be reflected between its microfacets.
-    for (reflectance, least) in [
-        (dispersive, 0.999),
-        (glass(0.0, false), 0.999),
-        (glass(0.0, true), 0.999),
-        (glass(0.3, false), 0.95),
-        (glass(0.6, false), 0.7),
+    for reflectance in [
+        dispersive,
+        glass(0.0, false),
+        glass(0.0, true),
+        glass(0.3, false),
+        glass(0.6, false),
+        glass(1.0, false),
+        glass(0.6, true),
     ] {
         let mut world = World::default();
         let ball = Material {
@@ -106,7 +107,10 @@ fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
             .unwrap();
         let camera = look_at(DVec3::new(0.0, -6.0, 0.0), DVec3::ZERO, 16.0, [16, 16]);
         let found = mean(&world, &camera, &settings(Integrator::Path, 512));
-        assert!(found > least && found < 1.001, "{reflectance:?}: {found}");
+        // Rough glass holds some light captive for long, which is noisy; the furnace of single surfaces is exacter.
+        let rough = matches!(&reflectance, Reflectance::Glass(glass) if glass.roughness > 0.0);
+        let off = if rough { 3e-2 } else { 1e-3 };
+        assert!((found - 1.0).abs() < off, "{reflectance:?}: {found}");
     }
 }
 
@@ -177,22 +181,21 @@ fn the_error_falls_at_least_as_the_square_root() {
         f32s(&render(&world, &camera, &settings), Channel::Color).to_vec()
     };
     let exact = of(16384, 1);
-    // Of one seed: a few bright samples of one picture would tell another slope.
-    let off_of = |samples, seed| {
-        let found = of(samples, seed);
-        let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
-        // Without the pixels of the bulb's bright edge, whose few samples say little.
-        let mut squares: Vec<f64> = found.iter().zip(&exact).map(square).collect();
-        squares.sort_by(f64::total_cmp);
-        squares.truncate(squares.len() * 98 / 100);
-        squares.iter().sum::<f64>() / squares.len() as f64
-    };
+    // Of eight seeds: a few bright samples of one picture would tell another slope.
     let off = |samples| {
-        (2..10)
-            .map(|seed| off_of(samples, seed))
-            .sum::<f64>()
-            .sqrt()
+        let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
+        let of_seed = |seed| {
+            of(samples, seed)
+                .iter()
+                .zip(&exact)
+                .map(square)
+                .sum::<f64>()
+        };
+        (2..10).map(of_seed).sum::<f64>().sqrt()
     };
-    let slope = (off(256) / off(32)).log2() / 3.0;
-    assert!(slope <= -0.5, "{slope}");
+    let errors = [16, 32, 64, 128, 256].map(off);
+    // Least squares over the powers of two.
+    let slope = errors.iter().zip([-2.0, -1.0, 0.0, 1.0, 2.0]);
+    let slope = slope.map(|(off, x)| off.log2() * x).sum::<f64>() / 10.0;
+    assert!(slope <= -0.5, "{slope}: {errors:?}");
 }

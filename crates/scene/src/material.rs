@@ -30,6 +30,9 @@ pub struct Material {
     pub normal_map: Option<NormalMap>,
     /// How much indirect light the surroundings let through, where it is not computed: strength, texture: red.
     pub occlusion: Option<Textured<f32>>,
+    /// Where clear matter overlaps, which is there: the highest; of equals, the one that lies within the other.
+    #[serde(default)]
+    pub priority: i32,
     /// How the base colour is reflected.
     pub reflectance: Reflectance,
 }
@@ -94,6 +97,7 @@ impl Default for Material {
             emission: [0.0; 3].into(),
             normal_map: None,
             occlusion: None,
+            priority: 0,
             reflectance: Reflectance::DEFAULT,
         }
     }

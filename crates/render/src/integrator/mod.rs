@@ -2,6 +2,7 @@
 
 mod ao;
 mod flat;
+mod media;
 mod path;
 mod shadows;
 mod walk;

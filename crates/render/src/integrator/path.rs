@@ -7,6 +7,7 @@
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Hit, Ray};
 
+use super::media::Media;
 use super::shadows::Shadows;
 use super::walk::Walk;
 use super::{Batch, Rules, is_miss};
@@ -36,8 +37,8 @@ pub(super) struct Path {
     pub from_camera: bool,
     /// Segments, this one included, as the rules count them.
     pub depth: u32,
-    /// What is lost per metre where it goes.
-    pub absorption: Vec3,
+    /// What clear matter it goes through.
+    pub media: Media,
     /// The one colour that it carries, where dispersion has split it.
     pub channel: Option<usize>,
     /// What refraction has divided the throughput by, and will multiply it by on the way out.
@@ -86,7 +87,7 @@ pub(super) fn radiance(
             straight: true,
             from_camera: true,
             depth: 1,
-            absorption: Vec3::ZERO,
+            media: Media::default(),
             channel: None,
             squeeze: 1.0,
             cone: batch.cone,

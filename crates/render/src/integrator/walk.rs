@@ -5,11 +5,12 @@ use raycam_bvh::{Hit, Ray};
 use raycam_scene::{Alpha, Material, Reflectance};
 
 use super::Rules;
+use super::media::Skin;
 use super::path::{Meeting, Path, Wave};
 use crate::light::{BEFORE_LIGHT, Lights};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
-use crate::scatter::{Scattering, above, cosine_direction, inside, is_dispersive};
+use crate::scatter::{Scattering, above, cosine_direction, is_dispersive};
 use crate::surface::Surface;
 use crate::texture::Footprint;
 
@@ -65,18 +66,28 @@ impl Walk<'_> {
                 hit,
                 &prepared.material,
                 &surface,
+                Skin::none(path.media),
                 &meeting,
                 wave,
                 radiance,
             );
         } else {
             self.split(path, &prepared.material);
-            let surface = Surface::new(self.world, place, path.direction, hit, path.channel);
+            let skin = Skin::of(self.world, path.media, hit, place.front, path.channel);
+            let surface = Surface::new(
+                self.world,
+                place,
+                path.direction,
+                hit,
+                path.channel,
+                skin.around,
+            );
             self.meet(
                 path,
                 hit,
                 &prepared.material,
                 &surface,
+                skin,
                 &meeting,
                 wave,
                 radiance,
@@ -102,6 +113,7 @@ impl Walk<'_> {
         hit: &Hit,
         material: &Material,
         surface: &Surface<S>,
+        skin: Skin,
         meeting: &Meeting,
         wave: &mut Wave,
         radiance: &mut [Vec3],
@@ -115,20 +127,34 @@ impl Walk<'_> {
             return;
         }
         let distance = (place.position - path.from.position).length();
-        let absorption = match inside(material) {
-            // The ray has run inside, wherever it came from.
-            Some(absorption) if !place.front => absorption,
-            _ => path.absorption,
-        };
-        if absorption != Vec3::ZERO {
+        path.media = skin.before;
+        if !path.media.is_empty() {
+            let absorption = path.media.absorption(self.world);
             path.throughput *= (-absorption * distance as f32).exp();
         }
         self.pick_up(path, distance, out);
+        if skin.hidden {
+            self.go_on(path, surface, skin, wave);
+            return;
+        }
         self.see_surface(path, material, hit, distance, out);
         if self.free(path) || path.depth < self.rules.max_depth {
-            self.sample_lights(path, surface, meeting, wave, out);
-            self.scatter(path, material, surface, meeting, wave);
+            self.sample_lights(path, surface, skin, meeting, wave, out);
+            self.scatter(path, surface, skin, meeting, wave);
         }
+    }
+
+    /// Goes on through a surface that other matter hides. Light sampling does not look through it: what the ray finds
+    /// behind counts in full.
+    fn go_on<S: Scattering>(&self, path: &Path, surface: &Surface<S>, skin: Skin, wave: &mut Wave) {
+        wave.rays
+            .push(surface.place.leaving(path.direction, f32::INFINITY));
+        wave.next.push(Path {
+            from: surface.reference(),
+            pdf: f32::INFINITY,
+            media: skin.after,
+            ..*path
+        });
     }
 
     /// Whether a path that may not grow may still go on through mirrors.
@@ -232,6 +258,7 @@ impl Walk<'_> {
         &self,
         path: &Path,
         surface: &Surface<S>,
+        skin: Skin,
         meeting: &Meeting,
         wave: &mut Wave,
         out: &mut Vec3,
@@ -296,6 +323,10 @@ impl Walk<'_> {
                 None => surface.place.leaving(sample.direction, f32::INFINITY),
                 Some(end) => {
                     let way = end - surface.place.start(sample.direction);
+                    let media = skin.beyond(surface.frame.geometric, sample.direction);
+                    if !media.is_empty() {
+                        light *= (-media.absorption(self.world) * way.length() as f32).exp();
+                    }
                     Ray {
                         direction: way.as_vec3().to_array(),
                         ..surface.place.leaving(sample.direction, BEFORE_LIGHT)
@@ -311,8 +342,8 @@ impl Walk<'_> {
     fn scatter<S: Scattering>(
         &self,
         path: &Path,
-        material: &Material,
         surface: &Surface<S>,
+        skin: Skin,
         meeting: &Meeting,
         wave: &mut Wave,
     ) {
@@ -346,12 +377,6 @@ impl Walk<'_> {
         if throughput == Vec3::ZERO {
             return;
         }
-        let passed = surface.frame.geometric.dot(sample.direction) < 0.0;
-        let absorption = match inside(material) {
-            Some(absorption) if passed && surface.place.front => absorption,
-            Some(_) if passed => Vec3::ZERO,
-            _ => path.absorption,
-        };
         wave.rays
             .push(surface.place.leaving(sample.direction, f32::INFINITY));
         wave.next.push(Path {
@@ -363,7 +388,7 @@ impl Walk<'_> {
             straight: sample.delta,
             from_camera: false,
             depth,
-            absorption,
+            media: skin.beyond(surface.frame.geometric, sample.direction),
             channel: path.channel,
             squeeze,
             cone: path.cone.scattered(sample.delta),

@@ -10,7 +10,7 @@ use glam::Vec3;
 use super::anisotropic::Anisotropic;
 use super::ggx::Ggx;
 
-/// Entries along the square root of the cosine, and along perceptual roughness.
+/// Entries along the square root of the cosine, and along that of perceptual roughness: narrow lobes change fast.
 const STEPS: usize = 80;
 const ROWS: usize = 64;
 /// Points of a quadrature, outwards and around.
@@ -53,7 +53,7 @@ impl Energy {
         if !ggx.is_isotropic() {
             return Self::Anisotropic(Anisotropic::new(ggx));
         }
-        let position = ggx.roughness().clamp(0.0, 1.0) * (ROWS - 1) as f32;
+        let position = ggx.roughness().clamp(0.0, 1.0).sqrt() * (ROWS - 1) as f32;
         let row = (position as usize).min(ROWS - 2);
         Self::Isotropic {
             row,
@@ -157,7 +157,7 @@ impl Tables {
 }
 
 fn fill(row: usize, all: &mut [f32; STEPS], f0: &mut [f32; STEPS]) {
-    let ggx = Ggx::isotropic(row as f32 / (ROWS - 1) as f32);
+    let ggx = Ggx::isotropic((row as f32 / (ROWS - 1) as f32).powi(2));
     for (column, (all, f0)) in all.iter_mut().zip(f0).enumerate() {
         let root = column as f32 / (STEPS - 1) as f32;
         (*all, *f0) = albedo(&ggx, (root * root).max(1e-4));

@@ -86,7 +86,7 @@ fn schlick(f0: Vec3, f90: Vec3, cosine: f32) -> Vec3 {
 }
 
 /// The cosine on the other side; `None` for total reflection.
-fn refracted_cosine(cosine: f32, eta: f32) -> Option<f32> {
+pub(super) fn refracted_cosine(cosine: f32, eta: f32) -> Option<f32> {
     let sin2 = (1.0 - cosine * cosine).max(0.0) / (eta * eta);
     (sin2 < 1.0).then(|| (1.0 - sin2).sqrt())
 }

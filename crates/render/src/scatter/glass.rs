@@ -6,17 +6,28 @@ use raycam_scene::Glass;
 use super::frame::Frame;
 use super::fresnel::Fresnel;
 use super::ggx::Ggx;
+use super::interface::Interface;
 use super::layered::{Layered, Layers};
 use super::principled::{absorption, dispersed};
 
-/// The index of the other side relative to the viewer's; a pane's own.
-pub(super) fn eta(glass: &Glass, front: bool, channel: Option<usize>) -> f32 {
+/// The index of the other side relative to the viewer's, where that of what is around the glass is `around`; a pane's own.
+pub(super) fn eta(glass: &Glass, front: bool, channel: Option<usize>, around: f32) -> f32 {
     let ior = dispersed(glass.ior, glass.dispersion, channel);
-    if front || glass.thin { ior } else { 1.0 / ior }
+    match (glass.thin, front) {
+        (true, _) => ior,
+        (false, true) => ior / around,
+        (false, false) => around / ior,
+    }
 }
 
 /// Glass whose base colour tints what passes its surface.
-pub(super) fn glass(glass: &Glass, eta: f32, base: Vec3, frame: &Frame) -> Layered {
+pub(super) fn glass<'a>(
+    glass: &Glass,
+    eta: f32,
+    base: Vec3,
+    interface: Option<&'a Interface>,
+    frame: &Frame,
+) -> Layered<'a> {
     let fresnel = if glass.thin {
         Fresnel::Pane(eta)
     } else {
@@ -30,6 +41,7 @@ pub(super) fn glass(glass: &Glass, eta: f32, base: Vec3, frame: &Frame) -> Layer
         through: Vec3::ZERO,
         transmission: base,
         eta: if glass.thin { 1.0 } else { eta },
+        interface,
         coat: None,
         sheen: None,
     };

@@ -8,32 +8,19 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
+use super::between::Between;
+use super::coat::{COAT, Coat};
 use super::energy::{Albedo, Energy};
 use super::frame::{Frame, cosine_density, cosine_direction};
 use super::fresnel::{Fresnel, reflect, refract};
 use super::ggx::{Ggx, microfacets};
+use super::interface::Interface;
 use super::sheen::Sheen;
 use super::{ScatterSample, Value};
 
-/// A clear layer on top.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Coat {
-    pub weight: f32,
-    pub ggx: Ggx,
-    /// It may have normals of its own.
-    pub frame: Frame,
-}
-
-/// The index of a coat is 1.5.
-const COAT: Fresnel = Fresnel::Schlick {
-    f0: Vec3::splat(0.04),
-    f90: Vec3::ONE,
-    inside: None,
-};
-
 /// What a point is made of.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Layers {
+pub(crate) struct Layers<'a> {
     /// Of the interface: what it reflects, and what it keeps from the base.
     pub fresnel: Fresnel,
     pub over: Fresnel,
@@ -45,17 +32,20 @@ pub(crate) struct Layers {
     pub transmission: Vec3,
     /// The index of the other side relative to the viewer's; 1 for thin walls.
     pub eta: f32,
+    /// What a solid's roughness loses, where that is known.
+    pub interface: Option<&'a Interface>,
     pub coat: Option<Coat>,
     pub sheen: Option<Sheen>,
 }
 
 /// Layers seen from a direction.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Layered {
-    layers: Layers,
+pub(crate) struct Layered<'a> {
+    layers: Layers<'a>,
     /// In coordinates along tangent, bitangent and normal.
     view: Vec3,
     energy: Energy,
+    between: Option<Between<'a>>,
     /// What the interface leaves for the base: from here, and in the mean.
     left: f32,
     left_mean: f32,
@@ -71,8 +61,8 @@ const UP: usize = 1;
 const DOWN: usize = 2;
 const REFRACTION: usize = 3;
 
-impl Layered {
-    pub fn new(layers: Layers, frame: &Frame) -> Self {
+impl<'a> Layered<'a> {
+    pub fn new(layers: Layers<'a>, frame: &Frame) -> Self {
         let view = frame.local(frame.view);
         let energy = Energy::new(&layers.ggx);
         let coated = layers
@@ -82,6 +72,7 @@ impl Layered {
             layers,
             view,
             energy,
+            between: Between::new(&layers, energy, view),
             left: 0.0,
             left_mean: 0.0,
             coated,
@@ -105,11 +96,17 @@ impl Layered {
         if !layers.ggx.is_smooth() {
             below = below.max((2.0 * layers.ggx.roughness().powi(2)).min(0.25));
         }
+        let passed = mean(layers.transmission);
+        let [up, down] = self.between.map_or([0.0; 2], |between| between.shares());
+        let mut single = mean(own.single);
+        if let Some([reflected, refracted]) = self.between.and_then(|all| all.kept(self.view)) {
+            (single, below) = (single.max(reflected), refracted);
+        }
         let weights = [
-            mean(own.single),
-            mean(own.multiple + layers.diffuse * self.left + sheen),
-            mean(layers.through) * self.left,
-            mean(layers.transmission) * below,
+            single,
+            mean(own.multiple + layers.diffuse * self.left + sheen) + passed * up,
+            mean(layers.through) * self.left + passed * down,
+            passed * below,
             0.0,
         ];
         let sum: f32 = weights.iter().sum();
@@ -216,7 +213,7 @@ impl Layered {
                 value += self.energy.multiple(layers.fresnel.ends()) * (lost * l.z * FRAC_1_PI);
             }
         }
-        value += layers.diffuse * self.base(l);
+        value += layers.diffuse * self.base(l) + self.between(l);
         Value { value, pdf }
     }
 
@@ -225,11 +222,18 @@ impl Layered {
         self.left * self.left(light) / self.left_mean * (light.z * FRAC_1_PI)
     }
 
+    /// What leaves after several microfacets, times the cosine.
+    fn between(&self, l: Vec3) -> Vec3 {
+        self.between.map_or(Vec3::ZERO, |between| {
+            between.evaluate(l) * self.layers.transmission
+        })
+    }
+
     /// The base and refraction, on the other side.
     fn below(&self, l: Vec3) -> Value {
         let (layers, v) = (&self.layers, self.view);
         let mut found = Value {
-            value: layers.through * self.base(Vec3::new(l.x, l.y, -l.z)),
+            value: layers.through * self.base(Vec3::new(l.x, l.y, -l.z)) + self.between(l),
             pdf: cosine_density(-l.z) * self.shares[DOWN],
         };
         if layers.transmission == Vec3::ZERO || layers.ggx.is_smooth() {
@@ -369,26 +373,5 @@ impl Layered {
             || self.layers.coat.is_some_and(|coat| rough(&coat.ggx))
             || self.shares[UP] > 0.0
             || self.shares[DOWN] > 0.0
-    }
-}
-
-impl Coat {
-    /// What it reflects of white light at a cosine.
-    fn reflected(&self, cosine: f32) -> f32 {
-        let direction = Vec3::Z * cosine.max(0.0);
-        let energy = Energy::new(&self.ggx);
-        self.weight * energy.albedo(COAT.ends(), direction).single.x
-    }
-
-    fn evaluate(&self, view: Vec3, light: Vec3) -> Value {
-        let (v, l) = (self.frame.local(view), self.frame.local(light));
-        if self.ggx.is_smooth() || l.z <= 0.0 || v.z <= 0.0 {
-            return Value::default();
-        }
-        let (value, pdf) = microfacets(&self.ggx, &COAT, v, l);
-        Value {
-            value: value * self.weight,
-            pdf,
-        }
     }
 }

@@ -9,7 +9,7 @@ use super::ggx::Ggx;
 use super::layered::{Layered, Layers};
 
 /// A metal whose reflection is multiplied by a base colour.
-pub(super) fn metal(metal: &Metal, base: Vec3, frame: &Frame) -> Layered {
+pub(super) fn metal(metal: &Metal, base: Vec3, frame: &Frame) -> Layered<'static> {
     let fresnel = Fresnel::Conductor {
         ior: metal.ior.into(),
         extinction: metal.extinction.into(),
@@ -23,6 +23,7 @@ pub(super) fn metal(metal: &Metal, base: Vec3, frame: &Frame) -> Layered {
         through: Vec3::ZERO,
         transmission: Vec3::ZERO,
         eta: 1.0,
+        interface: None,
         coat: None,
         sheen: None,
     };

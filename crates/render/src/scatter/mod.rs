@@ -4,12 +4,15 @@
 //! is its value divided by its density, and what one never returns the other gives no density.
 
 mod anisotropic;
+mod between;
+mod coat;
 mod energy;
 mod film;
 mod frame;
 mod fresnel;
 mod ggx;
 mod glass;
+mod interface;
 mod layered;
 mod lecture;
 mod metal;
@@ -25,10 +28,12 @@ use crate::prepare::{PreparedMaterial, PreparedWorld};
 use crate::texture::Footprint;
 
 pub(crate) use frame::{Frame, above, cosine_direction, turn};
+pub(crate) use interface::Interface;
 pub(crate) use layered::Layered;
 pub(crate) use lecture::Lecture;
 pub(crate) use phong::Lobe;
 
+use interface::Curve;
 use principled::{Lookup, Seen};
 
 /// How one point scatters light, its textures looked up.
@@ -41,7 +46,7 @@ pub(crate) enum Scatter<'a> {
     /// It does not: it absorbs, or shines by itself.
     Black,
     Lecture(Lecture<'a>),
-    Layered(Layered),
+    Layered(Layered<'a>),
 }
 
 /// A direction that light may come from.
@@ -85,6 +90,13 @@ pub(crate) trait Scattering {
 }
 
 impl PreparedMaterial {
+    /// What roughness loses, for a colour.
+    fn interface(&self, channel: Option<usize>) -> Option<&Interface> {
+        self.interfaces
+            .get(channel.unwrap_or(1))
+            .or(self.interfaces.first())
+    }
+
     /// Where light is scattered by a matte surface alone, without a normal map: most of what there is.
     #[inline]
     pub fn matte(
@@ -112,10 +124,11 @@ impl<'a> Scatter<'a> {
         smooth: Frame,
         front: bool,
         channel: Option<usize>,
+        around: f32,
         footprint: &Footprint,
     ) -> (Self, Frame) {
         let prepared = world.material(hit);
-        let PreparedMaterial { material, lobe } = prepared;
+        let PreparedMaterial { material, lobe, .. } = prepared;
         let normal = material
             .normal_map
             .and_then(|map| world.mapped_normal(&map, hit, footprint, smooth.normal, front));
@@ -139,8 +152,9 @@ impl<'a> Scatter<'a> {
             }
             Reflectance::Glass(glass) => {
                 frame = frame.with_normal(frame.normal, None);
-                let eta = glass::eta(glass, front, channel);
-                Self::Layered(glass::glass(glass, eta, base, &frame))
+                let eta = glass::eta(glass, front, channel, around);
+                let interface = prepared.interface(channel);
+                Self::Layered(glass::glass(glass, eta, base, interface, &frame))
             }
             Reflectance::Principled(p) => {
                 let lookup = Lookup {
@@ -157,7 +171,9 @@ impl<'a> Scatter<'a> {
                     coat: smooth.with_normal(coat.unwrap_or(smooth.normal), None),
                     front,
                     channel,
+                    around,
                     base,
+                    interface: prepared.interface(channel),
                 };
                 Self::Layered(principled::principled(p, &lookup, &seen))
             }
@@ -216,12 +232,41 @@ impl Scattering for Scatter<'_> {
     }
 }
 
+/// What the roughness of a material loses where light is refracted: one for each colour if they differ.
+pub(crate) fn interfaces(material: &Material) -> Vec<Interface> {
+    let (ior, dispersion, curve) = match &material.reflectance {
+        Reflectance::Glass(glass) if !glass.thin => (glass.ior, glass.dispersion, Curve::Exact),
+        Reflectance::Principled(p) if principled::is_solid(p) => {
+            (p.ior, p.dispersion, Curve::Schlick)
+        }
+        _ => return vec![],
+    };
+    let of = |channel| Interface::new(principled::dispersed(ior, dispersion, channel), curve);
+    match is_dispersive(material) {
+        true => [0, 1, 2].map(|channel| of(Some(channel))).into(),
+        false => vec![of(None)],
+    }
+}
+
 /// What the inside of a material does to light that goes through it: absorption per metre, where it has an inside.
 pub(crate) fn inside(material: &Material) -> Option<Vec3> {
     match &material.reflectance {
         Reflectance::Principled(p) => principled::inside(p),
         Reflectance::Glass(glass) => glass::inside(glass),
         Reflectance::Lecture { .. } | Reflectance::Unlit | Reflectance::Metal(_) => None,
+    }
+}
+
+/// The index of refraction of the inside of a material, for a colour.
+pub(crate) fn index(material: &Material, channel: Option<usize>) -> f32 {
+    match &material.reflectance {
+        Reflectance::Glass(glass) if !glass.thin => {
+            principled::dispersed(glass.ior, glass.dispersion, channel)
+        }
+        Reflectance::Principled(p) if principled::is_solid(p) => {
+            principled::dispersed(p.ior, p.dispersion, channel)
+        }
+        _ => 1.0,
     }
 }
 

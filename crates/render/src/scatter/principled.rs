@@ -7,11 +7,13 @@ use glam::Vec3;
 use raycam_bvh::Hit;
 use raycam_scene::{Principled, TextureSlot, Textured};
 
+use super::coat::Coat;
 use super::film::Film;
 use super::frame::Frame;
 use super::fresnel::Fresnel;
 use super::ggx::Ggx;
-use super::layered::{Coat, Layered, Layers};
+use super::interface::Interface;
+use super::layered::{Layered, Layers};
 use super::sheen::Sheen;
 use crate::prepare::PreparedWorld;
 use crate::texture::Footprint;
@@ -65,7 +67,7 @@ impl Lookup<'_> {
 }
 
 /// What is seen from where.
-pub(super) struct Seen {
+pub(super) struct Seen<'a> {
     /// With the normal map's normal.
     pub frame: Frame,
     /// With the coat's.
@@ -73,7 +75,11 @@ pub(super) struct Seen {
     pub front: bool,
     /// Of the three colours, the one that the path carries; all where `None`.
     pub channel: Option<usize>,
+    /// The index of refraction of what is around its matter.
+    pub around: f32,
     pub base: Vec3,
+    /// What its roughness loses where it refracts.
+    pub interface: Option<&'a Interface>,
 }
 
 /// Index of refraction of a channel (`KHR_materials_dispersion`).
@@ -87,7 +93,7 @@ pub(super) fn dispersed(ior: f32, dispersion: f32, channel: Option<usize>) -> f3
 }
 
 /// The layers of a point.
-pub(super) fn principled(p: &Principled, lookup: &Lookup, seen: &Seen) -> Layered {
+pub(super) fn principled<'a>(p: &Principled, lookup: &Lookup, seen: &Seen<'a>) -> Layered<'a> {
     let metallic = lookup.number(&p.metallic, 2);
     let roughness = lookup.number(&p.roughness, 1);
     let transmission = lookup.number(&p.transmission, 0);
@@ -95,12 +101,13 @@ pub(super) fn principled(p: &Principled, lookup: &Lookup, seen: &Seen) -> Layere
     let ior = dispersed(p.ior, p.dispersion, seen.channel);
     let eta = match (is_solid(p), seen.front) {
         (false, _) => 1.0,
-        (true, true) => ior,
-        (true, false) => 1.0 / ior,
+        (true, true) => ior / seen.around,
+        (true, false) => seen.around / ior,
     };
     let f0 = if p.ior == 0.0 {
         1.0
     } else {
+        let ior = if is_solid(p) { ior / seen.around } else { ior };
         ((ior - 1.0) / (ior + 1.0)).powi(2)
     };
     let f0 = (f0 * lookup.color(&p.specular_color)).min(Vec3::ONE) * strength;
@@ -148,6 +155,7 @@ pub(super) fn principled(p: &Principled, lookup: &Lookup, seen: &Seen) -> Layere
             * ((1.0 - metallic) * diffuse * through),
         transmission: base * transmission,
         eta,
+        interface: seen.interface,
         coat: coat(p, lookup, seen),
         sheen: (p.sheen_color.value != [0.0; 3]).then(|| Sheen {
             color: lookup.color(&p.sheen_color),

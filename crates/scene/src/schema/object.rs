@@ -105,6 +105,9 @@ pub struct ObjectSpec {
     pub attenuation_color: Option<Color>,
     /// With type = "glass" or "principled": metres; no absorption where not given.
     pub attenuation_distance: Option<f32>,
+    /// With type = "glass" or "principled": where closed meshes of clear matter overlap, the one of the highest priority is
+    /// there; a whole number, 0 where not given. Of equals it is the one within the other.
+    pub priority: Option<i32>,
     /// With type = "principled": 0 dielectric (where not given) to 1 metal.
     pub metallic: Option<f32>,
     /// With type = "principled": the colour of the dielectric's reflection.
@@ -136,7 +139,7 @@ pub struct ObjectSpec {
 }
 
 /// How many optional keys [`ObjectSpec`] has, besides name and category.
-pub(super) const KEYS: usize = 52;
+pub(super) const KEYS: usize = 53;
 
 impl ObjectSpec {
     /// Which keys were written.
@@ -180,6 +183,7 @@ impl ObjectSpec {
             ("dispersion", self.dispersion.is_some()),
             ("attenuation_color", self.attenuation_color.is_some()),
             ("attenuation_distance", self.attenuation_distance.is_some()),
+            ("priority", self.priority.is_some()),
             ("metallic", self.metallic.is_some()),
             ("specular_color", self.specular_color.is_some()),
             ("transmission", self.transmission.is_some()),

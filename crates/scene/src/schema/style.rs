@@ -12,7 +12,7 @@ use crate::metal::Metal;
 use crate::principled::Principled;
 
 /// The keys that change a material.
-pub(super) const STYLE: [&str; 31] = [
+pub(super) const STYLE: [&str; 32] = [
     "type",
     "color",
     "texture",
@@ -30,6 +30,7 @@ pub(super) const STYLE: [&str; 31] = [
     "dispersion",
     "attenuation_color",
     "attenuation_distance",
+    "priority",
     "metallic",
     "specular_color",
     "transmission",
@@ -49,12 +50,13 @@ pub(super) const STYLE: [&str; 31] = [
 /// The keys that the lecture's material alone has, and those of metal, of glass and of principled.
 const LECTURE: [&str; 2] = ["diffuse", "shininess"];
 const METAL: [&str; 1] = ["metal"];
-const GLASS: [&str; 5] = [
+const GLASS: [&str; 6] = [
     "ior",
     "thin",
     "dispersion",
     "attenuation_color",
     "attenuation_distance",
+    "priority",
 ];
 const PRINCIPLED: [&str; 14] = [
     "metallic",
@@ -230,6 +232,13 @@ impl ObjectSpec {
             material.opacity = opacity;
             material.alpha = Alpha::Blend;
         }
+        // With a type, all begins anew.
+        let known = if self.type_.is_some() {
+            0
+        } else {
+            material.priority
+        };
+        material.priority = self.priority.unwrap_or(known);
         let reflectance = std::mem::replace(&mut material.reflectance, Reflectance::Unlit);
         material.reflectance = self.reflectance(reflectance);
         textures

@@ -11,6 +11,11 @@ impl Writer<'_> {
     /// original gets a notice. `None` is unlit.
     pub(super) fn in_gltf_terms(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
         let (color, name) = (material.color, &material.name);
+        if material.priority != 0 {
+            self.note(format!(
+                "material {name:?}: its priority among overlapping bodies: left out, glTF has no such thing"
+            ));
+        }
         match &material.reflectance {
             Reflectance::Unlit => (color, None),
             Reflectance::Principled(principled) => (color, Some((**principled).clone())),

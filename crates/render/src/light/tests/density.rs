@@ -7,6 +7,7 @@ use raycam_scene::{Light, Up};
 
 use super::super::Choice;
 use super::*;
+use crate::chi_squared::{limit, statistic};
 
 /// A square mapped onto all directions that a light may be sampled in: a direction and its solid angle per area of the
 /// square, and back.
@@ -90,30 +91,6 @@ fn panorama() -> Chart {
     }
 }
 
-/// The largest chi-squared of `cells` cells that chance gives once in 100 runs of `tests` tests: Sidak's correction and
-/// the approximation of Wilson and Hilferty.
-fn limit(cells: f64, tests: f64) -> f64 {
-    let p = 1.0 - 0.99f64.powf(1.0 / tests);
-    // The normal quantile, by bisection of its tail.
-    let tail = |z: f64| {
-        (0..20_000)
-            .map(|i| (-(z + f64::from(i) * 1e-3).powi(2) / 2.0).exp() * 1e-3)
-            .sum::<f64>()
-            / TAU.sqrt()
-    };
-    let (mut low, mut high) = (0.0, 10.0);
-    for _ in 0..60 {
-        let middle = (low + high) / 2.0;
-        if tail(middle) > p {
-            low = middle
-        } else {
-            high = middle
-        }
-    }
-    let k = 2.0 / (9.0 * cells);
-    cells * (1.0 - k + low * k.sqrt()).powi(3)
-}
-
 #[test]
 fn samples_are_spread_as_their_density_says() {
     const CELLS: usize = 16;
@@ -191,9 +168,20 @@ fn samples_are_spread_as_their_density_says() {
             tilted(Vec3::ZERO),
             everywhere(),
         ),
+        (
+            "sky that changes",
+            Light::Sky {
+                radiance: None,
+                zenith: Some([0.2, 0.4, 1.0]),
+                horizon: Some([1.0; 3]),
+                ground: None,
+            },
+            AT_ORIGIN,
+            cap(DVec3::Z, 0.0),
+        ),
         ("environment", hard_environment(), AT_ORIGIN, panorama()),
     ];
-    let tests = cases.len() as f64;
+    let tests = cases.len();
     for (name, light, from, chart) in cases {
         let lights = lights(&[light]);
         let source = &lights.sources[0];
@@ -235,30 +223,11 @@ fn samples_are_spread_as_their_density_says() {
                 sample.pdf
             );
         }
-        // Cells that hardly anything falls into count as one.
-        let (mut chi2, mut cells, mut rest) = (0.0, -1.0, (0.0, 0.0));
-        for (&expected, &found) in expected.iter().zip(&found) {
-            let (expected, found) = (expected * f64::from(SAMPLES), f64::from(found));
-            if expected < 10.0 {
-                rest = (rest.0 + expected, rest.1 + found);
-            } else {
-                chi2 += (found - expected).powi(2) / expected;
-                cells += 1.0;
-            }
-        }
-        if rest.0 > 5.0 {
-            chi2 += (rest.1 - rest.0).powi(2) / rest.0;
-            cells += 1.0;
-        } else {
-            assert!(rest.1 <= rest.0 + 10.0, "{name}: {rest:?}");
-        }
+        let expected = expected.iter().map(|share| share * f64::from(SAMPLES));
+        let (chi2, freedom) = statistic(found.iter().map(|&n| f64::from(n)).zip(expected));
         assert!(
-            chi2 < limit(cells, tests),
-            "{name}: chi squared {chi2} of {cells} cells"
+            chi2 < limit(freedom - 1.0, tests),
+            "{name}: chi squared {chi2} of {freedom} cells"
         );
     }
-    assert!(
-        (limit(100.0, 1.0) - 135.807).abs() < 0.1,
-        "the table's value"
-    );
 }

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3};
 
 use super::*;
+use crate::chi_squared::{limit, statistic};
 use crate::scatter::Value;
 
 /// The directions on one side of the surface, by how far they are from a centre and which way: finer the nearer.
@@ -47,19 +48,11 @@ impl Chart {
     }
 }
 
-/// Critical value of chi-squared at one-sided probability `p` (Wilson and Hilferty), `z` being the normal's.
-fn critical(freedom: f64, z: f64) -> f64 {
-    let t = 2.0 / (9.0 * freedom);
-    freedom * (1.0 - t + z * t.sqrt()).powi(3)
-}
-
 /// Cells outwards and around, on both sides; points of a quadrature in each.
 const OUT: usize = 24;
 const AROUND: usize = 16;
 const FINE: usize = 14;
-const SAMPLES: usize = 1 << 18;
-/// 0.01 over all tests of this file, some 130 (Sidak): 1 - 0.99^(1/130) = 7.7e-5.
-const Z: f64 = 3.78;
+const SAMPLES: usize = 1 << 20;
 
 /// What is wrong with it.
 fn check(
@@ -67,6 +60,7 @@ fn check(
     scatter: &Scatter,
     frame: &Frame,
     refracted: Vec3,
+    tests: usize,
     random: &mut Random,
 ) -> Option<String> {
     let v = frame.view.as_dvec3();
@@ -94,11 +88,12 @@ fn check(
     // The whole is one: what is not found is what evenly spread numbers reject.
     let total: f64 = expected.iter().sum();
     let mut kept = 0.0;
-    for i in 0..SAMPLES {
+    const SPREAD: usize = 1 << 17;
+    for i in 0..SPREAD {
         let sample = scatter.sample(frame, spread(i as u32));
         kept += f64::from(u8::from(sample.is_some_and(|sample| !sample.delta)));
     }
-    let kept = kept / SAMPLES as f64;
+    let kept = kept / SPREAD as f64;
     if (total - kept).abs() > 1e-3 {
         return Some(format!("{name}: {total}, expected {kept}"));
     }
@@ -123,66 +118,52 @@ fn check(
         let y = ((place.y * AROUND as f64) as usize).min(AROUND - 1);
         seen[(side * OUT + x) * AROUND + y] += 1.0;
     }
-    // Cells that hardly anything falls into count as one.
-    let (mut chi, mut freedom, mut rest) = (0.0, 0.0, (0.0, 0.0));
-    for (seen, expected) in seen.iter().zip(&expected) {
-        let expected = expected * SAMPLES as f64;
-        if expected < 10.0 {
-            rest = (rest.0 + seen, rest.1 + expected);
-        } else {
-            chi += (seen - expected).powi(2) / expected;
-            freedom += 1.0;
-        }
-    }
-    if rest.1 > 10.0 {
-        chi += (rest.0 - rest.1).powi(2) / rest.1;
-        freedom += 1.0;
-    }
-    let limit = critical(freedom, Z);
-    (chi >= limit).then(|| format!("{name}: chi squared {chi} > {limit} of {freedom} cells"))
+    let expected = expected.iter().map(|share| share * SAMPLES as f64);
+    let (chi2, freedom) = statistic(seen.iter().copied().zip(expected));
+    let limit = limit(freedom, tests);
+    (chi2 >= limit).then(|| format!("{name}: chi squared {chi2} > {limit} of {freedom} cells"))
+}
+
+/// Where a lobe that refracts is seen, or what lies opposite.
+fn refracted(name: &str, frame: &Frame) -> Vec3 {
+    let eta = match name.split(' ').collect::<Vec<_>>()[..] {
+        ["glass", _, "false", "true"] | ["solid", _, "true"] => 1.5,
+        ["glass", _, "false", "false"] | ["solid", _, "false"] => 1.0 / 1.5,
+        _ => 1.0,
+    };
+    crate::scatter::fresnel::refract(frame.view, Vec3::Z, eta).unwrap_or(-frame.view)
 }
 
 #[test]
 fn samples_are_as_dense_as_their_density_says() {
-    let (lossless, lossy) = all();
-    let cases: Vec<_> = lossless.iter().chain(&lossy).collect();
+    let cases = || {
+        let (lossless, lossy) = all();
+        let all: Vec<_> = lossless.into_iter().chain(lossy).collect();
+        // Mirrors have no density; the furnace knows lobes that are thin strips.
+        let dense = |name: &str| name != "brushed 0.1" && !format!("{name} ").contains(" 0 ");
+        let dense: Vec<_> = all.into_iter().filter(|(name, _)| dense(name)).collect();
+        dense
+    };
+    let tests = 2 * cases().len();
     // Both cores, each with its own numbers.
     let wrong = std::thread::scope(|scope| {
-        let halves = [0, 1].map(|half| {
-            let cases: Vec<(String, f32)> = cases
-                .iter()
-                .flat_map(|(name, _)| [20.0f32, 70.0].map(|degrees| (name.clone(), degrees)))
-                .collect();
+        let halves = [20.0f32, 70.0].map(|degrees| {
             scope.spawn(move || {
-                let (lossless, lossy) = all();
-                let made: Vec<_> = lossless.iter().chain(&lossy).collect();
+                let frame = frame(degrees, 0.3);
                 let mut wrong = vec![];
-                for (i, (name, degrees)) in cases.iter().enumerate() {
-                    // Mirrors have no density; the furnace knows lobes that are thin strips.
-                    if i % 2 != half
-                        || name == "brushed 0.1"
-                        || name.ends_with(" 0")
-                        || name.contains(" 0 ")
-                    {
-                        continue;
-                    }
-                    let frame = frame(*degrees, 0.3);
-                    let (_, make) = made[i / 2];
-                    let refracted = match name.starts_with("glass") && name.contains("false") {
-                        true => {
-                            let eta = if name.ends_with("true") {
-                                1.5
-                            } else {
-                                1.0 / 1.5
-                            };
-                            crate::scatter::fresnel::refract(frame.view, Vec3::Z, eta)
-                                .unwrap_or(-frame.view)
-                        }
-                        false => -frame.view,
-                    };
+                for (i, (name, make)) in cases().iter().enumerate() {
+                    let refracted = refracted(name, &frame);
                     let name = format!("{name} at {degrees}");
-                    let mut random = Random(11 + i as u64 * 1000);
-                    wrong.extend(check(&name, &make(&frame), &frame, refracted, &mut random));
+                    let mut random = Random(11 + i as u64 * 1000 + degrees as u64);
+                    let scatter = make(&frame);
+                    wrong.extend(check(
+                        &name,
+                        &scatter,
+                        &frame,
+                        refracted,
+                        tests,
+                        &mut random,
+                    ));
                 }
                 wrong
             })

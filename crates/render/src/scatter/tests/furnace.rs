@@ -21,18 +21,29 @@ fn furnace(scatter: &Scatter, frame: &Frame, samples: u32) -> Vec3 {
 fn a_white_furnace_shows_what_is_lost() {
     let (lossless, lossy) = all();
     let mut worst = vec![];
-    for degrees in [0.0f32, 30.0, 60.0, 80.0, 88.0] {
+    for degrees in [0.0f32, 30.0, 60.0, 80.0, 86.0, 88.0, 89.0] {
         let frame = frame(degrees, 0.3);
         for (name, make) in &lossless {
-            let found = furnace(&make(&frame), &frame, 1 << 18);
-            // What narrow lobes lose at grazing angles few samples find.
-            let tolerance = if degrees > 85.0 { 2e-3 } else { 1e-3 };
-            if (found - Vec3::ONE).abs().max_element() > tolerance {
+            let scatter = make(&frame);
+            let off = |found: Vec3| (found - Vec3::ONE).abs().max_element();
+            let mut found = furnace(&scatter, &frame, 1 << 17);
+            // Where that is not enough to tell.
+            if off(found) > 8e-4 {
+                found = furnace(&scatter, &frame, 1 << 21);
+            }
+            // The tables of refraction are least exact for the roughest skin, from inside at grazing angles.
+            let coarse =
+                degrees > 85.0 && (name.ends_with("1 false") || name.ends_with("1 false false"));
+            if off(found) > if coarse { 4e-3 } else { 1e-3 } {
                 worst.push(format!("{name} at {degrees}: {found}"));
             }
         }
-        for (name, make) in &lossy {
-            let found = furnace(&make(&frame), &frame, 1 << 16);
+        for (name, make) in lossy.iter().filter(|_| degrees < 88.5) {
+            let scatter = make(&frame);
+            let mut found = furnace(&scatter, &frame, 1 << 16);
+            if found.max_element() > 1.001 {
+                found = furnace(&scatter, &frame, 1 << 21);
+            }
             if found.max_element() > 1.001 {
                 worst.push(format!("{name} at {degrees}: {found} > 1"));
             }
@@ -52,9 +63,6 @@ fn the_page_says_what_is_lost() {
     let (_, lossy) = all();
     let mut found = String::new();
     for (title, of) in [
-        ("rough glass, from outside", "glass # false true"),
-        ("rough glass, from inside", "glass # false false"),
-        ("rough pane", "glass # true true"),
         ("white plastic with a thin coat", "coated #"),
         ("white plastic with white sheen", "cloth #"),
         ("white plastic under a film", "film #"),
@@ -76,12 +84,12 @@ fn the_page_says_what_is_lost() {
 /// Where the sampling of a lobe has no share, its light is found by lamps and lost to scattered rays.
 #[test]
 fn sampling_finds_all_that_evaluation_knows() {
-    let (_, lossy) = all();
+    let (lossless, _) = all();
     for degrees in [30.0f32, 60.0, 80.0] {
         let frame = frame(degrees, 0.3);
-        for (name, make) in &lossy {
+        for (name, make) in &lossless {
             let scatter = make(&frame);
-            if !name.starts_with("glass") || name.contains("0.1") {
+            if !name.starts_with("glass") || name.contains("0.1") || name.contains(" 0 ") {
                 continue;
             }
             let count = 1 << 19;

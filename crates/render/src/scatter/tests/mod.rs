@@ -4,14 +4,18 @@ mod density;
 mod furnace;
 mod reciprocity;
 
+use std::sync::LazyLock;
+
 use glam::Vec3;
 use raycam_scene::{Glass, Metal};
 
+use super::coat::Coat;
 use super::film::Film;
 use super::frame::Frame;
 use super::fresnel::Fresnel;
 use super::ggx::Ggx;
-use super::layered::{Coat, Layered, Layers};
+use super::interface::{Curve, Interface};
+use super::layered::{Layered, Layers};
 use super::lecture::Lecture;
 use super::phong::Lobe;
 use super::sheen::Sheen;
@@ -34,7 +38,7 @@ fn seen_from(view: Vec3) -> Frame {
 }
 
 /// A white dielectric without anything else.
-fn plastic(roughness: f32) -> Layers {
+fn plastic(roughness: f32) -> Layers<'static> {
     let fresnel = Fresnel::Schlick {
         f0: Vec3::splat(0.04),
         f90: Vec3::ONE,
@@ -48,12 +52,13 @@ fn plastic(roughness: f32) -> Layers {
         through: Vec3::ZERO,
         transmission: Vec3::ZERO,
         eta: 1.0,
+        interface: None,
         coat: None,
         sheen: None,
     }
 }
 
-fn white_metal(roughness: f32) -> Layers {
+fn white_metal(roughness: f32) -> Layers<'static> {
     let fresnel = Fresnel::Schlick {
         f0: Vec3::ONE,
         f90: Vec3::ONE,
@@ -67,7 +72,7 @@ fn white_metal(roughness: f32) -> Layers {
 }
 
 /// A metal that is rougher along the tangent, as `KHR_materials_anisotropy` has it.
-fn brushed(roughness: f32, strength: f32) -> Layers {
+fn brushed(roughness: f32, strength: f32) -> Layers<'static> {
     let alpha = (roughness * roughness).max(1e-3);
     Layers {
         ggx: Ggx {
@@ -78,7 +83,7 @@ fn brushed(roughness: f32, strength: f32) -> Layers {
     }
 }
 
-fn coated(layers: Layers, frame: &Frame) -> Layers {
+fn coated<'a>(layers: Layers<'a>, frame: &Frame) -> Layers<'a> {
     Layers {
         coat: Some(Coat {
             weight: 0.8,
@@ -86,6 +91,28 @@ fn coated(layers: Layers, frame: &Frame) -> Layers {
             frame: *frame,
         }),
         ..layers
+    }
+}
+
+static EXACT: LazyLock<Interface> = LazyLock::new(|| Interface::new(1.5, Curve::Exact));
+static SCHLICK: LazyLock<Interface> = LazyLock::new(|| Interface::new(1.5, Curve::Schlick));
+
+/// White principled matter with an inside, of index 1.5.
+fn solid(roughness: f32, front: bool) -> Layers<'static> {
+    let eta = if front { 1.5 } else { 1.0 / 1.5 };
+    let fresnel = Fresnel::Schlick {
+        f0: Vec3::splat(0.04),
+        f90: Vec3::ONE,
+        inside: (!front).then_some(eta),
+    };
+    Layers {
+        fresnel,
+        over: fresnel,
+        diffuse: Vec3::ZERO,
+        transmission: Vec3::ONE,
+        eta,
+        interface: Some(&SCHLICK),
+        ..plastic(roughness)
     }
 }
 
@@ -100,7 +127,7 @@ type Named = Vec<(String, Make)>;
 
 /// Every kind of scattering by name: lossless ones, and the rest.
 fn all() -> (Named, Named) {
-    fn layers(name: String, make: impl Fn(&Frame) -> Layers + 'static) -> (String, Make) {
+    fn layers(name: String, make: impl Fn(&Frame) -> Layers<'static> + 'static) -> (String, Make) {
         let make = move |frame: &Frame| Scatter::Layered(Layered::new(make(frame), frame));
         (name, Box::new(make))
     }
@@ -146,11 +173,16 @@ fn all() -> (Named, Named) {
         lossless.push(layers(format!("brushed {roughness}"), move |_| {
             brushed(roughness, 0.7)
         }));
-        lossy.push(layers(format!("thin {roughness}"), move |_| Layers {
+        lossless.push(layers(format!("thin {roughness}"), move |_| Layers {
             diffuse: Vec3::splat(0.2),
             transmission: Vec3::splat(0.8),
             ..plastic(roughness)
         }));
+        for front in [false, true] {
+            lossless.push(layers(format!("solid {roughness} {front}"), move |_| {
+                solid(roughness, front)
+            }));
+        }
         for thin in [false, true] {
             for front in [false, true] {
                 let glass = Glass {
@@ -160,15 +192,16 @@ fn all() -> (Named, Named) {
                 };
                 let name = format!("glass {roughness} {thin} {front}");
                 let make = move |frame: &Frame| {
-                    let eta = super::glass::eta(&glass, front, None);
-                    Scatter::Layered(super::glass::glass(&glass, eta, Vec3::ONE, frame))
+                    let eta = super::glass::eta(&glass, front, None, 1.0);
+                    Scatter::Layered(super::glass::glass(
+                        &glass,
+                        eta,
+                        Vec3::ONE,
+                        Some(&EXACT),
+                        frame,
+                    ))
                 };
-                let made: (String, Make) = (name, Box::new(make));
-                if roughness == 0.0 {
-                    lossless.push(made);
-                } else {
-                    lossy.push(made);
-                }
+                lossless.push((name, Box::new(make)));
             }
         }
         let gold = Metal {

@@ -1,0 +1,149 @@
+//! What clear matter a path is inside of: glass in water, water in a glass.
+//!
+//! C. M. Schmidt and B. Budge, "Simple Nested Dielectrics in Ray Traced Images", Journal of Graphics Tools 7(2), 2002:
+//! where closed meshes overlap, the one of the highest priority is there, and the surfaces of the others are not. Among
+//! equals, the one that was entered last is there: matter that lies within other matter displaces it.
+
+use glam::Vec3;
+use raycam_bvh::Hit;
+
+use crate::prepare::PreparedWorld;
+use crate::scatter::{index, inside};
+
+/// How many a path remembers; of more, the one it entered first is forgotten.
+const DEPTH: usize = 6;
+const NOTHING: u32 = u32::MAX;
+
+/// Materials in the order in which they were entered. No material twice where one mesh is inside of itself: each skin
+/// that is crossed counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Media([u32; DEPTH]);
+
+impl Default for Media {
+    fn default() -> Self {
+        Self([NOTHING; DEPTH])
+    }
+}
+
+/// What a surface of clear matter separates.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Skin {
+    /// Where the ray comes from, and where it goes if it passes.
+    pub before: Media,
+    pub after: Media,
+    /// Whether something of a higher priority is on both sides: nothing happens to light here.
+    pub hidden: bool,
+    /// The index of refraction outside of the surface's own matter.
+    pub around: f32,
+}
+
+impl Skin {
+    /// That of a hit surface.
+    pub fn of(
+        world: &PreparedWorld,
+        media: Media,
+        hit: &Hit,
+        front: bool,
+        channel: Option<usize>,
+    ) -> Self {
+        let index = world.material_index(hit.instance, hit.triangle);
+        match inside(&world.materials[index].material) {
+            None => Self::none(media),
+            Some(_) => media.meet(world, index, front, channel),
+        }
+    }
+
+    /// What light in a direction from the surface goes through.
+    pub fn beyond(&self, normal: Vec3, direction: Vec3) -> Media {
+        if normal.dot(direction) < 0.0 {
+            self.after
+        } else {
+            self.before
+        }
+    }
+
+    /// A surface that is no border of clear matter.
+    pub fn none(media: Media) -> Self {
+        Self {
+            before: media,
+            after: media,
+            hidden: false,
+            around: 1.0,
+        }
+    }
+}
+
+impl Media {
+    pub fn is_empty(&self) -> bool {
+        self.0[0] == NOTHING
+    }
+
+    /// What a ray meets at the surface of a material that has an inside. One that leaves what it never entered has begun
+    /// there.
+    fn meet(
+        self,
+        world: &PreparedWorld,
+        material: usize,
+        front: bool,
+        channel: Option<usize>,
+    ) -> Skin {
+        let material = material as u32;
+        let (before, after) = if front {
+            (self, self.with(material))
+        } else if self.0.contains(&material) {
+            (self, self.without(material))
+        } else {
+            (self.beneath(material), self)
+        };
+        let outside = if front { before } else { after };
+        Skin {
+            before,
+            after,
+            hidden: before.top(world) == after.top(world),
+            around: outside.top(world).map_or(1.0, |there| {
+                index(&world.materials[there].material, channel)
+            }),
+        }
+    }
+
+    /// What is lost per metre.
+    pub fn absorption(&self, world: &PreparedWorld) -> Vec3 {
+        self.top(world)
+            .and_then(|there| inside(&world.materials[there].material))
+            .unwrap_or(Vec3::ZERO)
+    }
+
+    /// Of which material it is where the path is.
+    fn top(&self, world: &PreparedWorld) -> Option<usize> {
+        let known = self.0.iter().take_while(|&&material| material != NOTHING);
+        // Of equals, `max_by_key` takes the last.
+        known
+            .map(|&material| material as usize)
+            .max_by_key(|&material| world.materials[material].material.priority)
+    }
+
+    fn with(mut self, material: u32) -> Self {
+        if self.0[DEPTH - 1] != NOTHING {
+            self.0.rotate_left(1);
+            self.0[DEPTH - 1] = material;
+        } else if let Some(place) = self.0.iter_mut().find(|place| **place == NOTHING) {
+            *place = material;
+        }
+        self
+    }
+
+    fn without(mut self, material: u32) -> Self {
+        if let Some(at) = self.0.iter().rposition(|&known| known == material) {
+            self.0[at] = NOTHING;
+            self.0[at..].rotate_left(1);
+        }
+        self
+    }
+
+    /// As if it had been entered before all others.
+    fn beneath(mut self, material: u32) -> Self {
+        self.0.rotate_right(1);
+        self.0[0] = material;
+        self
+    }
+}

@@ -1,0 +1,178 @@
+//! What a rough interface that refracts loses because light is followed to one microfacet alone.
+//!
+//! Tables over cosine and roughness, for both sides of an index of refraction. A row is made by quadrature when a
+//! surface first asks for its roughness: smooth glass asks for none.
+
+use std::sync::OnceLock;
+
+use glam::Vec3;
+
+use super::energy::{along, mean, schlick_weight};
+use super::fresnel::{Fresnel, reflect, refract, refracted_cosine};
+use super::ggx::Ggx;
+
+/// Entries along the square root of the cosine, and along that of perceptual roughness: narrow lobes change fast.
+const STEPS: usize = 80;
+const ROWS: usize = 64;
+/// Points of a quadrature, outwards and around.
+const RINGS: u32 = 128;
+const TURNS: u32 = 48;
+
+/// How much is reflected by the angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Curve {
+    /// As Fresnel's equations say.
+    Exact,
+    /// As Schlick's approximation says, between any two ends.
+    Schlick,
+}
+
+/// The losses of an index of refraction, by roughness.
+#[derive(Debug)]
+pub(crate) struct Interface {
+    ior: f32,
+    curve: Curve,
+    rows: [OnceLock<Box<Row>>; ROWS],
+}
+
+/// Of one roughness: what is lost of light from outside and from inside.
+#[derive(Debug)]
+struct Row([Side; 2]);
+
+/// All is linear in what is reflected head on (f0) and at grazing angles (f90): a constant and two factors.
+#[derive(Debug)]
+struct Side {
+    reflected: [[f32; STEPS]; 3],
+    refracted: [[f32; STEPS]; 3],
+    /// What is neither, in the mean over the hemisphere, weighed by the cosine.
+    lost_mean: [f32; 3],
+}
+
+/// Losses at one roughness.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Losses<'a> {
+    rows: [&'a Row; 2],
+    between: f32,
+}
+
+impl Interface {
+    /// `ior` is that of the inside relative to the outside.
+    pub fn new(ior: f32, curve: Curve) -> Self {
+        Self {
+            ior,
+            curve,
+            rows: [const { OnceLock::new() }; ROWS],
+        }
+    }
+
+    /// Whether it is what a surface with this index on its other side has.
+    pub fn is_between(&self, eta: f32) -> bool {
+        eta == self.ior || eta == 1.0 / self.ior
+    }
+
+    pub(super) fn at(&self, ggx: &Ggx) -> Losses<'_> {
+        let position = ggx.roughness().clamp(0.0, 1.0).sqrt() * (ROWS - 1) as f32;
+        let low = (position as usize).min(ROWS - 2);
+        let row = |i: usize| &**self.rows[i].get_or_init(|| Box::new(self.row(i)));
+        Losses {
+            rows: [row(low), row(low + 1)],
+            between: position - low as f32,
+        }
+    }
+
+    fn row(&self, row: usize) -> Row {
+        let ggx = Ggx::isotropic((row as f32 / (ROWS - 1) as f32).powi(2));
+        Row([self.ior, 1.0 / self.ior].map(|eta| {
+            let [mut reflected, mut refracted] = [[[0.0; STEPS]; 3]; 2];
+            for column in 0..STEPS {
+                let root = column as f32 / (STEPS - 1) as f32;
+                let [up, down] = self.kept(&ggx, eta, (root * root).max(1e-4));
+                for term in 0..3 {
+                    reflected[term][column] = up[term];
+                    refracted[term][column] = down[term];
+                }
+            }
+            let kept_mean = |term: usize| mean(&reflected[term]) + mean(&refracted[term]);
+            Side {
+                lost_mean: [1.0 - kept_mean(0), -kept_mean(1), -kept_mean(2)],
+                reflected,
+                refracted,
+            }
+        }))
+    }
+
+    /// What is reflected and refracted by one microfacet.
+    fn kept(&self, ggx: &Ggx, eta: f32, cosine: f32) -> [[f32; 3]; 2] {
+        if ggx.is_smooth() {
+            return self.parts(cosine, eta, 1.0, 1.0);
+        }
+        let v = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+        let mut kept = [[0.0f64; 3]; 2];
+        let mut points = 0.0;
+        for ring in 0..RINGS {
+            // Denser at both ends, where normals turn fast.
+            let s = (ring as f32 + 0.5) / RINGS as f32;
+            let (out, density) = (s * s * (3.0 - 2.0 * s), s * (1.0 - s));
+            for turn in 0..TURNS {
+                // Both sides of the plane of incidence are alike.
+                let around = (turn as f32 + 0.5) / (2 * TURNS) as f32;
+                let h = ggx.sample(v, [around, out]);
+                let up = reflect(v, h).map_or(0.0, |l| ggx.visible_also(v, l));
+                let down = refract(v, h, eta)
+                    .map_or(0.0, |l| ggx.visible_also(v, Vec3::new(l.x, l.y, -l.z)));
+                let found = self.parts(v.dot(h), eta, up, down);
+                for (kept, found) in kept.iter_mut().flatten().zip(found.iter().flatten()) {
+                    *kept += f64::from(density * found);
+                }
+                points += f64::from(density);
+            }
+        }
+        kept.map(|terms| terms.map(|term| (term / points) as f32))
+    }
+
+    /// What a microfacet reflects and refracts, each of which is seen by a share.
+    fn parts(&self, cosine: f32, eta: f32, up: f32, down: f32) -> [[f32; 3]; 2] {
+        let Some(other) = refracted_cosine(cosine, eta) else {
+            return [[up, 0.0, 0.0], [0.0; 3]];
+        };
+        match self.curve {
+            Curve::Exact => {
+                let reflected = Fresnel::Dielectric(eta).reflected(cosine).x;
+                let refracted = 1.0 - reflected;
+                [[up * reflected, 0.0, 0.0], [down * refracted, 0.0, 0.0]]
+            }
+            Curve::Schlick => {
+                let f0 = schlick_weight(if eta < 1.0 { other } else { cosine });
+                let f90 = 1.0 - f0;
+                [[0.0, up * f0, up * f90], [down, -down * f0, -down * f90]]
+            }
+        }
+    }
+}
+
+impl Losses<'_> {
+    /// Of light from a side at a cosine, where the interface reflects `f0` to `f90`: what one microfacet reflects, and what
+    /// it refracts.
+    pub fn kept(&self, inside: bool, cosine: f32, ends: (Vec3, Vec3)) -> [Vec3; 2] {
+        let of = |tables: fn(&Side) -> &[[f32; STEPS]; 3]| {
+            self.with(ends, |row, term| {
+                along(&tables(&row.0[usize::from(inside)])[term], cosine)
+            })
+        };
+        [of(|side| &side.reflected), of(|side| &side.refracted)]
+    }
+
+    /// What is lost in the mean over the hemisphere, weighed by the cosine.
+    pub fn lost_mean(&self, inside: bool, ends: (Vec3, Vec3)) -> Vec3 {
+        self.with(ends, |row, term| row.0[usize::from(inside)].lost_mean[term])
+    }
+
+    fn with(&self, (f0, f90): (Vec3, Vec3), of: impl Fn(&Row, usize) -> f32) -> Vec3 {
+        let [low, high] = self.rows;
+        let term = |term| {
+            let low = of(low, term);
+            low + (of(high, term) - low) * self.between
+        };
+        Vec3::splat(term(0)) + f0 * term(1) + f90 * term(2)
+    }
+}
