@@ -3,7 +3,7 @@
 //! runs for many in a row: which kind of step a ray needs next is what no processor can guess.
 
 use super::line::within;
-use super::local::LocalRay;
+use super::local::{LocalRay, times};
 use super::stack::Stack;
 use super::steps::{Best, NO_SLOT, any, enter_children, transformed};
 use crate::block::{Block, LEAF, NO_CHILD, leaf, node};
@@ -53,6 +53,8 @@ struct Slot<'a> {
     instance: u32,
     /// Nothing but that instance is to be traced.
     lone: bool,
+    /// t along the ray in the tree over instances is so many times that of the one given.
+    outer_scale: f64,
     number: usize,
     hit: Hit,
     given: Ray,
@@ -72,6 +74,7 @@ impl<'a> Slot<'a> {
             mesh: None,
             instance: 0,
             lone: false,
+            outer_scale: 1.0,
             number: 0,
             hit: Hit::MISS,
             given: Ray {
@@ -112,6 +115,7 @@ impl<'a> Slot<'a> {
             self.at = if start == NO_CHILD { self.at } else { start };
             return entered;
         }
+        self.at = scene.root;
         self.leave(scene, given.t_max)
     }
 
@@ -122,11 +126,22 @@ impl<'a> Slot<'a> {
             return false;
         };
         self.best = Best::nothing(outer.inner_t(t_max));
+        self.outer_scale = outer.t_scale;
         self.ray = outer;
         self.blocks = scene.blocks();
         self.mesh = None;
-        self.at = scene.root;
         true
+    }
+
+    /// What is left above the instances: most often another one or nothing, and for neither is the ray needed in the
+    /// coordinates of their tree. True once there is nothing.
+    #[inline(always)]
+    fn go_on(&mut self, scene: &'a Scene) -> bool {
+        self.at = self.stack.next();
+        if self.at & LEAF == 0 {
+            return !self.leave(scene, self.t_max());
+        }
+        self.at == NO_CHILD
     }
 
     /// Goes into an instance.
@@ -197,8 +212,7 @@ impl<'a> Slot<'a> {
             return self.pop_instance(scene);
         }
         let Some(mesh) = self.mesh else {
-            self.enter_instance(scene);
-            return false;
+            return self.enter_instance(scene);
         };
         let leaf = leaf(self.blocks, self.at);
         if ANY {
@@ -222,16 +236,16 @@ impl<'a> Slot<'a> {
         false
     }
 
-    /// Enters the instance at hand, or goes on where the ray cannot.
+    /// Enters the instance at hand, or goes on where the ray cannot; true once there is nothing left.
     #[inline(never)]
-    fn enter_instance(&mut self, scene: &'a Scene) {
+    fn enter_instance(&mut self, scene: &'a Scene) -> bool {
         let t_max = self.t_max();
         if self.enter::<false>(scene, self.at & !LEAF, t_max) {
             self.stack.floor();
             self.base = self.stack.len as u32;
-        } else {
-            self.at = self.stack.next();
+            return false;
         }
+        self.go_on(scene)
     }
 
     /// The mesh is done: goes on above it. True once there is nothing left.
@@ -241,18 +255,13 @@ impl<'a> Slot<'a> {
         if self.lone || self.mesh.is_none() {
             return true;
         }
-        let closer = self.best.slot != NO_SLOT;
-        let t_max = self.t_max();
-        if !self.leave(scene, t_max) {
-            return true;
-        }
+        self.mesh = None;
         self.base = 1;
         // Only then do entries say where they are entered: those of any hits do not.
-        if closer {
-            self.stack.cut(1, self.best.t);
+        if self.best.slot != NO_SLOT {
+            self.stack.cut(1, times(self.t_max(), self.outer_scale));
         }
-        self.at = self.stack.next();
-        false
+        self.go_on(scene)
     }
 
     #[inline(always)]

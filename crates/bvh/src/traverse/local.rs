@@ -192,11 +192,17 @@ impl LocalRay {
     /// t along this ray.
     #[inline(always)]
     pub fn inner_t(&self, t: f32) -> f32 {
-        if self.t_scale == 1.0 {
-            t
-        } else {
-            (f64::from(t) * self.t_scale) as f32
-        }
+        times(t, self.t_scale)
+    }
+}
+
+/// t along a ray whose t is so many times as much.
+#[inline(always)]
+pub fn times(t: f32, scale: f64) -> f32 {
+    if scale == 1.0 {
+        t
+    } else {
+        (f64::from(t) * scale) as f32
     }
 }
 
