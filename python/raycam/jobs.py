@@ -201,8 +201,7 @@ class Job:
                         self._give_up(outcome, book, scratch)
                         failed += 1
                     else:
-                        place = book.add(self._store(outcome, scratch))
-                        self._places[outcome.frame] = number << PLACE_BITS | place
+                        self._places[outcome.frame] = number << PLACE_BITS | book.add(self._store(outcome, scratch))
                         done += 1
                         if finished is not None:
                             finished(outcome)
