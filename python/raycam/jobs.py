@@ -194,14 +194,14 @@ class Job:
             with Ledger(path) as book, contextlib.closing(dispatch(pool, tasks)) as outcomes:
                 if path not in self._ledgers:
                     self._ledgers.append(path)
-                number = self._ledgers.index(path)
                 tell(done, len(asked), failed)
                 for outcome in outcomes:
                     if isinstance(outcome, Failed):
                         self._give_up(outcome, book, scratch)
                         failed += 1
                     else:
-                        self._places[outcome.frame] = number << PLACE_BITS | book.add(self._store(outcome, scratch))
+                        place = book.add(self._store(outcome, scratch))
+                        self._places[outcome.frame] = self._ledgers.index(path) << PLACE_BITS | place
                         done += 1
                         if finished is not None:
                             finished(outcome)
