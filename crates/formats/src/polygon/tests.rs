@@ -43,15 +43,20 @@ fn covers(corners: &[DVec3], normal: DVec3) {
     );
 }
 
-#[test]
-fn stars_of_any_shape_in_any_plane_are_covered_once() {
+/// Numbers from 0 to 1, the same every time.
+fn random() -> impl FnMut() -> f64 {
     let mut state = 7_u64;
-    let mut random = || {
+    move || {
         state = state
             .wrapping_mul(6364136223846793005)
             .wrapping_add(1442695040888963407);
         (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    }
+}
+
+#[test]
+fn stars_of_any_shape_in_any_plane_are_covered_once() {
+    let mut random = random();
     for round in 0..400 {
         let count = 4 + round % 60;
         let turn = DQuat::from_euler(
@@ -191,13 +196,7 @@ fn large_contours_take_little_work() {
         let (sin, cos) = (std::f64::consts::TAU * i as f64 / count as f64).sin_cos();
         [radius * cos, radius * sin]
     };
-    let mut state = 7_u64;
-    let mut random = || {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = random();
     let star: Vec<_> = (0..count).map(|i| around(i, 0.3 + random())).collect();
     let gear: Vec<_> = (0..count)
         .map(|i| around(i, if i % 4 < 2 { 1.0 } else { 0.9 }))

@@ -8,11 +8,12 @@ use std::sync::LazyLock;
 use glam::Vec3;
 
 use super::anisotropic::Anisotropic;
+use super::fresnel::reflect;
 use super::ggx::Ggx;
 
 /// Entries along the square root of the cosine, and along that of perceptual roughness: narrow lobes change fast.
-const STEPS: usize = 80;
-const ROWS: usize = 64;
+pub(super) const STEPS: usize = 80;
+pub(super) const ROWS: usize = 64;
 /// Points of a quadrature, outwards and around.
 const RINGS: u32 = 64;
 const TURNS: u32 = 16;
@@ -53,12 +54,8 @@ impl Energy {
         if !ggx.is_isotropic() {
             return Self::Anisotropic(Anisotropic::new(ggx));
         }
-        let position = ggx.roughness().clamp(0.0, 1.0).sqrt() * (ROWS - 1) as f32;
-        let row = (position as usize).min(ROWS - 2);
-        Self::Isotropic {
-            row,
-            between: position - row as f32,
-        }
+        let (row, between) = row_of(ggx);
+        Self::Isotropic { row, between }
     }
 
     /// What an interface that reflects all reflects at once, and the share of it that Schlick multiplies by f0.
@@ -156,12 +153,55 @@ impl Tables {
     }
 }
 
+/// The row of a roughness, and how far it is on the way to the next.
+pub(super) fn row_of(ggx: &Ggx) -> (usize, f32) {
+    let position = ggx.roughness().clamp(0.0, 1.0).sqrt() * (ROWS - 1) as f32;
+    let row = (position as usize).min(ROWS - 2);
+    (row, position - row as f32)
+}
+
+/// The roughness of a row.
+pub(super) fn of_row(row: usize) -> Ggx {
+    Ggx::isotropic((row as f32 / (ROWS - 1) as f32).powi(2))
+}
+
+/// The cosine of a column.
+pub(super) fn cosine_of(column: usize) -> f32 {
+    let root = column as f32 / (STEPS - 1) as f32;
+    (root * root).max(1e-4)
+}
+
 fn fill(row: usize, all: &mut [f32; STEPS], f0: &mut [f32; STEPS]) {
-    let ggx = Ggx::isotropic((row as f32 / (ROWS - 1) as f32).powi(2));
+    let ggx = of_row(row);
     for (column, (all, f0)) in all.iter_mut().zip(f0).enumerate() {
-        let root = column as f32 / (STEPS - 1) as f32;
-        (*all, *f0) = albedo(&ggx, (root * root).max(1e-4));
+        (*all, *f0) = albedo(&ggx, cosine_of(column));
     }
+}
+
+/// The mean of values over the microfacets that a direction at a cosine sees, given that direction and their normal: by
+/// so many points of a quadrature outwards and around.
+pub(super) fn over_visible_normals<const N: usize>(
+    ggx: &Ggx,
+    cosine: f32,
+    [rings, turns]: [u32; 2],
+    values: impl Fn(Vec3, Vec3) -> [f32; N],
+) -> [f32; N] {
+    let v = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+    let (mut sums, mut points) = ([0.0f64; N], 0.0);
+    for ring in 0..rings {
+        // Denser at both ends, where normals turn fast.
+        let s = (ring as f32 + 0.5) / rings as f32;
+        let (out, density) = (s * s * (3.0 - 2.0 * s), s * (1.0 - s));
+        for turn in 0..turns {
+            // Both sides of the plane of incidence are alike.
+            let around = (turn as f32 + 0.5) / (2 * turns) as f32;
+            for (sum, value) in sums.iter_mut().zip(values(v, ggx.sample(v, [around, out]))) {
+                *sum += f64::from(density * value);
+            }
+            points += f64::from(density);
+        }
+    }
+    sums.map(|sum| (sum / points) as f32)
 }
 
 /// The mean of a row over the hemisphere, weighed by the cosine: exact for what is linear in its root between entries.
@@ -192,25 +232,9 @@ fn albedo(ggx: &Ggx, cosine: f32) -> (f32, f32) {
     if ggx.is_smooth() {
         return (1.0, schlick_weight(cosine));
     }
-    let v = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-    let (mut all, mut f0) = (0.0, 0.0);
-    let mut points = 0.0;
-    for ring in 0..RINGS {
-        // Denser at both ends, where normals turn fast.
-        let s = (ring as f32 + 0.5) / RINGS as f32;
-        let (out, density) = (s * s * (3.0 - 2.0 * s), s * (1.0 - s));
-        for turn in 0..TURNS {
-            // Both sides of the plane of incidence are alike.
-            let around = (turn as f32 + 0.5) / (2 * TURNS) as f32;
-            points += f64::from(density);
-            let h = ggx.sample(v, [around, out]);
-            let l = 2.0 * v.dot(h) * h - v;
-            if l.z > 0.0 {
-                let seen = density * ggx.visible_also(v, l);
-                all += f64::from(seen);
-                f0 += f64::from(seen * schlick_weight(v.dot(h)));
-            }
-        }
-    }
-    ((all / points) as f32, (f0 / points) as f32)
+    let [all, f0] = over_visible_normals(ggx, cosine, [RINGS, TURNS], |v, h| {
+        let seen = reflect(v, h).map_or(0.0, |l| ggx.visible_also(v, l));
+        [seen, seen * schlick_weight(v.dot(h))]
+    });
+    (all, f0)
 }

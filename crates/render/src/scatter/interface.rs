@@ -7,13 +7,12 @@ use std::sync::OnceLock;
 
 use glam::Vec3;
 
-use super::energy::{along, mean, schlick_weight};
+use super::energy::{
+    ROWS, STEPS, along, cosine_of, mean, of_row, over_visible_normals, row_of, schlick_weight,
+};
 use super::fresnel::{Fresnel, reflect, refract, refracted_cosine};
 use super::ggx::Ggx;
 
-/// Entries along the square root of the cosine, and along that of perceptual roughness: narrow lobes change fast.
-const STEPS: usize = 80;
-const ROWS: usize = 64;
 /// Points of a quadrature, outwards and around.
 const RINGS: u32 = 128;
 const TURNS: u32 = 48;
@@ -71,22 +70,20 @@ impl Interface {
     }
 
     pub(super) fn at(&self, ggx: &Ggx) -> Losses<'_> {
-        let position = ggx.roughness().clamp(0.0, 1.0).sqrt() * (ROWS - 1) as f32;
-        let low = (position as usize).min(ROWS - 2);
+        let (low, between) = row_of(ggx);
         let row = |i: usize| &**self.rows[i].get_or_init(|| Box::new(self.row(i)));
         Losses {
             rows: [row(low), row(low + 1)],
-            between: position - low as f32,
+            between,
         }
     }
 
     fn row(&self, row: usize) -> Row {
-        let ggx = Ggx::isotropic((row as f32 / (ROWS - 1) as f32).powi(2));
+        let ggx = of_row(row);
         Row([self.ior, 1.0 / self.ior].map(|eta| {
             let [mut reflected, mut refracted] = [[[0.0; STEPS]; 3]; 2];
             for column in 0..STEPS {
-                let root = column as f32 / (STEPS - 1) as f32;
-                let [up, down] = self.kept(&ggx, eta, (root * root).max(1e-4));
+                let [up, down] = self.kept(&ggx, eta, cosine_of(column));
                 for term in 0..3 {
                     reflected[term][column] = up[term];
                     refracted[term][column] = down[term];
@@ -106,28 +103,15 @@ impl Interface {
         if ggx.is_smooth() {
             return self.parts(cosine, eta, 1.0, 1.0);
         }
-        let v = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-        let mut kept = [[0.0f64; 3]; 2];
-        let mut points = 0.0;
-        for ring in 0..RINGS {
-            // Denser at both ends, where normals turn fast.
-            let s = (ring as f32 + 0.5) / RINGS as f32;
-            let (out, density) = (s * s * (3.0 - 2.0 * s), s * (1.0 - s));
-            for turn in 0..TURNS {
-                // Both sides of the plane of incidence are alike.
-                let around = (turn as f32 + 0.5) / (2 * TURNS) as f32;
-                let h = ggx.sample(v, [around, out]);
-                let up = reflect(v, h).map_or(0.0, |l| ggx.visible_also(v, l));
-                let down = refract(v, h, eta)
-                    .map_or(0.0, |l| ggx.visible_also(v, Vec3::new(l.x, l.y, -l.z)));
-                let found = self.parts(v.dot(h), eta, up, down);
-                for (kept, found) in kept.iter_mut().flatten().zip(found.iter().flatten()) {
-                    *kept += f64::from(density * found);
-                }
-                points += f64::from(density);
-            }
-        }
-        kept.map(|terms| terms.map(|term| (term / points) as f32))
+        let kept = over_visible_normals(ggx, cosine, [RINGS, TURNS], |v, h| {
+            let up = reflect(v, h).map_or(0.0, |l| ggx.visible_also(v, l));
+            let down =
+                refract(v, h, eta).map_or(0.0, |l| ggx.visible_also(v, Vec3::new(l.x, l.y, -l.z)));
+            let [[a, b, c], [d, e, f]] = self.parts(v.dot(h), eta, up, down);
+            [a, b, c, d, e, f]
+        });
+        let [a, b, c, d, e, f] = kept;
+        [[a, b, c], [d, e, f]]
     }
 
     /// What a microfacet reflects and refracts, each of which is seen by a share.

@@ -72,13 +72,7 @@ with_pose! {
         /// Where the centre of the first pixel lies: "integer" at (0, 0) as in OpenCV, "half" at (0.5, 0.5) as in COLMAP.
         pub pixel_center: PixelCenter,
     }
-    pose {
-        location: "The camera centre in the world.",
-        target: "A point to look at, instead of angles.",
-        up: "What points up in the picture, with `target`; the world's up where not given.",
-        R: "The rotation camera_from_world, camera axes x right, y down, z forward.",
-        C: "The camera centre in the world, with `R`.",
-    }
+    camera pose
     {
         /// The opening of the lens, for depth of field; a pinhole where not given.
         #[serde(skip_serializing_if = "Option::is_none")]

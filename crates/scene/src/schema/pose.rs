@@ -14,6 +14,25 @@ macro_rules! with_pose {
     (
         $(#[$about:meta])*
         pub struct $name:ident { $($before:tt)* }
+        camera pose
+        { $($after:tt)* }
+    ) => {
+        $crate::schema::pose::with_pose! {
+            $(#[$about])*
+            pub struct $name { $($before)* }
+            pose {
+                location: "The camera centre in the world.",
+                target: "A point to look at, instead of angles.",
+                up: "What points up in the picture, with `target`; the world's up where not given.",
+                R: "The rotation camera_from_world, camera axes x right, y down, z forward.",
+                C: "The camera centre in the world, with `R`.",
+            }
+            { $($after)* }
+        }
+    };
+    (
+        $(#[$about:meta])*
+        pub struct $name:ident { $($before:tt)* }
         pose {
             location: $location:literal, target: $target:literal, up: $up:literal, R: $r:literal, C: $c:literal,
         }
@@ -79,13 +98,7 @@ with_pose! {
     /// A camera's pose: `location` with angles or a `target`, or `R` with `C` or `t`.
     #[derive(PartialEq)]
     pub struct PoseSpec {}
-    pose {
-        location: "The camera centre in the world.",
-        target: "A point to look at, instead of angles.",
-        up: "What points up in the picture, with `target`; the world's up where not given.",
-        R: "The rotation camera_from_world, camera axes x right, y down, z forward.",
-        C: "The camera centre in the world, with `R`.",
-    }
+    camera pose
     {}
 }
 
