@@ -290,7 +290,7 @@ impl<'a> Picture<'a> {
             estimate,
             ..
         } = buffers;
-        for (&mut (pixel, _), hit) in of.iter_mut().zip(&*hits) {
+        for (&(pixel, _), hit) in of.iter().zip(&*hits) {
             let exact = exact.hits.get(pixel);
             estimate.count(
                 pixel,
@@ -312,11 +312,11 @@ impl<'a> Picture<'a> {
             samplers,
         };
         integrator::radiance(world, self.settings, &batch, control, radiance, sky)?;
-        for (&mut (pixel, _), _) in of.iter_mut().zip(sky).filter(|(_, sky)| **sky) {
+        for (&(pixel, _), _) in of.iter().zip(sky).filter(|(_, sky)| **sky) {
             estimate.see_sky(pixel);
         }
         let limit = self.settings.clamp.unwrap_or(f32::INFINITY);
-        for (&mut (pixel, sample), &mut radiance) in of.iter_mut().zip(radiance) {
+        for (&(pixel, sample), &mut radiance) in of.iter().zip(radiance) {
             if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
                 self.tally.reject();
                 continue;

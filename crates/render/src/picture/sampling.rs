@@ -76,7 +76,7 @@ impl Picture<'_> {
                 .map(|&(i, sample)| self.sampler(pixels[i], sample)),
         );
         Sampler::pairs(samplers, 0..samplers.len(), Pair::Filter, offsets);
-        for ((&mut (i, _), sampler), &mut offset) in batch.iter_mut().zip(&*samplers).zip(offsets) {
+        for ((&(i, _), sampler), &mut offset) in batch.iter().zip(&*samplers).zip(offsets) {
             let (lens, part) = self.scatter(sampler);
             let ray = self
                 .camera
