@@ -1,8 +1,9 @@
 //! How triangles become leaves: those with a common edge go in pairs, and a leaf names each vertex once.
 
 use crate::block::{Block, LEAF, LEAF_SIZE, Leaf};
-use crate::build::{BuildItem, Leaves, TREELET};
+use crate::build::{BuildItem, Leaves, Source, TREELET};
 use crate::mesh::Quality;
+use crate::simd::prefetch;
 
 /// The triangles as the builder sees them.
 pub struct Triangles<'a> {
@@ -64,15 +65,29 @@ impl Piece {
     }
 }
 
-/// The edges of the open triangles of a treelet, by a hash of their vertices; one that another has taken the place of
-/// is forgotten.
-const EDGES: usize = 1 << 14;
+/// The edges of the triangles of a treelet: more places than those have edges.
+const EDGES: usize = 1 << 15;
+
+/// How many places are looked at: where more edges are in a row, or are one, some are forgotten.
+const PROBES: usize = 8;
+
+/// Where an edge is looked for first, and a number that few other edges have.
+#[inline(always)]
+fn edge_hash(a: u32, b: u32) -> (usize, u32) {
+    let edge = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
+    let hash = edge.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let hash = (hash ^ hash >> 32).wrapping_mul(0xd6e8_feb8_6659_fd93);
+    (
+        (hash >> (64 - EDGES.trailing_zeros())) as usize,
+        (hash >> 16) as u32 & 0xffff_0000,
+    )
+}
 
 /// What a thread knows of the triangles of the treelet it builds.
 pub struct Pieces {
     pieces: Vec<Piece>,
-    /// Item, counted from 1.
-    edges: Box<[u16; EDGES]>,
+    /// In the upper half a part of the edge's hash, in the lower one the item, counted from 1.
+    edges: Box<[u32; EDGES]>,
     /// By a hash of the vertex: it in the upper half; in the lower one which leaf it was seen in and at what place.
     seen: Box<[u64; SEEN]>,
     leaf: u32,
@@ -157,20 +172,52 @@ impl Pieces {
 }
 
 impl Triangles<'_> {
+    /// The box of a triangle.
+    #[inline(always)]
+    fn item_of(&self, id: u32, corners: [u32; 3]) -> BuildItem {
+        let [a, b, c] = corners.map(|i| self.vertex(i));
+        let least = |a: f32, b: f32| if a < b { a } else { b };
+        let most = |a: f32, b: f32| if a > b { a } else { b };
+        let lower = std::array::from_fn(|i| least(least(a[i], b[i]), c[i]));
+        let upper = std::array::from_fn(|i| most(most(a[i], b[i]), c[i]));
+        BuildItem::new(lower, upper, id)
+    }
+
     #[inline(always)]
     fn vertex(&self, index: u32) -> [f32; 3] {
         debug_assert!((index as usize) < self.vertices.len());
         // SAFETY: `check` has seen every index of every triangle.
         unsafe { self.vertices.get_unchecked(index as usize) }.map(|x| x * self.scale)
     }
+}
 
-    /// The box of a triangle.
+impl Source for Triangles<'_> {
+    fn count(&self) -> usize {
+        self.triangles.len()
+    }
+
     #[inline(always)]
-    pub fn item(&self, t: usize) -> BuildItem {
-        let [a, b, c] = self.triangles[t].map(|i| self.vertex(i));
-        let lower = std::array::from_fn(|i| a[i].min(b[i]).min(c[i]));
-        let upper = std::array::from_fn(|i| a[i].max(b[i]).max(c[i]));
-        BuildItem::new(lower, upper, t as u32)
+    fn item(&self, t: usize) -> BuildItem {
+        self.item_of(t as u32, self.triangles[t])
+    }
+
+    fn items(&self, ids: &[u32], items: &mut Vec<BuildItem>) {
+        items.reserve(ids.len());
+        let mut corners = [[0; 3]; 64];
+        for ids in ids.chunks(corners.len()) {
+            for (corners, &id) in corners.iter_mut().zip(ids) {
+                *corners = self.triangles[id as usize];
+                // Each may be anywhere in memory: all are on their way before the first is needed.
+                for vertex in *corners {
+                    prefetch(self.vertices.as_ptr().wrapping_add(vertex as usize));
+                }
+            }
+            let made = ids
+                .iter()
+                .zip(&corners)
+                .map(|(&id, &corners)| self.item_of(id, corners));
+            items.extend(made);
+        }
     }
 }
 
@@ -180,6 +227,7 @@ impl Leaves for Triangles<'_> {
     type Notes = Pieces;
 
     /// Finds the pairs: each triangle takes the best of the open neighbours among those before it, if there is a good one.
+    #[inline(always)]
     fn enter(&self, items: &mut [BuildItem], notes: &mut Pieces) -> usize {
         let Pieces { pieces, edges, .. } = notes;
         pieces.clear();
@@ -190,23 +238,25 @@ impl Leaves for Triangles<'_> {
             let corners = self.triangles[item.id as usize];
             let piece = Piece::one(item.id, corners);
             let mut best: Option<(f32, usize, Piece)> = None;
-            let mut places = [0; 3];
+            let mut places = [EDGES; 3];
             for k in 0..3 {
-                let (a, b) = (corners[k], corners[(k + 1) % 3]);
-                let hash = (a ^ b).wrapping_mul(0x9e37_79b1)
-                    ^ (a.wrapping_add(b)).wrapping_mul(0x85eb_ca6b);
-                places[k] = (hash >> 18) as usize % EDGES;
-                let other = edges[places[k]] as usize;
-                let Some(other) = other.checked_sub(1) else {
-                    continue;
-                };
-                let neighbour: &Piece = &pieces[other];
-                if neighbour.count == 1
-                    && let Some(pair) = neighbour.joined(&piece)
-                {
-                    let ratio = items[other].join_cost(&item);
-                    if ratio <= best.map_or(PAIR, |b| b.0) {
-                        best = Some((ratio, other, pair));
+                let (first, tag) = edge_hash(corners[k], corners[(k + 1) % 3]);
+                for place in first..first + PROBES {
+                    let place = place % EDGES;
+                    let found = edges[place];
+                    if found == 0 {
+                        places[k] = place;
+                        break;
+                    }
+                    let other = (found as u16 - 1) as usize;
+                    if (found ^ tag) >> 16 == 0
+                        && pieces[other].count == 1
+                        && let Some(pair) = pieces[other].joined(&piece)
+                    {
+                        let ratio = items[other].join_cost(&item);
+                        if ratio <= best.map_or(PAIR, |b| b.0) {
+                            best = Some((ratio, other, pair));
+                        }
                     }
                 }
             }
@@ -215,8 +265,11 @@ impl Leaves for Triangles<'_> {
                 items[other] = items[other].joined(&item);
                 continue;
             }
-            for place in places {
-                edges[place] = n as u16 + 1;
+            for k in 0..3 {
+                let (_, tag) = edge_hash(corners[k], corners[(k + 1) % 3]);
+                if let Some(place) = edges.get_mut(places[k]) {
+                    *place = tag | (n as u32 + 1);
+                }
             }
             item.id = n as u32;
             items[n] = item;
@@ -234,18 +287,30 @@ impl Leaves for Triangles<'_> {
         }
     }
 
-    fn bins(&self, items: usize) -> Option<usize> {
+    fn bins(&self, items: usize) -> usize {
         match self.quality {
-            Quality::Fast if items > TREELET => None,
             // There a plane matters that lies just where something ends.
-            Quality::Default | Quality::High if items > 16 * TREELET => Some(256),
-            Quality::Default if items > TREELET => Some(64),
-            Quality::High if items > TREELET => Some(256),
-            Quality::Fast => Some(8),
-            Quality::Default if items < 24 => Some(8),
-            Quality::Default => Some(16),
-            Quality::High if items < 24 => Some(16),
-            Quality::High => Some(32),
+            Quality::Default | Quality::High if items > 16 * TREELET => 256,
+            Quality::High if items > TREELET => 256,
+            _ if items > TREELET => 64,
+            Quality::Fast => 8,
+            _ if items < 24 => 8,
+            Quality::Default => 16,
+            Quality::High => 32,
+        }
+    }
+
+    fn expected(&self) -> (usize, usize) {
+        // Leaves are filled with triangles or with vertices up to two thirds, and have a seventh as many nodes.
+        let blocks = (self.triangles.len() + self.vertices.len()) / 9;
+        (blocks + 1, self.triangles.len())
+    }
+
+    fn sample(&self) -> Option<usize> {
+        match self.quality {
+            Quality::Fast => Some(16),
+            Quality::Default => Some(4),
+            Quality::High => None,
         }
     }
 

@@ -1,6 +1,6 @@
 //! Large arrays on large pages.
 
-use std::alloc::{Layout, alloc, dealloc, handle_alloc_error};
+use std::alloc::{Layout, alloc, dealloc, handle_alloc_error, realloc};
 use std::mem::MaybeUninit;
 use std::ops::{Deref, DerefMut};
 use std::ptr::NonNull;
@@ -10,13 +10,21 @@ use rayon::prelude::*;
 /// The size of a large page.
 const PAGE: usize = 2 << 20;
 
-/// Plain values in a row, their number fixed when they are allocated. Where the system has large pages to give, they
-/// lie on those: a tree is visited all over, and would otherwise miss the translation buffer at nearly every step.
+/// A multiple of the size of a small page.
+const SMALL_PAGE: usize = 1 << 16;
+
+/// Plain values in a row. Where the system has large pages to give, they lie on those: a tree is visited all over, and
+/// would otherwise miss the translation buffer at nearly every step.
 pub struct Pages<T: Copy> {
     start: NonNull<T>,
     len: usize,
     capacity: usize,
+    /// Bytes before the start.
+    skipped: usize,
 }
+
+/// Values start at a multiple of this.
+const LINE: usize = 64;
 
 // SAFETY: a `Pages` owns its values, as a `Vec` does.
 unsafe impl<T: Copy + Send> Send for Pages<T> {}
@@ -26,43 +34,88 @@ unsafe impl<T: Copy + Sync> Sync for Pages<T> {}
 impl<T: Copy> Pages<T> {
     /// Room for `capacity` values; none are there yet.
     pub fn with_capacity(capacity: usize) -> Self {
+        const { assert!(align_of::<T>() <= LINE) };
         let layout = Self::layout(capacity);
         if layout.size() == 0 {
             return Self {
                 start: NonNull::dangling(),
                 len: 0,
                 capacity: 0,
+                skipped: 0,
             };
         }
         // SAFETY: the layout is not empty.
-        let start = unsafe { alloc(layout) };
-        let Some(start) = NonNull::new(start.cast::<T>()) else {
+        let Some(allocated) = NonNull::new(unsafe { alloc(layout) }) else {
             handle_alloc_error(layout)
         };
-        if layout.align() == PAGE {
-            advise_large_pages(start.as_ptr().cast(), layout.size());
-        }
+        let skipped = allocated.align_offset(LINE);
+        // SAFETY: the layout has a line more than the values.
+        let start = unsafe { allocated.add(skipped) }.cast();
+        advise_large_pages(allocated.as_ptr(), layout.size());
         Self {
             start,
             len: 0,
             capacity,
+            skipped,
         }
     }
 
+    /// Of so many values and a line more. Its alignment is one with which allocators give back what is not needed
+    /// without moving the rest.
     fn layout(capacity: usize) -> Layout {
         let size = capacity.saturating_mul(size_of::<T>());
-        // Less than a few pages are not worth the alignment.
-        let align = if size >= 4 * PAGE {
-            PAGE
+        let size = if size == 0 {
+            0
         } else {
-            align_of::<T>().max(64)
+            size.saturating_add(LINE)
         };
         // No allocation is larger than this, so one that asks for more fails as one that asks for this does.
         let limit = isize::MAX as usize - PAGE;
-        let Ok(layout) = Layout::from_size_align(size.min(limit), align) else {
+        let Ok(layout) = Layout::from_size_align(size.min(limit), 16) else {
             unreachable!("a valid layout")
         };
         layout
+    }
+
+    /// All that there is room for.
+    pub fn room(&mut self) -> &mut [MaybeUninit<T>] {
+        // SAFETY: there is room for that many values, none of which is taken to be written.
+        unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr().cast(), self.capacity) }
+    }
+
+    /// Gives back the room behind the first `len` values.
+    ///
+    /// # Safety
+    /// They are written.
+    pub unsafe fn finish(&mut self, len: usize) {
+        assert!(len <= self.capacity, "more values than there is room for");
+        if len == 0 {
+            *self = Self::with_capacity(0);
+        }
+        self.len = len;
+        if len == self.capacity {
+            return;
+        }
+        let (old, new) = (Self::layout(self.capacity), Self::layout(len));
+        // SAFETY: allocated with the old layout; the new size is not 0.
+        let Some(moved) = NonNull::new(unsafe {
+            let allocated = self.start.as_ptr().cast::<u8>().sub(self.skipped);
+            realloc(allocated, old, new.size())
+        }) else {
+            handle_alloc_error(new)
+        };
+        let skipped = moved.align_offset(LINE);
+        // SAFETY: the values stand behind as many bytes as before, and both places are within the allocation.
+        unsafe {
+            let values = len * size_of::<T>();
+            std::ptr::copy(
+                moved.add(self.skipped).as_ptr(),
+                moved.add(skipped).as_ptr(),
+                values,
+            );
+            self.start = moved.add(skipped).cast();
+        }
+        (self.skipped, self.capacity) = (skipped, len);
     }
 
     /// How many values there is room for.
@@ -77,13 +130,7 @@ impl<T: Copy> Pages<T> {
         T: Send + Sync,
     {
         let mut pages = Self::with_capacity(capacity);
-        // SAFETY: there is room for that many values, none of which is taken to be written.
-        let mut room = unsafe {
-            std::slice::from_raw_parts_mut(
-                pages.start.as_ptr().cast::<MaybeUninit<T>>(),
-                pages.capacity,
-            )
-        };
+        let mut room = pages.room();
         let mut at = 0;
         let mut placed = Vec::with_capacity(parts.len());
         for part in parts {
@@ -94,13 +141,7 @@ impl<T: Copy> Pages<T> {
         }
         assert!(at == capacity, "{at} values, expected {capacity}");
         placed.into_par_iter().for_each(|(part, here)| {
-            let from = part.as_ref();
-            assert!(from.len() == here.len(), "a part has changed its length");
-            // SAFETY: as long as each other, and one of them was just allocated.
-            unsafe {
-                let to = here.as_mut_ptr().cast::<T>();
-                std::ptr::copy_nonoverlapping(from.as_ptr(), to, from.len());
-            }
+            write(here, part.as_ref());
         });
         pages.len = capacity;
         pages
@@ -119,7 +160,7 @@ impl<T: Copy> Drop for Pages<T> {
         let layout = Self::layout(self.capacity);
         if layout.size() != 0 {
             // SAFETY: allocated with this layout.
-            unsafe { dealloc(self.start.as_ptr().cast(), layout) };
+            unsafe { dealloc(self.start.as_ptr().cast::<u8>().sub(self.skipped), layout) };
         }
     }
 }
@@ -142,6 +183,19 @@ impl<T: Copy> DerefMut for Pages<T> {
     }
 }
 
+/// Writes values where there is room for as many.
+pub fn write<T: Copy>(room: &mut [MaybeUninit<T>], values: &[T]) {
+    assert!(
+        room.len() == values.len(),
+        "room for another number of values"
+    );
+    // SAFETY: as long as each other, and what can be written to is not what is read.
+    unsafe {
+        let to = room.as_mut_ptr().cast::<T>();
+        std::ptr::copy_nonoverlapping(values.as_ptr(), to, values.len());
+    }
+}
+
 /// Asks for large pages; it does not matter if there are none.
 #[cfg(all(target_os = "linux", not(miri)))]
 fn advise_large_pages(start: *mut u8, size: usize) {
@@ -153,8 +207,13 @@ fn advise_large_pages(start: *mut u8, size: usize) {
         ) -> std::ffi::c_int;
     }
     const MADV_HUGEPAGE: std::ffi::c_int = 14;
-    // SAFETY: the range was just allocated, starts at a page and is only given an advice, which changes no value.
-    unsafe { madvise(start.cast(), size, MADV_HUGEPAGE) };
+    let skipped = start.align_offset(SMALL_PAGE);
+    if size < 4 * PAGE {
+        return;
+    }
+    // SAFETY: the range is within what was just allocated, starts at a page and is only given an advice, which changes
+    // no value.
+    unsafe { madvise(start.add(skipped).cast(), size - skipped, MADV_HUGEPAGE) };
 }
 
 #[cfg(not(all(target_os = "linux", not(miri))))]

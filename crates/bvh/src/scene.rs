@@ -180,7 +180,7 @@ impl Scene {
         if direct {
             scene.reach = scene.placed[0].bvh.reach();
         }
-        let tree = build::build(scene.machine, items, &Instances);
+        let tree = build::build(scene.machine, items.as_slice(), &Instances);
         (scene.blocks, scene.root) = (tree.blocks, tree.root);
         scene.extent = Extent {
             lower: tree.lower,
@@ -270,8 +270,8 @@ impl Leaves for Instances {
         1
     }
 
-    fn bins(&self, items: usize) -> Option<usize> {
-        Some(if items > TREELET { 64 } else { 16 })
+    fn bins(&self, items: usize) -> usize {
+        if items > TREELET { 64 } else { 16 }
     }
 
     fn emit(

@@ -1,8 +1,7 @@
 //! One split of a range of boxes by the binned surface-area heuristic (Wald 2007).
 
 use super::MAX_DEPTH;
-use super::item::{Item, NOTHING, Octet, Range, half_area};
-use super::morton::Curve;
+use super::item::{Item, NOTHING, Octet, Range, extent, half_areas};
 use super::partition::partition;
 use crate::simd::{Isa, Quad, Vector};
 
@@ -62,6 +61,12 @@ impl Plane {
     pub fn threshold(&self) -> Quad {
         Quad::splat(self.first_right as f32)
     }
+
+    /// Where it lies, up to rounding, along its axis.
+    pub fn at(&self, binning: &Binning) -> f32 {
+        let (offset, scale) = (binning.offset.array(), binning.scale.array());
+        offset[self.axis] + self.first_right as f32 / scale[self.axis]
+    }
 }
 
 impl<const N: usize> Bins<N> {
@@ -90,8 +95,8 @@ impl<const N: usize> Bins<N> {
         }
     }
 
-    /// Both together.
-    pub fn merged(mut self, b: &Self) -> Self {
+    /// Adds what another has.
+    pub fn add_all(&mut self, b: &Self) {
         for axis in 0..3 {
             for i in 0..N {
                 let (to, from) = (&mut self.bounds[axis][i], &b.bounds[axis][i]);
@@ -99,38 +104,49 @@ impl<const N: usize> Bins<N> {
                 self.count[axis][i] += b.count[axis][i];
             }
         }
-        self
     }
 
-    /// The cheapest plane, where leaves hold `unit` items; ties go to the lower axis and bin.
+    /// The cheapest plane, where leaves hold `unit` items, a power of two; ties go to the lower axis and bin.
     #[inline(always)]
     pub fn best<I: Isa>(&self, binning: &Binning, unit: u32) -> Option<Plane> {
         let mut best: Option<(f32, usize, usize)> = None;
         let scale = binning.scale.array();
-        // What a side costs goes by the leaves it fills.
-        let weight = |n: u32| n.next_multiple_of(unit) as f32;
+        // What a side costs goes by the leaves it fills; one without items is out of the question.
+        let weight = |n: u32| match n {
+            0 => f32::INFINITY,
+            _ => ((n + (unit - 1)) & !(unit - 1)) as f32,
+        };
         for axis in (0..3).filter(|&a| scale[a] > 0.0) {
             let (bounds, count) = (&self.bounds[axis], &self.count[axis]);
             // SAFETY: a box has eight floats.
             let bin = |i: usize| unsafe { I::F8::load(bounds[i].as_ptr()) };
-            // Cost of the right side; infinite while it is empty.
-            let mut right = [f32::INFINITY; N];
+            // What the bins from each on cost, four at a time.
+            let mut right = [Quad::splat(f32::INFINITY); N];
             let (mut whole, mut n) = (I::F8::splat(f32::INFINITY), 0);
-            for i in (1..N).rev() {
-                whole = whole.min(bin(i));
-                n += count[i];
-                if n > 0 {
-                    right[i] = half_area::<I>(whole) * weight(n);
+            for four in (0..N / 4).rev() {
+                let (mut extents, mut weights) = ([Quad::splat(0.0); 4], [0.0; 4]);
+                for k in (0..4).rev() {
+                    whole = whole.min(bin(4 * four + k));
+                    n += count[4 * four + k];
+                    (extents[k], weights[k]) = (extent::<I>(whole), weight(n));
                 }
+                right[four] = half_areas(extents).mul(Quad::new(weights));
             }
+            // And those up to each, beside those that follow.
             (whole, n) = (I::F8::splat(f32::INFINITY), 0);
-            for i in 1..N {
-                whole = whole.min(bin(i - 1));
-                n += count[i - 1];
-                if n > 0 && right[i] < f32::INFINITY {
-                    let cost = half_area::<I>(whole) * weight(n) + right[i];
-                    if best.is_none_or(|b| cost < b.0) {
-                        best = Some((cost, axis, i));
+            for four in 0..N / 4 {
+                let (mut extents, mut weights) = ([Quad::splat(0.0); 4], [0.0; 4]);
+                for k in 0..4 {
+                    // Nothing is before the first.
+                    (extents[k], weights[k]) = (extent::<I>(whole), weight(n));
+                    whole = whole.min(bin(4 * four + k));
+                    n += count[4 * four + k];
+                }
+                let left = half_areas(extents).mul(Quad::new(weights));
+                let cost = left.add(right[four]).array();
+                for k in 0..4 {
+                    if cost[k] < best.map_or(f32::INFINITY, |best| best.0) {
+                        best = Some((cost[k], axis, 4 * four + k));
                     }
                 }
             }
@@ -149,46 +165,33 @@ impl<const N: usize> Bins<N> {
     }
 }
 
-/// How a split is found.
-#[derive(Clone, Copy)]
-pub enum Method<'a> {
-    /// The cheapest of those between 8, 16 or 32 bins along each axis, where leaves hold that many items.
-    Bins(usize, u32),
-    /// Along a curve, in whose order the items are.
-    Curve(&'a Curve),
-}
-
 /// Whether there are levels to spare for a split that is not in the middle. Halving takes as many as the bits of the
 /// number of items: once that is all that is left, it is all that happens.
 pub fn may_choose(items: &[Item], depth: usize) -> bool {
     depth + (items.len().next_power_of_two().trailing_zeros() as usize) < MAX_DEPTH
 }
 
-/// Splits at least two items in two: reorders them and returns where the right side starts, and both ranges.
+/// Splits at least two items in two, by the cheapest plane between 8, 16 or 32 bins along each axis where leaves hold
+/// `unit` items: reorders them and returns where the right side starts, and both ranges.
 #[inline(always)]
 pub fn split<I: Isa>(
     items: &mut [Item],
     range: &Range,
     depth: usize,
-    method: Method,
+    (bins, unit): (usize, u32),
 ) -> (usize, Range, Range) {
-    let mut middle = items.len() / 2;
     if may_choose(items, depth) {
-        match method {
-            Method::Curve(curve) => middle = curve.split(items).unwrap_or(middle),
-            Method::Bins(bins, unit) => {
-                let binning = Binning::of(range, bins);
-                let best = match bins {
-                    8 => best::<I, 8>(items, &binning, unit),
-                    16 => best::<I, 16>(items, &binning, unit),
-                    _ => best::<I, 32>(items, &binning, unit),
-                };
-                if let Some(plane) = best {
-                    return partition(items, &binning, &plane);
-                }
-            }
+        let binning = Binning::of(range, bins);
+        let best = match bins {
+            8 => best::<I, 8>(items, &binning, unit),
+            16 => best::<I, 16>(items, &binning, unit),
+            _ => best::<I, 32>(items, &binning, unit),
+        };
+        if let Some(plane) = best {
+            return partition(items, &binning, &plane);
         }
     }
+    let middle = items.len() / 2;
     let (left, right) = items.split_at(middle);
     (middle, Range::of::<I>(left), Range::of::<I>(right))
 }

@@ -36,8 +36,11 @@ impl Item {
     }
 
     /// The box of both, with the id of the first.
+    #[inline(always)]
     pub fn joined(&self, b: &Item) -> Item {
-        let least = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|i| a[i].min(b[i]));
+        let least = |a: [f32; 3], b: [f32; 3]| {
+            std::array::from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] })
+        };
         Item {
             lower: least(self.lower, b.lower),
             negated_upper: least(self.negated_upper, b.negated_upper),
@@ -46,17 +49,13 @@ impl Item {
     }
 
     /// The surface of the box of both, beside the surfaces of both boxes.
+    #[inline(always)]
     pub fn join_cost(&self, b: &Item) -> f32 {
-        let area = |item: &Item| {
+        let [a, b, both] = [self, b, &self.joined(b)].map(|item| {
             let [x, y, z] = std::array::from_fn(|i| item.lower[i] + item.negated_upper[i]);
             x * y + y * z + z * x
-        };
-        let apart = area(self) + area(b);
-        if apart > 0.0 {
-            area(&self.joined(b)) / apart
-        } else {
-            1.0
-        }
+        });
+        if a + b > 0.0 { both / (a + b) } else { 1.0 }
     }
 
     /// All of it, as floats.
@@ -84,6 +83,21 @@ pub const NOTHING: Octet = [f32::INFINITY; 8];
 pub fn corners(bounds: &Octet) -> ([f32; 3], [f32; 3]) {
     let [a, b, c, _, d, e, f, _] = *bounds;
     ([a, b, c], [-d, -e, -f])
+}
+
+/// How far a box reaches along each axis, and 0.
+#[inline(always)]
+pub fn extent<I: Isa>(bounds: I::F8) -> Quad {
+    let [lower, negated_upper] = I::quads(bounds);
+    // The ids' lane is no number to calculate with. All factors of a surface are negated.
+    lower.three().add(negated_upper.three())
+}
+
+/// Half the surfaces of four boxes, given their extents.
+#[inline(always)]
+pub fn half_areas(extents: [Quad; 4]) -> Quad {
+    let [x, y, z, _] = Quad::transpose(extents);
+    x.mul(y).add(y.mul(z)).add(z.mul(x))
 }
 
 /// Half the surface of a box.
@@ -139,6 +153,7 @@ impl Range {
     }
 
     /// The lower and the upper corner of the box of the (doubled) centres.
+    #[cfg(test)]
     pub fn centres(&self) -> ([f32; 3], [f32; 3]) {
         let three = |corner: Quad| {
             let [x, y, z, _] = corner.array();

@@ -1,15 +1,17 @@
 //! From boxes to blocks: a binary tree by the surface-area heuristic, folded into eight-wide nodes.
 //!
-//! The tree is cut into treelets of at most [`TREELET`] items, which depends on the items alone. Above them the boxes
-//! are binned in parallel ([`top`]); that part is folded first, for an expected cost of what is below ([`plan`]). Each
-//! treelet is then built and folded by one thread while it lies in that core's cache ([`treelet`]).
+//! The tree is cut into treelets of about [`TREELET`] items, which depends on the items alone. Above them boxes are
+//! binned in parallel ([`top`]), of large trees those of a sample ([`sample`]); that part is folded first, for an
+//! expected cost of what is below ([`plan`]). Each treelet is then built and folded by one thread while it lies in that
+//! core's cache ([`treelet`]).
 
 mod binned;
 mod collapse;
 mod item;
-mod morton;
+mod join;
 mod partition;
 mod plan;
+mod sample;
 #[cfg(test)]
 mod tests;
 mod top;
@@ -17,22 +19,26 @@ mod treelet;
 
 use std::sync::Mutex;
 
+use rayon::prelude::*;
+
 use crate::block::{Block, LEAF, NO_CHILD};
 use crate::dispatch::Machine;
 use crate::memory::Pages;
-use binned::Method;
 use item::Item;
-use morton::Curve;
-use plan::Plan;
+use plan::{Plan, Stock};
 use treelet::Scratch;
 
 pub use item::Item as BuildItem;
+pub use sample::Source;
 
-/// The most items of a part that is built by one thread. Few under Miri, which is slow: it sees every path all the same.
+/// About the most items of a part that is built by one thread. Few under Miri, which is slow: it sees every path all the same.
 pub const TREELET: usize = if cfg!(miri) { 1 << 5 } else { 1 << 12 };
 
 /// Items that are worth another thread.
 const PARALLEL: usize = 4 * TREELET;
+
+/// Items of which a sample is enough to find the top of the tree.
+const MANY: usize = 8 * TREELET;
 
 /// No path from the root is longer, in binary splits and therefore in nodes: where the heuristic would dig deeper,
 /// the items are halved. It bounds the stack of every traversal.
@@ -61,9 +67,17 @@ pub trait Leaves: Sync {
     const USUAL: usize;
     /// The most items in a binary leaf, which must fit into one leaf whatever they are. Splits aim at full ones.
     fn binary_leaf(&self) -> usize;
-    /// How many bins along an axis a range of items is worth: 8, 16 or 32, and above the treelets 64 or 256. `None`: it
-    /// is split along a curve.
-    fn bins(&self, items: usize) -> Option<usize>;
+    /// How many bins along an axis a range of items is worth: 8, 16 or 32, and above the treelets 64 or 256.
+    fn bins(&self, items: usize) -> usize;
+    /// About how many blocks and ids there will be: room that is not needed is given back, and where it does not suffice
+    /// all is copied.
+    fn expected(&self) -> (usize, usize) {
+        (0, 0)
+    }
+    /// Of how many items one is looked at to find the top of a large tree; `None`: it takes all of them.
+    fn sample(&self) -> Option<usize> {
+        None
+    }
 }
 
 /// A finished tree.
@@ -83,21 +97,29 @@ pub struct Tree {
 pub struct Shared<'a, L: Leaves> {
     leaves: &'a L,
     machine: Machine,
-    curve: Curve,
     idle: Mutex<Vec<Scratch<L::Notes>>>,
 }
 
-impl<L: Leaves> Shared<'_, L> {
-    fn method(&self, items: usize) -> Method<'_> {
-        let bins = self.leaves.bins(items);
-        let unit = self.leaves.binary_leaf() as u32;
-        bins.map_or(Method::Curve(&self.curve), |bins| Method::Bins(bins, unit))
-    }
-}
-
-/// Builds over `items`, with the instruction set of `machine`: every one gives the same tree.
-pub fn build<L: Leaves>(machine: Machine, mut items: Vec<Item>, leaves: &L) -> Tree {
-    if items.is_empty() {
+/// Builds over the items of `source`, with the instruction set of `machine`: every one gives the same tree.
+pub fn build<L: Leaves, S: Source + ?Sized>(machine: Machine, source: &S, leaves: &L) -> Tree {
+    let shared = Shared {
+        leaves,
+        machine,
+        idle: Mutex::default(),
+    };
+    let count = source.count();
+    let (top, stocks) = match leaves.sample() {
+        Some(rate) if count > MANY => sample::divide(source, rate, &shared),
+        _ if count == 0 => (None, vec![]),
+        _ => {
+            let made = (0..count).into_par_iter().with_min_len(TREELET);
+            let mut items: Vec<_> = made.map(|at| source.item(at)).collect();
+            let whole = top::range(machine, &items);
+            let top = top::divide(&mut items, whole, 0, &shared);
+            (Some(top), vec![Stock::Items(items)])
+        }
+    };
+    let Some(top) = top else {
         return Tree {
             blocks: Pages::with_capacity(0),
             root: NO_CHILD,
@@ -105,27 +127,6 @@ pub fn build<L: Leaves>(machine: Machine, mut items: Vec<Item>, leaves: &L) -> T
             lower: [0.0; 3],
             upper: [0.0; 3],
         };
-    }
-    let whole = top::range(machine, &items);
-    let (lower, upper) = item::corners(&whole.bounds);
-    let shared = Shared {
-        leaves,
-        machine,
-        curve: Curve::of(&whole),
-        idle: Mutex::default(),
     };
-    if leaves.bins(items.len()).is_none() {
-        items = shared.curve.sort(items);
-    }
-    let plan = Plan::of(top::divide(&mut items, whole, 0, &shared), L::USUAL);
-    let treelets = plan.treelets(&mut items, &shared);
-    drop(items);
-    let (blocks, root, ids) = plan.join::<L>(treelets);
-    Tree {
-        blocks,
-        root,
-        ids,
-        lower,
-        upper,
-    }
+    Plan::of(top, L::USUAL).tree(stocks, &shared)
 }

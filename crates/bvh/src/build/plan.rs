@@ -1,13 +1,11 @@
 //! The nodes above the treelets, planned before those are built: how many children each of them gives the node above.
 
-use rayon::prelude::*;
-
 use super::collapse::{Binary, apart, children, collapse};
-use super::item::{Item, Octet, corners};
-use super::treelet::{Part, Treelet};
-use super::{Leaves, Shared};
+use super::item::{Item, NOTHING, Octet, corners};
+use super::join::{Joined, join};
+use super::treelet::{Batch, Make, Part, Root};
+use super::{Leaves, Shared, Tree};
 use crate::block::{Block, Node};
-use crate::memory::Pages;
 use crate::simd::Portable;
 
 /// The box of each half of what is halved, beside the box of the whole: of surfaces at an angle.
@@ -19,11 +17,19 @@ pub enum Top {
     Part(Part),
 }
 
+/// What the treelets are made of, in their order.
+pub enum Stock<'a> {
+    /// The items of some, those of each together.
+    Items(Vec<Item>),
+    /// The items of one are made when they are needed.
+    Made(Box<Make<'a>>),
+}
+
 /// What a wide node is made of.
 #[derive(Clone, Copy)]
 enum Child {
-    /// Another, and the binary node that became it.
-    Node { index: usize, binary: usize },
+    /// Another.
+    Node(usize),
     /// Those that a treelet gives.
     Treelet(usize),
 }
@@ -79,7 +85,7 @@ impl Plan {
                 }
                 Top::Part(part) => {
                     let number = self.parts.len() as u32;
-                    self.binary[at] = Binary::leaf(part.range.bounds, number, 1);
+                    self.binary[at] = Binary::leaf(part.bounds, number, 1);
                     self.parts.push(part);
                 }
             }
@@ -96,69 +102,81 @@ impl Plan {
                 self.places[treelet] = places;
                 Child::Treelet(treelet)
             } else {
-                let index = self.node(binary);
-                Child::Node { index, binary }
+                Child::Node(self.node(binary))
             };
             self.nodes[index].push(child);
         }
         index
     }
 
-    /// Builds the treelets.
-    pub fn treelets<L: Leaves>(&self, mut items: &mut [Item], shared: &Shared<L>) -> Vec<Treelet> {
-        let mut parts = Vec::with_capacity(self.parts.len());
-        for (part, places) in self.parts.iter().zip(&self.places) {
-            let (here, rest) = items.split_at_mut(part.count);
-            parts.push((here, part, *places));
-            items = rest;
-        }
-        parts
-            .into_par_iter()
-            .map(|(items, part, places)| Treelet::build(items, part, places, shared))
-            .collect()
-    }
-
-    /// All blocks, the reference of the root, and all ids.
-    pub fn join<L: Leaves>(&self, mut treelets: Vec<Treelet>) -> (Pages<Block>, u32, Vec<u32>) {
-        let mut blocks = self.nodes.len();
-        let mut ids = Vec::with_capacity(treelets.iter().map(|treelet| treelet.ids.len()).sum());
-        let mut starts = Vec::with_capacity(treelets.len());
-        for treelet in &treelets {
-            starts.push((blocks as u32, ids.len() as u32));
-            blocks += treelet.blocks.len();
-            ids.extend_from_slice(&treelet.ids);
-        }
-        let moved = treelets.par_iter_mut().zip(starts);
-        moved.for_each(|(treelet, (base, first))| treelet.relocate::<L>(base, first));
-        // A plan without nodes has one treelet, which takes one place.
-        let root = match self.nodes.is_empty() {
-            true => treelets[0].roots[0].reference,
-            false => 0,
-        };
-        let top = self.nodes.iter().map(|node| self.block(node, &treelets));
-        let mut parts = vec![top.collect()];
-        parts.extend(treelets.into_iter().map(|treelet| treelet.blocks));
-        // Treelets go as they are copied: never is everything there twice.
-        (Pages::collect(blocks, parts), root, ids)
-    }
-
-    fn block(&self, children: &[Child], treelets: &[Treelet]) -> Block {
-        let mut node = Node::EMPTY;
-        let mut push = |bounds: &Octet, reference: u32| {
-            let (lower, upper) = corners(bounds);
-            node.push(lower, upper, reference);
-        };
-        for child in children {
-            match *child {
-                Child::Node { index, binary } => push(&self.binary[binary].bounds, index as u32),
-                Child::Treelet(treelet) => {
-                    for root in &treelets[treelet].roots {
-                        push(&root.bounds, root.reference);
+    /// Builds the treelets; the tree.
+    pub fn tree<L: Leaves>(&self, mut stocks: Vec<Stock>, shared: &Shared<L>) -> Tree {
+        let mut jobs = Vec::with_capacity(self.parts.len());
+        let mut next = self.parts.iter().zip(self.places.iter().copied());
+        for stock in &mut stocks {
+            match stock {
+                Stock::Made(make) => {
+                    let made = next.next();
+                    jobs.extend(made.map(|(part, places)| (Batch::Made(make), part, places)));
+                }
+                Stock::Items(items) => {
+                    let mut items = items.as_mut_slice();
+                    while !items.is_empty()
+                        && let Some((part, places)) = next.next()
+                    {
+                        let (here, rest) = items.split_at_mut(part.count);
+                        jobs.push((Batch::Items(here), part, places));
+                        items = rest;
                     }
                 }
             }
         }
-        Block { node }
+        let Joined {
+            mut blocks,
+            ids,
+            roots,
+        } = join(jobs, self.nodes.len(), shared);
+        // A plan without nodes has one treelet, which takes one place.
+        let root = match self.nodes.is_empty() {
+            true => roots[0][0],
+            false => self.top(&roots, &mut blocks),
+        };
+        let (lower, upper) = corners(&root.bounds);
+        Tree {
+            blocks,
+            root: root.reference,
+            ids,
+            lower,
+            upper,
+        }
+    }
+
+    /// Writes the nodes above the treelets, whose roots are given; the first.
+    fn top(&self, roots: &[Vec<Root>], blocks: &mut [Block]) -> Root {
+        let mut wholes = vec![NOTHING; self.nodes.len()];
+        for (index, children) in self.nodes.iter().enumerate().rev() {
+            let (mut node, mut whole) = (Node::EMPTY, NOTHING);
+            let mut push = |bounds: &Octet, reference: u32| {
+                let (lower, upper) = corners(bounds);
+                node.push(lower, upper, reference);
+                whole = std::array::from_fn(|i| whole[i].min(bounds[i]));
+            };
+            for child in children {
+                match *child {
+                    Child::Node(child) => push(&wholes[child], child as u32),
+                    Child::Treelet(treelet) => {
+                        for root in &roots[treelet] {
+                            push(&root.bounds, root.reference);
+                        }
+                    }
+                }
+            }
+            (blocks[index], wholes[index]) = (Block { node }, whole);
+        }
+        Root {
+            bounds: wholes[0],
+            reference: 0,
+        }
     }
 }
 

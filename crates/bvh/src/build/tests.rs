@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// Boxes as leaves, one each; by bins or along a curve.
-struct Boxes(bool);
+/// Boxes as leaves, one each; the top of the tree by all of them or by one of so many.
+struct Boxes(Option<usize>);
 
 impl Leaves for Boxes {
     const IN_BLOCKS: bool = false;
@@ -28,8 +28,11 @@ impl Leaves for Boxes {
     fn binary_leaf(&self) -> usize {
         1
     }
-    fn bins(&self, items: usize) -> Option<usize> {
-        self.0.then_some(if items > TREELET { 64 } else { 16 })
+    fn bins(&self, items: usize) -> usize {
+        if items > TREELET { 64 } else { 16 }
+    }
+    fn sample(&self) -> Option<usize> {
+        self.0
     }
 }
 
@@ -70,16 +73,10 @@ fn check(tree: &Tree, boxes: &[([f32; 3], [f32; 3])]) -> usize {
     deepest
 }
 
-fn built(boxes: &[([f32; 3], [f32; 3])], bins: bool) -> Tree {
-    build(
-        Machine::best(),
-        boxes
-            .iter()
-            .zip(0..)
-            .map(|(b, id)| Item::new(b.0, b.1, id))
-            .collect(),
-        &Boxes(bins),
-    )
+fn built(boxes: &[([f32; 3], [f32; 3])], sample: Option<usize>) -> Tree {
+    let items = boxes.iter().zip(0..);
+    let items: Vec<_> = items.map(|(b, id)| Item::new(b.0, b.1, id)).collect();
+    build(Machine::best(), items.as_slice(), &Boxes(sample))
 }
 
 #[test]
@@ -97,27 +94,35 @@ fn trees_hold_every_box_once_whatever_the_boxes() {
     let nested: Vec<_> = (0..N)
         .map(|i| ([-1.0 - i as f32; 3], [1.0 + i as f32; 3]))
         .collect();
-    for boxes in [same, spread, shrinking, nested, vec![point(0.0)]] {
-        check(&built(&boxes, true), &boxes);
-        check(&built(&boxes, false), &boxes);
+    // All that the sample does not show lies in one place.
+    let hidden = (0..N as usize)
+        .map(|i| {
+            let shown = i % 4 == sample::jitter(i / 4) % 4;
+            point(if shown { i as f32 } else { 0.5 })
+        })
+        .collect();
+    for boxes in [same, spread, shrinking, nested, hidden, vec![point(0.0)]] {
+        for sample in [None, Some(1), Some(4), Some(16)] {
+            check(&built(&boxes, sample), &boxes);
+        }
     }
 }
 
 #[test]
 fn the_tree_does_not_depend_on_the_number_of_threads() {
-    let boxes: Vec<_> = (0..15 * TREELET as u32)
+    let boxes: Vec<_> = (0..20 * TREELET as u32)
         .map(|i| {
             let x = |k: u32| ((i * 3 + k).wrapping_mul(2_654_435_761) >> 8) as f32;
             ([x(0), x(1), x(2)], [x(0) + 9e3, x(1) + 9e3, x(2) + 9e3])
         })
         .collect();
-    for bins in [true, false] {
+    for sample in [None, Some(4)] {
         let trees = [1, 2, 5].map(|n| {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(n)
                 .build()
                 .unwrap();
-            pool.install(|| built(&boxes, bins))
+            pool.install(|| built(&boxes, sample))
         });
         for tree in &trees[1..] {
             assert_eq!(tree.root, trees[0].root);

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::binned::{Binning, Bins, Method, Plane, may_choose};
+use super::binned::{Binning, Bins, Plane, may_choose};
 use super::item::{Item, Range};
 use super::plan::Top;
 use super::treelet::Part;
@@ -49,13 +49,13 @@ pub fn divide<L: Leaves>(
 ) -> Top {
     if items.len() <= TREELET {
         return Top::Part(Part {
-            range,
+            bounds: range.bounds,
             count: items.len(),
             depth,
         });
     }
-    let method = shared.method(items.len());
-    let (middle, left, right) = split(shared.machine, items, &range, depth, method);
+    let bins = shared.leaves.bins(items.len());
+    let (middle, left, right) = split(shared.machine, items, &range, depth, bins);
     let (a, b) = items.split_at_mut(middle);
     let (a, b) = rayon::join(
         || divide(a, left, depth + 1, shared),
@@ -75,51 +75,55 @@ pub fn range(machine: Machine, items: &[Item]) -> Range {
 }
 
 /// Splits at least two items in two: reorders them.
-fn split(
-    machine: Machine,
-    items: &mut [Item],
-    whole: &Range,
-    depth: usize,
-    method: Method,
-) -> Halves {
-    let mut middle = items.len() / 2;
-    if may_choose(items, depth) {
-        match method {
-            Method::Curve(curve) => middle = curve.split(items).unwrap_or(middle),
-            // So many items fill so many leaves that it does not matter how many one holds.
-            Method::Bins(bins, _) => {
-                let binning = Binning::of(whole, bins);
-                let best = match bins {
-                    64 => best::<64>(items, &binning, |items, bins| {
-                        bin64(machine, items, &binning, bins)
-                    }),
-                    _ => best::<256>(items, &binning, |items, bins| {
-                        bin256(machine, items, &binning, bins)
-                    }),
-                };
-                if let Some(plane) = best {
-                    return partition(machine, items, &binning, &plane);
-                }
-            }
-        }
+fn split(machine: Machine, items: &mut [Item], whole: &Range, depth: usize, bins: usize) -> Halves {
+    if may_choose(items, depth)
+        && let Some((binning, plane)) = plane(machine, items, whole, bins)
+    {
+        return partition(machine, items, &binning, &plane);
     }
+    let middle = items.len() / 2;
     let (left, right) = items.split_at(middle);
     (middle, range(machine, left), range(machine, right))
 }
 
-/// The cheapest plane.
+/// The cheapest plane between 64 or 256 bins, if there is one.
+pub fn plane(
+    machine: Machine,
+    items: &[Item],
+    whole: &Range,
+    bins: usize,
+) -> Option<(Binning, Plane)> {
+    let binning = Binning::of(whole, bins);
+    let best = match bins {
+        64 => best::<64>(items, &binning, |items, bins| {
+            bin64(machine, items, &binning, bins)
+        }),
+        _ => best::<256>(items, &binning, |items, bins| {
+            bin256(machine, items, &binning, bins)
+        }),
+    };
+    best.map(|plane| (binning, plane))
+}
+
 fn best<const N: usize>(
     items: &[Item],
     binning: &Binning,
     bin: impl Fn(&[Item], &mut Bins<N>) + Sync,
 ) -> Option<Plane> {
-    let chunks = items.par_chunks(PARALLEL).map(|items| {
-        let mut bins = Bins::empty();
-        bin(items, &mut bins);
-        bins
+    let chunks = items.par_chunks(PARALLEL);
+    let folded = chunks.fold(
+        || Box::new(Bins::empty()),
+        |mut bins, items| {
+            bin(items, &mut bins);
+            bins
+        },
+    );
+    let bins = folded.reduce_with(|mut a, b| {
+        a.add_all(&b);
+        a
     });
-    let bins = chunks.reduce(Bins::empty, |a, b| a.merged(&b));
-    bins.best::<Portable>(binning, 1)
+    // So many items fill so many leaves that it does not matter how many one holds.
+    bins?.best::<Portable>(binning, 1)
 }
 
 /// Items that are worth being sorted into two sides by another thread.
@@ -127,7 +131,7 @@ const SIDES: usize = 1 << 17;
 
 /// Items on the left of a plane first. Each half of the items by itself; then what is on the wrong side of the middle
 /// changes places.
-fn partition(machine: Machine, items: &mut [Item], binning: &Binning, plane: &Plane) -> Halves {
+pub fn partition(machine: Machine, items: &mut [Item], binning: &Binning, plane: &Plane) -> Halves {
     if items.len() <= SIDES {
         let mut halves = (0, Range::empty(), Range::empty());
         partition_few(machine, items, (binning, plane), &mut halves);

@@ -1,7 +1,5 @@
 //! A part of the tree that one thread builds while it lies in that core's cache.
 
-use std::sync::PoisonError;
-
 use super::binned::split;
 use super::collapse::{Binary, children, collapse, emit};
 use super::item::{Item, Octet, Range};
@@ -13,19 +11,25 @@ use crate::simd::Isa;
 /// What is to become a treelet.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
-    pub range: Range,
+    /// Its box, or about it.
+    pub bounds: Octet,
     /// How many items it has.
     pub count: usize,
     /// How many splits are above it.
     pub depth: usize,
 }
 
-/// A part of the tree, with references that count from its own start.
-pub struct Treelet {
-    pub blocks: Box<[Block]>,
-    pub ids: Box<[u32]>,
-    pub roots: Vec<Root>,
+/// What is to be built: from which items, and how many places it takes in the node above.
+pub type Job<'a> = (Batch<'a>, &'a Part, usize);
+
+/// The items of a part.
+pub enum Batch<'a> {
+    Items(&'a mut [Item]),
+    Made(&'a Make<'a>),
 }
+
+/// Makes items.
+pub type Make<'a> = dyn Fn(&mut Vec<Item>) + Send + Sync + 'a;
 
 /// A child that a treelet gives the node above it.
 #[derive(Clone, Copy)]
@@ -34,16 +38,19 @@ pub struct Root {
     pub reference: u32,
 }
 
-/// What a thread needs to build a treelet; kept from treelet to treelet, or most of the time would go into new pages.
+/// A treelet, with references that count from its own start, and what it takes to build one; kept from treelet to
+/// treelet, or most of the time would go into new pages.
 #[derive(Default)]
 pub struct Scratch<N> {
+    /// Those that are made here.
+    items: Vec<Item>,
     tree: Vec<Binary>,
     /// Nodes to be split, their ranges and depths.
     open: Vec<(u32, u32, Range)>,
     notes: N,
-    blocks: Vec<Block>,
+    pub blocks: Vec<Block>,
     /// In the order of the leaves.
-    ids: Vec<u32>,
+    pub ids: Vec<u32>,
     roots: Vec<Root>,
 }
 
@@ -53,39 +60,41 @@ kernel! {
         scratch: &mut Scratch<L::Notes>) = treelet
 }
 
-impl Treelet {
-    /// Builds the items of a part, which take at most so many places in the node above.
-    pub fn build<L: Leaves>(
-        items: &mut [Item],
-        part: &Part,
-        places: usize,
-        shared: &Shared<L>,
-    ) -> Treelet {
-        // A thread that panicked has left nothing half done in what is idle.
-        let lock = || shared.idle.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut scratch = lock().pop().unwrap_or_default();
-        build_treelet(shared.machine, items, (part, places), shared, &mut scratch);
-        let treelet = Treelet {
-            blocks: scratch.blocks.as_slice().into(),
-            ids: scratch.ids.as_slice().into(),
-            roots: scratch.roots.clone(),
-        };
-        lock().push(scratch);
-        treelet
+impl<N> Scratch<N> {
+    /// Builds a treelet.
+    pub fn build<L: Leaves<Notes = N>>(&mut self, job: Job, shared: &Shared<L>) {
+        let (batch, part, places) = job;
+        match batch {
+            Batch::Items(items) => {
+                build_treelet(shared.machine, items, (part, places), shared, self);
+            }
+            Batch::Made(make) => {
+                let mut items = std::mem::take(&mut self.items);
+                items.clear();
+                make(&mut items);
+                build_treelet(shared.machine, &mut items, (part, places), shared, self);
+                self.items = items;
+            }
+        }
     }
 
-    /// Moves every reference, so that blocks count from `base` on and ids from `first` on.
-    pub fn relocate<L: Leaves>(&mut self, base: u32, first: u32) {
-        let mut open = vec![];
-        for root in &mut self.roots {
-            open.push(root.reference);
-            root.reference = moved::<L>(root.reference, base);
-        }
+    /// Its roots, once it stands where so many blocks are before it.
+    pub fn moved_roots<L: Leaves>(&self, [base, _]: [usize; 2]) -> Vec<Root> {
+        let moved = |root: &Root| Root {
+            reference: moved::<L>(root.reference, base as u32),
+            ..*root
+        };
+        self.roots.iter().map(moved).collect()
+    }
+
+    /// Moves every reference to where so many blocks and ids are before it; the roots stay.
+    pub fn relocate<L: Leaves>(&mut self, [base, first]: [usize; 2]) {
+        let mut open: Vec<_> = self.roots.iter().map(|root| root.reference).collect();
         while let Some(at) = open.pop() {
             if at & LEAF != 0 {
                 if L::IN_BLOCKS {
                     // SAFETY: references with `LEAF` lead to leaves where they lead to blocks.
-                    unsafe { self.blocks[(at & !LEAF) as usize].leaf.first += first };
+                    unsafe { self.blocks[(at & !LEAF) as usize].leaf.first += first as u32 };
                 }
                 continue;
             }
@@ -93,7 +102,7 @@ impl Treelet {
             let node: &mut Node = unsafe { &mut self.blocks[at as usize].node };
             for child in &mut node.child[..node.children as usize] {
                 open.push(*child);
-                *child = moved::<L>(*child, base);
+                *child = moved::<L>(*child, base as u32);
             }
         }
     }
@@ -124,18 +133,15 @@ fn treelet<I: Isa, L: Leaves>(
         blocks,
         ids,
         roots,
+        ..
     } = scratch;
     tree.clear();
     blocks.clear();
     ids.clear();
     roots.clear();
     let n = leaves.enter(items, notes);
-    let range = if n == items.len() {
-        part.range
-    } else {
-        Range::of::<I>(&items[..n])
-    };
     let items = &mut items[..n];
+    let range = Range::of::<I>(items);
     tree.push(Binary::leaf(range.bounds, 0, n as u32));
     open.push((0, part.depth as u32, range));
     while let Some((at, depth, range)) = open.pop() {
@@ -144,8 +150,9 @@ fn treelet<I: Isa, L: Leaves>(
             continue;
         }
         let here = &mut items[first as usize..(first + count) as usize];
-        let method = shared.method(count as usize);
-        let (middle, left, right) = split::<I>(here, &range, depth as usize, method);
+        let bins = leaves.bins(count as usize);
+        let unit = leaves.binary_leaf() as u32;
+        let (middle, left, right) = split::<I>(here, &range, depth as usize, (bins, unit));
         let child = tree.len() as u32;
         tree[at as usize] = Binary::inner(range.bounds, child);
         (tree[at as usize].first, tree[at as usize].count) = (first, count);

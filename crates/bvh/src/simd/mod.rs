@@ -24,7 +24,7 @@ pub use avx2::Avx2;
 pub use avx512::Avx512;
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
-pub use quad::Quad;
+pub use quad::{Quad, prefetch};
 
 /// Floats that are computed together.
 pub trait Vector: Copy {

@@ -4,6 +4,13 @@
 mod imp {
     use std::arch::x86_64::*;
 
+    /// Asks for a cache line.
+    #[inline(always)]
+    pub fn prefetch<T>(at: *const T) {
+        // SAFETY: SSE is part of x86-64, and any address may be asked for.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(at.cast()) };
+    }
+
     /// Four floats.
     #[derive(Clone, Copy, Debug)]
     pub struct Quad(pub __m128);
@@ -98,6 +105,13 @@ mod imp {
             ));
             out
         }
+        /// Four rows become four columns.
+        #[inline(always)]
+        pub fn transpose(rows: [Self; 4]) -> [Self; 4] {
+            let [mut a, mut b, mut c, mut d] = rows.map(|row| row.0);
+            on_sse2!(_MM_TRANSPOSE4_PS(&mut a, &mut b, &mut c, &mut d));
+            [Self(a), Self(b), Self(c), Self(d)]
+        }
         /// x y + y z + z x.
         #[inline(always)]
         pub fn pair_products(self) -> f32 {
@@ -113,6 +127,10 @@ mod imp {
 
 #[cfg(not(target_arch = "x86_64"))]
 mod imp {
+    /// Asks for a cache line, where there is a way to.
+    #[inline(always)]
+    pub fn prefetch<T>(_at: *const T) {}
+
     /// Four floats.
     #[derive(Clone, Copy, Debug)]
     pub struct Quad([f32; 4]);
@@ -189,6 +207,11 @@ mod imp {
         pub fn truncated(self) -> [i32; 4] {
             self.0.map(|x| x as i32)
         }
+        /// Four rows become four columns.
+        #[inline(always)]
+        pub fn transpose(rows: [Self; 4]) -> [Self; 4] {
+            std::array::from_fn(|i| Self(rows.map(|row| row.0[i])))
+        }
         /// x y + y z + z x.
         #[inline(always)]
         pub fn pair_products(self) -> f32 {
@@ -198,4 +221,4 @@ mod imp {
     }
 }
 
-pub use imp::Quad;
+pub use imp::{Quad, prefetch};
