@@ -242,6 +242,7 @@ fn closest_exact(scene: &Scene, mesh: &Corners, rays: &[Ray], hits: &mut [Hit]) 
             v,
             instance,
             triangle,
+            ..
         } = exact;
         *hit = Hit {
             t: t as f32,

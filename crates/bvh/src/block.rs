@@ -93,7 +93,7 @@ impl Leaf {
         let (mut solid, mut thin) = (0, 0);
         for (i, c) in corners.iter().enumerate() {
             let corners = c.map(|k| vertices[k as usize].map(f64::from));
-            solid |= u32::from(has_area(corners)) << i;
+            solid |= u32::from(cross(corners) != [0.0; 3]) << i;
             thin |= u32::from(is_thin(corners)) << i;
         }
         let bounds = std::array::from_fn(|k| {
@@ -142,15 +142,6 @@ impl Leaf {
         let corner = |side: usize| std::array::from_fn(|axis| self.bounds[2 * axis + side]);
         (corner(0), corner(1))
     }
-}
-
-/// Whether three points span an area.
-pub fn has_area(p: [[f64; 3]; 3]) -> bool {
-    let e = |i: usize, axis: usize| p[i][axis] - p[0][axis];
-    (0..3).any(|x| {
-        let y = (x + 1) % 3;
-        e(1, x) * e(2, y) != e(1, y) * e(2, x)
-    })
 }
 
 /// (b - a) x (c - a) of a triangle a, b, c.

@@ -35,6 +35,7 @@ mod traverse;
 
 pub use dispatch::{InstructionSet, Loops, vectorized};
 pub use error::BuildError;
+pub use memory::zeros;
 pub use mesh::{BuildOptions, Bvh, Quality, TRIANGLE_LIMIT};
 pub use ray::{Coherence, ExactHit, ExactRay, Hit, NOTHING, Ray};
 pub use scene::{ExactTriangles, Instance, Scene};

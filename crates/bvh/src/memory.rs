@@ -196,6 +196,14 @@ pub fn write<T: Copy>(room: &mut [MaybeUninit<T>], values: &[T]) {
     }
 }
 
+/// So many zeros. Where they are many, they lie on large pages if the system has some to give: small ones that are touched
+/// for the first time cost more than what is written to them.
+pub fn zeros<T: Copy + Default>(count: usize) -> Vec<T> {
+    let mut values = vec![T::default(); count];
+    advise_large_pages(values.as_mut_ptr().cast(), size_of_val(values.as_slice()));
+    values
+}
+
 /// Asks for large pages; it does not matter if there are none.
 #[cfg(all(target_os = "linux", not(miri)))]
 fn advise_large_pages(start: *mut u8, size: usize) {
@@ -208,13 +216,28 @@ fn advise_large_pages(start: *mut u8, size: usize) {
     }
     const MADV_HUGEPAGE: std::ffi::c_int = 14;
     let skipped = start.align_offset(SMALL_PAGE);
-    if size < 4 * PAGE {
+    if size < 2 * PAGE {
         return;
     }
-    // SAFETY: the range is within what was just allocated, starts at a page and is only given an advice, which changes
-    // no value.
+    // SAFETY: the range belongs to the caller, starts at a page and is only given an advice, which changes no value.
     unsafe { madvise(start.add(skipped).cast(), size - skipped, MADV_HUGEPAGE) };
 }
 
 #[cfg(not(all(target_os = "linux", not(miri))))]
 fn advise_large_pages(_start: *mut u8, _size: usize) {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_are_as_many_as_asked_for_and_all_zero() {
+        for count in [0, 1, 1000, 3 << 19, (5 << 20) + 7] {
+            // Where other values were before.
+            drop(vec![1.5f32; count]);
+            let values = zeros::<f32>(count);
+            assert_eq!(values.len(), count);
+            assert!(values.iter().all(|value| value.to_bits() == 0));
+        }
+    }
+}

@@ -79,6 +79,8 @@ pub struct ExactHit {
     pub instance: u32,
     /// Index into the triangles of that instance's mesh, or [`NOTHING`].
     pub triangle: u32,
+    /// Of the triangle with corners a, b, c: (b - a) x (c - a) in the world, twice its area long; 0 for a miss.
+    pub normal: [f64; 3],
 }
 
 impl ExactHit {
@@ -89,6 +91,7 @@ impl ExactHit {
         v: 0.0,
         instance: NOTHING,
         triangle: NOTHING,
+        normal: [0.0; 3],
     };
 }
 

@@ -154,6 +154,13 @@ fn exact_is_brute_force_also_far_away() {
     }
 }
 
+/// (b - a) x (c - a).
+fn normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+    let edge = |to: [f64; 3]| -> [f64; 3] { std::array::from_fn(|x| to[x] - a[x]) };
+    let (e, f) = (edge(b), edge(c));
+    [[1, 2], [2, 0], [0, 1]].map(|[y, z]| e[y] * f[z] - e[z] * f[y])
+}
+
 /// Rays of one eye run in packets where they can: near and far eyes, aimed at corners and edges as well.
 #[test]
 fn exact_packets_are_brute_force() {
@@ -208,6 +215,11 @@ fn exact_packets_are_brute_force() {
                 if next - t > 1e-9 * t || t == f64::INFINITY {
                     assert_eq!(hit.triangle, triangle, "{ray:?} {hit:?} {t} {next}");
                 }
+                let normal = match hit.triangle {
+                    NOTHING => [0.0; 3],
+                    triangle => normal(world.corners(hit.instance, triangle)),
+                };
+                assert_eq!(hit.normal, normal, "{ray:?}");
             }
         }
     }

@@ -3,6 +3,9 @@
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use raycam_bvh::zeros;
+use rayon::prelude::*;
+
 use crate::channel::{Channel, Kind};
 use crate::error::RenderError;
 use crate::frame::Plane;
@@ -11,7 +14,7 @@ use crate::tile::{TILE, Tile};
 /// The most memory that the planes of a frame may take.
 pub const MAX_FRAME_BYTES: u64 = 8 << 30;
 
-/// Allocates the planes of a region.
+/// Allocates the planes of a region, by the threads of the pool it is called in.
 pub(crate) fn planes(
     [_, _, width, height]: [u32; 4],
     channels: &[Channel],
@@ -35,22 +38,22 @@ pub(crate) fn planes(
         .try_reserve_exact(bytes as usize)
         .map_err(|_| too_large())?;
     Ok(channels
-        .iter()
+        .par_iter()
         .map(|&channel| {
             let components = channel.components();
             let count = pixels * components;
             let plane = match channel.kind() {
                 Kind::F32 => Plane::F32 {
                     components,
-                    data: vec![0.0; count],
+                    data: zeros(count),
                 },
                 Kind::F64 => Plane::F64 {
                     components,
-                    data: vec![0.0; count],
+                    data: zeros(count),
                 },
                 Kind::I32 => Plane::I32 {
                     components,
-                    data: vec![0; count],
+                    data: zeros(count),
                 },
             };
             (channel, plane)
@@ -69,28 +72,52 @@ impl Strip<'_> {
     /// Puts the value of each pixel in its place. What is no number of the strip's kind is rounded to one; those of all
     /// channels are.
     #[inline]
-    pub fn put<T: Into<f64>, const N: usize>(
+    pub fn put<T: Number, const N: usize>(
         &mut self,
         places: &[usize],
         value: impl Fn(usize) -> [T; N],
     ) {
         match self {
-            Self::F32(to) => put(to, places, |i| value(i).map(|v| v.into() as f32)),
-            Self::F64(to) => put(to, places, |i| value(i).map(|v| v.into())),
-            Self::I32(to) => put(to, places, |i| value(i).map(|v| v.into() as i32)),
+            Self::F32(to) => put(to, places, |i| value(i).map(T::to_f32)),
+            Self::F64(to) => put(to, places, |i| value(i).map(T::to_f64)),
+            Self::I32(to) => put(to, places, |i| value(i).map(T::to_i32)),
         }
     }
 
     /// Gives these pixels the values of one.
-    fn fill<T: Into<f64> + Copy>(&mut self, pixels: &[Range<usize>], one: &[T]) {
-        let numbers = one.iter().map(|&v| v.into());
+    fn fill<T: Number>(&mut self, pixels: &[Range<usize>], one: &[T]) {
+        let numbers = one.iter().copied();
         match self {
-            Self::F32(to) => repeat(to, pixels, &numbers.map(|v| v as f32).collect::<Vec<_>>()),
-            Self::F64(to) => repeat(to, pixels, &numbers.collect::<Vec<_>>()),
-            Self::I32(to) => repeat(to, pixels, &numbers.map(|v| v as i32).collect::<Vec<_>>()),
+            Self::F32(to) => repeat(to, pixels, &numbers.map(T::to_f32).collect::<Vec<_>>()),
+            Self::F64(to) => repeat(to, pixels, &numbers.map(T::to_f64).collect::<Vec<_>>()),
+            Self::I32(to) => repeat(to, pixels, &numbers.map(T::to_i32).collect::<Vec<_>>()),
         }
     }
 }
+
+/// What strips are of.
+pub(crate) trait Number: Copy {
+    fn to_f32(self) -> f32;
+    fn to_f64(self) -> f64;
+    fn to_i32(self) -> i32;
+}
+
+macro_rules! number {
+    ($($kind:ty),*) => {$(
+        impl Number for $kind {
+            fn to_f32(self) -> f32 {
+                self as f32
+            }
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            fn to_i32(self) -> i32 {
+                self as i32
+            }
+        }
+    )*};
+}
+number!(f32, f64, i32);
 
 /// The planes of a region, cut into rows of tiles, each of which one thread writes at a time.
 pub(crate) struct Film<'a> {
@@ -185,8 +212,14 @@ impl<'a> Film<'a> {
 /// Puts the value of each pixel in its place.
 #[inline]
 fn put<T: Copy, const N: usize>(to: &mut [T], places: &[usize], value: impl Fn(usize) -> [T; N]) {
-    for (i, &place) in places.iter().enumerate() {
-        to[place * N..(place + 1) * N].copy_from_slice(&value(i));
+    let mut at = 0;
+    // A row of a block at a time, most often.
+    for run in places.chunk_by(|a, b| a + 1 == *b) {
+        let (to, _) = to[run[0] * N..][..run.len() * N].as_chunks_mut();
+        for (i, pixel) in to.iter_mut().enumerate() {
+            *pixel = value(at + i);
+        }
+        at += run.len();
     }
 }
 

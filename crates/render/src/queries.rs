@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::PreparedWorld;
-use crate::surface::facing_normal;
+use crate::surface::{facing, unit_normal};
 use crate::threads::with_pool;
 use crate::truth::id;
 
@@ -214,7 +214,7 @@ struct Refined {
 fn refine(world: &PreparedWorld, hit: &Hit, origin: DVec3, direction: DVec3) -> Refined {
     let corners = world.corners(hit.instance, hit.triangle);
     let [a, b, c] = corners.map(|corner| corner - origin);
-    let normal = facing_normal(corners, direction);
+    let normal = facing(unit_normal(corners), direction);
     let (e1, e2) = (b - a, c - a);
     let p = direction.cross(e2);
     let determinant = e1.dot(p);

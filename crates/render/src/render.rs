@@ -60,9 +60,15 @@ fn picture_of(
     control: &Control,
 ) -> Result<Frame, RenderError> {
     let region = settings.check(camera.size())?;
-    let mut planes = film::planes(region, &settings.channels)?;
     let camera = &world.before(camera);
-    let picture = Picture::new(world, moments, camera, settings, region);
+    let (planes, picture) = with_pool(settings.threads, || {
+        let planes = film::planes(region, &settings.channels);
+        (
+            planes,
+            Picture::new(world, moments, camera, settings, region),
+        )
+    })?;
+    let mut planes = planes?;
     let tiles = Tile::of_region(region);
     let film = Film::new(region, &mut planes);
     let mut notices = settings.integrator.notices(world);

@@ -175,9 +175,9 @@ fn interpolate([a, b, c]: [Vec3; 3], hit: &Hit) -> Vec3 {
     a + (b - a) * hit.u + (c - a) * hit.v
 }
 
-/// The normal of a triangle in the world, unit length, against `direction`; 0 for one without area.
-pub(crate) fn facing_normal([a, b, c]: [DVec3; 3], direction: DVec3) -> DVec3 {
-    let normal = unit_normal(b - a, c - a);
+/// A normal on the side that a ray in this direction sees.
+#[inline]
+pub(crate) fn facing(normal: DVec3, direction: DVec3) -> DVec3 {
     if normal.dot(direction) > 0.0 {
         -normal
     } else {
@@ -185,17 +185,25 @@ pub(crate) fn facing_normal([a, b, c]: [DVec3; 3], direction: DVec3) -> DVec3 {
     }
 }
 
-/// Of a triangle with these edges; 0 for one without area.
+/// The normal of a triangle, unit length, on the side from which its corners run counter-clockwise; 0 for one without
+/// area.
 #[inline]
-fn unit_normal(e1: DVec3, e2: DVec3) -> DVec3 {
-    let normal = e1.cross(e2);
-    let square = normal.length_squared();
-    if (1e-200..1e200).contains(&square) {
-        return normal / square.sqrt();
-    }
-    // Scaled by its largest edge: corners may be far apart or close together.
-    let scale = e1.abs().max(e2.abs()).max_element().recip();
-    (e1 * scale).cross(e2 * scale).normalize_or_zero()
+pub(crate) fn unit_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    let (e1, e2) = (b - a, c - a);
+    unit(e1.cross(e2)).unwrap_or_else(|| {
+        // Scaled by its largest edge: corners may be far apart or close together.
+        let scale = e1.abs().max(e2.abs()).max_element().recip();
+        (e1 * scale).cross(e2 * scale).normalize_or_zero()
+    })
+}
+
+/// The direction of a vector whose length is far from the ends of float64.
+#[inline]
+pub(crate) fn unit(vector: DVec3) -> Option<DVec3> {
+    let square = vector.length_squared();
+    (1e-200..1e200)
+        .contains(&square)
+        .then(|| vector / square.sqrt())
 }
 
 /// Where a ray meets a triangle, on the side that is seen.
@@ -237,7 +245,7 @@ impl Place {
         let [a, b, c] = corners;
         let (e1, e2) = (b - a, c - a);
         let position = a + e1 * f64::from(hit.u) + e2 * f64::from(hit.v);
-        let outwards = unit_normal(e1, e2);
+        let outwards = unit_normal(corners);
         let outside = outwards.dot(direction.as_dvec3()) <= 0.0;
         let geometric = if outside { outwards } else { -outwards };
         let beyond = geometric * world.rounding(hit.instance, position, geometric);

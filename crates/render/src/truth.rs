@@ -9,7 +9,7 @@ use raycam_scene::Camera;
 use crate::channel::Channel;
 use crate::prepare::PreparedWorld;
 use crate::settings::Settings;
-use crate::surface::facing_normal;
+use crate::surface::{facing, unit, unit_normal};
 use crate::texture::Footprint;
 
 /// A pixel-centre ray and what it met.
@@ -53,12 +53,15 @@ impl Normals {
             triangle,
             u,
             v,
+            normal,
             ..
         } = *hit;
         if instance == NOTHING {
             return Self::NONE;
         }
-        let geometric = facing_normal(world.corners(instance, triangle), ray.direction.into());
+        let geometric =
+            unit(normal.into()).unwrap_or_else(|| unit_normal(world.corners(instance, triangle)));
+        let geometric = facing(geometric, ray.direction.into());
         let corners = smooth
             .then(|| world.corner_normals(instance, triangle, geometric))
             .flatten();
@@ -78,8 +81,8 @@ pub(crate) struct Exact {
     pub rays: Vec<ExactRay>,
     /// What they met first.
     pub hits: Vec<ExactHit>,
-    /// What the ground truth tells of: the same, or what lies behind it.
-    told: Vec<ExactHit>,
+    /// What lies behind that, where the ground truth tells of it; else empty.
+    behind: Vec<ExactHit>,
     normals: Vec<Normals>,
 }
 
@@ -101,19 +104,21 @@ impl Exact {
         );
         self.hits.clear();
         self.hits.resize(pixels.len(), ExactHit::MISS);
-        self.told.clear();
+        self.behind.clear();
         self.normals.clear();
         let smooth = Normals::asked(&settings.channels);
         let packets = self.rays.chunks(PACKET).zip(self.hits.chunks_mut(PACKET));
         for (rays, hits) in packets {
             world.scene.closest_exact(rays, world, hits);
-            let first = self.told.len();
-            self.told.extend_from_slice(hits);
+            let mut told = &*hits;
             if passing {
-                world.pass_through(rays, &mut self.told[first..]);
+                let first = self.behind.len();
+                self.behind.extend_from_slice(hits);
+                world.pass_through(rays, &mut self.behind[first..]);
+                told = &self.behind[first..];
             }
             if let Some(smooth) = smooth {
-                let told = rays.iter().zip(&self.told[first..]);
+                let told = rays.iter().zip(told);
                 self.normals
                     .extend(told.map(|(ray, hit)| Normals::new(world, ray, hit, smooth)));
             }
@@ -133,7 +138,7 @@ impl Exact {
         let mut of_line = Exact::default();
         self.rays.clear();
         self.hits.clear();
-        self.told.clear();
+        self.behind.clear();
         self.normals.clear();
         let mut from = 0;
         while let Some(world) = worlds.get(from) {
@@ -144,7 +149,7 @@ impl Exact {
             of_line.find(world, camera, &pixels[from..to], settings, passing);
             self.rays.append(&mut of_line.rays);
             self.hits.append(&mut of_line.hits);
-            self.told.append(&mut of_line.told);
+            self.behind.append(&mut of_line.behind);
             self.normals.append(&mut of_line.normals);
             from = to;
         }
@@ -159,7 +164,7 @@ impl Exact {
             let back = start * DVec3::from(ray.direction);
             ray.origin = (DVec3::from(ray.origin) - back).to_array();
         }
-        for hit in self.hits.iter_mut().chain(&mut self.told) {
+        for hit in self.hits.iter_mut().chain(&mut self.behind) {
             hit.t += start;
         }
     }
@@ -169,7 +174,7 @@ impl Exact {
         Self {
             rays: vec![exact_ray((DVec3::ZERO, DVec3::Z))],
             hits: vec![ExactHit::MISS],
-            told: vec![ExactHit::MISS],
+            behind: vec![],
             normals: vec![],
         }
     }
@@ -186,7 +191,7 @@ impl Exact {
             world,
             camera_from_world,
             ray: &self.rays[i],
-            hit: &self.told[i],
+            hit: self.behind.get(i).unwrap_or(&self.hits[i]),
             normals: self.normals.get(i).unwrap_or(&Normals::NONE),
         }
     }
@@ -290,6 +295,7 @@ pub(crate) fn rounded(
         v,
         instance,
         triangle,
+        ..
     }: &ExactHit,
 ) -> Hit {
     Hit {

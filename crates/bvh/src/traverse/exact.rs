@@ -14,7 +14,7 @@ use super::packets::Packets;
 use super::stack::Stack;
 use super::steps::enter_children;
 use super::triangle::{corners, indices};
-use crate::block::{LEAF, Leaf, NO_CHILD, has_area, leaf, node};
+use crate::block::{LEAF, Leaf, NO_CHILD, cross, leaf, node};
 use crate::ray::{ExactHit, ExactRay};
 use crate::scene::{ExactTriangles, Placed, Scene};
 use crate::simd::{Isa, Vector};
@@ -149,7 +149,7 @@ impl Moved {
     /// Takes a triangle if it is hit before the best one.
     #[inline(always)]
     pub fn decide(&mut self, corners: [[f64; 3]; 3], instance: u32, triangle: u32) {
-        let Some((t, u, v)) = meet(self.origin, self.direction, corners) else {
+        let Some(Meeting { t, u, v, normal }) = meet(self.origin, self.direction, corners) else {
             return;
         };
         let best = &self.best;
@@ -162,6 +162,7 @@ impl Moved {
                 v,
                 instance,
                 triangle,
+                normal,
             };
         }
     }
@@ -306,8 +307,16 @@ fn edge<I: Isa>(
     (value.add(slack), value.sub(slack))
 }
 
-/// Where a ray meets a triangle: the test of [`super::triangle`] in float64; (t, u, v).
-fn meet(origin: [f64; 3], direction: [f64; 3], corners: [[f64; 3]; 3]) -> Option<(f64, f64, f64)> {
+/// Where a ray meets a triangle; fields as of [`ExactHit`].
+struct Meeting {
+    t: f64,
+    u: f64,
+    v: f64,
+    normal: [f64; 3],
+}
+
+/// The test of [`super::triangle`] in float64.
+fn meet(origin: [f64; 3], direction: [f64; 3], corners: [[f64; 3]; 3]) -> Option<Meeting> {
     let size = direction.map(f64::abs);
     let z = if size[0] >= size[1] && size[0] >= size[2] {
         0
@@ -327,11 +336,17 @@ fn meet(origin: [f64; 3], direction: [f64; 3], corners: [[f64; 3]; 3]) -> Option
     let w = b[0] * a[1] - b[1] * a[0];
     let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
     let det = u + v + w;
-    // Rounding may have given corners in a line a determinant.
-    if !inside || det == 0.0 || !has_area(corners) {
+    if !inside || det == 0.0 {
         return None;
     }
     let (wa, wb, wc) = (u / det, v / det, w / det);
     let t = wa * a[2] + wb * b[2] + wc * c[2];
-    (t >= 0.0).then_some((t, wb, wc))
+    let normal = cross(corners);
+    // Rounding may have given corners in a line a determinant.
+    (t >= 0.0 && normal != [0.0; 3]).then_some(Meeting {
+        t,
+        u: wb,
+        v: wc,
+        normal,
+    })
 }
