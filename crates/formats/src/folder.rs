@@ -1,12 +1,14 @@
 //! The folder that a world may read from.
 
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 
 use raycam_scene::{Files, Model, Profile, Texture, Wrap};
 
 use crate::budget::Budget;
+use crate::bytes::{self, Bytes};
 use crate::error::FormatError;
 use crate::ies;
 use crate::image::ColorUse;
@@ -27,12 +29,44 @@ const LARGE: u64 = 4 << 20;
 /// Bytes that are read at a time.
 const PART: usize = 1 << 20;
 
-/// A file in memory.
+/// A file in memory, or the beginning of one.
 #[derive(Debug)]
 pub(crate) struct Source {
     /// As shown in errors; its folder is where the names in it start from.
     pub(crate) path: PathBuf,
     pub(crate) bytes: Vec<u8>,
+    /// The file and its size, where `bytes` are only the beginning of it.
+    rest: Option<(File, usize)>,
+}
+
+impl Source {
+    /// A whole file.
+    pub(crate) fn new(path: impl Into<PathBuf>, bytes: Vec<u8>) -> Self {
+        Self {
+            path: path.into(),
+            bytes,
+            rest: None,
+        }
+    }
+
+    /// The bytes of the file, in memory or not.
+    pub(crate) fn len(&self) -> usize {
+        self.rest
+            .as_ref()
+            .map_or(self.bytes.len(), |(_, size)| *size)
+    }
+
+    /// Some bytes of the file, all of them in memory or none.
+    pub(crate) fn part(&self, range: Range<usize>) -> Bytes<'_> {
+        match &self.rest {
+            Some((file, _)) if range.end > self.bytes.len() => Bytes::Disk {
+                file,
+                start: range.start as u64,
+                length: range.len(),
+            },
+            _ => Bytes::Memory(self.bytes[range].into()),
+        }
+    }
 }
 
 impl Folder {
@@ -67,11 +101,16 @@ impl Folder {
 
     /// The bytes of a file asked for by its path.
     pub(crate) fn read(&mut self, path: &Path) -> Result<Source, FormatError> {
-        let bytes = self.read_bytes(path, path)?;
-        Ok(Source {
-            path: path.into(),
-            bytes,
-        })
+        self.begin(path, |_, _| None)
+    }
+
+    /// The same, of a large file only as many from its beginning as `head` says of the file and its size, if it does.
+    pub(crate) fn begin(
+        &mut self,
+        path: &Path,
+        head: impl Fn(&File, u64) -> Option<u64>,
+    ) -> Result<Source, FormatError> {
+        self.read_bytes(path, path, head)
     }
 
     /// The bytes of the file that `reference` names, as written in the file `from`.
@@ -99,29 +138,47 @@ impl Folder {
                 "it leads out of the folder of the world file; copy it there",
             ));
         }
-        let bytes = self.read_bytes(&real, &path)?;
-        Ok(Source { path, bytes })
+        self.read_bytes(&real, &path, |_, _| None)
     }
 
     /// Reads `path`, called `shown` in errors.
-    fn read_bytes(&mut self, path: &Path, shown: &Path) -> Result<Vec<u8>, FormatError> {
+    fn read_bytes(
+        &mut self,
+        path: &Path,
+        shown: &Path,
+        head: impl Fn(&File, u64) -> Option<u64>,
+    ) -> Result<Source, FormatError> {
         let io = |source| FormatError::Io {
             path: shown.into(),
             source,
         };
         let kind = |kind, message| io(io::Error::new(kind, message));
-        let message = "changed its size while it was read";
-        let changed = || kind(io::ErrorKind::InvalidData, message);
         // Asked before it is opened: opening a pipe would wait for a writer. A folder fails by itself when it is read.
         let status = fs::metadata(path).map_err(io)?;
         if !status.is_file() && !status.is_dir() {
             let message = "a device, pipe or socket, expected a regular file";
             return Err(kind(io::ErrorKind::InvalidInput, message));
         }
-        let file = File::open(path).map_err(io)?;
+        let mut file = File::open(path).map_err(io)?;
         let size = file.metadata().map_err(io)?.len();
         self.budget.take_bytes(shown, size)?;
         let mut bytes = Vec::new();
+        if bytes::IN_PARTS
+            && size >= LARGE
+            && let Some(head) = head(&file, size)
+        {
+            file.seek(SeekFrom::Start(0)).map_err(io)?;
+            (&file).take(head).read_to_end(&mut bytes).map_err(io)?;
+            if bytes.len() as u64 != head {
+                return Err(io(bytes::changed()));
+            }
+            return Ok(Source {
+                path: shown.into(),
+                bytes,
+                rest: Some((file, size as usize)),
+            });
+        }
+        file.seek(SeekFrom::Start(0)).map_err(io)?;
         bytes
             .try_reserve_exact(size as usize)
             .map_err(|e| io(e.into()))?;
@@ -129,35 +186,25 @@ impl Folder {
             // Given back, so that what follows is untouched zeros, whose pages several cores touch for the first time.
             drop(bytes);
             bytes = vec![0; size as usize];
-            read_at_once(&file, &mut bytes).map_err(|error| match error.kind() {
-                io::ErrorKind::UnexpectedEof => changed(),
-                _ => io(error),
-            })?;
+            read_at_once(&file, &mut bytes).map_err(io)?;
         }
         file.take(size + 1).read_to_end(&mut bytes).map_err(io)?;
         if bytes.len() as u64 != size {
-            return Err(changed());
+            return Err(io(bytes::changed()));
         }
-        Ok(bytes)
+        Ok(Source::new(shown, bytes))
     }
 }
 
 /// Fills `bytes` from the beginning of a file, several parts at a time, and leaves it after them.
-#[cfg(unix)]
 fn read_at_once(mut file: &File, bytes: &mut [u8]) -> io::Result<()> {
-    use std::io::{Seek, SeekFrom};
-    use std::os::unix::fs::FileExt;
-
+    if !bytes::IN_PARTS {
+        return file.read_exact(bytes);
+    }
     parallel::make(bytes, PART, |start, part| {
-        file.read_exact_at(part, start as u64)
+        bytes::read_exact_at(file, part, start as u64)
     })?;
     file.seek(SeekFrom::Start(bytes.len() as u64)).map(drop)
-}
-
-/// Fills `bytes` from the beginning of a file.
-#[cfg(not(unix))]
-fn read_at_once(mut file: &File, bytes: &mut [u8]) -> io::Result<()> {
-    file.read_exact(bytes)
 }
 
 /// The path of `reference` inside the folder, `folder` being where it starts; or why there is none.

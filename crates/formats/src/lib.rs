@@ -9,6 +9,7 @@
 
 mod budget;
 pub mod bundle;
+mod bytes;
 pub mod calibration;
 pub mod codec;
 mod companion;

@@ -1,5 +1,6 @@
 //! One table of everything that can be loaded.
 
+use std::fs::File;
 use std::io;
 use std::path::Path;
 
@@ -16,6 +17,8 @@ struct Loader {
     /// In small letters, without the dot.
     extension: &'static str,
     read: Reader,
+    /// How many bytes from the beginning of a large file it wants in memory, where that is not all of them.
+    head: fn(&File, u64) -> Option<u64>,
 }
 
 enum Reader {
@@ -30,30 +33,37 @@ const LOADERS: &[Loader] = &[
     Loader {
         extension: "toml",
         read: Reader::World(world_file::read),
+        head: whole,
     },
     Loader {
         extension: "gltf",
         read: Reader::Scene(gltf::read),
+        head: whole,
     },
     Loader {
         extension: "glb",
         read: Reader::Scene(gltf::read),
+        head: gltf::head,
     },
     Loader {
         extension: "obj",
         read: Reader::Model(obj::read),
+        head: whole,
     },
     Loader {
         extension: "ply",
         read: Reader::Model(ply::read),
+        head: whole,
     },
     Loader {
         extension: "stl",
         read: Reader::Model(stl::read),
+        head: stl::head,
     },
     Loader {
         extension: "off",
         read: Reader::Model(off::read),
+        head: whole,
     },
 ];
 
@@ -70,9 +80,9 @@ pub fn extensions() -> impl Iterator<Item = &'static str> {
 /// See [`FormatError`]; an unknown extension lists the known ones.
 pub fn load(path: &Path, budget: &Budget) -> Result<World, FormatError> {
     let mut folder = Folder::around(path, budget);
-    match find(path)? {
-        Reader::World(read) | Reader::Scene(read) => read(&folder.read(path)?, &mut folder),
-        Reader::Model(_) => world(model(folder.read(path)?, &mut folder)?, path),
+    match find(path)?.read {
+        Reader::World(read) | Reader::Scene(read) => read(&source(path, &mut folder)?, &mut folder),
+        Reader::Model(_) => world(model(source(path, &mut folder)?, &mut folder)?, path),
     }
 }
 
@@ -82,8 +92,17 @@ pub fn load(path: &Path, budget: &Budget) -> Result<World, FormatError> {
 /// See [`FormatError`].
 pub fn read_model(path: &Path, budget: &Budget) -> Result<Model, FormatError> {
     let mut folder = Folder::around(path, budget);
-    find(path)?;
-    model(folder.read(path)?, &mut folder)
+    model(source(path, &mut folder)?, &mut folder)
+}
+
+/// The bytes of a file of a known kind, as far as its reader wants them in memory.
+fn source(path: &Path, folder: &mut Folder) -> Result<Source, FormatError> {
+    folder.begin(path, find(path)?.head)
+}
+
+/// All of a file.
+fn whole(_: &File, _: u64) -> Option<u64> {
+    None
 }
 
 /// The world in the bytes of a file, which `path` names as [`load`] takes it.
@@ -92,11 +111,8 @@ pub fn read_model(path: &Path, budget: &Budget) -> Result<Model, FormatError> {
 /// See [`FormatError`].
 pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World, FormatError> {
     let mut folder = Folder::around(path, budget);
-    let source = Source {
-        path: path.into(),
-        bytes,
-    };
-    match find(path)? {
+    let source = Source::new(path, bytes);
+    match find(path)?.read {
         Reader::World(read) | Reader::Scene(read) => read(&source, &mut folder),
         Reader::Model(_) => world(model(source, &mut folder)?, path),
     }
@@ -108,18 +124,12 @@ pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World, For
 /// # Errors
 /// See [`FormatError`].
 pub fn decode_model(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<Model, FormatError> {
-    model(
-        Source {
-            path: path.into(),
-            bytes,
-        },
-        &mut Folder::around(path, budget),
-    )
+    model(Source::new(path, bytes), &mut Folder::around(path, budget))
 }
 
 /// The model in a mesh file that has been read: everything in it fits together.
 pub(crate) fn model(source: Source, folder: &mut Folder) -> Result<Model, FormatError> {
-    let model = match find(&source.path)? {
+    let model = match find(&source.path)?.read {
         Reader::Model(read) => read(&source, folder)?,
         Reader::Scene(read) => flat(read(&source, folder)?, &source.path, folder)?,
         Reader::World(_) => {
@@ -156,14 +166,14 @@ fn flat(world: World, path: &Path, folder: &mut Folder) -> Result<Model, FormatE
     Ok(model)
 }
 
-fn find(path: &Path) -> Result<&'static Reader, FormatError> {
+fn find(path: &Path) -> Result<&'static Loader, FormatError> {
     let extension = path
         .extension()
         .unwrap_or_default()
         .to_string_lossy()
         .to_lowercase();
     if let Some(loader) = LOADERS.iter().find(|loader| loader.extension == extension) {
-        return Ok(&loader.read);
+        return Ok(loader);
     }
     // What is not there has no kind.
     if let Err(source) = std::fs::metadata(path)

@@ -4,6 +4,8 @@
 //! exactly the same place become one vertex. Facet normals follow from the corners and are not read; the two bytes after
 //! each binary facet, which some programs use for colours, are passed over.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use glam::DVec3;
@@ -11,9 +13,8 @@ use raycam_scene::{Material, Mesh, Model, Part};
 
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
-use crate::parallel;
 use crate::text::{self, Lines, Words};
-use crate::weld::Weld;
+use crate::weld::{self, Weld};
 
 /// Before the facets of a binary file: 80 bytes of anything and their number.
 const HEADER: usize = 84;
@@ -24,12 +25,18 @@ const BLOCK: usize = 1 << 14;
 
 /// The model in an STL file: one part for each solid that has facets.
 pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
-    let Source { path, bytes } = source;
+    let Source { path, bytes, .. } = source;
     let mut notices = Vec::new();
-    let solids = if is_binary(bytes) {
-        vec![binary(path, bytes, &mut notices)?]
+    let solids = if is_binary(source) {
+        let corners = 3 * (source.len().saturating_sub(HEADER) / FACET);
+        folder.budget.take_elements(path, corners as u64)?;
+        vec![binary(source, &mut notices)?]
     } else {
-        text(path, bytes)?
+        let solids = text(path, bytes)?;
+        let triangles = solids.iter().map(|solid| solid.triangles.len());
+        let corners = 3 * triangles.sum::<usize>();
+        folder.budget.take_elements(path, corners as u64)?;
+        solids
     };
     let parts: Vec<Part> = solids
         .into_iter()
@@ -37,7 +44,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
         .map(|solid| Part {
             name: solid.name,
             mesh: Mesh {
-                vertices: solid.vertices.places,
+                vertices: solid.vertices,
                 triangles: solid.triangles,
                 ..Mesh::default()
             },
@@ -47,8 +54,6 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
     if parts.is_empty() {
         return Err(FormatError::whole(path, "no facets: nothing to see"));
     }
-    let corners: usize = parts.iter().map(|part| 3 * part.mesh.triangles.len()).sum();
-    folder.budget.take_elements(path, corners as u64)?;
     let materials = vec![Material::plain(&parts[0].mesh)];
     Ok(Model {
         parts,
@@ -59,27 +64,18 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
 }
 
 /// The triangles of a solid, with corners at the same place made one.
-#[derive(Default)]
 struct Solid {
     name: String,
-    vertices: Weld,
+    vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
 }
 
-impl Solid {
-    fn facet(&mut self, corners: [DVec3; 3]) {
-        let triangle = corners.map(|corner| self.vertices.index(corner));
-        self.triangles.push(triangle);
-    }
-
-    /// Adds the facets of another after these.
-    fn append(&mut self, other: Self) {
-        let places = other.vertices.places.iter();
-        let indices: Vec<u32> = places.map(|&place| self.vertices.index(place)).collect();
-        let triangles = other.triangles.iter();
-        self.triangles
-            .extend(triangles.map(|triangle| triangle.map(|i| indices[i as usize])));
-    }
+/// How much of a file has to be in memory: of one that is binary beyond doubt, what is before the facets.
+pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
+    let mut head = [0; HEADER];
+    file.read_exact(&mut head).ok()?;
+    let facets = declared(&head)? as u64 * FACET as u64;
+    (size == HEADER as u64 + facets).then_some(HEADER as u64)
 }
 
 fn declared(bytes: &[u8]) -> Option<usize> {
@@ -90,8 +86,10 @@ fn declared(bytes: &[u8]) -> Option<usize> {
         .map(|count| u32::from_le_bytes(count) as usize)
 }
 
-fn is_binary(bytes: &[u8]) -> bool {
-    if declared(bytes).is_some_and(|count| count.checked_mul(FACET) == Some(bytes.len() - HEADER)) {
+fn is_binary(source: &Source) -> bool {
+    let bytes = &source.bytes[..];
+    if declared(bytes).is_some_and(|count| count.checked_mul(FACET) == Some(source.len() - HEADER))
+    {
         return true;
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -103,25 +101,24 @@ fn is_binary(bytes: &[u8]) -> bool {
     !solid || bytes.contains(&0)
 }
 
-fn binary(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<Solid, FormatError> {
+fn binary(source: &Source, notices: &mut Vec<String>) -> Result<Solid, FormatError> {
+    let Source { path, bytes, .. } = source;
     let Some(count) = declared(bytes) else {
         let message = "neither \"solid\" nor the 84 bytes before the facets of a binary STL file";
         return Err(FormatError::whole(path, message));
     };
-    let (held, extra) = (
-        (bytes.len() - HEADER) / FACET,
-        (bytes.len() - HEADER) % FACET,
-    );
+    let after = source.len() - HEADER;
+    let (held, extra) = (after / FACET, after % FACET);
     // Programs that write without going back leave one of these in the place of the number.
     let unknown = extra == 0 && (count == 0 || count == u32::MAX as usize);
     if count > held && !unknown {
         let message = format!("{count} facets declared, but the file ends after {held}");
-        return Err(FormatError::byte(path, bytes.len(), message));
+        return Err(FormatError::byte(path, source.len(), message));
     }
     let mut used = held;
     if count < held && extra != 0 {
         used = count;
-        let left = bytes.len() - HEADER - FACET * count;
+        let left = after - FACET * count;
         notices.push(format!(
             "{}: {left} bytes after the last facet are not used",
             path.display()
@@ -138,33 +135,37 @@ fn binary(path: &Path, bytes: &[u8], notices: &mut Vec<String>) -> Result<Solid,
         ));
     }
 
-    let facets = &bytes[HEADER..].as_chunks::<FACET>().0[..used];
-    let blocks: Vec<_> = facets.chunks(BLOCK).enumerate().collect();
-    let mut solid = Solid::default();
-    for part in parallel::map(&blocks, |&(number, facets)| block(number * BLOCK, facets)) {
-        // In order, so that vertices are numbered as if the facets had been read one by one.
-        solid.append(part.map_err(|number| {
+    let facets = source.part(HEADER..HEADER + FACET * used);
+    let read = |first: usize, corners: &mut dyn FnMut([[f32; 3]; 3])| {
+        let mut infinite = None;
+        let window = |number: usize, bytes: &[u8]| {
+            for (number, facet) in (first + number..).zip(bytes.as_chunks::<FACET>().0) {
+                let (words, _) = facet.as_chunks::<4>();
+                let float = |i: usize| f32::from_le_bytes(words[i]);
+                let places = [3, 6, 9].map(|i| [float(i), float(i + 1), float(i + 2)]);
+                if !places.as_flattened().iter().all(|v| v.is_finite()) {
+                    infinite = infinite.or(Some(number));
+                }
+                corners(places);
+            }
+        };
+        let count = BLOCK.min(used - first);
+        let read = facets.windows(first * FACET, count, FACET, FACET, window);
+        read.map_err(|source| FormatError::Io {
+            path: path.clone(),
+            source,
+        })?;
+        infinite.map_or(Ok(()), |number| {
             let message = format!("facet {number} has a corner that is not finite");
-            FormatError::byte(path, HEADER + FACET * number, message)
-        })?);
-    }
-    Ok(solid)
-}
-
-/// The facets of a part of a file, which begins with the facet `first`; or the number of one that is not finite.
-fn block(first: usize, facets: &[[u8; FACET]]) -> Result<Solid, usize> {
-    let mut solid = Solid::default();
-    solid.triangles.reserve_exact(facets.len());
-    for (number, facet) in (first..).zip(facets) {
-        let (words, _) = facet.as_chunks::<4>();
-        let float = |i: usize| f64::from(f32::from_le_bytes(words[i]));
-        let corners = [3, 6, 9].map(|i| DVec3::new(float(i), float(i + 1), float(i + 2)));
-        if !corners.iter().all(|corner| corner.is_finite()) {
-            return Err(number);
-        }
-        solid.facet(corners);
-    }
-    Ok(solid)
+            Err(FormatError::byte(path, HEADER + FACET * number, message))
+        })
+    };
+    let (vertices, triangles) = weld::triangles(used, BLOCK, read)?;
+    Ok(Solid {
+        name: String::new(),
+        vertices,
+        triangles,
+    })
 }
 
 /// What a text file is about to say.
@@ -178,8 +179,9 @@ enum Expect {
     EndFacet,
 }
 
+/// The solids of a text file.
 fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
-    let mut solids: Vec<Solid> = Vec::new();
+    let mut solids: Vec<(String, Weld<DVec3>, Vec<[u32; 3]>)> = Vec::new();
     let mut expect = Expect::Solid;
     let (mut corners, mut count) = ([DVec3::ZERO; 3], 0);
     let mut last = 0;
@@ -197,10 +199,7 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
                         "more than 65536 solids in one file",
                     ));
                 }
-                solids.push(Solid {
-                    name: text::name(rest),
-                    ..Solid::default()
-                });
+                solids.push((text::name(rest), Weld::default(), Vec::new()));
                 Expect::Facet
             }
             // The normal follows from the corners.
@@ -219,8 +218,8 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
             (Expect::EndLoop, b"endloop") => Expect::EndFacet,
             (Expect::EndFacet, b"endfacet") => {
                 count = 0;
-                if let Some(solid) = solids.last_mut() {
-                    solid.facet(corners);
+                if let Some((_, weld, triangles)) = solids.last_mut() {
+                    triangles.push(corners.map(|corner| weld.index(corner)));
                 }
                 Expect::Facet
             }
@@ -235,7 +234,12 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
         };
     }
     if expect == Expect::Solid {
-        return Ok(solids);
+        let solid = |(name, weld, triangles): (_, Weld<_>, _)| Solid {
+            name,
+            vertices: weld.places,
+            triangles,
+        };
+        return Ok(solids.into_iter().map(solid).collect());
     }
     Err(FormatError::line(
         path,

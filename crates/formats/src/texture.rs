@@ -30,10 +30,7 @@ pub fn decode_texture(
     path: &Path,
     budget: &Budget,
 ) -> Result<(Texture, Vec<String>), FormatError> {
-    let source = Source {
-        path: path.into(),
-        bytes,
-    };
+    let source = Source::new(path, bytes);
     let mut notices = Vec::new();
     let texture = decode(
         &source,
@@ -53,7 +50,7 @@ pub(crate) fn decode(
     budget: &mut Budget,
     notices: &mut Vec<String>,
 ) -> Result<Texture, FormatError> {
-    let Source { path, bytes } = source;
+    let Source { path, bytes, .. } = source;
     let image = decode_image(bytes, path, color_use, budget, notices)?;
     if transparent(&image) {
         notices.push(format!(

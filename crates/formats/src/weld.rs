@@ -1,29 +1,90 @@
 //! Corners at exactly the same place made one vertex.
 
+use std::convert::Infallible;
 use std::hash::{BuildHasher, RandomState};
+use std::sync::OnceLock;
 
 use glam::DVec3;
 
-/// Places, each once, in the order in which they came first.
-#[derive(Default)]
-pub(crate) struct Weld {
-    /// The places.
-    pub(crate) places: Vec<DVec3>,
-    /// One more than an index into `places`, or 0; searched from where the hash says. At least twice as long as `places`.
-    table: Vec<u32>,
-    /// Drawn, so that no file can be made of which all places have the same hash.
-    secret: [u64; 3],
+use crate::parallel;
+
+/// Somewhere that is finite.
+pub(crate) trait Place: Copy + Send + Sync {
+    /// Equal where the places are.
+    fn bits(self) -> [u64; 3];
 }
 
-impl Weld {
+// Adding 0 makes -0 and 0 the same.
+
+impl Place for DVec3 {
+    fn bits(self) -> [u64; 3] {
+        (self + Self::ZERO).to_array().map(f64::to_bits)
+    }
+}
+
+impl Place for [f32; 3] {
+    fn bits(self) -> [u64; 3] {
+        self.map(|v| u64::from((v + 0.0).to_bits()))
+    }
+}
+
+/// Drawn, so that no file can be made of which all places have the same hash.
+#[derive(Clone, Copy)]
+struct Secret([u64; 3]);
+
+impl Secret {
+    fn draw() -> Self {
+        let drawn = RandomState::new();
+        Self([1_u8, 2, 3].map(|i| drawn.hash_one(i)))
+    }
+
+    /// Source: the folded multiplication of wyhash (Wang Yi, 2019).
+    fn hash(self, place: impl Place) -> u64 {
+        let fold = |a: u64, b: u64| {
+            let wide = u128::from(a) * u128::from(b);
+            wide as u64 ^ (wide >> 64) as u64
+        };
+        let (Self([a, b, c]), [x, y, z]) = (self, place.bits());
+        fold(fold(x ^ a, y ^ b) ^ c, z ^ a)
+    }
+}
+
+/// Places, each once, in the order in which they came first.
+pub(crate) struct Weld<P> {
+    /// The places.
+    pub(crate) places: Vec<P>,
+    /// One more than an index into `places`, or 0; searched from where the hash says. At least twice as long as `places`.
+    table: Vec<u32>,
+    secret: Secret,
+}
+
+impl<P: Place> Default for Weld<P> {
+    fn default() -> Self {
+        Self::new(Secret::draw())
+    }
+}
+
+impl<P: Place> Weld<P> {
+    fn new(secret: Secret) -> Self {
+        Self {
+            places: Vec::new(),
+            table: Vec::new(),
+            secret,
+        }
+    }
+
     /// The index of a place.
-    pub(crate) fn index(&mut self, place: DVec3) -> u32 {
+    pub(crate) fn index(&mut self, place: P) -> u32 {
+        self.hashed(place, self.secret.hash(place))
+    }
+
+    fn hashed(&mut self, place: P, hash: u64) -> u32 {
         if 2 * self.places.len() >= self.table.len() {
             self.grow();
         }
-        let key = bits(place);
+        let key = place.bits();
         let last = self.table.len() - 1;
-        let mut at = self.hash(key) as usize & last;
+        let mut at = hash as usize & last;
         loop {
             match self.table[at] {
                 0 => {
@@ -32,43 +93,135 @@ impl Weld {
                     self.table[at] = found;
                     return found - 1;
                 }
-                found if bits(self.places[found as usize - 1]) == key => return found - 1,
+                found if self.places[found as usize - 1].bits() == key => return found - 1,
                 _ => at = (at + 1) & last,
             }
         }
     }
 
     fn grow(&mut self) {
-        if self.table.is_empty() {
-            let drawn = RandomState::new();
-            self.secret = [1_u8, 2, 3].map(|i| drawn.hash_one(i));
-        }
-        let length = (2 * self.table.len()).max(1 << 10);
+        let length = (4 * self.table.len()).max(1 << 10);
         self.table.clear();
         self.table.resize(length, 0);
         for (i, &place) in self.places.iter().enumerate() {
-            let mut at = self.hash(bits(place)) as usize & (length - 1);
+            let mut at = self.secret.hash(place) as usize & (length - 1);
             while self.table[at] != 0 {
                 at = (at + 1) & (length - 1);
             }
             self.table[at] = i as u32 + 1;
         }
     }
-
-    /// Source: the folded multiplication of wyhash (Wang Yi, 2019).
-    fn hash(&self, [x, y, z]: [u64; 3]) -> u64 {
-        let fold = |a: u64, b: u64| {
-            let wide = u128::from(a) * u128::from(b);
-            wide as u64 ^ (wide >> 64) as u64
-        };
-        let [a, b, c] = self.secret;
-        fold(fold(x ^ a, y ^ b) ^ c, z ^ a)
-    }
 }
 
-/// Equal where the places are: adding 0 makes -0 and 0 the same.
-fn bits(place: DVec3) -> [u64; 3] {
-    (place + DVec3::ZERO).to_array().map(f64::to_bits)
+/// Parts into which places are divided by their hashes, each for one core at a time.
+const SHARDS: u64 = 16;
+
+/// The triangles of corners that `read` writes block by block, which gets the number of a block's first triangle: the places,
+/// each once and in the order in which they came first, and the triangles that refer to them, as one core after the other
+/// would have made them. Three times `count` is less than 2³².
+///
+/// # Errors
+/// That of the first block that has one.
+pub(crate) fn triangles<E: Send>(
+    count: usize,
+    block: usize,
+    read: impl Fn(usize, &mut dyn FnMut([[f32; 3]; 3])) -> Result<(), E> + Sync,
+) -> Result<(Vec<DVec3>, Vec<[u32; 3]>), E> {
+    let secret = Secret::draw();
+    let mut triangles = vec![[0; 3]; count];
+    // The places of each block, and their hashes.
+    let blocks: Vec<OnceLock<(Vec<[f32; 3]>, Vec<u64>)>> = (0..count.div_ceil(block))
+        .map(|_| OnceLock::new())
+        .collect();
+    parallel::make(&mut triangles, block, |first, triangles| {
+        let mut weld = Weld::new(secret);
+        let mut hashes = Vec::new();
+        let mut left = triangles.iter_mut();
+        read(first, &mut |corners| {
+            if let Some(triangle) = left.next() {
+                *triangle = corners.map(|place| {
+                    let hash = secret.hash(place);
+                    let index = weld.hashed(place, hash);
+                    if index as usize == hashes.len() {
+                        hashes.push(hash);
+                    }
+                    index
+                });
+            }
+        })?;
+        // Nobody else sets that of this block.
+        let _ = blocks[first / block].set((weld.places, hashes));
+        Ok(())
+    })?;
+    let blocks: Vec<_> = blocks
+        .into_iter()
+        .filter_map(OnceLock::into_inner)
+        .collect();
+    // Places have numbers through all blocks; which ones were there before, and as what number.
+    let mut starts = vec![0];
+    for (places, _) in &blocks {
+        starts.push(starts[starts.len() - 1] + places.len() as u32);
+    }
+    let shards: Vec<u64> = match blocks.len() {
+        0 | 1 => Vec::new(),
+        _ => (0..SHARDS).collect(),
+    };
+    let again = parallel::map(&shards, |&shard| {
+        let mut weld = Weld::new(secret);
+        let (mut firsts, mut again) = (Vec::new(), Vec::new());
+        for ((places, hashes), &start) in blocks.iter().zip(&starts) {
+            for ((&place, &hash), number) in places.iter().zip(hashes).zip(start..) {
+                // The lower bits say where it is in the table.
+                if hash >> (64 - SHARDS.ilog2()) != shard {
+                    continue;
+                }
+                let index = weld.hashed(place, hash) as usize;
+                if index == firsts.len() {
+                    firsts.push(number);
+                } else {
+                    again.push((number, firsts[index]));
+                }
+            }
+        }
+        again
+    });
+    const NEW: u32 = u32::MAX;
+    let mut indices = vec![NEW; starts[blocks.len()] as usize];
+    for (number, before) in again.into_iter().flatten() {
+        indices[number as usize] = before;
+    }
+    let mut firsts = Vec::with_capacity(indices.len());
+    for number in 0..indices.len() {
+        indices[number] = match indices[number] {
+            NEW => {
+                firsts.push(number as u32);
+                firsts.len() as u32 - 1
+            }
+            before => indices[before as usize],
+        };
+    }
+    let mut places = vec![[0.0; 3]; firsts.len()];
+    let Ok(()) = parallel::make(&mut places, block, |first, places| {
+        let firsts = &firsts[first..first + places.len()];
+        let mut at = starts.partition_point(|&start| start <= firsts[0]) - 1;
+        for (place, &number) in places.iter_mut().zip(firsts) {
+            while number >= starts[at + 1] {
+                at += 1;
+            }
+            *place = blocks[at].0[(number - starts[at]) as usize].map(f64::from);
+        }
+        Ok::<(), Infallible>(())
+    });
+    let Ok(()) = parallel::make(&mut triangles, block, |first, triangles| {
+        let indices = &indices[starts[first / block] as usize..];
+        for corner in triangles.as_flattened_mut() {
+            *corner = indices[*corner as usize];
+        }
+        Ok::<(), Infallible>(())
+    });
+    // Takes no time: the same numbers at the same places.
+    let places = places.into_iter().map(DVec3::from_array).collect();
+    Ok((places, triangles))
 }
 
 #[cfg(test)]
@@ -100,5 +253,37 @@ mod tests {
         assert_eq!(weld.index(DVec3::new(-0.0, 0.0, 1.0)), 0);
         assert_eq!(weld.index(DVec3::new(0.0, f64::MIN_POSITIVE, 1.0)), 1);
         assert_eq!(weld.index(DVec3::new(0.0, 0.0, 1.0_f64.next_up())), 2);
+    }
+
+    #[test]
+    fn blocks_make_what_one_core_makes() {
+        // Few and many places, some in many blocks and some at both zeros.
+        for (count, turns) in [(0_u32, 3_u32), (1, 3), (1000, 40), (20_000, 50_000)] {
+            let corner = |i: u32| {
+                let i = i.wrapping_mul(2_654_435_761) % turns;
+                let zero = if i % 2 == 0 { 0.0 } else { -0.0 };
+                [(i / 2) as f32, zero, (i % 3) as f32]
+            };
+            let facet = |i: u32| [3 * i, 3 * i + 1, 3 * i + 2].map(corner);
+            let mut weld = Weld::default();
+            let expected: Vec<_> = (0..count)
+                .map(|i| facet(i).map(|place| weld.index(place)))
+                .collect();
+            for block in [1, 7, 1024] {
+                let read = |first: usize, each: &mut dyn FnMut([[f32; 3]; 3])| {
+                    (first..(first + block).min(count as usize))
+                        .for_each(|i| each(facet(i as u32)));
+                    Ok::<(), ()>(())
+                };
+                let (places, found) = triangles(count as usize, block, read).unwrap();
+                assert_eq!(found, expected);
+                let places: Vec<_> = places.iter().map(|p| p.as_vec3().to_array()).collect();
+                assert_eq!(format!("{places:?}"), format!("{:?}", weld.places));
+            }
+        }
+        let fail = |first: usize, _: &mut dyn FnMut([[f32; 3]; 3])| {
+            if first < 30 { Ok(()) } else { Err(first) }
+        };
+        assert_eq!(triangles(100, 10, fail), Err(30));
     }
 }

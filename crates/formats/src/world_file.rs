@@ -27,7 +27,7 @@ pub fn parse(
 
 /// The world in a file.
 pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<World, FormatError> {
-    let Source { path, bytes } = source;
+    let Source { path, bytes, .. } = source;
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let line = line_of(bytes, error.valid_up_to());
         FormatError::line(path, line, "not UTF-8 text")

@@ -226,10 +226,7 @@ pub fn decode(
 ) -> Result<Calibration, FormatError> {
     let mut folder = Folder::around(path, budget);
     folder.budget.take_bytes(path, bytes.len() as u64)?;
-    let source = Source {
-        path: path.into(),
-        bytes,
-    };
+    let source = Source::new(path, bytes);
     decode_in(source, format.map(find).transpose()?, known, &mut folder)
 }
 

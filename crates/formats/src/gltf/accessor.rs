@@ -1,11 +1,10 @@
 //! Accessors: typed elements in bytes (glTF 2.0, section 3.6.2), strided, sparse, normalised or none of these.
 
-use std::borrow::Cow;
-
 use super::Document;
 use super::elements::{Component, Elements};
 use super::json::Accessor;
 use super::ledger::Ledger;
+use crate::bytes::Bytes;
 use crate::error::FormatError;
 
 /// Columns, rows, and so components of an element of this type.
@@ -83,10 +82,10 @@ impl<'a> Document<'a> {
                 ".count: 0, expected at least 1 (VALUE_NOT_IN_RANGE)".into(),
             ));
         }
-        let (mut bytes, stride): (Cow<'_, [u8]>, usize) = match accessor.buffer_view {
+        let (mut bytes, stride): (Bytes<'_>, usize) = match accessor.buffer_view {
             None => {
                 ledger.take(self.path, &place, count, size as u64)?;
-                (vec![0; count as usize * size].into(), size)
+                (Bytes::Memory(vec![0; count as usize * size].into()), size)
             }
             Some(view) => {
                 let (bytes, stride) = self
@@ -97,7 +96,7 @@ impl<'a> Document<'a> {
                 let held = held(bytes, accessor.byte_offset, count, size, stride).map_err(|e| {
                     fault(format!("{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)"))
                 })?;
-                (held.into(), stride)
+                (held, stride)
             }
         };
         let count = count as usize;
@@ -106,9 +105,12 @@ impl<'a> Document<'a> {
             ledger.take(self.path, &place, count as u64, size as u64)?;
             // Without gaps, so that overlapping strides cannot be written through.
             let mut dense = Vec::with_capacity(count * size);
-            for i in 0..count {
-                dense.extend_from_slice(&bytes[i * stride..i * stride + size]);
-            }
+            let copy = |_, bytes: &[u8]| {
+                let elements = bytes.chunks(stride);
+                elements.for_each(|element| dense.extend_from_slice(&element[..size]));
+            };
+            let copied = bytes.windows(0, count, stride, size, copy);
+            copied.map_err(|error| self.unread(error))?;
             stride = size;
             let part = |name: &str, view: usize, offset: u64, size: usize| {
                 let fault = |message: String| fault(format!(".sparse.{name}{message}"));
@@ -116,8 +118,10 @@ impl<'a> Document<'a> {
                     .resources
                     .bytes(view)
                     .map_err(|e| fault(format!(".bufferView: {e}")))?;
-                held(bytes, offset, sparse.count, size, size)
-                    .map_err(|e| fault(format!("{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)")))
+                let held = held(bytes, offset, sparse.count, size, size).map_err(|e| {
+                    fault(format!("{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)"))
+                })?;
+                held.read().map_err(|error| self.unread(error))
             };
             let indices = &sparse.indices;
             let kind = Component::from_code(indices.component_type)
@@ -151,7 +155,7 @@ impl<'a> Document<'a> {
                 };
                 element.copy_from_slice(value);
             }
-            bytes = dense.into();
+            bytes = Bytes::Memory(dense.into());
         }
         Ok(Elements {
             place,
@@ -167,12 +171,12 @@ impl<'a> Document<'a> {
 
 /// The bytes of so many elements in a view.
 fn held(
-    bytes: &[u8],
+    bytes: Bytes<'_>,
     offset: u64,
     count: u64,
     size: usize,
     stride: usize,
-) -> Result<&[u8], String> {
+) -> Result<Bytes<'_>, String> {
     let needed = count
         .saturating_sub(1)
         .checked_mul(stride as u64)
@@ -185,7 +189,7 @@ fn held(
             bytes.len()
         ));
     }
-    Ok(&bytes[offset as usize..needed as usize])
+    Ok(bytes.part(offset as usize..needed as usize))
 }
 
 /// One unsigned integer; 0 where there are too few bytes, which lengths checked before rule out.

@@ -1,11 +1,10 @@
 //! Where a primitive's attributes and indices come from: accessors, or a Draco stream.
 
-use std::borrow::Cow;
-
 use super::Document;
 use super::elements::{Component, Elements};
 use super::json::{Draco, Primitive};
 use super::ledger::Ledger;
+use crate::bytes::Bytes;
 use crate::codec::draco;
 use crate::error::FormatError;
 use crate::folder::Folder;
@@ -35,7 +34,8 @@ impl<'a> AttributeSource<'a> {
                 .resources
                 .bytes(draco.buffer_view)
                 .map_err(|e| document.fault(format!("{place}.bufferView: {e}")))?;
-            let mesh = draco::decode(bytes, document.path, &mut folder.budget)?;
+            let bytes = bytes.read().map_err(|error| document.unread(error))?;
+            let mesh = draco::decode(&bytes, document.path, &mut folder.budget)?;
             let bytes = mesh.attributes.iter().map(|a| a.bytes.len());
             ledger.grant(bytes.sum::<usize>() + 12 * mesh.triangles.len());
             decoded = Some((draco, mesh));
@@ -97,7 +97,7 @@ impl<'a> AttributeSource<'a> {
             normalized: accessor.is_some_and(|accessor| accessor.normalized),
             count: mesh.count,
             stride: attribute.bytes.len() / mesh.count.max(1),
-            bytes: Cow::Borrowed(&attribute.bytes),
+            bytes: Bytes::Memory(attribute.bytes[..].into()),
         }))
     }
 

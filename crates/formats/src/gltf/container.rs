@@ -1,11 +1,14 @@
 //! The two containers: GLB chunks (glTF 2.0, chapter 4), and plain JSON.
 
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
 
 use super::json::Root;
 use super::ledger::Ledger;
 use crate::error::FormatError;
+use crate::folder::Source;
 
 const MAGIC: &[u8; 4] = b"glTF";
 const JSON: &[u8; 4] = b"JSON";
@@ -18,13 +21,27 @@ pub(super) struct Container {
     pub(super) binary: Option<Range<usize>>,
 }
 
+/// How many bytes of a GLB file are before the content of its binary chunk, where that is all the rest.
+pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
+    let (mut start, mut chunk) = ([0; 20], [0; 8]);
+    file.read_exact(&mut start).ok()?;
+    let (words, _) = start.as_chunks::<4>();
+    let word = |i: usize| u64::from(u32::from_le_bytes(words[i]));
+    let json = 20 + word(3);
+    if words[0] != *MAGIC || words[4] != *JSON || word(2) != size || json > size {
+        return None;
+    }
+    file.seek(SeekFrom::Start(json)).ok()?;
+    file.read_exact(&mut chunk).ok()?;
+    let (words, _) = chunk.as_chunks::<4>();
+    let binary = u64::from(u32::from_le_bytes(words[0]));
+    (words[1] == *BIN && json + 8 + binary == size).then_some(json + 8)
+}
+
 impl Container {
     /// Told apart by content.
-    pub(super) fn open(
-        bytes: &[u8],
-        path: &Path,
-        ledger: &mut Ledger,
-    ) -> Result<Self, FormatError> {
+    pub(super) fn open(source: &Source, ledger: &mut Ledger) -> Result<Self, FormatError> {
+        let Source { path, bytes, .. } = source;
         if !bytes.starts_with(MAGIC) {
             let start = if bytes.starts_with(b"\xef\xbb\xbf") {
                 ledger.note("the file", "begins with a byte order mark (INVALID_JSON)");
@@ -53,15 +70,15 @@ impl Container {
             return Err(FormatError::unsupported(path, message));
         }
         let length = length as usize;
-        if length > bytes.len() || length < 12 {
+        if length > source.len() || length < 12 {
             let message = format!(
                 "{length} bytes declared, but the file has {} (GLB_LENGTH_MISMATCH)",
-                bytes.len()
+                source.len()
             );
             return fault(8, message);
         }
-        if length < bytes.len() {
-            let extra = bytes.len() - length;
+        if length < source.len() {
+            let extra = source.len() - length;
             let message =
                 format!("{extra} bytes after its declared end are not used (GLB_LENGTH_MISMATCH)");
             ledger.note("the file", message);

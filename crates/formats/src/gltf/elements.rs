@@ -1,9 +1,11 @@
 //! Elements of accessors, out of their bytes into numbers.
 
-use std::borrow::Cow;
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::Document;
 use super::ledger::Ledger;
+use crate::bytes::Bytes;
 use crate::codec::draco;
 use crate::error::FormatError;
 use crate::parallel;
@@ -72,7 +74,7 @@ pub(super) struct Elements<'a> {
     pub(super) count: usize,
     pub(super) stride: usize,
     /// At least `(count - 1) * stride` and one element.
-    pub(super) bytes: Cow<'a, [u8]>,
+    pub(super) bytes: Bytes<'a>,
 }
 
 impl Elements<'_> {
@@ -82,15 +84,9 @@ impl Elements<'_> {
             return self;
         }
         let start = (first * self.stride).min(self.bytes.len());
-        let bytes = match self.bytes {
-            Cow::Borrowed(bytes) => Cow::Borrowed(&bytes[start..]),
-            Cow::Owned(mut bytes) => {
-                bytes.drain(..start);
-                Cow::Owned(bytes)
-            }
-        };
+        let end = self.bytes.len();
         Self {
-            bytes,
+            bytes: self.bytes.part(start..end),
             count,
             ..self
         }
@@ -120,7 +116,7 @@ impl Elements<'_> {
         }
         ledger.take(document.path, &self.place, self.count as u64, 4 * N as u64)?;
         let unit = self.normalized;
-        let (made, finite) = match self.component {
+        let made = match self.component {
             Component::F32 => {
                 // Without a way out of the loop, which is some times as fast.
                 let finite = |bytes: &[u8]| {
@@ -158,6 +154,7 @@ impl Elements<'_> {
                 )));
             }
         };
+        let (made, finite) = made.map_err(|error| document.unread(error))?;
         if finite {
             Ok(made)
         } else {
@@ -167,7 +164,11 @@ impl Elements<'_> {
 
     /// The error of the first element that is not finite.
     fn not_finite<const N: usize>(&self, document: &Document<'_>) -> FormatError {
-        let (values, _) = self.decode::<4, N, _, _>(f32::from_le_bytes, any, |values| values);
+        let all = self.decode::<4, N, _, _>(f32::from_le_bytes, any, |values| values);
+        let values = match all {
+            Ok((values, _)) => values,
+            Err(error) => return document.unread(error),
+        };
         let finite = |value: &[f32; N]| value.iter().all(|v| v.is_finite());
         let i = values.iter().position(|value| !finite(value)).unwrap_or(0);
         document.fault(format!(
@@ -176,41 +177,51 @@ impl Elements<'_> {
         ))
     }
 
-    /// What `make` makes of every element, whose numbers `read` reads, and whether the bytes of all are `valid`; where they
-    /// are not, not all is made. Several cores do it.
+    /// What `make` makes of every element, whose numbers `read` reads, and whether the bytes of all are `valid`. Several
+    /// cores do it.
     fn decode<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,
         read: impl Fn([u8; S]) -> V + Sync,
         valid: impl Fn(&[u8]) -> bool + Sync,
         make: impl Fn([V; N]) -> [T; N] + Sync,
-    ) -> (Vec<[T; N]>, bool) {
+    ) -> io::Result<(Vec<[T; N]>, bool)> {
         let size = S * N;
         let element = |bytes: &[u8]| {
             let (numbers, _) = bytes.as_chunks::<S>();
             make(std::array::from_fn(|i| read(numbers[i])))
         };
         let mut made = vec![[T::default(); N]; self.count];
+        let (stride, all_valid) = (self.stride, AtomicBool::new(true));
         let block = |first: usize, block: &mut [[T; N]]| {
-            let bytes = &self.bytes[first * self.stride..];
-            let all = if self.stride == size {
-                let bytes = &bytes[..block.len() * size];
-                let elements = bytes.chunks_exact(size);
-                block
-                    .iter_mut()
-                    .zip(elements)
-                    .for_each(|(to, from)| *to = element(from));
-                valid(bytes)
-            } else {
-                block.iter_mut().enumerate().fold(true, |all, (i, to)| {
-                    let bytes = &bytes[i * self.stride..i * self.stride + size];
-                    *to = element(bytes);
-                    all & valid(bytes)
-                })
+            let count = block.len();
+            let window = |number: usize, bytes: &[u8]| {
+                let block = &mut block[number..];
+                let all = if stride == size {
+                    let elements = bytes.chunks_exact(size);
+                    block
+                        .iter_mut()
+                        .zip(elements)
+                        .for_each(|(to, from)| *to = element(from));
+                    valid(bytes)
+                } else {
+                    let elements = bytes.chunks(stride);
+                    block
+                        .iter_mut()
+                        .zip(elements)
+                        .fold(true, |all, (to, from)| {
+                            *to = element(from);
+                            all & valid(&from[..size])
+                        })
+                };
+                if !all {
+                    all_valid.store(false, Ordering::Relaxed);
+                }
             };
-            if all { Ok(()) } else { Err(()) }
+            self.bytes
+                .windows(first * stride, count, stride, size, window)
         };
-        let all = parallel::make(&mut made, ELEMENTS, block).is_ok();
-        (made, all)
+        parallel::make(&mut made, ELEMENTS, block)?;
+        Ok((made, all_valid.into_inner()))
     }
 
     /// All elements as unsigned integers.
@@ -230,13 +241,14 @@ impl Elements<'_> {
             )));
         }
         ledger.take(document.path, &self.place, self.count as u64, 4 * N as u64)?;
-        let (made, _) = match self.component {
+        let made = match self.component {
             Component::U8 => self.decode::<1, N, _, _>(|[v]| u32::from(v), any, |v| v),
             Component::U16 => {
                 self.decode::<2, N, _, _>(|v| u32::from(u16::from_le_bytes(v)), any, |v| v)
             }
             _ => self.decode::<4, N, _, _>(u32::from_le_bytes, any, |v| v),
         };
+        let (made, _) = made.map_err(|error| document.unread(error))?;
         Ok(made)
     }
 

@@ -28,6 +28,7 @@ mod tangent;
 mod texture;
 mod writer;
 
+use std::io;
 use std::path::Path;
 
 use raycam_scene::{SceneError, Up, World};
@@ -41,6 +42,7 @@ use self::texture::Textures;
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
 
+pub(crate) use container::head;
 pub use writer::write;
 
 /// A document and the bytes it refers to.
@@ -55,6 +57,11 @@ impl Document<'_> {
     /// An error of this file; the message begins with the place in the document.
     fn fault(&self, message: impl Into<String>) -> FormatError {
         FormatError::whole(self.path, message)
+    }
+
+    /// The error of bytes that cannot be read any more.
+    fn unread(&self, error: io::Error) -> FormatError {
+        resource::unread(self.path, error)
     }
 
     /// The error of an index that leads nowhere.
@@ -89,7 +96,7 @@ struct Builder<'a, 'b> {
 pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<World, FormatError> {
     let path = &source.path;
     let mut ledger = Ledger::new();
-    let container = Container::open(&source.bytes, path, &mut ledger)?;
+    let container = Container::open(source, &mut ledger)?;
     let root = container.document(&source.bytes, path)?;
     extensions::check(&root, path, &mut ledger)?;
     let resources = Resources::read(source, &container, &root, folder, &mut ledger)?;

@@ -1,29 +1,32 @@
 //! Buffers, their views and images: in the GLB file, in data URIs, in files of the same folder.
 
 use std::borrow::Cow;
+use std::io;
 use std::ops::Range;
+use std::path::Path;
 
 use super::Source;
 use super::container::Container;
 use super::json::{BufferView, Root};
 use super::json_extensions::MeshoptView;
 use super::ledger::Ledger;
+use crate::bytes::Bytes;
 use crate::codec::meshopt::{self, Filter, Mode, Shape};
 use crate::error::FormatError;
 use crate::folder::Folder;
 
 /// All bytes of a document.
 pub(super) struct Resources<'a> {
-    buffers: Vec<Cow<'a, [u8]>>,
+    buffers: Vec<Bytes<'a>>,
     views: Vec<View>,
 }
 
 struct View {
-    bytes: Bytes,
+    bytes: Held,
     stride: Option<usize>,
 }
 
-enum Bytes {
+enum Held {
     /// In a buffer.
     Plain(usize, Range<usize>),
     /// Decompressed.
@@ -39,7 +42,7 @@ impl<'a> Resources<'a> {
         folder: &mut Folder,
         ledger: &mut Ledger,
     ) -> Result<Self, FormatError> {
-        ledger.grant(source.bytes.len());
+        ledger.grant(source.len());
         let mut buffers = Vec::new();
         for (i, buffer) in root.buffers.iter().enumerate() {
             let place = format!("buffers[{i}]");
@@ -51,15 +54,23 @@ impl<'a> Resources<'a> {
                 let packed = extensions.ext_meshopt.is_some() || extensions.khr_meshopt.is_some();
                 view.buffer != i || packed
             });
-            let bytes: Cow<'_, [u8]> = match (&buffer.uri, &container.binary) {
+            let bytes = match (&buffer.uri, &container.binary) {
                 (Some(uri), _) => {
                     let bytes = fetch(source, uri, &format!("{place}.uri"), folder)?;
                     ledger.grant(bytes.len());
-                    bytes.into()
+                    Bytes::Memory(bytes.into())
                 }
-                (None, Some(range)) if i == 0 => source.bytes[range.clone()].into(),
+                (None, Some(range)) if i == 0 => {
+                    let bytes = source.part(range.clone());
+                    if only_arrays(root) {
+                        bytes
+                    } else {
+                        let bytes = bytes.read().map_err(|error| unread(&source.path, error))?;
+                        Bytes::Memory(bytes)
+                    }
+                }
                 (None, _) if unused => {
-                    buffers.push(Cow::Borrowed(&[][..]));
+                    buffers.push(Bytes::Memory(Cow::Borrowed(&[])));
                     continue;
                 }
                 (None, _) => {
@@ -122,8 +133,10 @@ impl<'a> Resources<'a> {
                 .range(packed.buffer, packed.byte_offset, packed.byte_length)
                 .map_err(|message| fault(format!("{place}{message}")))?;
             let shape = shape(packed).map_err(|message| fault(format!("{place}{message}")))?;
+            let packed_stride = packed.byte_stride as usize;
+            let packed = self.buffers[packed.buffer].borrowed().part(range).read();
             let bytes = meshopt::decode(
-                &self.buffers[packed.buffer][range],
+                &packed.map_err(|error| unread(&source.path, error))?,
                 shape,
                 &source.path,
                 &mut folder.budget,
@@ -137,15 +150,15 @@ impl<'a> Resources<'a> {
             }
             ledger.grant(bytes.len());
             return Ok(View {
-                bytes: Bytes::Decoded(bytes),
-                stride: stride.or(Some(packed.byte_stride as usize)),
+                bytes: Held::Decoded(bytes),
+                stride: stride.or(Some(packed_stride)),
             });
         }
         let range = self
             .range(view.buffer, view.byte_offset, view.byte_length)
             .map_err(fault)?;
         Ok(View {
-            bytes: Bytes::Plain(view.buffer, range),
+            bytes: Held::Plain(view.buffer, range),
             stride,
         })
     }
@@ -167,12 +180,14 @@ impl<'a> Resources<'a> {
     }
 
     /// The bytes of a view and its stride, or the reason why there are none.
-    pub(super) fn bytes(&self, view: usize) -> Result<(&[u8], Option<usize>), String> {
+    pub(super) fn bytes(&self, view: usize) -> Result<(Bytes<'_>, Option<usize>), String> {
         match self.views.get(view) {
             Some(View { bytes, stride }) => Ok((
                 match bytes {
-                    Bytes::Plain(buffer, range) => &self.buffers[*buffer][range.clone()],
-                    Bytes::Decoded(bytes) => bytes,
+                    Held::Plain(buffer, range) => {
+                        self.buffers[*buffer].borrowed().part(range.clone())
+                    }
+                    Held::Decoded(bytes) => Bytes::Memory(bytes[..].into()),
                 },
                 *stride,
             )),
@@ -181,6 +196,30 @@ impl<'a> Resources<'a> {
                 self.views.len()
             )),
         }
+    }
+}
+
+/// Whether every buffer holds nothing but arrays that are decoded from their bytes as they stand: these need not be in memory.
+fn only_arrays(root: &Root) -> bool {
+    let packed = |view: &BufferView| {
+        let extensions = &view.extensions;
+        extensions.ext_meshopt.is_some() || extensions.khr_meshopt.is_some()
+    };
+    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    root.images.iter().all(|image| image.buffer_view.is_none())
+        && root
+            .accessors
+            .iter()
+            .all(|accessor| accessor.sparse.is_none())
+        && !root.buffer_views.iter().any(packed)
+        && primitives.all(|primitive| primitive.extensions.draco.is_none())
+}
+
+/// The error of bytes that cannot be read, or no longer.
+pub(super) fn unread(path: &Path, source: io::Error) -> FormatError {
+    FormatError::Io {
+        path: path.into(),
+        source,
     }
 }
 

@@ -95,18 +95,18 @@ impl Builder<'_, '_> {
             return Ok(known.clone());
         }
         let place = format!("images[{index}]");
-        let fetched;
         let (bytes, name) = match (&image.uri, image.buffer_view) {
             (Some(uri), _) => {
                 let uri_place = format!("{place}.uri");
-                fetched = resource::fetch(document.source, uri, &uri_place, self.folder)?;
+                let fetched = resource::fetch(document.source, uri, &uri_place, self.folder)?;
                 let named = !uri.starts_with("data:");
-                (&fetched[..], named.then_some(&uri[..]))
+                (fetched.into(), named.then_some(&uri[..]))
             }
             (None, Some(view)) => {
                 let found = document.resources.bytes(view);
                 let (bytes, _) =
                     found.map_err(|e| document.fault(format!("{place}.bufferView: {e}")))?;
+                let bytes = bytes.read().map_err(|error| document.unread(error))?;
                 (bytes, None)
             }
             (None, None) => {
@@ -119,7 +119,7 @@ impl Builder<'_, '_> {
         let path = PathBuf::from(format!("{shown}: {place}"));
         let mut notices = Vec::new();
         let mut decoded = decode_image(
-            bytes,
+            &bytes,
             &path,
             color_use,
             &mut self.folder.budget,

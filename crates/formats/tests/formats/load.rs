@@ -2,7 +2,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
-use raycam_formats::{Budget, FormatError, extensions, load, read_model};
+use raycam_formats::{Budget, FormatError, decode, extensions, load, read_model};
 
 use crate::common::{data, file, folder, message};
 use crate::gltf;
@@ -140,4 +140,89 @@ fn files_are_found_from_the_current_folder_too() {
     assert_eq!(world.materials[0].name, "test");
     assert!(world.notices.is_empty(), "{:?}", world.notices);
     assert!(data("concave_polygon.obj").exists());
+}
+
+/// A mesh of 120 000 triangles with every way that accessors lie in a buffer, as GLB; `value` is the last of its coordinates.
+fn large_glb(value: f32) -> Vec<u8> {
+    let count = 150_000_u32;
+    let (mut bytes, mut stride) = (Vec::new(), Vec::new());
+    for i in 0..count {
+        let place = [
+            i as f32 * 0.5,
+            (i % 97) as f32,
+            if i + 1 == count { value } else { 1.0 },
+        ];
+        place
+            .iter()
+            .for_each(|v: &f32| bytes.extend(v.to_le_bytes()));
+        // A normal and texture coordinates, interleaved with 4 bytes of nothing.
+        [0.0, 0.0, 1.0_f32]
+            .iter()
+            .for_each(|v| stride.extend(v.to_le_bytes()));
+        stride.extend([(i % 251) as u8, 7, (i % 250) as u8, 9, 1, 2, 3, 4]);
+    }
+    let corners = (0..120_000_u32).flat_map(|i| [i, i + 1, (i * 7919) % count]);
+    let indices: Vec<u8> = corners.flat_map(u32::to_le_bytes).collect();
+    let (at, length) = (bytes.len() + stride.len(), indices.len());
+    let json = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0, "name": "a"}}],
+        "buffers": [{{"byteLength": {}}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": {}}}, {{"buffer": 0, "byteOffset": {}, "byteLength": {}, "byteStride": 20}},
+          {{"buffer": 0, "byteOffset": {at}, "byteLength": {length}}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": {count}, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]}},
+          {{"bufferView": 1, "componentType": 5126, "count": {count}, "type": "VEC3"}},
+          {{"bufferView": 1, "byteOffset": 12, "componentType": 5123, "normalized": true, "count": {count}, "type": "VEC2"}},
+          {{"bufferView": 2, "componentType": 5125, "count": 360000, "type": "SCALAR"}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2}}, "indices": 3}}]}}]}}"#,
+        at + length,
+        bytes.len(),
+        bytes.len(),
+        stride.len(),
+    );
+    gltf::glb(&json, &[bytes, stride, indices].concat())
+}
+
+/// A binary STL file of 100 000 facets with shared corners, the last of them at `value`.
+fn large_stl(value: f32) -> Vec<u8> {
+    let count = 100_000_u32;
+    let mut bytes = vec![0; 80];
+    bytes.extend(count.to_le_bytes());
+    for i in 0..count {
+        let z = if i + 1 == count { value } else { 0.0 };
+        let corners = [
+            [i as f32, 0.0, 0.0],
+            [(i + 1) as f32, 0.0, 0.0],
+            [(i / 2) as f32, 1.0, z],
+        ];
+        bytes.extend([0; 12]);
+        corners
+            .as_flattened()
+            .iter()
+            .for_each(|v| bytes.extend(v.to_le_bytes()));
+        bytes.extend([0, 0]);
+    }
+    bytes
+}
+
+#[test]
+fn large_files_hold_the_same_in_memory_and_on_disk() {
+    for (name, make) in [
+        ("a.glb", large_glb as fn(f32) -> Vec<u8>),
+        ("a.stl", large_stl),
+    ] {
+        let bytes = make(3.0);
+        assert!(bytes.len() > 4 << 20);
+        let path = file(name, &bytes);
+        let read = load(&path, &Budget::default()).unwrap();
+        let decoded = decode(bytes, &path, &Budget::default()).unwrap();
+        assert!(read.meshes[0].triangles.len() >= 100_000);
+        assert_eq!(read.meshes[0], decoded.meshes[0], "{name}");
+
+        let bytes = make(f32::NAN);
+        let path = file(name, &bytes);
+        let error = load(&path, &Budget::default()).unwrap_err().to_string();
+        assert!(error.contains("finite"), "{error}");
+        let decoded = decode(bytes, &path, &Budget::default());
+        assert_eq!(error, decoded.unwrap_err().to_string());
+    }
 }

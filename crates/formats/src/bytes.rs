@@ -1,0 +1,220 @@
+//! Bytes of a file: in memory, or still in the file, to be read a window at a time where that is enough.
+//!
+//! To touch memory for the first time takes several times as long as to read from the file cache into memory that is in
+//! use. What is decoded into arrays anyway need not be in memory as a whole before.
+
+use std::borrow::Cow;
+use std::fs::File;
+use std::io;
+use std::ops::Range;
+
+/// Bytes that are read at a time: on the stack, and less than a core's first cache.
+const WINDOW: usize = 1 << 14;
+
+/// Some bytes.
+#[derive(Debug)]
+pub(crate) enum Bytes<'a> {
+    Memory(Cow<'a, [u8]>),
+    /// So many bytes of a file from `start` on.
+    Disk {
+        file: &'a File,
+        start: u64,
+        length: usize,
+    },
+}
+
+impl<'a> Bytes<'a> {
+    pub(crate) fn len(&self) -> usize {
+        match self {
+            Self::Memory(bytes) => bytes.len(),
+            Self::Disk { length, .. } => *length,
+        }
+    }
+
+    /// A range of them, which has to be inside.
+    pub(crate) fn part(self, range: Range<usize>) -> Self {
+        match self {
+            Self::Memory(Cow::Borrowed(bytes)) => Self::Memory(Cow::Borrowed(&bytes[range])),
+            Self::Memory(Cow::Owned(mut bytes)) => {
+                bytes.truncate(range.end);
+                bytes.drain(..range.start);
+                Self::Memory(Cow::Owned(bytes))
+            }
+            Self::Disk { file, start, .. } => Self::Disk {
+                file,
+                start: start + range.start as u64,
+                length: range.len(),
+            },
+        }
+    }
+
+    /// The same bytes, without a copy.
+    pub(crate) fn borrowed(&self) -> Bytes<'_> {
+        match self {
+            Self::Memory(bytes) => Bytes::Memory(Cow::Borrowed(bytes)),
+            &Self::Disk {
+                file,
+                start,
+                length,
+            } => Bytes::Disk {
+                file,
+                start,
+                length,
+            },
+        }
+    }
+
+    /// All of them, in memory.
+    pub(crate) fn read(self) -> io::Result<Cow<'a, [u8]>> {
+        match self {
+            Self::Memory(bytes) => Ok(bytes),
+            Self::Disk {
+                file,
+                start,
+                length,
+            } => {
+                let mut bytes = vec![0; length];
+                read_exact_at(file, &mut bytes, start)?;
+                Ok(bytes.into())
+            }
+        }
+    }
+
+    /// Has `each` look at `count` elements of `size` bytes (64 at most), `stride` bytes apart, from byte `first` on: as many
+    /// at a time as there are at once. It gets the number of the first of them and the bytes from there to the end of the last.
+    pub(crate) fn windows(
+        &self,
+        first: usize,
+        count: usize,
+        stride: usize,
+        size: usize,
+        mut each: impl FnMut(usize, &[u8]),
+    ) -> io::Result<()> {
+        let span = |count: usize| count.saturating_sub(1) * stride + size;
+        let (file, start) = match self {
+            Self::Memory(bytes) => {
+                each(0, &bytes[first..first + span(count)]);
+                return Ok(());
+            }
+            Self::Disk { file, start, .. } => (file, start + first as u64),
+        };
+        let mut window = [0; WINDOW];
+        let step = (WINDOW / stride).max(1);
+        for number in (0..count).step_by(step) {
+            let bytes = &mut window[..span(step.min(count - number))];
+            read_exact_at(file, bytes, start + (number * stride) as u64)?;
+            each(number, bytes);
+        }
+        Ok(())
+    }
+}
+
+/// Whether files can be read in parts by several threads.
+pub(crate) const IN_PARTS: bool = cfg!(unix);
+
+/// Fills `bytes` with those of a file from `start` on. A file that ends before has changed: its size was asked for.
+#[cfg(unix)]
+pub(crate) fn read_exact_at(file: &File, bytes: &mut [u8], start: u64) -> io::Result<()> {
+    use std::os::unix::fs::FileExt;
+
+    file.read_exact_at(bytes, start)
+        .map_err(|error| match error.kind() {
+            io::ErrorKind::UnexpectedEof => changed(),
+            _ => error,
+        })
+}
+
+/// Is not asked for without [`IN_PARTS`].
+#[cfg(not(unix))]
+pub(crate) fn read_exact_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+/// The error of a file that is longer or shorter than it was.
+pub(crate) fn changed() -> io::Error {
+    let message = "changed its size while it was read";
+    io::Error::new(io::ErrorKind::InvalidData, message)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    /// The same bytes in memory and on disk.
+    fn both(test: impl Fn(&Bytes<'_>, &[u8])) {
+        let bytes: Vec<u8> = (0..70_000_u64).map(|i| (i * i >> 7) as u8).collect();
+        let path = std::env::temp_dir().join(format!("raycam-bytes-{}", std::process::id()));
+        std::fs::write(&path, [&[9; 5][..], &bytes].concat()).unwrap();
+        let file = File::open(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        test(&Bytes::Memory(Cow::Borrowed(&bytes)), &bytes);
+        test(&Bytes::Memory(Cow::Owned(bytes.clone())), &bytes);
+        let (start, length) = (5, bytes.len());
+        let disk = Bytes::Disk {
+            file: &file,
+            start,
+            length,
+        };
+        test(&disk, &bytes);
+    }
+
+    #[test]
+    fn windows_show_every_element_once() {
+        both(|bytes, expected| {
+            for (first, count, stride, size) in [
+                (0, 17_500, 4, 4),
+                (7, 5_000, 12, 12),
+                (3, 900, 76, 12),
+                (0, 0, 4, 4),
+            ] {
+                let mut found = Vec::new();
+                let each = |number: usize, window: &[u8]| {
+                    assert_eq!(number, found.len());
+                    found.extend(
+                        window
+                            .chunks(stride)
+                            .map(|element| element[..size].to_vec()),
+                    );
+                    found.truncate(count);
+                };
+                bytes.windows(first, count, stride, size, each).unwrap();
+                let at = |i: usize| first + i * stride;
+                let expected: Vec<_> = (0..count)
+                    .map(|i| expected[at(i)..at(i) + size].to_vec())
+                    .collect();
+                assert_eq!(found, expected);
+            }
+        });
+    }
+
+    #[test]
+    fn parts_are_where_they_are() {
+        both(|bytes, expected| {
+            assert_eq!(bytes.len(), expected.len());
+            let part = bytes.borrowed().part(100..30_000);
+            assert_eq!(*part.borrowed().read().unwrap(), expected[100..30_000]);
+            assert_eq!(*part.part(50..70).read().unwrap(), expected[150..170]);
+        });
+    }
+
+    #[test]
+    fn a_file_that_became_shorter_is_an_error() {
+        let file = File::open(
+            file!()
+                .rsplit('/')
+                .next()
+                .map(|name| format!("src/{name}"))
+                .unwrap(),
+        )
+        .unwrap();
+        let (start, length) = (1 << 40, 8);
+        let disk = Bytes::Disk {
+            file: &file,
+            start,
+            length,
+        };
+        let error = disk.windows(0, 2, 4, 4, |_, _| ());
+        assert!(error.unwrap_err().to_string().contains("changed its size"));
+        assert!(disk.read().is_err());
+    }
+}
