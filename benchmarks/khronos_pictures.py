@@ -2,9 +2,10 @@
 
 python benchmarks/khronos_pictures.py MODELS REFERENCES config.json pairs.jpg --light room.hdr [--only NAME]
 
-REFERENCES holds a folder for each scenario, `khronos-ToyCar`, with a picture of each renderer, `blender-cycles-golden.png`; they
-and the scenarios (`config.json`: cameras, sizes) are those of github.com/KhronosGroup/glTF-Render-Fidelity-Generator, small ones
-of glTF-Render-Fidelity. Their light is `lightroom_14b.hdr`; with another, highlights and reflections lie elsewhere.
+REFERENCES holds a folder for each scenario, `khronos-ToyCar`, with a picture of each renderer,
+`blender-cycles-golden.png`. They and the scenarios (`config.json`: cameras, sizes) are those of
+github.com/KhronosGroup/glTF-Render-Fidelity-Generator; glTF-Render-Fidelity has small ones. Their light is
+`lightroom_14b.hdr`; with another, highlights and reflections lie elsewhere.
 """
 
 from __future__ import annotations
@@ -25,7 +26,9 @@ RENDERERS = ("blender-cycles", "three-gpu-pathtracer", "vray", "dspbr-pt", "gltf
 def aces(color: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
     """Linear colour as the references show it: S. Hill's fit of ACES with white at 1/0.6, then sRGB."""
     into = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
-    back = np.array([[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]])
+    back = np.array(
+        [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]]
+    )
     v = color.astype(np.float64) / 0.6 @ into.T
     v = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081)
     v = np.clip(v @ back.T, 0, 1)
@@ -46,9 +49,7 @@ def camera_of(scenario: dict[str, Any], width: int) -> raycam.Camera:
 
 def picture(path: Path, scenario: dict[str, Any], options: argparse.Namespace) -> Image.Image:
     world = raycam.load(path)
-    world.add_light(
-        type="environment", image=str(options.light), scale=options.scale, yaw=options.yaw
-    )
+    world.add_light(type="environment", image=str(options.light), scale=options.scale, yaw=options.yaw)
     sky = scenario.get("renderSkybox", False)
     frame = raycam.render(
         world,

@@ -117,14 +117,13 @@ def test_what_workers_print_does_not_disturb(tmp_path: Path, poison: Path) -> No
 
 
 def test_no_more_are_started_than_memory_allows(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory, "limit", lambda: 1 << 30)
-    monkeypatch.setattr(memory, "used", lambda: 500 << 20)
+    monkeypatch.setattr(memory, "left", lambda share: int(share * (1 << 30)) - (500 << 20))
     pool = Processes(8)
     pool.open(package(), "")
     assert pool.slots() == 2 * 2  # 150 MiB each within 90 %
     pool.close()
     pool = Processes(8)
-    monkeypatch.setattr(memory, "used", lambda: 1 << 30)
+    monkeypatch.setattr(memory, "left", lambda share: -1)
     assert pool.slots() == 2  # one always
     pool.close()
 

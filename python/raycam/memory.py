@@ -4,63 +4,79 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import NamedTuple
 
-__all__ = ["limit", "peak", "used"]
+__all__ = ["left", "peak"]
 
 CGROUP = Path("/sys/fs/cgroup")
 PROC = Path("/proc")
 
 
-def limit() -> int:
-    """Bytes that this process and its children may use together.
+def left(share: float = 1.0) -> int:
+    """Bytes that this process and its children may still take until `share` of a limit is in use; negative beyond it.
 
-    The smallest of the machine's memory and the limits of its control groups and all above them (Linux, versions 1
-    and 2, as containers and batch systems set them).
+    Limits are the machine's memory and those of the process's control groups and all above them (Linux, versions 1 and
+    2, as containers and batch systems set them): the one with the least left counts. In use is what everybody has who
+    shares it, without file caches, which make room.
     """
-    return min(value for value, _ in _bounds())
-
-
-def used() -> int:
-    """Bytes in use of what `limit` is about, by everybody who shares it; file caches, which make room, not counted."""
-    return min(_bounds())[1]
+    return min(int(share * limit) - used for limit, used in bounds())
 
 
 def peak(pid: int) -> int:
     """The most bytes that a process has had in memory; 0 where nobody says."""
-    return _line(PROC / str(pid) / "status", "VmHWM:") * 1024
+    return _line(PROC / str(pid) / "status", "VmHWM") * 1024
 
 
-def _bounds() -> list[tuple[int, int]]:
-    """(limit, used) of the machine and of every control group around this process."""
+def bounds() -> list[tuple[int, int]]:
+    """(limit, used) in bytes of the machine and of every control group around this process that has a limit."""
     total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else 1 << 62
-    available = _line(PROC / "meminfo", "MemAvailable:") * 1024
+    available = _line(PROC / "meminfo", "MemAvailable") * 1024
     found = [(total, max(0, total - available) if available else 0)]
-    for folder, names in _groups():
-        top, now, cache = names
+    for folder, files in _groups():
         for path in [folder, *folder.parents]:
-            value, usage = _number(path / top), _number(path / now)
-            if value is not None and usage is not None and value < total:
-                found.append((value, max(0, usage - _line(path / "memory.stat", cache))))
+            statistics = path / "memory.stat"
+            limits = [_number(path / name) for name in files.limits]
+            # Of groups above that a container does not see, version 1 tells the limit here.
+            limits.append(_line(statistics, "hierarchical_memory_limit") or None)
+            limit = min((value for value in limits if value is not None), default=total)
+            used = _number(path / files.used)
+            if limit < total and used is not None:
+                caches = sum(_line(statistics, name) for name in files.caches)
+                found.append((limit, max(0, used - caches)))
             if path == CGROUP:
                 break
     return found
 
 
-def _groups() -> list[tuple[Path, tuple[str, str, str]]]:
+class _Files(NamedTuple):
+    """What the files of a control group are called, and the lines of its statistics about file caches."""
+
+    limits: tuple[str, ...]
+    used: str
+    caches: tuple[str, ...]
+
+
+FIRST = _Files(
+    ("memory.limit_in_bytes",), "memory.usage_in_bytes", ("total_inactive_file", "total_active_file")
+)
+# Beyond "high" a group is not killed, but slowed down until it is of no use.
+SECOND = _Files(("memory.max", "memory.high"), "memory.current", ("inactive_file", "active_file"))
+
+
+def _groups() -> list[tuple[Path, _Files]]:
     """The folders of this process's control groups that limit memory, and what their files are called."""
-    second = ("memory.max", "memory.current", "inactive_file")
-    first = ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
     try:
         lines = (PROC / "self" / "cgroup").read_text().splitlines()
     except OSError:
         return []
     groups = []
     for line in lines:
-        _, controllers, path = line.split(":", 2)
+        _, _, rest = line.partition(":")
+        controllers, _, path = rest.partition(":")
         if not controllers:
-            groups.append((CGROUP / path.lstrip("/"), second))
+            groups.append((CGROUP / path.lstrip("/"), SECOND))
         elif "memory" in controllers.split(","):
-            groups.append((CGROUP / "memory" / path.lstrip("/"), first))
+            groups.append((CGROUP / "memory" / path.lstrip("/"), FIRST))
     return groups
 
 
@@ -75,8 +91,9 @@ def _line(path: Path, key: str) -> int:
     """The number after a key in a file of lines; 0 where there is none."""
     try:
         for line in path.read_text().splitlines():
-            if line.startswith(key):
-                return int(line.split()[1])
+            words = line.replace(":", " ", 1).split()
+            if words[:1] == [key]:
+                return int(words[1])
     except (OSError, ValueError, IndexError):
         pass
     return 0

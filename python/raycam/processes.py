@@ -96,7 +96,7 @@ class Processes:
         sizes = [memory.peak(pid) for pid in self.pids()]
         expected = max([self._expected, *sizes])
         growing = sum(expected - size for size in sizes) + expected * (len(self._servants) - len(sizes))
-        return memory.used() + growing + expected <= FULL * memory.limit()
+        return growing + expected <= memory.left(FULL)
 
     def _serve(self) -> None:
         """Hands tasks to one worker after the other, and a new worker in place of one that died."""
