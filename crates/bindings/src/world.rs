@@ -78,8 +78,11 @@ impl World {
         self.change(|world| {
             let mut files = Folder::new(&self.folder, &Budget::default());
             let spec: ObjectSpec = from_node(&node).map_err(IntoPyErr::into_py_err)?;
-            spec.build(world, &mut files)
-                .map_err(IntoPyErr::into_py_err)
+            let object = spec
+                .build(world, &mut files)
+                .map_err(IntoPyErr::into_py_err)?;
+            world.notices.extend(files.take_notices());
+            Ok(object)
         })
     }
 

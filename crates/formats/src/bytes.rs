@@ -142,7 +142,7 @@ mod tests {
 
     /// The same bytes in memory and on disk.
     fn both(test: impl Fn(&Bytes<'_>, &[u8])) {
-        let bytes: Vec<u8> = (0..70_000_u64).map(|i| (i * i >> 7) as u8).collect();
+        let bytes: Vec<u8> = (0..70_000_u64).map(|i| ((i * i) >> 7) as u8).collect();
         let path = std::env::temp_dir().join(format!("raycam-bytes-{}", std::process::id()));
         std::fs::write(&path, [&[9; 5][..], &bytes].concat()).unwrap();
         let file = File::open(&path).unwrap();

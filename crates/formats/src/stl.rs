@@ -142,7 +142,8 @@ fn binary(source: &Source, notices: &mut Vec<String>) -> Result<Solid, FormatErr
             for (number, facet) in (first + number..).zip(bytes.as_chunks::<FACET>().0) {
                 let (words, _) = facet.as_chunks::<4>();
                 let float = |i: usize| f32::from_le_bytes(words[i]);
-                let places = [3, 6, 9].map(|i| [float(i), float(i + 1), float(i + 2)]);
+                let place = |i: usize| [float(i), float(i + 1), float(i + 2)];
+                let places = [place(3), place(6), place(9)];
                 if !places.as_flattened().iter().all(|v| v.is_finite()) {
                     infinite = infinite.or(Some(number));
                 }

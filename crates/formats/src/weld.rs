@@ -10,43 +10,57 @@ use crate::parallel;
 
 /// Somewhere that is finite.
 pub(crate) trait Place: Copy + Send + Sync {
+    type Bits: Eq;
+
     /// Equal where the places are.
-    fn bits(self) -> [u64; 3];
+    fn bits(self) -> Self::Bits;
+
+    fn hash(self, secret: Secret) -> u64;
 }
 
 // Adding 0 makes -0 and 0 the same.
 
 impl Place for DVec3 {
+    type Bits = [u64; 3];
+
     fn bits(self) -> [u64; 3] {
         (self + Self::ZERO).to_array().map(f64::to_bits)
+    }
+
+    fn hash(self, Secret([a, b, c]): Secret) -> u64 {
+        let [x, y, z] = self.bits();
+        fold(fold(x ^ a, y ^ b) ^ c, z ^ a)
     }
 }
 
 impl Place for [f32; 3] {
-    fn bits(self) -> [u64; 3] {
-        self.map(|v| u64::from((v + 0.0).to_bits()))
+    type Bits = [u32; 3];
+
+    fn bits(self) -> [u32; 3] {
+        self.map(|v| (v + 0.0).to_bits())
+    }
+
+    fn hash(self, Secret([a, b, c]): Secret) -> u64 {
+        let [x, y, z] = self.bits().map(u64::from);
+        fold(fold((x | y << 32) ^ a, z ^ b) ^ c, a)
     }
 }
 
 /// Drawn, so that no file can be made of which all places have the same hash.
 #[derive(Clone, Copy)]
-struct Secret([u64; 3]);
+pub(crate) struct Secret([u64; 3]);
 
 impl Secret {
     fn draw() -> Self {
         let drawn = RandomState::new();
         Self([1_u8, 2, 3].map(|i| drawn.hash_one(i)))
     }
+}
 
-    /// Source: the folded multiplication of wyhash (Wang Yi, 2019).
-    fn hash(self, place: impl Place) -> u64 {
-        let fold = |a: u64, b: u64| {
-            let wide = u128::from(a) * u128::from(b);
-            wide as u64 ^ (wide >> 64) as u64
-        };
-        let (Self([a, b, c]), [x, y, z]) = (self, place.bits());
-        fold(fold(x ^ a, y ^ b) ^ c, z ^ a)
-    }
+/// Source: the folded multiplication of wyhash (Wang Yi, 2019).
+fn fold(a: u64, b: u64) -> u64 {
+    let wide = u128::from(a) * u128::from(b);
+    wide as u64 ^ (wide >> 64) as u64
 }
 
 /// Places, each once, in the order in which they came first.
@@ -60,25 +74,43 @@ pub(crate) struct Weld<P> {
 
 impl<P: Place> Default for Weld<P> {
     fn default() -> Self {
-        Self::new(Secret::draw())
+        Self::new(Secret::draw(), 0)
     }
 }
 
 impl<P: Place> Weld<P> {
-    fn new(secret: Secret) -> Self {
+    /// With room for so many places, and it grows.
+    fn new(secret: Secret, room: usize) -> Self {
+        let length = match room {
+            0 => 0,
+            room => (2 * room).next_power_of_two(),
+        };
         Self {
-            places: Vec::new(),
-            table: Vec::new(),
+            places: Vec::with_capacity(room),
+            table: vec![0; length],
             secret,
         }
     }
 
     /// The index of a place.
     pub(crate) fn index(&mut self, place: P) -> u32 {
-        self.hashed(place, self.secret.hash(place))
+        self.hashed(place, place.hash(self.secret))
     }
 
+    #[inline]
     fn hashed(&mut self, place: P, hash: u64) -> u32 {
+        // Most are known, and where their hash says.
+        let at = hash as usize & self.table.len().wrapping_sub(1);
+        match self.table.get(at) {
+            Some(&found) if found > 0 && self.places[found as usize - 1].bits() == place.bits() => {
+                found - 1
+            }
+            _ => self.searched(place, hash),
+        }
+    }
+
+    #[inline(never)]
+    fn searched(&mut self, place: P, hash: u64) -> u32 {
         if 2 * self.places.len() >= self.table.len() {
             self.grow();
         }
@@ -104,7 +136,7 @@ impl<P: Place> Weld<P> {
         self.table.clear();
         self.table.resize(length, 0);
         for (i, &place) in self.places.iter().enumerate() {
-            let mut at = self.secret.hash(place) as usize & (length - 1);
+            let mut at = place.hash(self.secret) as usize & (length - 1);
             while self.table[at] != 0 {
                 at = (at + 1) & (length - 1);
             }
@@ -134,19 +166,18 @@ pub(crate) fn triangles<E: Send>(
         .map(|_| OnceLock::new())
         .collect();
     parallel::make(&mut triangles, block, |first, triangles| {
-        let mut weld = Weld::new(secret);
-        let mut hashes = Vec::new();
+        let mut weld = Weld::new(secret, triangles.len());
+        let mut hashes = Vec::with_capacity(triangles.len());
         let mut left = triangles.iter_mut();
         read(first, &mut |corners| {
             if let Some(triangle) = left.next() {
-                *triangle = corners.map(|place| {
-                    let hash = secret.hash(place);
-                    let index = weld.hashed(place, hash);
-                    if index as usize == hashes.len() {
+                for (corner, place) in triangle.iter_mut().zip(corners) {
+                    let hash = place.hash(secret);
+                    *corner = weld.hashed(place, hash);
+                    if *corner as usize == hashes.len() {
                         hashes.push(hash);
                     }
-                    index
-                });
+                }
             }
         })?;
         // Nobody else sets that of this block.
@@ -167,7 +198,7 @@ pub(crate) fn triangles<E: Send>(
         _ => (0..SHARDS).collect(),
     };
     let again = parallel::map(&shards, |&shard| {
-        let mut weld = Weld::new(secret);
+        let mut weld = Weld::new(secret, 0);
         let (mut firsts, mut again) = (Vec::new(), Vec::new());
         for ((places, hashes), &start) in blocks.iter().zip(&starts) {
             for ((&place, &hash), number) in places.iter().zip(hashes).zip(start..) {

@@ -5,6 +5,8 @@ use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
 
+use serde::Deserialize;
+
 use super::json::Root;
 use super::ledger::Ledger;
 use crate::error::FormatError;
@@ -132,29 +134,50 @@ impl Container {
             let at = self.json.start + error.valid_up_to();
             FormatError::byte(path, at, "not UTF-8 text (INVALID_JSON)")
         })?;
+        // Some programs fill the chunk with these instead of spaces.
+        let text = text.trim_end_matches('\0');
         // Keeping track of the path costs time, which only errors are worth.
         let root = match serde_json::from_str::<Root>(text) {
             Ok(root) => root,
-            Err(error) => return Err(located(text, path, &error)),
+            Err(error) => {
+                // Other versions say everything else in other ways.
+                let root = serde_json::from_str::<AnyVersion>(text);
+                root.map_or(Ok(()), |root| checked(&root.asset.version, path))?;
+                return Err(located(text, path, &error));
+            }
         };
         let Some(asset) = &root.asset else {
             let message = "asset: missing (UNDEFINED_PROPERTY); is it a glTF file?";
             return Err(FormatError::whole(path, message));
         };
-        let major = |version: &str| version.split('.').next() == Some("2");
-        if !major(&asset.version) {
-            let message = format!(
-                "asset.version {:?} (UNKNOWN_ASSET_MAJOR_VERSION); glTF 2.0 is read",
-                asset.version
-            );
-            return Err(FormatError::unsupported(path, message));
-        }
+        checked(&asset.version, path)?;
         if let Some(least) = asset.min_version.as_ref().filter(|v| *v != "2.0") {
             let message = format!("asset.minVersion {least:?}; glTF 2.0 is read");
             return Err(FormatError::unsupported(path, message));
         }
         Ok(root)
     }
+}
+
+/// What a document of any version has.
+#[derive(Deserialize)]
+struct AnyVersion {
+    asset: Asset,
+}
+
+#[derive(Deserialize)]
+struct Asset {
+    version: String,
+}
+
+/// Whether a version is read.
+fn checked(version: &str, path: &Path) -> Result<(), FormatError> {
+    if version.split('.').next() == Some("2") {
+        return Ok(());
+    }
+    let message =
+        format!("asset.version {version:?} (UNKNOWN_ASSET_MAJOR_VERSION); glTF 2.0 is read");
+    Err(FormatError::unsupported(path, message))
 }
 
 /// The error with the place in the document.

@@ -110,14 +110,18 @@ impl<'a> Resources<'a> {
         let fault = |message: String| {
             FormatError::whole(&source.path, format!("bufferViews[{i}]{message}"))
         };
+        // glTF 1.0 had 0 for elements without gaps.
         let stride = view.byte_stride.map(|stride| stride as usize);
+        let stride = stride.filter(|&stride| stride > 0);
         if let Some(stride) = view
             .byte_stride
             .filter(|s| !(4..=252).contains(s) || s % 4 != 0)
         {
-            return Err(fault(format!(
-                ".byteStride: {stride}, expected a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)"
-            )));
+            let message = match stride {
+                0 => "0, read as none (VALUE_NOT_IN_RANGE)".into(),
+                _ => format!("{stride}, not a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)"),
+            };
+            ledger.note(format!("bufferViews[{i}].byteStride"), message);
         }
         let extensions = &view.extensions;
         let packed = [
@@ -271,7 +275,8 @@ pub(super) fn fetch(
     let name = percent_decoded(uri);
     let name = std::str::from_utf8(&name)
         .map_err(|_| fault(format!("{uri:?} is not UTF-8 text (INVALID_URI)")))?;
-    let file = folder.follow(&source.path, name);
+    // As browsers take it.
+    let file = folder.follow(&source.path, &name.replace('\\', "/"));
     let named = |error| FormatError::Named {
         place: None,
         key: format!("{}: {place}", source.path.display()),

@@ -30,10 +30,23 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
             return Err(file.unsupported(message));
         }
     }
-    if let Some(exposure) = metadata.exposure.filter(|&e| e != 1.0) {
-        file.notice(format_args!("its EXPOSURE of {exposure} is not applied"));
+    // What all values were multiplied by.
+    let exposure = metadata.exposure.unwrap_or(1.0);
+    let mut image = pixels(file, decoder)?;
+    if exposure != 1.0
+        && let Texels::Float(texels) = &mut image.texels
+    {
+        for texel in texels.iter_mut() {
+            let [r, g, b, a] = *texel;
+            *texel = [r / exposure, g / exposure, b / exposure, a];
+        }
+        let mut values = texels.as_flattened().iter();
+        if !values.all(|v| v.is_finite() && *v >= 0.0) {
+            let message =
+                format!("an EXPOSURE of {exposure}, expected what all values were multiplied by");
+            return Err(file.fault(message));
+        }
     }
-    let image = pixels(file, decoder)?;
     Ok(match found {
         Some((orientation, _)) => orientation.applied(image),
         None => image,

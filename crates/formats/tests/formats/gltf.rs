@@ -340,3 +340,62 @@ fn animations_move_nodes_and_meshes() {
     );
     assert!(world.animated(1, 0.0).is_err());
 }
+
+#[test]
+fn what_exporters_do_is_read_as_it_is_meant() {
+    // A chunk of text that ends in zeros.
+    let json = triangle();
+    let mut bytes = glb(&format!("{json}   "), &[]);
+    let end = bytes.iter().rposition(|&b| b == b'}').unwrap() + 1;
+    bytes[end..].fill(0);
+    let path = file("a.glb", &bytes);
+    assert_eq!(load(&path, &Budget::default()).unwrap().objects.len(), 1);
+    // Another version is told before anything that it says in its own way.
+    let old = r#"{"asset": {"version": "1.0"}, "scenes": {"a": {}}, "nodes": {}}"#;
+    assert!(error(old).contains(r#"asset.version "1.0" (UNKNOWN_ASSET_MAJOR_VERSION)"#));
+}
+
+#[test]
+fn strides_that_are_not_allowed_are_said_and_used() {
+    let places = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    for (stride, gap, said) in [
+        (0, 0, "byteStride: 0, read as none (VALUE_NOT_IN_RANGE)"),
+        (
+            14,
+            2,
+            "byteStride: 14, not a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)",
+        ),
+        (
+            256,
+            244,
+            "byteStride: 256, not a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)",
+        ),
+    ] {
+        let mut bytes = Vec::new();
+        for place in places {
+            place.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+            bytes.resize(bytes.len() + gap, 7);
+        }
+        let folder = folder();
+        std::fs::create_dir(folder.join("sub")).unwrap();
+        std::fs::write(folder.join("sub/a.bin"), &bytes).unwrap();
+        let json = format!(
+            r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
+            "buffers": [{{"byteLength": {0}, "uri": "sub\\a.bin"}}],
+            "bufferViews": [{{"buffer": 0, "byteLength": {0}, "byteStride": {stride}}}],
+            "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}}],
+            "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}]}}"#,
+            bytes.len()
+        );
+        let path = folder.join("a.gltf");
+        std::fs::write(&path, json).unwrap();
+        let world = load(&path, &Budget::default()).unwrap();
+        let found: Vec<_> = world.meshes[0]
+            .vertices
+            .iter()
+            .map(|v| v.as_vec3().to_array())
+            .collect();
+        assert_eq!(found, places);
+        assert!(world.notices[0].contains(said), "{:?}", world.notices);
+    }
+}

@@ -117,3 +117,36 @@ fn a_resolution_string_that_is_none_is_refused() {
         assert!(error.starts_with("a.hdr: "), "{resolution}: {error}");
     }
 }
+
+#[test]
+fn values_are_divided_by_every_exposure() {
+    let mut budget = Budget::default();
+    let mut read = |lines: &str| {
+        let header = format!("#?RADIANCE\n{lines}FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n");
+        let file = [header.as_bytes(), &[128, 64, 32, 131]].concat();
+        let (path, mut notices) = (Path::new("a.hdr"), Vec::new());
+        decode_image(&file, path, ColorUse::Color, &mut budget, &mut notices)
+    };
+    for (lines, factor) in [
+        ("", 1.0),
+        ("EXPOSURE=2\n", 0.5),
+        ("EXPOSURE=2\nEXPOSURE= 0.5e1\n", 0.1),
+    ] {
+        let Texels::Float(texels) = read(lines).unwrap().texels else {
+            panic!("not floats");
+        };
+        let expected = [4.0, 2.0, 1.0].map(|v: f32| v * factor);
+        let [r, g, b, a] = texels[0];
+        assert!(
+            (0..3).all(|i| ([r, g, b][i] - expected[i]).abs() < 1e-6),
+            "{texels:?}"
+        );
+        assert_eq!(a, 1.0);
+    }
+    for exposure in ["0", "-1", "nan", "1e-45"] {
+        let error = read(&format!("EXPOSURE={exposure}\n"))
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("EXPOSURE"), "{error}");
+    }
+}

@@ -154,12 +154,6 @@ fn what_is_not_applied_is_said() {
         "uastclinear.ktx2: its mark as linear is not what it is used for, and is ignored";
     assert_eq!(linear, [expected]);
     assert!(notices("uastc.ktx2", &|_| {}, ColorUse::Color).is_empty());
-    let exposed = |file: &mut Vec<u8>| {
-        let at = file.iter().position(|&b| b == b'\n').unwrap() + 1;
-        file.splice(at..at, *b"EXPOSURE=2.5\n");
-    };
-    let notice = notices("flat.hdr", &exposed, ColorUse::Color);
-    assert_eq!(notice, ["flat.hdr: its EXPOSURE of 2.5 is not applied"]);
     // The last texel of the last line's channel before the last becomes an infinity.
     let infinite = |file: &mut Vec<u8>| {
         let at = file.len() - 2 * 21 - 2;
