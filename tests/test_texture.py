@@ -124,3 +124,10 @@ def test_a_far_texture_is_grey_and_a_near_one_sharp_at_one_sample() -> None:
     assert far.std() < 0.03
     # Checks of a metre, black and white, with hardly anything in between.
     assert ((near < 0.02) | (near > 0.98)).mean() > 0.85
+
+
+def test_what_reading_an_image_has_to_say_is_a_notice(tmp_path: Path) -> None:
+    Image.fromarray(np.full((2, 2, 4), 100, np.uint8), "RGBA").save(tmp_path / "glass.png")
+    world = raycam.World(folder=tmp_path)
+    world.add_object(box={}, texture="glass.png")
+    assert any("glass.png: its alpha" in notice for notice in world.notices), world.notices
