@@ -36,10 +36,64 @@ pub(crate) struct Placed {
     pub bvh: Arc<Bvh>,
     /// From scaled scene coordinates to those of the mesh's tree.
     pub mesh_from_scene: [[f32; 4]; 3],
-    /// How much longer that makes a vector at most.
+    /// Where it does no more than that, by how much it moves points.
+    pub shift: Option<[f32; 3]>,
+    /// How much longer it makes a vector at most.
     pub stretch: f32,
     /// Its box in scaled scene coordinates, rows as of [`crate::block::Node::bounds`].
     pub bounds: [f32; 6],
+}
+
+/// Where a mesh is in scaled scene coordinates, if rays can meet it.
+struct Around {
+    lower: [f64; 3],
+    upper: [f64; 3],
+    /// The largest coordinate at hand on the way there.
+    reach: f32,
+    /// How much larger its transform makes what is rounded.
+    condition: f32,
+}
+
+impl Placed {
+    /// Without its box yet. `bounds` is the mesh's box in the scene, `None` for an empty mesh.
+    fn new(
+        instance: Instance,
+        bounds: Option<([f64; 3], [f64; 3])>,
+        unit: f64,
+    ) -> (Self, Option<Around>) {
+        let scale = f64::from(instance.bvh.scale());
+        let forward = instance.world_from_mesh.map(|row| row.map(f64::from));
+        let along = scale / unit;
+        let usable = inverse(&forward)
+            .map(|m| m.map(|r| [r[0] * along, r[1] * along, r[2] * along, r[3] * scale]))
+            .map(|m| m.map(|row| row.map(|x| x as f32)))
+            .filter(|m| m.iter().flatten().all(|x| x.is_finite()));
+        // Row sums bound how far the largest coordinate grows.
+        let stretch = usable.map_or(0.0, |m| norm(&m.map(|row| row.map(f64::from))));
+        let around = usable.and(bounds).map(|(lower, upper)| {
+            let shrink = norm(&forward) * unit / scale;
+            let mesh_reach = f64::from(instance.bvh.reach()) * shrink;
+            let [lower, upper] = [lower, upper].map(|corner| corner.map(|x| x * unit));
+            let corners = lower.iter().chain(&upper);
+            let farthest = corners.fold(0.0, |r: f64, x| r.max(x.abs()));
+            Around {
+                lower,
+                upper,
+                reach: (mesh_reach + farthest) as f32,
+                condition: (stretch * shrink) as f32,
+            }
+        });
+        let mesh_from_scene = usable.unwrap_or([[0.0; 4]; 3]);
+        let shift = mesh_from_scene.map(|row| row[3]);
+        let placed = Self {
+            bvh: instance.bvh,
+            shift: (unit == 1.0 && mesh_from_scene == moved_by(shift)).then_some(shift),
+            mesh_from_scene,
+            stretch: stretch as f32,
+            bounds: NO_BOX,
+        };
+        (placed, around)
+    }
 }
 
 /// Placed meshes, ready to be traced. Scene-local coordinates are world coordinates less `origin`.
@@ -81,11 +135,10 @@ const NO_BOX: [f32; 6] = {
     [lower, upper, lower, upper, lower, upper]
 };
 
-const IDENTITY: [[f32; 4]; 3] = [
-    [1.0, 0.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0, 0.0],
-    [0.0, 0.0, 1.0, 0.0],
-];
+/// What moves points by a vector.
+const fn moved_by([x, y, z]: [f32; 3]) -> [[f32; 4]; 3] {
+    [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]]
+}
 
 impl Scene {
     /// Places meshes. An instance whose transform is singular is kept and never hit.
@@ -108,7 +161,7 @@ impl Scene {
                 what: "the scene's origin".into(),
             });
         }
-        let direct = instances.len() == 1 && instances[0].world_from_mesh == IDENTITY;
+        let direct = instances.len() == 1 && instances[0].world_from_mesh == moved_by([0.0; 3]);
         let boxes: Vec<_> = instances.iter().map(world_box).collect();
         let reach64 = boxes
             .iter()
@@ -135,47 +188,28 @@ impl Scene {
             direct,
             machine: Machine::best(),
         };
+        let placed: Vec<_> = instances
+            .into_iter()
+            .zip(boxes)
+            .map(|(instance, bounds)| Placed::new(instance, bounds, unit))
+            .collect();
+        for around in placed.iter().filter_map(|(_, around)| around.as_ref()) {
+            scene.condition = scene.condition.max(around.condition);
+            scene.reach = scene.reach.max(around.reach);
+        }
         let mut items = vec![];
-        for (instance, bounds) in instances.into_iter().zip(boxes) {
-            let id = scene.placed.len() as u32;
-            let scale = f64::from(instance.bvh.scale());
-            let forward = instance.world_from_mesh.map(|row| row.map(f64::from));
-            let inverse = inverse(&forward);
-            let mesh_from_scene = inverse.map(|m| {
-                m.map(|r| {
-                    [
-                        r[0] * scale / unit,
-                        r[1] * scale / unit,
-                        r[2] * scale / unit,
-                        r[3] * scale,
-                    ]
-                })
-                .map(|row| row.map(|x| x as f32))
-            });
-            let mut box_of = NO_BOX;
-            let usable = mesh_from_scene.filter(|m| m.iter().flatten().all(|x| x.is_finite()));
-            if let (Some(matrix), Some((lower, upper))) = (usable, bounds) {
-                // Rows sums bound how far the largest coordinate grows.
-                let stretch = norm(&matrix.map(|row| row.map(f64::from)));
-                let shrink = norm(&forward) * unit / scale;
-                let mesh_reach = f64::from(instance.bvh.reach()) * shrink;
-                scene.condition = scene.condition.max((stretch * shrink) as f32);
-                let farthest = lower
-                    .iter()
-                    .chain(&upper)
-                    .fold(mesh_reach, |r, x| r.max(mesh_reach + (x * unit).abs()));
-                scene.reach = scene.reach.max(farthest as f32);
-                let lower = lower.map(|x| ((x * unit) as f32).next_down());
-                let upper = upper.map(|x| ((x * unit) as f32).next_up());
-                items.push(BuildItem::new(lower, upper, id));
-                box_of = std::array::from_fn(|row| [lower, upper][row % 2][row / 2]);
+        for (id, (mut placed, around)) in placed.into_iter().enumerate() {
+            if let Some(around) = around {
+                let pad = match placed.shift {
+                    Some(_) => 0.0,
+                    None => f64::from(rounding(around.condition) * 2.0 * scene.reach),
+                };
+                let lower = around.lower.map(|x| ((x - pad) as f32).next_down());
+                let upper = around.upper.map(|x| ((x + pad) as f32).next_up());
+                items.push(BuildItem::new(lower, upper, id as u32));
+                placed.bounds = std::array::from_fn(|row| [lower, upper][row % 2][row / 2]);
             }
-            scene.placed.push(Placed {
-                bvh: instance.bvh,
-                mesh_from_scene: usable.unwrap_or([[0.0; 4]; 3]),
-                stretch: usable.map_or(0.0, |m| norm(&m.map(|row| row.map(f64::from))) as f32),
-                bounds: box_of,
-            });
+            scene.placed.push(placed);
         }
         if direct {
             scene.reach = scene.placed[0].bvh.reach();
@@ -240,14 +274,30 @@ impl Scene {
     /// a transformed ray is off by no more.
     #[inline(always)]
     pub(crate) fn slack(&self, distance: f32) -> f32 {
-        self.rounding() * (distance + self.reach)
+        self.rounding(false) * (distance + self.reach)
     }
 
-    /// The same as a part of the largest coordinate at hand.
+    /// Whether a ray of float32 that starts here needs boxes to be padded for little.
     #[inline(always)]
-    pub(crate) fn rounding(&self) -> f32 {
-        (64.0 * self.condition + 24.0) * EPS
+    pub(crate) fn is_within(&self, [x, y, z]: [f32; 3]) -> bool {
+        x.abs().max(y.abs()).max(z.abs()) <= self.reach
     }
+
+    /// The slack as a part of the largest coordinate at hand. For a ray of float32 that starts within the scene's reach,
+    /// boxes of instances that are more than moved have their pads already, and for others one sum is rounded.
+    #[inline(always)]
+    pub(crate) fn rounding(&self, within: bool) -> f32 {
+        if within {
+            2.0 * EPS
+        } else {
+            rounding(self.condition)
+        }
+    }
+}
+
+/// What a transform with a condition may do to a ray, as a part of the largest coordinate at hand.
+fn rounding(condition: f32) -> f32 {
+    (64.0 * condition + 24.0) * EPS
 }
 
 /// Leaves of the tree over instances: their number.

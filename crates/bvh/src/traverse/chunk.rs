@@ -100,9 +100,16 @@ impl<'a> Chunk<'a> {
     ) -> bool {
         let (extent, pad) = match placed {
             Some(placed) => (placed.bvh.extent(), 0.0),
-            None => (&self.scene.extent, self.scene.rounding()),
+            None => {
+                let within = |ray: &Ray| self.scene.is_within(ray.origin);
+                let (extent, reach) = (&self.scene.extent, self.scene.reach);
+                let pad = self.scene.rounding(rays.iter().all(within));
+                // Packets count from the reach of the boxes; that of the meshes may be more.
+                (extent, pad * (reach / extent.reach()).max(1.0))
+            }
         };
-        packet.set::<I>(rays, extent, pad, apex)
+        pad.is_finite()
+            && packet.set::<I>(rays, extent, pad, apex)
             && !(self.coherence == Coherence::Unknown
                 && apex == Apex::Origin
                 && packet.spread() > extent.reach() / 16.0)

@@ -53,6 +53,9 @@ struct Slot<'a> {
     instance: u32,
     /// Nothing but that instance is to be traced.
     lone: bool,
+    /// `ray` runs in the given direction, and along every axis: another origin makes it that of another mesh in the place
+    /// where it was made, or moved from there.
+    slanted: bool,
     /// t along the ray in the tree over instances is so many times that of the one given.
     outer_scale: f64,
     number: usize,
@@ -74,6 +77,7 @@ impl<'a> Slot<'a> {
             mesh: None,
             instance: 0,
             lone: false,
+            slanted: false,
             outer_scale: 1.0,
             number: 0,
             hit: Hit::MISS,
@@ -106,6 +110,7 @@ impl<'a> Slot<'a> {
             return false;
         }
         self.lone = scene.direct || start != NO_CHILD;
+        self.slanted = false;
         if self.lone {
             let entered = if scene.direct {
                 self.enter::<true>(scene, 0, given.t_max)
@@ -127,6 +132,7 @@ impl<'a> Slot<'a> {
         };
         self.best = Best::nothing(outer.inner_t(t_max));
         self.outer_scale = outer.t_scale;
+        self.slanted = outer.is_slanted();
         self.ray = outer;
         self.blocks = scene.blocks();
         self.mesh = None;
@@ -151,7 +157,11 @@ impl<'a> Slot<'a> {
         let mesh = &*placed.bvh;
         let local = if DIRECT {
             scene.outer_ray(&self.given)
+        } else if let (Some([x, y, z]), true) = (placed.shift, self.slanted) {
+            let [a, b, c] = self.given.origin;
+            self.ray.moved([a + x, b + y, c + z], mesh.extent())
         } else {
+            self.slanted = false;
             transformed(scene, placed, &self.given)
         };
         let Some(local) = local else { return false };

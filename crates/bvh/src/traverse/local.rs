@@ -157,25 +157,41 @@ impl LocalRay {
         if size[0].min(size[1]).min(size[2]) * STEEPEST < 1.0 {
             (reciprocal, pad) = flat(direction, reciprocal, end, pad);
         }
-        let wide: [f32; LANES] = std::array::from_fn(|i| {
-            (origin[i] * reciprocal[i]).abs() * ORIGIN_PAD + slack * reciprocal[i].abs() + pad[i]
-        });
-        let side = |factor: f32, sign: f32| {
-            let reciprocal = reciprocal.map(|r| r * factor);
-            let offset = std::array::from_fn(|i| origin[i] * reciprocal[i] + sign * wide[i]);
-            Side { reciprocal, offset }
-        };
+        let (near, far) = sides(origin, reciprocal, slack, pad);
         let [x, y] = [axes[0] as usize, axes[1] as usize];
         let across = [direction[x], direction[y], 1.0, 1.0];
         Some(LocalRay {
             origin,
             reciprocal,
-            near: side(1.0 - RELATIVE, 1.0),
-            far: side(1.0 + RELATIVE, -1.0),
+            near,
+            far,
             shear: across.map(|d| d / direction[z]),
             axes,
             entry: std::array::from_fn(|i| 2 * i as u32 + (reciprocal[i].to_bits() >> 31)),
             t_scale,
+        })
+    }
+
+    /// Whether it runs along every axis, so that [`LocalRay::moved`] is of use.
+    #[inline(always)]
+    pub fn is_slanted(&self) -> bool {
+        let [x, y, z, _] = self.reciprocal.map(f32::abs);
+        x < STEEPEST && y < STEEPEST && z < STEEPEST
+    }
+
+    /// The ray [`LocalRay::new`] would make of the same direction, which is slanted, and another origin for another tree.
+    #[inline(always)]
+    pub fn moved(&self, [x, y, z]: [f32; 3], extent: &Extent) -> Option<LocalRay> {
+        let origin = [x, y, z, z];
+        let main = self.axes[2] as usize;
+        let end = extent.farthest(main, [origin[main]; 2]) * self.reciprocal[main].abs();
+        let (near, far) = sides(origin, self.reciprocal, 0.0, [end * END_PAD; LANES]);
+        let largest = origin.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
+        (largest <= ORIGIN_LIMIT).then_some(LocalRay {
+            origin,
+            near,
+            far,
+            ..*self
         })
     }
 
@@ -194,6 +210,25 @@ impl LocalRay {
     pub fn inner_t(&self, t: f32) -> f32 {
         times(t, self.t_scale)
     }
+}
+
+/// Where a ray enters and leaves slabs, padded.
+#[inline(always)]
+fn sides(
+    origin: [f32; LANES],
+    reciprocal: [f32; LANES],
+    slack: f32,
+    pad: [f32; LANES],
+) -> (Side, Side) {
+    let wide: [f32; LANES] = std::array::from_fn(|i| {
+        (origin[i] * reciprocal[i]).abs() * ORIGIN_PAD + slack * reciprocal[i].abs() + pad[i]
+    });
+    let side = |factor: f32, sign: f32| {
+        let reciprocal = reciprocal.map(|r| r * factor);
+        let offset = std::array::from_fn(|i| origin[i] * reciprocal[i] + sign * wide[i]);
+        Side { reciprocal, offset }
+    };
+    (side(1.0 - RELATIVE, 1.0), side(1.0 + RELATIVE, -1.0))
 }
 
 /// t along a ray whose t is so many times as much.

@@ -121,7 +121,8 @@ impl Scene {
         let slack = if self.direct {
             0.0
         } else {
-            self.slack(o[0].abs().max(o[1].abs()).max(o[2].abs()))
+            let distance = o[0].abs().max(o[1].abs()).max(o[2].abs());
+            self.rounding(self.is_within(o)) * (distance + self.reach)
         };
         LocalRay::new(o, d, &self.extent, slack)
     }
