@@ -38,11 +38,14 @@ unsafe impl GlobalAlloc for Counting {
         unsafe { System.dealloc(at, layout) }
     }
     unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        let held = HELD.fetch_add(size, Relaxed) + size;
-        PEAK.fetch_max(held, Relaxed);
-        HELD.fetch_sub(layout.size(), Relaxed);
         // SAFETY: as the caller vouches.
-        unsafe { System.realloc(at, layout, size) }
+        let moved = unsafe { System.realloc(at, layout, size) };
+        // What changes its size where it stands is never there twice.
+        let twice = if moved == at { 0 } else { layout.size() };
+        let held = HELD.fetch_add(size, Relaxed) + size - layout.size();
+        HELD.fetch_sub(layout.size(), Relaxed);
+        PEAK.fetch_max(held + twice, Relaxed);
+        moved
     }
 }
 

@@ -65,29 +65,23 @@ impl Piece {
     }
 }
 
-/// The edges of the triangles of a treelet: more places than those have edges.
-const EDGES: usize = 1 << 15;
-
 /// How many places are looked at: where more edges are in a row, or are one, some are forgotten.
 const PROBES: usize = 8;
 
-/// Where an edge is looked for first, and a number that few other edges have.
+/// A number that hardly any other edge has.
 #[inline(always)]
-fn edge_hash(a: u32, b: u32) -> (usize, u32) {
+fn edge_hash(a: u32, b: u32) -> u64 {
     let edge = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
     let hash = edge.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let hash = (hash ^ hash >> 32).wrapping_mul(0xd6e8_feb8_6659_fd93);
-    (
-        (hash >> (64 - EDGES.trailing_zeros())) as usize,
-        (hash >> 16) as u32 & 0xffff_0000,
-    )
+    (hash ^ hash >> 32).wrapping_mul(0xd6e8_feb8_6659_fd93)
 }
 
 /// What a thread knows of the triangles of the treelet it builds.
 pub struct Pieces {
     pieces: Vec<Piece>,
-    /// In the upper half a part of the edge's hash, in the lower one the item, counted from 1.
-    edges: Box<[u32; EDGES]>,
+    /// The edges of the triangles of the treelet, with room for more: in the upper half a part of the edge's hash, in the
+    /// lower one the item, counted from 1.
+    edges: Vec<u32>,
     /// By a hash of the vertex: it in the upper half; in the lower one which leaf it was seen in and at what place.
     seen: Box<[u64; SEEN]>,
     leaf: u32,
@@ -99,7 +93,7 @@ impl Default for Pieces {
     fn default() -> Self {
         Self {
             pieces: vec![],
-            edges: Box::new([0; EDGES]),
+            edges: vec![],
             seen: Box::new([0; SEEN]),
             leaf: 0,
         }
@@ -231,18 +225,22 @@ impl Leaves for Triangles<'_> {
     fn enter(&self, items: &mut [BuildItem], notes: &mut Pieces) -> usize {
         let Pieces { pieces, edges, .. } = notes;
         pieces.clear();
-        edges.fill(0);
+        let bits = (8 * items.len()).next_power_of_two().trailing_zeros();
+        edges.clear();
+        edges.resize(1 << bits, 0);
         let mut n = 0;
         for i in 0..items.len() {
             let mut item = items[i];
             let corners = self.triangles[item.id as usize];
             let piece = Piece::one(item.id, corners);
             let mut best: Option<(f32, usize, Piece)> = None;
-            let mut places = [EDGES; 3];
+            let mut places = [usize::MAX; 3];
+            let tag = |hash: u64| (hash >> 16) as u32 & 0xffff_0000;
+            let hashes = [0, 1, 2].map(|k| edge_hash(corners[k], corners[(k + 1) % 3]));
             for k in 0..3 {
-                let (first, tag) = edge_hash(corners[k], corners[(k + 1) % 3]);
+                let (first, tag) = ((hashes[k] >> (64 - bits)) as usize, tag(hashes[k]));
                 for place in first..first + PROBES {
-                    let place = place % EDGES;
+                    let place = place & (edges.len() - 1);
                     let found = edges[place];
                     if found == 0 {
                         places[k] = place;
@@ -266,9 +264,8 @@ impl Leaves for Triangles<'_> {
                 continue;
             }
             for k in 0..3 {
-                let (_, tag) = edge_hash(corners[k], corners[(k + 1) % 3]);
                 if let Some(place) = edges.get_mut(places[k]) {
-                    *place = tag | (n as u32 + 1);
+                    *place = tag(hashes[k]) | (n as u32 + 1);
                 }
             }
             item.id = n as u32;

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::mem::{MaybeUninit, take};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::treelet::{Job, Root, Scratch};
+use super::treelet::{Job, Root, Scratch, Treelet};
 use super::{Leaves, Shared};
 use crate::block::Block;
 use crate::memory::{Pages, write};
@@ -27,11 +27,13 @@ type Late = (Box<[Block]>, Box<[u32]>);
 type Room<'a> = (&'a mut [MaybeUninit<Block>], &'a mut [MaybeUninit<u32>]);
 
 /// Where the next treelet goes.
-struct Output<'a, N> {
+struct Output<'a> {
     /// It: all before it have their places.
     next: usize,
     /// Those after it that are built.
-    waiting: BTreeMap<usize, Scratch<N>>,
+    waiting: BTreeMap<usize, Treelet>,
+    /// Those that are in their places: for others.
+    idle: Vec<Treelet>,
     room: Room<'a>,
     /// How many blocks and ids there are so far.
     used: [usize; 2],
@@ -41,42 +43,38 @@ struct Output<'a, N> {
 }
 
 /// A treelet and where it goes.
-struct Placed<'a, N> {
-    scratch: Scratch<N>,
+struct Placed<'a> {
+    treelet: Treelet,
     starts: [usize; 2],
     room: Room<'a>,
 }
 
-impl<'a, N> Output<'a, N> {
+impl<'a> Output<'a> {
     /// Takes a treelet; gives places to it and to those that waited for it.
-    fn take<L: Leaves<Notes = N>>(
-        &mut self,
-        number: usize,
-        scratch: Scratch<N>,
-    ) -> Vec<Placed<'a, N>> {
-        self.waiting.insert(number, scratch);
+    fn take<L: Leaves>(&mut self, number: usize, treelet: Treelet) -> Vec<Placed<'a>> {
+        self.waiting.insert(number, treelet);
         let mut placed = vec![];
-        while let Some(mut scratch) = self.waiting.remove(&self.next) {
+        while let Some(mut treelet) = self.waiting.remove(&self.next) {
             self.next += 1;
             let starts = self.used;
-            let lengths = [scratch.blocks.len(), scratch.ids.len()];
+            let lengths = [treelet.blocks.len(), treelet.ids.len()];
             self.used = [0, 1].map(|k| starts[k] + lengths[k]);
-            self.roots.push(scratch.moved_roots::<L>(starts));
+            self.roots.push(treelet.moved_roots::<L>(starts));
             let (blocks, ids) = (&mut self.room.0, &mut self.room.1);
             if self.late.is_empty() && lengths[0] <= blocks.len() && lengths[1] <= ids.len() {
                 let (here, rest) = take(blocks).split_at_mut(lengths[0]);
                 let (ids_here, ids_rest) = take(ids).split_at_mut(lengths[1]);
                 self.room = (rest, ids_rest);
                 placed.push(Placed {
-                    scratch,
+                    treelet,
                     starts,
                     room: (here, ids_here),
                 });
             } else {
-                scratch.relocate::<L>(starts);
+                treelet.relocate::<L>(starts);
                 let late = (
-                    scratch.blocks.as_slice().into(),
-                    scratch.ids.as_slice().into(),
+                    treelet.blocks.as_slice().into(),
+                    treelet.ids.as_slice().into(),
                 );
                 self.late.push(late);
             }
@@ -93,30 +91,33 @@ pub fn join<L: Leaves>(jobs: Vec<Job>, free: usize, shared: &Shared<L>) -> Joine
     let output = Mutex::new(Output {
         next: 0,
         waiting: BTreeMap::new(),
+        idle: vec![],
         room: (&mut pages.room()[free..], ids.spare_capacity_mut()),
         used: [free, 0],
         roots: Vec::with_capacity(jobs.len()),
         late: vec![],
     });
+    let threads = rayon::current_num_threads().min(jobs.len());
     let jobs = Mutex::new(jobs.into_iter().enumerate());
     let work = || {
+        let mut scratch = None;
         loop {
             let Some((number, job)) = lock(&jobs).next() else {
                 return;
             };
-            let mut scratch = lock(&shared.idle).pop().unwrap_or_default();
-            scratch.build(job, shared);
-            let placed = lock(&output).take::<L>(number, scratch);
+            let mut treelet = lock(&output).idle.pop().unwrap_or_default();
+            treelet.build(job, shared, scratch.get_or_insert_with(Scratch::default));
+            let placed = lock(&output).take::<L>(number, treelet);
             for mut placed in placed {
-                placed.scratch.relocate::<L>(placed.starts);
-                write(placed.room.0, &placed.scratch.blocks);
-                write(placed.room.1, &placed.scratch.ids);
-                lock(&shared.idle).push(placed.scratch);
+                placed.treelet.relocate::<L>(placed.starts);
+                write(placed.room.0, &placed.treelet.blocks);
+                write(placed.room.1, &placed.treelet.ids);
+                lock(&output).idle.push(placed.treelet);
             }
         }
     };
     // In turn, not by halves: few wait then for those before them.
-    rayon::scope(|scope| (0..rayon::current_num_threads()).for_each(|_| scope.spawn(|_| work())));
+    rayon::scope(|scope| (0..threads).for_each(|_| scope.spawn(|_| work())));
     let output = output.into_inner().unwrap_or_else(PoisonError::into_inner);
     let Output {
         used, roots, late, ..

@@ -17,8 +17,6 @@ mod tests;
 mod top;
 mod treelet;
 
-use std::sync::Mutex;
-
 use rayon::prelude::*;
 
 use crate::block::{Block, LEAF, NO_CHILD};
@@ -26,7 +24,6 @@ use crate::dispatch::Machine;
 use crate::memory::Pages;
 use item::Item;
 use plan::{Plan, Stock};
-use treelet::Scratch;
 
 pub use item::Item as BuildItem;
 pub use sample::Source;
@@ -97,16 +94,11 @@ pub struct Tree {
 pub struct Shared<'a, L: Leaves> {
     leaves: &'a L,
     machine: Machine,
-    idle: Mutex<Vec<Scratch<L::Notes>>>,
 }
 
 /// Builds over the items of `source`, with the instruction set of `machine`: every one gives the same tree.
 pub fn build<L: Leaves, S: Source + ?Sized>(machine: Machine, source: &S, leaves: &L) -> Tree {
-    let shared = Shared {
-        leaves,
-        machine,
-        idle: Mutex::default(),
-    };
+    let shared = Shared { leaves, machine };
     let count = source.count();
     let (top, stocks) = match leaves.sample() {
         Some(rate) if count > MANY => sample::divide(source, rate, &shared),

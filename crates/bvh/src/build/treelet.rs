@@ -38,8 +38,16 @@ pub struct Root {
     pub reference: u32,
 }
 
-/// A treelet, with references that count from its own start, and what it takes to build one; kept from treelet to
-/// treelet, or most of the time would go into new pages.
+/// A part of the tree, with references that count from its own start.
+#[derive(Default)]
+pub struct Treelet {
+    pub blocks: Vec<Block>,
+    /// In the order of the leaves.
+    pub ids: Vec<u32>,
+    roots: Vec<Root>,
+}
+
+/// What a thread needs to build treelets; kept from one to the next, or most of the time would go into new pages.
 #[derive(Default)]
 pub struct Scratch<N> {
     /// Those that are made here.
@@ -48,32 +56,34 @@ pub struct Scratch<N> {
     /// Nodes to be split, their ranges and depths.
     open: Vec<(u32, u32, Range)>,
     notes: N,
-    pub blocks: Vec<Block>,
-    /// In the order of the leaves.
-    pub ids: Vec<u32>,
-    roots: Vec<Root>,
 }
 
 kernel! {
     /// [`treelet`].
     fn build_treelet[L: Leaves](items: &mut [Item], above: (&Part, usize), shared: &Shared<L>,
-        scratch: &mut Scratch<L::Notes>) = treelet
+        scratch: (&mut Scratch<L::Notes>, &mut Treelet)) = treelet
 }
 
-impl<N> Scratch<N> {
-    /// Builds a treelet.
-    pub fn build<L: Leaves<Notes = N>>(&mut self, job: Job, shared: &Shared<L>) {
+impl Treelet {
+    /// Builds another one in its place.
+    pub fn build<L: Leaves>(
+        &mut self,
+        job: Job,
+        shared: &Shared<L>,
+        scratch: &mut Scratch<L::Notes>,
+    ) {
         let (batch, part, places) = job;
+        let above = (part, places);
         match batch {
             Batch::Items(items) => {
-                build_treelet(shared.machine, items, (part, places), shared, self);
+                build_treelet(shared.machine, items, above, shared, (scratch, self));
             }
             Batch::Made(make) => {
-                let mut items = std::mem::take(&mut self.items);
+                let mut items = std::mem::take(&mut scratch.items);
                 items.clear();
                 make(&mut items);
-                build_treelet(shared.machine, &mut items, (part, places), shared, self);
-                self.items = items;
+                build_treelet(shared.machine, &mut items, above, shared, (scratch, self));
+                scratch.items = items;
             }
         }
     }
@@ -117,24 +127,19 @@ fn moved<L: Leaves>(child: u32, base: u32) -> u32 {
     }
 }
 
-/// Builds a treelet into `scratch`.
+/// Builds a treelet.
 #[inline(always)]
 fn treelet<I: Isa, L: Leaves>(
     items: &mut [Item],
     (part, places): (&Part, usize),
     shared: &Shared<L>,
-    scratch: &mut Scratch<L::Notes>,
+    (scratch, treelet): (&mut Scratch<L::Notes>, &mut Treelet),
 ) {
     let leaves = shared.leaves;
     let Scratch {
-        tree,
-        open,
-        notes,
-        blocks,
-        ids,
-        roots,
-        ..
+        tree, open, notes, ..
     } = scratch;
+    let Treelet { blocks, ids, roots } = treelet;
     tree.clear();
     blocks.clear();
     ids.clear();
