@@ -277,11 +277,8 @@ impl Leaves for Triangles<'_> {
     }
 
     fn binary_leaf(&self) -> usize {
-        // At most 4: four pairs without a common vertex have 16, which is what a leaf holds.
-        match self.quality {
-            Quality::Fast | Quality::Default => 4,
-            Quality::High => 2,
-        }
+        // Four pairs without a common vertex have 16, which is what a leaf holds.
+        4
     }
 
     fn bins(&self, items: usize) -> usize {
@@ -307,7 +304,7 @@ impl Leaves for Triangles<'_> {
         match self.quality {
             Quality::Fast => Some(16),
             Quality::Default => Some(4),
-            Quality::High => None,
+            Quality::High => Some(2),
         }
     }
 
