@@ -94,7 +94,8 @@ def test_another_world_or_version_is_refused(tmp_path: Path, monkeypatch: pytest
     Job(tmp_path / "a", package())
     other = film()
     other._world.add_light({"type": "sky", "radiance": [1, 1, 1]})
-    with pytest.raises(JobError, match=r"world was \"[0-9a-f]{20}"):
+    told = r"world was \"[0-9a-f]{20}.*; light\.\d was not given, is \{\"type\": \"sky\""
+    with pytest.raises(JobError, match=told):
         Job(tmp_path / "a", other.package())
     monkeypatch.setattr("raycam.package.__version__", "99.0")
     with pytest.raises(JobError, match=r'raycam was "[\d.]+", is "99\.0"'):
@@ -159,6 +160,46 @@ def test_verify_finds_what_is_damaged_and_the_next_run_makes_it_again(
     for path in damaged:
         path.unlink()
     assert results(tmp_path / "a") == whole
+
+
+def test_a_damaged_package_is_found_and_written_again(tmp_path: Path, whole: dict[str, bytes]) -> None:
+    Job(tmp_path / "a", package()).run(Pool(), frames=[1, 2])
+    path = tmp_path / "a/.raycam/package"
+    right = path.read_bytes()
+    for damage in (True, False):
+        if damage:
+            path.write_bytes(right[:-9] + b"x" + right[-8:])
+        else:
+            path.unlink(missing_ok=True)
+        assert list(Job(tmp_path / "a").verify()) == [".raycam/package"]
+        assert not path.exists()
+    path.write_bytes(b"x")
+    pool = Pool()
+    Job(tmp_path / "a", package()).run(pool)
+    assert path.read_bytes() == right
+    assert len(pool.made) == 6
+    assert Job(tmp_path / "a").verify() == {}
+    path.with_name("package.damaged").unlink()
+    assert results(tmp_path / "a") == whole
+
+
+def test_a_damaged_description_says_what_to_do_and_that_works(
+    tmp_path: Path, whole: dict[str, bytes]
+) -> None:
+    Job(tmp_path / "a", package()).run(Pool(), frames=[1, 2])
+    path = tmp_path / "a/.raycam/job.json"
+    for text in (b"{", b"\xff\xfe", b'{"job": 1}'):
+        path.write_bytes(text)
+        with pytest.raises(JobError, match=r"job\.json: .*Remove this file and give the command"):
+            Job(tmp_path / "a", package())
+    path.unlink()
+    pool = Pool()
+    Job(tmp_path / "a", package()).run(pool)
+    assert len(pool.made) == 6
+    assert results(tmp_path / "a") == whole
+    path.unlink()  # and what another job has made is not taken for this one's
+    options, _ = CHANGES["samples"]
+    assert Job(tmp_path / "a", package(**options)).status().finished == 0
 
 
 def test_no_two_runs_do_the_same_frames(tmp_path: Path) -> None:

@@ -132,7 +132,9 @@ def test_commands_of_jobs(here: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert "8 of 8 frames finished, every byte as it was made" in capsys.readouterr().out
     Path("frames/frame_0002.png").write_bytes(b"x" * Path("frames/frame_0002.png").stat().st_size)
     assert run("verify frames") == 1
-    assert "1 damaged or gone, the first: frames/frame_0002.png" in capsys.readouterr().err
+    told = capsys.readouterr()
+    assert told.out.startswith("frames/frame_0002.png: it was made with")
+    assert "frames: 1 damaged or gone" in told.err
     whole = results(here / "frames")
     assert run(video) == 0
     assert len(results(here / "frames")) == len(whole) + 1
@@ -142,8 +144,16 @@ def test_commands_of_jobs(here: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert run(f"{video} --samples 2 --no-resume") == 0
     for wrong in ("--shard 3", "--shard 0/2", "--workers 0", "--cluster nowhere"):
         assert run(f"{video} {wrong}") == 2, wrong
-    assert run("status box.toml") == 1
+    assert run("status .") == 1
     assert "no job is here" in capsys.readouterr().err
+    assert run("video box.toml -o a.gif --samples 1 --integrator flat --shard 1/2") == 0
+    assert run("status a.gif") == 0  # the folder of the file that is being made
+    assert "frames    4 of 8 finished" in capsys.readouterr().out
+    Path("a.gif").write_bytes(b"")
+    assert run("status a.gif") == 0
+    Job(here / "a.gif.job").remove()
+    assert run("verify a.gif") == 1
+    assert "a.gif: this is a file, and complete" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("number", "workers"), [(signal.SIGINT, ""), (signal.SIGTERM, "--workers 2")])

@@ -35,7 +35,7 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[str]:
     stem, ending = os.path.splitext(name)
     temporary = os.path.join(scratch or folder, f".{stem}.{secrets.token_hex(4)}{ending}")
     try:
-        with named(target):
+        with named(target, temporary):
             yield temporary
             sync(temporary)
             # A rename keeps the mode of the new file; one that replaces another should not change who may read it.
@@ -50,12 +50,12 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[str]:
 
 
 @contextlib.contextmanager
-def named(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Errors of the disk in the block that do not say of which file are of this one."""
+def named(path: str | os.PathLike[str], instead_of: str | None = None) -> Iterator[None]:
+    """Errors of the disk in the block that do not say of which file, or say `instead_of`, are of this one."""
     try:
         yield
     except OSError as fault:
-        if fault.errno is not None and fault.filename is None:
+        if fault.errno is not None and fault.filename in (None, instead_of):
             fault.filename = os.fspath(path)
         raise
 
@@ -98,9 +98,8 @@ def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
     free = shutil.disk_usage(folder).free
     # One block even for an empty file: a full disk is full for every file.
     if free < max(size, 1):
-        raise OSError(
-            errno.ENOSPC, f"the disk has {free} bytes free, about {max(size, 1)} are needed", target
-        )
+        text = f"has {free} bytes free, about {size} are needed" if size else "is full"
+        raise OSError(errno.ENOSPC, f"the disk {text}", target)
 
 
 def sync(path: str | os.PathLike[str]) -> None:

@@ -32,10 +32,11 @@ from typing import Any
 
 from . import files, ledger
 from .dispatch import Failed, Pool, dispatch
-from .errors import JobError
+from .errors import FormatError, JobError
+from .job_description import read_description, refusal
 from .ledger import Entry, Ledger
 from .lock import holder, locked
-from .package import Package, differences
+from .package import Package
 from .workers import Made, Task
 
 __all__ = ["Job", "Status"]
@@ -77,7 +78,7 @@ class Job:
         self.folder = Path(folder)
         """Where the results are."""
         self._state = self.folder / STATE
-        there = _description(self._state / "job.json")
+        there = read_description(self._state / "job.json")
         if package is None:
             if there is None:
                 raise JobError(f"{self.folder}: no job is here (there is no {STATE}/job.json)")
@@ -85,7 +86,7 @@ class Job:
             Job(self.folder)._remove()
             there = None
         elif there is not None and there["job"] != package.id:
-            raise JobError(_different(self.folder, there, package.describe()))
+            raise JobError(refusal(self.folder, there, self._state / "package", package))
         self._package = package
         if package is not None:
             self._begin(package)
@@ -138,9 +139,19 @@ class Job:
     def verify(self) -> dict[str, str]:
         """Reads every file that was made, and gives those that are not as they were made, with what is wrong.
 
-        A damaged file gets the ending `.damaged`, where that is possible. The next run makes its frame again.
+        A damaged file gets the ending `.damaged`, where that is possible. The next run makes its frame again, and the
+        package of the job, which is among the files.
         """
         wrong: dict[str, str] = {}
+        package = self._state / "package"
+        try:
+            Package.check(package.read_bytes(), str(package), self.description["job"])
+        except FileNotFoundError:
+            wrong[f"{STATE}/package"] = f"{package}: it was made, and is not there any more"
+        except FormatError as fault:
+            wrong[f"{STATE}/package"] = str(fault)
+            with contextlib.suppress(OSError):
+                package.replace(f"{package}.damaged")
         made = {entry.frame: place for place, entry in self._entries() if entry.error is None}
         for frame, place in sorted(made.items()):
             for name, stamp in self._entry_at(place).files.items():
@@ -222,15 +233,18 @@ class Job:
         """Writes what is not there yet; `job.json` is last, and means that all is."""
         path, description = self._state / "package", self._state / "job.json"
         begun = self._state / "scratch-begin"  # there where somebody is at it, or was killed at it
-        if description.exists() and path.exists() and not begun.exists():
+        if description.exists() and package.is_in(path) and not begun.exists():
             return
         self._state.mkdir(parents=True, exist_ok=True)
         # Many shards may begin at the same time: one of them writes, the others wait.
         with locked(self._state / "lock-begin", self.folder, patience=60), self._scratch("-begin") as scratch:
-            there = _description(description)
+            there = read_description(description)
             if there is not None and there["job"] != package.id:
-                raise JobError(_different(self.folder, there, package.describe()))
-            if there is None or not path.exists():
+                raise JobError(refusal(self.folder, there, self._state / "package", package))
+            if not package.is_in(path):
+                if there is None:  # the ledgers of whichever job was here say nothing about this one
+                    for book in self._state.glob("ledger*.jsonl"):
+                        book.unlink()
                 files.write(path, package.to_bytes(), scratch)
             if there is None:
                 text = json.dumps({"job": package.id, **package.describe()}, indent=2) + "\n"
@@ -350,30 +364,6 @@ class Job:
                 os.rmdir(os.path.join(self.folder, folder))
         (self._state / "job.json").unlink(missing_ok=True)
         shutil.rmtree(self._state)
-
-
-def _description(path: Path) -> dict[str, Any] | None:
-    """What a `job.json` says; None where there is none."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    try:
-        fields = json.loads(text)
-        if not isinstance(fields["job"], str) or not 1 <= fields["frames"] <= 1 << 31:
-            raise ValueError
-    except (ValueError, KeyError, TypeError):
-        raise JobError(f"{path}: this is no description of a job") from None
-    return dict(fields)
-
-
-def _different(folder: Path, there: dict[str, Any], asked: dict[str, Any]) -> str:
-    """Why a job is not gone on with."""
-    lines = list(differences(there, {"job": there["job"], **asked}))
-    return (
-        f"{folder}: another job is here: {'; '.join(lines)}. Use another folder, or --no-resume to begin anew and "
-        "remove what this one has made"
-    )
 
 
 def _asked(frames: Iterable[int] | None, shard: Shard | None, count: int) -> list[int]:

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._core import __version__
@@ -20,7 +21,7 @@ from .errors import FormatError, JobError
 if TYPE_CHECKING:
     from .world import World
 
-__all__ = ["Package", "differences"]
+__all__ = ["Package"]
 
 
 class Package:
@@ -85,15 +86,27 @@ class Package:
         """All of it; the SHA-256 of this is `id`."""
         return self._header + self.world_bytes
 
+    def is_in(self, path: Path) -> bool:
+        """Whether a file holds it, every byte."""
+        try:
+            return hashlib.sha256(path.read_bytes()).hexdigest() == self.id
+        except FileNotFoundError:
+            return False
+
+    @staticmethod
+    def check(data: bytes, name: str, id: str) -> None:
+        """Raises `FormatError` where the bytes of the file `name` are not those of the package with this `id`."""
+        found = hashlib.sha256(data).hexdigest()
+        if found != id:
+            raise FormatError(f"{name}: expected the job {id[:12]}, its bytes are those of {found[:12]}")
+
     @classmethod
     def from_bytes(cls, data: bytes, name: str, id: str) -> Package:
         """The package in the bytes of the file `name`, which must be the one with this `id`.
 
         Raises `FormatError` where it is another or none, and `JobError` where another version of raycam made it.
         """
-        found = hashlib.sha256(data).hexdigest()
-        if found != id:
-            raise FormatError(f"{name}: expected the job {id[:12]}, its bytes are those of {found[:12]}")
+        cls.check(data, name, id)
         header, newline, world = data.partition(b"\n")
         try:
             if not newline:
@@ -110,18 +123,3 @@ class Package:
                 "frames would not go together"
             )
         return cls(kind, frames, settings, world)
-
-
-def differences(there: Any, asked: Any, key: str = "") -> Iterator[str]:
-    """Where two descriptions of jobs differ: "key was 1, is 2", one after the other."""
-    if isinstance(there, dict) and isinstance(asked, dict):
-        for name in dict.fromkeys([*there, *asked]):
-            yield from differences(there.get(name), asked.get(name), f"{key}.{name}" if key else name)
-    elif there != asked:
-        before, after = (_short(value) for value in (there, asked))
-        yield f"{key} was {before}, is {after}"
-
-
-def _short(value: Any) -> str:
-    text = "not given" if value is None else json.dumps(value)
-    return text if len(text) <= 60 else f"{text[:28]} ... {text[-28:]}"

@@ -104,6 +104,20 @@ class Film:
         """How many frames it has, at least one."""
         return max(1, round(self.fps * self.seconds))
 
+    def numbers(self, frames: tuple[int | None, int | None] | None) -> range:
+        """The numbers of a part of its frames, counted as in a slice; None for all.
+
+        Raises `SettingsError` where there are none.
+        """
+        start, stop = frames or (None, None)
+        found = range(len(self))[start:stop]
+        if not found:
+            part = f"{'' if start is None else start}:{'' if stop is None else stop}"
+            raise SettingsError(
+                f"frames {part} are none: the video has {len(self)}, from 0 to {len(self) - 1}"
+            )
+        return found
+
     def time(self, number: int) -> float:
         """When in the world's own time frame `number` is, in seconds."""
         return number / self.fps * self._pace
@@ -208,12 +222,7 @@ def write_video(
     sound = None if audio is None else Path(audio)
     check_video(Path(path), lossless=lossless, alpha=bool(settings.get("transparent")), audio=sound)
     film = Film(world, camera, fps=fps, seconds=seconds, **settings)
-    numbers = range(len(film))[slice(*frames)] if frames is not None else range(len(film))
-    if not numbers:
-        start, stop = ("" if end is None else end for end in frames or (None, None))
-        raise SettingsError(
-            f"frames {start}:{stop} are none: the video has {len(film)}, from 0 to {len(film) - 1}"
-        )
+    numbers = film.numbers(frames)
     shown = open_video(
         Path(path), film.camera.size, film.fps, lossless=lossless, alpha=film.transparent, audio=sound
     )

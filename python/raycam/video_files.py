@@ -151,7 +151,7 @@ def _png_folder(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
     if not path.exists():
         files.check_writable(path)
         path.mkdir()
-    files.check_writable(path / "frame")
+    files.check_writable(path / picture_name(0))
 
     def add(number: int, picture: Picture) -> None:
         files.write(os.path.join(path, picture_name(number)), _core.encode_png(picture))

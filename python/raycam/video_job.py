@@ -7,7 +7,6 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 from .dispatch import Pool
-from .errors import SettingsError
 from .jobs import Job, Progress, Shard
 from .video import Film
 from .video_files import Add, open_video, picture_name, read_picture
@@ -45,9 +44,7 @@ def make_video(
 
     Raises what `write_video` and `Job.run` raise.
     """
-    numbers = range(len(film))[slice(*frames)] if frames is not None else range(len(film))
-    if not numbers:
-        raise SettingsError(f"these frames are none: the video has {len(film)}, from 0 to {len(film) - 1}")
+    numbers = film.numbers(frames)
     target = Path(path)
     opened = open_video(
         target,

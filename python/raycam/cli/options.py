@@ -30,7 +30,7 @@ class Command(NamedTuple):
 def add_world(command: argparse.ArgumentParser) -> None:
     """The world, the first argument."""
     command.add_argument(
-        "world", metavar="WORLD", help="a world file (.toml) or a mesh (.obj .ply .stl .off)"
+        "world", metavar="WORLD", help="a world file (.toml), or .gltf .glb .obj .ply .stl .off .usd"
     )
 
 

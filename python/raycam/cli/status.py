@@ -3,13 +3,35 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import JobError
 from .options import Command
 
+if TYPE_CHECKING:
+    from ..jobs import Job
+
 
 def _add_folder(command: argparse.ArgumentParser) -> None:
-    command.add_argument("folder", metavar="DIR", help="a folder of pictures or a data set, or FILE.mp4.job")
+    command.add_argument(
+        "folder", metavar="DIR", help="a folder of pictures or a data set, or the file that is being made"
+    )
+
+
+def _job(name: str) -> Job:
+    """The job in a folder, or of a file that is being made."""
+    from ..jobs import Job
+    from ..video_job import job_folder
+
+    folder = Path(name)
+    if not folder.is_dir() and job_folder(folder).is_dir():
+        folder = job_folder(folder)
+    elif folder.is_file():
+        raise JobError(
+            f"{folder}: this is a file, and complete; frames that --keep-frames leaves are in {name}.job"
+        )
+    return Job(folder)
 
 
 def _add_status(command: argparse.ArgumentParser) -> None:
@@ -18,9 +40,7 @@ def _add_status(command: argparse.ArgumentParser) -> None:
 
 
 def _status(options: argparse.Namespace) -> None:
-    from ..jobs import Job
-
-    job = Job(options.folder)
+    job = _job(options.folder)
     state = job.status()
     about = job.description
     print(f"job       {about['job'][:12]}, {about['kind']}, raycam {about['raycam']}")
@@ -41,19 +61,17 @@ def _add_verify(command: argparse.ArgumentParser) -> None:
 
 
 def _verify(options: argparse.Namespace) -> None:
-    from ..jobs import Job
-
-    job = Job(options.folder)
+    job = _job(options.folder)
     wrong = job.verify()
     if wrong:
-        first = next(iter(wrong.values()))
+        print(*wrong.values(), sep="\n")
         raise JobError(
-            f"{len(wrong)} damaged or gone, the first: {first}. What is damaged is called .damaged now, and the "
-            "command that made the job makes all of them again"
+            f"{options.folder}: {len(wrong)} damaged or gone. What is damaged is called .damaged now, and the command "
+            "that made the job makes all of them again"
         )
     state = job.status()
     print(f"{options.folder}: {state.finished} of {state.frames} frames finished, every byte as it was made")
 
 
-STATUS = Command(_add_status, "show how far a job is", ["raycam status room.mp4.job"])
-VERIFY = Command(_add_verify, "read every file of a job and compare it", ["raycam verify room.mp4.job"])
+STATUS = Command(_add_status, "show how far a job is", ["raycam status room.mp4"])
+VERIFY = Command(_add_verify, "read every file of a job and compare it", ["raycam verify room.mp4"])
