@@ -196,13 +196,48 @@ def test_a_world_with_y_up_and_a_base(tmp_path: Path) -> None:
     assert camera.C[1] > 1.0
 
 
+def test_a_world_without_room_is_drawn_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    recipe = raycam.Recipe(
+        {
+            "object": [
+                {"name": "shelf", "box": {"size": [1, 1, 0.1]}},
+                {
+                    "name": "jar",
+                    "box": {"size": 0.2},
+                    "count": {"choice": [1, 4000]},
+                    "on": "shelf",
+                    "gap": 0.0,
+                },
+            ]
+        }
+    )
+    monkeypatch.setattr("raycam.sample_place.TRIES", 64)
+    worlds = [recipe.world(number) for number in range(6)]
+    assert all(len(world.objects) == 2 for world in worlds)
+    assert recipe.world(3).to_bytes() == worlds[3].to_bytes()
+    assert len({world.to_bytes() for world in worlds}) == 6
+
+
+def test_what_a_camera_is_to_see_may_be_missing_by_chance() -> None:
+    recipe = raycam.Recipe(
+        {
+            "object": [{"name": {"choice": ["can", "ball"]}, "box": {"size": 1}}],
+            "camera": [{"size": [32, 24], "fov": 40, "see": {"object": "can", "distance": [3, 4]}}],
+        }
+    )
+    assert [recipe.world(number).objects[0].name for number in range(4)] == ["can"] * 4
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"objects": []}, "object"),
         ({"object": [{"box": {"size": 1}, "gap": 1}]}, "gap goes with on"),
         ({"object": [{"box": {"size": 1}, "on": "tabel"}, {"name": "table", "box": {"size": 1}}]}, "table"),
-        ({"object": [{"box": {"size": 9}, "on": ""}, {"plane": {"size": 1}}]}, "no room"),
+        (
+            {"object": [{"box": {"size": 9}, "on": ""}, {"plane": {"size": 1}}]},
+            "no room.*of 10 draws of world",
+        ),
         (
             {"object": [{"box": {"size": {"uniform": [2, 1]}}}]},
             r"object\[0\].box.size: uniform.*the smaller number",

@@ -13,12 +13,16 @@ from typing import Any
 
 from .errors import WorldError, nearest
 
-__all__ = ["DRAWS", "ONE_OF", "Draw"]
+__all__ = ["DRAWS", "ONE_OF", "Draw", "NotThisTime"]
 
 ONE_OF = "one_of"
 """The key of a list of tables, one of which lends its keys to the table that it is in."""
 DIGITS = 12
 """Significant digits that computed numbers are rounded to: mathematical libraries differ in the last of 16."""
+
+
+class NotThisTime(WorldError):
+    """What was drawn has no room, or nothing sees it: another draw may."""
 
 
 class Draw:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from .arrays import Floats
 from .errors import WorldError
-from .sample_draw import Draw, rounded
+from .sample_draw import Draw, NotThisTime, rounded
 from .world import World
 
 __all__ = ["Placer", "Prism", "outline"]
@@ -162,7 +162,7 @@ class Placer:
                 if stands and self._free(prism, gap):
                     self._taken.append(prism)
                     return self._world_axes(pose)
-        raise WorldError(
+        raise NotThisTime(
             f"{what}: there is no room on {surface or 'the world'} after {TRIES} tries; fewer things, smaller ones, a "
             "larger surface or a smaller gap would make room"
         )

@@ -12,7 +12,7 @@ from .arrays import Floats
 from .camera import Camera
 from .errors import WorldError, nearest
 from .labels import Label, label
-from .sample_draw import Draw, known_keys, range_of, rounded
+from .sample_draw import Draw, NotThisTime, known_keys, range_of, rounded
 from .world import World
 
 __all__ = ["SEE_KEYS", "see"]
@@ -66,7 +66,7 @@ def see(world: World, camera: Camera, wanted: Mapping[str, Any], draw: Draw, wha
             continue
         if _shows(world, placed, number, coverage, least):
             return placed
-    raise WorldError(
+    raise NotThisTime(
         f"{what}: after {TRIES} tries no view shows {world.objects[number].name!r} with {coverage[0]:g} to "
         f"{coverage[1]:g} of the picture and {least:g} of it visible, from {distance[0]:g} to {distance[1]:g} m; wider "
         "ranges, another focal length or fewer things in the way would"
@@ -78,14 +78,14 @@ def _chosen(world: World, wanted: object, draw: Draw, what: str) -> int:
     if wanted is None:
         found = [item.id for item in objects if item.category is not None] or [item.id for item in objects]
         if not found:
-            raise WorldError(f"{what}: there is no object to see")
+            raise NotThisTime(f"{what}: there is no object to see")
     else:
         found = [item.id for item in objects if wanted in (item.name, item.category)]
         names = [item.name for item in objects] + [
             item.category for item in objects if item.category is not None
         ]
         if not found:
-            raise WorldError(f"{what}: {nearest('object or category', str(wanted), names)}")
+            raise NotThisTime(f"{what}: {nearest('object or category', str(wanted), names)}")
     return found[draw.whole(0, len(found) - 1)]
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from .arrays import Floats, whole
 from .camera import Camera
 from .errors import FormatError, WorldError
-from .sample_draw import ONE_OF, Draw, known_keys
+from .sample_draw import ONE_OF, Draw, NotThisTime, known_keys
 from .sample_place import Placer, Prism
 from .sample_view import see
 from .world import World
@@ -40,6 +40,8 @@ GEOMETRY = (
 )
 POSE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
 GAP = 0.001
+CHANCES = 10
+"""Draws of a world before it is given up."""
 
 
 class Recipe:
@@ -145,9 +147,20 @@ class Recipe:
     def world(self, number: int) -> World:
         """World `number`, from 0: the same whatever others are made.
 
-        Raises what `World.from_dict` raises, and `WorldError` where there is no room or no such view.
+        Where what was drawn has no room or no view sees it, all of it is drawn again, `CHANCES` times in all.
+
+        Raises what `World.from_dict` raises, and `WorldError` where there is no room or no such view in any draw.
         """
         draw = Draw(self.seed, "world", whole("number", number, 0, 1 << 62))
+        for chance in range(CHANCES):
+            try:
+                return self._drawn(draw.at("again", chance) if chance else draw)
+            except NotThisTime as fault:
+                last = fault
+        raise WorldError(f"{last} (the last of {CHANCES} draws of world {number}, none of which will do)")
+
+    def _drawn(self, draw: Draw) -> World:
+        """The world of a draw; raises `NotThisTime` too."""
         still: list[dict[str, Any]] = []
         placed: list[tuple[dict[str, Any], dict[str, Any], Draw]] = []
         for item, place in self._rows("object", draw):
