@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 from typing import Any
@@ -32,6 +34,17 @@ def test_it_listens_to_this_machine_alone(dask_pool: dask_cluster.Dask) -> None:
     assert not dask_cluster._is_private("tcp://10.0.0.8:8786")
     assert dask_cluster._is_private("tls://10.0.0.8:8786")
     assert dask_cluster._is_private("tcp://localhost:8786")
+
+
+def test_a_script_without_a_guard_is_told(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text("from raycam.cluster import pool_of\nwith pool_of('local:1'):\n    pass\n")
+    ended = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 1
+    last = ended.stderr.splitlines()[-1]
+    assert last.startswith("raycam.errors.SettingsError: local:1: its processes do not start")
+    assert "if __name__ == '__main__':" in last
+    assert "bootstrapping phase" not in ended.stderr
 
 
 def test_killed_and_stopped_workers_and_answers_that_come_twice_change_no_byte(

@@ -8,7 +8,9 @@ data is lost with the worker that holds it. Results come back to this process; t
 from __future__ import annotations
 
 import contextlib
+import multiprocessing
 import time
+import warnings
 from concurrent.futures import CancelledError, Future
 from ipaddress import ip_address
 from pathlib import Path
@@ -41,13 +43,30 @@ def connect(address: str, threads: int | None = None) -> Dask:
     if kind == "local":
         if not rest.isdigit() or int(rest) < 1:
             raise SettingsError(f"{address!r}: expected local:N with N processes, as in local:4")
-        count = int(rest)
-        import dask
+        cluster = _local(address, int(rest))
+        return Dask(distributed.Client(cluster), threads, cluster)
+    if kind not in ("tcp", "tls") or not urlsplit(address).port:
+        raise SettingsError(f"{address!r}: expected tcp://HOST:PORT, tls://HOST:PORT or local:N")
+    try:
+        return Dask(distributed.Client(address, timeout=CONNECT, set_as_default=False), threads)
+    except OSError as fault:
+        raise OSError(f"no Dask scheduler answers at {address}: {fault}") from None
 
-        # Deaths of workers are counted here, frame by frame.
-        rules = {"distributed.scheduler.allowed-failures": 0, "distributed.scheduler.worker-ttl": "60s"}
-        with dask.config.set(rules):
-            cluster = distributed.LocalCluster(
+
+def _local(address: str, count: int) -> Any:
+    """A cluster of processes on this machine; raises `SettingsError` where the script that asks for it has no guard."""
+    import dask
+    import distributed
+
+    # A new process imports the main script first: what is not guarded there happens again, in each of them.
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(1)
+    # Deaths of workers are counted here, frame by frame.
+    rules = {"distributed.scheduler.allowed-failures": 0, "distributed.scheduler.worker-ttl": "60s"}
+    with dask.config.set(rules), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"\s*Port \d+ is already in use")  # another one is taken
+        try:
+            return distributed.LocalCluster(
                 n_workers=count,
                 threads_per_worker=1,
                 processes=True,
@@ -56,13 +75,11 @@ def connect(address: str, threads: int | None = None) -> Dask:
                 worker_dashboard_address=None,
                 silence_logs=50,
             )
-        return Dask(distributed.Client(cluster), threads, cluster)
-    if kind not in ("tcp", "tls") or not urlsplit(address).port:
-        raise SettingsError(f"{address!r}: expected tcp://HOST:PORT, tls://HOST:PORT or local:N")
-    try:
-        return Dask(distributed.Client(address, timeout=CONNECT, set_as_default=False), threads)
-    except OSError as fault:
-        raise OSError(f"no Dask scheduler answers at {address}: {fault}") from None
+        except RuntimeError as fault:
+            raise SettingsError(
+                f"{address}: its processes do not start ({fault}). They import the script that starts them, so what it "
+                "does has to stand under if __name__ == '__main__':"
+            ) from None
 
 
 class Dask:
