@@ -3,9 +3,9 @@
     python benchmarks/bench_loading.py [--peers PEERS/bin/python] [--triangles N] [--rounds N] [FILE ...]
 
 Every reader loads every file in a process of its own: a small one of the same kind, so that everything is imported;
-then the file, once and `rounds` times more. The first time is what a program sees that loads a file; the best of the others
-that of one which has had so much memory before, and may have kept it. And the peak memory of that process beyond what
-it had before (Linux: VmHWM). The files are in the file cache.
+then the file, once and `rounds` times more. The first time is what a program sees that loads a file; the best of the
+others that of one which has had so much memory before, and may have kept it. And the peak memory of that process beyond
+what it had before (Linux: VmHWM). The files are in the file cache.
 """
 
 from __future__ import annotations

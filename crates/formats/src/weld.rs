@@ -146,7 +146,18 @@ impl<P: Place> Weld<P> {
 }
 
 /// Parts into which places are divided by their hashes, each for one core at a time.
-const SHARDS: u64 = 16;
+const SHARDS: usize = 64;
+
+/// Which part has a hash. Its lower bits say where it is in a table.
+fn shard_of(hash: u64) -> usize {
+    (hash >> 32) as usize % SHARDS
+}
+
+/// The places of some triangles, and those of each part again with their indices: read one after the other.
+struct Block {
+    places: Vec<[f32; 3]>,
+    shards: Vec<Vec<(u32, [f32; 3])>>,
+}
 
 /// The triangles of corners that `read` writes block by block, which gets the number of a block's first triangle: the places,
 /// each once and in the order in which they came first, and the triangles that refer to them, as one core after the other
@@ -161,56 +172,55 @@ pub(crate) fn triangles<E: Send>(
 ) -> Result<(Vec<DVec3>, Vec<[u32; 3]>), E> {
     let secret = Secret::draw();
     let mut triangles = vec![[0; 3]; count];
-    // The places of each block, and their hashes.
-    let blocks: Vec<OnceLock<(Vec<[f32; 3]>, Vec<u64>)>> = (0..count.div_ceil(block))
+    let blocks: Vec<OnceLock<Block>> = (0..count.div_ceil(block))
         .map(|_| OnceLock::new())
         .collect();
     parallel::make(&mut triangles, block, |first, triangles| {
         let mut weld = Weld::new(secret, triangles.len());
-        let mut hashes = Vec::with_capacity(triangles.len());
+        let mut shards = vec![Vec::new(); SHARDS];
         let mut left = triangles.iter_mut();
         read(first, &mut |corners| {
             if let Some(triangle) = left.next() {
                 for (corner, place) in triangle.iter_mut().zip(corners) {
-                    let hash = place.hash(secret);
+                    let (hash, known) = (place.hash(secret), weld.places.len());
                     *corner = weld.hashed(place, hash);
-                    if *corner as usize == hashes.len() {
-                        hashes.push(hash);
+                    if *corner as usize == known {
+                        shards[shard_of(hash)].push((*corner, place));
                     }
                 }
             }
         })?;
         // Nobody else sets that of this block.
-        let _ = blocks[first / block].set((weld.places, hashes));
+        let _ = blocks[first / block].set(Block {
+            places: weld.places,
+            shards,
+        });
         Ok(())
     })?;
-    let blocks: Vec<_> = blocks
+    let blocks: Vec<Block> = blocks
         .into_iter()
         .filter_map(OnceLock::into_inner)
         .collect();
     // Places have numbers through all blocks; which ones were there before, and as what number.
     let mut starts = vec![0];
-    for (places, _) in &blocks {
-        starts.push(starts[starts.len() - 1] + places.len() as u32);
+    for block in &blocks {
+        starts.push(starts[starts.len() - 1] + block.places.len() as u32);
     }
-    let shards: Vec<u64> = match blocks.len() {
+    let shards: Vec<usize> = match blocks.len() {
         0 | 1 => Vec::new(),
         _ => (0..SHARDS).collect(),
     };
     let again = parallel::map(&shards, |&shard| {
-        let mut weld = Weld::new(secret, 0);
-        let (mut firsts, mut again) = (Vec::new(), Vec::new());
-        for ((places, hashes), &start) in blocks.iter().zip(&starts) {
-            for ((&place, &hash), number) in places.iter().zip(hashes).zip(start..) {
-                // The lower bits say where it is in the table.
-                if hash >> (64 - SHARDS.ilog2()) != shard {
-                    continue;
-                }
-                let index = weld.hashed(place, hash) as usize;
-                if index == firsts.len() {
+        let count = blocks.iter().map(|block| block.shards[shard].len()).sum();
+        let mut weld = Weld::new(secret, count);
+        let (mut firsts, mut again) = (Vec::with_capacity(count), Vec::new());
+        for (block, start) in blocks.iter().zip(&starts) {
+            for &(i, place) in &block.shards[shard] {
+                let (index, number) = (weld.index(place), start + i);
+                if index as usize == firsts.len() {
                     firsts.push(number);
                 } else {
-                    again.push((number, firsts[index]));
+                    again.push((number, firsts[index as usize]));
                 }
             }
         }
@@ -239,7 +249,7 @@ pub(crate) fn triangles<E: Send>(
             while number >= starts[at + 1] {
                 at += 1;
             }
-            *place = blocks[at].0[(number - starts[at]) as usize].map(f64::from);
+            *place = blocks[at].places[(number - starts[at]) as usize].map(f64::from);
         }
         Ok::<(), Infallible>(())
     });
@@ -292,7 +302,7 @@ mod tests {
         for (count, turns) in [(0_u32, 3_u32), (1, 3), (1000, 40), (20_000, 50_000)] {
             let corner = |i: u32| {
                 let i = i.wrapping_mul(2_654_435_761) % turns;
-                let zero = if i % 2 == 0 { 0.0 } else { -0.0 };
+                let zero = if i.is_multiple_of(2) { 0.0 } else { -0.0 };
                 [(i / 2) as f32, zero, (i % 3) as f32]
             };
             let facet = |i: u32| [3 * i, 3 * i + 1, 3 * i + 2].map(corner);
