@@ -101,17 +101,23 @@ fn dielectric(cosine: f32, eta: f32) -> f32 {
 }
 
 /// M. Born and E. Wolf, "Principles of Optics", section 14.2.
-fn conductor(cosine: f32, n: f32, k: f32) -> f32 {
-    let (c, n, k) = (f64::from(cosine), f64::from(n), f64::from(k));
-    let (c2, s2) = (c * c, 1.0 - c * c);
-    let t = n * n - k * k - s2;
-    let a2b2 = (t * t + 4.0 * n * n * k * k).sqrt();
-    let a = ((a2b2 + t) / 2.0).max(0.0).sqrt();
+fn conductor(c: f32, n: f32, k: f32) -> f32 {
+    let (c2, s2, n2, k2) = (c * c, 1.0 - c * c, n * n, k * k);
+    let t = n2 - k2 - s2;
+    let a2b2 = (t * t + 4.0 * n2 * k2).sqrt();
+    // (a2b2 + t) / 2, of whichever form takes no difference of near numbers.
+    let a = if t > 0.0 {
+        (a2b2 + t) / 2.0
+    } else {
+        2.0 * n2 * k2 / (a2b2 - t)
+    }
+    .max(0.0)
+    .sqrt();
     let (t1, t2) = (a2b2 + c2, 2.0 * c * a);
     let perpendicular = (t1 - t2) / (t1 + t2);
     let (t3, t4) = (c2 * a2b2 + s2 * s2, t2 * s2);
     let parallel = perpendicular * (t3 - t4) / (t3 + t4);
-    ((perpendicular + parallel) / 2.0) as f32
+    (perpendicular + parallel) / 2.0
 }
 
 /// The mirror direction about a normal, where it lies above the surface.

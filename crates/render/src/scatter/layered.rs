@@ -74,14 +74,21 @@ impl<'a> Layered<'a> {
             energy,
             between: Between::new(&layers, energy, view),
             left: 0.0,
-            left_mean: 0.0,
+            left_mean: 1.0,
             coated,
             shares: [0.0; LOBES],
         };
-        this.left = this.left(view);
-        this.left_mean = this.left_mean();
+        if this.has_base() {
+            this.left = this.left(view);
+            this.left_mean = this.left_mean();
+        }
         this.shares = this.shares();
         this
+    }
+
+    /// Whether there is anything diffuse below the interface.
+    fn has_base(&self) -> bool {
+        self.layers.diffuse != Vec3::ZERO || self.layers.through != Vec3::ZERO
     }
 
     fn shares(&self) -> [f32; LOBES] {
@@ -91,12 +98,15 @@ impl<'a> Layered<'a> {
         let sheen = layers
             .sheen
             .map_or(Vec3::ZERO, |sheen| sheen.reflected(self.view.z));
-        let mut below = 1.0 - mean(layers.over.reflected(self.view.z));
-        // Where a smooth interface would reflect everything, some of a rough one's facets let light pass.
-        if !layers.ggx.is_smooth() {
-            below = below.max((2.0 * layers.ggx.roughness().powi(2)).min(0.25));
-        }
         let passed = mean(layers.transmission);
+        let mut below = 0.0;
+        if passed > 0.0 {
+            below = 1.0 - mean(layers.over.reflected(self.view.z));
+            // Where a smooth interface would reflect everything, some of a rough one's facets let light pass.
+            if !layers.ggx.is_smooth() {
+                below = below.max((2.0 * layers.ggx.roughness().powi(2)).min(0.25));
+            }
+        }
         let [up, down] = self.between.map_or([0.0; 2], |between| between.shares());
         let mut single = mean(own.single);
         if let Some([reflected, refracted]) = self.between.and_then(|all| all.kept(self.view)) {
@@ -121,6 +131,12 @@ impl<'a> Layered<'a> {
 
     /// What the interface reflects of light from a direction.
     fn albedo_of(&self, fresnel: &Fresnel, direction: Vec3) -> Albedo {
+        if self.layers.ggx.is_smooth() {
+            return Albedo {
+                single: fresnel.reflected(direction.z),
+                multiple: Vec3::ZERO,
+            };
+        }
         if let Fresnel::Schlick { inside: None, .. } = fresnel {
             return self.energy.albedo(fresnel.ends(), direction);
         }
@@ -139,9 +155,6 @@ impl<'a> Layered<'a> {
 
     /// The same in the mean over the hemisphere, weighed by the cosine.
     fn left_mean(&self) -> f32 {
-        if self.layers.diffuse == Vec3::ZERO && self.layers.through == Vec3::ZERO {
-            return 1.0;
-        }
         if let Fresnel::Schlick { inside: None, .. } = self.layers.over {
             let Albedo { single, multiple } = self.energy.albedo_mean(self.layers.over.ends());
             return (1.0 - (single + multiple).max_element()).max(1e-6);
