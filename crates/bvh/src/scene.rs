@@ -40,7 +40,7 @@ pub(crate) struct Placed {
     pub shift: Option<[f32; 3]>,
     /// How much longer it makes a vector at most.
     pub stretch: f32,
-    /// Its box in scaled scene coordinates, rows as of [`crate::block::Node::bounds`].
+    /// Its box in scaled scene coordinates, rows as of [`crate::block::Node::bounds`]; padded where it is more than moved.
     pub bounds: [f32; 6],
 }
 
