@@ -172,6 +172,8 @@ ERRORS = {
     "render .": (1, ["."]),
     "render bad.toml": (1, ["bad.toml:2", "colour", "color"]),
     "render box.toml --camera left": (1, ["left"]),
+    "render box.toml --camera left.yaml": (2, ["left.yaml", "no such file, and no camera"]),
+    "cameras box.toml --to colmp": (2, ["--to", "colmp", "'colmap'"]),
     "info nowhere.toml": (1, ["nowhere.toml"]),
     "video box.toml -o a.avi": (2, ["a.avi", ".mp4"]),
     "video box.toml -o a.mp4 --frames 9": (2, ["9", "START:STOP"]),

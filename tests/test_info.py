@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import raycam
-from raycam.info import info
+from raycam.info import info, info_cameras
 
 
 def test_it_counts_what_there_is() -> None:
@@ -37,3 +37,8 @@ def test_it_shows_the_camera_that_would_be_used() -> None:
     assert "objects    0" in info(world)
     world.add_object(sphere={})
     assert "this one frames everything" in info(world)
+
+
+def test_zero_has_no_sign() -> None:
+    camera = raycam.Camera.from_pose([0, 0, 0], 0, 0, 0, size=(64, 48), focal=50)
+    assert "-0.000000" not in info_cameras({"front": camera})

@@ -71,7 +71,7 @@ def _camera(name: str, camera: Camera) -> Iterator[str]:
     yield f"  camera {name}: {width} x {height}, pixel_center {camera.pixel_center}"
     for label, matrix in (("K", camera.K), ("R", camera.R), ("P", camera.P)):
         for i, row in enumerate(matrix):
-            yield f"    {label if i == 0 else ' '}  " + " ".join(f"{value:14.6f}" for value in row)
+            yield f"    {label if i == 0 else ' '}  " + " ".join(_fixed(value) for value in row)
     name, center = ("center", camera.center) if camera.is_parallel else ("C ", camera.C)
     yield f"    {name} {_vector(center)}"
     yield f"    roll {camera.roll_pitch_yaw[0]:.6g}, pitch {camera.roll_pitch_yaw[1]:.6g}, " + (
@@ -101,6 +101,12 @@ def _rigs(rigs: Mapping[str, Rig]) -> Iterator[str]:
 
 def _many(count: int, one: str, more: str) -> str:
     return f"{count} {one if count == 1 else more}"
+
+
+def _fixed(value: float) -> str:
+    """A number with six decimals, zero without a sign."""
+    text = f"{value:14.6f}"
+    return f"{0.0:14.6f}" if float(text) == 0.0 else text
 
 
 def _vector(values: object) -> str:

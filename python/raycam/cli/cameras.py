@@ -23,7 +23,10 @@ def _add(command: argparse.ArgumentParser) -> None:
         "file", metavar="FILE", help="a calibration, trajectory, COLMAP folder or world file"
     )
     command.add_argument(
-        "--to", metavar="FORMAT", help="the format to write, as raycam.FORMATS (default: show what there is)"
+        "--to",
+        metavar="FORMAT",
+        help="the format to write: opencv, ros, kalibr, colmap, colmap-binary, kitti, kitti-poses, bop, nerf, "
+        "blender or tum (default: show what there is)",
     )
     command.add_argument(
         "-o", "--output", metavar="OUT", help="(default: the name of FILE and the format, here)"
@@ -33,12 +36,14 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from ..calibration import save_cameras
+    from ..calibration import FORMATS, save_cameras
     from ..camera import Camera
-    from ..errors import SettingsError
+    from ..errors import SettingsError, nearest
     from ..info import info_cameras
     from ..rig import Rig
 
+    if options.to is not None and options.to not in FORMATS:
+        raise SettingsError(f"--to: {nearest('format', options.to, list(FORMATS))}")
     cameras = cameras_in(options.file, options)
     if options.to is None:
         if options.output is not None:

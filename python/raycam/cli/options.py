@@ -212,6 +212,10 @@ def view(world: World, options: argparse.Namespace) -> Camera:
     elif options.camera not in world.cameras and (file := _calibration(options.camera)) is not None:
         cameras = load_calibration(file[0], options)
         camera = cameras.find(file[1]) if file[1] else next(iter(cameras.values()))
+    elif options.camera not in world.cameras and (
+        os.sep in options.camera or os.path.splitext(options.camera)[1]
+    ):
+        raise SettingsError(f"--camera {options.camera}: there is no such file, and no camera of this name")
     else:
         camera = world.camera(options.camera)
     if options.size is None:
