@@ -38,6 +38,7 @@ class Pool:
     """Makes frames at once, here; `before(frame)` may raise instead."""
 
     apart = False
+    notices = ()
 
     def __init__(self, before: Callable[[int], object] = lambda _: None, slots: int = 2) -> None:
         self.before, self._slots = before, slots

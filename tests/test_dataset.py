@@ -430,7 +430,7 @@ def test_the_same_call_gives_the_same_files(tmp_path: Path, name: str) -> None:
     class Stop(Exception):
         pass
 
-    def stop(done: int, total: int) -> None:
+    def stop(done: int, total: int, failed: int) -> None:
         if done:
             raise Stop
 

@@ -126,6 +126,7 @@ def test_no_more_are_started_than_memory_allows(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(memory, "left", lambda share: -1)
     assert pool.slots() == 2  # one always
     pool.close()
+    assert pool.notices == ["1 of 8 workers were started: the memory that is left would not hold more"]
 
 
 def test_closing_ends_everything_at_once(tmp_path: Path) -> None:

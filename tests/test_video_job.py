@@ -14,6 +14,7 @@ import av
 import numpy as np
 import pytest
 from job_frames import Pool, film, package, results, world
+from raycam import memory
 from raycam.cli import main
 from raycam.errors import FormatError, JobError
 from raycam.jobs import Job
@@ -119,7 +120,9 @@ def test_transparent_frames_with_sound_go_through_the_job(tmp_path: Path) -> Non
 # The command line ---------------------------------------------------------------------------------------------
 
 
-def test_commands_of_jobs(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands_of_jobs(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     video = "video box.toml -o frames --samples 1 --integrator flat"
     assert run(f"{video} --shard 1/2") == 0
     assert run(f"{video} --shard 2/2 --workers 1 --low-priority") == 0
@@ -144,6 +147,10 @@ def test_commands_of_jobs(here: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert run(f"{video} --samples 2 --no-resume") == 0
     for wrong in ("--shard 3", "--shard 0/2", "--workers 0", "--cluster nowhere"):
         assert run(f"{video} {wrong}") == 2, wrong
+    with monkeypatch.context() as short:
+        short.setattr(memory, "left", lambda share: -1)
+        assert run("video box.toml -o few --samples 1 --integrator flat --workers 2") == 0
+    assert "raycam: 1 of 2 workers were started" in capsys.readouterr().err
     assert run("status .") == 1
     assert "no job is here" in capsys.readouterr().err
     assert run("video box.toml -o a.gif --samples 1 --integrator flat --shard 1/2") == 0

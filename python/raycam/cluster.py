@@ -55,6 +55,7 @@ class Here:
     """This process, a frame after the other on all `threads`; files of one are encoded while the next is rendered."""
 
     apart = False
+    notices: tuple[str, ...] = ()
 
     def __init__(self, threads: int | None = None) -> None:
         self._threads = threads
@@ -92,6 +93,7 @@ class Executors:
     """Any `concurrent.futures.Executor`, or a function that makes one, called again where one breaks."""
 
     apart = True
+    notices: tuple[str, ...] = ()
 
     def __init__(
         self, executor: Executor | Callable[[], Executor], slots: int = 8, threads: int | None = None

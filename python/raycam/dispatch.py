@@ -10,7 +10,7 @@ import queue
 import time
 import traceback
 from collections import Counter, deque
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Future
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -52,6 +52,10 @@ class Pool(Protocol):
 
     apart: bool
     """Whether its workers fail one by one, so that a second one may help where the first does not answer."""
+
+    @property
+    def notices(self) -> Sequence[str]:
+        """What the one who uses it should know, so far."""
 
     def threads(self, left: int) -> int | None:
         """How many threads a frame is rendered with after which `left - 1` are to be handed over; None for all."""

@@ -77,6 +77,16 @@ class Processes:
             thread.start()
         return 2 * len(self._servants)
 
+    @property
+    def notices(self) -> list[str]:
+        """Whether fewer workers than asked for were started."""
+        started = len(self._servants)
+        if not 0 < started < self._count:
+            return []
+        return [
+            f"{started} of {self._count} workers were started: the memory that is left would not hold more"
+        ]
+
     def pids(self) -> list[int]:
         """The process numbers of the workers."""
         return [worker.process.pid for worker in self._workers]

@@ -87,10 +87,11 @@ def _run(options: argparse.Namespace) -> None:
             workers=options.cluster if options.cluster is not None else options.workers,
             shard=shard,
             retry_failed=options.retry_failed,
-            progress=lambda done, total: progress(done, total, 0),
+            progress=progress,
             **rendering(options),
             **chosen,
         )
+    tell(written.notices)
     if written.complete:
         print(f"{options.output}: {written.frames} views, {options.format}")
     else:

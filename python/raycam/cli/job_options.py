@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from ..errors import SettingsError
+from .options import tell
 
 if TYPE_CHECKING:
     from ..dispatch import Pool
@@ -82,7 +83,10 @@ def job_pool(options: argparse.Namespace) -> Iterator[Pool]:
 
     where = options.cluster if options.cluster is not None else options.workers
     with job_options(options), pool_of(where, threads=options.threads) as pool:
+        at_first = list(pool.notices)
+        tell(at_first)
         yield pool
+        tell([notice for notice in pool.notices if notice not in at_first])
 
 
 def _interrupt(number: int, frame: object) -> None:

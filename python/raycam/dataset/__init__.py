@@ -49,7 +49,7 @@ RENDERING = set(inspect.signature(render).parameters) - {
 }
 """The arguments of `raycam.render` that a data set passes on."""
 
-Progress = Callable[[int, int], object]
+Progress = Callable[[int, int, int], object]
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,8 @@ class Written:
     """How many units of work (views, or shards of them) this call made; the others were there."""
     complete: bool = True
     """Whether all views are there; where other shards are missing, there are no index files yet."""
+    notices: tuple[str, ...] = ()
+    """What the one who makes it should know of its workers."""
 
 
 def views(
@@ -148,8 +150,8 @@ def write(
     The data set is a `raycam.jobs.Job`: every file is complete or not there, views that are finished stay when the same
     call is made again after it was stopped, `workers` and `shard` (i, n) are as in `pool_of` and `Job.run`. With
     `resume=False` it begins anew. The index files are written when all views are there. Memory does not grow with the
-    number of views, but for "colmap", whose tracks of points are kept until they are written. `progress(done, total)`
-    is called after each unit of work.
+    number of views, but for "colmap", whose tracks of points are kept until they are written. `progress(done,
+    total, failed)` is called after each unit of work.
 
     Raises `SettingsError` and `CameraError` for what the format does not have, before anything is rendered; `JobError`
     where the folder holds another data set, and at the end where views failed; `OSError`.
@@ -164,7 +166,6 @@ def write(
     if kind.posed:
         check_poses(plan, format)
     kind.check(plan)
-    tell = progress or (lambda done, total: None)
     target = Path(folder)
     job = Job(target, package(format, plan), resume=resume)
     made = 0
@@ -178,9 +179,10 @@ def write(
             pool,
             shard=shard,
             retry_failed=retry_failed,
-            progress=lambda done, total, failed: tell(done, total),
+            progress=progress,
             finished=finished,
         )
+        notices = tuple(pool.notices)
     total = kind.units(plan)
     complete = all(job.has(unit) for unit in range(total))
 
@@ -193,7 +195,7 @@ def write(
         files = each_index(kind, plan, records) if apart else kind.index(plan, records)
         for name, pieces in files:
             put(target / name, pieces)
-    return Written(target, len(plan.shots), made, complete)
+    return Written(target, len(plan.shots), made, complete, notices)
 
 
 def planned(
