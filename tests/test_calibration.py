@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -67,3 +68,11 @@ def test_a_missing_size_is_asked_for(tmp_path: Path) -> None:
         raycam.load_cameras(path)["P1"]
     right = raycam.load_cameras(path, size=(640, 480))["P1"]
     np.testing.assert_allclose(right.C, [0.5, 0.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("cameras", ["opencv", [1], None])
+def test_what_are_no_cameras_is_said(tmp_path: Path, cameras: Any) -> None:
+    with pytest.raises(
+        TypeError, match=r"cameras must be a Camera, a Rig or a mapping.*, not (str|list|NoneType)"
+    ):
+        raycam.save_cameras(tmp_path / "a.yaml", cameras, "opencv")

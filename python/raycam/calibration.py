@@ -139,6 +139,10 @@ def save_cameras(
     """
     from .files import write
 
+    if not isinstance(cameras, Camera | Mapping):
+        raise TypeError(
+            f"cameras must be a Camera, a Rig or a mapping from names to them, not {type(cameras).__name__}"
+        )
     images, times = images or {}, times or {}
     given: Mapping[str, Camera | Rig] = {"camera": cameras} if isinstance(cameras, Camera) else cameras
     records = []
