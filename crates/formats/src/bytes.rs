@@ -140,10 +140,11 @@ pub(crate) fn changed() -> io::Error {
 mod tests {
     use super::*;
 
-    /// The same bytes in memory and on disk.
-    fn both(test: impl Fn(&Bytes<'_>, &[u8])) {
+    /// The same bytes in memory and on disk, in a file that is named after the test: others run at the same time.
+    fn both(name: &str, test: impl Fn(&Bytes<'_>, &[u8])) {
         let bytes: Vec<u8> = (0..70_000_u64).map(|i| ((i * i) >> 7) as u8).collect();
-        let path = std::env::temp_dir().join(format!("raycam-bytes-{}", std::process::id()));
+        let name = format!("raycam-{name}-{}", std::process::id());
+        let path = std::env::temp_dir().join(name);
         std::fs::write(&path, [&[9; 5][..], &bytes].concat()).unwrap();
         let file = File::open(&path).unwrap();
         std::fs::remove_file(&path).unwrap();
@@ -160,7 +161,7 @@ mod tests {
 
     #[test]
     fn windows_show_every_element_once() {
-        both(|bytes, expected| {
+        both("windows", |bytes, expected| {
             for (first, count, stride, size) in [
                 (0, 17_500, 4, 4),
                 (7, 5_000, 12, 12),
@@ -189,7 +190,7 @@ mod tests {
 
     #[test]
     fn parts_are_where_they_are() {
-        both(|bytes, expected| {
+        both("parts", |bytes, expected| {
             assert_eq!(bytes.len(), expected.len());
             let part = bytes.borrowed().part(100..30_000);
             assert_eq!(*part.borrowed().read().unwrap(), expected[100..30_000]);
