@@ -56,11 +56,11 @@ class _Files(NamedTuple):
     caches: tuple[str, ...]
 
 
-FIRST = _Files(
+VERSION_1 = _Files(
     ("memory.limit_in_bytes",), "memory.usage_in_bytes", ("total_inactive_file", "total_active_file")
 )
 # Beyond "high" a group is not killed, but slowed down until it is of no use.
-SECOND = _Files(("memory.max", "memory.high"), "memory.current", ("inactive_file", "active_file"))
+VERSION_2 = _Files(("memory.max", "memory.high"), "memory.current", ("inactive_file", "active_file"))
 
 
 def _groups() -> list[tuple[Path, _Files]]:
@@ -74,9 +74,9 @@ def _groups() -> list[tuple[Path, _Files]]:
         _, _, rest = line.partition(":")
         controllers, _, path = rest.partition(":")
         if not controllers:
-            groups.append((CGROUP / path.lstrip("/"), SECOND))
+            groups.append((CGROUP / path.lstrip("/"), VERSION_2))
         elif "memory" in controllers.split(","):
-            groups.append((CGROUP / "memory" / path.lstrip("/"), FIRST))
+            groups.append((CGROUP / "memory" / path.lstrip("/"), VERSION_1))
     return groups
 
 

@@ -284,7 +284,7 @@ impl Leaves for Triangles<'_> {
     fn bins(&self, items: usize) -> usize {
         match self.quality {
             // There a plane matters that lies just where something ends.
-            Quality::Default | Quality::High if items > 16 * TREELET => 256,
+            Quality::Default if items > 16 * TREELET => 256,
             Quality::High if items > TREELET => 256,
             _ if items > TREELET => 64,
             Quality::Fast => 8,

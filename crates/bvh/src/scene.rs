@@ -202,7 +202,7 @@ impl Scene {
             if let Some(around) = around {
                 let pad = match placed.shift {
                     Some(_) => 0.0,
-                    None => f64::from(rounding(around.condition) * 2.0 * scene.reach),
+                    None => f64::from(rounding_of(around.condition) * 2.0 * scene.reach),
                 };
                 let lower = around.lower.map(|x| ((x - pad) as f32).next_down());
                 let upper = around.upper.map(|x| ((x + pad) as f32).next_up());
@@ -290,13 +290,13 @@ impl Scene {
         if within {
             2.0 * EPS
         } else {
-            rounding(self.condition)
+            rounding_of(self.condition)
         }
     }
 }
 
 /// What a transform with a condition may do to a ray, as a part of the largest coordinate at hand.
-fn rounding(condition: f32) -> f32 {
+fn rounding_of(condition: f32) -> f32 {
     (64.0 * condition + 24.0) * EPS
 }
 

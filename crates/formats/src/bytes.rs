@@ -90,7 +90,11 @@ impl<'a> Bytes<'a> {
         size: usize,
         mut each: impl FnMut(usize, &[u8]),
     ) -> io::Result<()> {
-        let span = |count: usize| count.saturating_sub(1) * stride + size;
+        // There may be no byte to look at.
+        if count == 0 {
+            return Ok(());
+        }
+        let span = |count: usize| (count - 1) * stride + size;
         let (file, start) = match self {
             Self::Memory(bytes) => {
                 each(0, &bytes[first..first + span(count)]);
@@ -136,7 +140,8 @@ pub(crate) fn changed() -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[cfg(unix)]
 mod tests {
     use super::*;
 

@@ -49,11 +49,8 @@ impl<'a> Resources<'a> {
             let fault =
                 |message: String| FormatError::whole(&source.path, format!("{place}{message}"));
             // Its place may be taken by compressed views.
-            let unused = root.buffer_views.iter().all(|view| {
-                let extensions = &view.extensions;
-                let packed = extensions.ext_meshopt.is_some() || extensions.khr_meshopt.is_some();
-                view.buffer != i || packed
-            });
+            let mut views = root.buffer_views.iter();
+            let unused = views.all(|view| view.buffer != i || is_packed(view));
             let bytes = match (&buffer.uri, &container.binary) {
                 (Some(uri), _) => {
                     let bytes = fetch(source, uri, &format!("{place}.uri"), folder)?;
@@ -203,19 +200,20 @@ impl<'a> Resources<'a> {
     }
 }
 
+/// Whether a view's bytes are decompressed from others.
+fn is_packed(BufferView { extensions, .. }: &BufferView) -> bool {
+    extensions.ext_meshopt.is_some() || extensions.khr_meshopt.is_some()
+}
+
 /// Whether every buffer holds nothing but arrays that are decoded from their bytes as they stand: these need not be in memory.
 fn only_arrays(root: &Root) -> bool {
-    let packed = |view: &BufferView| {
-        let extensions = &view.extensions;
-        extensions.ext_meshopt.is_some() || extensions.khr_meshopt.is_some()
-    };
     let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     root.images.iter().all(|image| image.buffer_view.is_none())
         && root
             .accessors
             .iter()
             .all(|accessor| accessor.sparse.is_none())
-        && !root.buffer_views.iter().any(packed)
+        && !root.buffer_views.iter().any(is_packed)
         && primitives.all(|primitive| primitive.extensions.draco.is_none())
 }
 
