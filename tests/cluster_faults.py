@@ -12,6 +12,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import warnings
@@ -176,7 +177,7 @@ def poison(folder: Path, pool: dask_cluster.Dask, *, frames: int, number: int) -
 
     job = Job(folder / "poison", package)
     try:
-        pool._executor.submit = lambda _, task: real(kills, task)
+        pool._executor.submit = lambda _, task, **where: real(kills, task, **where)
         with pytest.raises(JobError, match=rf"frame {number}: {dispatch.ATTEMPTS} workers died of it"):
             job.run(pool)
     finally:
@@ -193,32 +194,43 @@ def poison(folder: Path, pool: dask_cluster.Dask, *, frames: int, number: int) -
 class Engine:
     """A scheduler and workers of Dask as processes of their own, as they run on a cluster."""
 
-    def __init__(self, folder: Path, port: int, count: int) -> None:
-        self.address = f"tcp://127.0.0.1:{port}"
-        dask = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
-        options = ["--host", "127.0.0.1", "--port", str(port), "--no-dashboard", "--no-show"]
-        self._log = (folder / "engine.log").open("ab")
-        quiet: dict[str, Any] = {"stdout": self._log, "stderr": self._log, "cwd": folder}
-        environment = os.environ | {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
-        self.scheduler = subprocess.Popen([*dask, *options], env=environment, **quiet)
-        worker = [sys.executable, "-m", "distributed.cli.dask_worker", self.address]
-        worker += [
-            "--nthreads",
-            "1",
-            "--no-dashboard",
-            "--no-nanny",
-            "--host",
-            "127.0.0.1",
-            "--death-timeout",
-            "60",
-        ]
-        self.workers = [subprocess.Popen(worker, **quiet) for _ in range(count)]
+    def __init__(self, folder: Path, count: int, port: int | None = None) -> None:
+        self.port = free_port() if port is None else port
+        self.address = f"tcp://127.0.0.1:{self.port}"
+        self._folder, self._log = folder, (folder / "engine.log").open("ab")
+        options = ["--host", "127.0.0.1", "--port", str(self.port), "--no-dashboard", "--no-show"]
+        self.scheduler = self._start(
+            "scheduler", options, {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
+        )
+        self.workers = [self.join() for _ in range(count)]
+
+    def join(self, strange: str = "") -> subprocess.Popen[bytes]:
+        """One more worker; `strange` is Python that it runs first."""
+        options = [self.address, "--nthreads", "1", "--no-dashboard", "--no-nanny", "--host", "127.0.0.1"]
+        environment = {}
+        if strange:
+            site = Path(tempfile.mkdtemp(dir=self._folder))
+            (site / "sitecustomize.py").write_text(strange)
+            environment["PYTHONPATH"] = os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")])
+        return self._start("worker", [*options, "--death-timeout", "60"], environment)
+
+    def _start(self, what: str, options: list[str], environment: dict[str, str]) -> subprocess.Popen[bytes]:
+        return subprocess.Popen(
+            [sys.executable, "-m", f"distributed.cli.dask_{what}", *options],
+            env=os.environ | environment, cwd=self._folder, stdout=self._log, stderr=self._log,
+        )  # fmt: skip
 
     def close(self) -> None:
         for process in (*self.workers, self.scheduler):
             process.kill()
             process.wait()
         self._log.close()
+
+
+def free_port() -> int:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return int(free.getsockname()[1])
 
 
 def scheduler_lost(folder: Path, *, frames: int, after: int, count: int = 2) -> tuple[int, str]:
@@ -242,10 +254,7 @@ def scheduler_lost(folder: Path, *, frames: int, after: int, count: int = 2) -> 
     subprocess.run(
         [*command[:-4], "-o", str(folder / "one"), "--samples", "64"], check=True, capture_output=True
     )
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    engine = Engine(folder, port, count)
+    engine = Engine(folder, count)
     try:
         process = subprocess.Popen(
             [*command, "--cluster", engine.address], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -264,7 +273,7 @@ def scheduler_lost(folder: Path, *, frames: int, after: int, count: int = 2) -> 
     finished = check_intact(folder / "frames", whole)
     assert after <= finished < frames
     before = {path: path.stat().st_mtime_ns for path in (folder / "frames").glob("*.png")}
-    engine = Engine(folder, port, count)
+    engine = Engine(folder, count, engine.port)
     try:
         subprocess.run([*command, "--cluster", engine.address], check=True, capture_output=True, timeout=300)
     finally:

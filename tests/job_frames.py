@@ -76,6 +76,20 @@ def results(folder: Path) -> dict[str, bytes]:
     }
 
 
+BLIND = """
+import sys
+def forbid(event, arguments):
+    if event == "open" and str(arguments[0]).startswith({folder!r}):
+        raise FileNotFoundError(arguments[0])
+sys.addaudithook(forbid)
+"""
+
+
+def blind(folder: Path) -> None:
+    """Lets this process for ever see nothing of a folder, as if its disk were not there."""
+    exec(BLIND.format(folder=str(folder)))
+
+
 def in_child(work: Callable[[], object]) -> int:
     """Runs something in a fork, and gives how that ended."""
     pid = os.fork()

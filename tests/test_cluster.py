@@ -12,7 +12,8 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
-from job_frames import Pool, film, package, results
+from job_frames import Pool, blind, film, package, results
+from raycam import workers
 from raycam.cluster import Here, pool_of
 from raycam.errors import JobError, SettingsError
 from raycam.jobs import Job
@@ -68,6 +69,33 @@ def test_a_given_executor_that_breaks_ends_the_run_and_loses_nothing(tmp_path: P
         executor.shutdown()
         with pool_of(executor) as pool, pytest.raises(JobError, match="the workers are gone"):
             job.run(pool)
+
+
+def test_workers_that_do_not_see_the_folder_get_the_package(tmp_path: Path) -> None:
+    job = Job(tmp_path / "a", package())
+    spawned = partial(
+        ProcessPoolExecutor,
+        2,
+        mp_context=get_context("spawn"),
+        initializer=blind,
+        initargs=(job.folder.resolve(),),
+    )
+    with pool_of(spawned) as pool:
+        job.run(pool)
+    Job(tmp_path / "one", package()).run(Pool())
+    assert results(job.folder) == results(tmp_path / "one")
+
+
+def test_workers_of_another_version_end_the_run_and_no_frame_is_given_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = Job(tmp_path, package())
+    workers.forget()
+    monkeypatch.setattr("raycam.package.__version__", "99.0")
+    error = pytest.raises(JobError, match=r"the workers are gone .*made by raycam [\d.]+, this is 99\.0")
+    with ThreadPoolExecutor(2) as executor, pool_of(executor) as pool, error:
+        job.run(pool)
+    assert Job(tmp_path).status().failed == {}
 
 
 def test_here_stops_in_the_middle_of_a_frame(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Frames made by Dask: workers killed, stopped, without the job's folder; answers that come twice."""
+"""Frames made by Dask: workers killed and stopped, answers that come twice."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from typing import Any
 
 import pytest
 from cluster_faults import poison, scheduler_lost, storm
-from job_frames import film, package
-from raycam import dask_cluster, dispatch, workers
-from raycam.dask_worker import Delivery
+from raycam import dask_cluster, dispatch
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 
@@ -53,22 +51,6 @@ def test_killed_and_stopped_workers_and_answers_that_come_twice_change_no_byte(
     monkeypatch.setattr(dispatch, "PATIENCE", 1.0)
     seen = storm(tmp_path, dask_pool, frames=40, each=0.1, pause=3.0)
     assert seen.killed >= 1
-
-
-def test_a_package_that_workers_do_not_see_is_brought_to_them_once(
-    tmp_path: Path, dask_pool: dask_cluster.Dask, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    one = package(seed=9)
-    sent: list[Delivery] = []
-    real = dask_pool._client.register_plugin
-    monkeypatch.setattr(
-        dask_pool._client, "register_plugin", lambda plugin, name: sent.append(plugin) or real(plugin, name=name)
-    )  # fmt: skip
-    dask_pool.open(one, str(tmp_path / "not there"))
-    dask_pool.open(one, str(tmp_path / "not there"))
-    assert len(sent) == 1
-    made = dask_pool.submit(workers.Task(one.id, str(tmp_path / "not there"), 2, 1)).result(30)
-    assert dict(made.files) == {"frame_0002.png": film(seed=9).frame(2).to_png()}
 
 
 def test_a_poison_frame_is_given_up_alone(tmp_path: Path, dask_pool: dask_cluster.Dask) -> None:

@@ -13,7 +13,7 @@ import pytest
 from raycam import dispatch as module
 from raycam.dispatch import Failed, PoolLost, WorkerDied, dispatch, shared_threads
 from raycam.errors import JobError, WorldError
-from raycam.workers import Made, Task
+from raycam.workers import Made, Task, Unfit
 
 
 class Pool:
@@ -143,6 +143,13 @@ def test_errors_of_our_own_are_final_and_others_are_tried_again() -> None:
     assert "in detail" in log.log
 
 
+def test_a_worker_that_is_not_fit_costs_a_frame_nothing() -> None:
+    pool = Pool(lambda frame, attempt: Unfit("blind") if attempt <= 9 and frame % 2 else "x")
+    found = outcomes(pool, range(6))
+    assert failed(found) == {}
+    assert pool.attempts == {frame: 10 if frame % 2 else 1 for frame in range(6)}
+
+
 def test_a_frame_that_kills_three_workers_is_given_up() -> None:
     pool = Pool(lambda frame, _: WorkerDied("signal SIGSEGV") if frame == 4 else "x")
     found = outcomes(pool, range(9))
@@ -187,6 +194,7 @@ def test_where_blame_is_uncertain_suspects_are_tried_alone() -> None:
 
 def test_the_late_are_helped_and_the_first_answer_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "PATIENCE", 0.0)
+    monkeypatch.setattr(module, "LATE", 0.0)
     pool = Pool(
         lambda frame, attempt: "second" if frame == 2 and attempt == 2 else None if frame == 2 else "x"
     )

@@ -108,6 +108,16 @@ def test_a_poison_frame_is_given_up_and_the_others_are_finished(
     assert results(tmp_path / "a") == expected(tmp_path)
 
 
+def test_a_package_that_is_gone_ends_the_run_and_no_frame_is_given_up(tmp_path: Path) -> None:
+    job = Job(tmp_path, package())
+    pool = Processes(1)
+    pool.open(job.package, "")
+    futures = [pool.submit(Task(job.package.id, str(tmp_path / "gone"), frame)) for frame in range(2)]
+    pool.slots()
+    assert isinstance(futures[0].exception(60), PoolLost)
+    pool.close()
+
+
 def test_what_workers_print_does_not_disturb(tmp_path: Path, poison: Path) -> None:
     poison.write_text(POISON.format(deed="print('hello')"))
     pool = Processes(1)

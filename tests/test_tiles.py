@@ -94,7 +94,7 @@ def test_the_command_makes_the_same_file_by_workers_and_by_shards(
     monkeypatch.setattr(tiles, "TILE", 32)
     Path("box.toml").write_text(WORLD)
     assert main(["render", "box.toml", "-o", "one.exr"]) == 0
-    assert main(["render", "box.toml", "-o", "two.exr", "--workers", "2", "--low-priority"]) == 0
+    assert main(["render", "box.toml", "-o", "two.exr", "--workers", "2"]) == 0
     assert main(["render", "box.toml", "-o", "three.exr", "--shard", "1/2"]) == 0
     assert "shard 1/2 is finished; three.exr is made when all are" in capsys.readouterr().out
     assert Path("three.exr.job").is_dir()

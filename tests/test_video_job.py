@@ -120,12 +120,40 @@ def test_transparent_frames_with_sound_go_through_the_job(tmp_path: Path) -> Non
 # The command line ---------------------------------------------------------------------------------------------
 
 
+def test_low_priority_is_that_of_every_worker(here: Path) -> None:
+    # In a process of its own: what has given way cannot take it back.
+    command = [
+        sys.executable,
+        "-m",
+        "raycam",
+        *shlex.split("video box.toml -o frames --samples 100000 --low-priority"),
+    ]
+    for workers, count in ((["--workers", "2"], 3), ([], 1)):
+        process = subprocess.Popen([*command, *workers], stderr=subprocess.DEVNULL)
+        try:
+            while len(pids := [process.pid, *children(process.pid)]) < count or niceness(process.pid) < 19:
+                time.sleep(0.02)
+            assert [niceness(pid) for pid in pids] == [19] * count
+        finally:
+            process.terminate()
+            process.wait()
+
+
+def children(pid: int) -> list[int]:
+    texts = [path.read_text() for path in Path(f"/proc/{pid}/task").glob("*/children")]
+    return [int(number) for text in texts for number in text.split()]
+
+
+def niceness(pid: int) -> int:
+    return os.getpriority(os.PRIO_PROCESS, pid)
+
+
 def test_commands_of_jobs(
     here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     video = "video box.toml -o frames --samples 1 --integrator flat"
     assert run(f"{video} --shard 1/2") == 0
-    assert run(f"{video} --shard 2/2 --workers 1 --low-priority") == 0
+    assert run(f"{video} --shard 2/2 --workers 1") == 0
     capsys.readouterr()
     assert run("status frames") == 0
     out = capsys.readouterr().out

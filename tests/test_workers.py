@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from job_frames import film, package
 from raycam import video, workers
-from raycam.errors import FormatError, JobError
+from raycam.errors import JobError
 from raycam.package import Package
-from raycam.workers import Task, make
+from raycam.workers import NoPackage, Task, Unfit, make
 
 
 @pytest.fixture(autouse=True)
@@ -54,16 +54,28 @@ def test_it_looks_where_packages_were_delivered(tmp_path: Path, monkeypatch: pyt
     assert make(Task(one.id, "nowhere", 1)).frame == 1
 
 
-def test_what_is_missing_or_strange_is_named(tmp_path: Path) -> None:
+def test_a_package_may_come_along(tmp_path: Path) -> None:
     one = package()
-    with pytest.raises(JobError, match=r"no job .* at nowhere seen from"):
+    assert make(Task(one.id, "nowhere", 1), package=one.to_bytes()).frame == 1
+    assert make(Task(one.id, "nowhere", 2)).frame == 2  # and is kept
+
+
+def test_what_is_missing_or_strange_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = package()
+    with pytest.raises(NoPackage, match=r"no job .* at nowhere seen from"):
         make(Task(one.id, "nowhere", 1))
     path = put(tmp_path, one)
-    with pytest.raises(FormatError, match="expected the job"):
+    with pytest.raises(
+        NoPackage, match=r"no job 000000000000 at .*expected the job 000000000000, its bytes are"
+    ):
         make(Task("0" * 64, path, 1))
     strange = Package("vidoe", 1, {}, one.world)
     with pytest.raises(JobError, match="unknown kind of job 'vidoe'; did you mean 'video'"):
         make(Task(strange.id, put(tmp_path, strange), 0))
+    path = put(tmp_path, one)
+    monkeypatch.setattr("raycam.package.__version__", "99.0")
+    with pytest.raises(Unfit, match=r"made by raycam [\d.]+, this is 99\.0.*seen from"):
+        make(Task(one.id, path, 1))
 
 
 def test_stopping_is_asked_for_through_progress() -> None:

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import contextlib
 import threading
+from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
 from . import workers
-from .dispatch import Pool, PoolLost
+from .dispatch import ATTEMPTS, Pool, PoolLost
 from .errors import SettingsError
 from .package import Package
-from .workers import Made, Task
+from .workers import Made, Task, Unfit
 
 __all__ = ["Executors", "Here", "pool_of"]
 
@@ -30,7 +31,8 @@ def pool_of(
     * "local:N": a Dask cluster of N processes on this machine.
     * "tcp://HOST:PORT", "tls://HOST:PORT": the Dask cluster of the scheduler there.
     * an `Executor` of `concurrent.futures`, which stays open, or a function that makes one, called again where one
-      breaks. Its workers import this version of raycam and see the job's folder under the same name.
+      breaks. Its workers import this version of raycam; the package of the job is read from the job's folder, and
+      comes along with a frame to a worker that does not see it.
 
     `threads` is how many threads a worker renders with; None shares out the cores where they are known.
 
@@ -102,23 +104,37 @@ class Executors:
         self._make = None if isinstance(executor, Executor) else executor
         self._executor = executor if isinstance(executor, Executor) else executor()
         self._slots = slots
+        self._unfit: Counter[int] = Counter()
 
     def open(self, package: Package, path: str) -> None:
-        """Workers fetch the package by themselves."""
+        """Workers fetch the package by themselves; here it is for those that do not find it."""
+        self._package = package
 
     def threads(self, left: int) -> int | None:
         """As was said."""
         return self._threads
 
     def submit(self, task: Task) -> Future[Made]:
-        """Starts a frame."""
+        """Starts a frame, with the package where a worker did not find it."""
+        asked_before = self._unfit[task.frame]
+        if asked_before >= ATTEMPTS:
+            raise PoolLost(self._reason)
+        data = self._package.to_bytes() if asked_before else None
         try:
-            return self._executor.submit(workers.make, task)
+            future = self._executor.submit(workers.make, task, None, data)
         except RuntimeError:  # a BrokenExecutor is one
             if self._make is None:
                 raise
             self._executor = self._make()
-            return self._executor.submit(workers.make, task)
+            future = self._executor.submit(workers.make, task, None, data)
+        future.add_done_callback(lambda done: self._hear(task, done))
+        return future
+
+    def _hear(self, task: Task, done: Future[Made]) -> None:
+        fault = None if done.cancelled() else done.exception()
+        if isinstance(fault, Unfit):
+            self._unfit[task.frame] += 1
+            self._reason = str(fault)
 
     def slots(self) -> int:
         """As was said."""

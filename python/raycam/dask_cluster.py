@@ -1,8 +1,8 @@
 """Frames made by a Dask cluster: `raycam[cluster]`.
 
 Tasks are data; the package of the job is read from the job's folder where a worker sees it, and else comes once to
-each worker through the scheduler, as a plugin that workers which join later get too. It is never scattered: scattered
-data is lost with the worker that holds it. Results come back to this process; the scheduler keeps none of them.
+the worker through the scheduler, whenever it joins. It is never scattered: scattered data is lost with the worker that
+holds it. Results come back to this process; the scheduler keeps none of them.
 """
 
 from __future__ import annotations
@@ -13,20 +13,22 @@ import time
 import warnings
 from concurrent.futures import CancelledError, Future
 from ipaddress import ip_address
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
-from . import _core, workers
+from . import _core
 from .dispatch import PoolLost, WorkerDied, shared_threads
 from .errors import SettingsError
 from .package import Package
-from .workers import Made, Task
+from .workers import Made, Task, Unfit
+
+if TYPE_CHECKING:
+    from .dask_roll import Roll
 
 __all__ = ["Dask", "connect"]
 
 CONNECT = 20.0  # seconds in which a scheduler answers
-ANSWER = 5.0  # seconds in which a worker says whether it sees a file
+ANSWER = 5.0  # seconds in which a worker says whether it can make the frames of a job
 REFRESH = 2.0  # seconds for which the number of workers is believed
 
 
@@ -89,9 +91,9 @@ class Dask:
 
     def __init__(self, client: Any, threads: int | None = None, cluster: Any = None) -> None:
         self._client, self._cluster = client, cluster
-        self._asked = float("-inf")
-        self._slots = 1
-        self._plugin: str | None = None
+        self._looked = float("-inf")
+        self._workers: dict[str, dict[str, Any]] = {}  # as they were then
+        self._roll: Roll | None = None
         self._given = threads
         self._executor = client.get_executor(pure=False, retries=0)
         self.notices: list[str] = []
@@ -108,51 +110,42 @@ class Dask:
             return self._given
         if self._cluster is not None:
             return shared_threads(_core.available_threads(), max(1, len(self._cluster.workers)), left)
-        info = self._workers()
-        hosts = [worker["host"] for worker in info]
-        alone = len(set(hosts)) == len(hosts) and all(worker["nthreads"] == 1 for worker in info)
+        hosts = {worker["host"] for worker in self._workers.values()}
+        alone = len(hosts) == len(self._workers) == sum(map(_threads_of, self._workers.values()))
         return None if alone else 1
 
     def open(self, package: Package, path: str) -> None:
-        """Sends the package to the workers, where one of them does not see it."""
-        name = f"raycam-{package.id}"
-        self._client.wait_for_workers(1)
-        asked = [
-            self._client.submit(_sees, package.id, path, workers=[address], pure=False)
-            for address in self._client.scheduler_info(n_workers=-1)["workers"]
-        ]
-        end = time.monotonic() + ANSWER
-        for one in asked:
-            with contextlib.suppress(TimeoutError):  # one that stands still is no reason to wait
-                one.exception(max(0.01, end - time.monotonic()))
-        if not all(one.result() for one in asked if one.status == "finished"):
-            from .dask_worker import Delivery
+        """Asks the workers who can make frames of the package, and sends it to those that do not see it."""
+        from .dask_roll import Roll
 
-            self._client.register_plugin(Delivery(package.id, package.to_bytes()), name=name)
-            self._plugin = name
+        self._client.wait_for_workers(1)
+        self._roll = Roll(self._client, package, path, self._note_unfit)
+        self._look()
+        self._roll.wait(ANSWER)  # one that stands still is no reason to wait for longer
 
     def submit(self, task: Task) -> Future[Made]:
         """Starts a frame."""
+        from . import dask_worker
+
+        fit = [] if self._roll is None else self._roll.fit(ANSWER)
+        # Others are not forbidden: a frame must not wait for ever for workers that have gone.
+        where = {"workers": fit, "allow_other_workers": True} if fit else {}
         try:
-            theirs = self._executor.submit(workers.make, task)
+            theirs = self._executor.submit(dask_worker.make, task, **where)
         except Exception as fault:
             raise PoolLost(str(fault)) from fault
         ours: Future[Made] = Future()
-        theirs.add_done_callback(lambda done: _answer(ours, done))
+        theirs.add_done_callback(lambda done: self._hear(ours, done))
         return ours
 
     def slots(self) -> int:
         """Two frames for each thread of the workers there are now."""
-        if time.monotonic() - self._asked > REFRESH:
-            self._asked = time.monotonic()
-            self._slots = max(1, 2 * sum(worker["nthreads"] for worker in self._workers()))
-        return self._slots
+        if time.monotonic() - self._looked > REFRESH:
+            self._look()
+        return max(1, 2 * sum(map(_threads_of, self._workers.values())))
 
     def close(self) -> None:
         """Takes back what is under way, and ends a cluster that was started here."""
-        with contextlib.suppress(Exception):
-            if self._plugin is not None and self._cluster is None:
-                self._client.unregister_worker_plugin(self._plugin)
         with contextlib.suppress(Exception):
             self._executor.shutdown(wait=False)
         with contextlib.suppress(Exception):
@@ -160,10 +153,24 @@ class Dask:
         if self._cluster is not None:
             self._cluster.close(timeout=10)
 
-    def _workers(self) -> list[dict[str, Any]]:
-        with contextlib.suppress(Exception):
-            return list(self._client.scheduler_info(n_workers=-1)["workers"].values())
-        return []
+    def _look(self) -> None:
+        """Sees who is there now."""
+        self._looked = time.monotonic()
+        with contextlib.suppress(Exception):  # a scheduler that has gone is told by the frames
+            self._workers = dict(self._client.scheduler_info(n_workers=-1)["workers"])
+            if self._roll is not None:
+                self._roll.look(self._workers)
+
+    def _note_unfit(self, worker: str, reason: str) -> None:
+        self.notices.append(f"{worker} makes no frames: {reason}")
+
+    def _hear(self, ours: Future[Made], theirs: Future[Made]) -> None:
+        """Passes an answer on; of a worker that was not fit it is asked again whether it is."""
+        fault = None if theirs.cancelled() else theirs.exception()
+        if isinstance(fault, Unfit) and fault.worker is not None and self._roll is not None:
+            self._roll.forget(fault.worker)
+            self._looked = float("-inf")
+        _answer(ours, theirs)
 
 
 def _answer(ours: Future[Made], theirs: Future[Made]) -> None:
@@ -181,9 +188,8 @@ def _answer(ours: Future[Made], theirs: Future[Made]) -> None:
         ours.set_exception(fault)
 
 
-def _sees(job: str, path: str) -> bool:
-    """Whether a worker sees the package."""
-    return Path(path).is_file() or any((place / job).is_file() for place in workers.PLACES)
+def _threads_of(worker: dict[str, Any]) -> int:
+    return int(worker["nthreads"])
 
 
 def _is_private(address: str) -> bool:

@@ -1,27 +1,39 @@
-"""What a Dask worker keeps for a job: its package, in a file of its own. Imported by nobody without Dask."""
+"""What a Dask worker does for a job. Imported by nobody without Dask."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-from distributed import WorkerPlugin
+from distributed import get_worker
 
 from . import files, workers
+from .workers import Made, NoPackage, Task, Unfit
 
-__all__ = ["Delivery"]
+__all__ = ["has_package", "keep_package", "make"]
 
 
-class Delivery(WorkerPlugin):  # type: ignore[misc]
-    """Brings a package to every worker there is, and to those that join later."""
+def make(task: Task) -> Made:
+    """Makes a frame as `workers.make` does; an `Unfit` says in `worker` which one this is."""
+    try:
+        return workers.make(task)
+    except Unfit as fault:
+        fault.worker = get_worker().address
+        raise
 
-    def __init__(self, job: str, data: bytes) -> None:
-        self._job, self._data = job, data
 
-    def setup(self, worker: Any) -> None:
-        """Puts the package where `workers.make` looks for it."""
-        folder = Path(worker.local_directory) / "raycam"
-        folder.mkdir(exist_ok=True)
-        files.write(folder / self._job, self._data)
-        if folder not in workers.PLACES:
-            workers.PLACES.append(folder)
+def has_package(task: Task) -> bool:
+    """Whether this worker has or finds the package of a job; raises `Unfit` where it could do nothing with it."""
+    try:
+        workers.fetch(task)
+    except NoPackage:
+        return False
+    return True
+
+
+def keep_package(job: str, data: bytes) -> None:
+    """Puts a package where `workers.fetch` looks for it, in a file: others may take its place in memory."""
+    folder = Path(get_worker().local_directory) / "raycam"
+    folder.mkdir(exist_ok=True)
+    files.write(folder / job, data)
+    if folder not in workers.PLACES:
+        workers.PLACES.append(folder)

@@ -17,7 +17,7 @@ from typing import Protocol
 
 from .errors import Error, JobError
 from .package import Package
-from .workers import Made, Task
+from .workers import Made, Task, Unfit
 
 __all__ = ["Failed", "Pool", "PoolLost", "WorkerDied", "dispatch", "shared_threads"]
 
@@ -64,7 +64,10 @@ class Pool(Protocol):
         """Prepares for the frames of a job, whose package is in the file `path`."""
 
     def submit(self, task: Task) -> Future[Made]:
-        """Starts a frame; the future raises `WorkerDied` or `PoolLost` where it is not the frame's own fault."""
+        """Starts a frame; the future raises `WorkerDied`, `Unfit` or `PoolLost` where it is not the frame's own fault.
+
+        After `Unfit` the frame is submitted again: a pool without a fit worker raises `PoolLost` sooner or later.
+        """
 
     def slots(self) -> int:
         """How many frames to hand over at a time, now."""
@@ -195,8 +198,12 @@ class _Dispatch:
             made = future.result()
         except (PoolLost, CancelledError) as fault:
             raise _lost(fault) from fault
+        except Unfit:  # whose turn it is next is the pool's to say
+            outcome: Made | Failed | None = None
+            if not another:
+                self._again.append(task)
         except Exception as fault:
-            outcome: Made | Failed | None = self._judge(task, fault, alone, another)
+            outcome = self._judge(task, fault, alone, another)
         else:
             self._usual = max(self._usual, self._now() - started)
             outcome = made

@@ -23,7 +23,7 @@ from . import _core, errors, memory, workers
 from .dispatch import PoolLost, WorkerDied, shared_threads
 from .errors import Error
 from .package import Package
-from .workers import Made, Task
+from .workers import Made, NoPackage, Task, Unfit
 
 __all__ = ["FrameError", "Processes"]
 
@@ -185,6 +185,8 @@ class _Worker:
 
 def _fault(answer: dict[str, Any]) -> Exception:
     """What the worker raised."""
+    if answer["error"] in (Unfit.__name__, NoPackage.__name__):
+        return PoolLost(answer["text"])  # and all others are as this one
     kind = getattr(errors, answer["error"], None)
     fault: Exception = FrameError(f"{answer['error']}: {answer['text']}")
     if isinstance(kind, type) and issubclass(kind, Error):

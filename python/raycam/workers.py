@@ -8,7 +8,7 @@ by this worker or another, gives the same bytes; and a worker never writes a fin
 from __future__ import annotations
 
 import importlib
-import os
+import platform
 import threading
 import time
 from collections import OrderedDict
@@ -16,10 +16,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .errors import JobError, nearest
+from .errors import FormatError, JobError, nearest
 from .package import Package
 
-__all__ = ["KINDS", "Made", "Task", "keep", "make"]
+__all__ = ["KINDS", "Made", "NoPackage", "Task", "Unfit", "fetch", "forget", "keep", "make"]
 
 Progress = Callable[[int, int], object]
 Files = Mapping[str, bytes]
@@ -61,16 +61,29 @@ class Made(NamedTuple):
     """How long it took."""
 
 
+class Unfit(Exception):
+    """This worker cannot make frames of the job; another one may. It is no fault of the frame."""
+
+    worker: str | None = None
+    """Where it is, as its engine calls it."""
+
+
+class NoPackage(Unfit):
+    """The package of the job is not to be found from here."""
+
+
 _jobs: OrderedDict[tuple[str, int | None], Maker] = OrderedDict()
 _packages: OrderedDict[str, Package] = OrderedDict()
 _lock = threading.Lock()
 
 
-def make(task: Task, progress: Progress | None = None) -> Made:
-    """Makes a frame; what it needs of the job is fetched at the first one and kept.
+def make(task: Task, progress: Progress | None = None, package: bytes | None = None) -> Made:
+    """Makes a frame; what it needs of the job is fetched at the first one and kept, or comes along as `package`.
 
-    Raises what making the frame raises, and `JobError` where there is no such job to be found from here.
+    Raises what making the frame raises, and `Unfit` as `fetch` does.
     """
+    if package is not None:
+        keep(_read(package, "the package that came along", task.job))
     maker = _maker(task)
     start = time.perf_counter()
     files, notices = maker(task.frame, progress)
@@ -80,9 +93,17 @@ def make(task: Task, progress: Progress | None = None) -> Made:
 def keep(package: Package) -> None:
     """Remembers a package that is here already."""
     with _lock:
-        _packages[package.id] = package
-        while len(_packages) > KEPT:
-            _packages.popitem(last=False)
+        _keep(package)
+
+
+def fetch(task: Task) -> Package:
+    """The package of a task: one that is kept, or from where the task says that it lies, or from `PLACES`.
+
+    It is kept, for tasks with other threads. Raises `NoPackage` where it is in none of them, and `Unfit` where another
+    version of raycam has made it.
+    """
+    with _lock:  # others wait for the first one: the world is fetched once
+        return _fetch(task)
 
 
 def forget() -> None:
@@ -94,10 +115,10 @@ def forget() -> None:
 
 def _maker(task: Task) -> Maker:
     key = (task.job, task.threads)
-    with _lock:  # others wait for the first one: the world is fetched and built once
+    with _lock:  # and built once
         maker = _jobs.get(key)
         if maker is None:
-            package = _packages.get(task.job) or _fetch(task)
+            package = _fetch(task)
             if package.kind not in KINDS:
                 raise JobError(nearest("kind of job", package.kind, list(KINDS)))
             module: Any = importlib.import_module(KINDS[package.kind])
@@ -109,19 +130,35 @@ def _maker(task: Task) -> Maker:
         return maker
 
 
+def _keep(package: Package) -> None:
+    _packages[package.id] = package
+    while len(_packages) > KEPT:
+        _packages.popitem(last=False)
+
+
 def _fetch(task: Task) -> Package:
-    """The package from where the task says that it lies, or from `PLACES`; kept, for tasks with other threads."""
-    candidates = [Path(task.package), *(place / task.job for place in PLACES)]
-    for path in candidates:
+    """See `fetch`."""
+    if task.job in _packages:
+        return _packages[task.job]
+    strange = ""
+    for path in (Path(task.package), *(place / task.job for place in PLACES)):
         try:
-            data = path.read_bytes()
+            package = _read(path.read_bytes(), str(path), task.job)
         except OSError:
             continue
-        package = _packages[task.job] = Package.from_bytes(data, str(path), task.job)
-        while len(_packages) > KEPT:
-            _packages.popitem(last=False)
-        return package
-    raise JobError(
-        f"no job {task.job[:12]} at {task.package} seen from {os.uname().nodename}: put the job's folder where every "
-        "worker reads it under the same name"
+        except FormatError as fault:  # damaged, or another job's on the disk of this machine
+            strange = f" ({fault})"
+        else:
+            _keep(package)
+            return package
+    raise NoPackage(
+        f"no job {task.job[:12]} at {task.package} seen from {platform.node()}{strange}: put the job's folder where "
+        "every worker reads it under the same name"
     )
+
+
+def _read(data: bytes, name: str, job: str) -> Package:
+    try:
+        return Package.from_bytes(data, name, job)
+    except JobError as fault:
+        raise Unfit(f"{fault} (seen from {platform.node()})") from None

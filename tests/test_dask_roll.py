@@ -1,0 +1,80 @@
+"""Workers of a Dask cluster that cannot make frames, or only with a package that is brought to them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from cluster_faults import Engine, connected
+from job_frames import BLIND, Pool, package, results
+from raycam.dask_cluster import Dask
+from raycam.errors import JobError
+from raycam.jobs import Job
+
+NO_RAYCAM = """
+import sys
+class Hidden:
+    def find_spec(self, name, *_):
+        if name.partition(".")[0] == "raycam":
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+sys.meta_path.insert(0, Hidden())
+"""
+OTHER_VERSION = """
+import raycam.package
+raycam.package.__version__ = "99.0"
+"""
+
+
+@pytest.fixture(scope="module")
+def engine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Engine]:
+    engine = Engine(tmp_path_factory.mktemp("engine"), 0)
+    yield engine
+    engine.close()
+
+
+@pytest.fixture(scope="module")
+def pool(engine: Engine) -> Iterator[Dask]:
+    pool = connected(engine.address)
+    yield pool
+    pool.close()
+
+
+def wait_for(pool: Dask, count: int) -> None:
+    while len(pool._client.scheduler_info(n_workers=-1)["workers"]) < count:
+        time.sleep(0.05)
+
+
+def test_those_that_cannot_make_frames_get_none_and_are_told_of(
+    tmp_path: Path, engine: Engine, pool: Dask
+) -> None:
+    engine.workers += [engine.join(NO_RAYCAM), engine.join(OTHER_VERSION)]
+    wait_for(pool, 2)
+    job = Job(tmp_path, package())
+    with pytest.raises(JobError, match="the workers are gone") as fault:
+        job.run(pool)
+    for text in ("No module named 'raycam'", "made by raycam 0.1.0, this is 99.0"):
+        assert text in str(fault.value)
+        assert [notice for notice in pool.notices if text in notice]
+    assert (job.status().finished, job.status().failed) == (0, {})
+    assert [worker.poll() for worker in engine.workers] == [None, None]  # the cluster is not only ours
+
+
+def test_one_that_joins_late_and_does_not_see_the_folder_is_brought_the_package(
+    tmp_path: Path, engine: Engine, pool: Dask
+) -> None:
+    Job(tmp_path / "one", package()).run(Pool())
+    others = len(engine.workers)
+    engine.workers.append(engine.join())
+    wait_for(pool, others + 1)
+    job = Job(tmp_path / "many", package())
+
+    def replace(done: int, total: int, failed: int) -> None:
+        if done == 2 and len(engine.workers) == others + 1:
+            engine.workers.append(engine.join(BLIND.format(folder=str(job.folder.resolve()))))
+            wait_for(pool, others + 2)
+            engine.workers[others].kill()  # all that is left is made by the one that sees nothing
+
+    job.run(pool, progress=replace)
+    assert results(job.folder) == results(tmp_path / "one")
