@@ -60,7 +60,7 @@ def work(name: str, frames: int) -> None:
     resident = []
     world, seen = table(), cameras(frames)
 
-    def progress(done: int, total: int) -> None:
+    def progress(done: int, total: int, failed: int) -> None:
         pages = int(Path("/proc/self/statm").read_text().split()[1])
         resident.append((pages * resource.getpagesize() // 1024, peak()))
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import raycam
 from PIL import Image
+from raycam import FORMATS, dataset
 from raycam.cli import COMMANDS, main
 
 BOX = """
@@ -338,3 +341,16 @@ def test_the_cameras_of_a_world_file(folder: Path, capsys: pytest.CaptureFixture
     assert run("cameras box.toml --to opencv -o box.yaml") == 0
     (camera,) = raycam.load_cameras("box.yaml").values()
     np.testing.assert_allclose(camera.P, raycam.load("box.toml").default_camera().P, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("command", "option", "formats"),
+    [("cameras", "--to FORMAT", FORMATS), ("dataset", "--format NAME", dataset.FORMATS)],
+)
+def test_help_names_every_format(
+    command: str, option: str, formats: Iterable[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    help_text = capsys.readouterr().out.rpartition(option)[2].partition("\n  -")[0]
+    assert [word for word in re.findall(r"[\w-]+", help_text) if word in formats] == list(formats)

@@ -152,6 +152,12 @@ def test_bop(tmp_path: Path) -> None:
             assert info["px_count_visib"] == visible.sum()
             assert info["px_count_all"] >= amodal.sum() >= info["px_count_valid"] >= visible.sum()
             assert info["visib_fract"] == info["px_count_visib"] / info["px_count_all"]
+            # As calc_2d_bbox of the toolkit has it: from the first pixel's coordinate to the last one's.
+            rows_of, columns_of = np.nonzero(visible)
+            low, size = [columns_of.min(), rows_of.min()], [np.ptp(columns_of), np.ptp(rows_of)]
+            assert info["bbox_visib"] == [*low, *size]
+            x, y, width, height = info["bbox_obj"]
+            assert labels[n].amodal_box == (x, y, width + 1, height + 1)
             # The model in its pose is the object in the world, seen by the camera.
             to_camera = np.reshape(pose["cam_R_m2c"], (3, 3)), np.array(pose["cam_t_m2c"])
             model = trimesh.load(tmp_path / "models" / f"obj_{pose['obj_id']:06d}.ply", process=False)
@@ -264,6 +270,28 @@ def test_colmap(tmp_path: Path, options: dict[str, Any], model: str) -> None:
             np.testing.assert_allclose(point.xy, pixel + 0.5, atol=1e-9)
 
 
+def test_colmap_has_as_many_points_as_asked_for(tmp_path: Path) -> None:
+    """However many views share them; every observation is in the picture's line and in the point's."""
+    write(table(), tmp_path, "colmap", cameras=ring(7), points=1500, integrator="flat", samples=1)
+    read = pycolmap.Reconstruction(str(tmp_path / "sparse" / "0"))
+    assert read.num_points3D() == 1500
+    observed = {
+        (image, place, point.point3D_id)
+        for image, entry in read.images.items()
+        for place, point in enumerate(entry.points2D)
+    }
+    told = {
+        (element.image_id, element.point2D_idx, number)
+        for number, point in read.points3D.items()
+        for element in point.track.elements
+    }
+    assert observed == told
+    assert len(told) > 2 * 1500
+    skewed = raycam.Camera([[90, 1, 40], [0, 90, 30], [0, 0, 1]], np.eye(3), [0, 0, 0], SIZE)
+    with pytest.raises(raycam.CameraError, match="camera 1: COLMAP has no camera model with skew"):
+        write(table(), tmp_path / "skew", "colmap", cameras=[*ring(1), skewed])
+
+
 def test_nerf(tmp_path: Path) -> None:
     cameras = ring()
     write(table(), tmp_path, "nerf", cameras=cameras)
@@ -326,27 +354,37 @@ def test_nerf_refuses_what_it_would_mean_otherwise(tmp_path: Path) -> None:
 
 @pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # of pycocotools
 def test_bop_as_coco(tmp_path: Path) -> None:
+    world = table()
+    world.add_object(box={"size": [0.1, 0.1, 0.1]}, name="inside", category="box", location=[0, 0, 0.25])
     cameras = ring(3)
-    write(table(), tmp_path, "bop", cameras=cameras)
+    write(world, tmp_path, "bop", cameras=cameras)
     scene = tmp_path / "train_pbr" / "000000"
-    coco = COCO(str(scene / "scene_gt_coco.json"))
-    gt = json.loads((scene / "scene_gt.json").read_text())
-    assert sorted(coco.getImgIds()) == [0, 1, 2]
-    assert sorted(coco.getCatIds()) == [1, 2, 3]
-    for number in range(3):
-        assert (scene / coco.loadImgs(number)[0]["file_name"]).exists()
-        masks = [
-            picture(scene / "mask_visib" / f"{number:06d}_{place:06d}.png") > 0
-            for place in range(len(gt[str(number)]))
-        ]
-        wanted = [
-            (pose["obj_id"], mask) for pose, mask in zip(gt[str(number)], masks, strict=True) if mask.any()
-        ]
-        found = coco.loadAnns(coco.getAnnIds(imgIds=number))
-        assert [one["category_id"] for one in found] == [model for model, _ in wanted]
-        for one, (_, mask) in zip(found, wanted, strict=True):
-            np.testing.assert_array_equal(coco.annToMask(one), mask)
-            assert one["area"] == mask.sum()
+    gt, information = (
+        json.loads((scene / f"{name}.json").read_text()) for name in ("scene_gt", "scene_gt_info")
+    )
+    hidden = 0
+    for kind, folder in (("scene_gt_coco", "mask"), ("scene_gt_coco_modal", "mask_visib")):
+        coco = COCO(str(scene / f"{kind}.json"))
+        assert sorted(coco.getImgIds()) == [0, 1, 2]
+        for number in range(3):
+            assert (scene / coco.loadImgs(number)[0]["file_name"]).exists()
+            found = iter(coco.loadAnns(coco.getAnnIds(imgIds=number)))
+            for place, (pose, info) in enumerate(zip(gt[str(number)], information[str(number)], strict=True)):
+                name = f"{number:06d}_{place:06d}.png"
+                mask, bounded = (picture(scene / kind / name) > 0 for kind in ("mask_visib", folder))
+                if not mask.any():
+                    assert info["bbox_obj"] == info["bbox_visib"] == [-1, -1, -1, -1]
+                    hidden += 1
+                    continue
+                one = next(found)
+                assert one["category_id"] == pose["obj_id"]
+                np.testing.assert_array_equal(coco.annToMask(one), mask)
+                assert one["area"] == mask.sum()
+                rows, columns = np.nonzero(bounded)
+                assert one["bbox"] == [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
+                assert one["ignore"] == (info["visib_fract"] < 0.1)
+            assert next(found, None) is None
+    assert hidden
 
 
 def test_tum(tmp_path: Path) -> None:

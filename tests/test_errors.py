@@ -262,7 +262,7 @@ CASES: dict[str, tuple[Callable[[], object], type[Exception], list[str]]] = {
         ["nowhere.obj"],
     ),
     "mesh outside": (
-        lambda: raycam.World().add_object(mesh="../a.obj"),
+        lambda: raycam.World.from_dict({"object": [{"mesh": "../a.obj"}]}),
         raycam.FormatError,
         ["../a.obj", "folder"],
     ),

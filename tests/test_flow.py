@@ -277,3 +277,30 @@ def test_a_bending_plate_comes_back(tmp_path: Path) -> None:
         moved = raycam.Camera(camera.K + shift, camera.R, camera.C, SIZE)
         back = flow(later, moved, first, camera)
         assert np.abs(back["flow"][y, x] - ([column, row] - np.array([x, y]))).max() < 1e-3
+
+
+def test_flow_of_a_picture_that_is_read_line_by_line() -> None:
+    """From where each line saw the moving box, by the formula of its motion, to where it is later."""
+    world = raycam.World()
+    world.add_object(box={"size": 1}, name="box", location=[0, 0, 5])
+    velocity = np.array([0.9, -0.4, 0.6])
+    keys = [
+        {"time": t, "object": "box", "location": ([0, 0, 5] + (t - 0.5) * velocity).tolist()} for t in (0, 1)
+    ]
+    world.set_video(seconds=1, interpolation="linear", keyframe=keys)
+    eye = raycam.Camera([[90, 0, 59.5], [0, 90, 39.5], [0, 0, 1]], np.eye(3), [0.3, 0.2, 0], (120, 80))
+    rolling = eye.exposing(0.05, readout=0.4)
+    later = world.at(0.9)
+    found = flow(world.at(0.5), rolling, later, eye)
+    frame = raycam.render(world.at(0.5), rolling, samples=1, channels=["position", "instance"])
+    seen = frame["instance"] >= 0
+    np.testing.assert_array_equal(np.isfinite(found["flow"][..., 0]), seen)
+    row, column = np.nonzero(seen)
+    time = 0.5 + 0.4 * ((row + 0.5) / 80 - 0.5)
+    moved = frame["position"][seen] + (0.9 - time)[:, None] * velocity
+    pixels, _ = eye.project(moved)
+    assert np.abs(found["flow"][seen] - (pixels - np.column_stack([column, row]))).max() < 1e-3
+    assert np.abs(found["scene_flow"][seen] - (0.9 - time)[:, None] * velocity).max() < 1e-5
+    with pytest.raises(raycam.WorldError, match="line"):
+        flow(world.at(0.5), eye, later, rolling)
+    assert flow(world, eye, world, rolling)["flow"].shape == (80, 120, 2)  # a world that stands

@@ -171,3 +171,28 @@ def test_ground_truth_is_of_the_first_surface_or_of_the_first_solid_one(pane: di
     assert labels["box"].visible_fraction == 0.0  # the pane stands before it
     through = raycam.label(world, camera, objects=[0], instance=solid["instance"])
     assert through[0].visible_fraction == 1.0
+
+
+@pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
+def test_labels_fit_a_picture_that_is_read_line_by_line(direction: raycam.camera_optics.Readout) -> None:
+    """A bar that turns and slides meanwhile: each line's part of the mask is that of the world at the line's time."""
+    world = raycam.World()
+    world.add_object(box={"size": [2, 0.4, 0.2]}, name="bar", location=[0, 0, 5])
+    keys = [{"time": 0, "object": "bar", "location": [-0.5, 0, 5], "yaw": 0}]
+    keys.append({"time": 1, "object": "bar", "location": [0.5, 0.3, 5], "yaw": 150})
+    world.set_video(seconds=1, interpolation="linear", keyframe=keys)
+    eye = raycam.Camera([[40, 0, 29.5], [0, 40, 19.5], [0, 0, 1]], np.eye(3), [0, 0, 0], (60, 40))
+    camera = eye.exposing(0.1, readout=0.4, direction=direction)
+    (item,) = raycam.label(world.at(0.5), camera)
+    expected = np.zeros((40, 60), dtype=bool)
+    upright = direction in ("down", "up")
+    for line in range(40 if upright else 60):
+        part = (line + 0.5) / (40 if upright else 60)
+        time = 0.5 + 0.4 * ((part if direction in ("down", "right") else 1 - part) - 0.5)
+        region = (0, line, 60, 1) if upright else (line, 0, 1, 40)
+        seen = raycam.render(world.at(time), eye, samples=1, channels="instance", region=region)["instance"]
+        expected[line if upright else slice(None), slice(None) if upright else line] = seen.squeeze() == 0
+    np.testing.assert_array_equal(item.in_picture(item.amodal_mask), expected)
+    assert item.visible_fraction == 1.0
+    standing = raycam.label(world.at(0.5), eye)[0]
+    assert (standing.in_picture(standing.amodal_mask) != expected).any()

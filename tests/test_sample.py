@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import raycam
 import trimesh
+from raycam import _core
 from raycam.sample_draw import Draw
 from raycam.sample_place import Prism, outline
 from raycam.sample_world import Recipe, sample
@@ -253,3 +254,37 @@ def test_what_a_camera_is_to_see_may_be_missing_by_chance() -> None:
 def test_what_it_refuses(change: dict[str, Any], message: str) -> None:
     with pytest.raises(raycam.WorldError, match=message):
         sample(change)
+
+
+@pytest.mark.parametrize("place", ["../secret.off", "absolute"])
+@pytest.mark.parametrize("placed", [{}, {"on": "table"}])
+def test_a_recipe_opens_no_files_but_those_of_its_folder(
+    tmp_path: Path, place: str, placed: dict[str, Any]
+) -> None:
+    """Whoever wrote it may be a stranger: what `add_object` of a script opens, a recipe does not."""
+    secret, inside = tmp_path / "secret.off", tmp_path / "recipe"
+    secret.write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    inside.mkdir()
+    (inside / "base.off").write_bytes(secret.read_bytes())
+    name = str(secret) if place == "absolute" else place
+    table = {"name": "table", "box": {"size": 5}}
+    recipes: list[dict[str, Any]] = [
+        {"object": [table, {"mesh": name, **placed}]},
+        {"object": [{"box": {"size": 1}, "texture": name}]},
+        {"object": [table], "light": [{"type": "environment", "image": name}]},
+    ]
+    if not placed:
+        recipes.append({"world": "base.off", "object": [{"mesh": name}]})
+    for description in recipes:
+        recipe = raycam.Recipe(description, folder=inside)
+        assert name not in recipe.files
+        with pytest.raises(raycam.FormatError, match=r"leads out of the folder|relative to the file"):
+            recipe.world(0)
+
+
+def test_the_files_of_a_recipe_are_those_of_all_its_textures(tmp_path: Path) -> None:
+    for name in ("bumps.png", "rough.png"):
+        (tmp_path / name).write_bytes(_core.encode_png(np.zeros((1, 1, 3), dtype=np.uint8)))
+    textures = {"normal": {"image": "bumps.png"}, "roughness": {"choice": ["rough.png", "bumps.png"]}}
+    recipe = raycam.Recipe({"object": [{"box": {"size": 1}, "textures": textures}]}, folder=tmp_path)
+    assert sorted(recipe.files) == ["bumps.png", "rough.png"]

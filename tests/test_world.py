@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import raycam
 import trimesh
+from raycam import _core
 
 CUBE = trimesh.creation.box()
 
@@ -144,14 +145,80 @@ orbit = { target = [0, 0, 0] }
         np.testing.assert_allclose(np.abs(quarter.C), [5, 0, 0], atol=1e-12)
 
 
-def test_textures_and_meshes_come_from_the_folder(tmp_path: Path) -> None:
-    (tmp_path / "a.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+TRIANGLE = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+
+
+def test_relative_names_start_from_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a.off").write_text(TRIANGLE)
     world = raycam.World(folder=tmp_path)
     world.add_object(mesh="a.off")
     np.testing.assert_array_equal(world.triangles(), [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])
     assert raycam.load(tmp_path / "a.off").counts["triangles"] == 1
-    with pytest.raises(raycam.FormatError):
-        world.add_object(mesh=str(tmp_path / "a.off"))
+    # Those of other worlds, loaded ones too, where one is when asking, as any function of Python does.
+    loaded = raycam.load(tmp_path / "a.off")
+    here = tmp_path / "here"
+    here.mkdir()
+    (here / "b.off").write_text(TRIANGLE)
+    monkeypatch.chdir(here)
+    for other in (raycam.World(), loaded, loaded.at(0), raycam.World.from_bytes(loaded.to_bytes())):
+        before = other.counts["objects"]
+        other.add_object(mesh="b.off")
+        other.add_object(mesh="../a.off")
+        with pytest.raises(FileNotFoundError, match=r"nowhere\.off"):
+            other.add_object(mesh="nowhere.off")
+        assert other.counts["objects"] == before + 2
+
+
+def test_what_a_script_names_lies_anywhere(tmp_path: Path) -> None:
+    """A model in one folder, and what is added to it in another."""
+    model, things = tmp_path / "model", tmp_path / "things"
+    for folder in (model, things):
+        folder.mkdir()
+    (model / "a.off").write_text(TRIANGLE)
+    (things / "b.obj").write_text("mtllib b.mtl\nusemtl m\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\n")
+    (things / "b.mtl").write_text("newmtl m\nKd 0.25 0.5 1\n")
+    sky = np.full((4, 8, 3), [1.0, 0.5, 0.25], dtype=np.float32)
+    (things / "sky.hdr").write_bytes(_core.encode_hdr(sky))
+    (things / "green.png").write_bytes(_core.encode_png(np.full((2, 2, 3), [0, 255, 0], dtype=np.uint8)))
+    world = raycam.load(model / "a.off")
+    world.add_light(type="environment", image=things / "sky.hdr")
+    world.add_object(mesh=str(things / "b.obj"))
+    world.add_object(plane={"size": [9, 9]}, location=[0, 0, -1], texture=things / "green.png", type="unlit")
+    uvs = [[0, 0], [1, 0], [0, 1]]
+    world.add_mesh(
+        np.eye(3), [[0, 1, 2]], uvs=uvs, material={"texture": raycam.Texture(things / "green.png")}
+    )
+    np.testing.assert_allclose(world.triangle_colors()[1], [0.25, 0.5, 1.0])
+    up = raycam.Camera.look_at([0, 0, 9], [0, 0, 20], up=[0, 1, 0], size=(8, 8))
+    down = raycam.Camera.look_at([3, 3, 9], [3, 3, 0], up=[0, 1, 0], size=(8, 8), fov=1)
+    # The light, and all else, is in what workers and other programs get.
+    for each in (world, raycam.World.from_bytes(world.to_bytes())):
+        np.testing.assert_allclose(
+            raycam.render(each, up, samples=1)["color"], sky[:1, :1] + np.zeros((8, 8, 3))
+        )
+        np.testing.assert_allclose(raycam.render(each, down, samples=1)["color"][4, 4], [0, 1, 0])
+    assert world.to_gltf(tmp_path / "world.glb")
+    with pytest.raises(raycam.FormatError, match=r"not an image|unknown"):
+        world.add_light(type="environment", image=things / "b.mtl")
+    # It may be said again of another world, but not by a file of a stranger.
+    (light,) = world.lights
+    assert light["image"] == str(things / "sky.hdr")
+    raycam.World().add_light(light)
+    with pytest.raises(raycam.FormatError, match="relative to the file that names it"):
+        raycam.World.from_dict({"light": [light]})
+
+
+def test_what_files_and_dicts_name_lies_in_their_folder(tmp_path: Path) -> None:
+    (tmp_path / "a.off").write_text(TRIANGLE)
+    inside = tmp_path / "world"
+    inside.mkdir()
+    for name in ("../a.off", str(tmp_path / "a.off")):
+        table = {"object": [{"mesh": name}]}
+        with pytest.raises(raycam.FormatError, match=r"leads out of the folder|relative to the file"):
+            raycam.World.from_dict(table, folder=inside)
+        (inside / "world.toml").write_text(f'[[object]]\nmesh = "{name}"\n')
+        with pytest.raises(raycam.FormatError, match=r"leads out of the folder|relative to the file"):
+            raycam.load(inside / "world.toml")
 
 
 def test_cameras_by_name() -> None:

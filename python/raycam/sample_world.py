@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from . import _core
 from .arrays import Floats, whole
 from .camera import Camera
 from .errors import FormatError, WorldError
@@ -26,6 +27,7 @@ from .sample_draw import ONE_OF, Draw, NotThisTime, known_keys
 from .sample_place import Placer, Prism
 from .sample_view import see
 from .world import World
+from .world_description import plain
 from .world_load import load
 
 __all__ = ["Recipe", "sample"]
@@ -98,10 +100,15 @@ class Recipe:
             return None
         if not isinstance(name, str):
             raise WorldError(f"world must be the name of a file, not {name!r}")
-        path = (self.folder / name).resolve()
-        if not path.is_relative_to(self.folder.resolve()):
+        path = self._inside(name)
+        if path is None:
             raise WorldError(f"world = {name!r} is not in the recipe's folder; only files in it are opened")
         return load(path)
+
+    def _inside(self, name: str) -> Path | None:
+        """A file in the recipe's folder; others are not opened."""
+        path = (self.folder / name).resolve()
+        return path if path.is_relative_to(self.folder.resolve()) else None
 
     @cached_property
     def _shapes(self) -> dict[str, tuple[Prism, Floats]]:
@@ -125,10 +132,10 @@ class Recipe:
     def files(self) -> dict[str, str]:
         """The SHA-256 of every file in its folder that it names, of meshes and worlds with all that they name."""
         found: dict[str, str] = {}
-        for key in ("mesh", "texture", "image", "profile", "world"):
+        for key in ("mesh", "texture", "textures", "image", "profile", "world"):
             for name in _values(self.description, key):
-                path = self.folder / str(name)
-                if not isinstance(name, str) or name in found or not path.is_file():
+                path = self._inside(str(name))
+                if not isinstance(name, str) or name in found or path is None or not path.is_file():
                     continue
                 # A mesh is more than its file: materials, textures, buffers.
                 data = load(path).to_bytes() if key in ("mesh", "world") else path.read_bytes()
@@ -174,7 +181,7 @@ class Recipe:
         world = self._begun(draw, still)
         self._put(world, placed)
         for light, _ in self._rows("light", draw):
-            world.add_light(light)
+            _core.world_add_light(world._core, plain(light), self.folder)
         for camera, place in self._rows("camera", draw):
             self._look(world, camera, place)
         return world
@@ -210,10 +217,14 @@ class Recipe:
         # World.at shares what is built and is a world of its own.
         world = self._base.at(0.0)
         for item in objects:
-            world.add_object(item)
+            self._add(world, item)
         if "video" in table:
             world.set_video(table["video"])
         return world
+
+    def _add(self, world: World, item: Mapping[str, Any]) -> int:
+        """Adds an object, whose files are in the recipe's folder: a stranger may have written it."""
+        return _core.world_add_object(world._core, plain(item), self.folder)
 
     def _put(self, world: World, placed: list[tuple[dict[str, Any], dict[str, Any], Draw]]) -> None:
         placer = Placer(world) if placed else None
@@ -242,7 +253,7 @@ class Recipe:
                 and not row.keys() & {"face_colors", "vertex_colors", "uvs", "normals"}
             ):
                 row = {k: v for k, v in row.items() if k not in GEOMETRY} | {"instance_of": first[key]}
-            number = world.add_object({**row, "matrix": (pose @ matrix).tolist()})
+            number = self._add(world, {**row, "matrix": (pose @ matrix).tolist()})
             first.setdefault(key, world.objects[number].name)
 
     def _shape(self, world: World, item: Mapping[str, Any]) -> tuple[Prism, Floats]:
@@ -250,8 +261,8 @@ class Recipe:
         alone = _kept(item, GEOMETRY)
         key = json.dumps([world.up, alone], sort_keys=True, default=str)
         if key not in self._shapes:
-            thing = World(world.up, folder=self.folder)
-            thing.add_object(alone)
+            thing = World(world.up)
+            self._add(thing, alone)
             if len(self._shapes) >= 256:
                 self._shapes.pop(next(iter(self._shapes)))
             self._shapes[key] = (Prism.around(thing.triangles(), world.up), thing.objects[0].matrix)

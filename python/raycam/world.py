@@ -16,7 +16,7 @@ from .camera import Camera
 from .errors import SettingsError, WorldError
 from .files import write
 from .rig import Rig
-from .texture import Texture
+from .world_description import corner_values, indices, plain
 from .world_parts import Animation, Object, Video
 
 __all__ = ["Animation", "Object", "Video", "World"]
@@ -25,8 +25,11 @@ __all__ = ["Animation", "Object", "Video", "World"]
 class World:
     """Meshes placed as objects, lights and cameras.
 
-    `up` ("z" or "y") matters to roll, pitch and yaw, orbits and the sky; vertices are never turned. Files that
-    objects name (meshes, textures) are looked for in `folder`, the current one where not given.
+    `up` ("z" or "y") matters to roll, pitch and yaw, orbits and the sky; vertices are never turned.
+
+    `add_object`, `add_mesh` and `add_light` open the files that they are given (meshes, textures, skies, profiles of
+    lamps) wherever these lie; relative names start from `folder`, the current one where not given. What such a file
+    names in turn is read from its own folder alone, as it is with `load`.
 
     A world is prepared for tracing when it is first asked, and again after it has changed: what did not change is
     not built again. It may be used by several threads at a time.
@@ -34,8 +37,8 @@ class World:
 
     __slots__ = ("_core",)
 
-    def __init__(self, up: Literal["z", "y"] = "z", *, folder: str | os.PathLike[str] = ".") -> None:
-        self._core = _core.World(up, os.fspath(Path(folder).absolute()))
+    def __init__(self, up: Literal["z", "y"] = "z", *, folder: str | os.PathLike[str] | None = None) -> None:
+        self._core = _core.World(up, "" if folder is None else os.fspath(Path(folder).absolute()))
 
     @classmethod
     def _of(cls, core: _core.World) -> World:
@@ -47,9 +50,10 @@ class World:
     def from_dict(cls, description: Mapping[str, Any], *, folder: str | os.PathLike[str] = ".") -> World:
         """A world from a dict with the keys of a world file: `up`, `camera`, `object`, `light`, `render`, `video`.
 
-        Lists of numbers may be NumPy arrays. Raises what `load` raises, without file and line.
+        Lists of numbers may be NumPy arrays. As those of a world file, the files that it names are in `folder` and
+        nowhere else: it may come from a stranger. Raises what `load` raises, without file and line.
         """
-        return cls._of(_core.World.from_dict(_plain(description), os.fspath(Path(folder).absolute())))
+        return cls._of(_core.world_from_dict(plain(description), os.fspath(folder)))
 
     def to_bytes(self) -> bytes:
         """Everything that pictures are made of, exactly, for `World.from_bytes` of the same version of raycam.
@@ -107,19 +111,19 @@ class World:
         """
         corners = floats("vertices", vertices, ("n", 3), error=WorldError)
         optional = {
-            "face_colors": _array("face_colors", face_colors, 3),
-            "vertex_colors": _array("vertex_colors", vertex_colors, 3),
-            "uvs": _array("uvs", uvs, 2),
-            "normals": _array("normals", normals, 3),
+            "face_colors": corner_values("face_colors", face_colors, 3),
+            "vertex_colors": corner_values("vertex_colors", vertex_colors, 3),
+            "uvs": corner_values("uvs", uvs, 2),
+            "normals": corner_values("normals", normals, 3),
         }
-        description: dict[str, Any] = {"vertices": corners, "triangles": _indices("faces", faces)}
+        description: dict[str, Any] = {"vertices": corners, "triangles": indices("faces", faces)}
         description |= {key: value for key, value in optional.items() if value is not None}
         for part in ({"name": name} if name is not None else {}, material or {}, placement):
             twice = description.keys() & part.keys()
             if twice:
                 raise WorldError(f"{', '.join(sorted(twice))}: given twice")
             description |= part
-        return self._core.add_object(_plain(description))
+        return _core.world_add_object(self._core, plain(description), None)
 
     def add_object(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> int:
         """Adds an object as `[[object]]` of a world file describes it, and returns its id.
@@ -128,16 +132,17 @@ class World:
         `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`.
         Raises `WorldError` with the key and the nearest valid name, and what `load` raises for files.
         """
-        return self._core.add_object(_plain({**(description or {}), **keys}))
+        return _core.world_add_object(self._core, plain({**(description or {}), **keys}), None)
 
     def add_light(self, description: Mapping[str, Any] | None = None, /, **keys: Any) -> int:
         """Adds a light as `[[light]]` of a world file describes it, and returns its number.
 
         Takes a dict, keywords, or both: `{"type": "sun", "direction": [-1, -1, -2], "irradiance": [3, 3, 3]}`,
         `{"type": "bulb", "position": [0, 0, 3], "power": [60, 60, 60], "radius": 0.05}`,
-        `{"type": "sky", "radiance": [1, 1, 1]}`. Raises `WorldError`.
+        `{"type": "environment", "image": "/data/noon.hdr"}`, `{"type": "sky", "radiance": [1, 1, 1]}`.
+        Raises `WorldError`, and `FormatError` and `OSError` for files.
         """
-        return self._core.add_light(_plain({**(description or {}), **keys}))
+        return _core.world_add_light(self._core, plain({**(description or {}), **keys}), None)
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
         """Adds a camera under a name, which gets a number where it is taken; the first is the default camera."""
@@ -153,7 +158,7 @@ class World:
         Takes a dict, keywords, or both: `set_video(fps=24, seconds=4, orbit={"target": [0, 0, 0.5]})`,
         `set_video(keyframe=[{"time": 0, "object": "box", "location": [0, 0, 0]}, ...])`. Raises `WorldError`.
         """
-        self._core.set_video(_plain({**(description or {}), **keys}))
+        _core.world_set_video(self._core, plain({**(description or {}), **keys}))
 
     # What there is ----------------------------------------------------------------------------------------
 
@@ -359,40 +364,3 @@ class World:
             f'World(up="{self.up}"): {counts["objects"]} objects, {counts["triangles"]} triangles, '
             f"{counts['lights']} lights, {counts['cameras']} cameras"
         )
-
-
-def _plain(value: Any) -> Any:
-    """Other mappings than dict as dicts, and textures as their tables, all the way down."""
-    if isinstance(value, Texture):
-        return value.description()
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple) and any(isinstance(item, Mapping | Texture) for item in value):
-        return [_plain(item) for item in value]
-    return value
-
-
-def _array(name: str, value: npt.ArrayLike | None, columns: int) -> npt.NDArray[Any] | None:
-    """Colours keep uint8, which is sRGB; everything else becomes float64."""
-    if value is None:
-        return None
-    if isinstance(value, np.ndarray) and value.dtype == np.uint8 and name.endswith("colors"):
-        if value.ndim != 2 or value.shape[1] != columns:
-            raise WorldError(f"{name} must have the shape [n, {columns}], not {list(value.shape)}")
-        return value
-    return floats(name, value, ("n", columns), error=WorldError)
-
-
-def _indices(name: str, value: npt.ArrayLike) -> npt.NDArray[np.int64]:
-    try:
-        array = np.asarray(value)
-    except (TypeError, ValueError) as fault:
-        raise WorldError(f"{name} must be whole numbers [m, 3]: {fault}") from None
-    if array.size and array.dtype.kind not in "iu":
-        raise WorldError(f"{name} must be whole numbers [m, 3], not of dtype {array.dtype}")
-    if array.size == 0:
-        raise WorldError(f"{name} is empty: a mesh needs at least one triangle")
-    if array.ndim != 2 or array.shape[1] != 3:
-        hint = "; cut polygons into triangles first" if array.ndim == 2 else ""
-        raise WorldError(f"{name} must have the shape [m, 3], not {list(array.shape)}{hint}")
-    return np.asarray(array, dtype=np.int64)

@@ -47,7 +47,7 @@ pub(crate) fn world_from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<World> 
     let world = py
         .detach(|| caught(read))?
         .map_err(IntoPyErr::into_py_err)?;
-    Ok(World::of(world, PathBuf::from(".")))
+    Ok(World::of(world, PathBuf::new()))
 }
 
 /// The world as a GLB file, and what that does not say of it.
@@ -79,5 +79,5 @@ pub(crate) fn world_from_gltf(
         .map_err(IntoPyErr::into_py_err)?;
     world.up = up;
     world.notices.extend(notices);
-    Ok(World::of(world, PathBuf::from(".")))
+    Ok(World::of(world, PathBuf::new()))
 }

@@ -7,6 +7,7 @@ mod arrays;
 mod bundle;
 mod calibration;
 mod camera;
+mod described;
 mod encode;
 mod error;
 mod frame;
@@ -35,6 +36,8 @@ mod core {
     use crate::calibration::{Record, calibration_formats, read_cameras, write_cameras};
     #[pymodule_export]
     use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_models};
+    #[pymodule_export]
+    use crate::described::{world_add_light, world_add_object, world_from_dict, world_set_video};
     #[pymodule_export]
     use crate::encode::{
         encode_exr, encode_hdr, encode_png, linear_from_srgb8, mask_polygons, mask_runs,

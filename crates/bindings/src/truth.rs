@@ -1,16 +1,30 @@
 //! Ground truth beyond a frame's channels: flow, silhouettes, boxes.
 
+use std::sync::Arc;
+
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::flow::{View, flow as follow};
-use raycam_render::silhouette;
+use raycam_render::{PreparedWorld, silhouette};
 
 use crate::arrays::{array, rows_of};
 use crate::camera::Camera;
 use crate::error::settings_error;
 use crate::watch::watched;
 use crate::world::World;
+
+/// What a camera sees of a world.
+fn view<'a>(
+    world: &'a (Arc<raycam_scene::World>, Arc<PreparedWorld>),
+    camera: &'a Camera,
+) -> View<'a> {
+    View {
+        world: &world.1,
+        moving: Some(&world.0),
+        camera: &camera.inner,
+    }
+}
 
 /// What the first camera sees of the first world, followed to the second: arrays [height, width] or
 /// [height, width, components] by name.
@@ -22,21 +36,11 @@ pub(crate) fn flow<'py>(
     threads: Option<usize>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let worlds = (
-        first.0.prepared(py, threads)?,
-        second.0.prepared(py, threads)?,
+        first.0.prepared_world(py, threads)?,
+        second.0.prepared_world(py, threads)?,
     );
-    let cameras = (&first.1.inner, &second.1.inner);
-    let [width, height] = cameras.0.size().map(|side| side as usize);
-    let (from, to) = (
-        View {
-            world: &worlds.0,
-            camera: cameras.0,
-        },
-        View {
-            world: &worlds.1,
-            camera: cameras.1,
-        },
-    );
+    let [width, height] = first.1.inner.size().map(|side| side as usize);
+    let (from, to) = (view(&worlds.0, &first.1), view(&worlds.1, &second.1));
     let found = watched(py, None, |control| follow(from, to, threads, control))?;
     let dict = PyDict::new(py);
     let flat = [height, width];
@@ -67,10 +71,10 @@ pub(crate) fn silhouettes<'py>(
     margin: [u32; 2],
     threads: Option<usize>,
 ) -> PyResult<Silhouettes<'py>> {
-    let prepared = world.prepared(py, threads)?;
-    let camera = &camera.inner;
+    let world = world.prepared_world(py, threads)?;
+    let seen = view(&world, &camera);
     let found = watched(py, None, |control| {
-        silhouette::silhouettes(&prepared, camera, &objects, margin, threads, control)
+        silhouette::silhouettes(seen, &objects, margin, threads, control)
     })?;
     found
         .into_iter()

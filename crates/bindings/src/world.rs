@@ -1,24 +1,22 @@
 //! Worlds: built, asked, prepared once and rendered.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_formats::{Budget, Folder, FormatError};
+use raycam_formats::Budget;
 use raycam_render::{queries, render_moving};
-use raycam_scene::schema::{ObjectSpec, VideoSpec, WorldFile, from_node};
+use raycam_scene::World as Inner;
 use raycam_scene::video::Clock;
-use raycam_scene::{Light, Video, World as Inner};
 
 use crate::arrays::{Floats, array, rows};
 use crate::camera::{Camera, up, up_name};
 use crate::error::{IntoPyErr, caught, world_error};
 use crate::frame::{Parts, parts};
 use crate::light::light_dict;
-use crate::node::node;
 use crate::settings::Request;
 use crate::state::State;
 use crate::triangles;
@@ -29,7 +27,7 @@ use crate::watch::watched;
 pub(crate) struct World {
     /// Locked only while the GIL is held, and never for long: a fork finds it free.
     pub(crate) state: Mutex<State>,
-    /// Where the files lie that descriptions name.
+    /// Where the names of files start that a program gives: empty for wherever it is at work then.
     pub(crate) folder: PathBuf,
 }
 
@@ -52,63 +50,14 @@ impl World {
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let world = py.detach(|| caught(|| raycam_formats::load(&path, &Budget::default())))?;
-        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        world
-            .map(|world| Self::of(world, folder))
-            .map_err(IntoPyErr::into_py_err)
-    }
-
-    #[staticmethod]
-    fn from_dict(description: &Bound<'_, PyAny>, folder: PathBuf) -> PyResult<Self> {
-        let node = node(description, "")?;
-        let build = || -> Result<Inner, FormatError> {
-            let mut files = Folder::new(&folder, &Budget::default());
-            let mut world = from_node::<WorldFile>(&node)?.build(&mut files)?;
-            world.notices.extend(files.take_notices());
-            Ok(world)
-        };
-        let world = description.py().detach(|| caught(build))?;
-        world
-            .map(|world| Self::of(world, folder))
-            .map_err(IntoPyErr::into_py_err)
-    }
-
-    fn add_object(&self, description: &Bound<'_, PyAny>) -> PyResult<usize> {
-        let node = node(description, "")?;
-        self.change(|world| {
-            let mut files = Folder::new(&self.folder, &Budget::default());
-            let spec: ObjectSpec = from_node(&node).map_err(IntoPyErr::into_py_err)?;
-            let object = spec
-                .build(world, &mut files)
-                .map_err(IntoPyErr::into_py_err)?;
-            world.notices.extend(files.take_notices());
-            Ok(object)
-        })
-    }
-
-    fn add_light(&self, description: &Bound<'_, PyAny>) -> PyResult<usize> {
-        let node = node(description, "")?;
-        self.change(|world| {
-            let mut files = Folder::new(&self.folder, &Budget::default());
-            let mut light: Light = from_node(&node).map_err(IntoPyErr::into_py_err)?;
-            light.read(&mut files).map_err(IntoPyErr::into_py_err)?;
-            world.notices.extend(files.take_notices());
-            world.add_light(light).map_err(IntoPyErr::into_py_err)
-        })
+        Ok(Self::of(
+            world.map_err(IntoPyErr::into_py_err)?,
+            PathBuf::new(),
+        ))
     }
 
     fn add_camera(&self, name: &str, camera: &Camera) -> PyResult<usize> {
         self.change(|world| Ok(world.add_camera(name, camera.inner.clone())))
-    }
-
-    /// Gives the world a `[video]`, or another one.
-    fn set_video(&self, description: &Bound<'_, PyAny>) -> PyResult<()> {
-        let node = node(description, "")?;
-        self.change(|world| {
-            let spec: VideoSpec = from_node(&node).map_err(IntoPyErr::into_py_err)?;
-            world.video = Some(Video::new(&spec, world).map_err(IntoPyErr::into_py_err)?);
-            Ok(())
-        })
     }
 
     #[getter]

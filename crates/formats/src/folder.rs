@@ -22,6 +22,8 @@ pub struct Folder {
     root: PathBuf,
     pub(crate) budget: Budget,
     notices: Vec<String>,
+    /// Whether [`Files`] are named by the program itself, which may read them wherever they are.
+    trusted: bool,
 }
 
 /// Bytes from which on a file is read by several cores.
@@ -81,6 +83,16 @@ impl Folder {
             root: root.into(),
             budget: *budget,
             notices: Vec::new(),
+            trusted: false,
+        }
+    }
+
+    /// The same, but that [`Files`] are named by the program itself: they lie anywhere, relative names start from `root`. What
+    /// such a file names in turn lies in `root` as well, or around the file.
+    pub fn trusted(root: &Path, budget: &Budget) -> Self {
+        Self {
+            trusted: true,
+            ..Self::new(root, budget)
         }
     }
 
@@ -122,11 +134,7 @@ impl Folder {
         let folder = from.parent().unwrap_or(Path::new(""));
         let folder = folder.strip_prefix(&self.root).unwrap_or(folder);
         let inside = normalize(folder, reference).map_err(refused)?;
-        let path = if self.root == Path::new(".") {
-            inside.clone()
-        } else {
-            self.root.join(&inside)
-        };
+        let path = self.join(&inside);
         let io = |source| FormatError::Io {
             path: path.clone(),
             source,
@@ -139,6 +147,15 @@ impl Folder {
             ));
         }
         self.read_bytes(&real, &path, |_, _| None)
+    }
+
+    /// A path from the folder on, as it is shown.
+    fn join(&self, path: &Path) -> PathBuf {
+        if self.root == Path::new(".") {
+            path.into()
+        } else {
+            self.root.join(path)
+        }
     }
 
     /// Reads `path`, called `shown` in errors.
@@ -236,28 +253,50 @@ fn normalize(folder: &Path, reference: &str) -> Result<PathBuf, &'static str> {
     Ok(path)
 }
 
+impl Folder {
+    /// What `read` makes of a file that a description names.
+    fn described<T>(
+        &mut self,
+        file: &str,
+        read: impl FnOnce(Source, &mut Self) -> Result<T, FormatError>,
+    ) -> Result<T, FormatError> {
+        match self.follow(Path::new(""), file) {
+            Err(FormatError::Reference { .. }) if self.trusted && !file.is_empty() => {
+                let path = self.join(Path::new(file));
+                let mut around = Self::around(&path, &self.budget);
+                let made = around
+                    .read(&path)
+                    .and_then(|source| read(source, &mut around));
+                self.budget = around.budget;
+                self.notices.append(&mut around.notices);
+                made
+            }
+            source => read(source?, self),
+        }
+    }
+}
+
 impl Files for Folder {
     type Error = FormatError;
 
     fn mesh(&mut self, file: &str) -> Result<Model, FormatError> {
-        let source = self.follow(Path::new(""), file)?;
-        load::model(source, self)
+        self.described(file, load::model)
     }
 
     fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, FormatError> {
-        let source = self.follow(Path::new(""), file)?;
-        texture::decode(
-            &source,
-            wrap,
-            ColorUse::Color,
-            &mut self.budget,
-            &mut self.notices,
+        self.described(
+            file,
+            |source,
+             Self {
+                 budget, notices, ..
+             }| { texture::decode(&source, wrap, ColorUse::Color, budget, notices) },
         )
     }
 
     fn profile(&mut self, file: &str) -> Result<Profile, FormatError> {
-        let source = self.follow(Path::new(""), file)?;
-        ies::read(&source, &mut self.budget)
+        self.described(file, |source, folder| {
+            ies::read(&source, &mut folder.budget)
+        })
     }
 
     fn named_by(error: FormatError, key: &str) -> FormatError {

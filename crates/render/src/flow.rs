@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 use raycam_bvh::{ExactHit, ExactRay, NOTHING};
-use raycam_scene::Camera;
+use raycam_scene::{Camera, World};
 use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
+use crate::moments::Moments;
 use crate::prepare::PreparedWorld;
 use crate::threads::with_pool;
 use crate::tile::{TILE, Tile};
@@ -18,10 +19,19 @@ const IN_FRONT: f64 = 1e-6;
 /// A world and a camera that sees it.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
-    /// The world.
+    /// The world; of one that moves on while the shutter is open, as it stands in the middle of that.
     pub world: &'a PreparedWorld,
+    /// The same as it is described, which says how it moves on; none for a world that stands.
+    pub moving: Option<&'a World>,
     /// The camera.
     pub camera: &'a Camera,
+}
+
+impl<'a> View<'a> {
+    /// The times at which its lines see the world, where these differ.
+    pub(crate) fn moments(&self) -> Option<Moments<'a>> {
+        Moments::new(self.moving?, self.world, self.camera).filter(Moments::is_rolling)
+    }
 }
 
 /// For each pixel of the first view, row by row, the surface point at its centre, followed to the second view.
@@ -45,7 +55,8 @@ pub struct Flow {
 /// camera finds what hides a point.
 ///
 /// # Errors
-/// [`RenderError::World`] where the worlds do not have the same objects with as many triangles,
+/// [`RenderError::World`] where the worlds do not have the same objects with as many triangles, and where the second one
+/// moves on while its camera reads one line after the other: where a point is seen would depend on where it is seen.
 /// [`RenderError::Cancelled`], and those of [`with_pool`].
 pub fn flow(
     first: View,
@@ -54,10 +65,18 @@ pub fn flow(
     control: &Control,
 ) -> Result<Flow, RenderError> {
     check(first.world, second.world)?;
+    if second.moments().is_some() {
+        return Err(RenderError::World(
+            "the second camera reads line after line while the world moves: where a point is seen depends on when, and \
+             when on where. Follow to a camera without a readout, or to a world that stands"
+                .into(),
+        ));
+    }
+    let moments = first.moments();
     let cameras = [&first, &second].map(|view| view.world.before(view.camera));
     let [first, second] =
         [(first, &cameras[0]), (second, &cameras[1])].map(|(view, camera)| View { camera, ..view });
-    let [width, height] = first.camera.size();
+    let size @ [width, height] = first.camera.size();
     let count = width as usize * height as usize;
     let mut found = Flow {
         flow: vec![[f32::NAN; 2]; count],
@@ -91,14 +110,25 @@ pub fn flow(
                 let top = number as u32 * TILE;
                 let rows = TILE.min(height - top);
                 let (flow, scene_flow, depth, occluded, outside) = out;
-                for tile in Tile::of_region([0, top, width, rows]) {
-                    for (pixel, moved) in follow(first, second, &tile) {
-                        let i = ((pixel[1] - top) * width + pixel[0]) as usize;
-                        flow[i] = moved.flow;
-                        scene_flow[i] = moved.scene_flow;
-                        depth[i] = moved.depth;
-                        occluded[i] = moved.seen == Seen::Hidden;
-                        outside[i] = moved.seen == Seen::Outside;
+                let band = [0, top, width, rows];
+                let lines = moments.as_ref().map(|m| m.lines(first.camera, band));
+                for [x, y, width, height] in lines.unwrap_or_else(|| vec![band]) {
+                    let center = first.camera.pixel_center_of(x, y);
+                    let then = moments
+                        .as_ref()
+                        .map(|m| m.at_line(first.camera, center, control))
+                        .transpose()?;
+                    let world = then.as_deref().unwrap_or(first.world);
+                    let seen = View { world, ..first };
+                    for tile in Tile::of_region([x, y, width, height]) {
+                        for (pixel, moved) in follow(seen, second, &tile) {
+                            let i = ((pixel[1] - top) * size[0] + pixel[0]) as usize;
+                            flow[i] = moved.flow;
+                            scene_flow[i] = moved.scene_flow;
+                            depth[i] = moved.depth;
+                            occluded[i] = moved.seen == Seen::Hidden;
+                            outside[i] = moved.seen == Seen::Outside;
+                        }
                     }
                 }
                 control.advance();

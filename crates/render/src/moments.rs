@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec2;
+use raycam_scene::camera::{Motion, Readout};
 use raycam_scene::video::Clock;
 use raycam_scene::{Camera, Object, World};
 
@@ -104,6 +105,26 @@ impl<'a> Moments<'a> {
         let world = self.at(time, control)?;
         lines.insert(time.to_bits(), world.clone());
         Ok(world)
+    }
+
+    /// The lines of a region (x, y, width, height): what is seen at the same time.
+    pub fn lines(&self, camera: &Camera, [x, y, width, height]: [u32; 4]) -> Vec<[u32; 4]> {
+        match camera.motion().map(Motion::direction) {
+            Some(Readout::Right | Readout::Left) => {
+                (x..x + width).map(|x| [x, y, 1, height]).collect()
+            }
+            _ => (y..y + height).map(|y| [x, y, width, 1]).collect(),
+        }
+    }
+
+    /// The world at the middle of the exposure of a pixel's line.
+    pub fn at_line(
+        &self,
+        camera: &Camera,
+        pixel: DVec2,
+        control: &Control,
+    ) -> Result<Arc<PreparedWorld>, RenderError> {
+        self.at(camera.since_middle(pixel, 0.5), control)
     }
 
     fn at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {

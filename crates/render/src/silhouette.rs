@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::MAX_FRAME_BYTES;
+use crate::flow::View;
 use crate::prepare::PreparedWorld;
 use crate::threads::with_pool;
 use crate::tile::{TILE, Tile};
@@ -26,25 +27,26 @@ pub struct Silhouette {
 
 /// The silhouettes of those of `objects` that cover any pixel centre, in their order. `margin` columns to either side
 /// of the picture and rows above and below it count as well, so that an object cut off by the picture's edge is whole.
+/// Where the world moves on while the camera reads its lines, each line shows the world at its own time.
 ///
 /// # Errors
 /// [`RenderError::Settings`] for an object there is not, [`RenderError::TooLarge`] for a margin beyond memory,
 /// [`RenderError::Cancelled`], and those of [`with_pool`].
 pub fn silhouettes(
-    world: &PreparedWorld,
-    camera: &Camera,
+    view: View,
     objects: &[usize],
     margin: [u32; 2],
     threads: Option<usize>,
     control: &Control,
 ) -> Result<Vec<Silhouette>, RenderError> {
+    let world = view.world;
     let count = world.objects.len();
     if let Some(object) = objects.iter().find(|&&object| object >= count) {
         return Err(RenderError::Settings(format!(
             "object {object} of a world with {count} objects"
         )));
     }
-    let camera = &world.before(camera);
+    let camera = &world.before(view.camera);
     let canvas = [0, 1].map(|axis| u64::from(camera.size()[axis]) + 2 * u64::from(margin[axis]));
     let [Ok(width), Ok(height)] = canvas.map(i32::try_from) else {
         return Err(too_large(canvas));
@@ -52,31 +54,51 @@ pub fn silhouettes(
     if canvas[0] * canvas[1] > MAX_FRAME_BYTES {
         return Err(too_large(canvas));
     }
-    let tiles = Tile::of_region([0, 0, width as u32, height as u32]);
-    control.start(tiles.len());
+    let moments = view.moments();
+    let whole = [0, 0, width as u32, height as u32];
+    let lines = moments.as_ref().map(|m| m.lines(camera, whole));
+    let regions = lines.unwrap_or_else(|| vec![whole]);
+    let tiles = |region: &[u32; 4]| Tile::of_region(*region);
+    control.start(regions.iter().map(|region| tiles(region).len()).sum());
     let covered = with_pool(threads, || {
-        let alone: Vec<Alone> = objects
+        let of_region = |region: &[u32; 4]| {
+            let pixel = canvas_pixel(camera, margin, region[0].into(), region[1].into());
+            let then = moments.as_ref().map(|m| m.at_line(camera, pixel, control));
+            let then = then.transpose()?;
+            let world = then.as_deref().unwrap_or(world);
+            let alone: Vec<Alone> = objects
+                .par_iter()
+                .map(|&object| Alone::new(world, object))
+                .collect::<Result<_, _>>()?;
+            tiles(region)
+                .into_par_iter()
+                .map(|tile| {
+                    control.check()?;
+                    let covered = cover(&tile, camera, margin, &alone);
+                    control.advance();
+                    Ok((tile, covered))
+                })
+                .collect::<Result<Vec<_>, RenderError>>()
+        };
+        regions
             .par_iter()
-            .map(|&object| Alone::new(world, object))
-            .collect::<Result<_, _>>()?;
-        tiles
-            .par_iter()
-            .map(|tile| {
-                control.check()?;
-                let covered = cover(tile, camera, margin, &alone);
-                control.advance();
-                Ok(covered)
-            })
-            .collect::<Result<Vec<_>, RenderError>>()
+            .map(of_region)
+            .collect::<Result<Vec<_>, _>>()
     })??;
-    let mut patches: Vec<Vec<(&Tile, Rows)>> = vec![vec![]; objects.len()];
-    for (tile, covered) in tiles.iter().zip(covered) {
+    let mut patches: Vec<Vec<(Tile, Rows)>> = vec![vec![]; objects.len()];
+    for (tile, covered) in covered.into_iter().flatten() {
         for (i, rows) in covered {
             patches[i].push((tile, rows));
         }
     }
     let silhouette = |(&object, patches): (&usize, Vec<_>)| join(object, &patches, margin);
     Ok(objects.iter().zip(patches).filter_map(silhouette).collect())
+}
+
+/// The pixel coordinates of a pixel of the picture and its margin.
+fn canvas_pixel(camera: &Camera, margin: [u32; 2], x: f64, y: f64) -> DVec2 {
+    let shift = DVec2::new(margin[0].into(), margin[1].into());
+    DVec2::new(x, y) - shift + camera.pixel_center().offset()
 }
 
 fn too_large([width, height]: [u64; 2]) -> RenderError {
@@ -137,11 +159,7 @@ impl<'a> Alone<'a> {
 
 /// What of a tile each object covers, of those that cover any of it.
 fn cover(tile: &Tile, camera: &Camera, margin: [u32; 2], alone: &[Alone]) -> Vec<(usize, Rows)> {
-    let shift = DVec2::new(margin[0].into(), margin[1].into());
-    let ray = |x: f64, y: f64| {
-        let offset = camera.pixel_center().offset();
-        camera.ray(DVec2::new(x, y) - shift + offset)
-    };
+    let ray = |x: f64, y: f64| camera.ray(canvas_pixel(camera, margin, x, y));
     let cone = Cone::around(tile, ray);
     let near: Vec<usize> = (0..alone.len())
         .filter(|&i| cone.may_meet(alone[i].center, alone[i].radius))
@@ -232,7 +250,7 @@ impl Cone {
 }
 
 /// An object's patches in one mask.
-fn join(object: usize, patches: &[(&Tile, Rows)], margin: [u32; 2]) -> Option<Silhouette> {
+fn join(object: usize, patches: &[(Tile, Rows)], margin: [u32; 2]) -> Option<Silhouette> {
     let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
     for (tile, rows) in patches {
         let all = rows.iter().fold(0, |all, row| all | row);

@@ -21,6 +21,7 @@ fn a_deformed_mesh_is_followed_by_its_corners() {
     let (a, b) = (prepare(&first), prepare(&second));
     let view = |world| View {
         world,
+        moving: None,
         camera: &camera,
     };
     let found = flow(view(&a), view(&b), Some(2), &Control::new()).unwrap();
@@ -65,6 +66,7 @@ fn other_triangles_and_a_stop_are_errors() {
     let (a, b) = (prepare(&plane(1.0, 1.0)), prepare(&still_life()));
     let view = |world| View {
         world,
+        moving: None,
         camera: &camera,
     };
     let error = flow(view(&a), view(&b), None, &Control::new()).unwrap_err();

@@ -4,13 +4,24 @@ mod common;
 
 use common::*;
 use glam::DVec3;
+use raycam_render::flow::View;
 use raycam_render::silhouette::silhouettes;
-use raycam_render::{Channel, Control, RenderError, Settings};
+use raycam_render::{Channel, Control, PreparedWorld, RenderError, Settings};
+use raycam_scene::Camera;
 
 fn settings() -> Settings {
     Settings {
         channels: vec![Channel::Instance],
         ..Settings::default()
+    }
+}
+
+/// A world that stands.
+fn view<'a>(world: &'a PreparedWorld, camera: &'a Camera) -> View<'a> {
+    View {
+        world,
+        moving: None,
+        camera,
     }
 }
 
@@ -25,8 +36,7 @@ fn an_object_covers_what_it_covers_alone() {
     );
     let prepared = prepare(&world);
     let found = silhouettes(
-        &prepared,
-        &camera,
+        view(&prepared, &camera),
         &[2, 0, 1],
         [0, 0],
         None,
@@ -57,8 +67,7 @@ fn threads_and_tiles_do_not_matter() {
     let camera = look_at(DVec3::new(3.0, -5.0, 3.0), DVec3::ZERO, 20.0, [33, 65]);
     let of = |margin, threads| {
         silhouettes(
-            &world,
-            &camera,
+            view(&world, &camera),
             &[0, 1, 2],
             margin,
             Some(threads),
@@ -77,7 +86,13 @@ fn what_cannot_be_is_refused() {
     let world = prepare(&still_life());
     let camera = look_at(DVec3::new(3.0, -5.0, 3.0), DVec3::ZERO, 20.0, [8, 8]);
     let of = |objects: &[usize], margin| {
-        silhouettes(&world, &camera, objects, margin, None, &Control::new())
+        silhouettes(
+            view(&world, &camera),
+            objects,
+            margin,
+            None,
+            &Control::new(),
+        )
     };
     assert!(matches!(of(&[3], [0, 0]), Err(RenderError::Settings(_))));
     for margin in [[u32::MAX, 0], [1 << 20, 1 << 20]] {
@@ -89,6 +104,6 @@ fn what_cannot_be_is_refused() {
     assert_eq!(of(&[], [0, 0]), Ok(vec![]));
     let control = Control::new();
     control.cancel();
-    let stopped = silhouettes(&world, &camera, &[0], [0, 0], None, &control);
+    let stopped = silhouettes(view(&world, &camera), &[0], [0, 0], None, &control);
     assert_eq!(stopped, Err(RenderError::Cancelled));
 }

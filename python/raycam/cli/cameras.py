@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from ..calibration import FORMATS, save_cameras
 from .options import Command, add_known, tell
 from .rigs import cameras_in
 
@@ -25,8 +26,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--to",
         metavar="FORMAT",
-        help="the format to write: opencv, ros, kalibr, colmap, colmap-binary, kitti, kitti-poses, bop, nerf, "
-        "blender or tum (default: show what there is)",
+        help=f"the format to write: {', '.join(FORMATS)} (default: show what there is)",
     )
     command.add_argument(
         "-o", "--output", metavar="OUT", help="(default: the name of FILE and the format, here)"
@@ -36,7 +36,6 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from ..calibration import FORMATS, save_cameras
     from ..camera import Camera
     from ..errors import SettingsError, nearest
     from ..info import info_cameras

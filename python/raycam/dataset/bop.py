@@ -10,7 +10,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
-from ..labels import Label
+from ..labels import Label, Region
 from .bop_models import MILLIMETRES, Catalogue, models, scene
 from .coco import segmentation
 from .plan import Format, Index, Made, Plan, Record, Shot, png, whole_centers
@@ -19,6 +19,8 @@ from .worlds import in_world
 __all__ = ["FORMAT"]
 
 OPTIONS = {"split": "train_pbr", "scene": 0, "depth_scale": None}
+SEEN = 0.1
+"""The least visible fraction of an object that counts when detections are judged."""
 DEPTH_SCALES = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
 
 
@@ -54,8 +56,8 @@ def make(plan: Plan, number: int) -> Made:
         poses.append(pose(shot, item, of_object[item.object]))
         info.append(
             {
-                "bbox_obj": list(item.amodal_box),
-                "bbox_visib": list(item.visible_box or (-1, -1, -1, -1)),
+                "bbox_obj": box(item.amodal_box if item.visible_pixels else None),
+                "bbox_visib": box(item.visible_box),
                 "px_count_all": item.amodal_pixels,
                 "px_count_valid": int(np.count_nonzero(amodal & (depth > 0))),
                 "px_count_visib": item.visible_pixels,
@@ -71,17 +73,32 @@ def make(plan: Plan, number: int) -> Made:
     return made, {"camera": camera, "gt": poses, "gt_info": info, "coco": coco, "size": shot.camera.size}
 
 
+def box(pixels: Region | None) -> list[int]:
+    """A box of scene_gt_info.json: its size is from the middle of the first pixel to that of the last, -1s for none.
+
+    Source: `calc_2d_bbox` of the BOP toolkit's bop_toolkit_lib/misc.py, and its scripts/calc_gt_info.py.
+    """
+    if pixels is None:
+        return [-1] * 4
+    x, y, width, height = pixels
+    return [x, y, width - 1, height - 1]
+
+
 def annotation(item: Label, model: int) -> Record:
-    """One object of scene_gt_coco.json, without its ids: the visible mask and what bounds it."""
-    x, y, width, height = item.visible_box or (0, 0, 0, 0)
+    """One object of scene_gt_coco.json, without its ids: the visible mask, and what bounds all of it in the picture."""
+    x, y, width, height = item.amodal_box
+    left, top = max(x, 0), max(y, 0)
+    right, bottom = min(x + width, item.size[0]), min(y + height, item.size[1])
     return {
         "category_id": model,
         "iscrowd": 0,
         "area": item.visible_pixels,
-        "bbox": [x, y, width, height],
+        "bbox": [left, top, right - left, bottom - top],
+        "bbox_visib": list(item.visible_box or ()),
         "segmentation": segmentation(item, "rle"),
         "width": item.size[0],
         "height": item.size[1],
+        "ignore": item.visible_fraction < SEEN,
     }
 
 
@@ -126,7 +143,8 @@ def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
         base = base_of(plan, world)
         for name, key in (("scene_camera", "camera"), ("scene_gt", "gt"), ("scene_gt_info", "gt_info")):
             yield f"{base}/{name}.json", rows(own, key, ids)
-        yield f"{base}/scene_gt_coco.json", coco_rows(own, ids, catalogue.all)
+        yield f"{base}/scene_gt_coco.json", coco_rows(own, ids, catalogue.all, modal=False)
+        yield f"{base}/scene_gt_coco_modal.json", coco_rows(own, ids, catalogue.all, modal=True)
     first = plan.shots[0].camera
     yield "camera.json", [json.dumps(camera_json(first), indent=2).encode()]
     information = {}
@@ -148,9 +166,12 @@ def rows(records: Callable[[], Iterator[Record]], key: str, ids: Mapping[int, in
 
 
 def coco_rows(
-    records: Callable[[], Iterator[Record]], ids: Mapping[int, int], every: Sequence[int]
+    records: Callable[[], Iterator[Record]], ids: Mapping[int, int], every: Sequence[int], modal: bool
 ) -> Iterator[bytes]:
-    """The scene as COCO has it. Source: the BOP toolkit's scripts/calc_gt_coco.py."""
+    """The scene as COCO has it, with boxes around what is seen (`modal`) or around all of the object in the picture.
+
+    Source: the BOP toolkit's scripts/calc_gt_coco.py.
+    """
     yield b'{"info": {"description": "made by raycam"}, "licenses": [],\n"categories": '
     kinds = [{"id": model, "name": str(model), "supercategory": "object"} for model in every]
     yield json.dumps(kinds).encode()
@@ -165,6 +186,9 @@ def coco_rows(
         for one in record["coco"]:
             count += 1
             whole = {"id": count, "image_id": number, **one, "category_id": ids[one["category_id"]]}
+            seen = whole.pop("bbox_visib")
+            if modal:
+                whole["bbox"] = seen
             yield (b",\n" if count > 1 else b"\n") + json.dumps(whole).encode()
     yield b"]}\n"
 

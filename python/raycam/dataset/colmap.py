@@ -5,28 +5,35 @@ Source: COLMAP's documentation, "Output Format" and "Camera Models".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from tempfile import TemporaryFile
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arrays import Floats
 from ..camera import Camera
-from ..errors import SettingsError
-from ..labels import Keypoints, keypoints
+from ..errors import CameraError, SettingsError
+from ..labels import keypoints
 from . import colmap_rigs
+from .colmap_tracks import Tracks
 from .plan import Format, Index, Made, Plan, Record, matrix_text
 from .rgbd import quaternion
 
 __all__ = ["FORMAT"]
 
 OPTIONS = {"points": 10_000}
+BATCH = 1024
+"""Points that are looked for at a time."""
 
 
 def check(plan: Plan) -> None:
     """Whether COLMAP has these cameras."""
-    for view in plan.shots:
-        model(view.camera)
+    for number, view in enumerate(plan.shots):
+        try:
+            model(view.camera)
+        except CameraError as fault:
+            raise CameraError(f"camera {number}: {fault}") from None
     colmap_rigs.check(plan)
     points = plan.options["points"]
     if not (isinstance(points, int) and points >= 1):
@@ -45,7 +52,8 @@ def make(plan: Plan, number: int) -> Made:
     shot = plan.shot(number)
     frame = shot.render(["color", "albedo", "position"])
     rows, columns = np.nonzero(np.isfinite(frame["position"][..., 0]))
-    share = -(-plan.options["points"] // len(plan.shots))
+    wanted, views = plan.options["points"], len(plan.shots)
+    share = wanted * (number + 1) // views - wanted * number // views
     chosen = np.random.default_rng(number).permutation(len(rows))[:share]
     rows, columns = rows[chosen], columns[chosen]
     color = np.rint(srgb(frame["albedo"][rows, columns]) * 255).astype(int)
@@ -61,56 +69,51 @@ def srgb(linear: npt.NDArray[np.float32]) -> Floats:
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     """Every point is looked for in every view: it is observed where the camera sees it."""
-    lines = [model(view.camera) for view in plan.shots]
-    sensors = colmap_rigs.sensors(plan, lines)
-    known = dict(zip(sensors, lines, strict=True))
-    ids = {sensor: number + 1 for number, sensor in enumerate(known)}
+    known: dict[tuple[str, str], int] = {}
+    ids = []
+    for view in plan.shots:  # a camera is its intrinsics, and on a rig its place there too
+        sensor = model(view.camera), "" if view.rig is None else view.rig[1]
+        ids.append(known.setdefault(sensor, len(known) + 1))
     head = "# Camera list: CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n"
-    yield (
-        "sparse/0/cameras.txt",
-        [(head + "".join(f"{ids[sensor]} {line}\n" for sensor, line in known.items())).encode()],
-    )
-    yield from colmap_rigs.files(plan, [ids[sensor] for sensor in sensors])
-    points = np.array([point for record in records() for point in record["points"]]).reshape(-1, 3)
-    colors = [color for record in records() for color in record["colors"]]
-    seen: list[npt.NDArray[np.int32]] = []
-
-    def images() -> Iterator[bytes]:
-        yield b"# Image list: IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME; POINTS2D[] as (X, Y, POINT3D_ID)\n"
-        for number, sensor in enumerate(sensors):
-            camera, found = plan.shots[number].camera, observed(plan, number, points)
-            visible = np.flatnonzero(found.visible).astype(np.int32)
-            seen.append(visible)
-            pose = matrix_text(np.array([*quaternion(camera.R), *camera.t]))
-            yield f"{number + 1} {pose} {ids[sensor]} {number:06d}.png\n".encode()
-            corner = 0.5 if camera.pixel_center == "integer" else 0.0
-            pixels = (found.pixels[visible] + corner).tolist()
-            yield (
-                " ".join(f"{x} {y} {i + 1}" for (x, y), i in zip(pixels, visible, strict=True)) + "\n"
-            ).encode()
-
-    yield "sparse/0/images.txt", images()
-
-    def points3d() -> Iterator[bytes]:
-        yield b"# 3D point list: POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n"
-        counts = np.array([len(visible) for visible in seen])
-        which = np.concatenate(seen) if seen else np.empty(0, np.int32)
-        image = np.repeat(np.arange(len(seen), dtype=np.int32), counts)
-        place = np.concatenate([np.arange(count, dtype=np.int32) for count in counts]) if seen else which
-        order = np.argsort(which, kind="stable")
-        ends = np.searchsorted(which[order], np.arange(len(points) + 1))
-        for number, (point, color) in enumerate(zip(points, colors, strict=True)):
-            track = order[ends[number] : ends[number + 1]]
-            text = " ".join(f"{image[i] + 1} {place[i]}" for i in track)
-            yield f"{number + 1} {matrix_text(point)} {' '.join(map(str, color))} 0.0 {text}\n".encode()
-
-    yield "sparse/0/points3D.txt", points3d()
+    lines = "".join(f"{number} {line}\n" for (line, _), number in known.items())
+    yield "sparse/0/cameras.txt", [(head + lines).encode()]
+    yield from colmap_rigs.files(plan, ids)
+    points = np.concatenate([np.array(record["points"]).reshape(-1, 3) for record in records()])
+    colors = np.concatenate([np.array(record["colors"], np.uint8).reshape(-1, 3) for record in records()])
+    with TemporaryFile() as file:
+        tracks = Tracks(len(points), file)
+        yield "sparse/0/images.txt", images(plan, ids, points, tracks)
+        yield "sparse/0/points3D.txt", points3d(points, colors, tracks)
 
 
-def observed(plan: Plan, number: int, points: Floats) -> Keypoints:
-    """Which of the points a view shows, and where."""
-    shot = plan.shot(number)
-    return keypoints(shot.world, shot.camera, points, threads=plan.threads)
+def images(plan: Plan, ids: Sequence[int], points: Floats, tracks: Tracks) -> Iterator[bytes]:
+    """The pictures with what they show of the points, which `tracks` is told; `ids` are those of their cameras."""
+    yield b"# Image list: IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME; POINTS2D[] as (X, Y, POINT3D_ID)\n"
+    for number, view in enumerate(plan.shots):
+        world, camera = plan.shot(number).world, view.camera
+        corner = 0.5 if camera.pixel_center == "integer" else 0.0
+        visible = np.zeros(len(points), dtype=bool)
+        pose = matrix_text(np.array([*quaternion(camera.R), *camera.t]))
+        yield f"{number + 1} {pose} {ids[number]} {number:06d}.png\n".encode()
+        between = ""
+        for first in range(0, len(points), BATCH):
+            found = keypoints(world, camera, points[first : first + BATCH], threads=plan.threads)
+            visible[first : first + BATCH] = found.visible
+            seen = np.flatnonzero(found.visible)
+            pixels = (found.pixels[seen] + corner).tolist()
+            for (x, y), i in zip(pixels, seen, strict=True):
+                yield f"{between}{x} {y} {first + i + 1}".encode()
+                between = " "
+        yield b"\n"
+        tracks.add(visible)
+
+
+def points3d(points: Floats, colors: npt.NDArray[np.uint8], tracks: Tracks) -> Iterator[bytes]:
+    """The points, and the pictures that show them."""
+    yield b"# 3D point list: POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n"
+    for number, (point, (r, g, b), track) in enumerate(zip(points, colors, tracks, strict=True), 1):
+        text = " ".join(f"{picture + 1} {place}" for picture, place in zip(*track, strict=True))
+        yield f"{number} {matrix_text(point)} {r} {g} {b} 0.0 {text}\n".encode()
 
 
 FORMAT = Format(make, index, check, OPTIONS, posed=True)

@@ -14,13 +14,7 @@ from ..errors import CameraError
 from .plan import Plan, matrix_text
 from .rgbd import quaternion
 
-__all__ = ["files", "sensors"]
-
-
-def sensors(plan: Plan, lines: Sequence[str]) -> list[str]:
-    """What a camera is of each view: by its intrinsics, and on a rig by its place there too."""
-    own = [view.rig[1] if view.rig is not None else "" for view in plan.shots]
-    return [f"{line}\n{name}" for line, name in zip(lines, own, strict=True)]
+__all__ = ["files"]
 
 
 def check(plan: Plan) -> None:

@@ -151,8 +151,9 @@ impl Model {
         let mut owners: Vec<Option<(&str, &str)>> = Vec::new();
         for (i, record) in records.iter().enumerate() {
             let k = record.k_with(PixelCenter::Half, "COLMAP")?;
-            let (name, params) = camera::colmap_from_lens(k, &record.lens)
-                .map_err(|error| record.cannot("COLMAP", &error.to_string()))?;
+            let (name, params) = camera::colmap_from_lens(k, &record.lens).map_err(|error| {
+                FormatError::Encode(format!("camera {:?}: {error}", record.name))
+            })?;
             let mut camera = Camera {
                 id: 0,
                 model: name.into(),

@@ -167,16 +167,20 @@ pub fn formats() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().map(|format| format.name)
 }
 
+/// The same in a sentence.
+fn listed() -> String {
+    formats().collect::<Vec<_>>().join(", ")
+}
+
 fn find(name: &str) -> Result<&'static Format, FormatError> {
     FORMATS
         .iter()
         .find(|format| format.name == name)
         .ok_or_else(|| {
             let hint = raycam_scene::suggestion(name, formats());
-            let all: Vec<&str> = formats().collect();
+            let known = listed();
             FormatError::Encode(format!(
-                "no calibration format is called {name:?}{hint} (there are: {})",
-                all.join(", ")
+                "no calibration format is called {name:?}{hint} (there are: {known})"
             ))
         })
 }
@@ -243,13 +247,10 @@ fn decode_in(
             .find(|format| (format.is)(&source.path, text))
     });
     let Some(format) = found else {
-        let all: Vec<&str> = formats().collect();
+        let known = listed();
         return Err(FormatError::unsupported(
             &source.path,
-            format!(
-                "not a calibration that raycam knows; it reads {}",
-                all.join(", ")
-            ),
+            format!("not a calibration that raycam knows; it reads {known}"),
         ));
     };
     let mut calibration = (format.read)(&source, folder, known)?;

@@ -105,6 +105,55 @@ fn links_lead_nowhere_else() {
 }
 
 #[test]
+fn what_a_program_names_lies_anywhere_and_what_that_names_around_it() {
+    let root = setting();
+    let around = root.parent().unwrap();
+    let mut files = Folder::trusted(&root, &Budget::default());
+    for name in ["a.obj", "../secret.obj", "parts/../../secret.obj"] {
+        files.mesh(name).unwrap();
+    }
+    files
+        .mesh(&around.join("secret.obj").display().to_string())
+        .unwrap();
+    for name in [
+        "",
+        "nowhere.obj",
+        "../nowhere.obj",
+        "http://a.obj",
+        "a.obj\0",
+    ] {
+        files.mesh(name).unwrap_err();
+    }
+    // Its materials: beside it, but not in another folder.
+    fs::write(around.join("green.mtl"), "newmtl g\nKd 0 1 0\n").unwrap();
+    let red = format!("mtllib world/../green.mtl\nusemtl g\n{TRIANGLE}");
+    fs::write(around.join("green.obj"), red).unwrap();
+    let model = files.mesh("../green.obj").unwrap();
+    assert_eq!(model.materials[0].color, [0.0, 1.0, 0.0]);
+    fs::create_dir(around.join("other")).unwrap();
+    let out = format!("mtllib ../green.mtl\nusemtl g\n{TRIANGLE}");
+    fs::write(around.join("other/out.obj"), out).unwrap();
+    let model = files.mesh("../other/out.obj").unwrap();
+    let said = &model.notices[0];
+    assert!(said.contains("it leads out of the folder"), "{said}");
+}
+
+#[test]
+fn a_program_has_one_budget_for_all_that_it_names() {
+    let root = setting();
+    let bytes = 5 * TRIANGLE.len() as u64 / 2;
+    let small = Budget {
+        bytes,
+        ..Budget::default()
+    };
+    let mut files = Folder::trusted(&root, &small);
+    files.mesh("../secret.obj").unwrap();
+    files.mesh("../secret.obj").unwrap();
+    let error = files.mesh("../secret.obj").unwrap_err().to_string();
+    assert!(error.contains("secret.obj"), "{error}");
+}
+
+#[test]
 fn names_in_a_mesh_start_from_its_own_folder() {
     let root = setting();
     fs::write(

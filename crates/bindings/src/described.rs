@@ -1,0 +1,84 @@
+//! Worlds built from descriptions.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use raycam_formats::{Budget, Folder, FormatError};
+use raycam_scene::schema::{ObjectSpec, VideoSpec, WorldFile, from_node};
+use raycam_scene::{Light, Video, World as Inner};
+
+use crate::error::{IntoPyErr, caught};
+use crate::node::node;
+use crate::world::World;
+
+/// The world of a description, whose files lie in `folder` and nowhere else.
+#[pyfunction]
+pub(crate) fn world_from_dict(description: &Bound<'_, PyAny>, folder: PathBuf) -> PyResult<World> {
+    let node = node(description, "")?;
+    let build = || -> Result<Inner, FormatError> {
+        let mut files = Folder::new(&folder, &Budget::default());
+        let mut world = from_node::<WorldFile>(&node)?.build(&mut files)?;
+        world.notices.extend(files.take_notices());
+        Ok(world)
+    };
+    let world = description.py().detach(|| caught(build))?;
+    Ok(World::of(
+        world.map_err(IntoPyErr::into_py_err)?,
+        PathBuf::new(),
+    ))
+}
+
+/// Adds an object. Its files lie anywhere, or nowhere else than in `within`.
+#[pyfunction]
+pub(crate) fn world_add_object(
+    world: &World,
+    description: &Bound<'_, PyAny>,
+    within: Option<PathBuf>,
+) -> PyResult<usize> {
+    let spec: ObjectSpec = from_node(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    world.add(within, |inner, files| spec.build(inner, files))
+}
+
+/// Adds a light, whose files are those of [`world_add_object`].
+#[pyfunction]
+pub(crate) fn world_add_light(
+    world: &World,
+    description: &Bound<'_, PyAny>,
+    within: Option<PathBuf>,
+) -> PyResult<usize> {
+    let mut light: Light = from_node(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    world.add(within, |inner, files| {
+        light.read(files)?;
+        Ok(inner.add_light(light)?)
+    })
+}
+
+/// Gives the world a `[video]`, or another one.
+#[pyfunction]
+pub(crate) fn world_set_video(world: &World, description: &Bound<'_, PyAny>) -> PyResult<()> {
+    let spec: VideoSpec = from_node(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    world.change(|inner| {
+        inner.video = Some(Video::new(&spec, inner).map_err(IntoPyErr::into_py_err)?);
+        Ok(())
+    })
+}
+
+impl World {
+    /// Adds what a description says.
+    fn add<T>(
+        &self,
+        within: Option<PathBuf>,
+        add: impl FnOnce(&mut Inner, &mut Folder) -> Result<T, FormatError>,
+    ) -> PyResult<T> {
+        let budget = Budget::default();
+        let mut files = match within {
+            Some(folder) => Folder::new(&folder, &budget),
+            None => Folder::trusted(&self.folder, &budget),
+        };
+        self.change(|inner| {
+            let added = add(inner, &mut files).map_err(IntoPyErr::into_py_err)?;
+            inner.notices.extend(files.take_notices());
+            Ok(added)
+        })
+    }
+}

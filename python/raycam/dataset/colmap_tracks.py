@@ -1,0 +1,55 @@
+"""Which pictures show each point of a COLMAP model: told picture by picture, and read back point by point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import IO
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import Bools
+
+__all__ = ["Tracks"]
+
+CELLS = 1 << 16
+"""Points times pictures that are in memory at a time."""
+PART = 1 << 16
+"""Bytes of the file that are read at a time, or the row of a picture where that is more."""
+
+Ints = npt.NDArray[np.integer]
+
+
+class Tracks:
+    """The observations of points in pictures: a bit for each, kept in a file, as their number has no bound."""
+
+    def __init__(self, points: int, file: IO[bytes]) -> None:
+        self._points = points
+        self._width = -(-points // 8)
+        self._pictures = 0
+        self._file = file
+
+    def add(self, visible: Bools) -> None:
+        """Which of the points [n] the next picture shows."""
+        self._file.write(np.packbits(visible).tobytes())
+        self._pictures += 1
+
+    def __iter__(self) -> Iterator[tuple[Ints, Ints]]:
+        """For each point the pictures that show it, and its place among the points of each, both from 0."""
+        step = max(1, CELLS // (8 * self._pictures))
+        before = np.zeros((self._pictures, 1), np.int32)
+        for first in range(0, self._width, step):
+            seen = np.unpackbits(self._columns(slice(first, first + step)), axis=1)
+            after = before + np.cumsum(seen, axis=1, dtype=np.int32)
+            for point in range(min(8 * step, self._points - 8 * first)):
+                pictures = np.flatnonzero(seen[:, point])
+                yield pictures, after[pictures, point] - 1
+            before = after[:, -1:]
+
+    def _columns(self, columns: slice) -> npt.NDArray[np.uint8]:
+        """Some bytes of the row of each picture."""
+        self._file.seek(0)
+        size = max(PART // self._width, 1) * self._width
+        parts = iter(lambda: self._file.read(size), b"")
+        rows = [np.frombuffer(part, np.uint8).reshape(-1, self._width)[:, columns].copy() for part in parts]
+        return np.concatenate(rows)
