@@ -514,6 +514,17 @@ def test_what_cannot_be_is_refused_before_it_begins(tmp_path: Path) -> None:
     assert quick(tmp_path / "y", segmentation="polygon", resume=False).made == 3
 
 
+def test_shards_that_run_at_the_same_time_make_one_data_set(tmp_path: Path) -> None:
+    def other(done: int, total: int, failed: int) -> None:
+        if done == 1:
+            assert not quick(tmp_path / "a", shard=(2, 2)).complete
+
+    assert quick(tmp_path / "a", shard=(1, 2), progress=other).complete
+    quick(tmp_path / "b")
+    index = "annotations/instances.json"
+    assert (tmp_path / "a" / index).read_bytes() == (tmp_path / "b" / index).read_bytes()
+
+
 def test_shards_make_one_data_set(tmp_path: Path) -> None:
     one = quick(tmp_path / "a", shard=(1, 2))
     assert (one.made, one.complete) == (2, False)

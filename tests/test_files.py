@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,41 @@ def test_an_error_leaves_nothing_and_keeps_what_was_there(tmp_path: Path) -> Non
             write_half(fault)
     assert target.read_bytes() == b"old"
     assert os.listdir(tmp_path) == ["a.png"]
+
+
+def test_what_a_killed_process_has_left_is_removed_and_what_a_living_one_writes_is_not(
+    tmp_path: Path,
+) -> None:
+    program = f"""
+import sys
+from raycam.files import atomic_path
+with atomic_path({str(tmp_path / "a.mp4")!r}) as temporary:
+    temporary.write_bytes(b"half")
+    print(temporary, flush=True)
+    sys.stdin.read()
+"""
+    mine = tmp_path / ".a.0123.mp4"
+    mine.write_bytes(b"")
+    start = partial(
+        subprocess.Popen,
+        [sys.executable, "-c", program],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    with start() as living, start() as dead:
+        assert living.stdout is not None
+        assert dead.stdout is not None
+        left, kept = dead.stdout.readline().strip(), living.stdout.readline().strip()
+        dead.kill()
+        dead.wait()
+        assert {str(path) for path in tmp_path.iterdir()} == {left, kept, str(mine)}
+        with atomic_path(tmp_path / "a.mp4") as temporary:
+            temporary.write_bytes(b"whole")
+        assert {path.name for path in tmp_path.iterdir()} == {"a.mp4", Path(kept).name, mine.name}
+        living.communicate("")
+    assert (tmp_path / "a.mp4").read_bytes() == b"half"  # the last one to write
+    assert sorted(os.listdir(tmp_path)) == [mine.name, "a.mp4"]
 
 
 def test_a_block_that_writes_nothing_is_an_error(tmp_path: Path) -> None:

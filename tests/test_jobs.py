@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import signal
-import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 import raycam
 from job_frames import Pool, check_intact, film, in_child, killing_at, package, results
-from raycam import files
 from raycam.errors import JobError
 from raycam.jobs import Job, Status
 
@@ -212,6 +211,28 @@ def test_no_two_runs_do_the_same_frames(tmp_path: Path) -> None:
     Job(tmp_path / "a", package()).run(Pool(again))
 
 
+def test_of_those_that_end_at_the_same_time_one_joins_and_the_others_wait(tmp_path: Path) -> None:
+    first, second = Job(tmp_path / "a", package()), Job(tmp_path / "a")
+    seen: list[bool] = []
+
+    def join() -> None:
+        with second.joining() as there:
+            seen.append(there)
+
+    thread = threading.Thread(target=join)
+    first.run(Pool())
+    with first.joining() as there:
+        assert there
+        thread.start()
+        time.sleep(0.2)
+        assert seen == []
+        first.remove()
+    thread.join()
+    assert seen == [False]
+    with second.joining() as there:  # nor later
+        assert not there
+
+
 # Interruptions ------------------------------------------------------------------------------------------------
 
 
@@ -302,17 +323,6 @@ def test_the_clock_does_not_matter(
     assert results(tmp_path / "a") == whole
 
 
-def test_names_of_frames_are_not_kept_for_ever(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # pathlib interns the parts of a path: the table of interned strings would grow with a long job.
-    kept: list[str] = []
-    monkeypatch.setattr(sys, "intern", lambda text: kept.append(text) or text)
-    job = Job(tmp_path / "a", package())
-    job.run(Pool())
-    assert dict(job.finished()).keys() == set(range(COUNT))
-    assert not job.verify()
-    assert not [text for text in kept if "frame_" in text]
-
-
 # What can be wrong --------------------------------------------------------------------------------------------
 
 
@@ -336,26 +346,3 @@ def test_bad_requests_are_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OSError, match="file"):
         Job(tmp_path / "file", package())
-
-
-@pytest.mark.parametrize("name", ["../a", "/a", "", ".raycam/x", "a/../../b"])
-def test_results_lie_in_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    job = Job(tmp_path / "a", package())
-    monkeypatch.setattr("raycam.video.picture_name", lambda _: name)
-    with pytest.raises(JobError, match="no name for a file"):
-        job.run(Pool(), frames=[0])
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a"]
-
-
-def test_a_frame_may_make_files_in_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("raycam.video.picture_name", lambda number: f"left/{number}/a.png")
-    job = Job(tmp_path / "a", package())
-    job.run(Pool(), frames=[0, 3])
-    assert list(results(tmp_path / "a")) == ["left/0/a.png", "left/3/a.png"]
-    files.write(tmp_path / "a/left/mine.txt", b"")
-    job.remove()
-    assert [path.relative_to(tmp_path).as_posix() for path in sorted(tmp_path.rglob("*"))] == [
-        "a",
-        "a/left",
-        "a/left/mine.txt",
-    ]

@@ -58,6 +58,15 @@ def test_lines_that_are_no_entries_are_passed_over(path: Path) -> None:
     assert entries(path) == ENTRIES
 
 
+def test_a_flipped_bit_anywhere_costs_its_line_and_never_says_what_was_not(path: Path) -> None:
+    data = path.read_bytes()
+    for place in range(len(data)):
+        path.write_bytes(data[:place] + bytes([data[place] ^ 1 << place % 8]) + data[place + 1 :])
+        found = entries(path)
+        assert len(found) in (1, 2)  # that of a line's end joins two
+        assert all(entry in ENTRIES for entry in found)
+
+
 def test_a_write_that_fails_leaves_no_trace(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = path.read_bytes()
 

@@ -8,13 +8,14 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import av
 import numpy as np
 import pytest
 from job_frames import Pool, film, package, results, world
-from raycam import memory
+from raycam import memory, tiles
 from raycam.cli import main
 from raycam.errors import FormatError, JobError
 from raycam.jobs import Job
@@ -115,6 +116,34 @@ def test_transparent_frames_with_sound_go_through_the_job(tmp_path: Path) -> Non
     with pytest.raises(FormatError, match=r"text\.wav"):
         make_video(one, tmp_path / "b.mov", pool, audio=tmp_path / "text.wav")
     assert (pool.made, (tmp_path / "b.mov.job").exists()) == ([], False)
+
+
+def meanwhile(make: Callable[[], object]) -> tuple[Pool, list[object]]:
+    """A pool that has something else made, once, amid its frames; and what that gave."""
+    gave: list[object] = []
+
+    def before(frame: int) -> None:
+        if not gave:
+            gave.append(None)
+            gave[0] = make()
+
+    return Pool(before), gave
+
+
+def test_of_shards_that_run_at_the_same_time_the_last_makes_it_all(tmp_path: Path) -> None:
+    (tmp_path / "one").mkdir()
+    make_video(film(), tmp_path / "one/a.mkv", Pool())
+    path = tmp_path / "a.mkv"
+    pool, gave = meanwhile(lambda: make_video(film(), path, Pool(), shard=(2, 2)))
+    assert make_video(film(), path, pool, shard=(1, 2)) == 8
+    assert gave == [None]
+    assert path.read_bytes() == (tmp_path / "one/a.mkv").read_bytes()
+    assert sorted(os.listdir(tmp_path)) == ["a.mkv", "one"]
+
+    plan = tiles.package(world(), tile=8, samples=1)
+    pool, gave = meanwhile(lambda: tiles.make_picture(plan, tmp_path / "tiles", Pool(), shard=(2, 2)))
+    assert tiles.make_picture(plan, tmp_path / "tiles", pool, shard=(1, 2)) is not None
+    assert gave == [None]
 
 
 # The command line ---------------------------------------------------------------------------------------------

@@ -5,12 +5,18 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import secrets
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+from .lock import take
+
 __all__ = ["atomic_path", "check_writable", "make_folder", "named", "sync", "write"]
+
+CLAIM = b"not written yet\n"
+"""What is in a temporary file until something is written to it."""
 
 
 @contextlib.contextmanager
@@ -19,12 +25,46 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
 
     The file written there is synced to the disk, renamed over `path`, and the folder is synced: whoever sees
     `path` sees all of it, after a crash too. When the block raises, nothing is left behind and an existing
-    file stays as it was. The temporary name begins with a dot and keeps the ending of `path`.
+    file stays as it was. The temporary name begins with a dot and keeps the ending of `path`; what a process that was
+    killed has left under such a name is removed.
 
     Raises `OSError` as `check_writable` does, and whatever the disk says.
     """
-    with _atomic(os.fspath(path)) as temporary:
-        yield Path(temporary)
+    target = os.fspath(path)
+    with _atomic(target) as temporary:
+        _sweep(target)
+        with named(path, temporary), _claimed(temporary):
+            yield Path(temporary)
+            if Path(temporary).stat().st_size == len(CLAIM) and Path(temporary).read_bytes() == CLAIM:
+                raise FileNotFoundError(errno.ENOENT, "nothing was written", target)
+
+
+@contextlib.contextmanager
+def _claimed(temporary: str) -> Iterator[None]:
+    """Makes a temporary file and locks it while the block lasts: whoever may lock it knows that its process is dead."""
+    file = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+    try:
+        take(file)
+        os.write(file, CLAIM)
+        yield
+    finally:
+        os.close(file)
+
+
+def _sweep(target: str) -> None:
+    """Removes the temporary files of a target that no living process holds; where the disk refuses, they stay."""
+    folder, name = os.path.split(target)
+    stem, ending = os.path.splitext(name)
+    temporary = re.compile(rf"\.{re.escape(stem)}\.[0-9a-f]{{8}}{re.escape(ending)}")
+    for other in filter(temporary.fullmatch, os.listdir(folder or os.curdir)):
+        with contextlib.suppress(OSError):
+            path = os.path.join(folder, other)
+            file = os.open(path, os.O_RDWR)
+            try:
+                if take(file):
+                    os.unlink(path)
+            finally:
+                os.close(file)
 
 
 @contextlib.contextmanager

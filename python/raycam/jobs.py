@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import shutil
 from array import array
@@ -34,6 +35,7 @@ from . import files, ledger
 from .dispatch import Failed, Pool, dispatch
 from .errors import FormatError, JobError
 from .job_description import read_description, refusal
+from .job_results import STATE, Results
 from .ledger import Entry, Ledger
 from .lock import holder, locked
 from .package import Package
@@ -41,7 +43,6 @@ from .workers import Made, Task
 
 __all__ = ["Job", "Status"]
 
-STATE = ".raycam"
 NOT_DONE = -1
 PLACE_BITS = 44  # of a ledger, at most 16 TiB long
 
@@ -78,6 +79,7 @@ class Job:
         self.folder = Path(folder)
         """Where the results are."""
         self._state = self.folder / STATE
+        self._results = Results(self.folder)
         there = read_description(self._state / "job.json")
         if package is None:
             if there is None:
@@ -128,7 +130,7 @@ class Job:
 
         Raises `JobError` where a file is not as the ledger says, and `KeyError` where the frame is not finished.
         """
-        return {name: self._checked(name, stamp) for name, stamp in self._entry(frame).files.items()}
+        return {name: self._results.read(name, stamp) for name, stamp in self._entry(frame).files.items()}
 
     def finished(self) -> Iterator[tuple[int, dict[str, bytes]]]:
         """All finished frames in order, each with its files as `read` gives them."""
@@ -156,11 +158,10 @@ class Job:
         for frame, place in sorted(made.items()):
             for name, stamp in self._entry_at(place).files.items():
                 try:
-                    self._checked(name, stamp)
+                    self._results.read(name, stamp)
                 except JobError as fault:
                     wrong[name] = str(fault)
-                    with contextlib.suppress(OSError):
-                        os.replace(path := self._path(name), path + ".damaged")
+                    self._results.set_aside(name)
                     self._places[frame] = NOT_DONE
         return wrong
 
@@ -211,7 +212,8 @@ class Job:
                         self._give_up(outcome, book, scratch)
                         failed += 1
                     else:
-                        place = book.add(self._store(outcome, scratch))
+                        stamps = self._results.store(outcome.files, scratch)
+                        place = book.add(Entry(outcome.frame, stamps, seconds=outcome.seconds))
                         self._places[outcome.frame] = self._ledgers.index(path) << PLACE_BITS | place
                         done += 1
                         if finished is not None:
@@ -219,6 +221,21 @@ class Job:
                     tell(done, len(asked), failed)
                     del outcome  # not kept while the next one is made
         self._check(asked)
+
+    @contextlib.contextmanager
+    def joining(self) -> Iterator[bool]:
+        """For making one thing of all frames: as it begins, the job knows what every shard has made by now.
+
+        Of shards that end at the same time one is in here, the others wait. It gives False where one of them has made
+        it all and removed the job.
+        """
+        with contextlib.ExitStack() as held:
+            with contextlib.suppress(FileNotFoundError):
+                held.enter_context(locked(self._state / "lock-join", self.folder, patience=math.inf))
+            there = (self._state / "job.json").exists()
+            if there:
+                self._read()
+            yield there
 
     def remove(self) -> None:
         """Removes everything that the job has made, and the folder where nothing else is in it."""
@@ -260,7 +277,7 @@ class Job:
         for place, entry in self._entries():
             if entry.error is not None:
                 self._failed[entry.frame] = entry.error
-            elif all(self._is_there(name, size) for name, (size, _) in entry.files.items()):
+            elif all(self._results.has(name, size) for name, (size, _) in entry.files.items()):
                 self._places[entry.frame] = place
         self._failed = {frame: error for frame, error in self._failed.items() if not self.has(frame)}
 
@@ -272,12 +289,6 @@ class Job:
                     raise JobError(f"{path}: frame {entry.frame} of {len(self._places)} at byte {place}")
                 yield number << PLACE_BITS | place, entry
 
-    def _is_there(self, name: str, size: int) -> bool:
-        try:
-            return os.stat(self._path(name)).st_size == size
-        except FileNotFoundError:
-            return False
-
     def _entry(self, frame: int) -> Entry:
         place = self._places[frame]
         if place == NOT_DONE:
@@ -286,35 +297,6 @@ class Job:
 
     def _entry_at(self, place: int) -> Entry:
         return ledger.entry_at(self._ledgers[place >> PLACE_BITS], place & ((1 << PLACE_BITS) - 1))
-
-    def _path(self, name: str) -> str:
-        """Where a result lies."""
-        return os.path.join(self.folder, _safe(name))
-
-    def _checked(self, name: str, stamp: tuple[int, str]) -> bytes:
-        path = self._path(name)
-        try:
-            with open(path, "rb") as file:
-                data = file.read()
-        except FileNotFoundError:
-            raise JobError(f"{path}: it was made, and is not there any more") from None
-        if ledger.digest(data) != stamp:
-            raise JobError(
-                f"{path}: it was made with {stamp[0]} bytes and SHA-256 {stamp[1][:12]}, it has {len(data)} and "
-                f"{ledger.digest(data)[1][:12]}"
-            )
-        return data
-
-    def _store(self, made: Made, scratch: Path) -> Entry:
-        """Writes the files of a frame; an entry for them."""
-        stamps = {}
-        for name, data in made.files.items():
-            path = self._path(name)
-            if not os.path.isdir(os.path.dirname(path)):
-                files.make_folder(Path(path).parent)
-            files.write(path, data, scratch)
-            stamps[name] = ledger.digest(data)
-        return Entry(made.frame, stamps, seconds=made.seconds)
 
     def _give_up(self, failed: Failed, book: Ledger, scratch: Path) -> None:
         path = self.log(failed.frame)
@@ -350,18 +332,8 @@ class Job:
 
     def _remove(self) -> None:
         """Removes what the ledgers name, then the job itself: killed in between, it is a job with less."""
-        folders: set[str] = set()
-        for frame in range(len(self._places)):
-            if self.has(frame):
-                for name in self._entry(frame).files:
-                    path = _safe(name)
-                    with contextlib.suppress(FileNotFoundError):
-                        os.unlink(os.path.join(self.folder, path))
-                    while path := os.path.dirname(path):
-                        folders.add(path)
-        for folder in sorted(folders, key=len, reverse=True):  # what is within is longer
-            with contextlib.suppress(OSError):
-                os.rmdir(os.path.join(self.folder, folder))
+        done = (frame for frame in range(len(self._places)) if self.has(frame))
+        self._results.remove(name for frame in done for name in self._entry(frame).files)
         (self._state / "job.json").unlink(missing_ok=True)
         shutil.rmtree(self._state)
 
@@ -377,14 +349,3 @@ def _asked(frames: Iterable[int] | None, shard: Shard | None, count: int) -> lis
             raise JobError(f"shard {i}/{n}: expected I/N with I from 1 to N")
         asked = [frame for frame in asked if frame % n == i - 1]
     return asked
-
-
-def _safe(name: str) -> str:
-    """The name of a result, which lies in the folder and is not the job's own, as this system writes it.
-
-    In strings, as all that is done for each frame: pathlib interns the parts of every name for ever.
-    """
-    parts = [part for part in name.split("/") if part not in ("", ".")]
-    if not parts or name.startswith("/") or ".." in parts or parts[0] == STATE:
-        raise JobError(f"{name!r} is no name for a file of a job")
-    return os.path.join(*parts)

@@ -2,12 +2,13 @@
 
 A text file that only grows: one JSON object a line, one line a frame,
 
-    {"frame": 12, "files": {"frame_0012.png": [41802, "9f86d0..."]}, "seconds": 0.52}
-    {"frame": 13, "error": "WorldError: ..."}
+    {"frame": 12, "files": {"frame_0012.png": [41802, "9f86d0..."]}, "seconds": 0.52, "crc32": "5f0e1a07"}
+    {"frame": 13, "error": "WorldError: ...", "crc32": "c3a40e2b"}
 
 where a file has its size in bytes and its SHA-256. A line is written after its files have their final names, and
 synced: what the ledger says is on the disk. A process that is killed while it writes leaves half a line at the
-end, which does not count and is cut off by the next one to write.
+end, which does not count and is cut off by the next one to write. A line that was damaged does not count either: its
+frame is made again.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import errno
 import hashlib
 import json
 import os
+import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,7 +27,12 @@ from typing import Any
 from .errors import JobError
 from .files import named, sync
 
-__all__ = ["Entry", "Ledger", "digest", "entry_at", "read"]
+__all__ = ["Entry", "Ledger", "Stamp", "digest", "entry_at", "read"]
+
+Stamp = tuple[int, str]
+"""Size in bytes and SHA-256 in hexadecimal of a file."""
+CHECK = b',"crc32":"'
+"""Before the check sum of a line, of all that is before it."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +41,8 @@ class Entry:
 
     frame: int
     """Its number."""
-    files: Mapping[str, tuple[int, str]] = field(default_factory=dict)
-    """Name to (bytes, SHA-256 in hexadecimal) of what it made."""
+    files: Mapping[str, Stamp] = field(default_factory=dict)
+    """What it made, by name."""
     error: str | None = None
     """Why it was given up, in one line; None where it is finished."""
     seconds: float | None = None
@@ -50,11 +57,12 @@ class Entry:
             fields["files"] = {name: list(value) for name, value in self.files.items()}
         if self.seconds is not None:
             fields["seconds"] = round(self.seconds, 4)
-        return json.dumps(fields, separators=(",", ":")).encode() + b"\n"
+        start = json.dumps(fields, separators=(",", ":")).encode()[:-1]
+        return start + CHECK + _check(start) + b'"}\n'
 
 
-def digest(data: bytes) -> tuple[int, str]:
-    """Size and SHA-256 of a file, as an entry has them."""
+def digest(data: bytes) -> Stamp:
+    """The stamp of a file with these bytes."""
     return len(data), hashlib.sha256(data).hexdigest()
 
 
@@ -86,8 +94,9 @@ def entry_at(path: Path, place: int) -> Entry:
 
 
 def _entry(line: bytes) -> Entry | None:
-    """An entry, or None for half a line or the zeros that a power cut may leave."""
-    if not line.endswith(b"\n"):
+    """An entry, or None for half a line, one that was damaged, or the zeros that a power cut may leave."""
+    start, _, end = line.rpartition(CHECK)
+    if end != _check(start) + b'"}\n':
         return None
     try:
         fields = json.loads(line)
@@ -100,6 +109,10 @@ def _entry(line: bytes) -> Entry | None:
         )
     except (ValueError, TypeError, KeyError, AttributeError):
         return None
+
+
+def _check(data: bytes) -> bytes:
+    return b"%08x" % zlib.crc32(data)
 
 
 class Ledger:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from .errors import JobError
 
-__all__ = ["holder", "locked"]
+__all__ = ["holder", "locked", "take"]
 
 
 @contextlib.contextmanager
@@ -25,7 +25,7 @@ def locked(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]:
     file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     try:
         end = time.monotonic() + patience
-        while not _take(file):
+        while not take(file):
             if time.monotonic() < end:
                 time.sleep(0.02)
                 continue
@@ -47,12 +47,13 @@ def holder(path: Path) -> str | None:
     except OSError:
         return None
     try:
-        return None if _take(file) else os.pread(file, 200, 0).decode(errors="replace").strip()
+        return None if take(file) else os.pread(file, 200, 0).decode(errors="replace").strip()
     finally:
         os.close(file)
 
 
-def _take(file: int) -> bool:
+def take(file: int) -> bool:
+    """Locks an open file, where nobody else has; until it is closed, or its process ends."""
     try:
         import fcntl
     except ImportError:  # Windows: its own locks, on the first byte far beyond the text

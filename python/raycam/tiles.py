@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -133,11 +133,12 @@ def make_picture(
     resume: bool = True,
     retry_failed: bool = False,
     progress: Progress | None = None,
+    save: Callable[[Frame], object] | None = None,
 ) -> Frame | None:
     """The picture of a package from `package`, made by a job in `folder`; None where other shards have tiles to make.
 
-    The job stays, for whoever saves the picture to remove it then. The rest is as in `Job.run`, whose errors it
-    raises.
+    With `save(picture)` the job is removed after it; where that of another shard has been before, it is None too. The
+    rest is as in `Job.run`, whose errors it raises.
     """
     job = Job(folder, package, resume=resume)
     notices: dict[str, None] = {}
@@ -146,9 +147,12 @@ def make_picture(
         notices.update(dict.fromkeys(made.notices))
 
     job.run(pool, shard=shard, retry_failed=retry_failed, progress=progress, finished=tell)
-    job = Job(folder)  # what other shards have made by now
-    if job.status().finished < package.frames:
-        return None
-    picture = join(job)
-    picture.notices = list(notices)
+    with job.joining() as there:
+        if not there or job.status().finished < package.frames:
+            return None
+        picture = join(job)
+        picture.notices = list(notices)
+        if save is not None:
+            save(picture)
+            job.remove()
     return picture

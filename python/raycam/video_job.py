@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
 from .dispatch import Pool
@@ -54,67 +56,56 @@ def make_video(
         alpha=film.transparent,
         audio=None if audio is None else Path(audio),
     )
+    run = partial(
+        Job.run, pool=pool, frames=numbers, shard=shard, retry_failed=retry_failed, progress=progress
+    )
     if not target.suffix:
         with opened:  # only for what it refuses: the job writes the pictures
             pass
-        Job(target, film.package(), resume=resume).run(
-            pool, frames=numbers, shard=shard, retry_failed=retry_failed, progress=progress,
-            finished=lambda made: _tell(film, made),
-        )  # fmt: skip
-        job = Job(target)  # what other shards have made by now
-        return len(numbers) if all(map(job.has, numbers)) else None
-    try:
-        job = _encoded(film, target, opened, pool, numbers, shard, resume, retry_failed, progress)
-    except _Incomplete:
-        return None
-    if not keep_frames:
-        job.remove()
+        job = Job(target, film.package(), resume=resume)
+        run(job, finished=partial(_tell, film))
+        with job.joining():
+            return len(numbers) if all(map(job.has, numbers)) else None
+    with ExitStack() as alone:
+        try:
+            with opened as add:
+                job = Job(job_folder(target), film.package(), resume=resume)
+                encode = _encoder(job, numbers, add)
+                encode()
+
+                def finished(made: Made) -> None:
+                    _tell(film, made)
+                    encode()
+
+                run(job, finished=finished)
+                there = alone.enter_context(job.joining())
+                if not there or not encode():
+                    raise _Others
+        except _Others:
+            return None if there else len(numbers)
+        if not keep_frames:
+            job.remove()
     return len(numbers)
 
 
-def _encoded(
-    film: Film,
-    target: Path,
-    opened: AbstractContextManager[Add],
-    pool: Pool,
-    numbers: range,
-    shard: Shard | None,
-    resume: bool,
-    retry_failed: bool,
-    progress: Progress | None,
-) -> Job:
-    """Makes the file and gives the job; raises `_Incomplete` where frames of other shards are missing."""
-    with opened as add:
-        job = Job(job_folder(target), film.package(), resume=resume)
-        waiting = iter(numbers)
-        following = next(waiting, None)
+def _encoder(job: Job, numbers: Iterable[int], add: Add) -> Callable[[], bool]:
+    """A function that hands over finished frames, in order, up to the first that is missing; True where none is."""
+    waiting = iter(numbers)
+    following = next(waiting, None)
 
-        def encode(made: Made | None = None) -> None:
-            nonlocal following
-            if made is not None:
-                _tell(film, made)
-            while following is not None and job.has(following):
-                add(following, read_picture(job.read(following)[picture_name(following)]))
-                following = next(waiting, None)
+    def encode() -> bool:
+        nonlocal following
+        while following is not None and job.has(following):
+            add(following, read_picture(job.read(following)[picture_name(following)]))
+            following = next(waiting, None)
+        return following is None
 
-        encode()
-        job.run(
-            pool,
-            frames=numbers,
-            shard=shard,
-            retry_failed=retry_failed,
-            progress=progress,
-            finished=encode,
-        )
-        encode()
-        if following is not None:
-            raise _Incomplete
-    return job
+    return encode
 
 
 def _tell(film: Film, made: Made) -> None:
     film.notices += [notice for notice in made.notices if notice not in film.notices]
 
 
-class _Incomplete(Exception):
-    """Other shards have frames to make."""
+class _Others(Exception):
+    """Other shards make the file, or have made it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -78,11 +78,16 @@ def _run(options: argparse.Namespace) -> None:
         raise SettingsError(f"{output} is a texture of this world: choose another name with -o")
     check_save(output, names, camera.size)
     by_job = any(value is not None for value in (options.workers, options.cluster, options.shard))
+
+    def save(frame: Frame) -> None:
+        tell(frame.notices)
+        frame.save(output, bits=options.bits, half=options.half)
+        _, _, width, height = frame.region
+        print(f"{output}: {width} x {height}, {', '.join(frame.channels)}")
+
     if by_job:
-        frame = _by_job(options, output, world, camera, names)
-        if frame is None:
+        if _by_job(options, output, world, camera, names, save) is None:
             print(f"shard {options.shard} is finished; {output} is made when all are")
-            return
     else:
         if options.retry_failed or not options.resume:
             raise SettingsError("--retry-failed and --no-resume go with --workers, --cluster or --shard")
@@ -92,14 +97,7 @@ def _run(options: argparse.Namespace) -> None:
             frame = render(
                 world, camera, channels=names, region=options.region, progress=progress, **settings
             )
-    tell(frame.notices)
-    frame.save(output, bits=options.bits, half=options.half)
-    _, _, width, height = frame.region
-    print(f"{output}: {width} x {height}, {', '.join(frame.channels)}")
-    if by_job:
-        from ..jobs import Job
-
-        Job(_job_folder(output)).remove()
+        save(frame)
 
 
 def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, Rig | None]:
@@ -134,15 +132,15 @@ def _render_rig(
         print(f"{path}: {width} x {height}, {', '.join(frame.channels)}")
 
 
-def _job_folder(output: Path) -> Path:
-    """Where tiles wait until the picture is complete."""
-    return output.with_name(output.name + ".job")
-
-
 def _by_job(
-    options: argparse.Namespace, output: Path, world: World, camera: Camera, names: Sequence[str]
+    options: argparse.Namespace,
+    output: Path,
+    world: World,
+    camera: Camera,
+    names: Sequence[str],
+    save: Callable[[Frame], object],
 ) -> Frame | None:
-    """The picture from tiles, or None where other shards are at some of them."""
+    """Saves the picture from tiles, or gives None where other shards are at some of them."""
     from .. import tiles
     from ..progress import frames_bar
 
@@ -151,12 +149,13 @@ def _by_job(
     with job_pool(options) as pool, frames_bar("rendering", "tiles") as progress:
         return tiles.make_picture(
             package,
-            _job_folder(output),
+            output.with_name(output.name + ".job"),  # where tiles wait until the picture is complete
             pool,
             shard=shard,
             resume=options.resume,
             retry_failed=options.retry_failed,
             progress=progress,
+            save=save,
         )
 
 

@@ -184,17 +184,18 @@ def write(
         )
         notices = tuple(pool.notices)
     total = kind.units(plan)
-    complete = all(job.has(unit) for unit in range(total))
 
     def records(first: int = 0, end: int | None = None) -> Iterator[Record]:
         for unit in range(first, total if end is None else end):
             yield json.loads((target / record_name(unit)).read_bytes())
 
-    if complete:
-        apart = plan.recipe is not None and not kind.many_worlds
-        files = each_index(kind, plan, records) if apart else kind.index(plan, records)
-        for name, pieces in files:
-            put(target / name, pieces)
+    with job.joining():
+        complete = all(job.has(unit) for unit in range(total))
+        if complete:
+            apart = plan.recipe is not None and not kind.many_worlds
+            files = each_index(kind, plan, records) if apart else kind.index(plan, records)
+            for name, pieces in files:
+                put(target / name, pieces)
     return Written(target, len(plan.shots), made, complete, notices)
 
 

@@ -1,0 +1,94 @@
+"""The files that a job makes, in its folder.
+
+In strings, as all that is done for each frame: pathlib keeps the parts of every name it has seen for ever.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from . import files
+from .errors import JobError
+from .ledger import Stamp, digest
+
+__all__ = ["STATE", "Results"]
+
+STATE = ".raycam"
+"""The folder within, with what is the job's own."""
+
+
+class Results:
+    """Results in a folder, by their names: relative to it, with `/` between folders.
+
+    Raises `JobError` for a name that is not within the folder, or the job's own.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = os.fspath(folder)
+
+    def store(self, made: Mapping[str, bytes], scratch: Path) -> dict[str, Stamp]:
+        """Writes the files of a frame; raises `OSError` as the disk does."""
+        stamps = {}
+        for name, data in made.items():
+            path = self._path(name)
+            if not os.path.isdir(os.path.dirname(path)):
+                files.make_folder(Path(path).parent)
+            files.write(path, data, scratch)
+            stamps[name] = digest(data)
+        return stamps
+
+    def has(self, name: str, size: int) -> bool:
+        """Whether a file is there, and so long."""
+        try:
+            return os.stat(self._path(name)).st_size == size
+        except FileNotFoundError:
+            return False
+
+    def read(self, name: str, stamp: Stamp) -> bytes:
+        """A file; raises `JobError` where it is not there any more, or another than it was."""
+        path = self._path(name)
+        try:
+            with open(path, "rb") as file:
+                data = file.read()
+        except FileNotFoundError:
+            raise JobError(f"{path}: it was made, and is not there any more") from None
+        found = digest(data)
+        if found != stamp:
+            raise JobError(
+                f"{path}: it was made with {stamp[0]} bytes and SHA-256 {stamp[1][:12]}, it has {found[0]} and "
+                f"{found[1][:12]}"
+            )
+        return data
+
+    def set_aside(self, name: str) -> None:
+        """Gives a damaged file the ending `.damaged`, where that is possible."""
+        path = self._path(name)
+        with contextlib.suppress(OSError):
+            os.replace(path, path + ".damaged")
+
+    def remove(self, names: Iterable[str]) -> None:
+        """Removes files, and their folders where nothing else is in them."""
+        folders: set[str] = set()
+        for name in names:
+            path = _safe(name)
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(os.path.join(self._folder, path))
+            while path := os.path.dirname(path):
+                folders.add(path)
+        for folder in sorted(folders, key=len, reverse=True):  # what is within is longer
+            with contextlib.suppress(OSError):
+                os.rmdir(os.path.join(self._folder, folder))
+
+    def _path(self, name: str) -> str:
+        return os.path.join(self._folder, _safe(name))
+
+
+def _safe(name: str) -> str:
+    """The name of a result, which lies in the folder and is not the job's own, as this system writes it."""
+    parts = [part for part in name.split("/") if part not in ("", ".")]
+    if not parts or name.startswith("/") or ".." in parts or parts[0] == STATE:
+        raise JobError(f"{name!r} is no name for a file of a job")
+    return os.path.join(*parts)
