@@ -188,7 +188,7 @@ def main() -> None:
                 overhead(folder, "local:2", "Dask local 2", 400),
             ],
             "long": lambda: long_job(folder, options.frames),
-            "scaling": lambda: [scaling(folder, 86, 8)],
+            "scaling": lambda: [scaling(folder, 46, 16)],
         }
         for part in options.parts:
             rows += parts[part]()

@@ -83,6 +83,15 @@ def test_a_block_that_writes_nothing_is_an_error(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == []
 
 
+def test_errors_of_the_disk_are_of_the_file_whoever_meets_them(tmp_path: Path) -> None:
+    import av.error
+
+    for fault in (OSError(errno.ENOSPC, "full"), av.error.OSError(errno.ENOSPC, "full")):
+        with pytest.raises(OSError, match="full") as told, atomic_path(tmp_path / "a.mp4"):
+            raise fault
+        assert (told.value.errno, told.value.filename) == (errno.ENOSPC, str(tmp_path / "a.mp4"))
+
+
 def test_file_and_folder_are_synced_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target, steps = tmp_path / "a", []
     fsync, replace = os.fsync, os.replace

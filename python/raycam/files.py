@@ -95,9 +95,10 @@ def named(path: str | os.PathLike[str], instead_of: str | None = None) -> Iterat
     try:
         yield
     except OSError as fault:
-        if fault.errno is not None and fault.filename in (None, instead_of):
-            fault.filename = os.fspath(path)
-        raise
+        if fault.errno is None or fault.filename not in (None, instead_of):
+            raise
+        # Anew, since the errors of others, such as those of PyAV, do not let their file be changed.
+        raise OSError(fault.errno, fault.strerror, os.fspath(path)) from fault
 
 
 def write(path: str | os.PathLike[str], data: bytes, scratch: str | os.PathLike[str] | None = None) -> None:
