@@ -36,6 +36,15 @@ def in_view(rng: np.random.Generator, camera: raycam.Camera, count: int) -> np.n
     return camera.C + depth[:, None] * (pixels @ np.linalg.inv(camera.K).T @ camera.R)
 
 
+def test_the_corner_of_the_picture_is_half_a_pixel_before_the_first_centre() -> None:
+    for center in ("integer", "half"):
+        camera = raycam.Camera(np.diag([90, 90, 1]), np.eye(3), [0, 0, 0], (8, 6), pixel_center=center)
+        assert camera.rays()[1].shape == (6, 8, 3)
+        first = camera.rays()[1][0, 0]
+        np.testing.assert_allclose(first, camera.rays([camera.corner + 0.5] * 2)[1])
+        assert camera.corner == {"integer": -0.5, "half": 0.0}[center]
+
+
 def test_project_agrees_with_opencv() -> None:
     rng = np.random.default_rng(1)
     worst = 0.0

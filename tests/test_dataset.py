@@ -233,6 +233,18 @@ def test_kitti(tmp_path: Path) -> None:
     np.testing.assert_allclose(poses[1][:, 3], level[1].C)
 
 
+def test_kitti_right_camera_is_the_left_one_elsewhere(tmp_path: Path) -> None:
+    (camera,) = ring(1)
+    dark = camera.with_vignetting(polynomial=[-3.0])
+    write(table(), tmp_path, "kitti", cameras=[dark], baseline=0.2, samples=4)
+    right = dark.at_pose(dark.R, dark.C + 0.2 * dark.R[0])
+    expected = raycam.render(table(), right, samples=4, frame=0).to_png()
+    assert (tmp_path / "object" / "training" / "image_3" / "000000.png").read_bytes() == expected
+    with pytest.raises(raycam.CameraError, match="because of a shutter"):
+        write(table(), tmp_path / "no", "kitti", cameras=[camera.exposing(0.01)], baseline=0.2)
+    assert not (tmp_path / "no").exists()
+
+
 @pytest.mark.parametrize(
     ("options", "model"),
     [

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
+import scipy.optimize
 from raycam.flow import disparity, flow
+from scipy.spatial.transform import Rotation, Slerp
 
 SIZE = (160, 120)
 
@@ -279,28 +281,117 @@ def test_a_bending_plate_comes_back(tmp_path: Path) -> None:
         assert np.abs(back["flow"][y, x] - ([column, row] - np.array([x, y]))).max() < 1e-3
 
 
-def test_flow_of_a_picture_that_is_read_line_by_line() -> None:
-    """From where each line saw the moving box, by the formula of its motion, to where it is later."""
+SPEED = np.array([0.9, -0.4, 0.6])
+
+
+def sliding() -> raycam.World:
+    """A box, a ball that hides a part of it, and a wall that stands; what moves is where it is said to be at 0.5 s."""
     world = raycam.World()
     world.add_object(box={"size": 1}, name="box", location=[0, 0, 5])
-    velocity = np.array([0.9, -0.4, 0.6])
+    world.add_object(sphere={"radius": 0.3}, name="ball", location=[0.4, 0.1, 3.5])
+    world.add_object(box={"size": [9, 9, 0.1]}, location=[0, 0, 7])
     keys = [
-        {"time": t, "object": "box", "location": ([0, 0, 5] + (t - 0.5) * velocity).tolist()} for t in (0, 1)
+        {"time": t, "object": name, "location": (np.array(at) + sign * (t - 0.5) * SPEED).tolist()}
+        for t in (0, 1)
+        for name, at, sign in (("box", [0, 0, 5], 1), ("ball", [0.4, 0.1, 3.5], -1))
     ]
     world.set_video(seconds=1, interpolation="linear", keyframe=keys)
-    eye = raycam.Camera([[90, 0, 59.5], [0, 90, 39.5], [0, 0, 1]], np.eye(3), [0.3, 0.2, 0], (120, 80))
-    rolling = eye.exposing(0.05, readout=0.4)
-    later = world.at(0.9)
-    found = flow(world.at(0.5), rolling, later, eye)
-    frame = raycam.render(world.at(0.5), rolling, samples=1, channels=["position", "instance"])
+    return world
+
+
+VELOCITIES = np.array([SPEED, -SPEED, [0.0, 0.0, 0.0]])
+EYE = raycam.Camera([[90, 0, 59.5], [0, 90, 39.5], [0, 0, 1]], np.eye(3), [0.3, 0.2, 0], (120, 80))
+
+
+def seen_by(camera: raycam.Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Of a camera that reads its rows for 0.4 s around 0.5 s: the points, how fast they are, row and column."""
+    frame = raycam.render(sliding().at(0.5), camera, samples=1, channels=["position", "instance"])
     seen = frame["instance"] >= 0
-    np.testing.assert_array_equal(np.isfinite(found["flow"][..., 0]), seen)
     row, column = np.nonzero(seen)
+    return frame["position"][seen], VELOCITIES[frame["instance"][seen]], row, column
+
+
+def test_flow_of_a_picture_that_is_read_line_by_line() -> None:
+    """From where each line saw what moves, by the formula of its motion, to where it is later."""
+    world = sliding()
+    rolling = EYE.exposing(0.05, readout=0.4)
+    found = flow(world.at(0.5), rolling, world.at(0.9), EYE)
+    points, speed, row, column = seen_by(rolling)
     time = 0.5 + 0.4 * ((row + 0.5) / 80 - 0.5)
-    moved = frame["position"][seen] + (0.9 - time)[:, None] * velocity
-    pixels, _ = eye.project(moved)
-    assert np.abs(found["flow"][seen] - (pixels - np.column_stack([column, row]))).max() < 1e-3
-    assert np.abs(found["scene_flow"][seen] - (0.9 - time)[:, None] * velocity).max() < 1e-5
-    with pytest.raises(raycam.WorldError, match="line"):
-        flow(world.at(0.5), eye, later, rolling)
-    assert flow(world, eye, world, rolling)["flow"].shape == (80, 120, 2)  # a world that stands
+    moves = (0.9 - time)[:, None] * speed
+    pixels, _ = EYE.project(points + moves)
+    assert np.abs(found["flow"][row, column] - (pixels - np.column_stack([column, row]))).max() < 1e-3
+    assert np.abs(found["scene_flow"][row, column] - moves).max() < 1e-5
+    assert flow(world, EYE, world, rolling)["flow"].shape == (80, 120, 2)  # a world that stands
+
+
+@pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
+@pytest.mark.parametrize("moving", [False, True])
+def test_flow_to_a_picture_that_is_read_line_by_line(
+    direction: raycam.camera_optics.Readout, moving: bool
+) -> None:
+    """Which line sees a point depends on where it is then: solved here for each point by SciPy."""
+    world = sliding()
+    rolling = EYE.exposing(0.05, readout=0.4, direction=direction)
+    if moving:
+        turn = Rotation.from_euler("yz", [3, -4], degrees=True).as_matrix()
+        rolling = EYE.moving(
+            EYE.at_pose(turn, [0.2, 0.1, 0.2]), exposure=0.05, readout=0.4, direction=direction
+        )
+    found = flow(world.at(0.3), EYE, world.at(0.5), rolling)
+    frame = raycam.render(world.at(0.3), EYE, samples=1, channels=["position", "instance"])
+    there = raycam.render(world.at(0.5), rolling, samples=1, channels=["position", "instance"])
+    hidden = 0
+    for row, column in np.random.default_rng(0).integers([80, 120], size=(300, 2)):
+        number = frame["instance"][row, column]
+        if number < 0:
+            continue
+        point, speed = frame["position"][row, column], VELOCITIES[number]
+
+        def at(line: float, point: np.ndarray = point, speed: np.ndarray = speed) -> np.ndarray:
+            return point + (0.5 + 0.4 * (line - 0.5) - 0.3) * speed
+
+        def off(line: float) -> float:
+            pixel = shown_on(line, rolling, at(line))
+            across = (pixel + 0.5) / [120, 80]
+            share = across[1 if direction in ("down", "up") else 0]
+            return float((1 - share if direction in ("up", "left") else share) - line)
+
+        if off(0.0) <= 0 or off(1.0) >= 0:
+            assert found["outside"][row, column]
+            continue
+        line = scipy.optimize.brentq(off, 0, 1, xtol=1e-14)
+        pixel = shown_on(line, rolling, at(line))
+        assert np.abs(found["flow"][row, column] - (pixel - [column, row])).max() < 1e-3
+        x, y = np.rint(pixel).astype(int)
+        if found["outside"][row, column] or not (0 <= x < 120 and 0 <= y < 80):
+            continue
+        same = np.linalg.norm(there["position"][y, x] - at(line)) < 0.1
+        hidden += int(found["occluded"][row, column])
+        # The pixel nearest to it shows it or what hides it, but at edges.
+        edge = there["instance"][max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
+        if (edge == edge[0, 0]).all():
+            assert same != found["occluded"][row, column]
+    assert hidden > 3
+
+
+def shown_on(line: float, camera: raycam.Camera, point: np.ndarray) -> np.ndarray:
+    """Where a camera shows a point when the line at a fraction of the picture is in the middle of its exposure."""
+    track = camera.shutter["track"] if camera.shutter is not None else []
+    if len(track) < 2:
+        return np.asarray(camera.still().project(point)[0])
+    time = 0.4 * line + 0.025
+    (start, first), (end, last) = ((key["time"], key["pose"]) for key in (track[0], track[-1]))
+    part = (time - start) / (end - start)
+    turns = Slerp([0, 1], Rotation.from_matrix([first["R"], last["R"]]))
+    center = np.array(first["C"]) + part * (np.array(last["C"]) - first["C"])
+    return np.asarray(EYE.at_pose(turns(part).as_matrix(), center).project(point)[0])
+
+
+def test_what_bends_is_not_followed_to_a_picture_that_is_read_line_by_line(tmp_path: Path) -> None:
+    world = bending_plate(tmp_path)
+    camera = raycam.Camera.look_at([1, 2, 6], [0, 1, 0], [0, 1, 0], size=(40, 30), fov=30)
+    rolling = camera.exposing(0, readout=0.2)
+    with pytest.raises(raycam.WorldError, match="bends"):
+        flow(world.at(0.2), camera, world.at(0.5), rolling)
+    assert np.isfinite(flow(world.at(0.5), rolling, world.at(0.2), camera)["flow"]).any()

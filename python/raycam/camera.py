@@ -196,6 +196,11 @@ class Camera(Constructors, Optics, Described):
         return self._core.pixel_center
 
     @property
+    def corner(self) -> float:
+        """Both pixel coordinates of the picture's top left corner: -0.5 where `pixel_center` is "integer", else 0."""
+        return -0.5 if self.pixel_center == "integer" else 0.0
+
+    @property
     def up(self) -> Up:
         """The axis of the world that `roll_pitch_yaw` calls up: "z" or "y"."""
         return self._up
@@ -248,10 +253,10 @@ class Camera(Constructors, Optics, Described):
     def _centers(self) -> Floats:
         """The pixel coordinates of the centres of all pixels, [height, width, 2]."""
         width, height = self.size
-        offset = 0.5 if self.pixel_center == "half" else 0.0
+        first = self.corner + 0.5
         array = np.empty((height, width, 2))
-        array[..., 0] = np.arange(width) + offset
-        array[..., 1] = (np.arange(height) + offset)[:, None]
+        array[..., 0] = np.arange(width) + first
+        array[..., 1] = (np.arange(height) + first)[:, None]
         return array
 
     def _require_pinhole(self, what: str) -> None:
@@ -274,9 +279,9 @@ class Camera(Constructors, Optics, Described):
     def resized(self, size: Size) -> Camera:
         """The same view in a picture of another size (width, height): K scaled, so that edges fall on edges."""
         new = size_of(size, error=CameraError)
-        edge = 0.5 if self.pixel_center == "integer" else 0.0  # from the corner of the picture to pixel 0, 0
         x, y = new[0] / self.size[0], new[1] / self.size[1]
-        scale = np.array([[x, 0.0, (x - 1.0) * edge], [0.0, y, (y - 1.0) * edge], [0.0, 0.0, 1.0]])
+        corner = self.corner
+        scale = np.array([[x, 0.0, (1.0 - x) * corner], [0.0, y, (1.0 - y) * corner], [0.0, 0.0, 1.0]])
         return Camera._of(self._core.with_intrinsics((scale @ self.K).tolist(), new), self._up)
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Camera:

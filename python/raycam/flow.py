@@ -45,7 +45,10 @@ def flow(
     beyond its lens. A point counts as hidden where the second camera's own ray to it meets something nearer by more
     than a millionth of the distance; a point on the far side of its object is hidden by the object.
 
-    Raises `WorldError` where the worlds differ in objects or triangles.
+    Of a world that moves while the first camera reads line after line, each pixel's point is where its line saw it.
+
+    Raises `WorldError` where the worlds differ in objects or triangles, and where the second world moves while the
+    second camera reads line after line.
     """
     second = (world if world2 is None else world2, camera if camera2 is None else camera2)
     return _core.flow((world._core, camera._core), (second[0]._core, second[1]._core), threads)

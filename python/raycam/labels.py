@@ -123,7 +123,9 @@ def label(
 
     Masks are of the exact rays through the pixels' centres: the visible ones as in the channel `instance` (which is
     rendered where it is not given), the amodal ones of each object alone. `margin` columns and rows around the picture
-    count to the amodal masks (default: as wide and high as the picture on every side, as the BOP toolkit has it).
+    count to the amodal masks (default: as wide and high as the picture on every side, as the BOP toolkit has it). Of a
+    world that moves while the camera reads line after line, each line is of its own time, as in the picture; `box3d`
+    is of the middle.
 
     Raises `SettingsError` for objects there are not, and an `instance` that does not have the size of the picture.
     """
@@ -211,6 +213,7 @@ def keypoints(
 
     `points` are in the world, or with `objects`, one for each, in the coordinates of their meshes. The camera's own ray
     to a point finds the object before it: what lies nearer than the point by more than `tolerance` times the distance.
+    All of it is of the world as it stands, for a camera that reads line after line too.
     Raises `SettingsError`.
     """
     places = floats("points", points, ("n", 3))
@@ -223,12 +226,9 @@ def keypoints(
         places = np.einsum("nij,nj->ni", matrices[:, :3, :3], places) + matrices[:, :3, 3]
     pixels, in_front = camera.project(places)
     pixels[~in_front] = np.nan
-    width, height = camera.size
-    edge = 0.5 if camera.pixel_center == "integer" else 0.0
     with np.errstate(invalid="ignore"):
-        inside: Bools = np.asarray(
-            ((pixels >= -edge) & (pixels < np.array([width, height]) - edge)).all(axis=1)
-        )
+        past = pixels - camera.corner
+        inside: Bools = np.asarray(((past >= 0.0) & (past < camera.size)).all(axis=1))
     origins, directions = camera.rays(pixels[inside])
     distance = ((places[inside] - origins) * directions).sum(axis=1)
     hits = world.cast_rays(origins, directions, threads=threads)

@@ -70,4 +70,4 @@ def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) ->
 
 def _middle(size: tuple[int, int], camera: Camera) -> Floats:
     """The pixel coordinates of the middle of a picture."""
-    return np.array(size) / 2.0 - (0.5 if camera.pixel_center == "integer" else 0.0)
+    return np.array(size) / 2.0 + camera.corner

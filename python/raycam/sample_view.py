@@ -116,7 +116,7 @@ def _pose(
     )
     shift = [draw.between(-aside, aside, number) for number in (3, 4)]
     half = np.array(camera.size) / 2
-    pixel = half * (1.0 + np.array(shift)) - (0.5 if camera.pixel_center == "integer" else 0.0)
+    pixel = half * (1.0 + np.array(shift)) + camera.corner
     lying = camera.at_pose(np.eye(3), np.zeros(3)).rays(pixel)[1]
     if not np.isfinite(lying).all():
         return None

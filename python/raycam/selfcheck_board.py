@@ -121,7 +121,7 @@ class Board:
         still = _placed(camera, np.eye(3), np.zeros(3))
         size = np.array(camera.size, float)
         spread = np.array(GOLDEN) * number % 1.0
-        pixel = size * (0.2 + 0.6 * spread) - (0.5 if camera.pixel_center == "integer" else 0.0)
+        pixel = size * (0.2 + 0.6 * spread) + camera.corner
         reach = 0.3 * size.min()
         around = pixel + reach * np.array([[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]])
         ways = still.rays(around)[1]

@@ -206,14 +206,14 @@ def _check(camera: Camera) -> None:
 def _whole_centers(camera: Camera) -> Camera:
     """The same camera with pixel centres at whole numbers, at the origin."""
     k = camera.K
-    k[:2, 2] -= 0.5 if camera.pixel_center == "half" else 0.0
+    k[:2, 2] -= 0.5 + camera.corner
     model: Any = "opencv" if camera.model == "pinhole" else camera.model
     return Camera(k, np.eye(3), np.zeros(3), camera.size, distortion=camera.distortion, model=model)
 
 
 def _pixels(camera: Camera, points: Floats) -> Floats:
     """Where a camera sees points, pixel centres at whole numbers."""
-    return camera.project(points)[0] - (0.5 if camera.pixel_center == "half" else 0.0)
+    return camera.project(points)[0] - (0.5 + camera.corner)
 
 
 def _off(camera: Camera, position: Floats) -> float:

@@ -19,7 +19,7 @@ Wrap = Literal["repeat", "clamp", "mirror"]
 class Texture:
     """An image, and how a surface looks it up: a value of `texture` and of `textures` of an object.
 
-    `image` is the name of an image file in the world's folder, or an array [h, w] or [h, w, 1..4], its first row at
+    `image` is the path of an image file, or an array [h, w] or [h, w, 1..4], its first row at
     v = 0: uint8 (sRGB in colours, linear elsewhere), or floats, which are linear. `wrap` says what it does beyond 0..1
     (one for both axes or one each), `filter` what lies between texels. Coordinates (u, v) of the mesh are multiplied
     by `repeat`, turned by `rotation` degrees and moved by `offset`, as `KHR_texture_transform` of glTF has it;

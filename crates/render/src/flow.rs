@@ -1,7 +1,10 @@
 //! Optical flow and scene flow: where what a camera sees is in another world, and where another camera sees it there.
 
-use glam::DVec3;
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
 use raycam_bvh::{ExactHit, ExactRay, NOTHING};
+use raycam_scene::camera::Center;
 use raycam_scene::{Camera, World};
 use rayon::prelude::*;
 
@@ -55,9 +58,9 @@ pub struct Flow {
 /// camera finds what hides a point.
 ///
 /// # Errors
-/// [`RenderError::World`] where the worlds do not have the same objects with as many triangles, and where the second one
-/// moves on while its camera reads one line after the other: where a point is seen would depend on where it is seen.
-/// [`RenderError::Cancelled`], and those of [`with_pool`].
+/// [`RenderError::World`] where the worlds do not have the same objects with as many triangles, and where a second one of
+/// many objects, or of meshes that bend, moves on while its camera reads line after line; [`RenderError::Cancelled`], and
+/// those of [`with_pool`].
 pub fn flow(
     first: View,
     second: View,
@@ -65,13 +68,6 @@ pub fn flow(
     control: &Control,
 ) -> Result<Flow, RenderError> {
     check(first.world, second.world)?;
-    if second.moments().is_some() {
-        return Err(RenderError::World(
-            "the second camera reads line after line while the world moves: where a point is seen depends on when, and \
-             when on where. Follow to a camera without a readout, or to a world that stands"
-                .into(),
-        ));
-    }
     let moments = first.moments();
     let cameras = [&first, &second].map(|view| view.world.before(view.camera));
     let [first, second] =
@@ -85,6 +81,7 @@ pub fn flow(
         occluded: vec![false; count],
         outside: vec![false; count],
     };
+    let shown = with_pool(threads, || Shown::new(second, control))??;
     let band = width as usize * TILE as usize;
     control.start(count.div_ceil(band));
     with_pool(threads, || {
@@ -121,7 +118,7 @@ pub fn flow(
                     let world = then.as_deref().unwrap_or(first.world);
                     let seen = View { world, ..first };
                     for tile in Tile::of_region([x, y, width, height]) {
-                        for (pixel, moved) in follow(seen, second, &tile) {
+                        for (pixel, moved) in follow(seen, &shown, &tile) {
                             let i = ((pixel[1] - top) * size[0] + pixel[0]) as usize;
                             flow[i] = moved.flow;
                             scene_flow[i] = moved.scene_flow;
@@ -172,8 +169,68 @@ struct Moved {
     seen: Seen,
 }
 
+/// How the second view shows points.
+struct Shown<'a> {
+    view: View<'a>,
+    /// The world of each line, where they differ.
+    lines: Vec<Arc<PreparedWorld>>,
+}
+
+impl<'a> Shown<'a> {
+    fn new(view: View<'a>, control: &Control) -> Result<Self, RenderError> {
+        let lines = match view.moments() {
+            Some(moments) => moments.of_all_lines(view.camera, control)?,
+            None => vec![],
+        };
+        Ok(Self { view, lines })
+    }
+
+    /// Where a point of a triangle is when it is seen, its pixel, and whether it is seen at all.
+    fn find(&self, hit: &ExactHit) -> (DVec3, DVec2, bool) {
+        let camera = self.view.camera;
+        let Some(last) = self.lines.len().checked_sub(1) else {
+            let point = place(self.view.world, hit);
+            let (pixel, sees) = camera.project(point);
+            return (point, pixel, sees);
+        };
+        // From line to line, each in the middle of its own part of the picture, everything moves straight on.
+        let at = |line: f64| {
+            let line = line * self.lines.len() as f64 - 0.5;
+            let before = (line.max(0.0) as usize).min(last.saturating_sub(1));
+            let [a, b] = [before, last.min(before + 1)].map(|i| place(&self.lines[i], hit));
+            a.lerp(b, line - before as f64)
+        };
+        let (pixel, sees) = camera.project_moving(at);
+        (at(camera.line_of(pixel)), pixel, sees)
+    }
+
+    /// The world that a pixel shows.
+    fn world(&self, pixel: DVec2) -> &PreparedWorld {
+        let line = self.view.camera.line_of(pixel) * self.lines.len() as f64;
+        let last = self.lines.len().saturating_sub(1);
+        let then = self.lines.get((line as usize).min(last));
+        then.map_or(self.view.world, |world| world)
+    }
+}
+
+/// The point of a world that a ray has met in another one.
+fn place(world: &PreparedWorld, hit: &ExactHit) -> DVec3 {
+    let [a, b, c] = world.corners(hit.instance, hit.triangle);
+    a + (b - a) * hit.u + (c - a) * hit.v
+}
+
+/// The ray of the second camera to a point that it shows.
+struct Back<'a> {
+    world: &'a PreparedWorld,
+    ray: ExactRay,
+    distance: f64,
+    /// Which of the points it is of, and what lies there.
+    of: usize,
+    hit: ExactHit,
+}
+
 /// The pixels of a tile that show something, followed.
-fn follow(first: View, second: View, tile: &Tile) -> Vec<([u32; 2], Moved)> {
+fn follow(first: View, second: &Shown, tile: &Tile) -> Vec<([u32; 2], Moved)> {
     let mut pixels = vec![];
     tile.pixels(&mut pixels);
     let rays: Vec<ExactRay> = pixels
@@ -186,50 +243,59 @@ fn follow(first: View, second: View, tile: &Tile) -> Vec<([u32; 2], Moved)> {
         .scene
         .closest_exact(&rays, first.world, &mut hits);
 
-    let size = second.camera.size().map(f64::from);
-    let edge = 0.5 - second.camera.pixel_center().offset();
-    let mut moved = vec![];
-    // Rays of the second camera through the points that lie inside of its picture.
-    let (mut back, mut distances, mut whose) = (vec![], vec![], vec![]);
-    for ((&[x, y], ray), hit) in pixels.iter().zip(&rays).zip(&hits) {
+    let camera = second.view.camera;
+    let size = camera.size().map(f64::from);
+    let edge = 0.5 - camera.pixel_center().offset();
+    let (mut moved, mut back) = (vec![], vec![]);
+    for ((&[x, y], ray), &hit) in pixels.iter().zip(&rays).zip(&hits) {
         if hit.instance == NOTHING {
             continue;
         }
         let before = DVec3::from(ray.origin) + hit.t * DVec3::from(ray.direction);
-        let [a, b, c] = second.world.corners(hit.instance, hit.triangle);
-        let after = a + (b - a) * hit.u + (c - a) * hit.v;
+        let (after, pixel, sees) = second.find(&hit);
         let from = first.camera.pixel_center_of(x, y) - first.camera.pixel_center().offset();
-        let (pixel, sees) = second.camera.project(after);
-        let to = pixel - second.camera.pixel_center().offset();
+        let to = pixel - camera.pixel_center().offset();
         let inside = sees
             && (-edge <= pixel.x && pixel.x < size[0] - edge)
             && (-edge <= pixel.y && pixel.y < size[1] - edge);
         if inside {
-            let (origin, direction) = second.camera.ray(pixel);
-            distances.push((after - origin).dot(direction));
-            back.push(exact_ray((origin, direction)));
-            whose.push((moved.len(), hit.instance, hit.triangle));
+            let world = second.world(pixel);
+            let (origin, direction) = camera.ray(pixel);
+            // Between the middles of two lines a point is a little beside where it is in the world of either.
+            let way = place(world, &hit) - origin;
+            let direction = match second.lines.is_empty() || camera.center() != Center::Point {
+                true => direction,
+                false => way.normalize(),
+            };
+            back.push(Back {
+                world,
+                ray: exact_ray((origin, direction)),
+                distance: way.dot(direction),
+                of: moved.len(),
+                hit,
+            });
         }
-        let flow = if sees { to - from } else { glam::DVec2::NAN };
+        let flow = if sees { to - from } else { DVec2::NAN };
         moved.push((
             [x, y],
             Moved {
                 flow: flow.as_vec2().to_array(),
                 scene_flow: (after - before).as_vec3().to_array(),
-                depth: second.camera.depth_at(pixel, after) as f32,
+                depth: camera.depth_at(pixel, after) as f32,
                 seen: if inside { Seen::Yes } else { Seen::Outside },
             },
         ));
     }
-    let mut hits = vec![ExactHit::MISS; back.len()];
-    second
-        .world
-        .scene
-        .closest_exact(&back, second.world, &mut hits);
-    for ((hit, distance), (i, instance, triangle)) in hits.iter().zip(distances).zip(whose) {
-        let itself = (hit.instance, hit.triangle) == (instance, triangle);
-        if hit.t < distance * (1.0 - IN_FRONT) && !itself {
-            moved[i].1.seen = Seen::Hidden;
+    for same in back.chunk_by(|a, b| std::ptr::eq(a.world, b.world)) {
+        let rays: Vec<ExactRay> = same.iter().map(|back| back.ray).collect();
+        let mut hits = vec![ExactHit::MISS; rays.len()];
+        let world = same[0].world;
+        world.scene.closest_exact(&rays, world, &mut hits);
+        for (there, back) in hits.iter().zip(same) {
+            let itself = (there.instance, there.triangle) == (back.hit.instance, back.hit.triangle);
+            if there.t < back.distance * (1.0 - IN_FRONT) && !itself {
+                moved[back.of].1.seen = Seen::Hidden;
+            }
         }
     }
     moved

@@ -11,6 +11,7 @@ use glam::DVec2;
 use raycam_scene::camera::{Motion, Readout};
 use raycam_scene::video::Clock;
 use raycam_scene::{Camera, Object, World};
+use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
@@ -125,6 +126,46 @@ impl<'a> Moments<'a> {
         control: &Control,
     ) -> Result<Arc<PreparedWorld>, RenderError> {
         self.at(camera.since_middle(pixel, 0.5), control)
+    }
+
+    /// The world at the middle of the exposure of every line, in the order in which they are read.
+    ///
+    /// # Errors
+    /// [`RenderError::World`] where so many worlds would take too much memory.
+    pub fn of_all_lines(
+        &self,
+        camera: &Camera,
+        control: &Control,
+    ) -> Result<Vec<Arc<PreparedWorld>>, RenderError> {
+        let fail = |what: &str| {
+            RenderError::World(format!(
+                "the second camera reads line after line while the world moves, which is followed of at most {FEW} \
+                 objects whose meshes keep their shape, and {what}: follow to a camera without a readout, or to a world \
+                 that stands"
+            ))
+        };
+        if self.world.objects.len() > FEW {
+            return Err(fail(&format!("it has {}", self.world.objects.len())));
+        }
+        let middle = |[x, y, ..]: [u32; 4]| camera.pixel_center_of(x, y);
+        let [width, height] = camera.size();
+        let mut lines: Vec<_> = self
+            .lines(camera, [0, 0, width, height])
+            .into_iter()
+            .map(middle)
+            .collect();
+        lines.sort_by(|a, b| camera.line_of(*a).total_cmp(&camera.line_of(*b)));
+        lines
+            .into_par_iter()
+            .map(|pixel| {
+                let then = self.at_line(camera, pixel, control)?;
+                let mut objects = then.objects.iter().zip(&self.still.objects);
+                match objects.all(|(a, b)| Arc::ptr_eq(&a.mesh, &b.mesh)) {
+                    true => Ok(then),
+                    false => Err(fail("one of its meshes bends")),
+                }
+            })
+            .collect()
     }
 
     fn at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {

@@ -150,8 +150,8 @@ def write(
     The data set is a `raycam.jobs.Job`: every file is complete or not there, views that are finished stay when the same
     call is made again after it was stopped, `workers` and `shard` (i, n) are as in `pool_of` and `Job.run`. With
     `resume=False` it begins anew. The index files are written when all views are there. Memory does not grow with the
-    number of views, but for "colmap", whose tracks of points are kept until they are written. `progress(done,
-    total, failed)` is called after each unit of work.
+    number of views; what "colmap" has to know of all of them is a bit for each point and view in a temporary file.
+    `progress(done, total, failed)` is called after each unit of work.
 
     Raises `SettingsError` and `CameraError` for what the format does not have, before anything is rendered; `JobError`
     where the folder holds another data set, and at the end where views failed; `OSError`.
@@ -167,7 +167,10 @@ def write(
         check_poses(plan, format)
     kind.check(plan)
     target = Path(folder)
-    job = Job(target, package(format, plan), resume=resume)
+    what = package(format, plan)
+    job = Job(target, what, resume=resume)
+    if plan.recipe is None:
+        plan.world = what.world  # so that what tracing needs is built once
     made = 0
 
     def finished(_: object) -> None:

@@ -68,11 +68,8 @@ def annotation(shot: Shot, item: Label) -> Record:
     if points is not None:
         places = points["points"]
         seen = keypoints(shot.world, shot.camera, places, [item.object] * len(places), threads=plan.threads)
-        corner = (
-            0.5 if shot.camera.pixel_center == "integer" else 0.0
-        )  # from the picture's corner, not its first pixel
         triples = [
-            [*(pixel + corner).tolist(), 2 if visible else 1] if inside else [0, 0, 0]
+            [*(pixel - shot.camera.corner).tolist(), 2 if visible else 1] if inside else [0, 0, 0]
             for pixel, inside, visible in zip(seen.pixels, seen.in_picture, seen.visible, strict=True)
         ]
         found["keypoints"] = [value for triple in triples for value in triple]

@@ -91,7 +91,6 @@ def images(plan: Plan, ids: Sequence[int], points: Floats, tracks: Tracks) -> It
     yield b"# Image list: IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME; POINTS2D[] as (X, Y, POINT3D_ID)\n"
     for number, view in enumerate(plan.shots):
         world, camera = plan.shot(number).world, view.camera
-        corner = 0.5 if camera.pixel_center == "integer" else 0.0
         visible = np.zeros(len(points), dtype=bool)
         pose = matrix_text(np.array([*quaternion(camera.R), *camera.t]))
         yield f"{number + 1} {pose} {ids[number]} {number:06d}.png\n".encode()
@@ -100,7 +99,7 @@ def images(plan: Plan, ids: Sequence[int], points: Floats, tracks: Tracks) -> It
             found = keypoints(world, camera, points[first : first + BATCH], threads=plan.threads)
             visible[first : first + BATCH] = found.visible
             seen = np.flatnonzero(found.visible)
-            pixels = (found.pixels[seen] + corner).tolist()
+            pixels = (found.pixels[seen] - camera.corner).tolist()
             for (x, y), i in zip(pixels, seen, strict=True):
                 yield f"{between}{x} {y} {first + i + 1}".encode()
                 between = " "

@@ -5,13 +5,14 @@ Source: COLMAP's documentation, "Rig Support" and "Output Format".
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 
 import numpy as np
 
 from ..camera import Camera
 from ..errors import CameraError
-from .plan import Plan, matrix_text
+from .plan import Index, Plan, matrix_text
 from .rgbd import quaternion
 
 __all__ = ["files"]
@@ -34,7 +35,7 @@ def check(plan: Plan) -> None:
                 )
 
 
-def files(plan: Plan, ids: Sequence[int]) -> Iterator[tuple[str, list[bytes]]]:
+def files(plan: Plan, ids: Sequence[int]) -> Index:
     """Both files; `ids` are those of the cameras of all views."""
     rigs = {tuple(ids[number] for number in frame): frame for frame in plan.rigs}
     single = dict.fromkeys(ids[number] for number, view in enumerate(plan.shots) if view.rig is None)
@@ -52,15 +53,17 @@ def files(plan: Plan, ids: Sequence[int]) -> Iterator[tuple[str, list[bytes]]]:
             )
         text += "\n"
     yield "sparse/0/rigs.txt", [text.encode()]
-    groups = [*plan.rigs, *([n] for n, view in enumerate(plan.shots) if view.rig is None)]
-    rows = [
-        b"# FRAME_ID, RIG_ID, RIG_FROM_WORLD[QW, QX, QY, QZ, TX, TY, TZ], NUM_DATA_IDS, DATA_IDS[] as (SENSOR_TYPE, "
-        b"SENSOR_ID, DATA_ID)\n"
-    ]
-    for i, group in enumerate(groups):
+    yield "sparse/0/frames.txt", frames(plan, ids, numbers)
+
+
+def frames(plan: Plan, ids: Sequence[int], numbers: Mapping[tuple[int, ...], int]) -> Iterator[bytes]:
+    """The pictures that were taken together; `numbers` are those of the rigs by their cameras."""
+    yield b"# FRAME_ID, RIG_ID, RIG_FROM_WORLD[QW, QX, QY, QZ, TX, TY, TZ], NUM_DATA_IDS, DATA_IDS[] as (SENSOR_TYPE, "
+    yield b"SENSOR_ID, DATA_ID)\n"
+    single = ([number] for number, view in enumerate(plan.shots) if view.rig is None)
+    for i, group in enumerate(chain(plan.rigs, single)):
         first = plan.shots[group[0]].camera
         pose = matrix_text(np.array([*quaternion(first.R), *first.t]))
-        images = " ".join(f"CAMERA {ids[n]} {n + 1}" for n in group)
-        rig = numbers[tuple(ids[n] for n in group)]
-        rows.append(f"{i + 1} {rig} {pose} {len(group)} {images}\n".encode())
-    yield "sparse/0/frames.txt", rows
+        pictures = " ".join(f"CAMERA {ids[number]} {number + 1}" for number in group)
+        rig = numbers[tuple(ids[number] for number in group)]
+        yield f"{i + 1} {rig} {pose} {len(group)} {pictures}\n".encode()

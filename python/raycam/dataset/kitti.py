@@ -42,6 +42,9 @@ def check(plan: Plan) -> None:
         if len(frame) != 2:
             raise SettingsError(f"a rig of {len(frame)} cameras; KITTI's has two, the left and the right one")
         check_rectified(plan.shots[frame[0]].camera, plan.shots[frame[1]].camera)
+    if baseline is not None:
+        for view in plan.shots:
+            check_rectified(view.camera, beside(view.camera, baseline))
     if plan.options["flow"] and plan.recipe is not None:
         raise SettingsError("flow goes from each view to the next of the same world: not with a recipe")
     if plan.options["flow"] and units(plan) < 2:
@@ -95,12 +98,12 @@ def right_camera(plan: Plan, shot: Shot, number: int) -> Camera | None:
     if plan.rigs:
         return plan.shots[plan.rigs[number][1]].camera
     baseline = plan.options["baseline"]
-    if baseline is None:
-        return None
-    camera = shot.camera
-    return Camera(
-        camera.K, camera.R, camera.C + baseline * camera.R[0], camera.size, pixel_center=camera.pixel_center
-    )
+    return None if baseline is None else beside(shot.camera, baseline)
+
+
+def beside(camera: Camera, baseline: float) -> Camera:
+    """The same camera, metres to the right."""
+    return camera.at_pose(camera.R, camera.C + baseline * camera.R[0])
 
 
 def line(shot: Shot, item: Label) -> str:

@@ -262,14 +262,14 @@ def png(pixels: npt.NDArray[Any]) -> bytes:
 def half(camera: Camera) -> npt.NDArray[np.float64]:
     """K with the centre of the first pixel at (0.5, 0.5)."""
     k = camera.K
-    k[:2, 2] += 0.5 if camera.pixel_center == "integer" else 0.0
+    k[:2, 2] -= camera.corner
     return k
 
 
 def whole_centers(camera: Camera) -> npt.NDArray[np.float64]:
     """K with the centre of the first pixel at (0, 0)."""
     k = camera.K
-    k[:2, 2] -= 0.5 if camera.pixel_center == "half" else 0.0
+    k[:2, 2] -= 0.5 + camera.corner
     return k
 
 

@@ -32,9 +32,15 @@ impl Camera {
     /// A camera whose lines open one after another sees a point where the line that is open shows it, at the middle of
     /// its exposure: on the first such line if there are several, nowhere if there is none.
     pub fn project(&self, point: DVec3) -> (DVec2, bool) {
+        self.project_moving(|_| point)
+    }
+
+    /// The same of a point that moves while the lines are read: `point` says where it is when the line at a fraction of the
+    /// picture, from 0 to 1, is in the middle of its exposure; 0.5 where all lines are open at once.
+    pub fn project_moving(&self, point: impl Fn(f64) -> DVec3) -> (DVec2, bool) {
         match &self.motion {
             Some(motion) if motion.readout() > 0.0 => self.project_by_lines(motion, point),
-            _ => self.project_from(&self.pose(), point),
+            _ => self.project_from(&self.pose(), point(0.5)),
         }
     }
 
@@ -43,6 +49,15 @@ impl Camera {
         Pose {
             r: self.r,
             c: self.c,
+        }
+    }
+
+    /// The pose when the line of a pixel is at a part of its exposure.
+    #[inline]
+    fn pose_at(&self, pixel: DVec2, part: f64) -> Pose {
+        match &self.motion {
+            None => self.pose(),
+            Some(motion) => motion.at(motion.time(self.past_corner(pixel), self.size, part)),
         }
     }
 
@@ -68,10 +83,10 @@ impl Camera {
     }
 
     /// Looks for the line, from 0 to 1, that shows the point where it is itself.
-    fn project_by_lines(&self, motion: &Motion, point: DVec3) -> (DVec2, bool) {
+    fn project_by_lines(&self, motion: &Motion, point: impl Fn(f64) -> DVec3) -> (DVec2, bool) {
         let seen_at = |line: f64| {
             let time = line * motion.readout() + 0.5 * motion.exposure();
-            let (pixel, seen) = self.project_from(&motion.at(time), point);
+            let (pixel, seen) = self.project_from(&motion.at(time), point(line));
             let off = motion.line(self.past_corner(pixel), self.size) - line;
             (seen && off.is_finite()).then_some((pixel, off))
         };
@@ -129,13 +144,7 @@ impl Camera {
     /// pixel: outside of the picture's valid region with a lens that folds over; a pinhole has none such.
     #[inline]
     pub fn ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
-        match &self.motion {
-            None => self.ray_from(&self.pose(), pixel),
-            Some(motion) => {
-                let time = motion.time(self.past_corner(pixel), self.size, 0.5);
-                self.ray_from(&motion.at(time), pixel)
-            }
-        }
+        self.ray_from(&self.pose_at(pixel, 0.5), pixel)
     }
 
     #[inline]
@@ -181,10 +190,7 @@ impl Camera {
     /// numbers and one in 0..1 decide.
     pub fn sample(&self, pixel: DVec2, lens: [f64; 2], part: f64) -> Sample {
         let pixel = self.wrapped(pixel);
-        let pose = match &self.motion {
-            None => self.pose(),
-            Some(motion) => motion.at(motion.time(self.past_corner(pixel), self.size, part)),
-        };
+        let pose = self.pose_at(pixel, part);
         let Some(aperture) = &self.aperture else {
             let (origin, direction) = self.ray_from(&pose, pixel);
             return Sample { origin, direction };
@@ -204,6 +210,13 @@ impl Camera {
         self.motion.as_ref().map_or(0.0, |motion| {
             let pixel = self.past_corner(self.wrapped(pixel));
             motion.time(pixel, self.size, part) - 0.5 * motion.whole()
+        })
+    }
+
+    /// Where the line of a pixel lies in the order in which lines are read, from 0 to 1; 0.5 for a camera without a shutter.
+    pub fn line_of(&self, pixel: DVec2) -> f64 {
+        self.motion.as_ref().map_or(0.5, |motion| {
+            motion.line(self.past_corner(pixel), self.size)
         })
     }
 
@@ -240,21 +253,12 @@ impl Camera {
 
     /// camera_from_world when the line of a pixel is in the middle of its exposure.
     pub fn rotation_at(&self, pixel: DVec2) -> DMat3 {
-        match &self.motion {
-            None => self.r,
-            Some(motion) => {
-                let time = motion.time(self.past_corner(pixel), self.size, 0.5);
-                motion.at(time).r
-            }
-        }
+        self.pose_at(pixel, 0.5).r
     }
 
     /// z of a world point along the principal axis when the line of a pixel is in the middle of its exposure.
     pub fn depth_at(&self, pixel: DVec2, point: DVec3) -> f64 {
-        let pose = match &self.motion {
-            None => self.pose(),
-            Some(motion) => motion.at(motion.time(self.past_corner(pixel), self.size, 0.5)),
-        };
+        let pose = self.pose_at(pixel, 0.5);
         pose.r.row(2).dot(point - pose.c)
     }
 
