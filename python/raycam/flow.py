@@ -45,10 +45,11 @@ def flow(
     beyond its lens. A point counts as hidden where the second camera's own ray to it meets something nearer by more
     than a millionth of the distance; a point on the far side of its object is hidden by the object.
 
-    Of a world that moves while the first camera reads line after line, each pixel's point is where its line saw it.
+    Of a world that moves while a camera reads line after line, points are where the lines see them: in the first
+    picture, and in the second, where everything moves straight on from one line to the next.
 
-    Raises `WorldError` where the worlds differ in objects or triangles, and where the second world moves while the
-    second camera reads line after line.
+    Raises `WorldError` where the worlds differ in objects or triangles, and where more than 128 objects, or meshes that
+    bend, move while the second camera reads its lines.
     """
     second = (world if world2 is None else world2, camera if camera2 is None else camera2)
     return _core.flow((world._core, camera._core), (second[0]._core, second[1]._core), threads)
