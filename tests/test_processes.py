@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -156,6 +158,34 @@ def test_closing_ends_everything_at_once(tmp_path: Path) -> None:
     for future in futures:
         assert isinstance(future.exception(1), PoolLost)
     assert not [pid for pid in pids if Path(f"/proc/{pid}").exists()]
+
+
+def test_workers_end_with_the_process_that_started_them(tmp_path: Path) -> None:
+    one = film(samples=1_000_000).package()
+    job = Job(tmp_path, one)
+    program = f"""
+from raycam.processes import Processes
+from raycam.workers import Task
+pool = Processes(2)
+pool.slots()
+for frame in range(2):
+    pool.submit(Task({one.id!r}, {str(job.folder / ".raycam/package")!r}, frame, 1))
+while len(pool.pids()) < 2:
+    pass
+print(*pool.pids(), flush=True)
+input()
+"""
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as parent:
+        assert parent.stdout is not None
+        pids = [int(pid) for pid in parent.stdout.readline().split()]
+        time.sleep(1.0)  # they are at their frames
+        parent.kill()
+    end = time.monotonic() + 10
+    while alive := [pid for pid in pids if Path(f"/proc/{pid}/cmdline").exists()]:
+        assert time.monotonic() < end, alive
+        time.sleep(0.05)
 
 
 def test_how_a_worker_ended_is_known() -> None:

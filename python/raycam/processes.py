@@ -210,11 +210,17 @@ def _exactly(pipe: IO[bytes], size: int) -> bytes:
 
 
 def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
-    """The worker: answers tasks until there are no more."""
+    """The worker: answers tasks until there are no more, or nobody who has asked."""
+    asked_by = os.getppid()
+
+    def go_on(done: int, total: int) -> None:
+        if os.getppid() != asked_by:  # killed amid a long frame: the one who goes on needs the cores
+            raise SystemExit(1)
+
     for line in tasks:
         files: dict[str, bytes] = {}
         try:
-            made = workers.make(Task(**json.loads(line)))
+            made = workers.make(Task(**json.loads(line)), go_on)
             files = dict(made.files)
             sizes = [(name, len(data)) for name, data in files.items()]
             answer: dict[str, Any] = {"files": sizes, "notices": made.notices, "seconds": made.seconds}
