@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from cluster_faults import Engine, connected
 from job_frames import BLIND, Pool, package, results
+from raycam import dask_worker, workers
 from raycam.dask_cluster import Dask
 from raycam.errors import JobError
 from raycam.jobs import Job
@@ -77,4 +78,18 @@ def test_one_that_joins_late_and_does_not_see_the_folder_is_brought_the_package(
             engine.workers[others].kill()  # all that is left is made by the one that sees nothing
 
     job.run(pool, progress=replace)
+    assert results(job.folder) == results(tmp_path / "one")
+
+    # Its disk holds the packages of the last jobs only: one that has gone amid the frames is brought again.
+    def evict(done: int, total: int, failed: int) -> None:
+        if done == 2:
+            for number in range(dask_worker.KEPT):
+                pool._client.submit(dask_worker.keep_package, f"other{number}", b"").result()
+            pool._client.submit(workers.forget).result()
+
+    engine.workers[others].wait()
+    for other in engine.workers[:others]:
+        other.kill()
+    job.remove()
+    Job(job.folder, package()).run(pool, progress=evict)
     assert results(job.folder) == results(tmp_path / "one")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from distributed import get_worker
@@ -10,6 +11,8 @@ from . import files, workers
 from .workers import Made, NoPackage, Task, Unfit
 
 __all__ = ["has_package", "keep_package", "make"]
+
+KEPT = 4  # packages on the disk of a worker, which may live for many jobs
 
 
 def make(task: Task) -> Made:
@@ -35,5 +38,9 @@ def keep_package(job: str, data: bytes) -> None:
     folder = Path(get_worker().local_directory) / "raycam"
     folder.mkdir(exist_ok=True)
     files.write(folder / job, data)
+    for old in sorted(folder.iterdir(), key=os.path.getmtime)[
+        :-KEPT
+    ]:  # whose job still goes on asks for it again
+        old.unlink()
     if folder not in workers.PLACES:
         workers.PLACES.append(folder)
