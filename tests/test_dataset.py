@@ -304,6 +304,23 @@ def test_colmap_has_as_many_points_as_asked_for(tmp_path: Path) -> None:
         write(table(), tmp_path / "skew", "colmap", cameras=[*ring(1), skewed])
 
 
+def test_colmap_observes_no_points_of_what_has_moved_away(tmp_path: Path) -> None:
+    cameras, times = ring(4), [0.0, 0.25, 0.5, 0.75]
+    write(table(), tmp_path, "colmap", cameras=cameras, times=times, points=800, integrator="flat", samples=1)
+    read = pycolmap.Reconstruction(str(tmp_path / "sparse" / "0"))
+    gone = 0
+    for number, camera in enumerate(cameras):
+        world = table().at(times[number])
+        image = read.images[number + 1]
+        ids = [point.point3D_id for point in image.points2D]
+        points = np.array([read.points3D[i].xyz for i in ids])
+        np.testing.assert_allclose(world.cast_rays(camera.C, points - camera.C)["t"], 1.0, rtol=2e-4)
+        others = np.array([point.xyz for i, point in read.points3D.items() if i not in set(ids)])
+        gone += (world.cast_rays(camera.C, others - camera.C)["t"] > 1.01).sum()
+    assert gone > 10
+    assert read.compute_mean_track_length() > 1.5
+
+
 def test_nerf(tmp_path: Path) -> None:
     cameras = ring()
     write(table(), tmp_path, "nerf", cameras=cameras)

@@ -342,7 +342,7 @@ def test_flow_to_a_picture_that_is_read_line_by_line(
     frame = raycam.render(world.at(0.3), EYE, samples=1, channels=["position", "instance"])
     there = raycam.render(world.at(0.5), rolling, samples=1, channels=["position", "instance"])
     hidden = 0
-    for row, column in np.random.default_rng(0).integers([80, 120], size=(300, 2)):
+    for row, column in np.random.default_rng(0).integers([80, 120], size=(150, 2)):
         number = frame["instance"][row, column]
         if number < 0:
             continue
@@ -372,7 +372,7 @@ def test_flow_to_a_picture_that_is_read_line_by_line(
         edge = there["instance"][max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
         if (edge == edge[0, 0]).all():
             assert same != found["occluded"][row, column]
-    assert hidden > 3
+    assert hidden > 1
 
 
 def shown_on(line: float, camera: raycam.Camera, point: np.ndarray) -> np.ndarray:

@@ -173,6 +173,17 @@ def test_ground_truth_is_of_the_first_surface_or_of_the_first_solid_one(pane: di
     assert through[0].visible_fraction == 1.0
 
 
+def test_keypoints_in_the_air_are_on_no_surface() -> None:
+    world = raycam.World()
+    world.add_object(box={"size": [9, 9, 1]}, location=[0, 0, 5.5])
+    world.add_object(box={"size": 0.2}, location=[0, 0, 2])
+    camera = raycam.Camera(np.diag([40.0, 40, 1]), np.eye(3), [-1, 0, 0], (96, 64))
+    points = [[0.5, 1, 5], [0.5, 1, 4], [0.0, 0, 1.9], [0.0, 0, 2], [0.01, 0.02, 5.5], [99, 0, 5]]
+    found = keypoints(world, camera, points)
+    assert found.on_surface.tolist() == [True, False, True, False, False, False]
+    assert found.visible.tolist() == [True, True, True, False, False, False]
+
+
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
 def test_labels_fit_a_picture_that_is_read_line_by_line(direction: raycam.camera_optics.Readout) -> None:
     """A bar that turns and slides meanwhile: each line's part of the mask is that of the world at the line's time."""

@@ -198,6 +198,8 @@ class Keypoints:
     """Whether it does, and nothing lies before them."""
     occluder: npt.NDArray[np.int32]
     """The object that lies before them, which may be their own; -1 where none does, and outside."""
+    on_surface: Bools
+    """Whether they are visible, and what is seen there is a surface at their place, and not one behind it."""
 
 
 def keypoints(
@@ -234,4 +236,7 @@ def keypoints(
     hits = world.cast_rays(origins, directions, threads=threads)
     occluder = np.full(len(places), -1, dtype=np.int32)
     occluder[inside] = np.where(hits["t"] < distance * (1.0 - tolerance), hits["instance"], -1)
-    return Keypoints(places, pixels, inside, inside & (occluder == -1), occluder)
+    visible = inside & (occluder == -1)
+    on_surface = visible.copy()
+    on_surface[inside] &= hits["t"] <= distance * (1.0 + tolerance)
+    return Keypoints(places, pixels, inside, visible, occluder, on_surface)

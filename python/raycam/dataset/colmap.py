@@ -68,7 +68,7 @@ def srgb(linear: npt.NDArray[np.float32]) -> Floats:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Every point is looked for in every view: it is observed where the camera sees it."""
+    """Every point is looked for in every view: it is observed where the camera sees it, and it has not moved away."""
     known: dict[tuple[str, str], int] = {}
     ids = []
     for view in plan.shots:  # a camera is its intrinsics, and on a rig its place there too
@@ -97,8 +97,8 @@ def images(plan: Plan, ids: Sequence[int], points: Floats, tracks: Tracks) -> It
         between = ""
         for first in range(0, len(points), BATCH):
             found = keypoints(world, camera, points[first : first + BATCH], threads=plan.threads)
-            visible[first : first + BATCH] = found.visible
-            seen = np.flatnonzero(found.visible)
+            visible[first : first + BATCH] = found.on_surface
+            seen = np.flatnonzero(found.on_surface)
             pixels = (found.pixels[seen] - camera.corner).tolist()
             for (x, y), i in zip(pixels, seen, strict=True):
                 yield f"{between}{x} {y} {first + i + 1}".encode()
