@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
-from raycam import memory
+from raycam import errors, memory
 
 GIB = 1 << 30
 
@@ -118,3 +118,25 @@ def test_the_peak_of_this_process_is_about_right() -> None:
     assert memory.peak(1 << 30) == 0
     assert memory.left() > 0
     assert all(0 < used < limit for limit, used in memory.bounds())
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [
+        (512, 512),
+        ("512", 512),
+        ("1 KiB", 1024),
+        ("1kB", 1000),
+        ("1.5 MiB", 3 << 19),
+        (" 2GB ", 2 * 10**9),
+        ("3tib", 3 << 40),
+    ],
+)
+def test_limits_are_read_as_people_write_them(text: int | str, count: int) -> None:
+    assert memory.limit_of("limit", text) == count
+
+
+@pytest.mark.parametrize("text", ["", "GiB", "-1", "1 XB", "1e9", "1 M", 0, True, "99999999 TiB"])
+def test_what_is_no_limit_is_refused_by_its_name(text: int | str) -> None:
+    with pytest.raises(errors.SettingsError, match="limit is "):
+        memory.limit_of("limit", text)

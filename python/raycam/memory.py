@@ -1,12 +1,15 @@
-"""How much memory there is for this process: the machine's, or what its control groups allow."""
+"""Memory: what there is for this process, by the machine and its control groups, and limits as people write them."""
 
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["left", "peak"]
+from .errors import SettingsError
+
+__all__ = ["left", "limit_of", "peak"]
 
 CGROUP = Path("/sys/fs/cgroup")
 PROC = Path("/proc")
@@ -25,6 +28,26 @@ def left(share: float = 1.0) -> int:
 def peak(pid: int) -> int:
     """The most bytes that a process has had in memory; 0 where nobody says."""
     return _line(PROC / str(pid) / "status", "VmHWM") * 1024
+
+
+def limit_of(name: str, size: int | str | None) -> int | None:
+    """Bytes of a limit called `name`: a whole number, or as people write it ("512 MiB", "2GB", "1.5 GiB").
+
+    K, M, G and T stand for powers of 1024 with `iB` and of 1000 with `B`. Raises `SettingsError` where it is none, or
+    less than a byte.
+    """
+    if size is None:
+        return None
+    if isinstance(size, str):
+        found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*(?:([kmgt]?)(i?)b)?\s*", size, re.IGNORECASE)
+        step = 1024 if found and found[3] else 1000
+        exponent = " kmgt".index((found[2] or " ").lower()) if found else 0
+        count = int(float(found[1]) * step**exponent) if found else 0
+    else:
+        count = 0 if isinstance(size, bool) or size != int(size) else int(size)
+    if not 0 < count < 1 << 63:
+        raise SettingsError(f'{name} is {size!r}; expected bytes, or a size as in "512 MiB"')
+    return count
 
 
 def bounds() -> list[tuple[int, int]]:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
+from . import _core, memory
 from .arrays import Bools, Floats, floats, ray_pairs, size_of, whole
 from .camera import Camera
 from .errors import SettingsError, WorldError
@@ -33,12 +33,22 @@ class World:
 
     A world is prepared for tracing when it is first asked, and again after it has changed: what did not change is
     not built again. It may be used by several threads at a time.
+
+    `texture_memory` bounds the memory of images, in bytes or as "512 MiB": once they do not fit with their mip maps,
+    all of them lie in a temporary file (in `TMPDIR`, else `/var/tmp`), read tile by tile; pictures stay the same.
     """
 
     __slots__ = ("_core",)
 
-    def __init__(self, up: Literal["z", "y"] = "z", *, folder: str | os.PathLike[str] | None = None) -> None:
-        self._core = _core.World(up, "" if folder is None else os.fspath(Path(folder).absolute()))
+    def __init__(
+        self,
+        up: Literal["z", "y"] = "z",
+        *,
+        folder: str | os.PathLike[str] | None = None,
+        texture_memory: int | str | None = None,
+    ) -> None:
+        limit = memory.limit_of("texture_memory", texture_memory)
+        self._core = _core.World(up, "" if folder is None else os.fspath(Path(folder).absolute()), limit)
 
     @classmethod
     def _of(cls, core: _core.World) -> World:
@@ -47,25 +57,33 @@ class World:
         return world
 
     @classmethod
-    def from_dict(cls, description: Mapping[str, Any], *, folder: str | os.PathLike[str] = ".") -> World:
+    def from_dict(
+        cls,
+        description: Mapping[str, Any],
+        *,
+        folder: str | os.PathLike[str] = ".",
+        texture_memory: int | str | None = None,
+    ) -> World:
         """A world from a dict with the keys of a world file: `up`, `camera`, `object`, `light`, `render`, `video`.
 
         Lists of numbers may be NumPy arrays. As those of a world file, the files that it names are in `folder` and
         nowhere else: it may come from a stranger. Raises what `load` raises, without file and line.
         """
-        return cls._of(_core.world_from_dict(plain(description), os.fspath(folder)))
+        limit = memory.limit_of("texture_memory", texture_memory)
+        return cls._of(_core.world_from_dict(plain(description), os.fspath(folder), limit))
 
     def to_bytes(self) -> bytes:
         """Everything that pictures are made of, exactly, for `World.from_bytes` of the same version of raycam.
 
-        The same world gives the same bytes, wherever its files lay.
+        The same world gives the same bytes, wherever its files lay. Raises `WorldError` where its textures exceed
+        its `texture_memory`: the bytes hold them all.
         """
         return _core.world_to_bytes(self._core)
 
     @classmethod
-    def from_bytes(cls, data: bytes) -> World:
+    def from_bytes(cls, data: bytes, *, texture_memory: int | str | None = None) -> World:
         """The world that `to_bytes` wrote; raises `FormatError` and `WorldError` where it is none that can be."""
-        return cls._of(_core.world_from_bytes(data))
+        return cls._of(_core.world_from_bytes(data, memory.limit_of("texture_memory", texture_memory)))
 
     def to_gltf(self, path: str | os.PathLike[str]) -> list[str]:
         """Writes a GLB file (glTF 2.0), and returns what glTF cannot say of this world, in words.
@@ -217,6 +235,11 @@ class World:
         """The smallest and the largest corner of everything, [2, 3]; None where there is nothing."""
         bounds = self._core.bounds
         return None if bounds is None else np.array(bounds)
+
+    @property
+    def texture_memory(self) -> int | None:
+        """The bytes that its images may take in memory, if something bounds them."""
+        return self._core.texture_memory
 
     @property
     def notices(self) -> list[str]:

@@ -6,13 +6,18 @@ import os
 import tempfile
 from pathlib import Path
 
-from . import _core, usd
+from . import _core, memory, usd
 from .world import World
 
 __all__ = ["load"]
 
 
-def load(path: str | os.PathLike[str], *, variant: str | None = None) -> World:
+def load(
+    path: str | os.PathLike[str],
+    *,
+    variant: str | None = None,
+    texture_memory: int | str | None = None,
+) -> World:
     """The world in a file: a world file (.toml), glTF (.gltf .glb), a mesh (.obj .ply .stl .off) or USD.
 
     USD (.usd .usda .usdc .usdz) needs the `raycam[usd]` extra; it is read in a process of its own.
@@ -21,21 +26,26 @@ def load(path: str | os.PathLike[str], *, variant: str | None = None) -> World:
     a file names are read from its own folder and from nowhere else. What was skipped or repaired is in
     `World.notices`. `variant` is one of the looks that a glTF file may have.
 
+    `texture_memory` bounds the memory of the images of materials, in bytes or as "512 MiB" (see `World`). Without it
+    they may have 2^27 pixels together; with it, 2^27 each and 2^33 together.
+
     Raises `FileNotFoundError` and other `OSError`s, `FormatError` where the file does not follow its format, and
     `WorldError` or `CameraError` where what it describes cannot be, each with file, line and key.
     """
     if Path(path).suffix.lower() in usd.SUFFIXES:
-        world = _load_usd(path)
+        world = _load_usd(path, texture_memory)
     else:
-        world = World._of(_core.World.load(os.fspath(path)))
+        world = World._of(
+            _core.World.load(os.fspath(path), memory.limit_of("texture_memory", texture_memory))
+        )
     return world if variant is None else world.with_variant(variant)
 
 
-def _load_usd(path: str | os.PathLike[str]) -> World:
+def _load_usd(path: str | os.PathLike[str], texture_memory: int | str | None) -> World:
     """The world in a USD file."""
     with tempfile.TemporaryDirectory(prefix="raycam-usd-") as folder:
         description = usd.read(path, Path(folder))
         said = description.pop("notices")
-        world = World.from_dict(description, folder=folder)
+        world = World.from_dict(description, folder=folder, texture_memory=texture_memory)
         world._core.add_notices([f"{os.fspath(path)}: {notice}" for notice in said])
     return world

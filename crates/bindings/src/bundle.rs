@@ -9,6 +9,7 @@ use raycam_formats::{Budget, bundle};
 
 use crate::camera::Camera;
 use crate::error::{IntoPyErr, caught};
+use crate::state::budget;
 use crate::world::World;
 
 /// The world with more cameras at the end, a copy that shares what is built.
@@ -42,8 +43,13 @@ pub(crate) fn world_to_bytes<'py>(py: Python<'py>, world: &World) -> PyResult<Bo
 
 /// The world in such bytes.
 #[pyfunction]
-pub(crate) fn world_from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<World> {
-    let read = || bundle::read(bytes, Path::new("the world of the job"), Budget::default());
+pub(crate) fn world_from_bytes(
+    py: Python<'_>,
+    bytes: &[u8],
+    texture_memory: Option<u64>,
+) -> PyResult<World> {
+    let budget = budget(texture_memory);
+    let read = || bundle::read(bytes, Path::new("the world of the job"), budget);
     let world = py
         .detach(|| caught(read))?
         .map_err(IntoPyErr::into_py_err)?;

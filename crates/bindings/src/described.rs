@@ -3,22 +3,27 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use raycam_formats::{Budget, Folder, FormatError};
+use raycam_formats::{Folder, FormatError};
 use raycam_scene::schema::{ObjectSpec, VideoSpec, WorldFile, from_node};
 use raycam_scene::{Light, Video, World as Inner};
 
 use crate::error::{IntoPyErr, caught};
 use crate::node::node;
+use crate::state::budget;
 use crate::world::World;
 
 /// The world of a description, whose files lie in `folder` and nowhere else.
 #[pyfunction]
-pub(crate) fn world_from_dict(description: &Bound<'_, PyAny>, folder: PathBuf) -> PyResult<World> {
+pub(crate) fn world_from_dict(
+    description: &Bound<'_, PyAny>,
+    folder: PathBuf,
+    texture_memory: Option<u64>,
+) -> PyResult<World> {
     let node = node(description, "")?;
     let build = || -> Result<Inner, FormatError> {
-        let mut files = Folder::new(&folder, &Budget::default());
+        let mut files = Folder::new(&folder, &budget(texture_memory));
         let mut world = from_node::<WorldFile>(&node)?.build(&mut files)?;
-        world.notices.extend(files.take_notices());
+        files.finish(&mut world)?;
         Ok(world)
     };
     let world = description.py().detach(|| caught(build))?;
@@ -70,14 +75,16 @@ impl World {
         within: Option<PathBuf>,
         add: impl FnOnce(&mut Inner, &mut Folder) -> Result<T, FormatError>,
     ) -> PyResult<T> {
-        let budget = Budget::default();
-        let mut files = match within {
-            Some(folder) => Folder::new(&folder, &budget),
-            None => Folder::trusted(&self.folder, &budget),
-        };
         self.change(|inner| {
+            let limit = inner.texture_memory.as_ref().map(|memory| memory.limit());
+            let budget = budget(limit);
+            let files = match within {
+                Some(folder) => Folder::new(&folder, &budget),
+                None => Folder::trusted(&self.folder, &budget),
+            };
+            let mut files = files.for_more_of(inner);
             let added = add(inner, &mut files).map_err(IntoPyErr::into_py_err)?;
-            inner.notices.extend(files.take_notices());
+            files.finish(inner).map_err(IntoPyErr::into_py_err)?;
             Ok(added)
         })
     }

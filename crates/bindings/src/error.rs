@@ -48,6 +48,11 @@ fn scene_error(error: &SceneError, place: &str) -> PyErr {
             world_error(format!("{place}{message}"))
         }
         SceneError::Schema { .. } => world_error(format!("{place}{error}")),
+        SceneError::Storage {
+            path,
+            number,
+            message,
+        } => storage_error(path, *number, message),
     }
 }
 
@@ -94,8 +99,21 @@ fn named_error(error: &FormatError) -> PyErr {
                 .unwrap_or_default();
             io_error(path, source, &format!(" ({line}{key})"))
         }
+        FormatError::Scene { source, .. } if matches!(source, SceneError::Storage { .. }) => {
+            scene_error(source, "")
+        }
         FormatError::Scene { .. } => world_error(message),
         _ => python::FormatError::new_err(message),
+    }
+}
+
+/// The exception of a temporary file that the operating system refuses.
+fn storage_error(path: &Path, number: Option<i32>, message: &str) -> PyErr {
+    match number {
+        Some(number) => {
+            PyOSError::new_err((number, message.to_owned(), path.display().to_string()))
+        }
+        None => PyOSError::new_err(format!("{}: {message}", path.display())),
     }
 }
 
@@ -121,6 +139,7 @@ impl IntoPyErr for RenderError {
             RenderError::Settings(_) | RenderError::TooLarge { .. } => settings_error(message),
             RenderError::World(_) | RenderError::Build { .. } => world_error(message),
             RenderError::Threads { .. } => PyOSError::new_err(message),
+            RenderError::Textures(error) => error.into_py_err(),
             RenderError::Cancelled => raycam_error(message),
         }
     }

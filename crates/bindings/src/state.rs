@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
+use raycam_formats::Budget;
 use raycam_render::PreparedWorld;
 use raycam_scene::{SceneError, World as Inner};
 
@@ -18,6 +19,11 @@ pub(crate) struct State {
     pub(crate) prepared: Option<Arc<PreparedWorld>>,
     /// Whether `prepared` is of `world` as it is now.
     pub(crate) current: bool,
+}
+
+/// The budget of a world whose textures may take so many bytes of memory.
+pub(crate) fn budget(texture_memory: Option<u64>) -> Budget {
+    texture_memory.map_or_else(Budget::default, Budget::with_texture_memory)
 }
 
 impl World {

@@ -2,23 +2,22 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_formats::Budget;
 use raycam_render::{queries, render_moving};
-use raycam_scene::World as Inner;
 use raycam_scene::video::Clock;
+use raycam_scene::{TextureMemory, World as Inner};
 
-use crate::arrays::{Floats, array, rows};
+use crate::arrays::{Floats, array, hit_arrays, rows};
 use crate::camera::{Camera, up, up_name};
 use crate::error::{IntoPyErr, caught, world_error};
 use crate::frame::{Parts, parts};
 use crate::light::light_dict;
 use crate::settings::Request;
-use crate::state::State;
+use crate::state::{State, budget};
 use crate::triangles;
 use crate::watch::watched;
 
@@ -37,10 +36,11 @@ type ObjectParts = (String, Option<String>, usize, usize, [[f64; 4]; 4]);
 #[pymethods]
 impl World {
     #[new]
-    fn new(up: &str, folder: PathBuf) -> PyResult<Self> {
+    fn new(up: &str, folder: PathBuf, texture_memory: Option<u64>) -> PyResult<Self> {
         Ok(Self::of(
             Inner {
                 up: self::up(up)?,
+                texture_memory: texture_memory.map(TextureMemory::new).map(Arc::new),
                 ..Inner::default()
             },
             folder,
@@ -48,8 +48,9 @@ impl World {
     }
 
     #[staticmethod]
-    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let world = py.detach(|| caught(|| raycam_formats::load(&path, &Budget::default())))?;
+    fn load(py: Python<'_>, path: PathBuf, texture_memory: Option<u64>) -> PyResult<Self> {
+        let budget = budget(texture_memory);
+        let world = py.detach(|| caught(|| raycam_formats::load(&path, &budget)))?;
         Ok(Self::of(
             world.map_err(IntoPyErr::into_py_err)?,
             PathBuf::new(),
@@ -76,6 +77,13 @@ impl World {
             world.notices.extend(notices);
             Ok(())
         })
+    }
+
+    /// The bytes that textures may take in memory, if something bounds them.
+    #[getter]
+    fn texture_memory(&self) -> Option<u64> {
+        let world = self.snapshot();
+        world.texture_memory.as_ref().map(|memory| memory.limit())
     }
 
     /// The names of the image files.
@@ -308,21 +316,7 @@ impl World {
         let hits = watched(py, None, |control| {
             queries::cast_rays(&prepared, origins, directions, coherent, threads, control)
         })?;
-        let n = origins.len();
-        let dict = PyDict::new(py);
-        dict.set_item("t", array(py, hits.t, &[n])?)?;
-        dict.set_item("instance", array(py, hits.instance, &[n])?)?;
-        dict.set_item("triangle", array(py, hits.triangle, &[n])?)?;
-        dict.set_item(
-            "barycentric",
-            array(py, hits.barycentric.into_flattened(), &[n, 3])?,
-        )?;
-        dict.set_item("normal", array(py, hits.normal.into_flattened(), &[n, 3])?)?;
-        dict.set_item(
-            "position",
-            array(py, hits.position.into_flattened(), &[n, 3])?,
-        )?;
-        Ok(dict)
+        hit_arrays(py, hits)
     }
 
     #[pyo3(signature = (origins, directions, t_max, coherent, threads))]

@@ -16,25 +16,43 @@ pub struct Budget {
     pub elements: u64,
     /// Pixels of all images together.
     pub pixels: u64,
+    /// Pixels of one image.
+    pub image_pixels: u64,
+    /// Bytes of memory for textures and their mip maps; what does not fit goes to a temporary file, as
+    /// [`TextureMemory`](raycam_scene::TextureMemory) says. `None` keeps all of them in memory.
+    pub texture_memory: Option<u64>,
     /// Steps spent on cutting polygons with reflex corners into triangles: some hundred for each corner, many more where
     /// a contour crosses itself.
     pub steps: u64,
 }
 
 impl Default for Budget {
-    /// 4 GiB of files, 2³⁰ elements, 2²⁷ pixels (two textures of 8192 x 8192), 2²⁹ steps (some five seconds; as a
+    /// 4 GiB of files, 2³⁰ elements, 2²⁷ pixels (two textures of 8192 x 8192) in memory, 2²⁹ steps (some five seconds; as a
     /// rule enough for contours of a million corners).
     fn default() -> Self {
         Self {
             bytes: 4 << 30,
             elements: 1 << 30,
             pixels: 1 << 27,
+            image_pixels: 1 << 27,
+            texture_memory: None,
             steps: 1 << 29,
         }
     }
 }
 
 impl Budget {
+    /// That of a world whose textures may take so many bytes of memory: as many as a disk may hold, 64 GiB of files and 2³³
+    /// pixels (128 textures of 8192 x 8192), one at a time.
+    pub fn with_texture_memory(bytes: u64) -> Self {
+        Self {
+            bytes: 64 << 30,
+            pixels: 1 << 33,
+            texture_memory: Some(bytes),
+            ..Self::default()
+        }
+    }
+
     /// Takes `amount` bytes of `path`, or says that they are too many.
     pub(crate) fn take_bytes(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
         take(&mut self.bytes, path, "bytes", amount)
@@ -52,6 +70,7 @@ impl Budget {
 
     /// Takes `amount` pixels of `path`, or says that they are too many.
     pub(crate) fn take_pixels(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
+        take(&mut { self.image_pixels }, path, "pixels", amount)?;
         take(&mut self.pixels, path, "pixels", amount)
     }
 }

@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use raycam_scene::World;
+use raycam_scene::{TextureMemory, World};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Place};
@@ -17,8 +17,10 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// The bytes of a world. Its notices, which tell of the files it came from, stay behind.
 ///
 /// # Errors
-/// [`FormatError::Encode`] where memory runs out.
+/// [`FormatError::Encode`] where memory runs out; [`FormatError::Scene`] where textures exceed their memory, since the
+/// bytes hold all of them.
 pub fn write(world: &World) -> Result<Vec<u8>, FormatError> {
+    world.check_in_memory()?;
     let mut bytes = format!("{MAGIC}{VERSION}\n").into_bytes();
     let world = World {
         notices: Vec::new(),
@@ -59,7 +61,12 @@ pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World, Form
     let mut reader = rmp_serde::Deserializer::from_read_ref(data);
     let world: World = serde::Deserialize::deserialize(&mut reader)
         .map_err(|error| wrong(format!("damaged: {error}")))?;
-    world.validated().map_err(|source| FormatError::Scene {
+    let bounded = |world: World| match budget.texture_memory {
+        Some(limit) => world.with_texture_memory(TextureMemory::new(limit)),
+        None => Ok(world),
+    };
+    let world = world.validated().and_then(bounded);
+    world.map_err(|source| FormatError::Scene {
         path: Some(path.into()),
         source,
     })

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use raycam_scene::{Model, Wrap};
+use raycam_scene::{Files, Model, Texture, Wrap};
 
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
@@ -47,7 +47,10 @@ pub(crate) fn texture(
         &mut folder.budget,
         &mut model.notices,
     ) {
-        Ok(texture) => model.textures.push(texture),
+        Ok(texture) => model.textures.push(Texture {
+            image: folder.keep(texture.image)?,
+            ..texture
+        }),
         Err(error @ FormatError::Unsupported { .. }) => {
             model
                 .notices

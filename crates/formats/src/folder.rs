@@ -4,8 +4,9 @@ use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
-use raycam_scene::{Files, Model, Profile, Texture, Wrap};
+use raycam_scene::{Files, Image, Model, Profile, Texture, TextureMemory, World, Wrap};
 
 use crate::budget::Budget;
 use crate::bytes::{self, Bytes};
@@ -24,6 +25,8 @@ pub struct Folder {
     notices: Vec<String>,
     /// Whether [`Files`] are named by the program itself, which may read them wherever they are.
     trusted: bool,
+    /// Bounds the memory of images, if something does.
+    texture_memory: Option<Arc<TextureMemory>>,
 }
 
 /// Bytes from which on a file is read by several cores.
@@ -84,6 +87,7 @@ impl Folder {
             budget: *budget,
             notices: Vec::new(),
             trusted: false,
+            texture_memory: budget.texture_memory.map(TextureMemory::new).map(Arc::new),
         }
     }
 
@@ -96,6 +100,31 @@ impl Folder {
         }
     }
 
+    /// The same, for more of a world whose images have their memory already.
+    #[must_use]
+    pub fn for_more_of(self, world: &World) -> Self {
+        Self {
+            texture_memory: world.texture_memory.clone(),
+            ..self
+        }
+    }
+
+    /// What reading images had to say since it was last asked; a [`Model`] has its own notices.
+    pub(crate) fn take_notices(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notices)
+    }
+
+    /// A world that has been read from here, or more of it: with all that is to be said of it, and its images where they
+    /// belong.
+    ///
+    /// # Errors
+    /// Those of [`World::page_textures`].
+    pub fn finish(&mut self, world: &mut World) -> Result<(), FormatError> {
+        world.notices.extend(self.take_notices());
+        world.texture_memory = self.texture_memory.clone();
+        Ok(world.page_textures()?)
+    }
+
     /// The folder around a file that was asked for by its path: wherever that is, it may be read.
     pub(crate) fn around(path: &Path, budget: &Budget) -> Self {
         Self::new(path.parent().unwrap_or(Path::new("")), budget)
@@ -104,11 +133,6 @@ impl Folder {
     /// What is left of the budget.
     pub fn budget(&self) -> &Budget {
         &self.budget
-    }
-
-    /// What reading images had to say since it was last asked; a [`Model`] has its own notices.
-    pub fn take_notices(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.notices)
     }
 
     /// The bytes of a file asked for by its path.
@@ -263,7 +287,10 @@ impl Folder {
         match self.follow(Path::new(""), file) {
             Err(FormatError::Reference { .. }) if self.trusted && !file.is_empty() => {
                 let path = self.join(Path::new(file));
-                let mut around = Self::around(&path, &self.budget);
+                let mut around = Self {
+                    texture_memory: self.texture_memory.clone(),
+                    ..Self::around(&path, &self.budget)
+                };
                 let made = around
                     .read(&path)
                     .and_then(|source| read(source, &mut around));
@@ -297,6 +324,13 @@ impl Files for Folder {
         self.described(file, |source, folder| {
             ies::read(&source, &mut folder.budget)
         })
+    }
+
+    fn keep(&mut self, image: Arc<Image>) -> Result<Arc<Image>, FormatError> {
+        match &self.texture_memory {
+            Some(memory) => Ok(memory.keep(image)?),
+            None => Ok(image),
+        }
     }
 
     fn named_by(error: FormatError, key: &str) -> FormatError {

@@ -80,10 +80,21 @@ pub fn extensions() -> impl Iterator<Item = &'static str> {
 /// See [`FormatError`]; an unknown extension lists the known ones.
 pub fn load(path: &Path, budget: &Budget) -> Result<World, FormatError> {
     let mut folder = Folder::around(path, budget);
-    match find(path)?.read {
-        Reader::World(read) | Reader::Scene(read) => read(&source(path, &mut folder)?, &mut folder),
-        Reader::Model(_) => world(model(source(path, &mut folder)?, &mut folder)?, path),
-    }
+    let source = source(path, &mut folder)?;
+    whole_world(source, &mut folder)
+}
+
+/// The world in a file that has been read.
+fn whole_world(source: Source, folder: &mut Folder) -> Result<World, FormatError> {
+    let mut world = match find(&source.path)?.read {
+        Reader::World(read) | Reader::Scene(read) => read(&source, folder)?,
+        Reader::Model(_) => {
+            let path = source.path.clone();
+            world(model(source, folder)?, &path)?
+        }
+    };
+    folder.finish(&mut world)?;
+    Ok(world)
 }
 
 /// The model in a mesh file: `.obj` and `.gltf` with their materials and textures, `.glb`, `.ply`, `.stl`, `.off`.
@@ -110,12 +121,7 @@ fn whole(_: &File, _: u64) -> Option<u64> {
 /// # Errors
 /// See [`FormatError`].
 pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World, FormatError> {
-    let mut folder = Folder::around(path, budget);
-    let source = Source::new(path, bytes);
-    match find(path)?.read {
-        Reader::World(read) | Reader::Scene(read) => read(&source, &mut folder),
-        Reader::Model(_) => world(model(source, &mut folder)?, path),
-    }
+    whole_world(Source::new(path, bytes), &mut Folder::around(path, budget))
 }
 
 /// The model in the bytes of a mesh file. `path` says of which kind it is, names it in errors, and its folder is where

@@ -130,7 +130,7 @@ fn slots(
         let Some(texture) = texture else {
             continue;
         };
-        if map.role == Role::Normal && is_grey(&model.textures[texture].image.texels) {
+        if map.role == Role::Normal && is_grey(&model.textures[texture].image.texels)? {
             model.notices.push(format!(
                 "{place}: {:?} is a map of heights, which are not used; expected normals",
                 map.file
@@ -147,12 +147,13 @@ fn slots(
 }
 
 /// Whether all channels of every texel are equal.
-fn is_grey(texels: &Texels) -> bool {
-    match texels {
+fn is_grey(texels: &Texels) -> Result<bool, FormatError> {
+    Ok(match &*texels.in_memory()? {
         Texels::Srgb8(texels) | Texels::Linear8(texels) => {
             texels.iter().all(|t| t[0] == t[1] && t[1] == t[2])
         }
         Texels::Linear16(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
         Texels::Float(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
-    }
+        Texels::Paged(_) => false, // is in memory here
+    })
 }

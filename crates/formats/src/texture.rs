@@ -72,5 +72,6 @@ fn transparent(image: &Image) -> bool {
         Texels::Srgb8(texels) | Texels::Linear8(texels) => texels.iter().any(|t| t[3] != 255),
         Texels::Linear16(texels) => texels.iter().any(|t| t[3] != u16::MAX),
         Texels::Float(texels) => texels.iter().any(|t| t[3] != 1.0),
+        Texels::Paged(_) => false, // not by a decoder
     }
 }

@@ -22,7 +22,10 @@ pub fn parse(
     path: &Path,
     budget: &Budget,
 ) -> Result<World, FormatError> {
-    build(text, path, &mut Folder::new(folder, budget))
+    let mut folder = Folder::new(folder, budget);
+    let mut world = build(text, path, &mut folder)?;
+    folder.finish(&mut world)?;
+    Ok(world)
 }
 
 /// The world in a file.
@@ -39,11 +42,8 @@ fn build(text: &str, path: &Path, folder: &mut Folder) -> Result<World, FormatEr
     let node = node(text, path)?;
     let file: WorldFile =
         schema::from_node(&node).map_err(|e| located(e.into(), &node, text, path))?;
-    let mut world = file
-        .build(folder)
-        .map_err(|error| located(error, &node, text, path))?;
-    world.notices.extend(folder.take_notices());
-    Ok(world)
+    file.build(folder)
+        .map_err(|error| located(error, &node, text, path))
 }
 
 /// The tree of a TOML text.

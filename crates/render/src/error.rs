@@ -1,6 +1,7 @@
 //! Why there is no picture.
 
 use raycam_bvh::BuildError;
+use raycam_scene::SceneError;
 
 /// Whose fault it is decides the variant; the message says what was given, what was expected and what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -11,6 +12,9 @@ pub enum RenderError {
     /// A world whose parts do not fit together.
     #[error("{0}")]
     World(String),
+    /// Textures that cannot be read back from where they are.
+    #[error(transparent)]
+    Textures(SceneError),
     /// Geometry that no acceleration structure can hold.
     #[error("mesh {mesh}: {source}")]
     Build {

@@ -213,6 +213,7 @@ impl PreparedWorld {
             },
             see_through: is_see_through(world),
             textures: still.textures.clone(),
+            texture_memory: still.texture_memory.clone(),
             lights: still.lights.clone(),
             default_lights: still.default_lights.clone(),
         };

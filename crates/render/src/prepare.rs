@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_bvh::{BuildError, Bvh, ExactTriangles, Instance, Scene};
-use raycam_scene::{Alpha, Camera, Material, Object, World};
+use raycam_scene::{Alpha, Camera, Material, Object, TextureMemory, World};
 
 use crate::error::RenderError;
 use crate::light::{Lights, default_lights};
 use crate::prepared_mesh::{PreparedMesh, prepare_meshes};
 use crate::scatter::{Interface, Lobe, interfaces};
-use crate::texture::PreparedTexture;
+use crate::texture::{PreparedTexture, prepare_textures};
 use crate::threads::with_pool;
 use crate::{control::Control, cover};
 
@@ -57,7 +57,9 @@ pub struct PreparedWorld {
     pub(crate) materials: Arc<Vec<PreparedMaterial>>,
     /// Whether some material's opacity counts.
     pub(crate) see_through: bool,
-    pub(crate) textures: Arc<Vec<PreparedTexture>>,
+    pub(crate) textures: Arc<Vec<Arc<PreparedTexture>>>,
+    /// Where their images are, if something bounds them.
+    pub(crate) texture_memory: Option<Arc<TextureMemory>>,
     pub(crate) lights: Arc<Lights>,
     /// What lights a world without lights.
     pub(crate) default_lights: Option<Arc<Lights>>,
@@ -90,7 +92,7 @@ impl PreparedWorld {
         let origin = lower + (upper - lower) / 2.0;
         // In our pool too: rayon's own does not survive a fork.
         let (objects, scene) = with_pool(threads, || place(world, meshes, origin))??;
-        let textures = world.textures.iter().cloned();
+        let textures = prepare_textures(world, previous.map(|previous| &previous.textures[..]));
         let mut prepared = Self {
             scene,
             origin,
@@ -99,7 +101,8 @@ impl PreparedWorld {
             objects,
             materials: Arc::new(prepare_materials(&world.materials)),
             see_through: is_see_through(world),
-            textures: Arc::new(textures.map(PreparedTexture::new).collect()),
+            textures: Arc::new(textures),
+            texture_memory: world.texture_memory.clone(),
             lights: Arc::default(),
             default_lights: None,
         };

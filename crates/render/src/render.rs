@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use raycam_scene::{Camera, World};
+use raycam_scene::{Camera, TextureMemory, World};
 use rayon::prelude::*;
 
 use crate::control::Control;
@@ -61,6 +61,8 @@ fn picture_of(
 ) -> Result<Frame, RenderError> {
     let region = settings.check(camera.size())?;
     let camera = &world.before(camera);
+    let texture_memory = world.texture_memory.as_deref();
+    let read_before = texture_memory.map(TextureMemory::read_back);
     let (planes, picture) = with_pool(settings.threads, || {
         let planes = film::planes(region, &settings.channels);
         (
@@ -93,6 +95,10 @@ fn picture_of(
                     })
             })??;
         }
+    }
+    if let (Some(memory), Some(before)) = (texture_memory, read_before) {
+        memory.check().map_err(RenderError::Textures)?;
+        notices.extend(memory.read_back().notice_since(&before));
     }
     picture.notices(region, &mut notices);
     Ok(Frame {

@@ -8,7 +8,7 @@
 use std::sync::{Arc, OnceLock};
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
-use raycam_scene::{Camera, Image, Interpolation, Texels, Texture, TextureSampler};
+use raycam_scene::{Camera, Interpolation, Texture, TextureSampler, World};
 
 /// Lookups along the long axis, at most.
 const MOST: f32 = 16.0;
@@ -17,7 +17,7 @@ const MOST: f32 = 16.0;
 #[derive(Debug)]
 pub(crate) struct PreparedTexture {
     texture: Arc<Texture>,
-    /// Each half as large as the one before, beginning with the image itself, between whose texels all is linear.
+    /// Each half as large as the one before, beginning with the image itself.
     levels: OnceLock<Vec<Texture>>,
 }
 
@@ -105,6 +105,20 @@ impl Footprint {
     }
 }
 
+/// The textures of a world, those that were prepared before with the mip maps that they have.
+pub(crate) fn prepare_textures(
+    world: &World,
+    before: Option<&[Arc<PreparedTexture>]>,
+) -> Vec<Arc<PreparedTexture>> {
+    let known = before.unwrap_or_default();
+    let prepare = |(i, texture): (usize, &Arc<Texture>)| match known.get(i) {
+        // Textures are only ever added.
+        Some(known) if Arc::ptr_eq(&known.texture, texture) => known.clone(),
+        _ => Arc::new(PreparedTexture::new(texture.clone())),
+    };
+    world.textures.iter().enumerate().map(prepare).collect()
+}
+
 impl PreparedTexture {
     pub fn new(texture: Arc<Texture>) -> Self {
         Self {
@@ -158,67 +172,20 @@ impl PreparedTexture {
     }
 }
 
+/// The mip map, between whose texels all is linear.
 fn levels(texture: &Texture) -> Vec<Texture> {
     let sampler = TextureSampler {
         magnification: Interpolation::Linear,
         ..texture.sampler
     };
-    let of = |image: Arc<Image>| Texture { image, sampler };
-    let mut levels = vec![of(texture.image.clone())];
-    let mut image = texture.image.clone();
-    while image.size != [1, 1] {
-        image = Arc::new(halved(&image));
-        levels.push(of(image.clone()));
-    }
-    levels
-}
-
-/// An image of half the size, each texel the mean of those that it covers: linear, so that no light is lost.
-fn halved(image: &Image) -> Image {
-    let [width, height] = image.size;
-    let [w, h] = image.size.map(|n| (n / 2).max(1));
-    let mean = |x: u32, y: u32| {
-        let mut sum = [0.0f32; 4];
-        for (row, share) in covered(y, height, h) {
-            for (column, part) in covered(x, width, w) {
-                let texel = image
-                    .texels
-                    .linear(row as usize * width as usize + column as usize);
-                for (sum, value) in sum.iter_mut().zip(texel) {
-                    *sum += value * share * part;
-                }
-            }
-        }
-        sum
-    };
-    let all = (0..h).flat_map(|y| (0..w).map(move |x| (x, y)));
-    let texels = match image.texels {
-        Texels::Float(_) => Texels::Float(all.map(|(x, y)| mean(x, y)).collect()),
-        _ => Texels::Linear16(
-            all.map(|(x, y)| mean(x, y).map(|v| (v * 65535.0 + 0.5) as u16))
-                .collect(),
-        ),
-    };
-    Image {
-        name: String::new(),
-        size: [w, h],
-        texels,
-    }
-}
-
-/// The texels of an axis that texel `i` of a shorter one covers, and the share of it that each has.
-fn covered(i: u32, long: u32, short: u32) -> impl Iterator<Item = (u32, f32)> {
-    let ratio = f64::from(long) / f64::from(short);
-    let (start, end) = (f64::from(i) * ratio, f64::from(i + 1) * ratio);
-    let last = (end.ceil() as u32).min(long);
-    (start as u32..last).map(move |texel| {
-        let inside = end.min(f64::from(texel + 1)) - start.max(f64::from(texel));
-        (texel, (inside / ratio) as f32)
-    })
+    let levels = texture.image.mip_map().into_iter();
+    levels.map(|image| Texture { image, sampler }).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use raycam_scene::{Image, Texels};
+
     use super::*;
 
     fn gray(size: [u32; 2], of: impl Fn(u32, u32) -> f32) -> Image {
@@ -229,31 +196,6 @@ mod tests {
             name: String::new(),
             size,
             texels: Texels::Float(texels),
-        }
-    }
-
-    #[test]
-    fn every_level_has_the_mean_of_the_image() {
-        for size in [[8, 8], [7, 5], [1, 13], [64, 3]] {
-            let image = gray(size, |x, y| ((x * 7 + y * 13) % 11) as f32);
-            let mean = |image: &Image| {
-                let count = image.texels.len();
-                (0..count)
-                    .map(|i| f64::from(image.texels.linear(i)[0]))
-                    .sum::<f64>()
-                    / count as f64
-            };
-            let expected = mean(&image);
-            let texture = Texture {
-                image: Arc::new(image),
-                sampler: TextureSampler::default(),
-            };
-            let levels = levels(&texture);
-            assert_eq!(levels.last().unwrap().image.size, [1, 1]);
-            for level in &levels {
-                let found = mean(&level.image);
-                assert!((found / expected - 1.0).abs() < 1e-5, "{size:?}: {found}");
-            }
         }
     }
 

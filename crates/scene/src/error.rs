@@ -1,6 +1,7 @@
 //! What can be wrong with a world or a camera, in words its author can act on.
 
 use std::ops::Range;
+use std::path::PathBuf;
 
 /// Whose fault it is decides the variant; the message says what was given, what was expected and what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -20,6 +21,16 @@ pub enum SceneError {
         message: String,
         /// Where in the text, in bytes, when it came from one.
         span: Option<Range<usize>>,
+    },
+    /// The temporary file of textures cannot be made, written or read.
+    #[error("{}: {message}", path.display())]
+    Storage {
+        /// The folder that it is in.
+        path: PathBuf,
+        /// The system's number of the error.
+        number: Option<i32>,
+        /// What the system says, and what to do.
+        message: String,
     },
 }
 
@@ -46,6 +57,8 @@ impl SceneError {
     pub fn within(self, parent: &str) -> Self {
         match self {
             Self::Camera(message) | Self::World(message) => Self::schema(parent, message),
+            // Not the description's fault, whatever part of it came next.
+            storage @ Self::Storage { .. } => storage,
             Self::Schema {
                 path,
                 message,

@@ -1,7 +1,8 @@
 //! What there is: worlds made of triangles, their materials and lights, and the cameras that see them.
 //!
 //! Plain data, joined by index, and its mathematics. [`schema`] is what people write (world files and Python dicts);
-//! [`World`] is what it says, with files read and names resolved. Nothing here reads a file or traces a ray.
+//! [`World`] is what it says, with files read and names resolved. Nothing here reads a user's file or traces a ray; the one file is
+//! the temporary one of a [`TextureMemory`].
 
 #![forbid(unsafe_code)]
 
@@ -40,7 +41,9 @@ pub use mesh::Mesh;
 pub use metal::Metal;
 pub use model::{Files, Model, NoFiles, Part};
 pub use principled::{NormalMap, Principled, Textured};
-pub use texture::{Image, Interpolation, Texels, Texture, TextureSampler, TextureSlot, Wrap};
+pub use texture::{
+    Image, Interpolation, Texels, Texture, TextureMemory, TextureSampler, TextureSlot, Wrap,
+};
 pub use video::Video;
 pub use view::View;
 pub use world::{Object, Up, World};

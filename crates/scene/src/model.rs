@@ -1,10 +1,12 @@
 //! What a mesh file holds, before it is placed in a world.
 
+use std::sync::Arc;
+
 use crate::error::SceneError;
 use crate::light::Profile;
 use crate::material::Material;
 use crate::mesh::Mesh;
-use crate::texture::{Texture, Wrap};
+use crate::texture::{Image, Texture, Wrap};
 use crate::world::{Object, World};
 
 /// A named piece of a mesh file (an OBJ `o`), in the file's coordinates.
@@ -54,6 +56,14 @@ pub trait Files {
     /// # Errors
     /// Where it is missing, unreadable, too large or malformed.
     fn profile(&mut self, file: &str) -> Result<Profile, Self::Error>;
+
+    /// An image of a material as the world keeps it, which may bound the memory of them.
+    ///
+    /// # Errors
+    /// Where it does not fit and cannot be put elsewhere.
+    fn keep(&mut self, image: Arc<Image>) -> Result<Arc<Image>, Self::Error> {
+        Ok(image)
+    }
 
     /// The error of a file as seen from the key of a description that names it, as `object[2].mesh`.
     fn named_by(error: Self::Error, key: &str) -> Self::Error;

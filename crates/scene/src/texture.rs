@@ -1,11 +1,21 @@
 //! Textures: images, and how surfaces look them up.
 
+mod cache;
+mod image;
+mod memory;
+mod mip;
+mod paged;
+pub(crate) mod sharing;
+mod temporary;
+
 use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::color::linear_from_srgb8;
+pub use self::image::{Image, Texels};
+pub use self::memory::{ReadBack, TextureMemory};
+pub use self::paged::PagedTexels;
 use crate::error::SceneError;
 
 /// What a texture does beyond 0..1.
@@ -62,66 +72,6 @@ impl Default for TextureSampler {
     }
 }
 
-/// The texels of an image, row-major, row 0 at the top: red, green, blue and alpha. Alpha is always linear.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, Deserialize)]
-pub enum Texels {
-    /// Colours in sRGB.
-    Srgb8(Vec<[u8; 4]>),
-    /// Linear values, 255 stands for 1.
-    Linear8(Vec<[u8; 4]>),
-    /// Linear values, 65535 stands for 1.
-    Linear16(Vec<[u16; 4]>),
-    /// Linear values of any size: high dynamic range.
-    Float(Vec<[f32; 4]>),
-}
-
-impl Texels {
-    /// How many there are.
-    pub fn len(&self) -> usize {
-        match self {
-            Self::Srgb8(texels) | Self::Linear8(texels) => texels.len(),
-            Self::Linear16(texels) => texels.len(),
-            Self::Float(texels) => texels.len(),
-        }
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// The linear value of one.
-    pub fn linear(&self, index: usize) -> [f32; 4] {
-        match self {
-            Self::Srgb8(texels) => {
-                let [r, g, b, a] = texels[index];
-                let [r, g, b] = linear_from_srgb8([r, g, b]);
-                [r, g, b, f32::from(a) / 255.0]
-            }
-            Self::Linear8(texels) => texels[index].map(|v| f32::from(v) / 255.0),
-            Self::Linear16(texels) => texels[index].map(|v| f32::from(v) / 65535.0),
-            Self::Float(texels) => texels[index],
-        }
-    }
-}
-
-/// An image.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, Deserialize)]
-pub struct Image {
-    /// The file it came from, or empty.
-    #[serde(serialize_with = "last_part")]
-    pub name: String,
-    /// Columns and rows.
-    pub size: [u32; 2],
-    /// Row-major, row 0 at the top.
-    pub texels: Texels,
-}
-
-/// A file without its folder: the same image is the same data wherever it was read from.
-fn last_part<S: serde::Serializer>(name: &str, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(name.rsplit(['/', '\\']).next().unwrap_or(name))
-}
-
 /// An image and how it is looked up. Several textures may share an image.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, Deserialize)]
 pub struct Texture {
@@ -129,65 +79,6 @@ pub struct Texture {
     pub image: Arc<Image>,
     /// How it is looked up.
     pub sampler: TextureSampler,
-}
-
-/// Textures as serde's data, an image that several of them share only once.
-pub(crate) mod sharing_images {
-    use std::collections::HashMap;
-    use std::sync::Arc;
-
-    use serde::de::Error;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    use super::{Image, Texture, TextureSampler};
-
-    #[derive(Serialize)]
-    struct Shown<'a> {
-        images: Vec<&'a Image>,
-        textures: Vec<(usize, TextureSampler)>,
-    }
-
-    #[derive(Deserialize)]
-    struct Found {
-        images: Vec<Arc<Image>>,
-        textures: Vec<(usize, TextureSampler)>,
-    }
-
-    pub(crate) fn serialize<S: Serializer>(
-        textures: &[Arc<Texture>],
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        let mut images: Vec<&Image> = Vec::new();
-        let mut known = HashMap::new();
-        let textures = textures
-            .iter()
-            .map(|texture| {
-                let index = *known.entry(Arc::as_ptr(&texture.image)).or_insert_with(|| {
-                    images.push(&texture.image);
-                    images.len() - 1
-                });
-                (index, texture.sampler)
-            })
-            .collect();
-        Shown { images, textures }.serialize(serializer)
-    }
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Vec<Arc<Texture>>, D::Error> {
-        let Found { images, textures } = Found::deserialize(deserializer)?;
-        let texture = |(index, sampler): (usize, TextureSampler)| match images.get(index) {
-            Some(image) => Ok(Arc::new(Texture {
-                image: image.clone(),
-                sampler,
-            })),
-            None => Err(D::Error::custom(format_args!(
-                "image {index} of {}",
-                images.len()
-            ))),
-        };
-        textures.into_iter().map(texture).collect()
-    }
 }
 
 /// Where a material takes a value from a texture.
@@ -242,30 +133,12 @@ impl Texture {
         }
     }
 
-    /// Whether it has the texels that its size says.
+    /// Whether its image is one.
     ///
     /// # Errors
-    /// [`SceneError::World`] where it has not, has none, or has some that are not finite.
+    /// Those of [`Image::validate`].
     pub fn validate(&self) -> Result<(), SceneError> {
-        let Image { name, size, texels } = &*self.image;
-        let [width, height] = *size;
-        if texels.is_empty() || texels.len() as u64 != u64::from(width) * u64::from(height) {
-            return Err(SceneError::World(format!(
-                "texture {name:?} has {} texels, expected {width} x {height}, and at least one",
-                texels.len()
-            )));
-        }
-        if let Texels::Float(texels) = texels
-            && let Some(i) = texels
-                .iter()
-                .position(|texel| texel.iter().any(|v| !v.is_finite()))
-        {
-            return Err(SceneError::World(format!(
-                "texture {name:?} has a texel {:?} at {i}: expected finite numbers",
-                texels[i]
-            )));
-        }
-        Ok(())
+        self.image.validate()
     }
 
     /// The value at texture coordinates (u right, v down), linear, with alpha; texel centres lie at half integers, and
@@ -273,12 +146,13 @@ impl Texture {
     pub fn lookup(&self, uv: [f32; 2]) -> [f32; 4] {
         let Image { size, texels, .. } = &*self.image;
         let [u, v] = [0, 1].map(|axis| Axis::new(uv[axis], size[axis], self.sampler.wrap[axis]));
-        let texel = |x: usize, y: usize| texels.linear(y * size[0] as usize + x);
+        let width = size[0] as usize;
         if self.sampler.magnification == Interpolation::Nearest {
-            return texel(u.nearest(), v.nearest());
+            return texels.linear(v.nearest() * width + u.nearest());
         }
-        let row = |y: usize| mix(texel(u.texels[0], y), texel(u.texels[1], y), u.fraction);
-        mix(row(v.texels[0]), row(v.texels[1]), v.fraction)
+        let [above, below] = texels.crossing(width, u.texels, v.texels);
+        let row = |[left, right]: [[f32; 4]; 2]| mix(left, right, u.fraction);
+        mix(row(above), row(below), v.fraction)
     }
 }
 

@@ -14,7 +14,7 @@ use crate::light::Light;
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::schema::RenderSpec;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureMemory};
 use crate::variant::Variant;
 use crate::video::{Clock, Video};
 
@@ -92,8 +92,11 @@ pub struct World {
     /// Shared geometry.
     pub meshes: Vec<Arc<Mesh>>,
     /// Shared images.
-    #[serde(with = "crate::texture::sharing_images")]
+    #[serde(with = "crate::texture::sharing")]
     pub textures: Vec<Arc<Texture>>,
+    /// What bounds the memory of images, if something does. Data has no bounds of its own.
+    #[serde(skip)]
+    pub texture_memory: Option<Arc<TextureMemory>>,
     /// Shared materials.
     pub materials: Vec<Material>,
     /// Placed meshes.

@@ -32,6 +32,11 @@ def add_world(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "world", metavar="WORLD", help="a world file (.toml), or .gltf .glb .obj .ply .stl .off .usd"
     )
+    command.add_argument(
+        "--texture-memory",
+        metavar="SIZE",
+        help="memory for textures, as 512MiB; the others wait in a temporary file (default: no limit)",
+    )
 
 
 def add_camera(command: argparse.ArgumentParser) -> None:
@@ -239,7 +244,7 @@ def load_world(options: argparse.Namespace) -> World:
     """The world, with its notices told."""
     from ..world_load import load
 
-    world = load(options.world)
+    world = load(options.world, texture_memory=options.texture_memory)
     tell(world.notices)
     return world
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use raycam_scene::material::Material;
 use raycam_scene::principled::{Principled, Textured};
 use raycam_scene::texture::TextureSlot;
-use raycam_scene::{Image, Texels, Texture};
+use raycam_scene::{Files, Image, Texels, Texture};
 
 use super::Builder;
 use super::json_material::SpecularGlossiness;
@@ -46,7 +46,7 @@ impl Builder<'_, '_> {
         principled.roughness = match texture {
             Some(slot) => Textured {
                 value: 1.0,
-                texture: Some(self.roughness(slot, glossiness)),
+                texture: Some(self.roughness(slot, glossiness)?),
             },
             None => (1.0 - glossiness).into(),
         };
@@ -54,26 +54,28 @@ impl Builder<'_, '_> {
     }
 
     /// A texture of roughness from the glossiness in another's alpha.
-    fn roughness(&mut self, slot: TextureSlot, factor: f32) -> TextureSlot {
+    fn roughness(&mut self, slot: TextureSlot, factor: f32) -> Result<TextureSlot, FormatError> {
         let Texture { image, sampler } = &*self.world.textures[slot.texture];
         let rough = |glossiness: f32| {
             let v = (65535.0 * (1.0 - factor * glossiness)).round() as u16;
             [v, v, v, u16::MAX]
         };
-        let texels = (0..image.texels.len())
-            .map(|i| rough(image.texels.linear(i)[3]))
+        let texels = image.texels.in_memory()?;
+        let texels = (0..texels.len())
+            .map(|i| rough(texels.linear(i)[3]))
             .collect();
+        let image = Image {
+            name: format!("{} (roughness)", image.name),
+            size: image.size,
+            texels: Texels::Linear16(texels),
+        };
         let texture = Texture {
-            image: Arc::new(Image {
-                name: format!("{} (roughness)", image.name),
-                size: image.size,
-                texels: Texels::Linear16(texels),
-            }),
+            image: self.folder.keep(Arc::new(image))?,
             sampler: *sampler,
         };
-        TextureSlot {
+        Ok(TextureSlot {
             texture: self.world.add_texture(texture),
             ..slot
-        }
+        })
     }
 }

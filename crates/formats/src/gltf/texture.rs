@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use raycam_scene::texture::{Interpolation, TextureSampler, TextureSlot};
-use raycam_scene::{Image, Texture, Wrap};
+use raycam_scene::{Files, Image, Texture, Wrap};
 
 use super::json::{Sampler, TextureInfo};
 use super::resource;
@@ -131,7 +131,7 @@ impl Builder<'_, '_> {
             ("", None) => place,
             (name, _) => name.into(),
         };
-        let decoded = Arc::new(decoded);
+        let decoded = self.folder.keep(Arc::new(decoded))?;
         self.textures.images.insert(key, decoded.clone());
         Ok(decoded)
     }

@@ -173,8 +173,11 @@ impl TextureSpec {
                     .image
             }
         };
+        let image = table.seen(key, image)?;
+        image.validate()?;
+        let kept = files.keep(image);
         let texture = Texture {
-            image: table.seen(key, image),
+            image: kept.map_err(|error| Failure::File(key.into(), error))?,
             sampler: TextureSampler {
                 wrap,
                 magnification: table.filter,
@@ -182,7 +185,6 @@ impl TextureSpec {
                 ..TextureSampler::default()
             },
         };
-        texture.validate()?;
         let (sin, cos) = table.rotation.to_radians().sin_cos();
         let Splat([width, height]) = table.repeat.unwrap_or(Splat([1.0; 2]));
         let [x, y] = table.offset;
@@ -218,12 +220,13 @@ impl TextureSpec {
 
 impl TextureTable {
     /// The image as this use sees it: data is linear, and one channel may stand for all.
-    fn seen(&self, key: &str, image: Arc<Image>) -> Arc<Image> {
+    fn seen(&self, key: &str, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
         let data = !COLORS.contains(&key) && matches!(image.texels, Texels::Srgb8(_));
         if !data && self.channel.is_none() {
-            return image;
+            return Ok(image);
         }
         let mut image = Arc::unwrap_or_clone(image);
+        image.texels = image.texels.into_memory()?;
         if let (true, Texels::Srgb8(texels)) = (data, &mut image.texels) {
             image.texels = Texels::Linear8(std::mem::take(texels));
         }
@@ -233,9 +236,10 @@ impl TextureTable {
                 Texels::Srgb8(texels) | Texels::Linear8(texels) => splat(texels, channel),
                 Texels::Linear16(texels) => splat(texels, channel),
                 Texels::Float(texels) => splat(texels, channel),
+                Texels::Paged(_) => {} // was made another above
             }
         }
-        Arc::new(image)
+        Ok(Arc::new(image))
     }
 }
 

@@ -93,7 +93,8 @@ impl Writer<'_> {
     /// As a PNG: in sRGB where it is colour, linear where it is data. Eight bits stay what they are where they are of
     /// that kind; everything else takes sixteen.
     fn encoded(&mut self, image: &Image, color_use: ColorUse) -> Result<Vec<u8>, FormatError> {
-        match (&image.texels, color_use) {
+        let texels = image.texels.in_memory()?;
+        match (&*texels, color_use) {
             (Texels::Srgb8(texels), ColorUse::Color)
             | (Texels::Linear8(texels), ColorUse::Data) => {
                 let opaque = texels.iter().all(|texel| texel[3] == 255);
@@ -112,9 +113,9 @@ impl Writer<'_> {
             outside |= !(0.0..=1.0).contains(&v);
             (v.clamp(0.0, 1.0) * 65535.0).round() as u16
         };
-        let texels: Vec<[u16; 4]> = (0..image.texels.len())
+        let texels: Vec<[u16; 4]> = (0..texels.len())
             .map(|i| {
-                let [r, g, b, a] = image.texels.linear(i);
+                let [r, g, b, a] = texels.linear(i);
                 let shown = |v: f32| match color_use {
                     ColorUse::Color if (0.0..=1.0).contains(&v) => srgb_from_linear(v),
                     _ => v,

@@ -1,0 +1,221 @@
+//! Images: texels, wherever they lie.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize, Serializer};
+
+use super::paged::PagedTexels;
+use crate::color::linear_from_srgb8;
+use crate::error::SceneError;
+
+/// The texels of an image, row-major, row 0 at the top: red, green, blue and alpha. Alpha is always linear.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Texels {
+    /// Colours in sRGB.
+    Srgb8(Vec<[u8; 4]>),
+    /// Linear values, 255 stands for 1.
+    Linear8(Vec<[u8; 4]>),
+    /// Linear values, 65535 stands for 1.
+    Linear16(Vec<[u16; 4]>),
+    /// Linear values of any size: high dynamic range.
+    Float(Vec<[f32; 4]>),
+    /// Any of these, in the temporary file of a [`TextureMemory`](super::TextureMemory).
+    #[serde(skip)]
+    Paged(PagedTexels),
+}
+
+/// How a texel is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TexelKind {
+    Srgb8,
+    Linear8,
+    Linear16,
+    Float,
+}
+
+impl TexelKind {
+    /// The bytes of a texel.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::Srgb8 | Self::Linear8 => 4,
+            Self::Linear16 => 8,
+            Self::Float => 16,
+        }
+    }
+
+    /// The kind of the mip map.
+    pub fn halved(self) -> Self {
+        match self {
+            Self::Float => Self::Float,
+            _ => Self::Linear16,
+        }
+    }
+
+    /// Texels from the bytes that [`Texels::put_bytes`] has made of them.
+    pub fn texels(self, bytes: &[u8]) -> Texels {
+        let small = || bytes.as_chunks().0.to_vec();
+        match self {
+            Self::Srgb8 => Texels::Srgb8(small()),
+            Self::Linear8 => Texels::Linear8(small()),
+            Self::Linear16 => {
+                let texel =
+                    |b: &[u8; 8]| [0, 2, 4, 6].map(|i| u16::from_le_bytes([b[i], b[i + 1]]));
+                Texels::Linear16(bytes.as_chunks().0.iter().map(texel).collect())
+            }
+            Self::Float => {
+                let value =
+                    |b: &[u8; 16], i| f32::from_le_bytes([b[i], b[i + 1], b[i + 2], b[i + 3]]);
+                let texel = |b: &[u8; 16]| [0, 4, 8, 12].map(|i| value(b, i));
+                Texels::Float(bytes.as_chunks().0.iter().map(texel).collect())
+            }
+        }
+    }
+}
+
+impl Texels {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Srgb8(texels) | Self::Linear8(texels) => texels.len(),
+            Self::Linear16(texels) => texels.len(),
+            Self::Float(texels) => texels.len(),
+            Self::Paged(texels) => texels.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The linear value of one.
+    #[inline]
+    pub fn linear(&self, index: usize) -> [f32; 4] {
+        match self {
+            Self::Srgb8(texels) => {
+                let [r, g, b, a] = texels[index];
+                let [r, g, b] = linear_from_srgb8([r, g, b]);
+                [r, g, b, f32::from(a) / 255.0]
+            }
+            Self::Linear8(texels) => texels[index].map(|v| f32::from(v) / 255.0),
+            Self::Linear16(texels) => texels[index].map(|v| f32::from(v) / 65535.0),
+            Self::Float(texels) => texels[index],
+            Self::Paged(texels) => texels.linear(index),
+        }
+    }
+
+    /// The linear values where two columns meet two rows, row by row, of an image of this width.
+    #[inline]
+    pub(super) fn crossing(&self, width: usize, [x0, x1]: [usize; 2], rows: [usize; 2]) -> Square {
+        if let Self::Paged(texels) = self {
+            return texels.crossing([x0, x1], rows);
+        }
+        rows.map(|y| [self.linear(y * width + x0), self.linear(y * width + x1)])
+    }
+
+    /// The same texels, all in memory.
+    ///
+    /// # Errors
+    /// [`SceneError::Storage`] where the file that they are in cannot be read.
+    pub fn in_memory(&self) -> Result<Cow<'_, Texels>, SceneError> {
+        Ok(match self {
+            Self::Paged(texels) => Cow::Owned(texels.all()?),
+            texels => Cow::Borrowed(texels),
+        })
+    }
+
+    /// The same, of texels that nobody else needs where they were.
+    ///
+    /// # Errors
+    /// Those of [`Texels::in_memory`].
+    pub(crate) fn into_memory(self) -> Result<Texels, SceneError> {
+        match self {
+            Self::Paged(texels) => texels.all(),
+            texels => Ok(texels),
+        }
+    }
+
+    pub(super) fn kind(&self) -> TexelKind {
+        match self {
+            Self::Srgb8(_) => TexelKind::Srgb8,
+            Self::Linear8(_) => TexelKind::Linear8,
+            Self::Linear16(_) => TexelKind::Linear16,
+            Self::Float(_) => TexelKind::Float,
+            Self::Paged(texels) => texels.kind(),
+        }
+    }
+
+    /// Appends the bytes of some, which are in memory.
+    pub(super) fn put_bytes(&self, range: Range<usize>, bytes: &mut Vec<u8>) {
+        match self {
+            Self::Srgb8(texels) | Self::Linear8(texels) => {
+                bytes.extend_from_slice(texels[range].as_flattened());
+            }
+            Self::Linear16(texels) => {
+                let values = texels[range].as_flattened().iter();
+                bytes.extend(values.flat_map(|v| v.to_le_bytes()));
+            }
+            Self::Float(texels) => {
+                let values = texels[range].as_flattened().iter();
+                bytes.extend(values.flat_map(|v| v.to_le_bytes()));
+            }
+            Self::Paged(_) => {}
+        }
+    }
+}
+
+/// Two rows of two texels.
+pub(super) type Square = [[[f32; 4]; 2]; 2];
+
+/// An image.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Image {
+    /// The file it came from, or empty.
+    #[serde(serialize_with = "last_part")]
+    pub name: String,
+    /// Columns and rows.
+    pub size: [u32; 2],
+    /// Row-major, row 0 at the top.
+    #[serde(serialize_with = "in_memory")]
+    pub texels: Texels,
+}
+
+/// A file without its folder: the same image is the same data wherever it was read from.
+fn last_part<S: Serializer>(name: &str, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(name.rsplit(['/', '\\']).next().unwrap_or(name))
+}
+
+/// The same image is the same data wherever its texels lie.
+fn in_memory<S: Serializer>(texels: &Texels, serializer: S) -> Result<S::Ok, S::Error> {
+    let texels = texels.in_memory().map_err(serde::ser::Error::custom)?;
+    texels.serialize(serializer)
+}
+
+impl Image {
+    /// Whether it has the texels that its size says.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] where it has not, has none, or has some that are not finite.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        let Image { name, size, texels } = self;
+        let [width, height] = *size;
+        if texels.is_empty() || texels.len() as u64 != u64::from(width) * u64::from(height) {
+            return Err(SceneError::World(format!(
+                "texture {name:?} has {} texels, expected {width} x {height}, and at least one",
+                texels.len()
+            )));
+        }
+        if let Texels::Float(texels) = texels
+            && let Some(i) = texels
+                .iter()
+                .position(|texel| texel.iter().any(|v| !v.is_finite()))
+        {
+            return Err(SceneError::World(format!(
+                "texture {name:?} has a texel {:?} at {i}: expected finite numbers",
+                texels[i]
+            )));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,148 @@
+//! Mip maps: images of half the size, down to a single texel.
+
+use std::sync::Arc;
+
+use super::image::TexelKind;
+use super::paged::PagedTexels;
+use super::{Image, Texels};
+
+impl Image {
+    /// Its mip map: the image itself, then each half as large as the one before.
+    ///
+    /// Of 8 and 16 bits come 16, linear; of floats come floats. Texels are the means of those that they cover, so that
+    /// every level has the mean of the image as far as its numbers can say it.
+    pub fn mip_map(self: &Arc<Self>) -> Vec<Arc<Image>> {
+        if let Texels::Paged(texels) = &self.texels {
+            let level = |texels| {
+                Arc::new(Image {
+                    name: self.name.clone(),
+                    size: PagedTexels::size(&texels),
+                    texels: Texels::Paged(texels),
+                })
+            };
+            return texels.mip_map().map(level).collect();
+        }
+        let mut levels = vec![self.clone()];
+        let mut image = self;
+        while let Some(smaller) = image.halved() {
+            levels.push(Arc::new(smaller));
+            image = &levels[levels.len() - 1];
+        }
+        levels
+    }
+
+    /// An image of half the size, each texel the mean of those that it covers: linear, so that no light is lost. None of a
+    /// single texel.
+    pub(super) fn halved(&self) -> Option<Image> {
+        let [width, height] = self.size;
+        if self.size == [1, 1] {
+            return None;
+        }
+        let [w, h] = halved(self.size);
+        let mean = |x: u32, y: u32| {
+            let mut sum = [0.0f32; 4];
+            for (row, share) in covered(y, height, h) {
+                for (column, part) in covered(x, width, w) {
+                    let texel = self
+                        .texels
+                        .linear(row as usize * width as usize + column as usize);
+                    for (sum, value) in sum.iter_mut().zip(texel) {
+                        *sum += value * share * part;
+                    }
+                }
+            }
+            sum
+        };
+        let all = (0..h).flat_map(|y| (0..w).map(move |x| (x, y)));
+        let texels = match self.texels.kind().halved() {
+            TexelKind::Float => Texels::Float(all.map(|(x, y)| mean(x, y)).collect()),
+            _ => Texels::Linear16(
+                all.map(|(x, y)| mean(x, y).map(|v| (v * 65535.0 + 0.5) as u16))
+                    .collect(),
+            ),
+        };
+        Some(Image {
+            name: String::new(),
+            size: [w, h],
+            texels,
+        })
+    }
+
+    /// The bytes that its texels and those of its mip map take.
+    pub(super) fn bytes(&self) -> u64 {
+        let count = |size: [u32; 2]| u64::from(size[0]) * u64::from(size[1]);
+        let kind = self.texels.kind();
+        let (mut size, mut smaller) = (self.size, 0);
+        while size[0] > 1 || size[1] > 1 {
+            size = halved(size);
+            smaller += count(size);
+        }
+        count(self.size) * kind.bytes() as u64 + smaller * kind.halved().bytes() as u64
+    }
+}
+
+fn halved(size: [u32; 2]) -> [u32; 2] {
+    size.map(|n| (n / 2).max(1))
+}
+
+/// The texels of an axis that texel `i` of a shorter one covers, and the share of it that each has.
+fn covered(i: u32, long: u32, short: u32) -> impl Iterator<Item = (u32, f32)> {
+    let ratio = f64::from(long) / f64::from(short);
+    let (start, end) = (f64::from(i) * ratio, f64::from(i + 1) * ratio);
+    let last = (end.ceil() as u32).min(long);
+    (start as u32..last).map(move |texel| {
+        let inside = end.min(f64::from(texel + 1)) - start.max(f64::from(texel));
+        (texel, (inside / ratio) as f32)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_level_has_the_mean_of_the_image() {
+        for size in [[8, 8], [7, 5], [1, 13], [64, 3]] {
+            let value = |i: u32| (((i % size[0]) * 7 + (i / size[0]) * 13) % 11) as f32;
+            let image = Arc::new(Image {
+                name: String::new(),
+                size,
+                texels: Texels::Float((0..size[0] * size[1]).map(|i| [value(i); 4]).collect()),
+            });
+            let mean = |image: &Image| {
+                let count = image.texels.len();
+                (0..count)
+                    .map(|i| f64::from(image.texels.linear(i)[0]))
+                    .sum::<f64>()
+                    / count as f64
+            };
+            let expected = mean(&image);
+            let levels = image.mip_map();
+            assert_eq!(levels.last().unwrap().size, [1, 1]);
+            let bytes: usize = levels.iter().map(|level| level.texels.len() * 16).sum();
+            assert_eq!(image.bytes(), bytes as u64);
+            for level in &levels {
+                let found = mean(level);
+                assert!((found / expected - 1.0).abs() < 1e-5, "{size:?}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn small_numbers_become_sixteen_bits() {
+        let image = Arc::new(Image {
+            name: String::new(),
+            size: [3, 2],
+            texels: Texels::Linear8((0..6).map(|i| [i, 2 * i, 3 * i, 255]).collect()),
+        });
+        assert_eq!(image.bytes(), 6 * 4 + 8);
+        let [_, last] = &image.mip_map()[..] else {
+            panic!("expected two levels");
+        };
+        // The mean of 0..=5 is 2.5; 65535 is 257 times 255.
+        assert_eq!(
+            last.texels,
+            Texels::Linear16(vec![[643, 1285, 1928, 65535]])
+        );
+    }
+}
