@@ -48,6 +48,7 @@ fn budget() -> Budget {
         elements: 1 << 16,
         pixels: 1 << 14,
         steps: 1 << 16,
+        ..Budget::default()
     }
 }
 
