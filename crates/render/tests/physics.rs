@@ -1,4 +1,27 @@
 //! Closed forms of light transport.
+//!
+//! Each test of light has been seen to fail with a factor of 1.01 (or 1/1.01) put into the code that it guards:
+//!
+//! | factor | test that failed |
+//! |---|---|
+//! | sun: irradiance; radiance of its disk | `direct::a_lambertian_plane_under_the_sun`; `closed_form::a_sun_with_a_disk_...` |
+//! | bulb: intensity; radiance of its sphere | `direct::a_lambertian_plane_under_a_bulb`, `closed_form::a_bulb_of_any_size_...` |
+//! | rectangle: solid angle, density by area, place of samples | `closed_form::area_lights_follow_lamberts_formula`, `form_factors_of_squares` |
+//! | disk: density; spot: power, falloff; IES: scale | `closed_form`, the test of each |
+//! | sky, gradient, daylight, environment: radiance | `closed_form::skies_give_their_integral`, `daylight_...`, `environments_...` |
+//! | sky, panorama, cone, disk: density | `light::tests::density`: the integral is 1.01 |
+//! | cone, disk, rectangle: place of samples | `light::tests::density`: chi-squared |
+//! | light tree: probability of the draw; of a light | `tree::probabilities_add_up_...` |
+//! | triangles that shine: density; emission | `light::a_textured_mesh_...`; `path::max_depth_counts_segments` |
+//! | Lambert: value; weight of a sample | `form_factors_of_squares`; `path::a_white_furnace_stays_white` |
+//! | layers: density | `scatter::tests::density`: the integral is 1.01 |
+//! | layers: value times 1 + 0.01 cos(light) | `reciprocity::light_may_go_both_ways` |
+//! | mirror and refraction of smooth glass | `matter_that_absorbs_nothing_vanishes_in_a_white_sky` |
+//! | metal: Fresnel; absorption of glass | `a_smooth_metal_mirrors_...`, `glass_absorbs_as_beer_says` |
+//! | lights in `direct` alone; in `path` alone | `path::direct_is_path_of_one_bounce` |
+//! | radiance by the number of the thread | `path::the_same_bytes_on_any_number_of_threads` |
+//! | samples rejected but not counted | `direct::samples_beyond_float32_...` |
+//! | random numbers: 1 % short of 1; again after 64 samples | `sampler`: elementary intervals; `the_error_falls_...` |
 
 mod common;
 
