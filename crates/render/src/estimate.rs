@@ -116,7 +116,7 @@ mod tests {
                 let mut estimate = Estimate::default();
                 estimate.reset(1, true);
                 for sample in 0..samples {
-                    let sampler = Sampler::of_sequences(7, 0, [x, 3], sample, SEQUENCES);
+                    let sampler = Sampler::of_pixel(7, 0, [x, 3]).at_of(sample, SEQUENCES);
                     estimate.count(0, true);
                     estimate.add(0, sample, Vec3::splat(f(sampler.pair(Pair::Filter))));
                 }

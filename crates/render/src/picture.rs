@@ -265,7 +265,11 @@ impl<'a> Picture<'a> {
         directions.clear();
         directions.extend(rays().map(|ray| DVec3::from(ray.direction).as_vec3()));
         samplers.clear();
-        samplers.extend(active.iter().map(|&i| self.sampler(pixels[i], 0)));
+        samplers.extend(
+            active
+                .iter()
+                .map(|&i| self.sample_of(self.sampler(pixels[i]), 0)),
+        );
         batch.clear();
         batch.extend(active.iter().map(|&i| (i, 0)));
     }

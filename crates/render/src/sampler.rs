@@ -1,20 +1,48 @@
-//! Random numbers: Sobol points, Owen-scrambled and shuffled by hashing.
+//! Random numbers: Sobol points, Owen-scrambled and shuffled by hashing, with the error of pixels as blue noise.
 //!
 //! B. Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; the hash is N. Vegdahl's improvement of the
 //! Laine-Karras permutation ("Building a Better LK Hash", 2021). Dimensions come in pairs; each pair is a
 //! two-dimensional Sobol sequence with a shuffled order of its own. A number is a function of (seed, frame, pixel,
 //! sample, dimension) alone.
+//!
+//! The pixels of a block share scrambled sequences and take points of them that complement each other, so that what one
+//! pixel is too bright its neighbours are too dark: A. Ahmed and P. Wonka, "Screen-Space Blue-Noise Diffusion of Monte
+//! Carlo Sampling Error via Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020. There each pixel has a stretch of one
+//! sequence, as long as its number of samples, which has to be known. Here the pixel is added to the index of the point
+//! bit by bit ([`APART`]), which does the same for every number of samples.
 
 use raycam_bvh::{Loops, vectorized};
 
 /// The random numbers of one sample of one pixel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sampler {
-    /// Of the seed, the frame and the pixel.
-    key: [u32; 2],
+    /// Of the seed, the frame and the block of pixels.
+    block: [u32; 2],
+    /// Of the same and the square of two by two pixels.
+    quad: u32,
+    /// Where in the block the pixel is: the bits of its Morton number in reverse.
+    place: u32,
     /// The bits of the sample's number in reverse.
     sample: u32,
 }
+
+/// Bits of a coordinate within a block of pixels.
+const BLOCK: u32 = 4;
+
+/// What the bits of a pixel's Morton number, the lowest first, add to the indices of its points, modulo 2. They are found by
+/// simulated annealing so that the first 2^k points of all pixels of a square of 2^m by 2^m together are a (0, k + 2 m, 2)-net
+/// in base 2 as often as possible: always in squares of 2 by 2 pixels and up to 1024 samples, of 4 by 4 and 8 by 8 and up to
+/// 256, of 16 by 16 nearly.
+const APART: [u32; 2 * BLOCK as usize] = [
+    0x2d90_0b6d,
+    0x43a8_86db,
+    0x8b78_3cf3,
+    0xdf03_2f3c,
+    0x58ab_d213,
+    0x3cfd_f321,
+    0xba1a_e440,
+    0xed0e_3de3,
+];
 
 /// What a pair of dimensions is for. Another purpose needs a number of its own.
 #[derive(Clone, Copy, Debug)]
@@ -66,30 +94,51 @@ impl Pair {
 }
 
 impl Sampler {
-    pub fn new(seed: u64, frame: u32, [x, y]: [u32; 2], sample: u32) -> Self {
-        let pixel = mix(mix(seed ^ (u64::from(frame) << 32)) ^ (u64::from(y) << 32 | u64::from(x)));
-        Self::of_key(pixel, sample)
+    #[cfg(test)]
+    pub fn new(seed: u64, frame: u32, pixel: [u32; 2], sample: u32) -> Self {
+        Self::of_pixel(seed, frame, pixel).at(sample)
     }
 
-    /// A sample of one of several sequences that are independent of each other: sample s is number s / n of sequence
-    /// s % n.
-    pub fn of_sequences(
-        seed: u64,
-        frame: u32,
-        pixel: [u32; 2],
-        sample: u32,
-        sequences: u32,
-    ) -> Self {
-        let number = u64::from(sample % sequences) + 1;
-        let Self { key: [a, b], .. } = Self::new(seed, frame, pixel, 0);
-        let pixel = u64::from(b) << 32 | u64::from(a);
-        Self::of_key(mix(pixel ^ mix(number)), sample / sequences)
-    }
-
-    fn of_key(key: u64, sample: u32) -> Self {
+    /// The first sample of a pixel.
+    pub fn of_pixel(seed: u64, frame: u32, [x, y]: [u32; 2]) -> Self {
+        let picture = mix(seed ^ (u64::from(frame) << 32));
+        let of_square = |bits: u32| {
+            let [x, y] = [x, y].map(|v| u64::from(v >> bits));
+            mix(picture ^ (y << 32 | x))
+        };
+        let block = of_square(BLOCK);
+        let within = |v: u32| v & ((1 << BLOCK) - 1);
         Self {
-            key: [key as u32, (key >> 32) as u32],
+            block: [block as u32, (block >> 32) as u32],
+            // Another hash than the block's.
+            quad: mix(!of_square(1)) as u32,
+            place: (spaced(within(x)) | spaced(within(y)) << 1).reverse_bits(),
+            sample: 0,
+        }
+    }
+
+    /// Another sample of the same pixel.
+    pub fn at(self, sample: u32) -> Self {
+        Self {
             sample: sample.reverse_bits(),
+            ..self
+        }
+    }
+
+    /// Another sample of the same pixel, of one of several sequences that are independent of each other: sample s is number
+    /// s / n of sequence s % n.
+    pub fn at_of(self, sample: u32, sequences: u32) -> Self {
+        let key = mix(u64::from(sample % sequences) + 1);
+        let [low, high] = [key as u32, (key >> 32) as u32];
+        let Self {
+            block: [a, b],
+            quad,
+            ..
+        } = self;
+        Self {
+            block: [a ^ low, b ^ high],
+            quad: quad ^ low,
+            ..self.at(sample / sequences)
         }
     }
 
@@ -116,8 +165,17 @@ impl Sampler {
 
     #[inline(always)]
     fn numbers(&self, number: u32) -> [f32; 2] {
-        let [shuffle, first, second] = spread([self.key[0], self.key[1], number]);
-        let index = reverse(permute(self.sample, shuffle));
+        let [shuffle, first, second] = spread([self.block[0], self.block[1], number]);
+        let own = lowbias(self.quad.wrapping_add(number.wrapping_mul(0x9e37_79b9)));
+        // The pixels of a block change places, level by level: it is by chance who is beside whom in other pairs.
+        let place = turned(permute(self.place, !shuffle), own);
+        // The order of a pixel's points is its own as far as its first 2^k points stay the first 2^k.
+        let order = own.rotate_left(8 * (place >> 30));
+        let mut index = reverse(permute(reorder(self.sample, order), shuffle));
+        for (bit, apart) in APART.iter().enumerate() {
+            // All ones where the bit is set; the bits are in reverse.
+            index ^= apart & ((place << bit) as i32 >> 31) as u32;
+        }
         let x = reverse(permute(index, first));
         let y = reverse(permute(pascal(index), second));
         // 24 bits: the float32 values stay below 1. As whole numbers with a sign they convert everywhere.
@@ -145,20 +203,31 @@ impl<W: Iterator<Item = usize>> Loops for Pairs<'_, W> {
         } = self;
         out.clear();
         loop {
-            let (mut a, mut b, mut sample) = ([0; LANES], [0; LANES], [0; LANES]);
+            // Field by field, as registers hold them.
+            let mut fields = [[0; LANES]; 5];
             let mut count = 0;
             while count < LANES
                 && let Some(at) = which.next()
             {
-                let Sampler { key, sample: bits } = samplers[at];
-                (a[count], b[count], sample[count]) = (key[0], key[1], bits);
+                let Sampler {
+                    block: [a, b],
+                    quad,
+                    place,
+                    sample,
+                } = samplers[at];
+                for (field, value) in fields.iter_mut().zip([a, b, quad, place, sample]) {
+                    field[count] = value;
+                }
                 count += 1;
             }
             let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
             for i in 0..LANES {
+                let [a, b, quad, place, sample] = [0, 1, 2, 3, 4].map(|k: usize| fields[k][i]);
                 let sampler = Sampler {
-                    key: [a[i], b[i]],
-                    sample: sample[i],
+                    block: [a, b],
+                    quad,
+                    place,
+                    sample,
                 };
                 [x[i], y[i]] = sampler.numbers(number);
             }
@@ -216,6 +285,52 @@ fn permute(mut x: u32, seed: u32) -> u32 {
     x = x.wrapping_mul((seed >> 16) | 1);
     x ^= x.wrapping_mul(0x0552_6c56);
     x ^ x.wrapping_mul(0x53a2_2864)
+}
+
+/// A permutation of the same kind that keeps 0 and the lowest bit that is set: of numbers whose bits come in reverse, it
+/// permutes those from 2^k to 2^(k + 1) among themselves, for each k.
+#[inline(always)]
+fn reorder(mut x: u32, seed: u32) -> u32 {
+    x ^= x.wrapping_mul(0x3d20_adea);
+    x = x.wrapping_mul(seed | 1);
+    x ^= x.wrapping_mul(0x0552_6c56);
+    x = x.wrapping_mul((seed >> 16) | 1);
+    x ^ x.wrapping_mul(0x53a2_2864)
+}
+
+/// The lowest digit in base 4 multiplied in GF(4) by one of its three elements that are not 0: together with what
+/// [`permute`] does to it, any order of the four pixels of a square. The bits are in reverse.
+#[inline(always)]
+fn turned(place: u32, random: u32) -> u32 {
+    // The digit's bits where they are and each in the other's place.
+    let (here, there) = (
+        place & 0xc000_0000,
+        place << 1 & 0x8000_0000 | place >> 1 & 0x4000_0000,
+    );
+    let (low, high) = (0x8000_0000, 0x4000_0000);
+    let once = there ^ here & high;
+    let twice = there ^ here & low;
+    let digit = match ((random & 0xffff) * 3) >> 16 {
+        0 => here,
+        1 => once,
+        _ => twice,
+    };
+    place & 0x3fff_ffff | digit
+}
+
+/// A bit of zero after each of the lowest four.
+#[inline]
+fn spaced(mut x: u32) -> u32 {
+    x = (x | x << 2) & 0x3333_3333;
+    (x | x << 1) & 0x5555_5555
+}
+
+/// A hash of 32 bits (C. Wellons, "Prospecting for Hash Functions", 2018: lowbias32).
+#[inline(always)]
+fn lowbias(mut x: u32) -> u32 {
+    x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
+    x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
+    x ^ (x >> 16)
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood, 2014).
@@ -293,7 +408,7 @@ mod tests {
         }
         let n = 20_000;
         let product = |i: u32| {
-            let at = |x| Sampler::new(0, 0, [x, 0], 0).pair(Pair::Filter)[0] - 0.5;
+            let at = |frame| Sampler::new(0, frame, [3, 0], 0).pair(Pair::Filter)[0] - 0.5;
             f64::from(at(i) * at(i + 1))
         };
         let covariance = (0..n).map(product).sum::<f64>() / f64::from(n);
@@ -301,5 +416,85 @@ mod tests {
             covariance.abs() < 4.0 / 12.0 / f64::from(n).sqrt(),
             "{covariance}"
         );
+    }
+
+    #[test]
+    fn the_pixels_of_a_square_share_a_net() {
+        for (side, corner, bits) in [
+            (2, [0, 0], 10),
+            (2, [70, 202], 10),
+            (4, [8, 60], 8),
+            (8, [72, 24], 8),
+        ] {
+            for samples in (0..=bits).map(|k| 1 << k) {
+                let pixels = (0..side * side).map(|i| [corner[0] + i % side, corner[1] + i / side]);
+                let points: Vec<_> = pixels
+                    .flat_map(|pixel| (0..samples).map(move |sample| (pixel, sample)))
+                    .map(|(pixel, sample)| Sampler::new(8, 0, pixel, sample).pair(Pair::Scatter(1)))
+                    .collect();
+                for columns in (0..=points.len().ilog2()).map(|bits| 1 << bits) {
+                    let mut cells = vec![0; points.len()];
+                    let rows = points.len() / columns;
+                    for [x, y] in &points {
+                        let column = (x * columns as f32) as usize;
+                        cells[(y * rows as f32) as usize * columns + column] += 1;
+                    }
+                    let even = cells.iter().all(|&count| count == 1);
+                    assert!(
+                        even,
+                        "{samples} samples, {columns} columns of {side} by {side}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// How much the mean of some pixels is off, beside what it would be if the pixels were independent of each other.
+    fn together(side: u32, samples: u32, mean: f64, f: impl Fn(&Sampler) -> f64) -> f64 {
+        const SIZE: u32 = 64;
+        let off = |seed, [x, y]: [u32; 2]| {
+            let value = |sample| f(&Sampler::new(seed, 0, [x, y], sample));
+            (0..samples).map(value).sum::<f64>() / f64::from(samples) - mean
+        };
+        let (mut alone, mut together) = (0.0, 0.0);
+        for seed in 0..16 {
+            for block in 0..(SIZE / side).pow(2) {
+                let corner = [block % (SIZE / side), block / (SIZE / side)].map(|n| n * side);
+                let pixels = (0..side * side).map(|i| [corner[0] + i % side, corner[1] + i / side]);
+                let all: Vec<_> = pixels.map(|pixel| off(seed, pixel)).collect();
+                alone += all.iter().map(|off| off * off).sum::<f64>();
+                together += all.iter().sum::<f64>().powi(2);
+            }
+        }
+        together / alone
+    }
+
+    #[test]
+    fn what_one_pixel_is_too_bright_its_neighbours_are_too_dark() {
+        let [product, disk] = [
+            |[x, y]: [f32; 2]| f64::from(x * y),
+            |[x, y]: [f32; 2]| f64::from(u8::from(x * x + y * y < 1.0)),
+        ];
+        // The mean of exp(-3 |x - y|) over the square, three times.
+        let mean = (2.0 / 3.0 - 2.0 / 9.0 * (1.0 - (-3f64).exp())).powi(3);
+        for samples in [1, 4, 7, 16] {
+            let ratio = |side, mean, f: fn([f32; 2]) -> f64| {
+                together(side, samples, mean, |sampler| f(sampler.pair(Pair::Filter)))
+            };
+            // As numbers of samples that are no power of two are not as well spread.
+            let most = if samples == 7 { 0.9 } else { 0.1 };
+            let smooth = ratio(4, 0.25, product);
+            assert!(smooth < most, "{samples}: {smooth}");
+            let edge = ratio(4, std::f64::consts::FRAC_PI_4, disk);
+            assert!(edge < most.max(0.4), "{samples}: {edge}");
+            // What many dimensions do together is not spread, and may be no worse for it.
+            let much = together(2, samples, mean, |sampler| {
+                let [a, b] = sampler.pair(Pair::Filter);
+                let [c, d] = sampler.pair(Pair::Scatter(0));
+                let [e, f] = sampler.pair(Pair::Light(0, 0));
+                f64::from((-3.0 * ((a - d).abs() + (c - e).abs() + (f - b).abs())).exp())
+            });
+            assert!(much < 1.25, "{samples}: {much}");
+        }
     }
 }

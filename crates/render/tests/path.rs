@@ -291,3 +291,31 @@ fn ambient_occlusion_is_a_form_factor() {
     // Within 10 of a point 5 below a ceiling: directions within 60 degrees of the normal.
     close(ao(&world, Some(10.0)), 0.25, 0.01);
 }
+
+#[test]
+fn every_lamp_lights_what_the_camera_sees() {
+    // Lights without a size, of which no more matter than are sampled at once: nothing is left to chance.
+    let mut world = plane(10.0, 0.5);
+    for i in 0..4 {
+        let light = Light::Bulb {
+            position: [f64::from(i) - 3.0, f64::from(i % 2), 1.0 + f64::from(i)],
+            power: None,
+            intensity: Some([1.0 + i as f32, 2.0, 3.0]),
+            radius: 0.0,
+        };
+        world.add_light(light).unwrap();
+    }
+    let camera = look_at(DVec3::new(0.0, -2.0, 3.0), DVec3::ZERO, 30.0, [8, 8]);
+    let path = Settings {
+        max_depth: Some(2),
+        ..settings(Integrator::Path, 1)
+    };
+    let [direct, path] = [settings(Integrator::Direct, 1), path].map(|settings| {
+        let frame = render(&world, &camera, &settings);
+        f32s(&frame, Channel::Color).to_vec()
+    });
+    assert!(direct.iter().all(|&v| v > 0.0));
+    for (direct, path) in direct.into_iter().zip(path) {
+        close(path.into(), direct.into(), 1e-5);
+    }
+}

@@ -3,6 +3,7 @@
 mod ao;
 mod flat;
 mod media;
+mod next_event;
 mod path;
 mod shadows;
 mod walk;
@@ -41,6 +42,8 @@ struct Rules {
     pub light_samples: usize,
     /// How they are chosen.
     pub choice: Choice,
+    /// Whether surfaces that the camera sees sample more than one where several kinds or branches of them matter.
+    pub splits: bool,
     /// Takes the even skies for an ambient term, dimmed by what is nearer than a distance where there is one.
     pub ambient: Option<Option<f32>>,
     /// Leaves the sky out where the camera sees it.
@@ -75,6 +78,7 @@ pub(crate) fn radiance(
                 } else {
                     Choice::Weighed
                 },
+                splits: false,
                 ambient: match reach {
                     None => Some(None),
                     // Occluded at any distance, the sky is a light like others.
@@ -91,6 +95,7 @@ pub(crate) fn radiance(
                 free_mirrors: false,
                 light_samples: 1,
                 choice: Choice::Weighed,
+                splits: true,
                 ambient: None,
                 transparent: settings.transparent,
             };

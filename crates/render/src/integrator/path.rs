@@ -13,7 +13,7 @@ use super::walk::Walk;
 use super::{Batch, Rules, is_miss};
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::light::{Lights, Reference};
+use crate::light::{Choice, Lights, Reference};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
 use crate::surface::Place;
@@ -35,6 +35,8 @@ pub(super) struct Path {
     pub straight: bool,
     /// Whether nothing has scattered it yet.
     pub from_camera: bool,
+    /// How lights were chosen where it was scattered last.
+    pub choice: Choice,
     /// Segments, this one included, as the rules count them.
     pub depth: u32,
     /// What clear matter it goes through.
@@ -56,6 +58,7 @@ pub(super) fn radiance(
     radiance: &mut [Vec3],
     sky: &mut [bool],
 ) -> Result<(), RenderError> {
+    let at_once = lights.most_at_once().filter(|_| rules.splits);
     let mut walk = Walk {
         world,
         lights,
@@ -64,10 +67,11 @@ pub(super) fn radiance(
         found: lights.is_found(rules.ambient.is_some()),
         sampled: lights.is_sampled(rules.choice),
         chosen: rules.light_samples > 1 || lights.is_chosen(rules.choice),
+        splits: at_once.is_some(),
         turn: 0,
     };
     let mut wave = Wave {
-        shadows: vec![Shadows::default(); rules.light_samples],
+        shadows: vec![Shadows::default(); at_once.unwrap_or(rules.light_samples)],
         ..Wave::default()
     };
     let mut paths: Vec<Path> = batch
@@ -86,6 +90,7 @@ pub(super) fn radiance(
             pdf: 0.0,
             straight: true,
             from_camera: true,
+            choice: rules.choice,
             depth: 1,
             media: Media::default(),
             channel: None,

@@ -1,16 +1,16 @@
 //! What a path does where it meets a surface or the sky: it picks up light, asks for that of lights, and goes on.
 
 use glam::Vec3;
-use raycam_bvh::{Hit, Ray};
+use raycam_bvh::Hit;
 use raycam_scene::{Alpha, Material, Reflectance};
 
 use super::Rules;
 use super::media::Skin;
 use super::path::{Meeting, Path, Wave};
-use crate::light::{BEFORE_LIGHT, Lights};
+use crate::light::{Choice, Lights};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
-use crate::scatter::{Scattering, above, cosine_direction, is_dispersive};
+use crate::scatter::{Scattering, is_dispersive};
 use crate::surface::Surface;
 use crate::texture::Footprint;
 
@@ -29,6 +29,8 @@ pub(super) struct Walk<'a> {
     pub sampled: bool,
     /// Whether there is more than one to choose from.
     pub chosen: bool,
+    /// Whether surfaces that the camera sees sample all branches of them.
+    pub splits: bool,
     /// Surfaces that all paths at hand have met: which random numbers they have used.
     pub turn: u32,
 }
@@ -186,7 +188,20 @@ impl Walk<'_> {
         if path.straight || pdf == 0.0 {
             1.0
         } else {
-            1.0 / (1.0 + self.rules.light_samples as f32 * pdf / path.pdf)
+            let count = match path.choice {
+                Choice::Split => 1.0,
+                _ => self.rules.light_samples as f32,
+            };
+            1.0 / (1.0 + count * pdf / path.pdf)
+        }
+    }
+
+    /// How lights are chosen where a path is scattered.
+    pub(super) fn choice(&self, path: &Path) -> Choice {
+        if self.splits && path.from_camera {
+            Choice::Split
+        } else {
+            self.rules.choice
         }
     }
 
@@ -194,7 +209,7 @@ impl Walk<'_> {
     fn pick_up(&self, path: &Path, distance: f64, out: &mut Vec3) {
         self.lights.crossed(
             &path.from,
-            self.rules.choice,
+            path.choice,
             path.direction,
             distance,
             |radiance, pdf| {
@@ -207,14 +222,13 @@ impl Walk<'_> {
         let (radiance, pdf) = if path.straight {
             (self.lights.sky(path.direction), 0.0)
         } else {
-            self.lights
-                .behind(&path.from, self.rules.choice, path.direction)
+            self.lights.behind(&path.from, path.choice, path.direction)
         };
         *out += path.throughput * self.sky(path.straight, radiance) * self.weight(path, pdf);
     }
 
     /// The part of the sky's radiance that is not in the ambient term.
-    fn sky(&self, straight: bool, radiance: Vec3) -> Vec3 {
+    pub(super) fn sky(&self, straight: bool, radiance: Vec3) -> Vec3 {
         if straight || self.rules.ambient.is_none() {
             radiance
         } else {
@@ -240,100 +254,10 @@ impl Walk<'_> {
         }
         let emitted = self.lights.emitted(world, hit, direction);
         if emitted != Vec3::ZERO {
-            let pdf = self.lights.emitted_pdf(
-                &path.from,
-                self.rules.choice,
-                world,
-                hit,
-                direction,
-                distance,
-            );
+            let pdf =
+                self.lights
+                    .emitted_pdf(&path.from, path.choice, world, hit, direction, distance);
             *out += path.throughput * emitted * self.weight(path, pdf);
-        }
-    }
-
-    /// Asks for the light of one or more lights at a surface.
-    #[inline]
-    fn sample_lights<S: Scattering>(
-        &self,
-        path: &Path,
-        surface: &Surface<S>,
-        skin: Skin,
-        meeting: &Meeting,
-        wave: &mut Wave,
-        out: &mut Vec3,
-    ) {
-        if !surface.scatter.is_lit() {
-            return;
-        }
-        let sampler = &self.samplers[path.ray];
-        if let Some(within) = self.rules.ambient
-            && self.lights.ambient != Vec3::ZERO
-        {
-            let ambient =
-                path.throughput * self.lights.ambient * surface.scatter.albedo(&surface.frame);
-            match within {
-                None => *out += ambient,
-                Some(distance) => {
-                    let direction = above(
-                        surface.place.geometric,
-                        cosine_direction(sampler.pair(Pair::Ambient)),
-                    );
-                    let ray = surface.place.leaving(direction, distance);
-                    wave.ambient.ask(ray, path.ray, ambient);
-                }
-            }
-        }
-        if !self.sampled {
-            return;
-        }
-        let from = surface.reference();
-        let count = self.rules.light_samples;
-        let [_, choice] = if self.chosen {
-            sampler.pair(Pair::Which(self.turn))
-        } else {
-            [0.0; 2]
-        };
-        for (index, shadows) in wave.shadows.iter_mut().enumerate() {
-            let [x, y] = match index {
-                0 => meeting.light,
-                _ => sampler.pair(Pair::Light(self.turn, index)),
-            };
-            let which = [(choice + index as f32) / count as f32, x, y];
-            let Some(sample) = self
-                .lights
-                .sample(self.world, &from, self.rules.choice, which)
-            else {
-                continue;
-            };
-            let radiance = match sample.end {
-                None if !sample.delta => self.sky(false, sample.radiance),
-                _ => sample.radiance,
-            };
-            let scattered = surface.scatter.evaluate(&surface.frame, sample.direction);
-            let pdf = sample.pdf * count as f32;
-            let mut light = path.throughput * scattered.value * (radiance / pdf);
-            if !sample.delta && self.found {
-                light /= 1.0 + scattered.pdf / pdf;
-            }
-            if light == Vec3::ZERO {
-                continue;
-            }
-            let ray = match sample.end {
-                None => surface.place.leaving(sample.direction, f32::INFINITY),
-                Some(end) => {
-                    let way = end - surface.place.start(sample.direction);
-                    let media = skin.beyond(surface.frame.geometric, sample.direction);
-                    if !media.is_empty() {
-                        light *= (-media.absorption(self.world) * way.length() as f32).exp();
-                    }
-                    Ray {
-                        direction: way.as_vec3().to_array(),
-                        ..surface.place.leaving(sample.direction, BEFORE_LIGHT)
-                    }
-                }
-            };
-            shadows.ask(ray, path.ray, light);
         }
     }
 
@@ -387,6 +311,7 @@ impl Walk<'_> {
             pdf: sample.pdf,
             straight: sample.delta,
             from_camera: false,
+            choice: self.choice(path),
             depth,
             media: skin.beyond(surface.frame.geometric, sample.direction),
             channel: path.channel,

@@ -15,6 +15,7 @@
 mod area;
 mod bounds;
 mod bulb;
+mod choice;
 mod cone;
 mod daylight;
 mod disk;
@@ -37,10 +38,11 @@ use raycam_scene::{Light, Up};
 
 use crate::prepare::PreparedWorld;
 use bounds::Bounds;
+pub(crate) use choice::Choice;
 use emissive::Emissive;
 use source::Source;
 use sphere::Sphere;
-use tree::Tree;
+use tree::{MOST_BRANCHES, Tree};
 
 /// A point that is lit.
 #[derive(Clone, Copy, Debug)]
@@ -70,16 +72,6 @@ pub(crate) struct LightSample {
 
 /// A shadow ray ends this share before its light, which may lie on a surface.
 pub(crate) const BEFORE_LIGHT: f32 = 1.0 - 1.0 / (1 << 16) as f32;
-
-/// How often each light is chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Choice {
-    /// By how much it may matter to the point that is lit.
-    Weighed,
-    /// As often as any other: asked for [`Lights::count`] samples with evenly spread numbers, each once. Surfaces that
-    /// shine count as one.
-    Even,
-}
 
 /// All lights of a world.
 #[derive(Debug, Default)]
@@ -140,6 +132,12 @@ impl LightSample {
             pdf,
             delta: false,
         })
+    }
+
+    /// The same where its light has been chosen with a probability.
+    fn chosen(mut self, probability: f64) -> Option<Self> {
+        self.pdf *= probability as f32;
+        (self.pdf > 0.0 && self.pdf.is_finite()).then_some(self)
     }
 }
 
@@ -203,50 +201,91 @@ impl Lights {
         let infinite = odds.infinite * odds.sought as f64;
         if which < infinite {
             let index = ((which / odds.infinite) as usize).min(odds.sought - 1);
-            let mut sample = self.sources[self.infinite[index]].sample(from, [x, y])?;
-            if sample.delta {
-                sample.pdf = odds.infinite as f32;
-            } else {
-                (sample.radiance, sample.pdf) = self.behind(from, choice, sample.direction);
-            }
-            return (sample.pdf > 0.0).then_some(sample);
+            return self.sample_infinite(from, choice, index, [x, y]);
         }
         which -= infinite;
-        let (mut sample, probability) = if which < odds.finite {
-            let (index, probability) = match choice {
-                Choice::Weighed => self.tree.choose(from, which / odds.finite)?,
-                Choice::Even => {
-                    let count = self.finite.len();
-                    let index = (which / odds.finite * count as f64) as usize;
-                    (index.min(count - 1), 1.0 / count as f64)
-                }
-            };
-            let sample = self.sources[self.finite[index]].sample(from, [x, y])?;
-            (sample, odds.finite * probability)
+        if which < odds.finite {
+            let (light, probability) = self.choose(from, choice, which / odds.finite)?;
+            self.sample_finite(from, light, odds.finite * probability, [x, y])
         } else if odds.surfaces > 0.0 {
             let which = ((which - odds.finite) / odds.surfaces).clamp(0.0, 1.0);
-            (
-                self.surfaces.sample(world, from, which, [x, y])?,
-                odds.surfaces,
-            )
+            self.sample_surfaces(world, from, odds.surfaces, [which, x.into(), y.into()])
         } else {
-            return None;
-        };
-        sample.pdf *= probability as f32;
-        (sample.pdf > 0.0 && sample.pdf.is_finite()).then_some(sample)
-    }
-
-    /// Whether [`Lights::sample`] ever finds anything.
-    pub fn is_sampled(&self, choice: Choice) -> bool {
-        choice == Choice::Even || self.uneven > 0 || !self.tree.is_empty() || self.has_surfaces()
-    }
-
-    /// Whether [`Lights::sample`] needs the first of its numbers, which chooses among lights.
-    pub fn is_chosen(&self, choice: Choice) -> bool {
-        match choice {
-            Choice::Even => self.count() > 1,
-            Choice::Weighed => self.has_surfaces() || self.uneven + self.tree.count() > 1,
+            None
         }
+    }
+
+    /// Directions to all kinds of light, as [`Choice::Split`] says: tells of each with its number, for which `random` gives
+    /// where on the light. `which` chooses within branches.
+    pub fn sample_each(
+        &self,
+        world: &PreparedWorld,
+        from: &Reference,
+        which: f32,
+        random: impl Fn(usize) -> [f32; 2],
+        mut tell: impl FnMut(usize, LightSample),
+    ) {
+        let which = f64::from(which);
+        for index in 0..self.uneven {
+            let sample = self.sample_infinite(from, Choice::Split, index, random(index));
+            sample.into_iter().for_each(|sample| tell(index, sample));
+        }
+        let branches = self.tree.branches(from);
+        for (index, &node) in (self.uneven..).zip(branches.nodes()) {
+            let chosen = self.tree.choose_in(node, from, which);
+            let sample = chosen.and_then(|(light, probability)| {
+                self.sample_finite(from, light, probability, random(index))
+            });
+            sample.into_iter().for_each(|sample| tell(index, sample));
+        }
+        if self.has_surfaces() {
+            let index = self.uneven + MOST_BRANCHES;
+            let [x, y] = random(index);
+            let sample = self.sample_surfaces(world, from, 1.0, [which, x.into(), y.into()]);
+            sample.into_iter().for_each(|sample| tell(index, sample));
+        }
+    }
+
+    /// A direction to one of those infinitely far away.
+    fn sample_infinite(
+        &self,
+        from: &Reference,
+        choice: Choice,
+        index: usize,
+        random: [f32; 2],
+    ) -> Option<LightSample> {
+        let mut sample = self.sources[self.infinite[index]].sample(from, random)?;
+        if sample.delta {
+            sample.pdf = self.odds(from, choice).infinite as f32;
+        } else {
+            (sample.radiance, sample.pdf) = self.behind(from, choice, sample.direction);
+        }
+        (sample.pdf > 0.0).then_some(sample)
+    }
+
+    /// A direction to one of `finite`, that is chosen with this probability.
+    fn sample_finite(
+        &self,
+        from: &Reference,
+        light: usize,
+        probability: f64,
+        random: [f32; 2],
+    ) -> Option<LightSample> {
+        let sample = self.sources[self.finite[light]].sample(from, random)?;
+        sample.chosen(probability)
+    }
+
+    /// A direction to a surface that shines, where these are chosen with this probability.
+    fn sample_surfaces(
+        &self,
+        world: &PreparedWorld,
+        from: &Reference,
+        probability: f64,
+        [which, x, y]: [f64; 3],
+    ) -> Option<LightSample> {
+        let random = [x, y].map(|number| number as f32);
+        let sample = self.surfaces.sample(world, from, which, random)?;
+        sample.chosen(probability)
     }
 
     /// Whether rays that are scattered may find light that [`Lights::sample`] finds too; even skies do not count where
@@ -274,7 +313,7 @@ impl Lights {
 
     /// The same, and the density with which [`Lights::sample`] finds this direction for its sake.
     pub fn behind(&self, from: &Reference, choice: Choice, direction: Vec3) -> (Vec3, f32) {
-        if self.uneven == 0 && choice == Choice::Weighed {
+        if self.uneven == 0 && choice != Choice::Even {
             return (self.ambient, 0.0);
         }
         let odds = self.odds(from, choice);
@@ -325,66 +364,10 @@ impl Lights {
                     self.sources[i].crossed(from.position, direction)
                 && at * f64::from(BEFORE_LIGHT) <= distance
             {
-                let probability = match choice {
-                    Choice::Weighed => self.tree.probability(from, index),
-                    Choice::Even => 1.0 / self.finite.len() as f64,
-                };
-                let odds = self.odds(from, choice).finite * probability;
-                tell(radiance, (odds * density) as f32);
+                let odds = self.odds(from, choice).finite;
+                let probability = self.probability(from, choice, index);
+                tell(radiance, (odds * probability * density) as f32);
             }
         }
     }
-
-    /// With which probability each kind of light is chosen.
-    fn odds(&self, from: &Reference, choice: Choice) -> Odds {
-        let (near, shining) = (!self.tree.is_empty(), self.has_surfaces());
-        match choice {
-            Choice::Even => {
-                let one = 1.0 / self.count().max(1) as f64;
-                Odds {
-                    sought: self.infinite.len(),
-                    infinite: one,
-                    finite: one * self.finite.len() as f64,
-                    surfaces: if shining { one } else { 0.0 },
-                }
-            }
-            Choice::Weighed => {
-                // Scattered rays find even skies as well as any sample would.
-                let sought = self.uneven;
-                if sought == 0 && !(near && shining) {
-                    return Odds {
-                        sought,
-                        infinite: 0.0,
-                        finite: f64::from(u8::from(near)),
-                        surfaces: f64::from(u8::from(shining)),
-                    };
-                }
-                // Nothing says how much of what is infinitely far away arrives: each is as likely as all that is near.
-                let near = [self.tree.importance(from), self.surfaces.importance(from)];
-                let total = near[0] + near[1];
-                let groups = sought + usize::from(total > 0.0);
-                let one = 1.0 / groups.max(1) as f64;
-                let [finite, surfaces] =
-                    near.map(|part| if total > 0.0 { one * part / total } else { 0.0 });
-                Odds {
-                    sought,
-                    infinite: one,
-                    finite,
-                    surfaces,
-                }
-            }
-        }
-    }
-}
-
-/// Probabilities that add up to 1 over all lights.
-struct Odds {
-    /// How many of those infinitely far away are chosen at all.
-    sought: usize,
-    /// Of each of them.
-    infinite: f64,
-    /// Of all others without a mesh together.
-    finite: f64,
-    /// Of all surfaces that shine together.
-    surfaces: f64,
 }

@@ -1,7 +1,7 @@
 //! Which of many lights matters to a point: a tree over their places, directions and powers.
 //!
-//! A. Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018, one light
-//! at a time.
+//! A. Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018: one light at
+//! a time, or one of each of the branches that matter most.
 
 use glam::Vec3;
 
@@ -29,6 +29,22 @@ pub(crate) struct Tree {
     /// The way from the root to each light, from the lowest bit up: 0 for the first child. Dark lights have none.
     ways: Vec<Option<u64>>,
 }
+
+/// Branches of a [`Tree`] that together hold all lights that matter to a point.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Branches {
+    nodes: [u32; MOST_BRANCHES],
+    count: usize,
+}
+
+impl Branches {
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes[..self.count]
+    }
+}
+
+/// A tree is split into no more branches.
+pub(crate) const MOST_BRANCHES: usize = 4;
 
 /// Deeper nodes are halved by number, so that a way fits into 64 bits.
 const DEEP: u32 = 30;
@@ -92,9 +108,48 @@ impl Tree {
         })
     }
 
-    /// A light by a number in 0..1, and its probability.
-    pub fn choose(&self, from: &Reference, mut number: f64) -> Option<(usize, f64)> {
-        let mut at = 0;
+    /// What the tree is split into for a point: again and again the branch that may matter most, until there are enough.
+    pub fn branches(&self, from: &Reference) -> Branches {
+        let importance = |node| (node, self.matters(node, from, &mut LOOKS.clone()));
+        let mut found = [(0, 0.0); MOST_BRANCHES];
+        let mut count = 0;
+        if !self.is_empty() {
+            found[0] = importance(0);
+            count = usize::from(found[0].1 > 0.0);
+        }
+        while count < MOST_BRANCHES {
+            let inner = |&i: &usize| matches!(self.nodes[found[i].0].kind, Kind::Inner(_));
+            let most = (0..count)
+                .filter(inner)
+                .max_by(|&a, &b| found[a].1.total_cmp(&found[b].1));
+            let Some(most) = most else { break };
+            let (node, _) = found[most];
+            let Kind::Inner(second) = self.nodes[node].kind else {
+                break;
+            };
+            count -= 1;
+            found[most] = found[count];
+            for child in [node + 1, second as usize].map(importance) {
+                if child.1 > 0.0 {
+                    found[count] = child;
+                    count += 1;
+                }
+            }
+        }
+        Branches {
+            nodes: found.map(|(node, _)| node as u32),
+            count,
+        }
+    }
+
+    /// A light of the whole tree by a number in 0..1, and its probability.
+    pub fn choose(&self, from: &Reference, number: f64) -> Option<(usize, f64)> {
+        self.choose_in(0, from, number)
+    }
+
+    /// The same in the branch below a node.
+    pub fn choose_in(&self, node: u32, from: &Reference, mut number: f64) -> Option<(usize, f64)> {
+        let mut at = node as usize;
         let mut probability = 1.0;
         loop {
             match self.nodes.get(at)?.kind {
@@ -117,25 +172,31 @@ impl Tree {
 
     /// The probability with which [`Tree::choose`] gives this light.
     pub fn probability(&self, from: &Reference, light: usize) -> f64 {
+        self.probability_in(&[0], from, light)
+    }
+
+    /// The probability with which [`Tree::choose_in`] gives this light in that of some branches that holds it.
+    pub fn probability_in(&self, branches: &[u32], from: &Reference, light: usize) -> f64 {
         let Some(mut way) = self.ways[light] else {
             return 0.0;
         };
         let mut at = 0;
-        let mut probability = 1.0;
+        let mut probability = branches.contains(&0).then_some(1.0);
         while let Kind::Inner(second) = self.nodes[at].kind {
-            let Some(share) = self.share(at, second as usize, from) else {
-                return 0.0;
-            };
-            if way & 1 == 0 {
-                probability *= share;
-                at += 1;
-            } else {
-                probability *= 1.0 - share;
-                at = second as usize;
+            let first = way & 1 == 0;
+            if let Some(probability) = &mut probability {
+                let Some(share) = self.share(at, second as usize, from) else {
+                    return 0.0;
+                };
+                *probability *= if first { share } else { 1.0 - share };
             }
+            at = if first { at + 1 } else { second as usize };
             way >>= 1;
+            if branches.contains(&(at as u32)) {
+                probability = Some(1.0);
+            }
         }
-        probability
+        probability.unwrap_or(0.0)
     }
 
     /// The first child's share of a node; `None` where neither matters.

@@ -73,7 +73,7 @@ impl Picture<'_> {
     ) -> Result<(), RenderError> {
         let mut slices: BTreeMap<usize, Vec<(usize, u32)>> = BTreeMap::new();
         for (i, sample) in std::mem::take(&mut buffers.batch) {
-            let sampler = self.sampler(buffers.pixels[i], sample);
+            let sampler = self.sample_of(self.sampler(buffers.pixels[i]), sample);
             let pixel = self.spread(buffers.pixels[i], sampler.pair(Pair::Filter));
             let (_, part) = self.scatter(&sampler);
             let slice = moments.slice(self.camera, pixel, part);

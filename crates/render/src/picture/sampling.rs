@@ -70,11 +70,15 @@ impl Picture<'_> {
         origins.clear();
         directions.clear();
         samplers.clear();
-        samplers.extend(
-            batch
-                .iter()
-                .map(|&(i, sample)| self.sampler(pixels[i], sample)),
-        );
+        let mut last = None;
+        samplers.extend(batch.iter().map(|&(i, sample)| {
+            let of_pixel = match last {
+                Some((pixel, of_pixel)) if pixel == i => of_pixel,
+                _ => self.sampler(pixels[i]),
+            };
+            last = Some((i, of_pixel));
+            self.sample_of(of_pixel, sample)
+        }));
         Sampler::pairs(samplers, 0..samplers.len(), Pair::Filter, offsets);
         for ((&(i, _), sampler), &mut offset) in batch.iter().zip(&*samplers).zip(offsets) {
             let (lens, part) = self.scatter(sampler);
@@ -109,12 +113,18 @@ impl Picture<'_> {
         self.camera.pixel_center_of(x, y)
     }
 
-    pub(super) fn sampler(&self, pixel: [u32; 2], sample: u32) -> Sampler {
+    /// The first sample of a pixel.
+    pub(super) fn sampler(&self, pixel: [u32; 2]) -> Sampler {
         let Settings { seed, frame, .. } = *self.settings;
+        Sampler::of_pixel(seed, frame, pixel)
+    }
+
+    /// The sample of this number of the same pixel.
+    pub(super) fn sample_of(&self, of_pixel: Sampler, sample: u32) -> Sampler {
         if self.estimated {
-            Sampler::of_sequences(seed, frame, pixel, sample, SEQUENCES)
+            of_pixel.at_of(sample, SEQUENCES)
         } else {
-            Sampler::new(seed, frame, pixel, sample)
+            of_pixel.at(sample)
         }
     }
 }

@@ -5,7 +5,7 @@ use raycam_scene::Light;
 
 use super::super::Choice;
 use super::super::bounds::Bounds;
-use super::super::tree::Tree;
+use super::super::tree::{MOST_BRANCHES, Tree};
 use super::*;
 use crate::prepare::PreparedWorld;
 
@@ -125,4 +125,44 @@ fn the_choice_loses_no_light() {
         let found = (0..SAMPLES).filter_map(one).sum::<f64>() / f64::from(SAMPLES);
         close(found, alone, 1e-2);
     }
+    // All branches at once.
+    let mut found = 0.0;
+    for n in 0..SAMPLES / 8 {
+        let [which, _] = random(n + 7_000_000);
+        let sampler = Sampler::new(9, 0, [1, 2], n);
+        let random = |index| sampler.pair(Pair::Light(0, index));
+        lights.sample_each(&nothing, &from, which, random, |_, sample| {
+            let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
+            found += f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine;
+        });
+    }
+    close(found / f64::from(SAMPLES / 8), alone, 1e-2);
+}
+
+#[test]
+fn branches_hold_every_light_that_matters_once() {
+    let (tree, count) = tree_of(&many());
+    let mut most = 0;
+    for from in points() {
+        let branches = tree.branches(&from);
+        most = most.max(branches.nodes().len());
+        for light in 0..count {
+            // What is chosen among all is chosen more often within its branch.
+            let among_all = tree.probability(&from, light);
+            let within = tree.probability_in(branches.nodes(), &from, light);
+            assert!(within >= among_all * (1.0 - 1e-9), "{within} < {among_all}");
+        }
+        let mut sum = 0.0;
+        for &node in branches.nodes() {
+            let (light, probability) = tree.choose_in(node, &from, 0.4).expect("one matters");
+            let stated = tree.probability_in(branches.nodes(), &from, light);
+            assert!((probability / stated - 1.0).abs() < 1e-5);
+            sum += 1.0;
+        }
+        let stated: f64 = (0..count)
+            .map(|light| tree.probability_in(branches.nodes(), &from, light))
+            .sum();
+        assert!((stated - sum).abs() < 1e-5, "{stated} of {sum} branches");
+    }
+    assert_eq!(most, MOST_BRANCHES);
 }

@@ -1,0 +1,127 @@
+//! Which light to sample: how often each kind of them is chosen, and how often each light.
+
+use super::tree::MOST_BRANCHES;
+use super::{Lights, Reference};
+
+/// How often each light is chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Choice {
+    /// By how much it may matter to the point that is lit.
+    Weighed,
+    /// As often as any other: asked for [`Lights::count`] samples with evenly spread numbers, each once. Surfaces that
+    /// shine count as one.
+    Even,
+    /// Each of those infinitely far away, each branch of the tree over the others that matters most, and surfaces that
+    /// shine: each once, by [`Lights::sample_each`].
+    Split,
+}
+
+/// Probabilities that add up to 1 over all lights, unless each kind is sampled.
+pub(super) struct Odds {
+    /// How many of those infinitely far away are chosen at all.
+    pub sought: usize,
+    /// Of each of them.
+    pub infinite: f64,
+    /// Of all others without a mesh together.
+    pub finite: f64,
+    /// Of all surfaces that shine together.
+    pub surfaces: f64,
+}
+
+impl Lights {
+    /// Whether [`Lights::sample`] ever finds anything.
+    pub fn is_sampled(&self, choice: Choice) -> bool {
+        choice == Choice::Even || self.uneven > 0 || !self.tree.is_empty() || self.has_surfaces()
+    }
+
+    /// Whether [`Lights::sample`] needs the first of its numbers, which chooses among lights.
+    pub fn is_chosen(&self, choice: Choice) -> bool {
+        match choice {
+            Choice::Even => self.count() > 1,
+            Choice::Weighed | Choice::Split => {
+                self.has_surfaces() || self.uneven + self.tree.count() > 1
+            }
+        }
+    }
+
+    /// The most directions that [`Lights::sample_each`] tells of, if there is more than one kind of light to tell apart and
+    /// not too much of what is infinitely far away.
+    pub fn most_at_once(&self) -> Option<usize> {
+        let several = self.uneven + self.tree.count() + usize::from(self.has_surfaces()) > 1;
+        (several && self.uneven <= MOST_BRANCHES).then_some(self.uneven + MOST_BRANCHES + 1)
+    }
+
+    /// One of the lights without a mesh that are not infinitely far away, by a number in 0..1, and its probability.
+    pub(super) fn choose(
+        &self,
+        from: &Reference,
+        choice: Choice,
+        number: f64,
+    ) -> Option<(usize, f64)> {
+        if choice == Choice::Even {
+            let count = self.finite.len();
+            let index = (number * count as f64) as usize;
+            return Some((index.min(count - 1), 1.0 / count as f64));
+        }
+        self.tree.choose(from, number)
+    }
+
+    /// The probability with which such a light is chosen among them.
+    pub(super) fn probability(&self, from: &Reference, choice: Choice, light: usize) -> f64 {
+        match choice {
+            Choice::Weighed => self.tree.probability(from, light),
+            Choice::Even => 1.0 / self.finite.len() as f64,
+            Choice::Split => {
+                let branches = self.tree.branches(from);
+                self.tree.probability_in(branches.nodes(), from, light)
+            }
+        }
+    }
+
+    /// With which probability each kind of light is chosen.
+    pub(super) fn odds(&self, from: &Reference, choice: Choice) -> Odds {
+        let (near, shining) = (!self.tree.is_empty(), self.has_surfaces());
+        match choice {
+            Choice::Even => {
+                let one = 1.0 / self.count().max(1) as f64;
+                Odds {
+                    sought: self.infinite.len(),
+                    infinite: one,
+                    finite: one * self.finite.len() as f64,
+                    surfaces: if shining { one } else { 0.0 },
+                }
+            }
+            Choice::Split => Odds {
+                sought: self.uneven,
+                infinite: 1.0,
+                finite: 1.0,
+                surfaces: 1.0,
+            },
+            Choice::Weighed => {
+                // Scattered rays find even skies as well as any sample would.
+                let sought = self.uneven;
+                if sought == 0 && !(near && shining) {
+                    return Odds {
+                        sought,
+                        infinite: 0.0,
+                        finite: f64::from(u8::from(near)),
+                        surfaces: f64::from(u8::from(shining)),
+                    };
+                }
+                // Nothing says how much of what is infinitely far away arrives: each is as likely as all that is near.
+                let near = [self.tree.importance(from), self.surfaces.importance(from)];
+                let total = near[0] + near[1];
+                let groups = sought + usize::from(total > 0.0);
+                let one = 1.0 / groups.max(1) as f64;
+                let [finite, surfaces] =
+                    near.map(|part| if total > 0.0 { one * part / total } else { 0.0 });
+                Odds {
+                    sought,
+                    infinite: one,
+                    finite,
+                    surfaces,
+                }
+            }
+        }
+    }
+}
