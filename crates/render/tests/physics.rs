@@ -14,7 +14,8 @@
 //! | light tree: probability of the draw; of a light | `tree::probabilities_add_up_...` |
 //! | triangles that shine: density; emission | `light::a_textured_mesh_...`; `path::max_depth_counts_segments` |
 //! | Lambert: value; weight of a sample | `form_factors_of_squares`; `path::a_white_furnace_stays_white` |
-//! | layers: density | `scatter::tests::density`: the integral is 1.01 |
+//! | opacity; survival in roulette | `path::opacity_hides_its_share`; `path::a_closed_sphere_...` |
+//! | layers, the lecture's lobe: density | `scatter::tests::density`: the integral is 1.01 |
 //! | layers: value times 1 + 0.01 cos(light) | `reciprocity::light_may_go_both_ways` |
 //! | mirror and refraction of smooth glass | `matter_that_absorbs_nothing_vanishes_in_a_white_sky` |
 //! | metal: Fresnel; absorption of glass | `a_smooth_metal_mirrors_...`, `glass_absorbs_as_beer_says` |
