@@ -51,7 +51,7 @@ def test_circle_of_confusion(blades: int, spread: float) -> None:
     sharp = camera_at()
     blurred = sharp.with_aperture(0.1, focus=2, blades=blades)
     radius = F * 0.1 * abs(1 / 4 - 1 / 2)
-    (_, before), (mean, after) = (moments(light_of(world, camera)) for camera in (sharp, blurred))
+    (_, before), (mean, after) = (moments(light_of(world, camera, 1024)) for camera in (sharp, blurred))
     np.testing.assert_allclose(after - before, radius**2 * spread, rtol=0.03)
     np.testing.assert_allclose(mean, [80, 60], atol=0.15)
     light = light_of(world, blurred)
@@ -80,7 +80,7 @@ def test_smear_of_a_moving_camera() -> None:
     world = world_of([0.02, 0.02, 1e-4], [0, 0, 4])
     moving = camera_at(-0.1).moving(camera_at(0.1), exposure=0.01)
     length = F * 0.2 / 4
-    (_, before), (mean, after) = (moments(light_of(world, camera)) for camera in (camera_at(), moving))
+    (_, before), (mean, after) = (moments(light_of(world, camera, 1024)) for camera in (camera_at(), moving))
     assert after[0] - before[0] == pytest.approx(length**2 / 12, rel=0.02)
     assert after[1] == pytest.approx(before[1], abs=0.05)
     np.testing.assert_allclose(mean, [80, 60], atol=0.1)
