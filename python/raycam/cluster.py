@@ -105,6 +105,7 @@ class Executors:
         self._executor = executor if isinstance(executor, Executor) else executor()
         self._slots = slots
         self._unfit: Counter[int] = Counter()
+        self._reason = ""
 
     def open(self, package: Package, path: str) -> None:
         """Workers fetch the package by themselves; here it is for those that do not find it."""
@@ -133,8 +134,8 @@ class Executors:
     def _hear(self, task: Task, done: Future[Made]) -> None:
         fault = None if done.cancelled() else done.exception()
         if isinstance(fault, Unfit):
-            self._unfit[task.frame] += 1
             self._reason = str(fault)
+            self._unfit[task.frame] += 1
 
     def slots(self) -> int:
         """As was said."""

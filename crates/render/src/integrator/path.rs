@@ -177,8 +177,13 @@ impl Meetings {
         let which = || paths.iter().map(|path| path.ray);
         let pair = Pair::Scatter(walk.turn);
         Sampler::pairs(walk.samplers, which(), pair, &mut self.scatter);
-        let pair = Pair::Light(walk.turn, 0);
-        Sampler::pairs(walk.samplers, which(), pair, &mut self.light);
+        self.light.clear();
+        if walk.sampled {
+            let pair = Pair::Light(walk.turn, 0);
+            Sampler::pairs(walk.samplers, which(), pair, &mut self.light);
+        } else {
+            self.light.resize(paths.len(), [0.0; 2]);
+        }
         self.corners.clear();
         self.corners.extend(hits.iter().map(|hit| {
             let mesh = &*world.objects[hit.instance as usize].mesh.mesh;

@@ -209,7 +209,7 @@ impl Lights {
             self.sample_finite(from, light, odds.finite * probability, [x, y])
         } else if odds.surfaces > 0.0 {
             let which = ((which - odds.finite) / odds.surfaces).clamp(0.0, 1.0);
-            self.sample_surfaces(world, from, odds.surfaces, [which, x.into(), y.into()])
+            self.sample_surfaces(world, from, odds.surfaces, which, [x, y])
         } else {
             None
         }
@@ -226,9 +226,14 @@ impl Lights {
         mut tell: impl FnMut(usize, LightSample),
     ) {
         let which = f64::from(which);
+        let mut found = |index, sample: Option<LightSample>| {
+            if let Some(sample) = sample {
+                tell(index, sample);
+            }
+        };
         for index in 0..self.uneven {
             let sample = self.sample_infinite(from, Choice::Split, index, random(index));
-            sample.into_iter().for_each(|sample| tell(index, sample));
+            found(index, sample);
         }
         let branches = self.tree.branches(from);
         for (index, &node) in (self.uneven..).zip(branches.nodes()) {
@@ -236,13 +241,12 @@ impl Lights {
             let sample = chosen.and_then(|(light, probability)| {
                 self.sample_finite(from, light, probability, random(index))
             });
-            sample.into_iter().for_each(|sample| tell(index, sample));
+            found(index, sample);
         }
         if self.has_surfaces() {
             let index = self.uneven + MOST_BRANCHES;
-            let [x, y] = random(index);
-            let sample = self.sample_surfaces(world, from, 1.0, [which, x.into(), y.into()]);
-            sample.into_iter().for_each(|sample| tell(index, sample));
+            let sample = self.sample_surfaces(world, from, 1.0, which, random(index));
+            found(index, sample);
         }
     }
 
@@ -281,9 +285,9 @@ impl Lights {
         world: &PreparedWorld,
         from: &Reference,
         probability: f64,
-        [which, x, y]: [f64; 3],
+        which: f64,
+        random: [f32; 2],
     ) -> Option<LightSample> {
-        let random = [x, y].map(|number| number as f32);
         let sample = self.surfaces.sample(world, from, which, random)?;
         sample.chosen(probability)
     }

@@ -110,7 +110,7 @@ impl Tree {
 
     /// What the tree is split into for a point: again and again the branch that may matter most, until there are enough.
     pub fn branches(&self, from: &Reference) -> Branches {
-        let importance = |node| (node, self.matters(node, from, &mut LOOKS.clone()));
+        let importance = |node| (node, self.importance_of(node, from));
         let mut found = [(0, 0.0); MOST_BRANCHES];
         let mut count = 0;
         if !self.is_empty() {
@@ -201,11 +201,14 @@ impl Tree {
 
     /// The first child's share of a node; `None` where neither matters.
     fn share(&self, at: usize, second: usize, from: &Reference) -> Option<f64> {
-        let [a, b] = [at + 1, second].map(|node| {
-            let mut looks = LOOKS;
-            f64::from(self.matters(node, from, &mut looks))
-        });
+        let [a, b] = [at + 1, second].map(|node| f64::from(self.importance_of(node, from)));
         (a + b > 0.0).then(|| a / (a + b))
+    }
+
+    /// What a node may matter to a point, by its own number of looks at the nodes below it.
+    fn importance_of(&self, node: usize, from: &Reference) -> f32 {
+        let mut looks = LOOKS;
+        self.matters(node, from, &mut looks)
     }
 
     /// The importance of a node, 0 as well where none of its lights has any: its bounds are wider than theirs. After some
