@@ -300,8 +300,8 @@ orbit = {{ target = [0, 0, 0] }}
 """
 
 
-def connected(address: str) -> dask_cluster.Dask:
+def connected(address: str, tell: Callable[[str], object] = print) -> dask_cluster.Dask:
     """A pool; what Dask says of killed workers is not for here."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return dask_cluster.connect(address)
+        return dask_cluster.connect(address, tell=tell)

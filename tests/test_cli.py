@@ -151,6 +151,15 @@ def test_video(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "orbit" in captured.err
     with av.open("a.mp4") as container:
         assert len(list(container.decode(video=0))) == 3
+    for part, count in (("-4:", 4), ("-4:-1", 3), ("=-2:", 2)):
+        assert (
+            run(
+                f"video box.toml -o last --frames {part}".replace(" =", "=")
+                + " --integrator flat --samples 1"
+            )
+            == 0
+        )
+        assert f"last: {count} frames" in capsys.readouterr().out
 
 
 ERRORS = {

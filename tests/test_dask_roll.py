@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from cluster_faults import Engine, connected
 from job_frames import BLIND, Pool, package, results
-from raycam import dask_worker, workers
+from raycam import dask_cluster, dask_worker, workers
 from raycam.dask_cluster import Dask
 from raycam.errors import JobError
 from raycam.jobs import Job
@@ -45,6 +45,56 @@ def pool(engine: Engine) -> Iterator[Dask]:
 def wait_for(pool: Dask, count: int) -> None:
     while len(pool._client.scheduler_info(n_workers=-1)["workers"]) < count:
         time.sleep(0.05)
+
+
+def test_a_cluster_without_workers_is_waited_for_and_that_is_told(
+    tmp_path: Path, engine: Engine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Job(tmp_path / "one", package()).run(Pool())
+    monkeypatch.setattr(dask_cluster, "SILENCE", 0.3)
+    monkeypatch.setattr(dask_cluster, "REFRESH", 0.1)
+    told: list[str] = []
+
+    def tell(notice: str) -> None:
+        told.append(notice)
+        if notice.startswith("no worker") and all(worker.poll() is not None for worker in engine.workers):
+            engine.workers.append(engine.join())
+
+    job = Job(tmp_path / "many", package())
+    pool = connected(engine.address, tell)
+
+    def leave(done: int, total: int, failed: int) -> None:
+        if done == 2 and len(engine.workers) == 1:  # and in the middle of it
+            engine.workers[0].kill()
+
+    job.run(pool, progress=leave)
+    again = "there is a worker now: it goes on"
+    assert told.count(again) == 2
+    waiting = [notice for notice in told if notice != again]
+    assert all(
+        notice.startswith(f"no worker is at the Dask scheduler {engine.address}, for ") for notice in waiting
+    )
+    assert 2 <= len(waiting) < 14  # seldom: each time after twice as long
+    assert results(job.folder) == results(tmp_path / "one")
+    for worker in engine.workers:
+        worker.kill()
+        worker.wait()
+    engine.workers.clear()
+    while pool._client.scheduler_info(n_workers=-1)["workers"]:
+        time.sleep(0.05)
+    pool.close()
+
+
+def test_a_scheduler_that_goes_while_workers_are_waited_for_ends_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    engine = Engine(tmp_path, 0)
+    monkeypatch.setattr(dask_cluster, "CONNECT", 2.0)
+    pool = connected(engine.address, lambda _: engine.close())
+    monkeypatch.setattr(dask_cluster, "SILENCE", 0.1)
+    with pytest.raises(OSError, match=f"the Dask scheduler at {engine.address} has gone"):
+        Job(tmp_path / "a", package()).run(pool)
+    pool.close()
 
 
 def test_those_that_cannot_make_frames_get_none_and_are_told_of(

@@ -15,6 +15,7 @@ import raycam
 from job_frames import Pool, check_intact, film, in_child, killing_at, package, results
 from raycam.errors import JobError
 from raycam.jobs import Job, Status
+from raycam.lock import locked
 
 COUNT = 8
 
@@ -159,6 +160,33 @@ def test_verify_finds_what_is_damaged_and_the_next_run_makes_it_again(
     for path in damaged:
         path.unlink()
     assert results(tmp_path / "a") == whole
+
+
+@pytest.mark.parametrize("shard", [None, (2, 2)])
+def test_a_damaged_line_of_a_ledger_is_told_of_and_its_frame_made_again(
+    tmp_path: Path, whole: dict[str, bytes], shard: tuple[int, int] | None
+) -> None:
+    folder = tmp_path / "a"
+    Job(folder, package()).run(Pool(), shard=shard)
+    Job(folder, package()).run(Pool())
+    book = folder / ".raycam" / ("ledger.jsonl" if shard is None else "ledger-2-of-2.jsonl")
+    lines = book.read_bytes().splitlines(keepends=True)
+    book.write_bytes(b"".join([lines[0], b"x" + lines[1][1:], *lines[2:]]))
+    for _ in range(2):  # until it is made again
+        job = Job(folder)
+        assert job.status().finished == COUNT - 1
+        (told,) = job.status().damaged
+        assert told.startswith(f"{book}: the line at byte {len(lines[0])} was damaged")
+        assert list(job.verify().values()) == [told]
+    with locked(book.with_name("lock-2-of-2"), folder):  # somebody is writing: it is theirs
+        Job(folder, package()).run(Pool(), frames=[])
+        assert len(Job(folder).status().damaged) == (0 if shard is None else 1)
+    pool = Pool()
+    Job(folder, package()).run(pool)
+    assert len(pool.made) == 1
+    assert Job(folder).status().damaged == ()
+    assert Job(folder).verify() == {}
+    assert results(folder) == whole
 
 
 def test_a_damaged_package_is_found_and_written_again(tmp_path: Path, whole: dict[str, bytes]) -> None:

@@ -27,7 +27,7 @@ def path(tmp_path: Path) -> Path:
 
 
 def entries(path: Path) -> list[Entry]:
-    return [entry for _, entry in ledger.read(path)]
+    return [entry for _, entry in ledger.read(path) if entry is not None]
 
 
 def test_entries_come_back_and_have_places(path: Path) -> None:
@@ -52,10 +52,27 @@ def test_half_a_line_at_any_byte_loses_that_line_alone(path: Path) -> None:
         assert place == ends[whole]
 
 
-def test_lines_that_are_no_entries_are_passed_over(path: Path) -> None:
+def damaged(path: Path) -> list[int]:
+    return [place for place, entry in ledger.read(path) if entry is None]
+
+
+def test_lines_that_are_no_entries_do_not_count_and_are_blanked(path: Path) -> None:
+    right = path.read_bytes()
     nonsense = b'\0\0\0\0\n[]\n{"frame": "x", "files": {}}\n{"frame": 4}\n{"frame": 4, "files": {"a": 3}}\n'
-    path.write_bytes(nonsense + path.read_bytes())
+    path.write_bytes(nonsense + right + b'{"fra')
     assert entries(path) == ENTRIES
+    places = damaged(path)
+    assert places == [0, 5, 8, 36, 49]
+    for left in range(len(places), 0, -1):
+        assert len(damaged(path)) == left
+        ledger.blank(path, places[left - 1])
+    ledger.blank(path, len(nonsense))  # what is right stays
+    assert damaged(path) == []
+    assert entries(path) == ENTRIES
+    assert path.read_bytes()[len(nonsense) :] == right + b'{"fra'
+    with Ledger(path) as book:
+        book.add(Entry(4, {}))
+    assert entries(path) == [*ENTRIES, Entry(4, {})]
 
 
 def test_a_flipped_bit_anywhere_costs_its_line_and_never_says_what_was_not(path: Path) -> None:
@@ -64,6 +81,9 @@ def test_a_flipped_bit_anywhere_costs_its_line_and_never_says_what_was_not(path:
         path.write_bytes(data[:place] + bytes([data[place] ^ 1 << place % 8]) + data[place + 1 :])
         found = entries(path)
         assert len(found) in (1, 2)  # that of a line's end joins two
+        assert len(damaged(path)) == (
+            0 if place == len(data) - 1 else 1
+        )  # and of the last one's it is half a line
         assert all(entry in ENTRIES for entry in found)
 
 

@@ -197,6 +197,18 @@ def test_commands_of_jobs(
     assert "frames: 1 damaged or gone" in told.err
     whole = results(here / "frames")
     assert run(video) == 0
+    capsys.readouterr()
+    book = Path("frames/.raycam/ledger-1-of-2.jsonl")
+    book.write_bytes(b"x" + book.read_bytes()[1:])
+    assert run("status frames") == 0
+    out = capsys.readouterr().out
+    assert "frames    7 of 8 finished" in out
+    assert f"damaged   1\n  {book}: the line at byte 0 was damaged" in out
+    assert run("verify frames") == 1
+    assert "line at byte 0 was damaged" in capsys.readouterr().out
+    assert run(video) == 0
+    assert "line at byte 0 was damaged" in capsys.readouterr().err
+    assert run("verify frames") == 0
     assert len(results(here / "frames")) == len(whole) + 1
 
     assert run(f"{video} --samples 2") == 1

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import threading
+import warnings
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
@@ -22,7 +23,10 @@ __all__ = ["Executors", "Here", "pool_of"]
 
 
 def pool_of(
-    where: int | str | Executor | Callable[[], Executor] | None = None, *, threads: int | None = None
+    where: int | str | Executor | Callable[[], Executor] | None = None,
+    *,
+    threads: int | None = None,
+    tell: Callable[[str], object] = warnings.warn,
 ) -> contextlib.AbstractContextManager[Pool]:
     """The workers for `Job.run`, to be closed by `with`.
 
@@ -34,7 +38,8 @@ def pool_of(
       breaks. Its workers import this version of raycam; the package of the job is read from the job's folder, and
       comes along with a frame to a worker that does not see it.
 
-    `threads` is how many threads a worker renders with; None shares out the cores where they are known.
+    `threads` is how many threads a worker renders with; None shares out the cores where they are known. `tell` is told at
+    once of what cannot wait for `Pool.notices`: that a cluster has no workers, and is waited for.
 
     Raises `SettingsError` for anything else, and where Dask is not installed.
     """
@@ -49,7 +54,7 @@ def pool_of(
     if isinstance(where, str):
         from .dask_cluster import connect
 
-        return contextlib.closing(connect(where, threads))
+        return contextlib.closing(connect(where, threads, tell))
     return contextlib.closing(Executors(where, threads=threads))
 
 

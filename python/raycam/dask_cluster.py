@@ -11,6 +11,7 @@ import contextlib
 import multiprocessing
 import time
 import warnings
+from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from ipaddress import ip_address
 from typing import TYPE_CHECKING, Any
@@ -30,10 +31,14 @@ __all__ = ["Dask", "connect"]
 CONNECT = 20.0  # seconds in which a scheduler answers
 ANSWER = 5.0  # seconds in which a worker says whether it can make the frames of a job
 REFRESH = 2.0  # seconds for which the number of workers is believed
+SILENCE = 5.0  # seconds without a worker after which that is told; again after twice as long, and so on
+LOOK = 0.2  # seconds between looks for a first one
 
 
-def connect(address: str, threads: int | None = None) -> Dask:
+def connect(address: str, threads: int | None = None, tell: Callable[[str], object] = warnings.warn) -> Dask:
     """The Dask cluster at "tcp://HOST:PORT" or "tls://HOST:PORT", or with "local:N" a new one of N processes here.
+
+    `tell` is told at once where it waits for workers.
 
     Raises `SettingsError` where the address is none or Dask is not installed, and `OSError` where nobody answers.
     """
@@ -46,11 +51,11 @@ def connect(address: str, threads: int | None = None) -> Dask:
         if not rest.isdigit() or int(rest) < 1:
             raise SettingsError(f"{address!r}: expected local:N with N processes, as in local:4")
         cluster = _local(address, int(rest))
-        return Dask(distributed.Client(cluster), threads, cluster)
+        return Dask(distributed.Client(cluster), threads, cluster, tell)
     if kind not in ("tcp", "tls") or not urlsplit(address).port:
         raise SettingsError(f"{address!r}: expected tcp://HOST:PORT, tls://HOST:PORT or local:N")
     try:
-        return Dask(distributed.Client(address, timeout=CONNECT, set_as_default=False), threads)
+        return Dask(distributed.Client(address, timeout=CONNECT, set_as_default=False), threads, tell=tell)
     except OSError as fault:
         raise OSError(f"no Dask scheduler answers at {address}: {fault}") from None
 
@@ -89,11 +94,21 @@ class Dask:
 
     apart = True
 
-    def __init__(self, client: Any, threads: int | None = None, cluster: Any = None) -> None:
-        self._client, self._cluster = client, cluster
+    def __init__(
+        self,
+        client: Any,
+        threads: int | None = None,
+        cluster: Any = None,
+        tell: Callable[[str], object] = warnings.warn,
+    ) -> None:
+        self._client, self._cluster, self._tell = client, cluster, tell
+        self._alone_since: float | None = None
+        self._next_word = SILENCE
         self._looked = float("-inf")
         self._workers: dict[str, dict[str, Any]] = {}  # as they were then
         self._roll: Roll | None = None
+        self._placed: dict[Future[Made], tuple[Future[Made], frozenset[str]]] = {}
+        """What is under way: the engine's future, and whom it is meant for."""
         self._given = threads
         self._executor = client.get_executor(pure=False, retries=0)
         self.notices: list[str] = []
@@ -115,10 +130,18 @@ class Dask:
         return None if alone else 1
 
     def open(self, package: Package, path: str) -> None:
-        """Asks the workers who can make frames of the package, and sends it to those that do not see it."""
+        """Waits for a worker, asks all who can make frames of the package, and sends it to those that do not see it.
+
+        Raises `OSError` where the scheduler goes meanwhile.
+        """
         from .dask_roll import Roll
 
-        self._client.wait_for_workers(1)
+        self._look()
+        while not self._workers:
+            if self._client.status in ("closing", "closed"):
+                raise OSError(f"the Dask scheduler at {self._client.scheduler.address} has gone")
+            time.sleep(LOOK)
+            self._look()
         self._roll = Roll(self._client, package, path, self._note_unfit)
         self._look()
         self._roll.wait(ANSWER)  # one that stands still is no reason to wait for longer
@@ -135,6 +158,7 @@ class Dask:
         except Exception as fault:
             raise PoolLost(str(fault)) from fault
         ours: Future[Made] = Future()
+        self._placed[ours] = (theirs, frozenset(fit))
         theirs.add_done_callback(lambda done: self._hear(ours, done))
         return ours
 
@@ -160,12 +184,41 @@ class Dask:
             self._workers = dict(self._client.scheduler_info(n_workers=-1)["workers"])
             if self._roll is not None:
                 self._roll.look(self._workers)
+        self._take_back()
+        self._tell_of_waiting()
+
+    def _take_back(self) -> None:
+        """Takes back frames that wait for workers which have all gone: Dask gives those to no worker that joins later,
+        though others are allowed."""
+        for ours, (theirs, fit) in list(self._placed.items()):
+            gone = fit and self._workers and fit.isdisjoint(self._workers)
+            if gone and self._placed.pop(ours, None) is not None:
+                theirs.cancel()
+                ours.set_exception(Unfit("all workers that it was meant for have gone"))
+
+    def _tell_of_waiting(self) -> None:
+        """Tells where there has been no worker for long, seldom, and then that there is one."""
+        if self._workers:
+            if self._next_word > SILENCE:
+                self._tell("there is a worker now: it goes on")
+            self._alone_since, self._next_word = None, SILENCE
+            return
+        self._alone_since = self._looked if self._alone_since is None else self._alone_since
+        seconds = self._looked - self._alone_since
+        if seconds >= self._next_word:
+            self._next_word = 2 * seconds
+            self._tell(
+                f"no worker is at the Dask scheduler {self._client.scheduler.address}, for {seconds:.0f} s now: waiting "
+                f"for one (dask worker {self._client.scheduler.address})"
+            )
 
     def _note_unfit(self, worker: str, reason: str) -> None:
         self.notices.append(f"{worker} makes no frames: {reason}")
 
     def _hear(self, ours: Future[Made], theirs: Future[Made]) -> None:
         """Passes an answer on; of a worker that was not fit it is asked again whether it is."""
+        if self._placed.pop(ours, None) is None:  # it was taken back
+            return
         fault = None if theirs.cancelled() else theirs.exception()
         if isinstance(fault, Unfit) and fault.worker is not None and self._roll is not None:
             self._roll.forget(fault.worker)

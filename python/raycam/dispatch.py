@@ -238,12 +238,13 @@ class _Dispatch:
 
     def _help_the_late(self) -> None:
         """Gives late frames to a second worker, where one has nothing else to do."""
+        slots = self._pool.slots()  # asked in any case: a pool sees there who has gone
         if not self._pool.apart or self._again:
             return
         late = max(PATIENCE, LATE * self._usual)
         latest = dict(self._under_way.values())  # they are in the order in which they were handed over
         for task, started in latest.items():
-            if self._waited_for() >= self._pool.slots():
+            if self._waited_for() >= slots:
                 return
             more = task.frame not in self._settled and self._copies[task.frame] < COPIES
             if more and self._now() - started > late:

@@ -26,7 +26,7 @@ import math
 import os
 import shutil
 from array import array
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -45,6 +45,7 @@ __all__ = ["Job", "Status"]
 
 NOT_DONE = -1
 PLACE_BITS = 44  # of a ledger, at most 16 TiB long
+PLACE_MASK = (1 << PLACE_BITS) - 1
 
 Progress = Callable[[int, int, int], object]
 Shard = tuple[int, int]
@@ -60,6 +61,8 @@ class Status:
     """How many are made."""
     failed: Mapping[int, str]
     """Why, of those that were given up, by number."""
+    damaged: Sequence[str] = ()
+    """Of each line of a ledger that was damaged: where. It does not count, so the next run makes its frame again."""
 
 
 class Job:
@@ -99,6 +102,7 @@ class Job:
         self._ledgers: list[Path] = []
         self._places = array("q", [NOT_DONE]) * self.description["frames"]
         self._failed: dict[int, str] = {}
+        self._damaged: list[tuple[Path, int]] = []
         self._read()
 
     # What there is --------------------------------------------------------------------------------------------
@@ -114,7 +118,11 @@ class Job:
     def status(self) -> Status:
         """How far it is, as far as this object knows: others may be at it."""
         done = sum(place != NOT_DONE for place in self._places)
-        return Status(len(self._places), done, dict(sorted(self._failed.items())))
+        damaged = tuple(
+            f"{path}: the line at byte {place} was damaged; it does not count, and its frame is made again"
+            for path, place in self._damaged
+        )
+        return Status(len(self._places), done, dict(sorted(self._failed.items())), damaged)
 
     def runs(self) -> list[str]:
         """Who is at it now, as far as this machine knows."""
@@ -142,9 +150,11 @@ class Job:
         """Reads every file that was made, and gives those that are not as they were made, with what is wrong.
 
         A damaged file gets the ending `.damaged`, where that is possible. The next run makes its frame again, and the
-        package of the job, which is among the files.
+        package of the job, which is among the files. Damaged lines of ledgers are told of until then too.
         """
-        wrong: dict[str, str] = {}
+        self._read()
+        told = zip(self._damaged, self.status().damaged, strict=True)
+        wrong = {f"{STATE}/{path.name} at {place}": text for (path, place), text in told}
         package = self._state / "package"
         try:
             Package.check(package.read_bytes(), str(package), self.description["job"])
@@ -154,7 +164,7 @@ class Job:
             wrong[f"{STATE}/package"] = str(fault)
             with contextlib.suppress(OSError):
                 package.replace(f"{package}.damaged")
-        made = {entry.frame: place for place, entry in self._entries() if entry.error is None}
+        made = {entry.frame: place for place, entry in self._entries() if entry and entry.error is None}
         for frame, place in sorted(made.items()):
             for name, stamp in self._entry_at(place).files.items():
                 try:
@@ -203,6 +213,7 @@ class Job:
                 pool.open(self.package, package)
             job, count = self.description["job"], len(todo)
             tasks = (Task(job, package, frame, pool.threads(count - i)) for i, frame in enumerate(todo))
+            self._blank(path)
             with Ledger(path) as book, contextlib.closing(dispatch(pool, tasks)) as outcomes:
                 if path not in self._ledgers:
                     self._ledgers.append(path)
@@ -274,18 +285,30 @@ class Job:
         for index in range(len(self._places)):
             self._places[index] = NOT_DONE
         self._failed.clear()
+        self._damaged.clear()
         for place, entry in self._entries():
-            if entry.error is not None:
+            if entry is None:
+                self._damaged.append((self._ledgers[place >> PLACE_BITS], place & PLACE_MASK))
+            elif entry.error is not None:
                 self._failed[entry.frame] = entry.error
             elif all(self._results.has(name, size) for name, (size, _) in entry.files.items()):
                 self._places[entry.frame] = place
         self._failed = {frame: error for frame, error in self._failed.items() if not self.has(frame)}
 
-    def _entries(self) -> Iterator[tuple[int, Entry]]:
-        """Everything that the ledgers say, oldest first, with where it is said."""
+    def _blank(self, own: Path) -> None:
+        """Blanks the damaged lines of `own`, and of the ledgers that nobody else is writing to."""
+        for path, place in self._damaged:
+            with contextlib.ExitStack() as held, contextlib.suppress(JobError):
+                if path != own:
+                    lock = path.with_name(path.stem.replace("ledger", "lock"))
+                    held.enter_context(locked(lock, self.folder, patience=0.0))
+                ledger.blank(path, place)
+
+    def _entries(self) -> Iterator[tuple[int, Entry | None]]:
+        """Everything that the ledgers say, oldest first, with where it is said; None for what was damaged."""
         for number, path in enumerate(self._ledgers):
             for place, entry in ledger.read(path):
-                if not 0 <= entry.frame < len(self._places):
+                if entry is not None and not 0 <= entry.frame < len(self._places):
                     raise JobError(f"{path}: frame {entry.frame} of {len(self._places)} at byte {place}")
                 yield number << PLACE_BITS | place, entry
 
@@ -296,7 +319,7 @@ class Job:
         return self._entry_at(place)
 
     def _entry_at(self, place: int) -> Entry:
-        return ledger.entry_at(self._ledgers[place >> PLACE_BITS], place & ((1 << PLACE_BITS) - 1))
+        return ledger.entry_at(self._ledgers[place >> PLACE_BITS], place & PLACE_MASK)
 
     def _give_up(self, failed: Failed, book: Ledger, scratch: Path) -> None:
         path = self.log(failed.frame)

@@ -8,7 +8,7 @@ A text file that only grows: one JSON object a line, one line a frame,
 where a file has its size in bytes and its SHA-256. A line is written after its files have their final names, and
 synced: what the ledger says is on the disk. A process that is killed while it writes leaves half a line at the
 end, which does not count and is cut off by the next one to write. A line that was damaged does not count either: its
-frame is made again.
+frame is made again, and the line is blanked where it stands.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from typing import Any
 from .errors import JobError
 from .files import named, sync
 
-__all__ = ["Entry", "Ledger", "Stamp", "digest", "entry_at", "read"]
+__all__ = ["Entry", "Ledger", "Stamp", "blank", "digest", "entry_at", "read"]
 
 Stamp = tuple[int, str]
 """Size in bytes and SHA-256 in hexadecimal of a file."""
@@ -66,18 +66,17 @@ def digest(data: bytes) -> Stamp:
     return len(data), hashlib.sha256(data).hexdigest()
 
 
-def read(path: Path) -> Iterator[tuple[int, Entry]]:
-    """The entries of a ledger with their places, oldest first; none where there is no file.
+def read(path: Path) -> Iterator[tuple[int, Entry | None]]:
+    """The entries of a ledger with their places, oldest first, None for a line that was damaged.
 
-    What is no entry is no frame.
+    Half a line at the end, as a killed process leaves it, is nothing. None of all that where there is no file.
     """
     try:
         with path.open("rb") as lines:
             place = 0
             for line in lines:
-                entry = _entry(line)
-                if entry is not None:
-                    yield place, entry
+                if line.endswith(b"\n") and line.strip(b" \n"):
+                    yield place, _entry(line)
                 place += len(line)
     except FileNotFoundError:
         return
@@ -91,6 +90,22 @@ def entry_at(path: Path, place: int) -> Entry:
     if entry is None:
         raise JobError(f"{path}: it was changed by somebody else, at byte {place}")
     return entry
+
+
+def blank(path: Path, place: int) -> None:
+    """Overwrites a damaged line, which `read` found at `place`, with spaces: it was told of, and its frame is made again.
+
+    For whoever holds the lock of the ledger: what looks damaged may be a line that another machine has not written to
+    its end. Raises `OSError` as the disk does.
+    """
+    with path.open("r+b") as lines:
+        lines.seek(place)
+        line = lines.readline()
+        if _entry(line) is None:
+            lines.seek(place)
+            lines.write(b" " * (len(line) - 1))
+            lines.flush()
+            os.fsync(lines.fileno())
 
 
 def _entry(line: bytes) -> Entry | None:

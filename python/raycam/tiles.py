@@ -141,7 +141,7 @@ def make_picture(
     rest is as in `Job.run`, whose errors it raises.
     """
     job = Job(folder, package, resume=resume)
-    notices: dict[str, None] = {}
+    notices = dict.fromkeys(job.status().damaged)
 
     def tell(made: Made) -> None:
         notices.update(dict.fromkeys(made.notices))

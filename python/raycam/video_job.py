@@ -63,6 +63,7 @@ def make_video(
         with opened:  # only for what it refuses: the job writes the pictures
             pass
         job = Job(target, film.package(), resume=resume)
+        film.notices += job.status().damaged
         run(job, finished=partial(_tell, film))
         with job.joining():
             return len(numbers) if all(map(job.has, numbers)) else None
@@ -70,6 +71,7 @@ def make_video(
         try:
             with opened as add:
                 job = Job(job_folder(target), film.package(), resume=resume)
+                film.notices += job.status().damaged
                 encode = _encoder(job, numbers, add)
                 encode()
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -42,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser = _parser()
         if words and not words[0].startswith("-") and words[0] not in COMMANDS:
             parser.error(nearest("command", words[0], list(COMMANDS)))
-        options = parser.parse_args(words)
+        options = parser.parse_args(_joined(words))
         options.run(options)
         sys.stdout.flush()
         return 0
@@ -56,6 +57,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (Error, ValueError, OSError, MemoryError) as error:
         print(f"raycam: error: {_message(error)}", file=sys.stderr)
         return 2 if isinstance(error, SettingsError) else 1
+
+
+def _joined(words: Sequence[str]) -> list[str]:
+    """With "--frames=-4:" instead of "--frames -4:", which argparse takes for another option."""
+    joined: list[str] = []
+    for word in words:
+        after = joined and joined[-1].startswith("--") and "=" not in joined[-1]
+        if after and re.fullmatch(r"-\d+:-?\d*", word):
+            joined[-1] += f"={word}"
+        else:
+            joined.append(word)
+    return joined
 
 
 def _message(error: BaseException) -> str:

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from ..errors import SettingsError
-from .options import tell
+from .options import say, tell
 
 if TYPE_CHECKING:
     from ..dispatch import Pool
@@ -82,7 +82,7 @@ def job_pool(options: argparse.Namespace) -> Iterator[Pool]:
     from ..cluster import pool_of
 
     where = options.cluster if options.cluster is not None else options.workers
-    with job_options(options), pool_of(where, threads=options.threads) as pool:
+    with job_options(options), pool_of(where, threads=options.threads, tell=say) as pool:
         at_first = list(pool.notices)
         tell(at_first)
         yield pool

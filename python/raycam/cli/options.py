@@ -252,4 +252,9 @@ def load_world(options: argparse.Namespace) -> World:
 def tell(notices: Sequence[str]) -> None:
     """Notices, one a line, on stderr."""
     for notice in notices:
-        print(f"raycam: {notice}", file=sys.stderr)
+        say(notice)
+
+
+def say(notice: str) -> None:
+    """A notice, now."""
+    print(f"raycam: {notice}", file=sys.stderr, flush=True)

@@ -53,6 +53,9 @@ def _status(options: argparse.Namespace) -> None:
         print(f"  frame {frame}: {error} ({job.log(frame)})")
     if len(state.failed) > 20:
         print(f"  and {len(state.failed) - 20} more")
+    if state.damaged:
+        print(f"damaged   {len(state.damaged)}")
+        print(*(f"  {line}" for line in state.damaged), sep="\n")
 
 
 def _add_verify(command: argparse.ArgumentParser) -> None:
@@ -66,8 +69,8 @@ def _verify(options: argparse.Namespace) -> None:
     if wrong:
         print(*wrong.values(), sep="\n")
         raise JobError(
-            f"{options.folder}: {len(wrong)} damaged or gone. What is damaged is called .damaged now, and the command "
-            "that made the job makes all of them again"
+            f"{options.folder}: {len(wrong)} damaged or gone. Damaged files are called .damaged now, and the command "
+            "that made the job makes all of it again"
         )
     state = job.status()
     print(f"{options.folder}: {state.finished} of {state.frames} frames finished, every byte as it was made")

@@ -22,7 +22,9 @@ def _add(command: argparse.ArgumentParser) -> None:
     add_camera(command)
     add_rig(command)
     command.add_argument(
-        "--frames", metavar="A:B", help="only frames A up to but not B, from 0, as in 0:24 or 24:"
+        "--frames",
+        metavar="A:B",
+        help="only frames A up to but not B, from 0, as in 0:24, 24: or -24: for the last 24",
     )
     command.add_argument(
         "--fps", metavar="N", type=float, help="frames per second (default: the world's, or 24)"

@@ -8,6 +8,7 @@ from __future__ import annotations
 import inspect
 import json
 import os
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,7 +66,7 @@ class Written:
     complete: bool = True
     """Whether all views are there; where other shards are missing, there are no index files yet."""
     notices: tuple[str, ...] = ()
-    """What the one who makes it should know of its workers."""
+    """What the one who makes it should know of its workers, and of what was damaged."""
 
 
 def views(
@@ -120,6 +121,7 @@ def write(
     shard: tuple[int, int] | None = None,
     retry_failed: bool = False,
     progress: Progress | None = None,
+    tell: Callable[[str], object] = warnings.warn,
     **options: Any,
 ) -> Written:
     """Writes what cameras see of a world, with ground truth, to a folder in one of `FORMATS`.
@@ -151,7 +153,7 @@ def write(
     call is made again after it was stopped, `workers` and `shard` (i, n) are as in `pool_of` and `Job.run`. With
     `resume=False` it begins anew. The index files are written when all views are there. Memory does not grow with the
     number of views; what "colmap" has to know of all of them is a bit for each point and view in a temporary file.
-    `progress(done, total, failed)` is called after each unit of work.
+    `progress(done, total, failed)` is called after each unit of work, `tell` as in `pool_of`.
 
     Raises `SettingsError` and `CameraError` for what the format does not have, before anything is rendered; `JobError`
     where the folder holds another data set, and at the end where views failed; `OSError`.
@@ -169,6 +171,7 @@ def write(
     target = Path(folder)
     what = package(format, plan)
     job = Job(target, what, resume=resume)
+    damaged = job.status().damaged
     if plan.recipe is None:
         plan.world = what.world  # so that what tracing needs is built once
     made = 0
@@ -177,7 +180,7 @@ def write(
         nonlocal made
         made += 1
 
-    with pool_of(workers, threads=threads) as pool:
+    with pool_of(workers, threads=threads, tell=tell) as pool:
         job.run(
             pool,
             shard=shard,
@@ -185,7 +188,7 @@ def write(
             progress=progress,
             finished=finished,
         )
-        notices = tuple(pool.notices)
+        notices = (*damaged, *pool.notices)
     total = kind.units(plan)
 
     def records(first: int = 0, end: int | None = None) -> Iterator[Record]:
