@@ -38,8 +38,8 @@ def pool_of(
       breaks. Its workers import this version of raycam; the package of the job is read from the job's folder, and
       comes along with a frame to a worker that does not see it.
 
-    `threads` is how many threads a worker renders with; None shares out the cores where they are known. `tell` is told at
-    once of what cannot wait for `Pool.notices`: that a cluster has no workers, and is waited for.
+    `threads` is how many threads a worker renders with; None shares out the cores where they are known. `tell` is told
+    at once of what cannot wait for `Pool.notices`: that a cluster has no workers, and is waited for.
 
     Raises `SettingsError` for anything else, and where Dask is not installed.
     """

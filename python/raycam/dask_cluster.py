@@ -208,8 +208,8 @@ class Dask:
         if seconds >= self._next_word:
             self._next_word = 2 * seconds
             self._tell(
-                f"no worker is at the Dask scheduler {self._client.scheduler.address}, for {seconds:.0f} s now: waiting "
-                f"for one (dask worker {self._client.scheduler.address})"
+                f"no worker is at the Dask scheduler {self._client.scheduler.address}, for {seconds:.0f} s now: "
+                f"waiting for one (dask worker {self._client.scheduler.address})"
             )
 
     def _note_unfit(self, worker: str, reason: str) -> None:

@@ -93,7 +93,7 @@ def entry_at(path: Path, place: int) -> Entry:
 
 
 def blank(path: Path, place: int) -> None:
-    """Overwrites a damaged line, which `read` found at `place`, with spaces: it was told of, and its frame is made again.
+    """Overwrites a damaged line, which `read` found at `place`, with spaces: its frame is made again.
 
     For whoever holds the lock of the ledger: what looks damaged may be a line that another machine has not written to
     its end. Raises `OSError` as the disk does.
