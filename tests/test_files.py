@@ -42,17 +42,32 @@ def test_an_error_leaves_nothing_and_keeps_what_was_there(tmp_path: Path) -> Non
     assert os.listdir(tmp_path) == ["a.png"]
 
 
-def test_what_a_killed_process_has_left_is_removed_and_what_a_living_one_writes_is_not(
-    tmp_path: Path,
-) -> None:
-    program = f"""
+IN_PIECES = """
 import sys
 from raycam.files import atomic_path
-with atomic_path({str(tmp_path / "a.mp4")!r}) as temporary:
+with atomic_path({path!r}) as temporary:
     temporary.write_bytes(b"half")
     print(temporary, flush=True)
     sys.stdin.read()
 """
+AT_ONCE = """
+import os, sys
+from raycam.files import write
+sync = os.fsync
+def wait(file):
+    os.fsync = sync
+    print(os.readlink(f"/proc/self/fd/{{file}}"), flush=True)
+    sys.stdin.read()
+os.fsync = wait
+write({path!r}, b"half")
+"""
+
+
+@pytest.mark.parametrize(("program", "whole"), [(IN_PIECES, False), (IN_PIECES, True), (AT_ONCE, True)])
+def test_what_a_killed_process_has_left_is_removed_and_what_a_living_one_writes_is_not(
+    tmp_path: Path, program: str, whole: bool
+) -> None:
+    program = program.format(path=str(tmp_path / "a.mp4"))
     mine = tmp_path / ".a.0123.mp4"
     mine.write_bytes(b"")
     start = partial(
@@ -69,8 +84,11 @@ with atomic_path({str(tmp_path / "a.mp4")!r}) as temporary:
         dead.kill()
         dead.wait()
         assert {str(path) for path in tmp_path.iterdir()} == {left, kept, str(mine)}
-        with atomic_path(tmp_path / "a.mp4") as temporary:
-            temporary.write_bytes(b"whole")
+        if whole:
+            write(tmp_path / "a.mp4", b"whole")
+        else:
+            with atomic_path(tmp_path / "a.mp4") as temporary:
+                temporary.write_bytes(b"whole")
         assert {path.name for path in tmp_path.iterdir()} == {"a.mp4", Path(kept).name, mine.name}
         living.communicate("")
     assert (tmp_path / "a.mp4").read_bytes() == b"half"  # the last one to write

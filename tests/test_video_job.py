@@ -232,15 +232,20 @@ def test_commands_of_jobs(
     assert "a.gif: this is a file, and complete" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("number", "workers"), [(signal.SIGINT, ""), (signal.SIGTERM, "--workers 2")])
+@pytest.mark.parametrize(
+    ("number", "workers"),
+    [(signal.SIGINT, ""), (signal.SIGTERM, "--workers 2"), (signal.SIGINT, "--cluster local:1")],
+)
 def test_stopping_is_clean_and_goes_on(here: Path, number: signal.Signals, workers: str) -> None:
     command = [sys.executable, "-m", "raycam"]
     command += shlex.split(f"video box.toml -o a.mp4 --size 320x240 --samples 64 --seconds 4 {workers}")
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
     while len(list(here.glob("a.mp4.job/*.png"))) < 3:
         time.sleep(0.02)
         assert process.poll() is None
-    os.kill(process.pid, number)
+    os.killpg(process.pid, number)  # as a terminal does, and batch systems
     _, error = process.communicate(timeout=30)
     assert process.returncode == 130
     assert error.splitlines()[-1] == "raycam: stopped"

@@ -69,7 +69,11 @@ def _local(address: str, count: int) -> Any:
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         raise SystemExit(1)
     # Deaths of workers are counted here, frame by frame.
-    rules = {"distributed.scheduler.allowed-failures": 0, "distributed.scheduler.worker-ttl": "60s"}
+    rules = {
+        "distributed.scheduler.allowed-failures": 0,
+        "distributed.scheduler.worker-ttl": "60s",
+        "distributed.worker.preload": ["raycam.dask_worker"],
+    }
     with dask.config.set(rules), warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"\s*Port \d+ is already in use")  # another one is taken
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 from distributed import get_worker
@@ -10,9 +11,14 @@ from distributed import get_worker
 from . import files, workers
 from .workers import Made, NoPackage, Task, Unfit
 
-__all__ = ["has_package", "keep_package", "make"]
+__all__ = ["dask_setup", "has_package", "keep_package", "make"]
 
 KEPT = 4  # packages on the disk of a worker, which may live for many jobs
+
+
+def dask_setup(worker: object) -> None:
+    """Called by a worker of `local:N` as it starts: Ctrl-C reaches all of a terminal, and the parent decides."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def make(task: Task) -> Made:

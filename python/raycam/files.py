@@ -31,24 +31,11 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     Raises `OSError` as `check_writable` does, and whatever the disk says.
     """
     target = os.fspath(path)
-    with _atomic(target) as temporary:
-        _sweep(target)
-        with named(path, temporary), _claimed(temporary):
-            yield Path(temporary)
-            if Path(temporary).stat().st_size == len(CLAIM) and Path(temporary).read_bytes() == CLAIM:
-                raise FileNotFoundError(errno.ENOENT, "nothing was written", target)
-
-
-@contextlib.contextmanager
-def _claimed(temporary: str) -> Iterator[None]:
-    """Makes a temporary file and locks it while the block lasts: whoever may lock it knows that its process is dead."""
-    file = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
-    try:
-        take(file)
+    with _atomic(target) as (temporary, file):
         os.write(file, CLAIM)
-        yield
-    finally:
-        os.close(file)
+        yield Path(temporary)
+        if Path(temporary).stat().st_size == len(CLAIM) and Path(temporary).read_bytes() == CLAIM:
+            raise FileNotFoundError(errno.ENOENT, "nothing was written", target)
 
 
 def _sweep(target: str) -> None:
@@ -56,7 +43,8 @@ def _sweep(target: str) -> None:
     folder, name = os.path.split(target)
     stem, ending = os.path.splitext(name)
     temporary = re.compile(rf"\.{re.escape(stem)}\.[0-9a-f]{{8}}{re.escape(ending)}")
-    for other in filter(temporary.fullmatch, os.listdir(folder or os.curdir)):
+    names = (other for other in os.listdir(folder or os.curdir) if other.startswith(f".{stem}."))
+    for other in filter(temporary.fullmatch, names):
         with contextlib.suppress(OSError):
             path = os.path.join(folder, other)
             file = os.open(path, os.O_RDWR)
@@ -68,19 +56,27 @@ def _sweep(target: str) -> None:
 
 
 @contextlib.contextmanager
-def _atomic(target: str, scratch: str | None = None) -> Iterator[str]:
-    """See `atomic_path`. In strings: pathlib interns the parts of every name, and a long job has very many."""
+def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]]:
+    """See `atomic_path`; the temporary file is open. In strings: pathlib interns the parts of every name, and a long
+    job has very many."""
     check_writable(target)
     folder, name = os.path.split(target)
     stem, ending = os.path.splitext(name)
     temporary = os.path.join(scratch or folder, f".{stem}.{secrets.token_hex(4)}{ending}")
     try:
-        with named(target, temporary):
-            yield temporary
+        with named(target, temporary), contextlib.ExitStack() as opened:
+            if scratch is None:
+                _sweep(target)
+            file = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+            opened.callback(os.close, file)
+            take(file)  # whoever else may lock it knows that its process is dead
+            yield temporary, file
             sync(temporary)
             # A rename keeps the mode of the new file; one that replaces another should not change who may read it.
             if os.path.exists(target):
                 shutil.copymode(target, temporary)
+            if os.name == "nt":  # where nothing that is open may be renamed
+                opened.close()
             os.replace(temporary, target)
     except BaseException:
         with contextlib.suppress(FileNotFoundError):
@@ -106,14 +102,10 @@ def write(path: str | os.PathLike[str], data: bytes, scratch: str | os.PathLike[
 
     `scratch` is another folder of the same disk for the temporary file, for those who clean it up after a crash.
     """
-    with _atomic(os.fspath(path), None if scratch is None else os.fspath(scratch)) as temporary:
-        file = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
-        try:
-            rest = memoryview(data)
-            while rest:
-                rest = rest[os.write(file, rest) :]
-        finally:
-            os.close(file)
+    with _atomic(os.fspath(path), None if scratch is None else os.fspath(scratch)) as (_, file):
+        rest = memoryview(data)
+        while rest:
+            rest = rest[os.write(file, rest) :]
 
 
 def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
