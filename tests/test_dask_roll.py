@@ -89,8 +89,8 @@ def test_a_scheduler_that_goes_while_workers_are_waited_for_ends_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     engine = Engine(tmp_path, 0)
-    monkeypatch.setattr(dask_cluster, "CONNECT", 2.0)
     pool = connected(engine.address, lambda _: engine.close())
+    pool._client._timeout = 1.0  # for which it tries to come back
     monkeypatch.setattr(dask_cluster, "SILENCE", 0.1)
     with pytest.raises(OSError, match=f"the Dask scheduler at {engine.address} has gone"):
         Job(tmp_path / "a", package()).run(pool)

@@ -733,6 +733,12 @@ def test_the_command_makes_randomised_worlds_as_a_job(tmp_path: Path, capsys: An
     (folder / "images" / "000001.png").write_bytes(b"damaged")
     assert raycam.cli.main(words) == 0
     assert raycam.cli.main(["verify", str(folder)]) == 0
+    index = folder / "annotations" / "instances.json"
+    index.write_bytes(index.read_bytes().replace(b"corner", b"korner"))
+    assert raycam.cli.main(["verify", str(folder)]) == 1
+    assert f"{index}: it was made with" in capsys.readouterr().out
+    assert raycam.cli.main(words) == 0
+    assert raycam.cli.main(["verify", str(folder)]) == 0
     capsys.readouterr()
     # Another mesh under the same name is another data set.
     (tmp_path / "t.obj").write_text((tmp_path / "t.obj").read_text().replace(".4", ".5"))

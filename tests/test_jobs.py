@@ -189,6 +189,38 @@ def test_a_damaged_line_of_a_ledger_is_told_of_and_its_frame_made_again(
     assert results(folder) == whole
 
 
+def test_what_was_made_of_all_frames_is_verified_too(tmp_path: Path, whole: dict[str, bytes]) -> None:
+    job = Job(tmp_path / "a", package())
+    job.run(Pool())
+    index, film = tmp_path / "a/lists/index.json", tmp_path / "a.mp4"
+    index.parent.mkdir()
+    for path in (index, film):
+        path.write_bytes(b"whole")
+    job.note_joined(["lists/index.json", "../a.mp4"])
+    assert Job(tmp_path / "a").verify() == {}
+    index.write_bytes(b"whale")
+    film.unlink()
+    wrong = Job(tmp_path / "a").verify()
+    assert list(wrong) == ["lists/index.json", "../a.mp4"]
+    assert wrong["lists/index.json"].startswith(f"{index}: it was made with 5 bytes")
+    assert wrong["../a.mp4"] == f"{film}: it was made, and is not there any more"
+    assert index.with_name("index.json.damaged").read_bytes() == b"whale"
+    for path in (index, film):
+        path.write_bytes(b"whole")
+    assert Job(tmp_path / "a").verify() == {}
+    note = tmp_path / "a/.raycam/joined.json"
+    right = note.read_bytes()
+    for damaged in (b"{", b"[]", b'{"a": 3}', b"\xff"):
+        note.write_bytes(damaged)
+        assert list(Job(tmp_path / "a").verify()) == [".raycam/joined.json"]
+    note.write_bytes(right)
+    index.with_name("index.json.damaged").unlink()
+    job.remove()
+    assert [path.name for path in tmp_path.iterdir()] == [
+        "a.mp4"
+    ]  # what is beside it is not its own to remove
+
+
 def test_a_damaged_package_is_found_and_written_again(tmp_path: Path, whole: dict[str, bytes]) -> None:
     Job(tmp_path / "a", package()).run(Pool(), frames=[1, 2])
     path = tmp_path / "a/.raycam/package"

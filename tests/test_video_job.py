@@ -227,6 +227,12 @@ def test_commands_of_jobs(
     assert "frames    4 of 8 finished" in capsys.readouterr().out
     Path("a.gif").write_bytes(b"")
     assert run("status a.gif") == 0
+    assert run("video box.toml -o b.gif --samples 1 --integrator flat --keep-frames") == 0
+    assert run("verify b.gif") == 0
+    Path("b.gif").write_bytes(Path("b.gif").read_bytes()[:-1])
+    capsys.readouterr()
+    assert run("verify b.gif") == 1
+    assert capsys.readouterr().out.startswith("b.gif: it was made with")
     Job(here / "a.gif.job").remove()
     assert run("verify a.gif") == 1
     assert "a.gif: this is a file, and complete" in capsys.readouterr().err

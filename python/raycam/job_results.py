@@ -6,6 +6,8 @@ In strings, as all that is done for each frame: pathlib keeps the parts of every
 from __future__ import annotations
 
 import contextlib
+import hashlib
+import json
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -18,6 +20,8 @@ __all__ = ["STATE", "Results"]
 
 STATE = ".raycam"
 """The folder within, with what is the job's own."""
+JOINED = "joined.json"
+"""The file there that says what was made of all frames together."""
 
 
 class Results:
@@ -55,13 +59,49 @@ class Results:
                 data = file.read()
         except FileNotFoundError:
             raise JobError(f"{path}: it was made, and is not there any more") from None
-        found = digest(data)
-        if found != stamp:
-            raise JobError(
-                f"{path}: it was made with {stamp[0]} bytes and SHA-256 {stamp[1][:12]}, it has {found[0]} and "
-                f"{found[1][:12]}"
-            )
+        _compare(path, stamp, digest(data))
         return data
+
+    def note_joined(self, names: Iterable[str], scratch: Path) -> None:
+        """Writes down the stamps of files that were made of all frames: index files, or a video beside the folder."""
+        stamps = {name: self._stamp(name) for name in names}
+        files.write(os.path.join(self._folder, STATE, JOINED), json.dumps(stamps).encode(), scratch)
+
+    def joined(self) -> dict[str, Stamp]:
+        """What was written down so; raises `JobError` where that was damaged."""
+        path = os.path.join(self._folder, STATE, JOINED)
+        try:
+            with open(path, "rb") as file:
+                found = json.load(file)
+            return {str(name): (int(size), str(sha)) for name, (size, sha) in found.items()}
+        except FileNotFoundError:
+            return {}
+        except (ValueError, TypeError, AttributeError):
+            raise JobError(f"{path}: it was damaged") from None
+
+    def check_joined(self) -> dict[str, str]:
+        """Those that are not as they were made, with what is wrong; they are set aside."""
+        wrong = {}
+        try:
+            joined = self.joined()
+        except JobError as fault:
+            return {f"{STATE}/{JOINED}": str(fault)}
+        for name, stamp in joined.items():
+            path = os.path.normpath(os.path.join(self._folder, name))
+            try:
+                _compare(path, stamp, self._stamp(name))
+            except FileNotFoundError:
+                wrong[name] = f"{path}: it was made, and is not there any more"
+            except JobError as fault:
+                wrong[name] = str(fault)
+                with contextlib.suppress(OSError):
+                    os.replace(path, path + ".damaged")
+        return wrong
+
+    def _stamp(self, name: str) -> Stamp:
+        """Of a file that may be too large for the memory."""
+        with open(os.path.join(self._folder, name), "rb") as file:
+            return os.fstat(file.fileno()).st_size, hashlib.file_digest(file, "sha256").hexdigest()
 
     def set_aside(self, name: str) -> None:
         """Gives a damaged file the ending `.damaged`, where that is possible."""
@@ -84,6 +124,14 @@ class Results:
 
     def _path(self, name: str) -> str:
         return os.path.join(self._folder, _safe(name))
+
+
+def _compare(path: str, stamp: Stamp, found: Stamp) -> None:
+    if found != stamp:
+        raise JobError(
+            f"{path}: it was made with {stamp[0]} bytes and SHA-256 {stamp[1][:12]}, it has {found[0]} and "
+            f"{found[1][:12]}"
+        )
 
 
 def _safe(name: str) -> str:

@@ -173,7 +173,12 @@ class Job:
                     wrong[name] = str(fault)
                     self._results.set_aside(name)
                     self._places[frame] = NOT_DONE
-        return wrong
+        return wrong | self._results.check_joined()
+
+    def note_joined(self, names: Iterable[str]) -> None:
+        """Remembers files that were made of all frames, by their names from the folder, for `verify` to compare."""
+        with self._scratch("-join") as scratch:
+            self._results.note_joined(names, scratch)
 
     # Making it ------------------------------------------------------------------------------------------------
 
@@ -357,6 +362,8 @@ class Job:
         """Removes what the ledgers name, then the job itself: killed in between, it is a job with less."""
         done = (frame for frame in range(len(self._places)) if self.has(frame))
         self._results.remove(name for frame in done for name in self._entry(frame).files)
+        with contextlib.suppress(JobError):
+            self._results.remove(name for name in self._results.joined() if not name.startswith(".."))
         (self._state / "job.json").unlink(missing_ok=True)
         shutil.rmtree(self._state)
 

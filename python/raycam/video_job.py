@@ -85,7 +85,9 @@ def make_video(
                     raise _Others
         except _Others:
             return None if there else len(numbers)
-        if not keep_frames:
+        if keep_frames:
+            job.note_joined([os.path.join("..", target.name)])
+        else:
             job.remove()
     return len(numbers)
 

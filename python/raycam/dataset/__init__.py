@@ -200,8 +200,11 @@ def write(
         if complete:
             apart = plan.recipe is not None and not kind.many_worlds
             files = each_index(kind, plan, records) if apart else kind.index(plan, records)
+            names = []
             for name, pieces in files:
                 put(target / name, pieces)
+                names.append(name)
+            job.note_joined(names)
     return Written(target, len(plan.shots), made, complete, notices)
 
 
