@@ -27,6 +27,7 @@ mod error;
 mod leaves;
 mod memory;
 mod mesh;
+mod part;
 mod ray;
 mod refit;
 mod scene;

@@ -53,6 +53,15 @@ impl Hit {
         instance: NOTHING,
         triangle: NOTHING,
     };
+
+    /// Takes another hit of the ray if it comes first.
+    #[inline(always)]
+    pub(crate) fn take(&mut self, other: Hit) {
+        let order = |hit: &Hit| (hit.t, hit.instance, hit.triangle);
+        if order(&other) < order(self) {
+            *self = other;
+        }
+    }
 }
 
 /// A float64 ray in world coordinates, for answers that must be those of exact geometry.

@@ -8,6 +8,7 @@ use crate::dispatch::{InstructionSet, Machine};
 use crate::error::BuildError;
 use crate::memory::Pages;
 use crate::mesh::{Bvh, scale_of};
+use crate::part::{Form, Part, box_of, parts};
 use crate::ray::{Coherence, ExactHit, ExactRay, Hit, Ray};
 use crate::traverse;
 use crate::traverse::local::{EPS, Extent};
@@ -40,14 +41,12 @@ pub(crate) struct Placed {
     pub shift: Option<[f32; 3]>,
     /// How much longer it makes a vector at most.
     pub stretch: f32,
-    /// Its box in scaled scene coordinates, rows as of [`crate::block::Node::bounds`]; padded where it is more than moved.
-    pub bounds: [f32; 6],
 }
 
-/// Where a mesh is in scaled scene coordinates, if rays can meet it.
-struct Around {
-    lower: [f64; 3],
-    upper: [f64; 3],
+/// How a mesh that rays can meet comes to scaled scene coordinates.
+struct Way {
+    /// From the coordinates of the mesh's tree.
+    matrix: [[f64; 4]; 3],
     /// The largest coordinate at hand on the way there.
     reach: f32,
     /// How much larger its transform makes what is rounded.
@@ -55,12 +54,12 @@ struct Around {
 }
 
 impl Placed {
-    /// Without its box yet. `bounds` is the mesh's box in the scene, `None` for an empty mesh.
+    /// `bounds` is the mesh's box in the scene, `None` for an empty mesh.
     fn new(
         instance: Instance,
         bounds: Option<([f64; 3], [f64; 3])>,
         unit: f64,
-    ) -> (Self, Option<Around>) {
+    ) -> (Self, Option<Way>) {
         let scale = f64::from(instance.bvh.scale());
         let forward = instance.world_from_mesh.map(|row| row.map(f64::from));
         let along = scale / unit;
@@ -70,15 +69,14 @@ impl Placed {
             .filter(|m| m.iter().flatten().all(|x| x.is_finite()));
         // Row sums bound how far the largest coordinate grows.
         let stretch = usable.map_or(0.0, |m| norm(&m.map(|row| row.map(f64::from))));
-        let around = usable.and(bounds).map(|(lower, upper)| {
+        let way = usable.and(bounds).map(|(lower, upper)| {
             let shrink = norm(&forward) * unit / scale;
             let mesh_reach = f64::from(instance.bvh.reach()) * shrink;
-            let [lower, upper] = [lower, upper].map(|corner| corner.map(|x| x * unit));
             let corners = lower.iter().chain(&upper);
-            let farthest = corners.fold(0.0, |r: f64, x| r.max(x.abs()));
-            Around {
-                lower,
-                upper,
+            let farthest = corners.fold(0.0, |r: f64, x| r.max((x * unit).abs()));
+            let back = unit / scale;
+            Way {
+                matrix: forward.map(|r| [r[0] * back, r[1] * back, r[2] * back, r[3] * unit]),
                 reach: (mesh_reach + farthest) as f32,
                 condition: (stretch * shrink) as f32,
             }
@@ -90,9 +88,8 @@ impl Placed {
             shift: (unit == 1.0 && mesh_from_scene == moved_by(shift)).then_some(shift),
             mesh_from_scene,
             stretch: stretch as f32,
-            bounds: NO_BOX,
         };
-        (placed, around)
+        (placed, way)
     }
 }
 
@@ -102,7 +99,9 @@ pub struct Scene {
     origin: [f64; 3],
     /// Scene coordinates are multiplied by this power of two before anything else; 1 for all but extreme scenes.
     pub(crate) unit: f64,
-    /// Nodes over the instances.
+    /// What rays go into, one after the other.
+    pub(crate) parts: Vec<Part>,
+    /// Nodes over the parts.
     blocks: Pages<Block>,
     pub(crate) root: u32,
     /// Box of everything, scaled.
@@ -128,12 +127,6 @@ impl std::fmt::Debug for Scene {
 
 /// The most instances of a scene.
 const INSTANCE_LIMIT: usize = (1 << 31) - 2;
-
-/// Rows of the box of nothing.
-const NO_BOX: [f32; 6] = {
-    let (lower, upper) = (f32::INFINITY, f32::NEG_INFINITY);
-    [lower, upper, lower, upper, lower, upper]
-};
 
 /// What moves points by a vector.
 const fn moved_by([x, y, z]: [f32; 3]) -> [[f32; 4]; 3] {
@@ -175,6 +168,7 @@ impl Scene {
         });
         let mut scene = Self {
             placed: Vec::with_capacity(instances.len()),
+            parts: vec![],
             origin,
             unit,
             blocks: Pages::with_capacity(0),
@@ -193,28 +187,32 @@ impl Scene {
             .zip(boxes)
             .map(|(instance, bounds)| Placed::new(instance, bounds, unit))
             .collect();
-        for around in placed.iter().filter_map(|(_, around)| around.as_ref()) {
-            scene.condition = scene.condition.max(around.condition);
-            scene.reach = scene.reach.max(around.reach);
+        for way in placed.iter().filter_map(|(_, way)| way.as_ref()) {
+            scene.condition = scene.condition.max(way.condition);
+            scene.reach = scene.reach.max(way.reach);
         }
-        let mut items = vec![];
-        for (id, (mut placed, around)) in placed.into_iter().enumerate() {
-            if let Some(around) = around {
-                let pad = match placed.shift {
+        let mut forms = Vec::with_capacity(placed.len());
+        for (placed, way) in placed {
+            let reach = scene.reach;
+            forms.push(way.map(|way| Form {
+                bvh: placed.bvh.clone(),
+                scene_from_mesh: way.matrix,
+                pad: match placed.shift {
                     Some(_) => 0.0,
-                    None => f64::from(rounding_of(around.condition) * 2.0 * scene.reach),
-                };
-                let lower = around.lower.map(|x| ((x - pad) as f32).next_down());
-                let upper = around.upper.map(|x| ((x + pad) as f32).next_up());
-                items.push(BuildItem::new(lower, upper, id as u32));
-                placed.bounds = std::array::from_fn(|row| [lower, upper][row % 2][row / 2]);
-            }
+                    None => f64::from(rounding_of(way.condition) * 2.0 * reach),
+                },
+            }));
             scene.placed.push(placed);
         }
         if direct {
             scene.reach = scene.placed[0].bvh.reach();
         }
-        let tree = build::build(scene.machine, items.as_slice(), &Instances);
+        scene.parts = parts(&forms);
+        let items: Vec<_> = (0..)
+            .zip(&scene.parts)
+            .map(|(id, part)| part.item(id))
+            .collect();
+        let tree = build::build(scene.machine, items.as_slice(), &Singly);
         (scene.blocks, scene.root) = (tree.blocks, tree.root);
         scene.extent = Extent {
             lower: tree.lower,
@@ -265,7 +263,7 @@ impl Scene {
         traverse::closest_exact(self.machine, self, rays, triangles, hits);
     }
 
-    /// The nodes above the instances.
+    /// The nodes above the parts.
     pub(crate) fn blocks(&self) -> &[Block] {
         &self.blocks
     }
@@ -300,10 +298,10 @@ fn rounding_of(condition: f32) -> f32 {
     (64.0 * condition + 24.0) * EPS
 }
 
-/// Leaves of the tree over instances: their number.
-struct Instances;
+/// Leaves of the tree over parts: their number.
+struct Singly;
 
-impl Leaves for Instances {
+impl Leaves for Singly {
     const IN_BLOCKS: bool = false;
     const USUAL: usize = 1;
     type Notes = ();
@@ -351,23 +349,10 @@ fn world_box(instance: &Instance) -> Option<([f64; 3], [f64; 3])> {
     if instance.bvh.triangle_count() == 0 {
         return None;
     }
-    let Extent { lower, upper } = *instance.bvh.extent();
     let scale = f64::from(instance.bvh.scale());
     let m = instance.world_from_mesh.map(|row| row.map(f64::from));
-    let (mut low, mut high) = ([0.0; 3], [0.0; 3]);
-    for axis in 0..3 {
-        low[axis] = m[axis][3];
-        high[axis] = m[axis][3];
-        for k in 0..3 {
-            let (a, b) = (
-                m[axis][k] * f64::from(lower[k]) / scale,
-                m[axis][k] * f64::from(upper[k]) / scale,
-            );
-            low[axis] += a.min(b);
-            high[axis] += a.max(b);
-        }
-    }
-    Some((low, high))
+    let m = m.map(|r| [r[0] / scale, r[1] / scale, r[2] / scale, r[3]]);
+    Some(box_of(&m, instance.bvh.extent()))
 }
 
 /// The inverse of an affine map; `None` where it is singular.

@@ -5,6 +5,7 @@ use super::fan::Apex;
 use super::interleaved::Work;
 use super::packet::{Packet, SIZE};
 use crate::block::NO_CHILD;
+use crate::part::Part;
 use crate::ray::{Coherence, Ray};
 use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
@@ -43,11 +44,11 @@ impl<'a> Chunk<'a> {
         self.aside.len() >= ASIDE
     }
 
-    /// Puts rays aside, to go through an instance or, without one, through everything.
+    /// Puts rays aside, to go through a part or, without one, through everything.
     #[inline(always)]
-    pub fn alone(&mut self, places: u64, instance: Option<u32>, who: Who) {
-        match instance {
-            Some(i) => self.alone_from(places, i, self.scene.placed[i as usize].bvh.root(), who),
+    pub fn alone(&mut self, places: u64, part: Option<&Part>, who: Who) {
+        match part {
+            Some(part) => self.alone_from(places, part.instance, part.start, who),
             None => self.alone_from(places, 0, NO_CHILD, who),
         }
     }

@@ -15,6 +15,7 @@ use super::stack::Stack;
 use super::steps::enter_children;
 use super::triangle::{corners, indices};
 use crate::block::{LEAF, Leaf, NO_CHILD, cross, leaf, node};
+use crate::part::Part;
 use crate::ray::{ExactHit, ExactRay};
 use crate::scene::{ExactTriangles, Placed, Scene};
 use crate::simd::{Isa, Vector};
@@ -188,7 +189,8 @@ pub fn through_scene<I: Isa>(scene: &Scene, ray: &mut Moved, triangles: &dyn Exa
                     continue;
                 }
             } else {
-                through_mesh::<I>(scene, at & !LEAF, ray, triangles);
+                let part = &scene.parts[(at & !LEAF) as usize];
+                through_part::<I>(scene, part, ray, triangles);
             }
             match stack.pop(0, outer.inner_t(ray.limit()).next_up()) {
                 Some(next) => at = next,
@@ -210,14 +212,15 @@ pub fn turned(scene: &Scene, placed: &Placed, ray: &Moved) -> ([f32; 3], [f32; 3
     )
 }
 
-/// One ray through a mesh.
+/// One ray through a part of a mesh.
 #[inline(always)]
-pub fn through_mesh<I: Isa>(
+pub fn through_part<I: Isa>(
     scene: &Scene,
-    instance: u32,
+    part: &Part,
     ray: &mut Moved,
     triangles: &dyn ExactTriangles,
 ) {
+    let instance = part.instance;
     let placed: &Placed = &scene.placed[instance as usize];
     let mesh = &*placed.bvh;
     let (origin, direction) = turned(scene, placed, ray);
@@ -228,7 +231,7 @@ pub fn through_mesh<I: Isa>(
     };
     let off = off + 8.0 * EPS * (largest(origin).max(mesh.reach()) + mesh.reach());
     let mut stack = Stack::new();
-    let mut at = mesh.root();
+    let mut at = part.start;
     loop {
         if at & LEAF == 0 {
             let node = node(mesh.blocks(), at);

@@ -1,7 +1,7 @@
 //! Float64 answers for rays that run alike: the boxes are those of packets, padded as for a single exact ray.
 
 use super::alike::{Members, Who, number};
-use super::exact::{Moved, may_meet, off, through_mesh, through_scene, turned};
+use super::exact::{Moved, may_meet, off, through_part, through_scene, turned};
 use super::fan::Apex;
 use super::line::Member;
 use super::local::EPS;
@@ -9,6 +9,7 @@ use super::packet::{Packet, SIZE};
 use super::packets::{Packets, Query};
 use super::stack::Stack;
 use crate::block::{LEAF, leaf, node};
+use crate::part::Part;
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::{ExactTriangles, Placed, Scene};
 use crate::simd::Isa;
@@ -121,27 +122,27 @@ impl Query for Exact<'_> {
     }
 
     #[inline(always)]
-    fn alone<I: Isa>(&mut self, mut places: u64, instance: Option<u32>, who: Who) {
+    fn alone<I: Isa>(&mut self, mut places: u64, part: Option<&Part>, who: Who) {
         while places != 0 {
             let ray = &mut self.moved[number(places.trailing_zeros(), who)];
             places &= places - 1;
-            match (ray, instance) {
+            match (ray, part) {
                 (None, _) => {}
                 (Some(ray), None) => through_scene::<I>(self.scene, ray, self.triangles),
-                (Some(ray), Some(i)) => through_mesh::<I>(self.scene, i, ray, self.triangles),
+                (Some(ray), Some(part)) => through_part::<I>(self.scene, part, ray, self.triangles),
             }
         }
     }
 
     #[inline(always)]
-    fn in_mesh<I: Isa>(&mut self, instance: u32, packet: &mut Packet, who: Who) {
-        let placed = &self.scene.placed[instance as usize];
+    fn in_part<I: Isa>(&mut self, part: &Part, packet: &mut Packet, who: Who) {
+        let placed = &self.scene.placed[part.instance as usize];
         let mesh = &*placed.bvh;
         let off = off(self.scene, placed, self.distance, self.drift)
             + 8.0 * EPS * (packet.distance().max(mesh.reach()) + mesh.reach());
         let mut stack = Stack::new();
         let mut t_max = packet.farthest::<I>();
-        let mut at = mesh.root();
+        let mut at = part.start;
         loop {
             if at & LEAF == 0 {
                 let node = node(mesh.blocks(), at);
@@ -166,8 +167,8 @@ impl Query for Exact<'_> {
                     while near != 0 {
                         let triangle = mesh.id(leaf.first + near.trailing_zeros());
                         near &= near - 1;
-                        let corners = self.triangles.corners(instance, triangle);
-                        ray.decide(corners, instance, triangle);
+                        let corners = self.triangles.corners(part.instance, triangle);
+                        ray.decide(corners, part.instance, triangle);
                     }
                     packet.t_max[i] = ray.limit().next_up();
                     closer = true;

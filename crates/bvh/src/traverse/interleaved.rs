@@ -8,7 +8,7 @@ use super::stack::Stack;
 use super::steps::{Best, NO_SLOT, any, enter_children, transformed};
 use crate::block::{Block, LEAF, NO_CHILD, leaf, node};
 use crate::mesh::Bvh;
-use crate::ray::{Hit, Ray};
+use crate::ray::{Hit, NOTHING, Ray};
 use crate::scene::Scene;
 use crate::simd::Isa;
 
@@ -51,6 +51,8 @@ struct Slot<'a> {
     /// The mesh that is being traced; `None` above the instances.
     mesh: Option<&'a Bvh>,
     instance: u32,
+    /// The instance in whose coordinates `ray` is, or [`NOTHING`].
+    inside: u32,
     /// Nothing but that instance is to be traced.
     lone: bool,
     /// `ray` runs in the given direction, and along every axis: another origin makes it that of another mesh in the place
@@ -76,6 +78,7 @@ impl<'a> Slot<'a> {
             near: 0,
             mesh: None,
             instance: 0,
+            inside: NOTHING,
             lone: false,
             slanted: false,
             outer_scale: 1.0,
@@ -111,6 +114,7 @@ impl<'a> Slot<'a> {
         }
         self.lone = scene.direct || start != NO_CHILD;
         self.slanted = false;
+        self.inside = NOTHING;
         if self.lone {
             let entered = if scene.direct {
                 self.enter::<true>(scene, 0, given.t_max)
@@ -135,6 +139,7 @@ impl<'a> Slot<'a> {
         self.slanted = outer.is_slanted();
         self.ray = outer;
         self.blocks = scene.blocks();
+        self.inside = NOTHING;
         self.mesh = None;
         true
     }
@@ -155,18 +160,22 @@ impl<'a> Slot<'a> {
     fn enter<const DIRECT: bool>(&mut self, scene: &'a Scene, instance: u32, t_max: f32) -> bool {
         let placed = &scene.placed[instance as usize];
         let mesh = &*placed.bvh;
-        let local = if DIRECT {
-            scene.outer_ray(&self.given)
-        } else if let (Some([x, y, z]), true) = (placed.shift, self.slanted) {
-            let [a, b, c] = self.given.origin;
-            self.ray.moved([a + x, b + y, c + z], mesh.extent())
-        } else {
-            self.slanted = false;
-            transformed(scene, placed, &self.given)
-        };
-        let Some(local) = local else { return false };
-        self.best = Best::nothing(local.inner_t(t_max));
-        self.ray = local;
+        // Another part of the mesh it was in last may be next.
+        if DIRECT || self.inside != instance {
+            let local = if DIRECT {
+                scene.outer_ray(&self.given)
+            } else if let (Some([x, y, z]), true) = (placed.shift, self.slanted) {
+                let [a, b, c] = self.given.origin;
+                self.ray.moved([a + x, b + y, c + z], mesh.extent())
+            } else {
+                self.slanted = false;
+                transformed(scene, placed, &self.given)
+            };
+            let Some(local) = local else { return false };
+            self.ray = local;
+            self.inside = instance;
+        }
+        self.best = Best::nothing(self.ray.inner_t(t_max));
         self.blocks = mesh.blocks();
         self.mesh = Some(mesh);
         self.instance = instance;
@@ -178,17 +187,14 @@ impl<'a> Slot<'a> {
     #[inline(always)]
     fn conclude(&mut self) {
         if let (Some(mesh), true) = (self.mesh, self.best.slot != NO_SLOT) {
-            let t = self.ray.outer_t(self.best.t);
-            if (t, self.instance) < (self.hit.t, self.hit.instance) {
-                let Best { u, v, slot, .. } = self.best;
-                self.hit = Hit {
-                    t,
-                    u,
-                    v,
-                    instance: self.instance,
-                    triangle: mesh.id(slot),
-                };
-            }
+            let Best { t, u, v, slot } = self.best;
+            self.hit.take(Hit {
+                t: self.ray.outer_t(t),
+                u,
+                v,
+                instance: self.instance,
+                triangle: mesh.id(slot),
+            });
         }
     }
 
@@ -246,11 +252,13 @@ impl<'a> Slot<'a> {
         false
     }
 
-    /// Enters the instance at hand, or goes on where the ray cannot; true once there is nothing left.
+    /// Enters the part at hand, or goes on where the ray cannot; true once there is nothing left.
     #[inline(never)]
     fn enter_instance(&mut self, scene: &'a Scene) -> bool {
         let t_max = self.t_max();
-        if self.enter::<false>(scene, self.at & !LEAF, t_max) {
+        let part = &scene.parts[(self.at & !LEAF) as usize];
+        if self.enter::<false>(scene, part.instance, t_max) {
+            self.at = part.start;
             self.stack.floor();
             self.base = self.stack.len as u32;
             return false;

@@ -86,7 +86,7 @@ impl<W: Iterator<Item = Work>> Batch for Nearest<'_, W> {
     }
 }
 
-/// Parts of one ray may come as separate work, after others of it: the first hit of all by (t, instance) counts.
+/// Parts of one ray may come as separate work, after others of it: the first hit of all counts.
 struct NearestApart<'a, W> {
     work: W,
     hits: &'a mut [Hit],
@@ -101,10 +101,7 @@ impl<W: Iterator<Item = Work>> Batch for NearestApart<'_, W> {
     }
     #[inline(always)]
     fn answer(&mut self, number: usize, hit: Hit) {
-        let known = &mut self.hits[number];
-        if (hit.t, hit.instance) < (known.t, known.instance) {
-            *known = hit;
-        }
+        self.hits[number].take(hit);
     }
 }
 

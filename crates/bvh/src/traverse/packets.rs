@@ -4,7 +4,8 @@
 use super::alike::{Members, Parts, Who, number};
 use super::packet::{Packet, SIZE};
 use super::stack::Stack;
-use crate::block::{LEAF, NO_CHILD, node};
+use crate::block::{LEAF, node};
+use crate::part::Part;
 use crate::ray::Ray;
 use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
@@ -20,11 +21,11 @@ pub trait Query {
     /// The t up to which a ray that was of interest up to `t_max` still is; below 0 for none.
     fn limit(&self, number: usize, t_max: f32) -> f32;
 
-    /// Takes a packet through the mesh of an instance.
-    fn in_mesh<I: Isa>(&mut self, instance: u32, packet: &mut Packet, who: Who);
+    /// Takes a packet through a part of a mesh.
+    fn in_part<I: Isa>(&mut self, part: &Part, packet: &mut Packet, who: Who);
 
-    /// Takes each ray of a mask by itself through an instance or, without one, through everything.
-    fn alone<I: Isa>(&mut self, places: u64, instance: Option<u32>, who: Who);
+    /// Takes each ray of a mask by itself through a part or, without one, through everything.
+    fn alone<I: Isa>(&mut self, places: u64, part: Option<&Part>, who: Who);
 }
 
 /// Room for the packets of a chunk.
@@ -101,11 +102,11 @@ fn in_scene<I: Isa, Q: Query>(
                 continue;
             }
         } else {
-            let instance = at & !LEAF;
-            let placed = &scene.placed[instance as usize];
+            let part = &scene.parts[(at & !LEAF) as usize];
+            let placed = &scene.placed[part.instance as usize];
             let mut entered = 0;
-            if !scene.direct && placed.bvh.root() != NO_CHILD {
-                entered = packet.enter::<I>(|row| placed.bounds[row], packet.active);
+            if !scene.direct {
+                entered = packet.enter::<I>(|row| part.bounds[row], packet.active);
                 local.gather(rays, who, entered);
                 for (ray, number) in local.rays[..local.len].iter_mut().zip(&local.who) {
                     *ray = query.turned(ray, usize::from(*number), placed);
@@ -116,7 +117,7 @@ fn in_scene<I: Isa, Q: Query>(
                     true => (rays, who),
                     false => local.all(),
                 };
-                in_instance::<I, Q>(query, scene, instance, some, who_of_some, inner, in_mesh);
+                in_part::<I, Q>(query, placed, part, some, who_of_some, inner, in_mesh);
             }
             if entered != 0 {
                 while entered != 0 {
@@ -135,27 +136,26 @@ fn in_scene<I: Isa, Q: Query>(
     }
 }
 
-/// Through one mesh, for rays in its coordinates: as one packet, or one for each heading.
+/// Through a part of a mesh, for rays in its coordinates: as one packet, or one for each heading.
 #[inline(always)]
-fn in_instance<I: Isa, Q: Query>(
+fn in_part<I: Isa, Q: Query>(
     query: &mut Q,
-    scene: &Scene,
-    instance: u32,
+    placed: &Placed,
+    part: &Part,
     rays: &[Ray],
     who: Who,
     inner: &mut Members,
     packet: &mut Packet,
 ) {
-    let placed = &scene.placed[instance as usize];
-    let mut parts = Parts::of(rays);
-    while let Some((part, pays)) = parts.next() {
-        let (some, who_of_some) = inner.of_part(rays, who, part, parts.whole);
+    let mut alike = Parts::of(rays);
+    while let Some((places, pays)) = alike.next() {
+        let (some, who_of_some) = inner.of_part(rays, who, places, alike.whole);
         if pays && query.packed::<I>(some, Some(placed), packet) {
-            query.in_mesh::<I>(instance, packet, who_of_some);
-        } else if parts.whole {
-            parts.sort(rays);
+            query.in_part::<I>(part, packet, who_of_some);
+        } else if alike.whole {
+            alike.sort(rays);
         } else {
-            query.alone::<I>(part, Some(instance), who);
+            query.alone::<I>(places, Some(part), who);
         }
     }
 }

@@ -13,6 +13,7 @@ use super::steps::any;
 use super::together::{ALL_TRIANGLES, FEW, groups, prefetch};
 use super::triangle::{Found, test_rays};
 use crate::block::{LEAF, Leaf, NO_CHILD, leaf, node};
+use crate::part::Part;
 use crate::ray::{Coherence, Ray};
 use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
@@ -83,23 +84,23 @@ impl Query for Shadows<'_, '_> {
     }
 
     #[inline(always)]
-    fn alone<I: Isa>(&mut self, places: u64, instance: Option<u32>, who: Who) {
-        self.chunk.alone(places, instance, who);
+    fn alone<I: Isa>(&mut self, places: u64, part: Option<&Part>, who: Who) {
+        self.chunk.alone(places, part, who);
     }
 
     #[inline(always)]
-    fn in_mesh<I: Isa>(&mut self, instance: u32, packet: &mut Packet, who: Who) {
-        let mesh = &*self.chunk.scene.placed[instance as usize].bvh;
+    fn in_part<I: Isa>(&mut self, part: &Part, packet: &mut Packet, who: Who) {
+        let mesh = &*self.chunk.scene.placed[part.instance as usize].bvh;
         let blocks = mesh.blocks();
         let mut stack = MaskStack::new();
         let mut found = Found::NOTHING;
         let t_max = packet.farthest::<I>();
         let mut dark = 0u64;
-        stack.push(mesh.root(), packet.active);
+        stack.push(part.start, packet.active);
         while let Some((at, active)) = stack.pop() {
             let active = active & !dark;
             if active.count_ones() <= FEW {
-                self.chunk.alone_from(active, instance, at, who);
+                self.chunk.alone_from(active, part.instance, at, who);
             } else if at & LEAF == 0 {
                 let node = node(blocks, at);
                 let (mut mask, _) = packet.fan.children::<I>(node, t_max);

@@ -13,6 +13,7 @@ use super::steps::NO_SLOT;
 use super::triangle::{Found, test_rays};
 use crate::block::{Block, LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::mesh::Bvh;
+use crate::part::Part;
 use crate::ray::{Coherence, Hit, Ray};
 use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
@@ -88,30 +89,28 @@ impl Query for Together<'_, '_> {
     }
 
     #[inline(always)]
-    fn alone<I: Isa>(&mut self, places: u64, instance: Option<u32>, who: Who) {
-        self.chunk.alone(places, instance, who);
+    fn alone<I: Isa>(&mut self, places: u64, part: Option<&Part>, who: Who) {
+        self.chunk.alone(places, part, who);
     }
 
     #[inline(always)]
-    fn in_mesh<I: Isa>(&mut self, instance: u32, packet: &mut Packet, who: Who) {
-        let mesh = &*self.chunk.scene.placed[instance as usize].bvh;
+    fn in_part<I: Isa>(&mut self, part: &Part, packet: &mut Packet, who: Who) {
+        let mesh = &*self.chunk.scene.placed[part.instance as usize].bvh;
         let mut nearest = Nearest::NOTHING;
-        closest_in_mesh::<I>(mesh, packet, &mut nearest);
+        closest_below::<I>(mesh, part.start, packet, &mut nearest);
         for place in 0..packet.active.count_ones() {
             let i = place as usize & (SIZE - 1);
             if nearest.slot[i] == NO_SLOT {
                 continue;
             }
-            let (t, hit) = (packet.t_max[i], &mut self.hits[number(place, who)]);
-            if (t, instance) < (hit.t, hit.instance) {
-                *hit = Hit {
-                    t,
-                    u: nearest.u[i],
-                    v: nearest.v[i],
-                    instance,
-                    triangle: mesh.id(nearest.slot[i]),
-                };
-            }
+            let hit = Hit {
+                t: packet.t_max[i],
+                u: nearest.u[i],
+                v: nearest.v[i],
+                instance: part.instance,
+                triangle: mesh.id(nearest.slot[i]),
+            };
+            self.hits[number(place, who)].take(hit);
         }
     }
 }
@@ -137,12 +136,12 @@ impl Placed {
 }
 
 #[inline(always)]
-fn closest_in_mesh<I: Isa>(mesh: &Bvh, packet: &mut Packet, nearest: &mut Nearest) {
+fn closest_below<I: Isa>(mesh: &Bvh, start: u32, packet: &mut Packet, nearest: &mut Nearest) {
     let blocks = mesh.blocks();
     let mut stack = Stack::new();
     let mut found = Found::NOTHING;
     let mut t_max = packet.farthest::<I>();
-    let mut at = mesh.root();
+    let mut at = start;
     loop {
         if at & LEAF == 0 {
             let node = node(blocks, at);
