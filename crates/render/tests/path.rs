@@ -112,6 +112,39 @@ fn direct_is_path_of_one_bounce() {
 }
 
 #[test]
+fn last_segments_find_the_same_light_as_shadow_rays_and_as_paths() {
+    let camera = look_at(
+        DVec3::new(4.0, -6.0, 3.0),
+        DVec3::new(0.0, 0.0, 0.7),
+        40.0,
+        [48, 32],
+    );
+    let whole = still_life();
+    // Where something might let light through, it counts what a segment meets. No object is made of this.
+    let mut seen_through = still_life();
+    let glass = Material {
+        alpha: Alpha::Blend,
+        ..Material::default()
+    };
+    seen_through.add_material(glass).unwrap();
+    for (integrator, depth) in [(Integrator::Direct, None), (Integrator::Path, Some(3))] {
+        let settings = Settings {
+            max_depth: depth,
+            ..settings(integrator, 16)
+        };
+        let [a, b] = [&whole, &seen_through].map(|world| render(world, &camera, &settings));
+        let [a, b] = [&a, &b].map(|frame| f32s(frame, Channel::Color));
+        // Rounding decides at edges of lights and shadows.
+        let differ = a
+            .iter()
+            .zip(b)
+            .filter(|(a, b)| (*a - *b).abs() > 1e-5 + 1e-5 * **b);
+        let differ = differ.count();
+        assert!(differ <= 3, "{integrator:?}: {differ} of {}", a.len());
+    }
+}
+
+#[test]
 fn a_white_furnace_stays_white() {
     let mut world = World::default();
     for (x, specular) in [(-1.2, 0.0), (1.2, 0.3)] {

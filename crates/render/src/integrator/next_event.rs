@@ -41,7 +41,7 @@ impl Walk<'_> {
                         cosine_direction(sampler.pair(Pair::Ambient)),
                     );
                     let ray = surface.place.leaving(direction, distance);
-                    wave.ambient.ask(ray, path.ray, ambient);
+                    wave.scattered.ask(ray, path.ray, ambient);
                 }
             }
         }

@@ -14,8 +14,9 @@ use super::{Batch, Rules, is_miss};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::light::{Choice, Lights, Reference};
-use crate::prepare::PreparedWorld;
+use crate::prepare::{PreparedMaterial, PreparedWorld};
 use crate::sampler::{Pair, Sampler};
+use crate::scatter::inside;
 use crate::surface::Place;
 use crate::texture::Cone;
 
@@ -68,6 +69,7 @@ pub(super) fn radiance(
         sampled: lights.is_sampled(rules.choice),
         chosen: rules.light_samples > 1 || lights.is_chosen(rules.choice),
         splits: at_once.is_some(),
+        blind: is_blind(world, lights),
         turn: 0,
     };
     let mut wave = Wave {
@@ -127,7 +129,8 @@ pub(super) fn radiance(
         for shadows in &mut wave.shadows {
             shadows.settle(world, coherence, radiance);
         }
-        wave.ambient.settle(world, Coherence::Incoherent, radiance);
+        wave.scattered
+            .settle(world, Coherence::Incoherent, radiance);
         hits.clear();
         hits.resize(wave.rays.len(), Hit::MISS);
         world
@@ -141,12 +144,20 @@ pub(super) fn radiance(
     Ok(())
 }
 
+/// Whether the last segments of paths find no more than lights behind everything, or between surfaces in empty space.
+fn is_blind(world: &PreparedWorld, lights: &Lights) -> bool {
+    let clear = |prepared: &PreparedMaterial| inside(&prepared.material).is_some();
+    let dims = lights.has_finite() && world.materials.iter().any(clear);
+    !(world.see_through || lights.has_surfaces() || dims)
+}
+
 /// What one turn of the loop asks for.
 #[derive(Default)]
 pub(super) struct Wave {
     /// One batch for each light sampled at a point: neighbours run alike where it is the same light.
     pub shadows: Vec<Shadows>,
-    pub ambient: Shadows,
+    /// In directions that surfaces chose.
+    pub scattered: Shadows,
     /// The paths that go on, and their rays.
     pub next: Vec<Path>,
     pub rays: Vec<Ray>,

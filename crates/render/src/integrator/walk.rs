@@ -1,13 +1,13 @@
 //! What a path does where it meets a surface or the sky: it picks up light, asks for that of lights, and goes on.
 
 use glam::Vec3;
-use raycam_bvh::Hit;
+use raycam_bvh::{Hit, Ray};
 use raycam_scene::{Alpha, Material, Reflectance};
 
 use super::Rules;
 use super::media::Skin;
 use super::path::{Meeting, Path, Wave};
-use crate::light::{Choice, Lights};
+use crate::light::{BEFORE_LIGHT, Choice, Lights};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
 use crate::scatter::{Scattering, is_dispersive};
@@ -31,6 +31,8 @@ pub(super) struct Walk<'a> {
     pub chosen: bool,
     /// Whether surfaces that the camera sees sample all branches of them.
     pub splits: bool,
+    /// Whether of what stands in the way of a path's last segment only counts that it does.
+    pub blind: bool,
     /// Surfaces that all paths at hand have met: which random numbers they have used.
     pub turn: u32,
 }
@@ -212,7 +214,7 @@ impl Walk<'_> {
             path.choice,
             path.direction,
             distance,
-            |radiance, pdf| {
+            |_, radiance, pdf| {
                 *out += path.throughput * radiance * self.weight(path, pdf);
             },
         );
@@ -301,9 +303,8 @@ impl Walk<'_> {
         if throughput == Vec3::ZERO {
             return;
         }
-        wave.rays
-            .push(surface.place.leaving(sample.direction, f32::INFINITY));
-        wave.next.push(Path {
+        let ray = surface.place.leaving(sample.direction, f32::INFINITY);
+        let path = Path {
             ray: path.ray,
             throughput,
             direction: sample.direction,
@@ -317,6 +318,33 @@ impl Walk<'_> {
             channel: path.channel,
             squeeze,
             cone: path.cone.scattered(sample.delta),
-        });
+        };
+        if last && self.blind && path.media.is_empty() {
+            self.look(&path, ray, wave);
+        } else {
+            wave.rays.push(ray);
+            wave.next.push(path);
+        }
+    }
+
+    /// What [`Walk::miss`] and [`Walk::pick_up`] would find, by shadow rays: those need not know what is met.
+    fn look(&self, path: &Path, ray: Ray, wave: &mut Wave) {
+        let ways = &mut wave.scattered;
+        self.lights.crossed(
+            &path.from,
+            path.choice,
+            path.direction,
+            f64::INFINITY,
+            |at, radiance, pdf| {
+                let t_max = at as f32 * BEFORE_LIGHT;
+                let light = path.throughput * radiance * self.weight(path, pdf);
+                ways.ask(Ray { t_max, ..ray }, path.ray, light);
+            },
+        );
+        let mut sky = Vec3::ZERO;
+        self.see_sky(path, &mut sky);
+        if sky != Vec3::ZERO {
+            ways.ask(ray, path.ray, sky);
+        }
     }
 }

@@ -182,6 +182,11 @@ impl Lights {
         !self.surfaces.is_empty()
     }
 
+    /// Whether any has a place in the world and no mesh.
+    pub fn has_finite(&self) -> bool {
+        !self.finite.is_empty()
+    }
+
     /// How many there are to choose from; all surfaces that shine count as one.
     pub fn count(&self) -> usize {
         self.sources.len() + usize::from(self.has_surfaces())
@@ -351,7 +356,7 @@ impl Lights {
         (self.odds(from, choice).surfaces * density) as f32
     }
 
-    /// Tells of every light without a mesh that a ray from `from` picks up on its way of at most `distance`: its
+    /// Tells of every light without a mesh that a ray from `from` picks up on its way of at most `distance`: where, its
     /// radiance, and the density with which [`Lights::sample`] finds it there.
     #[inline]
     pub fn crossed(
@@ -360,7 +365,7 @@ impl Lights {
         choice: Choice,
         direction: Vec3,
         distance: f64,
-        mut tell: impl FnMut(Vec3, f32),
+        mut tell: impl FnMut(f64, Vec3, f32),
     ) {
         for (index, (&i, sphere)) in self.finite.iter().zip(&self.spheres).enumerate() {
             if sphere.is_near(from.position, direction)
@@ -370,7 +375,7 @@ impl Lights {
             {
                 let odds = self.odds(from, choice).finite;
                 let probability = self.probability(from, choice, index);
-                tell(radiance, (odds * probability * density) as f32);
+                tell(at, radiance, (odds * probability * density) as f32);
             }
         }
     }

@@ -187,9 +187,13 @@ fn samples_are_spread_as_their_density_says() {
         let source = &lights.sources[0];
         let density = |direction: Vec3| {
             let mut density = f64::from(lights.behind(&from, Choice::Even, direction).1);
-            lights.crossed(&from, Choice::Even, direction, f64::INFINITY, |_, pdf| {
-                density += f64::from(pdf)
-            });
+            lights.crossed(
+                &from,
+                Choice::Even,
+                direction,
+                f64::INFINITY,
+                |_, _, pdf| density += f64::from(pdf),
+            );
             density
         };
         let mut expected = vec![0.0; CELLS * CELLS];
