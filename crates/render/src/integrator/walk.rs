@@ -304,7 +304,7 @@ impl Walk<'_> {
             return;
         }
         let ray = surface.place.leaving(sample.direction, f32::INFINITY);
-        let path = Path {
+        wave.next.push(Path {
             ray: path.ray,
             throughput,
             direction: sample.direction,
@@ -318,16 +318,19 @@ impl Walk<'_> {
             channel: path.channel,
             squeeze,
             cone: path.cone.scattered(sample.delta),
-        };
-        if last && self.blind && path.media.is_empty() {
+        });
+        if last
+            && self.blind
+            && let Some(path) = wave.next.pop_if(|path| path.media.is_empty())
+        {
             self.look(&path, ray, wave);
         } else {
             wave.rays.push(ray);
-            wave.next.push(path);
         }
     }
 
     /// What [`Walk::miss`] and [`Walk::pick_up`] would find, by shadow rays: those need not know what is met.
+    #[inline(never)]
     fn look(&self, path: &Path, ray: Ray, wave: &mut Wave) {
         let ways = &mut wave.scattered;
         self.lights.crossed(
