@@ -92,9 +92,12 @@ def test_a_scheduler_that_goes_while_workers_are_waited_for_ends_it(
     pool = connected(engine.address, lambda _: engine.close())
     pool._client._timeout = 1.0  # for which it tries to come back
     monkeypatch.setattr(dask_cluster, "SILENCE", 0.1)
-    with pytest.raises(OSError, match=f"the Dask scheduler at {engine.address} has gone"):
-        Job(tmp_path / "a", package()).run(pool)
-    pool.close()
+    try:
+        with pytest.raises(OSError, match=f"the Dask scheduler at {engine.address} has gone"):
+            Job(tmp_path / "a", package()).run(pool)
+    finally:
+        pool.close()
+        engine.close()
 
 
 def test_those_that_cannot_make_frames_get_none_and_are_told_of(
