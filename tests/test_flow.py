@@ -388,10 +388,52 @@ def shown_on(line: float, camera: raycam.Camera, point: np.ndarray) -> np.ndarra
     return np.asarray(EYE.at_pose(turns(part).as_matrix(), center).project(point)[0])
 
 
-def test_what_bends_is_not_followed_to_a_picture_that_is_read_line_by_line(tmp_path: Path) -> None:
+def test_what_bends_is_followed_to_a_picture_that_is_read_line_by_line(tmp_path: Path) -> None:
     world = bending_plate(tmp_path)
-    camera = raycam.Camera.look_at([1, 2, 6], [0, 1, 0], [0, 1, 0], size=(40, 30), fov=30)
-    rolling = camera.exposing(0, readout=0.2)
-    with pytest.raises(raycam.WorldError, match="bends"):
-        flow(world.at(0.2), camera, world.at(0.5), rolling)
+    camera = raycam.Camera.look_at([1, 2, 6], [0.3, 1, 0], [0, 1, 0], size=SIZE, fov=30)
+    rolling = camera.exposing(0.01, readout=0.2)
+    found = flow(world.at(0.2), camera, world.at(0.5), rolling)
+    frame = raycam.render(world.at(0.2), camera, samples=1, channels=["triangle", "barycentric"])
+    height = SIZE[1]
+    rows, columns = np.nonzero(frame["triangle"] >= 0)
+    for row, column in list(zip(rows, columns, strict=True))[:: len(rows) // 60]:
+        corners = FACES[frame["triangle"][row, column]]
+        weights = frame["barycentric"][row, column].astype(np.float64)
+
+        def shown(line: float, corners: np.ndarray = corners, weights: np.ndarray = weights) -> np.ndarray:
+            point = weights @ plate_at(0.5 + 0.2 * (line - 0.5))[corners]
+            return np.asarray(camera.project(point)[0])
+
+        def off(line: float) -> float:
+            return float((shown(line)[1] + 0.5) / height - line)
+
+        pixel = shown(scipy.optimize.brentq(off, -0.2, 1.2, xtol=1e-14))
+        if found["outside"][row, column]:
+            continue
+        assert np.abs(found["flow"][row, column] - (pixel - [column, row])).max() < 1e-3
+        if not found["occluded"][row, column]:
+            assert np.isfinite(found["depth"][row, column])
     assert np.isfinite(flow(world.at(0.5), rolling, world.at(0.2), camera)["flow"]).any()
+
+
+def test_many_objects_are_followed_to_a_picture_that_is_read_line_by_line_and_too_many_are_refused() -> None:
+    def world(count: int) -> raycam.World:
+        world = raycam.World()
+        for number in range(count):
+            place = [0.1 * (number % 50), 0.1 * (number // 50), 5]
+            world.add_object(box={"size": 0.05}, name=f"b{number}", location=place)
+        keys = [{"time": t, "object": "b7", "location": [0.7 + t, 0, 5]} for t in (0, 1)]
+        world.set_video(seconds=1, interpolation="linear", keyframe=keys)
+        return world
+
+    camera = raycam.Camera([[60, 0, 10], [0, 60, 10], [0, 0, 1]], np.eye(3), [0, 0, 0], (40, 24))
+    rolling = camera.exposing(0, readout=0.2)
+    many = world(300)
+    found = flow(many.at(0.5), camera, many.at(0.5), rolling)
+    seen = np.isfinite(found["flow"][..., 0])
+    assert seen.any()
+    tall = raycam.Camera([[60, 0, 10], [0, 60, 10], [0, 0, 1]], np.eye(3), [0, 0, 0], (4, 1 << 15)).exposing(
+        0, readout=0.2
+    )
+    with pytest.raises(raycam.WorldError, match=r"reads 32768 lines .* its 300 objects"):
+        flow(many.at(0.5), camera, many.at(0.5), tall)

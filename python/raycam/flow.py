@@ -48,8 +48,9 @@ def flow(
     Of a world that moves while a camera reads line after line, points are where the lines see them: in the first
     picture, and in the second, where everything moves straight on from one line to the next.
 
-    Raises `WorldError` where the worlds differ in objects or triangles, and where more than 128 objects, or meshes that
-    bend, move while the second camera reads its lines.
+    Raises `WorldError` where the worlds differ in objects or triangles, and where the second camera reads its lines
+    while so much moves that the worlds of all lines take more than 2 GiB: about 1 KiB an object, and 128 bytes for each
+    vertex and triangle of meshes that bend, for each line.
     """
     second = (world if world2 is None else world2, camera if camera2 is None else camera2)
     return _core.flow((world._core, camera._core), (second[0]._core, second[1]._core), threads)

@@ -5,12 +5,13 @@
 //! few and rigid objects. Ground truth is of the world at the exact middle of each line's exposure.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec2;
 use raycam_scene::camera::{Motion, Readout};
 use raycam_scene::video::Clock;
-use raycam_scene::{Camera, Object, World};
+use raycam_scene::{Camera, Mesh, Object, World};
 use rayon::prelude::*;
 
 use crate::control::Control;
@@ -24,6 +25,12 @@ const SLICES: usize = 64;
 const FINE_SLICES: usize = 1024;
 /// The most objects of a world of which there are so many.
 const FEW: usize = 128;
+/// Bytes that the worlds of all lines of a picture may take together.
+const ALL_LINES: usize = 2 << 30;
+/// About how many of them an object takes, and a vertex and a triangle of a mesh that bends, with its tree.
+const OBJECT: usize = 1024;
+const VERTEX: usize = 128;
+const TRIANGLE: usize = 128;
 
 /// The times at which a world is seen.
 pub(crate) struct Moments<'a> {
@@ -137,16 +144,6 @@ impl<'a> Moments<'a> {
         camera: &Camera,
         control: &Control,
     ) -> Result<Vec<Arc<PreparedWorld>>, RenderError> {
-        let fail = |what: &str| {
-            RenderError::World(format!(
-                "the second camera reads line after line while the world moves, which is followed of at most {FEW} \
-                 objects whose meshes keep their shape, and {what}: follow to a camera without a readout, or to a world \
-                 that stands"
-            ))
-        };
-        if self.world.objects.len() > FEW {
-            return Err(fail(&format!("it has {}", self.world.objects.len())));
-        }
         let middle = |[x, y, ..]: [u32; 4]| camera.pixel_center_of(x, y);
         let [width, height] = camera.size();
         let mut lines: Vec<_> = self
@@ -155,17 +152,38 @@ impl<'a> Moments<'a> {
             .map(middle)
             .collect();
         lines.sort_by(|a, b| camera.line_of(*a).total_cmp(&camera.line_of(*b)));
+        let count = lines.len();
+        let objects = OBJECT * self.world.objects.len();
+        let taken = AtomicUsize::new(count * objects);
         lines
             .into_par_iter()
             .map(|pixel| {
                 let then = self.at_line(camera, pixel, control)?;
-                let mut objects = then.objects.iter().zip(&self.still.objects);
-                match objects.all(|(a, b)| Arc::ptr_eq(&a.mesh, &b.mesh)) {
-                    true => Ok(then),
-                    false => Err(fail("one of its meshes bends")),
+                let bent = self.bent_bytes(&then);
+                if taken.fetch_add(bent, Ordering::Relaxed) + bent <= ALL_LINES {
+                    return Ok(then);
                 }
+                Err(RenderError::World(format!(
+                    "the second camera reads {count} lines one after another while the world moves: its {} objects, and \
+                     the meshes among them that bend, take about {} MiB for each line, and 2 GiB are for all of them: \
+                     follow to a camera of fewer lines or without a readout, or to a world that stands",
+                    then.objects.len(),
+                    (objects + bent).div_ceil(1 << 20)
+                )))
             })
             .collect()
+    }
+
+    /// About how much the meshes of a line's world take that are its own.
+    fn bent_bytes(&self, then: &PreparedWorld) -> usize {
+        let objects = then.objects.iter().zip(&self.still.objects);
+        let bent: HashMap<_, _> = objects
+            .filter(|(now, still)| !Arc::ptr_eq(&now.mesh, &still.mesh))
+            .map(|(now, _)| (Arc::as_ptr(&now.mesh), &now.mesh.mesh))
+            .collect();
+        let of_mesh =
+            |mesh: &&Arc<Mesh>| VERTEX * mesh.vertices.len() + TRIANGLE * mesh.triangles.len();
+        bent.values().map(of_mesh).sum::<usize>()
     }
 
     fn at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {
