@@ -164,6 +164,42 @@ def test_negative_scale_keeps_the_outside_outside(tmp_path: Path, scale: list[fl
     assert np.median((truth * shown).sum(1)) > 0.995
 
 
+@pytest.mark.parametrize("moving", [False, True])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_scale_of_zero_along_one_axis_leaves_a_flat_mesh(tmp_path: Path, axis: int, moving: bool) -> None:
+    """Only where all three are zero may a mesh be left out (glTF 2.0, 3.5.3)."""
+    sphere = trimesh.creation.icosphere(subdivisions=3, radius=1)
+    points = np.asarray(sphere.vertices, np.float32)
+    document = Document()
+    mesh = document.mesh(
+        {"POSITION": points, "NORMAL": points}, np.asarray(sphere.faces, np.uint16).ravel(), material=0
+    )
+    document.add("materials", doubleSided=True)
+    scale = np.where(np.arange(3) == axis, 0.0, 2.0)
+    turn = Rotation.from_euler("xyz", [0.2, 0.3, 0.4])
+    node = document.node(
+        mesh=mesh, scale=[1, 1, 1] if moving else scale.tolist(), rotation=turn.as_quat().tolist()
+    )
+    document.node(mesh=mesh, scale=[0, 0, 2])  # a line: nothing to see
+    if moving:
+        animated(document, "scale", [0, 1], [[1, 1, 1], scale], node=node)
+    world = load(document, tmp_path)
+    assert len(world.objects) == (2 if moving else 1)
+    assert any("a line or a point" in notice for notice in world.notices) != moving
+    if moving:
+        world = world.at(1)
+    normal = turn.as_matrix()[:, axis]
+    camera = raycam.Camera.look_at(3 * normal, [0, 0, 0], np.roll(normal, 1), size=(64, 64), fov=90)
+    frame = raycam.render(world, camera, channels=["color", "depth", "normal", "shading_normal"], samples=1)
+    hit = np.isfinite(frame["depth"])
+    # A disc of radius 2, seen from 3 above: pixels of 6 / 64.
+    assert abs(hit.sum() * (6 / 64) ** 2 / (4 * np.pi) - 1) < 0.01
+    np.testing.assert_allclose(frame["depth"][hit], 3, rtol=1e-6)
+    for channel in ("normal", "shading_normal"):
+        np.testing.assert_allclose(frame[channel][hit] @ normal, 1, rtol=1e-5)
+    assert (frame["color"][hit] > 0.05).all()
+
+
 def test_the_tree_of_nodes(tmp_path: Path) -> None:
     turn, push = [0.1, -0.3, 0.2, 0.927], [1.0, 2.0, -3.0]
     rotation = Rotation.from_quat(turn)
@@ -645,7 +681,22 @@ REFUSED: dict[str, Any] = {
         matrix=[1.0, 0, 0, 2, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
     ),
     "UNKNOWN_ASSET_MAJOR_VERSION": lambda d: d.json["asset"].update(version="1.0"),
-    "VALUE_NOT_IN_LIST": lambda d: d.json["meshes"][0]["primitives"][0].update(mode=9),
+    "VALUE_NOT_IN_RANGE": lambda d: d.json["meshes"][0]["primitives"][0].update(mode=9),
+    "VALUE_NOT_IN_LIST": lambda d: (
+        d.json.setdefault("materials", []).append({"alphaMode": "GLASS"})
+        or d.json["meshes"][0]["primitives"][0].update(material=0)
+    ),
+    "ARRAY_LENGTH_NOT_IN_LIST": lambda d: d.json["nodes"][0].update(scale=[1, 1]),
+    "ASSET_MIN_VERSION_GREATER_THAN_VERSION": lambda d: d.json["asset"].update(minVersion="2.1"),
+    "ACCESSOR_ANIMATION_INPUT_NON_INCREASING": lambda d: animated(
+        d, "translation", [1, 0], [[0, 0, 0], [1, 0, 0]], node=0
+    ),
+    "ACCESSOR_ANIMATION_INPUT_NEGATIVE": lambda d: animated(
+        d, "translation", [-1, 0], [[0, 0, 0], [1, 0, 0]], node=0
+    ),
+    "ANIMATION_SAMPLER_OUTPUT_ACCESSOR_INVALID_COUNT": lambda d: animated(
+        d, "translation", [0, 1], [[0, 0, 0]], node=0
+    ),
     "ACCESSOR_INVALID_FORMAT": lambda d: d.json["accessors"][0].update(type="VEC2"),
     "TYPE_MISMATCH": lambda d: d.json["nodes"][0].update(mesh="zero"),
     "EMPTY_ENTITY": lambda d: d.json["meshes"][0].update(primitives=[]),
@@ -669,6 +720,13 @@ NOTICED: dict[str, Any] = {
     ),
     "MESH_PRIMITIVE_INCOMPATIBLE_MODE": lambda d: d.json["accessors"][2].update(count=5),
     "UNSUPPORTED_EXTENSION": lambda d: d.use("EXT_of_tomorrow"),
+    "MESH_PRIMITIVE_INVALID_ATTRIBUTE": lambda d: d.json["meshes"][0]["primitives"][0]["attributes"].update(
+        COLOR=0, _OWN=0
+    ),
+    "NODE_MATRIX_TRS": lambda d: d.json["nodes"][0].update(
+        matrix=np.eye(4).ravel().tolist(), translation=[1, 0, 0]
+    ),
+    "ROTATION_NON_UNIT": lambda d: d.json["nodes"][0].update(rotation=[0, 0, 0, 2]),
 }
 
 

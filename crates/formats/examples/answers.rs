@@ -114,7 +114,7 @@ fn kind(path: &Path) -> Option<Kind> {
         "toml" => Kind::World,
         "gltf" | "glb" => Kind::Scene,
         "obj" | "ply" | "stl" | "off" => Kind::Mesh,
-        "png" | "jpg" | "jpeg" | "webp" | "ktx2" | "exr" | "hdr" => Kind::Image,
+        "png" | "jpg" | "jpeg" | "webp" | "ktx2" | "exr" | "hdr" | "bmp" | "tga" => Kind::Image,
         "yaml" | "yml" | "xml" | "ini" => Kind::Cameras,
         "txt" if path.with_file_name("cameras.txt").exists() => Kind::Cameras,
         "bin" if path.with_file_name("cameras.bin").exists() => Kind::Cameras,

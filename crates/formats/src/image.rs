@@ -1,4 +1,4 @@
-//! Images in: PNG, JPEG, WebP, KTX2, OpenEXR and Radiance HDR, told apart by content.
+//! Images in: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP and TGA, told apart by content.
 
 mod exr;
 mod hdr;
@@ -58,6 +58,15 @@ const KINDS: &[Kind] = &[
         magic: |b| b.starts_with(b"#?RADIANCE") || b.starts_with(b"#?RGBE"),
         decode: hdr::hdr,
     },
+    Kind {
+        magic: |b| b.starts_with(b"BM"),
+        decode: raster::bmp,
+    },
+    Kind {
+        // Says the least, so it is the last.
+        magic: raster::is_tga,
+        decode: raster::tga,
+    },
 ];
 
 /// One image on its way in.
@@ -85,7 +94,7 @@ pub fn read_image(
     Ok((image, notices))
 }
 
-/// The image in the bytes of a PNG, JPEG, WebP, KTX2, OpenEXR or Radiance HDR file; `path` names it.
+/// The image in the bytes of a PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP or TGA file; `path` names it.
 ///
 /// Rows go from the top down, whatever the file's order. Grey becomes three equal channels, palettes are resolved,
 /// what has no alpha gets 1. Eight bits a channel stay eight bits; sixteen stay sixteen, made linear where they are
@@ -105,7 +114,8 @@ pub fn decode_image(
     notices: &mut Vec<String>,
 ) -> Result<Image, FormatError> {
     let Some(kind) = KINDS.iter().find(|kind| (kind.magic)(bytes)) else {
-        let message = "not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR or Radiance HDR";
+        let message =
+            "not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP or TGA";
         return Err(FormatError::unsupported(path, message));
     };
     guarded(path, || {

@@ -53,7 +53,7 @@ const LOADERS: &[Loader] = &[
     Loader {
         extension: "ply",
         read: Reader::Model(ply::read),
-        head: whole,
+        head: ply::head,
     },
     Loader {
         extension: "stl",

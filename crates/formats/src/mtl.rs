@@ -234,9 +234,13 @@ pub(crate) fn parse(
             },
             b"ni" => match Words(rest).next().and_then(text::number) {
                 Some(value) if (0.001..=10.0).contains(&value) => material.ior = value as f32,
+                // What several exporters write for matter whose index they do not know.
+                Some(0.0) => {}
                 _ => {
                     let value = text::shown(text::trim(rest));
-                    return fail(format!("Ni is {value}, expected a number in 0.001..=10"));
+                    return fail(format!(
+                        "Ni is {value}, expected a number in 0.001..=10, or 0 for unknown"
+                    ));
                 }
             },
             lower @ (b"d" | b"tr" | b"pr" | b"pm" | b"ps" | b"pc" | b"pcr" | b"aniso"
@@ -254,6 +258,11 @@ pub(crate) fn parse(
                 };
                 match lower {
                     b"d" => material.opacity = value,
+                    // What nobody could see is not what an author meant: programs that take it for opacity write so.
+                    b"tr" if value == 1.0 => notices.push(format!(
+                        "{}:{line}: Tr is 1, which is invisible: taken as a mistake for opaque; d 0 makes invisible",
+                        path.display()
+                    )),
                     b"tr" => material.opacity = 1.0 - value,
                     b"pr" => material.physical().roughness = value.into(),
                     b"pm" => material.physical().metallic = value.into(),

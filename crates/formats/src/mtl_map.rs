@@ -66,7 +66,7 @@ pub(crate) fn read(
         let mut values: Vec<&[u8]> = Vec::new();
         let (least, most) = match &option[..] {
             b"-clamp" | b"-blendu" | b"-blendv" | b"-cc" | b"-bm" | b"-boost" | b"-texres"
-            | b"-imfchan" | b"-type" => (1, 1),
+            | b"-imfchan" | b"-type" | b"-colorspace" => (1, 1),
             b"-mm" => (2, 2),
             b"-s" | b"-o" | b"-t" => (1, 3),
             // A file name may begin with a dash.
@@ -117,6 +117,11 @@ pub(crate) fn read(
             b"-t" => numbers().all(|v| v == Some(0.0)),
             b"-mm" => numbers().eq([Some(0.0), Some(1.0)]),
             b"-cc" => !values[0].eq_ignore_ascii_case(b"on"),
+            // What each kind of map is read as anyway.
+            b"-colorspace" => {
+                let color = matches!(role, Role::Color | Role::Emission);
+                values[0].eq_ignore_ascii_case(if color { b"sRGB" } else { b"linear" })
+            }
             b"-imfchan" => role == Role::Opacity,
             // How to filter: nothing that changes a value looked up.
             _ => true,

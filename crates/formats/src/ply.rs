@@ -6,11 +6,14 @@
 //! file and at the top left here.
 
 use std::collections::{BTreeSet, HashMap};
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
 use raycam_scene::{Mesh, Model, TextureSlot, Wrap};
 
+use crate::bytes::Bytes;
 use crate::corners::{Corner, NONE, Vertices};
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
@@ -24,7 +27,8 @@ use crate::{companion, ply_triangles, ply_vertices, single};
 /// The model in a PLY file: one part.
 pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
     let path = &source.path;
-    let (header, mut body) = ply_header::parse(path, &source.bytes)?;
+    let file = source.part(0..source.len());
+    let (header, mut body) = ply_header::parse(path, &source.bytes, file)?;
     let declared = |name| {
         header
             .elements
@@ -48,6 +52,35 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
     ply.notices.extend(ply.thin.notice(path));
     ply.notices.extend(body.ending());
     ply.model(&header, folder)
+}
+
+/// How much of a file has to be in memory: of a binary one that is as long as one of triangles alone is, its header. Where a
+/// row turns out to be another, the rest is read after all.
+pub(crate) fn head(file: &File, size: u64) -> Option<u64> {
+    /// The longest header and row of these.
+    const HEADER: u64 = 1 << 14;
+    const ROW: usize = 256;
+    let mut head = Vec::new();
+    file.take(HEADER).read_to_end(&mut head).ok()?;
+    let (start, length) = (0, usize::try_from(size).ok()?);
+    let all = Bytes::Disk {
+        file,
+        start,
+        length,
+    };
+    let (header, body) = ply_header::parse(Path::new(""), &head, all).ok()?;
+    let at = body.at()?;
+    let mut end = at;
+    for element in &header.elements {
+        let columns = Columns::new(element);
+        let row = match &element.name[..] {
+            "vertex" => columns.stride(),
+            "face" => ply_triangles::stride(element, &columns),
+            _ => None,
+        };
+        end = end.checked_add(element.count.checked_mul(row.filter(|&row| row <= ROW)?)?)?;
+    }
+    (end == length).then_some(at as u64)
 }
 
 struct Ply<'a> {

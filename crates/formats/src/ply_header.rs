@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::bytes::Bytes;
 use crate::error::FormatError;
 use crate::ply_kind::Kind;
 use crate::text::{self, Lines, Words};
@@ -45,17 +46,19 @@ enum Form<'a> {
         header: usize,
         line: usize,
     },
+    /// The whole file.
     Binary {
-        bytes: &'a [u8],
+        bytes: Bytes<'a>,
         at: usize,
         big_endian: bool,
     },
 }
 
-/// Reads the header.
+/// Reads the header of a file from its first bytes, which are all of them where the file is text.
 pub(crate) fn parse<'a>(
     path: &'a Path,
     bytes: &'a [u8],
+    file: Bytes<'a>,
 ) -> Result<(Header, Body<'a>), FormatError> {
     // In a header whose lines end in a bare \r, a \n after the last belongs to the data.
     let end = if bytes.starts_with(b"ply\r") && bytes.get(4) != Some(&b'\n') {
@@ -135,19 +138,19 @@ pub(crate) fn parse<'a>(
             _ => return fail(line, &format!("unknown keyword {}", text::shown(key))),
         }
     }
-    let body = &bytes[at..];
+    let after = file.len() - at;
     let Some(form) = form else {
         return fail(line, "no format line before end_header");
     };
     let form = match form {
         None => Form::Text {
-            lines: Lines::new(body),
+            lines: Lines::new(&bytes[at..]),
             words: Words(&[]),
             header: line,
             line,
         },
         Some(big_endian) => Form::Binary {
-            bytes,
+            bytes: file,
             at,
             big_endian,
         },
@@ -167,10 +170,9 @@ pub(crate) fn parse<'a>(
                 .sum(),
         };
         let needed = count.checked_mul(row);
-        if *count > 0 && (row == 0 || needed.is_none_or(|needed| needed > body.len() + 1)) {
+        if *count > 0 && (row == 0 || needed.is_none_or(|needed| needed > after + 1)) {
             let message = format!(
-                "element {name} has {count} rows of at least {row} bytes, but {} bytes follow the header",
-                body.len()
+                "element {name} has {count} rows of at least {row} bytes, but {after} bytes follow the header"
             );
             return Err(FormatError::whole(path, message));
         }
@@ -197,7 +199,22 @@ fn property(mut words: Words<'_>) -> Option<Property> {
     })
 }
 
-impl<'a> Body<'a> {
+/// All bytes of a file, which are read where they are not in memory yet.
+fn in_memory<'b>(path: &Path, bytes: &'b mut Bytes<'_>) -> Result<&'b [u8], FormatError> {
+    if let Bytes::Disk { .. } = bytes {
+        let read = bytes.borrowed().read().map_err(|source| FormatError::Io {
+            path: path.into(),
+            source,
+        })?;
+        *bytes = Bytes::Memory(read.into_owned().into());
+    }
+    match bytes {
+        Bytes::Memory(bytes) => Ok(bytes),
+        Bytes::Disk { .. } => Ok(&[]), // was just read
+    }
+}
+
+impl Body<'_> {
     /// An error where reading has got to.
     pub(crate) fn error(&self, message: impl Into<String>) -> FormatError {
         match self.form {
@@ -276,7 +293,7 @@ impl<'a> Body<'a> {
                 big_endian,
             } => {
                 let size = kind.bytes();
-                let Some(found) = bytes.get(*at..*at + size) else {
+                let Some(found) = in_memory(self.path, bytes)?.get(*at..*at + size) else {
                     return Err(self.cut());
                 };
                 *at += size;
@@ -300,6 +317,7 @@ impl<'a> Body<'a> {
         {
             let size = kind.bytes();
             let end = count.checked_mul(size).and_then(|n| at.checked_add(n));
+            let bytes = in_memory(self.path, bytes)?;
             let Some(found) = end.and_then(|end| bytes.get(*at..end)) else {
                 return Err(self.cut());
             };
@@ -315,16 +333,25 @@ impl<'a> Body<'a> {
     }
 
     /// The next bytes of a binary file, if there are so many, and whether their numbers begin with the highest.
-    pub(crate) fn ahead(&self, count: usize) -> Option<(&'a [u8], bool)> {
+    pub(crate) fn ahead(&self, count: usize) -> Option<(Bytes<'_>, bool)> {
         let Form::Binary {
             bytes,
             at,
             big_endian,
-        } = self.form
+        } = &self.form
         else {
             return None;
         };
-        Some((bytes.get(at..at.checked_add(count)?)?, big_endian))
+        let end = at.checked_add(count).filter(|&end| end <= bytes.len())?;
+        Some((bytes.borrowed().part(*at..end), *big_endian))
+    }
+
+    /// How many bytes are before, of a binary file.
+    pub(crate) fn at(&self) -> Option<usize> {
+        match self.form {
+            Form::Binary { at, .. } => Some(at),
+            Form::Text { .. } => None,
+        }
     }
 
     /// Passes over bytes that were looked at [`ahead`](Self::ahead).

@@ -1,5 +1,6 @@
 //! The rows of a binary PLY table without lists: as they all have one length, several cores read them at a time.
 
+use crate::bytes::Bytes;
 use crate::parallel;
 use crate::ply_header::Body;
 use crate::ply_kind::Kind;
@@ -10,7 +11,7 @@ pub(crate) const ROWS: usize = 1 << 15;
 
 /// The rows of an element.
 pub(crate) struct Table<'a> {
-    bytes: &'a [u8],
+    bytes: Bytes<'a>,
     stride: usize,
     big_endian: bool,
     places: Vec<(Meaning, Kind, usize)>,
@@ -18,7 +19,7 @@ pub(crate) struct Table<'a> {
 
 impl<'a> Table<'a> {
     /// The rows of the next element, of which there are `count`; `None` where they are text, have lists, or are cut off.
-    pub(crate) fn of(columns: &Columns<'_>, count: usize, body: &Body<'a>) -> Option<Self> {
+    pub(crate) fn of(columns: &Columns<'_>, count: usize, body: &'a Body<'_>) -> Option<Self> {
         let stride = columns.stride()?;
         let (bytes, big_endian) = body.ahead(count.checked_mul(stride)?)?;
         Some(Self {
@@ -69,14 +70,23 @@ impl<'a> Table<'a> {
     ) -> Option<Vec<[T; M]>> {
         let mut made = vec![[T::default(); M]; self.bytes.len() / self.stride];
         let block = |first: usize, block: &mut [[T; M]]| {
-            let rows = self.bytes[first * self.stride..].chunks_exact(self.stride);
-            for (to, row) in block.iter_mut().zip(rows) {
-                let Some(made) = make(row) else {
-                    return Err(());
-                };
-                *to = made;
-            }
-            Ok::<(), ()>(())
+            let (start, count) = (first * self.stride, block.len());
+            let mut all = true;
+            let window = |number: usize, bytes: &[u8]| {
+                let rows = bytes.chunks_exact(self.stride);
+                for (to, row) in block[number..].iter_mut().zip(rows) {
+                    match make(row) {
+                        Some(made) => *to = made,
+                        None => {
+                            all = false;
+                            return;
+                        }
+                    }
+                }
+            };
+            // What cannot be read is an error when it is tried again, row by row.
+            let read = (self.bytes).windows(start, count, self.stride, self.stride, window);
+            if all && read.is_ok() { Ok(()) } else { Err(()) }
         };
         parallel::make(&mut made, ROWS, block).ok()?;
         Some(made)

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::bytes::Bytes;
 use crate::parallel;
 use crate::ply_header::{Body, Element};
 use crate::ply_kind::Kind;
@@ -18,22 +19,9 @@ pub(crate) fn read(
     body: &mut Body<'_>,
     vertices: usize,
 ) -> Option<Vec<[u32; 3]>> {
-    let (mut before, mut list, mut stride) = (0, None, 0);
-    for (property, meaning) in element.properties.iter().zip(columns.meanings()) {
-        match (property.list, meaning) {
-            (None, Meaning::Nothing) => stride += property.kind.bytes(),
-            (Some(length), Meaning::Corners) if list.is_none() => {
-                if !matches!(property.kind, Kind::I32 | Kind::U32) {
-                    return None;
-                }
-                (before, list) = (stride, Some(length));
-                stride += length.bytes() + 12;
-            }
-            _ => return None,
-        }
-    }
-    let length = list?;
+    let (before, length, stride) = layout(element, columns)?;
     let (bytes, big_endian) = body.ahead(element.count.checked_mul(stride)?)?;
+    let skip = bytes.len();
     let rows = Rows {
         bytes,
         stride,
@@ -50,12 +38,37 @@ pub(crate) fn read(
         (false, three) => rows.read(u32::from_le_bytes, |length| length == three),
         (true, three) => rows.read(u32::from_be_bytes, |length| length == three),
     }?;
-    body.skip(bytes.len());
+    body.skip(skip);
     Some(triangles)
 }
 
+/// Of such an element in a binary file: the bytes before the list in a row, the kind of the list's length, and the bytes of a row
+/// of one triangle.
+fn layout(element: &Element, columns: &Columns<'_>) -> Option<(usize, Kind, usize)> {
+    let (mut before, mut list, mut stride) = (0, None, 0);
+    for (property, meaning) in element.properties.iter().zip(columns.meanings()) {
+        match (property.list, meaning) {
+            (None, Meaning::Nothing) => stride += property.kind.bytes(),
+            (Some(length), Meaning::Corners) if list.is_none() => {
+                if !matches!(property.kind, Kind::I32 | Kind::U32) {
+                    return None;
+                }
+                (before, list) = (stride, Some(length));
+                stride += length.bytes() + 12;
+            }
+            _ => return None,
+        }
+    }
+    Some((before, list?, stride))
+}
+
+/// The bytes of a row, as [`layout`].
+pub(crate) fn stride(element: &Element, columns: &Columns<'_>) -> Option<usize> {
+    layout(element, columns).map(|(_, _, stride)| stride)
+}
+
 struct Rows<'a> {
-    bytes: &'a [u8],
+    bytes: Bytes<'a>,
     stride: usize,
     /// Where in a row the length of its list is; the corners are behind it.
     three: Range<usize>,
@@ -72,19 +85,25 @@ impl Rows<'_> {
     ) -> Option<Vec<[u32; 3]>> {
         let mut triangles = vec![[0; 3]; self.bytes.len() / self.stride];
         let block = |first: usize, block: &mut [[u32; 3]]| {
-            let rows = self.bytes[first * self.stride..].chunks_exact(self.stride);
+            let (start, count) = (first * self.stride, block.len());
             let (mut whole, mut largest) = (true, 0);
-            for (to, row) in block.iter_mut().zip(rows) {
-                let &[a, b, c, ..] = row[self.three.end..].as_chunks::<4>().0 else {
-                    return Err(());
-                };
-                let triangle @ [a, b, c] = [a, b, c].map(&word);
-                // An index below zero is far above every vertex here.
-                largest = largest.max(a).max(b).max(c);
-                whole &= is_three(&row[self.three.clone()]);
-                *to = triangle;
-            }
-            let all = whole && (largest as usize) < self.vertices;
+            let window = |number: usize, bytes: &[u8]| {
+                let rows = bytes.chunks_exact(self.stride);
+                for (to, row) in block[number..].iter_mut().zip(rows) {
+                    let &[a, b, c, ..] = row[self.three.end..].as_chunks::<4>().0 else {
+                        whole = false;
+                        return;
+                    };
+                    let triangle @ [a, b, c] = [a, b, c].map(&word);
+                    // An index below zero is far above every vertex here.
+                    largest = largest.max(a).max(b).max(c);
+                    whole &= is_three(&row[self.three.clone()]);
+                    *to = triangle;
+                }
+            };
+            // What cannot be read is an error when it is tried again, row by row.
+            let read = (self.bytes).windows(start, count, self.stride, self.stride, window);
+            let all = read.is_ok() && whole && (largest as usize) < self.vertices;
             if all { Ok(()) } else { Err(()) }
         };
         parallel::make(&mut triangles, ROWS, block).ok()?;

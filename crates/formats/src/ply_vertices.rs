@@ -37,7 +37,8 @@ pub(crate) fn read(
     if let Some(table) = Table::of(&columns, element.count, body)
         && let Some(vertices) = at_once(&columns, &table)
     {
-        body.skip(table.length());
+        let length = table.length();
+        body.skip(length);
         return Ok(vertices);
     }
     row_by_row(element.count, &columns, body)

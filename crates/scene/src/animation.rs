@@ -12,7 +12,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-pub use deform::{JointSet, MorphTarget, Shape};
+pub use deform::{JointSet, MorphTarget, Shape, flattened};
 pub use mount::{CameraMount, LightMount, LightProperty};
 pub use property::{MaterialProperty, MovingMaterial, TextureUse, UvProperty, UvTransform};
 pub use sampler::{Interpolation, Sampler};

@@ -27,6 +27,19 @@ impl<'a> AttributeSource<'a> {
         folder: &mut Folder,
         ledger: &mut Ledger,
     ) -> Result<Self, FormatError> {
+        for name in primitive.attributes.keys() {
+            let message = match name.rsplit_once('_') {
+                _ if matches!(&name[..], "POSITION" | "NORMAL" | "TANGENT" | "COLOR_0") => continue,
+                // The application's own.
+                _ if name.starts_with('_') => continue,
+                Some(("COLOR", set)) if set.parse::<u32>().is_ok() => "not used: COLOR_0 is",
+                Some(("TEXCOORD" | "JOINTS" | "WEIGHTS", set)) if set.parse::<u32>().is_ok() => {
+                    continue;
+                }
+                _ => "not used: no attribute of glTF (MESH_PRIMITIVE_INVALID_ATTRIBUTE)",
+            };
+            ledger.note(format!("{place}.attributes.{name}"), message);
+        }
         let mut decoded = None;
         if let Some(draco) = &primitive.extensions.draco {
             let place = format!("{place}.extensions.KHR_draco_mesh_compression");

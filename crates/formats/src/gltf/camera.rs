@@ -33,6 +33,11 @@ impl Builder<'_, '_> {
                         ".perspective.aspectRatio: expected more than 0 (VALUE_NOT_IN_RANGE)",
                     ));
                 }
+                if !(perspective.yfov.is_finite() && perspective.yfov > 0.0) {
+                    return Err(fault(
+                        ".perspective.yfov: expected more than 0 (VALUE_NOT_IN_RANGE)",
+                    ));
+                }
                 let size = image_size(aspect);
                 let k = intrinsics_from_fov(perspective.yfov.to_degrees(), size, pixel_center);
                 (false, k.map(|k| (k, size)))

@@ -152,7 +152,9 @@ impl Container {
         };
         checked(&asset.version, path)?;
         if let Some(least) = asset.min_version.as_ref().filter(|v| *v != "2.0") {
-            let message = format!("asset.minVersion {least:?}; glTF 2.0 is read");
+            let message = format!(
+                "asset.minVersion {least:?}; glTF 2.0 is read (ASSET_MIN_VERSION_GREATER_THAN_VERSION)"
+            );
             return Err(FormatError::unsupported(path, message));
         }
         Ok(root)
@@ -185,6 +187,7 @@ fn located(text: &str, path: &Path, error: &serde_json::Error) -> FormatError {
     let reader = &mut serde_json::Deserializer::from_str(text);
     let found: Result<Root, _> = serde_path_to_error::deserialize(reader);
     let code = match error.classify() {
+        _ if error.to_string().starts_with("invalid length") => "ARRAY_LENGTH_NOT_IN_LIST",
         serde_json::error::Category::Data => "TYPE_MISMATCH or UNDEFINED_PROPERTY",
         _ => "INVALID_JSON",
     };

@@ -236,7 +236,7 @@ impl Elements<'_> {
         );
         if self.arity != N || !unsigned || self.normalized {
             return Err(document.fault(format!(
-                "{}: {} components of type {:?}, expected {N} unsigned integers (ACCESSOR_INVALID_FORMAT)",
+                "{}: {} components of type {:?}, expected {N} unsigned integers, not normalised (ACCESSOR_INVALID_FORMAT)",
                 self.place, self.arity, self.component
             )));
         }

@@ -82,6 +82,23 @@ pub(super) struct Node {
     pub(super) extensions: NodeExtensions,
 }
 
+impl Node {
+    /// What is wrong with its transform, where a picture can be made of it all the same.
+    pub(super) fn oddity(&self) -> Option<&'static str> {
+        let parts = self.translation.is_some() || self.rotation.is_some() || self.scale.is_some();
+        let square: f64 = (self.rotation).map_or(1.0, |xyzw| xyzw.iter().map(|v| v * v).sum());
+        if self.matrix.is_some() && parts {
+            Some(
+                "a matrix, and translation, rotation or scale: the matrix counts (NODE_MATRIX_TRS)",
+            )
+        } else if (square.sqrt() - 1.0).abs() > 0.01 {
+            Some("the length of its rotation is not 1: it is made 1 (ROTATION_NON_UNIT)")
+        } else {
+            None
+        }
+    }
+}
+
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct NodeExtensions {

@@ -34,6 +34,9 @@ impl Builder<'_, '_> {
             ..Rig::default()
         };
         for (i, node) in nodes.iter().enumerate() {
+            if let Some(message) = node.oddity() {
+                self.ledger.note(format!("nodes[{i}]"), message);
+            }
             rig.nodes.push(rig::Node {
                 parent: tree.parents[i],
                 transform: document.local_transform(i, node)?,
@@ -177,17 +180,28 @@ impl Builder<'_, '_> {
             .filter(|_| shape.is_some_and(|shape| !shape.joints.is_empty()));
         for node_from_mesh in self.instances(place, node)? {
             let mut world_from_mesh = world_from_node * node_from_mesh;
+            let mut mesh = placeable.mesh;
             if !world_from_mesh.inverse().is_finite() && skin.is_none() {
-                if !moving {
-                    let message = "its transform flattens it: nothing to see";
-                    self.ledger.note(place, message);
-                    continue;
+                let whole = self.world.meshes[mesh].clone();
+                let size = whole.vertices.len() + whole.triangles.len();
+                self.ledger.take(document.path, place, size as u64, 64)?;
+                match rig::flattened(&whole, world_from_mesh) {
+                    // What is flat at a time is made so then.
+                    _ if moving => world_from_mesh.matrix3 = DMat3::IDENTITY,
+                    Some(_) if shape.is_some() => world_from_mesh.matrix3 = DMat3::IDENTITY,
+                    Some(flat) => {
+                        mesh = self.world.add_mesh(flat);
+                        world_from_mesh = DAffine3::IDENTITY;
+                    }
+                    None => {
+                        let message = "its transform makes it a line or a point: nothing to see";
+                        self.ledger.note(place, message);
+                        continue;
+                    }
                 }
-                world_from_mesh.matrix3 = DMat3::IDENTITY;
             } else if skin.is_some() {
                 world_from_mesh = DAffine3::IDENTITY;
             }
-            let mut mesh = placeable.mesh;
             // What bends has a mesh of its own: the first object takes the one that is there.
             if let Some(shape) = shape
                 && rig.objects.iter().any(|mount| mount.mesh == mesh)

@@ -42,7 +42,7 @@ impl Document<'_> {
             4..=6 => {}
             mode => {
                 return Err(self.fault(format!(
-                    "{place}.mode: {mode}, expected 0..=6 (VALUE_NOT_IN_LIST)"
+                    "{place}.mode: {mode}, expected 0..=6 (VALUE_NOT_IN_RANGE)"
                 )));
             }
         }

@@ -1,9 +1,11 @@
-//! PNG, JPEG and WebP, and what all decoders of `image` share.
+//! PNG, JPEG, WebP, BMP and TGA, and what all decoders of `image` share.
 
 use std::io::Cursor;
 
+use ::image::codecs::bmp::BmpDecoder;
 use ::image::codecs::jpeg::JpegDecoder;
 use ::image::codecs::png::PngDecoder;
+use ::image::codecs::tga::TgaDecoder;
 use ::image::codecs::webp::WebPDecoder;
 use ::image::metadata::Orientation;
 use ::image::{ColorType, DynamicImage, ImageDecoder, ImageError, Limits};
@@ -18,8 +20,12 @@ pub(super) fn png(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     limits.max_alloc = Some((64 << 20) + 16 * file.bytes.len() as u64);
     let decoder = PngDecoder::with_limits(Cursor::new(file.bytes), limits);
     let decoder = decoder.map_err(|e| refused(file, e))?;
-    if let Some(gamma) = other_gamma(file.bytes) {
+    let (gamma, primaries) = other_colors(file.bytes);
+    if let Some(gamma) = gamma {
         file.notice(format_args!("its gamma of {gamma} is not applied"));
+    }
+    if primaries {
+        file.notice("its primaries, which are not those of sRGB, are not applied");
     }
     pixels(file, decoder)
 }
@@ -45,6 +51,35 @@ pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     if decoder.has_animation() {
         file.notice("an animation, of which only the first picture is read");
     }
+    pixels(file, decoder)
+}
+
+pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+    let decoder = BmpDecoder::new(Cursor::new(file.bytes));
+    let decoder = decoder.map_err(|e| refused(file, e))?;
+    pixels(file, decoder)
+}
+
+/// Whether the file can begin like this: TGA has no magic, and its footer came later and is optional (Truevision TGA
+/// File Format Specification 2.0, "TGA file header").
+pub(super) fn is_tga(bytes: &[u8]) -> bool {
+    let Some(head) = bytes.first_chunk::<18>() else {
+        return false;
+    };
+    let [map, kind, depth, descriptor] = [head[1], head[2], head[16], head[17]];
+    let [columns, rows] = [&head[12..14], &head[14..16]].map(|side| side != [0, 0]);
+    let kind_fits = match kind {
+        1 | 9 => map == 1 && matches!(depth, 8 | 16),
+        2 | 10 => map <= 1 && matches!(depth, 15 | 16 | 24 | 32),
+        3 | 11 => map <= 1 && matches!(depth, 8 | 16),
+        _ => false,
+    };
+    kind_fits && columns && rows && descriptor & 0xc0 == 0
+}
+
+pub(super) fn tga(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+    let decoder = TgaDecoder::new(Cursor::new(file.bytes));
+    let decoder = decoder.map_err(|e| refused(file, e))?;
     pixels(file, decoder)
 }
 
@@ -95,11 +130,22 @@ pub(super) fn refused(file: &Decoder<'_>, error: ImageError) -> FormatError {
     }
 }
 
-/// The gamma of a PNG where it is not sRGB's; `image` does not tell.
-fn other_gamma(bytes: &[u8]) -> Option<f32> {
-    let reader = ::png::Decoder::new(Cursor::new(bytes)).read_info().ok()?;
-    let gamma = reader.info().gamma()?.into_value();
-    ((gamma - 1.0 / 2.2).abs() > 0.01).then_some(gamma)
+/// The gamma of a PNG where it is not sRGB's, and whether its primaries are others; `image` does not tell.
+fn other_colors(bytes: &[u8]) -> (Option<f32>, bool) {
+    let Ok(reader) = ::png::Decoder::new(Cursor::new(bytes)).read_info() else {
+        return (None, false);
+    };
+    let gamma = reader.info().gamma().map(|gamma| gamma.into_value());
+    let gamma = gamma.filter(|gamma| (gamma - 1.0 / 2.2).abs() > 0.01);
+    let primaries = reader.info().chromaticities().is_some_and(|found| {
+        let pairs = [found.white, found.red, found.green, found.blue];
+        let srgb = [(0.3127, 0.329), (0.64, 0.33), (0.3, 0.6), (0.15, 0.06)];
+        let far = |a: f32, b: f32| (a - b).abs() > 0.005;
+        let differs = |((x, y), (u, v)): (_, (f32, f32))| far(x, u) || far(y, v);
+        let pairs = pairs.map(|(x, y)| (x.into_value(), y.into_value()));
+        pairs.into_iter().zip(srgb).any(differs)
+    });
+    (gamma, primaries)
 }
 
 /// The decoder fills up what is missing; here a JPEG without its end (ITU-T T.81, B.1.1.3, marker EOI) is an error.

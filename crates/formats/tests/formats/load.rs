@@ -204,11 +204,87 @@ fn large_stl(value: f32) -> Vec<u8> {
     bytes
 }
 
+/// A binary PLY file of 200 000 triangles with normals, colours and texture coordinates, the last vertex at `value`.
+fn large_ply(value: f32) -> Vec<u8> {
+    let (vertices, faces) = (100_000_u32, 200_000_u32);
+    let floats = ["x", "y", "z", "nx", "ny", "nz", "s", "t"];
+    let floats: String = floats
+        .map(|name| format!("property float {name}\n"))
+        .concat();
+    let bytes = ["red", "green", "blue"];
+    let bytes: String = bytes
+        .map(|name| format!("property uchar {name}\n"))
+        .concat();
+    let header = format!(
+        "ply\nformat binary_big_endian 1.0\nelement vertex {vertices}\n{floats}{bytes}element face {faces}\n\
+         property uchar flags\nproperty list ushort int vertex_indices\nend_header\n"
+    );
+    let mut file = header.into_bytes();
+    for i in 0..vertices {
+        let x = if i + 1 == vertices { value } else { i as f32 };
+        let row = [
+            x,
+            (i % 97) as f32,
+            1.0,
+            0.0,
+            3.0,
+            4.0,
+            0.25,
+            (i % 50) as f32 / 50.0,
+        ];
+        file.extend(row.iter().flat_map(|v: &f32| v.to_be_bytes()));
+        file.extend([(i % 256) as u8, 7, 200]);
+    }
+    for i in 0..faces {
+        file.extend([9, 0, 3]);
+        let corners = [i % vertices, (i + 1) % vertices, (i * 7919) % vertices];
+        file.extend(corners.iter().flat_map(|corner| corner.to_be_bytes()));
+    }
+    file
+}
+
+#[test]
+fn a_large_ply_file_with_a_row_that_is_another_is_read_row_by_row() {
+    let whole = large_ply(3.0);
+    let at = whole.len() - 15;
+    let mut indexed = whole.clone();
+    indexed[at + 3..at + 7].copy_from_slice(&7_000_000_i32.to_be_bytes());
+    let mut thin = whole.clone();
+    thin[at + 2] = 2;
+    thin.drain(at + 11..at + 15);
+    for (bytes, expected) in [
+        (
+            indexed,
+            Err("face 199999: vertex 7000000, but the file has 100000 vertices"),
+        ),
+        (thin, Ok(199_999)),
+        ([&whole[..], &[0; 6]].concat(), Ok(200_000)),
+    ] {
+        let path = file("row.ply", &bytes);
+        let read = load(&path, &Budget::default());
+        let decoded = decode(bytes, &path, &Budget::default());
+        match (read, decoded, expected) {
+            (Ok(read), Ok(decoded), Ok(count)) => {
+                assert_eq!(read.meshes[0].triangles.len(), count);
+                assert_eq!(read.meshes[0], decoded.meshes[0]);
+                assert_eq!(read.notices, decoded.notices);
+                assert_eq!(read.notices.len(), 1);
+            }
+            (Err(read), Err(decoded), Err(message)) => {
+                assert!(read.to_string().contains(message), "{read}");
+                assert_eq!(read.to_string(), decoded.to_string());
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
 #[test]
 fn large_files_hold_the_same_in_memory_and_on_disk() {
     for (name, make) in [
         ("a.glb", large_glb as fn(f32) -> Vec<u8>),
         ("a.stl", large_stl),
+        ("a.ply", large_ply),
     ] {
         let bytes = make(3.0);
         assert!(bytes.len() > 4 << 20);

@@ -58,6 +58,22 @@ fn colours_and_shininess_are_read() {
 }
 
 #[test]
+fn what_programs_write_and_do_not_mean_is_taken_as_meant() {
+    let model = model("newmtl m 1\nNi 0\nTr 1\nmap_Kd -colorspace sRGB wood.png\n").unwrap();
+    assert_eq!(model.materials[0].opacity, 1.0);
+    assert!(model.materials[0].texture.is_some());
+    let [notice] = &model.notices[..] else {
+        panic!("{:?}", model.notices);
+    };
+    assert!(notice.contains(":3: Tr is 1"), "{notice}");
+    let found = notices("newmtl m 1\nmap_Kd -colorspace linear wood.png\n");
+    assert!(
+        found.contains("\"-colorspace linear\" is not applied"),
+        "{found}"
+    );
+}
+
+#[test]
 fn physically_based_keys_make_a_principled_material() {
     let model = model(
         "newmtl m 1\nKd 0.5 0.25 0.125\nPr 0.3\nPm 0.75\nPs 0.1\nPc 0.5\nPcr 0.2\naniso 0.4\nanisor 0.25\n\

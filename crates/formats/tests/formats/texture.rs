@@ -54,19 +54,31 @@ fn what_is_dropped_is_said() {
     assert!(notices.is_empty(), "{notices:?}");
     // A gAMA chunk of 1.0 in the place of the sRGB one.
     let png = encode([1, 1], 1, Samples::U8(&[9])).unwrap();
-    let mut linear = png[..33].to_vec();
-    let gamma = b"gAMA\0\x01\x86\xa0";
-    linear.extend(4_u32.to_be_bytes());
-    linear.extend(gamma);
-    linear.extend(crc32(gamma).to_be_bytes());
-    let data = png.windows(4).position(|w| w == b"IDAT").unwrap() - 4;
-    linear.extend(&png[data..]);
+    let with = |chunk: &[u8]| {
+        let mut file = png[..33].to_vec();
+        file.extend((chunk.len() as u32 - 4).to_be_bytes());
+        file.extend(chunk);
+        file.extend(crc32(chunk).to_be_bytes());
+        let data = png.windows(4).position(|w| w == b"IDAT").unwrap() - 4;
+        file.extend(&png[data..]);
+        file
+    };
+    let linear = with(b"gAMA\0\x01\x86\xa0");
     let (texture, notices) = read("a.png", linear);
     assert_eq!(rgb(&texture), [[9; 3]]);
     assert!(
         notices[0].contains("its gamma of 1 is not applied"),
         "{notices:?}"
     );
+    // The white and the primaries of Adobe RGB, and those of sRGB.
+    for (green, count) in [([21000_u32, 71000], 1), ([30000, 60000], 0)] {
+        let points = [[31270, 32900], [64000, 33000], green, [15000, 6000]];
+        let numbers = points.into_iter().flatten().flat_map(u32::to_be_bytes);
+        let chunk: Vec<u8> = b"cHRM".iter().copied().chain(numbers).collect();
+        let (_, notices) = read("a.png", with(&chunk));
+        assert_eq!(notices.len(), count, "{notices:?}");
+        assert!(notices.iter().all(|n| n.contains("its primaries")));
+    }
 }
 
 #[test]
@@ -135,7 +147,7 @@ fn broken_images_are_errors() {
     let path = file("a.png", "GIF89a");
     assert_eq!(
         message(read_texture(&path, &Budget::default()).unwrap_err(), &path),
-        "a.png: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR or Radiance HDR"
+        "a.png: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP or TGA"
     );
 }
 

@@ -67,21 +67,42 @@ impl Shape {
                     }
                 }
             }
-            mesh.vertices[vertex] = blend.transform_point3(mesh.vertices[vertex]);
-            let linear = blend.matrix3;
-            if let Some(normals) = &mut mesh.normals {
-                // The cofactors turn normals as the inverse transpose does, and exist always.
-                let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
-                let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
-                normals[vertex] = turned(cofactors, normals[vertex]);
-            }
-            if let Some(tangents) = &mut mesh.tangents {
-                let [x, y, z, sign] = tangents[vertex];
-                let [x, y, z] = turned(linear, [x, y, z]);
-                tangents[vertex] = [x, y, z, sign];
-            }
+            place(mesh, vertex, blend);
         }
     }
+}
+
+/// The mesh as an affine map places it that makes it flat: such a map has no inverse, so it cannot place an object. `None`
+/// where a line or a point is left.
+pub fn flattened(mesh: &Mesh, world_from_mesh: DAffine3) -> Option<Mesh> {
+    let flat = cofactors(world_from_mesh.matrix3);
+    if !flat.is_finite() || flat == DMat3::ZERO {
+        return None;
+    }
+    let mut mesh = mesh.clone();
+    for vertex in 0..mesh.vertices.len() {
+        place(&mut mesh, vertex, world_from_mesh);
+    }
+    Some(mesh)
+}
+
+/// Moves a vertex with its normal and tangent.
+fn place(mesh: &mut Mesh, vertex: usize, by: DAffine3) {
+    mesh.vertices[vertex] = by.transform_point3(mesh.vertices[vertex]);
+    if let Some(normals) = &mut mesh.normals {
+        normals[vertex] = turned(cofactors(by.matrix3), normals[vertex]);
+    }
+    if let Some(tangents) = &mut mesh.tangents {
+        let [x, y, z, sign] = tangents[vertex];
+        let [x, y, z] = turned(by.matrix3, [x, y, z]);
+        tangents[vertex] = [x, y, z, sign];
+    }
+}
+
+/// They turn normals as the inverse transpose does, and exist always.
+fn cofactors(linear: DMat3) -> DMat3 {
+    let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
+    DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y))
 }
 
 fn turned(matrix: DMat3, vector: [f32; 3]) -> [f32; 3] {

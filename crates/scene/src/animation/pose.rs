@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
+use super::deform::flattened;
 use super::mount::place_light;
 use super::{CameraMount, LightMount, Mount, MovingMaterial, Node, Rig, Skin, Target, Transform};
 use crate::camera::Camera;
@@ -86,6 +87,17 @@ impl World {
                 true => DAffine3::IDENTITY,
                 false => pose.world_from_node[mount.node] * mount.node_from_mesh,
             };
+            let mut flat = None;
+            if !placed.inverse().is_finite() {
+                let mesh = rig.bent(mount, pose);
+                flat = flattened(mesh.as_ref().unwrap_or(&world.meshes[mount.mesh]), placed);
+            }
+            if let Some(flat) = flat.filter(|_| pose.visible[mount.node]) {
+                world.meshes.push(Arc::new(flat));
+                object.mesh = world.meshes.len() - 1;
+                object.world_from_mesh = DAffine3::IDENTITY;
+                continue;
+            }
             if !pose.visible[mount.node] || !placed.inverse().is_finite() {
                 object.mesh = rig.nothing;
                 let place = placed.translation;
