@@ -1,5 +1,6 @@
 //! One camera's picture of a prepared world.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use raycam_scene::{Camera, TextureMemory, World};
@@ -71,7 +72,9 @@ fn picture_of(
         )
     })?;
     let mut planes = planes?;
-    let tiles = Tile::of_region(region);
+    let tiles = with_pool(settings.threads, || {
+        Tile::for_threads(region, rayon::current_num_threads())
+    })?;
     let film = Film::new(region, &mut planes);
     let mut notices = settings.integrator.notices(world);
     match settings.time {
@@ -86,13 +89,11 @@ fn picture_of(
         _ => {
             control.start(tiles.len() * picture.passes());
             with_pool(settings.threads, || {
-                tiles
-                    .par_iter()
-                    .try_for_each_init(Buffers::default, |buffers, tile| {
-                        picture.trace(tile, buffers, control)?;
-                        picture.develop(tile, buffers, &film);
-                        Ok(())
-                    })
+                one_by_one(&tiles, |buffers, tile| {
+                    picture.trace(tile, buffers, control)?;
+                    picture.develop(tile, buffers, &film);
+                    Ok(())
+                })
             })??;
         }
     }
@@ -107,6 +108,25 @@ fn picture_of(
         planes,
         notices,
     })
+}
+
+/// Gives each tile to the next thread that is free: in this pool, which would otherwise deal out many in a row.
+fn one_by_one(
+    tiles: &[Tile],
+    work: impl Fn(&mut Buffers, &Tile) -> Result<(), RenderError> + Sync,
+) -> Result<(), RenderError> {
+    let next = AtomicUsize::new(0);
+    let of_thread = |_: rayon::BroadcastContext| {
+        let mut buffers = Buffers::default();
+        while let Some(tile) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) {
+            work(&mut buffers, tile).inspect_err(|_| {
+                // The others need not go on.
+                next.store(tiles.len(), Ordering::Relaxed);
+            })?;
+        }
+        Ok(())
+    };
+    rayon::broadcast(of_thread).into_iter().collect()
 }
 
 /// Traces and develops tiles for about this time; how many samples each pixel has got.

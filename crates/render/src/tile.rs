@@ -1,7 +1,9 @@
 //! Tiles: the pixels that one thread takes at a time.
 
-/// Width and height of a tile, in pixels.
+/// Width and height of a tile, in pixels, where there are many for each thread.
 pub(crate) const TILE: u32 = 32;
+/// ... and how many tiles each thread should have, so that none waits for long for the last.
+const EACH: usize = 8;
 /// Rays in a row are best a square of this many pixels.
 pub(crate) const BLOCK: u32 = 8;
 
@@ -16,15 +18,31 @@ pub(crate) struct Tile {
 
 impl Tile {
     /// The tiles of a region (x, y, width, height), row by row.
-    pub fn of_region([x, y, width, height]: [u32; 4]) -> Vec<Tile> {
+    pub fn of_region(region: [u32; 4]) -> Vec<Tile> {
+        Self::of_size(region, TILE)
+    }
+
+    /// The same, but smaller ones where there would be few for each of so many threads. Each lies in one row of the large.
+    pub fn for_threads(region: [u32; 4], threads: usize) -> Vec<Tile> {
+        let mut size = TILE;
+        loop {
+            let tiles = Self::of_size(region, size);
+            if size == BLOCK || tiles.len() >= EACH * threads {
+                return tiles;
+            }
+            size /= 2;
+        }
+    }
+
+    fn of_size([x, y, width, height]: [u32; 4], size: u32) -> Vec<Tile> {
         let mut tiles = vec![];
-        for row in (0..height).step_by(TILE as usize) {
-            for column in (0..width).step_by(TILE as usize) {
+        for row in (0..height).step_by(size as usize) {
+            for column in (0..width).step_by(size as usize) {
                 tiles.push(Tile {
                     x: x + column,
                     y: y + row,
-                    width: TILE.min(width - column),
-                    height: TILE.min(height - row),
+                    width: size.min(width - column),
+                    height: size.min(height - row),
                 });
             }
         }
@@ -60,5 +78,34 @@ impl Tile {
     pub fn add_rows(&self, pixels: &mut Vec<[u32; 2]>) {
         let row = |v| (0..self.width).map(move |u| [self.x + u, self.y + v]);
         pixels.extend((0..self.height).flat_map(row));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_thread_has_tiles_and_every_pixel_one() {
+        for (region, threads) in [
+            ([3, 5, 64, 48], 2),
+            ([0, 0, 640, 480], 64),
+            ([7, 0, 9, 100], 3),
+        ] {
+            let tiles = Tile::for_threads(region, threads);
+            let largest = tiles.iter().map(|tile| tile.width.max(tile.height)).max();
+            assert!(tiles.len() >= EACH * threads || largest == Some(BLOCK));
+            let mut pixels = vec![];
+            for tile in &tiles {
+                let row = |y: u32| (y - region[1]) / TILE;
+                assert_eq!(row(tile.y), row(tile.y + tile.height - 1));
+                tile.add_rows(&mut pixels);
+            }
+            pixels.sort_unstable_by_key(|&[x, y]| [y, x]);
+            let [x, y, width, height] = region;
+            let all = (y..y + height).flat_map(|y| (x..x + width).map(move |x| [x, y]));
+            assert!(all.eq(pixels));
+        }
+        assert_eq!(Tile::for_threads([0, 0, 640, 480], 2).len(), 300);
     }
 }
