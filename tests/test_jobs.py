@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import signal
 import threading
@@ -210,9 +211,10 @@ def test_what_was_made_of_all_frames_is_verified_too(tmp_path: Path, whole: dict
     assert Job(tmp_path / "a").verify() == {}
     note = tmp_path / "a/.raycam/joined.json"
     right = note.read_bytes()
-    for damaged in (b"{", b"[]", b'{"a": 3}', b"\xff"):
+    elsewhere = [json.dumps({name: [5, "0"]}).encode() for name in ("../../x", "/x", "../b/../x", "..")]
+    for damaged in (b"{", b"[]", b'{"a": 3}', b"\xff", *elsewhere):
         note.write_bytes(damaged)
-        assert list(Job(tmp_path / "a").verify()) == [".raycam/joined.json"]
+        assert list(Job(tmp_path / "a").verify()) == [".raycam/joined.json"], damaged
     note.write_bytes(right)
     index.with_name("index.json.damaged").unlink()
     job.remove()

@@ -64,7 +64,7 @@ class Results:
 
     def note_joined(self, names: Iterable[str], scratch: Path) -> None:
         """Writes down the stamps of files that were made of all frames: index files, or a video beside the folder."""
-        stamps = {name: self._stamp(name) for name in names}
+        stamps = {name: _stamp(self._place(name)) for name in names}
         files.write(os.path.join(self._folder, STATE, JOINED), json.dumps(stamps).encode(), scratch)
 
     def joined(self) -> dict[str, Stamp]:
@@ -73,10 +73,13 @@ class Results:
         try:
             with open(path, "rb") as file:
                 found = json.load(file)
-            return {str(name): (int(size), str(sha)) for name, (size, sha) in found.items()}
+            joined = {str(name): (int(size), str(sha)) for name, (size, sha) in found.items()}
+            for name in joined:
+                self._place(name)  # raises JobError where it leads elsewhere
+            return joined
         except FileNotFoundError:
             return {}
-        except (ValueError, TypeError, AttributeError):
+        except (ValueError, TypeError, AttributeError, JobError):
             raise JobError(f"{path}: it was damaged") from None
 
     def check_joined(self) -> dict[str, str]:
@@ -87,9 +90,9 @@ class Results:
         except JobError as fault:
             return {f"{STATE}/{JOINED}": str(fault)}
         for name, stamp in joined.items():
-            path = os.path.normpath(os.path.join(self._folder, name))
+            path = self._place(name)
             try:
-                _compare(path, stamp, self._stamp(name))
+                _compare(path, stamp, _stamp(path))
             except FileNotFoundError:
                 wrong[name] = f"{path}: it was made, and is not there any more"
             except JobError as fault:
@@ -97,11 +100,6 @@ class Results:
                 with contextlib.suppress(OSError):
                     os.replace(path, path + ".damaged")
         return wrong
-
-    def _stamp(self, name: str) -> Stamp:
-        """Of a file that may be too large for the memory."""
-        with open(os.path.join(self._folder, name), "rb") as file:
-            return os.fstat(file.fileno()).st_size, hashlib.file_digest(file, "sha256").hexdigest()
 
     def set_aside(self, name: str) -> None:
         """Gives a damaged file the ending `.damaged`, where that is possible."""
@@ -125,6 +123,13 @@ class Results:
     def _path(self, name: str) -> str:
         return os.path.join(self._folder, _safe(name))
 
+    def _place(self, name: str) -> str:
+        """Of a file made of all frames: in the folder, or as "../NAME" right beside it."""
+        beside = name.removeprefix("../")
+        if beside == name or "/" in beside:
+            return self._path(name)
+        return os.path.normpath(os.path.join(self._folder, os.pardir, _safe(beside)))
+
 
 def _compare(path: str, stamp: Stamp, found: Stamp) -> None:
     if found != stamp:
@@ -132,6 +137,12 @@ def _compare(path: str, stamp: Stamp, found: Stamp) -> None:
             f"{path}: it was made with {stamp[0]} bytes and SHA-256 {stamp[1][:12]}, it has {found[0]} and "
             f"{found[1][:12]}"
         )
+
+
+def _stamp(path: str) -> Stamp:
+    """Of a file that may be too large for the memory."""
+    with open(path, "rb") as file:
+        return os.fstat(file.fileno()).st_size, hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _safe(name: str) -> str:

@@ -86,7 +86,7 @@ def make_video(
         except _Others:
             return None if there else len(numbers)
         if keep_frames:
-            job.note_joined([os.path.join("..", target.name)])
+            job.note_joined([f"../{target.name}"])
         else:
             job.remove()
     return len(numbers)

@@ -3,7 +3,7 @@
 use crate::block::{LEAF, node};
 use crate::mesh::Bvh;
 
-/// Lower and upper corner, in the mesh's coordinates.
+/// Lower and upper corner; of [`Bvh::boxes`] in the mesh's coordinates.
 pub type Corners = [[f32; 3]; 2];
 
 impl Bvh {
@@ -41,7 +41,7 @@ impl Bvh {
 }
 
 /// Half the area of a box.
-fn area([lower, upper]: &Corners) -> f32 {
+pub fn area([lower, upper]: &Corners) -> f32 {
     let [x, y, z] = [0, 1, 2].map(|axis| upper[axis] - lower[axis]);
     x * y + y * z + z * x
 }

@@ -8,6 +8,7 @@
 use std::sync::Arc;
 
 use crate::block::{LEAF, node};
+use crate::boxes::{Corners, area};
 use crate::build::BuildItem;
 use crate::mesh::Bvh;
 use crate::traverse::local::Extent;
@@ -18,9 +19,8 @@ pub(crate) struct Part {
     pub instance: u32,
     /// Reference of the node or leaf.
     pub start: u32,
-    /// Its box in scaled scene coordinates, rows as of [`crate::block::Node::bounds`]; padded where the mesh is more
-    /// than moved.
-    pub bounds: [f32; 6],
+    /// Its box in scaled scene coordinates, padded where the mesh is more than moved.
+    pub corners: Corners,
 }
 
 /// A part has so many triangles or more, in the mean...
@@ -38,45 +38,53 @@ const SHARED: f32 = 0.1;
 /// A group of so many parts is worth another thread.
 const PARALLEL: usize = 1 << 10;
 
-/// A placed mesh, as its boxes are made.
-pub(crate) struct Form {
+/// How a mesh that rays can meet is placed, as its boxes and their pads are made.
+pub(crate) struct Placement {
     pub bvh: Arc<Bvh>,
     /// From the coordinates of the mesh's tree to scaled scene coordinates.
     pub scene_from_mesh: [[f64; 4]; 3],
+    /// The largest coordinate at hand on the way there.
+    pub reach: f32,
+    /// How much larger its transform makes what is rounded.
+    pub condition: f32,
     /// How far its boxes are padded there.
     pub pad: f64,
 }
 
 /// The parts to build a tree over; `None` for a mesh that no ray can meet.
-pub(crate) fn parts(forms: &[Option<Form>]) -> Vec<Part> {
-    let whole = |(instance, form): (u32, &Option<Form>)| {
-        let form = form.as_ref()?;
-        Some(form.part(instance, form.bvh.root(), form.bvh.extent()))
+pub(crate) fn parts(placements: &[Option<Placement>]) -> Vec<Part> {
+    let whole = |(instance, placement): (u32, &Option<Placement>)| {
+        let placement = placement.as_ref()?;
+        let bvh = &placement.bvh;
+        Some(placement.part(instance, bvh.root(), bvh.extent()))
     };
-    let whole: Vec<Part> = (0..).zip(forms).filter_map(whole).collect();
-    let triangles = forms.iter().flatten().map(|form| form.bvh.triangle_count());
+    let whole: Vec<Part> = (0..).zip(placements).filter_map(whole).collect();
+    let triangles = placements
+        .iter()
+        .flatten()
+        .map(|placement| placement.bvh.triangle_count());
     let room = (triangles.sum::<usize>() / TRIANGLES).min(MOST);
     if whole.len() < 2 || room / whole.len() < WORTH_IT {
         return whole;
     }
-    let mut parts = divide(forms, whole, room);
+    let mut parts = divide(placements, whole, room);
     parts.sort_unstable_by_key(|part| (part.instance, part.start));
     parts
 }
 
 /// Opens those of a group that are in the way of others, then the same on both sides of the group's middle. The group
 /// may become as many parts as there is room for.
-fn divide(forms: &[Option<Form>], mut group: Vec<Part>, room: usize) -> Vec<Part> {
+fn divide(placements: &[Option<Placement>], mut group: Vec<Part>, room: usize) -> Vec<Part> {
     if group.iter().all(|part| part.instance == group[0].instance) {
         return group;
     }
     let others = Others::of(&group);
     for i in 0..group.len() {
         let part = group[i];
-        if shared(&part.bounds, &others.around(part.instance)) < SHARED {
+        if shared(&part.corners, &others.around(part.instance)) < SHARED {
             continue;
         }
-        if let Some(children) = children(forms, &part)
+        if let Some(children) = children(placements, &part)
             && group.len() + children.len() - 1 <= room
         {
             group[i] = children[0];
@@ -89,8 +97,8 @@ fn divide(forms: &[Option<Form>], mut group: Vec<Part>, room: usize) -> Vec<Part
     let count = group.len() + second.len();
     let own = room * group.len() / count;
     let both = (
-        || divide(forms, group, own),
-        || divide(forms, second, room - own),
+        || divide(placements, group, own),
+        || divide(placements, second, room - own),
     );
     let (mut parts, others) = match count > PARALLEL {
         true => rayon::join(both.0, both.1),
@@ -103,7 +111,7 @@ fn divide(forms: &[Option<Form>], mut group: Vec<Part>, room: usize) -> Vec<Part
 /// Takes out what lies beyond the middle of a group, along the axis on which it is longest; `None` where nothing or all
 /// does.
 fn halve(group: &mut Vec<Part>) -> Option<Vec<Part>> {
-    let twice = |part: &Part, axis: usize| part.bounds[2 * axis] + part.bounds[2 * axis + 1];
+    let twice = |part: &Part, axis: usize| part.corners[0][axis] + part.corners[1][axis];
     let ends = |axis: usize| {
         let centers = group.iter().map(|part| twice(part, axis));
         centers.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, u), c| {
@@ -129,21 +137,23 @@ fn halve(group: &mut Vec<Part>) -> Option<Vec<Part>> {
 /// What is around all parts of a group but those of one instance: of each bound the farthest, whose it is, and the
 /// farthest of all others.
 struct Others {
-    farthest: [(f32, u32, f32); 6],
+    farthest: [[(f32, u32, f32); 3]; 2],
 }
 
 impl Others {
     fn of(group: &[Part]) -> Others {
-        let mut farthest = [(f32::NEG_INFINITY, u32::MAX, f32::NEG_INFINITY); 6];
+        let mut farthest = [[(f32::NEG_INFINITY, u32::MAX, f32::NEG_INFINITY); 3]; 2];
         for part in group {
-            for (row, (first, whose, second)) in farthest.iter_mut().enumerate() {
-                let out = outwards(row) * part.bounds[row];
-                if *whose == part.instance {
-                    *first = first.max(out);
-                } else if out > *first {
-                    (*second, *first, *whose) = (*first, out, part.instance);
-                } else {
-                    *second = second.max(out);
+            for (side, bounds) in farthest.iter_mut().enumerate() {
+                for (axis, (first, whose, second)) in bounds.iter_mut().enumerate() {
+                    let out = OUTWARDS[side] * part.corners[side][axis];
+                    if *whose == part.instance {
+                        *first = first.max(out);
+                    } else if out > *first {
+                        (*second, *first, *whose) = (*first, out, part.instance);
+                    } else {
+                        *second = second.max(out);
+                    }
                 }
             }
         }
@@ -151,79 +161,69 @@ impl Others {
     }
 
     /// The box of all that is not this instance's.
-    fn around(&self, instance: u32) -> [f32; 6] {
-        std::array::from_fn(|row| {
-            let (first, whose, second) = self.farthest[row];
-            outwards(row) * if whose == instance { second } else { first }
+    fn around(&self, instance: u32) -> Corners {
+        [0, 1].map(|side: usize| {
+            self.farthest[side].map(|(first, whose, second)| {
+                OUTWARDS[side] * if whose == instance { second } else { first }
+            })
         })
     }
 }
 
-/// -1 for the rows of lower bounds.
-fn outwards(row: usize) -> f32 {
-    if row.is_multiple_of(2) { -1.0 } else { 1.0 }
-}
+/// Which way is out of a box at its lower and at its upper corner.
+const OUTWARDS: [f32; 2] = [-1.0, 1.0];
 
 /// How much of the surface of a box is in another one.
-fn shared(part: &[f32; 6], other: &[f32; 6]) -> f32 {
-    let common = std::array::from_fn(|row| match row % 2 {
-        0 => part[row].max(other[row]),
-        _ => part[row].min(other[row]),
-    });
+fn shared(part: &Corners, other: &Corners) -> f32 {
+    let lower = std::array::from_fn(|axis| part[0][axis].max(other[0][axis]));
+    let upper: [f32; 3] = std::array::from_fn(|axis| part[1][axis].min(other[1][axis]));
+    let apart = (0..3).any(|axis| lower[axis] > upper[axis]);
     let whole = area(part);
-    if whole > 0.0 {
-        area(&common) / whole
-    } else {
+    if apart || whole <= 0.0 {
         0.0
+    } else {
+        area(&[lower, upper]) / whole
     }
-}
-
-/// Half the surface of a box; 0 for an inverted one.
-fn area(bounds: &[f32; 6]) -> f32 {
-    let [x, y, z] = [0, 1, 2].map(|axis| bounds[2 * axis + 1] - bounds[2 * axis]);
-    if x.min(y).min(z) < 0.0 {
-        return 0.0;
-    }
-    x * y + y * z + z * x
 }
 
 /// The parts that a part consists of, if it is more than a few triangles.
-fn children(forms: &[Option<Form>], part: &Part) -> Option<Vec<Part>> {
-    let form = forms.get(part.instance as usize)?.as_ref()?;
+fn children(placements: &[Option<Placement>], part: &Part) -> Option<Vec<Part>> {
+    let placement = placements.get(part.instance as usize)?.as_ref()?;
     if part.start & LEAF != 0 {
         return None;
     }
-    let node = node(form.bvh.blocks(), part.start);
+    let node = node(placement.bvh.blocks(), part.start);
     let children = &node.child[..node.children as usize];
     if children.iter().all(|child| child & LEAF != 0) {
         return None;
     }
     let child = |(lane, &start): (usize, &u32)| {
         let (lower, upper) = node.bounds_of(lane);
-        form.part(part.instance, start, &Extent { lower, upper })
+        placement.part(part.instance, start, &Extent { lower, upper })
     };
     Some(children.iter().enumerate().map(child).collect())
 }
 
-impl Form {
+impl Placement {
     /// What is at and below a node or leaf, whose box that is in the mesh's tree.
     fn part(&self, instance: u32, start: u32, extent: &Extent) -> Part {
         let (lower, upper) = box_of(&self.scene_from_mesh, extent);
+        let corners = [
+            lower.map(|x| ((x - self.pad) as f32).next_down()),
+            upper.map(|x| ((x + self.pad) as f32).next_up()),
+        ];
         Part {
             instance,
             start,
-            bounds: std::array::from_fn(|row| match row % 2 {
-                0 => ((lower[row / 2] - self.pad) as f32).next_down(),
-                _ => ((upper[row / 2] + self.pad) as f32).next_up(),
-            }),
+            corners,
         }
     }
 }
 
 impl Part {
     pub fn item(&self, id: u32) -> BuildItem {
-        let corner = |side: usize| std::array::from_fn(|axis| self.bounds[2 * axis + side]);
-        BuildItem::new(corner(0), corner(1), id)
+        let [lower, upper] = self.corners;
+        BuildItem::new(lower, upper, id)
     }
 }
 
@@ -252,7 +252,7 @@ mod tests {
     use crate::block::leaf;
 
     /// Small triangles along a line: of `every` 250 of them, the run that `first` says.
-    fn beads(first: usize, every: usize, lift: f32) -> Form {
+    fn beads(first: usize, every: usize, lift: f32) -> Placement {
         let at = |i: usize| [i as f32 * 0.01, lift, (i % 7) as f32 * 0.001];
         let chosen = (0..8000).filter(|i| i / 250 % every == first);
         let mut vertices = vec![];
@@ -265,13 +265,15 @@ mod tests {
         let bvh = Bvh::build(&vertices, &triangles, &BuildOptions::default()).unwrap();
         let scale = f64::from(bvh.scale());
         // Turned by a quarter and moved.
-        Form {
+        Placement {
             bvh: Arc::new(bvh),
             scene_from_mesh: [
                 [0.0, -1.0 / scale, 0.0, 5.0],
                 [1.0 / scale, 0.0, 0.0, -3.0],
                 [0.0, 0.0, 1.0 / scale, 2.0],
             ],
+            reach: 100.0,
+            condition: 1.0,
             pad: 1e-4,
         }
     }
@@ -291,37 +293,45 @@ mod tests {
 
     #[test]
     fn every_triangle_is_in_one_part_and_in_its_box() {
-        let forms: Vec<_> = (0..3).map(|i| Some(beads(i, 3, 0.0))).collect();
-        let parts = parts(&forms);
+        let placements: Vec<_> = (0..3).map(|i| Some(beads(i, 3, 0.0))).collect();
+        let parts = parts(&placements);
         assert!(parts.len() > 60, "{}", parts.len());
-        for (instance, form) in forms.iter().flatten().enumerate() {
+        for (instance, placement) in placements.iter().flatten().enumerate() {
             let own = parts.iter().filter(|p| p.instance == instance as u32);
             let mut numbers = vec![];
             for part in own {
                 let mut found = vec![];
-                leaves(&form.bvh, part.start, &mut found);
+                leaves(&placement.bvh, part.start, &mut found);
                 for (first, count, b) in found {
                     numbers.extend(first..first + count);
                     let (lower, upper) = ([b[0], b[2], b[4]], [b[1], b[3], b[5]]);
-                    let leaf = form.part(0, 0, &Extent { lower, upper }).bounds;
-                    for (row, bound) in leaf.iter().enumerate() {
-                        let beyond = outwards(row) * (bound - part.bounds[row]);
-                        assert!(beyond <= 0.0, "row {row} of a part: {beyond}");
+                    let leaf = placement.part(0, 0, &Extent { lower, upper }).corners;
+                    for (side, axis) in (0..6).map(|row| (row % 2, row / 2)) {
+                        let beyond = leaf[side][axis] - part.corners[side][axis];
+                        let beyond = OUTWARDS[side] * beyond;
+                        assert!(
+                            beyond <= 0.0,
+                            "side {side}, axis {axis} of a part: {beyond}"
+                        );
                     }
                 }
             }
             numbers.sort_unstable();
-            assert!(numbers.into_iter().eq(0..form.bvh.triangle_count() as u32));
+            assert!(
+                numbers
+                    .into_iter()
+                    .eq(0..placement.bvh.triangle_count() as u32)
+            );
         }
     }
 
     #[test]
     fn parts_of_meshes_that_interlock_come_apart() {
-        let forms: Vec<_> = (0..3).map(|i| Some(beads(i, 3, 0.0))).collect();
-        let parts = parts(&forms);
+        let placements: Vec<_> = (0..3).map(|i| Some(beads(i, 3, 0.0))).collect();
+        let parts = parts(&placements);
         let apart = parts.iter().filter(|a| {
             let others = parts.iter().filter(|b| b.instance != a.instance);
-            others.map(|b| shared(&a.bounds, &b.bounds)).sum::<f32>() < SHARED
+            others.map(|b| shared(&a.corners, &b.corners)).sum::<f32>() < SHARED
         });
         let apart = apart.count();
         assert!(4 * apart > 3 * parts.len(), "{apart} of {}", parts.len());
@@ -329,8 +339,8 @@ mod tests {
 
     #[test]
     fn meshes_beside_each_other_stay_whole() {
-        let forms = [Some(beads(0, 1, 0.0)), None, Some(beads(0, 1, 0.1))];
-        let whole = parts(&forms);
+        let placements = [Some(beads(0, 1, 0.0)), None, Some(beads(0, 1, 0.1))];
+        let whole = parts(&placements);
         let instances: Vec<_> = whole.iter().map(|part| part.instance).collect();
         assert_eq!(instances, [0, 2]);
     }

@@ -8,7 +8,7 @@ use crate::dispatch::{InstructionSet, Machine};
 use crate::error::BuildError;
 use crate::memory::Pages;
 use crate::mesh::{Bvh, scale_of};
-use crate::part::{Form, Part, box_of, parts};
+use crate::part::{Part, Placement, box_of, parts};
 use crate::ray::{Coherence, ExactHit, ExactRay, Hit, Ray};
 use crate::traverse;
 use crate::traverse::local::{EPS, Extent};
@@ -43,23 +43,13 @@ pub(crate) struct Placed {
     pub stretch: f32,
 }
 
-/// How a mesh that rays can meet comes to scaled scene coordinates.
-struct Way {
-    /// From the coordinates of the mesh's tree.
-    matrix: [[f64; 4]; 3],
-    /// The largest coordinate at hand on the way there.
-    reach: f32,
-    /// How much larger its transform makes what is rounded.
-    condition: f32,
-}
-
 impl Placed {
-    /// `bounds` is the mesh's box in the scene, `None` for an empty mesh.
+    /// The placement has no pad yet. `bounds` is the mesh's box in the scene, `None` for an empty mesh.
     fn new(
         instance: Instance,
         bounds: Option<([f64; 3], [f64; 3])>,
         unit: f64,
-    ) -> (Self, Option<Way>) {
+    ) -> (Self, Option<Placement>) {
         let scale = f64::from(instance.bvh.scale());
         let forward = instance.world_from_mesh.map(|row| row.map(f64::from));
         let along = scale / unit;
@@ -69,16 +59,19 @@ impl Placed {
             .filter(|m| m.iter().flatten().all(|x| x.is_finite()));
         // Row sums bound how far the largest coordinate grows.
         let stretch = usable.map_or(0.0, |m| norm(&m.map(|row| row.map(f64::from))));
-        let way = usable.and(bounds).map(|(lower, upper)| {
+        let placement = usable.and(bounds).map(|(lower, upper)| {
             let shrink = norm(&forward) * unit / scale;
             let mesh_reach = f64::from(instance.bvh.reach()) * shrink;
             let corners = lower.iter().chain(&upper);
             let farthest = corners.fold(0.0, |r: f64, x| r.max((x * unit).abs()));
             let back = unit / scale;
-            Way {
-                matrix: forward.map(|r| [r[0] * back, r[1] * back, r[2] * back, r[3] * unit]),
+            Placement {
+                bvh: instance.bvh.clone(),
+                scene_from_mesh: forward
+                    .map(|r| [r[0] * back, r[1] * back, r[2] * back, r[3] * unit]),
                 reach: (mesh_reach + farthest) as f32,
                 condition: (stretch * shrink) as f32,
+                pad: 0.0,
             }
         });
         let mesh_from_scene = usable.unwrap_or([[0.0; 4]; 3]);
@@ -89,7 +82,7 @@ impl Placed {
             mesh_from_scene,
             stretch: stretch as f32,
         };
-        (placed, way)
+        (placed, placement)
     }
 }
 
@@ -182,32 +175,25 @@ impl Scene {
             direct,
             machine: Machine::best(),
         };
-        let placed: Vec<_> = instances
-            .into_iter()
-            .zip(boxes)
-            .map(|(instance, bounds)| Placed::new(instance, bounds, unit))
-            .collect();
-        for way in placed.iter().filter_map(|(_, way)| way.as_ref()) {
-            scene.condition = scene.condition.max(way.condition);
-            scene.reach = scene.reach.max(way.reach);
-        }
-        let mut forms = Vec::with_capacity(placed.len());
-        for (placed, way) in placed {
-            let reach = scene.reach;
-            forms.push(way.map(|way| Form {
-                bvh: placed.bvh.clone(),
-                scene_from_mesh: way.matrix,
-                pad: match placed.shift {
-                    Some(_) => 0.0,
-                    None => f64::from(rounding_of(way.condition) * 2.0 * reach),
-                },
-            }));
+        let mut placements: Vec<Option<Placement>> = Vec::with_capacity(instances.len());
+        for (instance, bounds) in instances.into_iter().zip(boxes) {
+            let (placed, placement) = Placed::new(instance, bounds, unit);
+            if let Some(placement) = &placement {
+                scene.condition = scene.condition.max(placement.condition);
+                scene.reach = scene.reach.max(placement.reach);
+            }
             scene.placed.push(placed);
+            placements.push(placement);
+        }
+        for (placed, placement) in scene.placed.iter().zip(&mut placements) {
+            if let (None, Some(placement)) = (placed.shift, placement) {
+                placement.pad = f64::from(rounding_of(placement.condition) * 2.0 * scene.reach);
+            }
         }
         if direct {
             scene.reach = scene.placed[0].bvh.reach();
         }
-        scene.parts = parts(&forms);
+        scene.parts = parts(&placements);
         let items: Vec<_> = (0..)
             .zip(&scene.parts)
             .map(|(id, part)| part.item(id))

@@ -9,6 +9,7 @@
 //! the sums; the exit status says whether all were answered.
 
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
@@ -21,7 +22,7 @@ const MEMORY: u64 = 64 << 20;
 const TIMES: u64 = 16;
 const SECONDS: f64 = 1.0;
 
-fn main() -> ExitCode {
+fn main() -> io::Result<ExitCode> {
     let mut words: Vec<String> = std::env::args().skip(1).collect();
     let mut cases = 0;
     if words.first().is_some_and(|word| word == "--damage") {
@@ -32,23 +33,22 @@ fn main() -> ExitCode {
         words.drain(..2.min(words.len()));
     }
     if words.first().is_some_and(|word| word == "--one") {
-        one(Path::new(&words[1]), words[2].parse().unwrap_or(0));
-        return ExitCode::SUCCESS;
+        one(Path::new(&words[1]), words[2].parse().unwrap_or(0))?;
+        return Ok(ExitCode::SUCCESS);
     }
     let mut all: Vec<PathBuf> = words
         .iter()
         .flat_map(|folder| files(Path::new(folder)))
         .collect();
     all.retain(|path| kind(path).is_some());
-    let own = std::env::current_exe().expect("the path of this program");
+    let own = std::env::current_exe()?;
     let (mut failed, mut answers, mut good, mut peak, mut slowest) = (0, 0, 0, 0_u64, 0.0_f64);
     for path in &all {
         let output = Command::new(&own)
             .arg("--one")
             .arg(path)
             .arg(cases.to_string())
-            .output()
-            .expect("a process for a file");
+            .output()?;
         let said = String::from_utf8_lossy(&output.stdout);
         let numbers: Vec<f64> = (said.lines().last().unwrap_or_default().split(' '))
             .filter_map(|word| word.parse().ok())
@@ -82,7 +82,7 @@ fn main() -> ExitCode {
         all.len(),
         peak as f64 / f64::from(1 << 20)
     );
-    ExitCode::from(u8::from(failed > 0))
+    Ok(ExitCode::from(u8::from(failed > 0)))
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -163,8 +163,8 @@ fn answer(path: &Path, bytes: Vec<u8>, whole: bool) -> Result<(), FormatError> {
 }
 
 /// Prints how many answers there were, how many of them were no errors, the memory and the longest time.
-fn one(path: &Path, cases: usize) {
-    let bytes = fs::read(path).expect("a file");
+fn one(path: &Path, cases: usize) -> io::Result<()> {
+    let bytes = fs::read(path)?;
     let name = path
         .file_name()
         .unwrap_or_default()
@@ -217,6 +217,7 @@ fn one(path: &Path, cases: usize) {
         }
     }
     println!("{count} {good} {} {slowest}", peak().saturating_sub(before));
+    Ok(())
 }
 
 /// The most bytes that this process has had in memory.

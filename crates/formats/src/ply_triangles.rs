@@ -42,8 +42,8 @@ pub(crate) fn read(
     Some(triangles)
 }
 
-/// Of such an element in a binary file: the bytes before the list in a row, the kind of the list's length, and the bytes of a row
-/// of one triangle.
+/// Of such an element in a binary file: the bytes before the list in a row, the kind of the list's length, and the bytes
+/// of a row of one triangle.
 fn layout(element: &Element, columns: &Columns<'_>) -> Option<(usize, Kind, usize)> {
     let (mut before, mut list, mut stride) = (0, None, 0);
     for (property, meaning) in element.properties.iter().zip(columns.meanings()) {

@@ -59,8 +59,8 @@ pub struct Flow {
 ///
 /// # Errors
 /// [`RenderError::World`] where the worlds do not have the same objects with as many triangles, and where a second one
-/// moves on while its camera reads line after line, and its objects and meshes that bend take too much memory; [`RenderError::Cancelled`], and
-/// those of [`with_pool`].
+/// moves on while its camera reads line after line, and its objects and meshes that bend take too much memory;
+/// [`RenderError::Cancelled`], and those of [`with_pool`].
 pub fn flow(
     first: View,
     second: View,

@@ -106,7 +106,7 @@ fn in_scene<I: Isa, Q: Query>(
             let placed = &scene.placed[part.instance as usize];
             let mut entered = 0;
             if !scene.direct {
-                entered = packet.enter::<I>(|row| part.bounds[row], packet.active);
+                entered = packet.enter::<I>(|row| part.corners[row % 2][row / 2], packet.active);
                 local.gather(rays, who, entered);
                 for (ray, number) in local.rays[..local.len].iter_mut().zip(&local.who) {
                     *ray = query.turned(ray, usize::from(*number), placed);

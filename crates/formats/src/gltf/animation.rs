@@ -146,16 +146,15 @@ impl Builder<'_, '_> {
             4 => output.floats::<4>(document, ledger)?.into_flattened(),
             _ => output.floats::<1>(document, ledger)?.into_flattened(),
         };
-        let rising =
-            times.first().is_some_and(|first| *first >= 0.0) && times.is_sorted_by(|a, b| a < b);
-        let place = match (rising, &times[..]) {
-            (true, _) => format!("{place} (ANIMATION_SAMPLER_OUTPUT_ACCESSOR_INVALID_COUNT)"),
-            (false, [first, ..]) if *first < 0.0 => {
-                format!("{place} (ACCESSOR_ANIMATION_INPUT_NEGATIVE)")
-            }
-            _ => format!("{place} (ACCESSOR_ANIMATION_INPUT_NON_INCREASING)"),
+        // As glTF-Validator calls what is wrong with them, if something is.
+        let code = if times.first().is_some_and(|first| *first < 0.0) {
+            "ACCESSOR_ANIMATION_INPUT_NEGATIVE"
+        } else if times.is_empty() || !times.is_sorted_by(|a, b| a < b) {
+            "ACCESSOR_ANIMATION_INPUT_NON_INCREASING"
+        } else {
+            "ANIMATION_SAMPLER_OUTPUT_ACCESSOR_INVALID_COUNT"
         };
-        let place = &place;
+        let place = &format!("{place} ({code})");
         Sampler::new(times, values, width, interpolation, rotation)
             .map_err(|error| document.scene(place, error))
     }

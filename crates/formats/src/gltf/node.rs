@@ -181,13 +181,17 @@ impl Builder<'_, '_> {
         for node_from_mesh in self.instances(place, node)? {
             let mut world_from_mesh = world_from_node * node_from_mesh;
             let mut mesh = placeable.mesh;
-            if !world_from_mesh.inverse().is_finite() && skin.is_none() {
+            let flat = !world_from_mesh.inverse().is_finite();
+            if skin.is_some() {
+                world_from_mesh = DAffine3::IDENTITY;
+            } else if flat && moving {
+                // It is made flat at the times at which it is.
+                world_from_mesh.matrix3 = DMat3::IDENTITY;
+            } else if flat {
                 let whole = self.world.meshes[mesh].clone();
                 let size = whole.vertices.len() + whole.triangles.len();
                 self.ledger.take(document.path, place, size as u64, 64)?;
                 match rig::flattened(&whole, world_from_mesh) {
-                    // What is flat at a time is made so then.
-                    _ if moving => world_from_mesh.matrix3 = DMat3::IDENTITY,
                     Some(_) if shape.is_some() => world_from_mesh.matrix3 = DMat3::IDENTITY,
                     Some(flat) => {
                         mesh = self.world.add_mesh(flat);
@@ -199,8 +203,6 @@ impl Builder<'_, '_> {
                         continue;
                     }
                 }
-            } else if skin.is_some() {
-                world_from_mesh = DAffine3::IDENTITY;
             }
             // What bends has a mesh of its own: the first object takes the one that is there.
             if let Some(shape) = shape
