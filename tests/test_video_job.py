@@ -190,10 +190,10 @@ def test_commands_of_jobs(
     assert "running   no" in out
     assert run("verify frames") == 0
     assert "8 of 8 frames finished, every byte as it was made" in capsys.readouterr().out
-    Path("frames/frame_0002.png").write_bytes(b"x" * Path("frames/frame_0002.png").stat().st_size)
+    Path("frames/frame_0003.png").write_bytes(b"x" * Path("frames/frame_0003.png").stat().st_size)
     assert run("verify frames") == 1
     told = capsys.readouterr()
-    assert told.out.startswith("frames/frame_0002.png: it was made with")
+    assert told.out.startswith("frames/frame_0003.png: it was made with")
     assert "frames: 1 damaged or gone" in told.err
     whole = results(here / "frames")
     assert run(video) == 0
