@@ -307,6 +307,12 @@ def test_a_rig(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "rig 'stereo'" in capsys.readouterr().out
     assert run("cameras car.toml --to kalibr -o chain.yaml") == run("info chain.yaml") == 0
     assert "from the first 0.2 0 0" in capsys.readouterr().out
+    assert run("cameras chain.yaml:cam1 --to ros -o right.yaml") == 0
+    (right,) = raycam.load_cameras("right.yaml").values()
+    np.testing.assert_array_equal(right.K, raycam.load_cameras("chain.yaml")["cam1"].K)
+    capsys.readouterr()
+    assert run("cameras chain.yaml:cam9 --to ros -o right.yaml") == 1
+    assert "unknown camera 'cam9'" in capsys.readouterr().err
     assert run("render box.toml --rig chain.yaml -o own.png --integrator flat --samples 1") == 0
     assert Path("own_cam1.png").exists()
     Path("body.tum").write_text("0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n")

@@ -14,6 +14,7 @@ import pytest
 import raycam
 import raycam.cli
 import raycam.dataset
+from bending_plate import FACES, bending_plate, plate_at
 from PIL import Image
 from pycocotools.coco import COCO
 from raycam.dataset import FORMATS, views, write
@@ -98,6 +99,25 @@ def test_coco(tmp_path: Path, segmentation: str) -> None:
                 assert one["num_keypoints"] == inside.sum()
     ids = coco.getAnnIds()
     assert sorted(ids) == list(range(1, len(ids) + 1))
+
+
+def test_coco_keypoints_follow_what_bends_before_a_rolling_shutter(tmp_path: Path) -> None:
+    world = bending_plate(tmp_path)
+    camera = raycam.Camera.look_at([1, 2, 6], [0.3, 1, 0], [0, 1, 0], size=SIZE, fov=30)
+    rolling = camera.exposing(0.01, readout=0.3)
+    weights, triangles = [[0.2, 0.3, 0.5], [0.6, 0.3, 0.1]], [0, 3]
+    points = {"names": ["low", "high"], "points": weights, "triangles": triangles}
+    given = {"cameras": [rolling], "times": [0.5], "samples": 1}
+    write(world, tmp_path / "set", "coco", **given, keypoints={"object": points})
+    (one,) = json.loads((tmp_path / "set/annotations/instances.json").read_text())["annotations"]
+    found = np.reshape(one["keypoints"], (2, 3))
+    seen = raycam.keypoints(world.at(0.5), rolling, weights, [0, 0], triangles=triangles)
+    np.testing.assert_allclose(found[:, :2], seen.pixels + 0.5)
+    corners = plate_at(0.5)[FACES[triangles]]
+    still = camera.project(np.einsum("nk,nkj->nj", weights, corners))[0]
+    assert np.abs(seen.pixels - still).max() > 0.3
+    with pytest.raises(raycam.SettingsError, match="one of triangles for each of the names"):
+        write(world, tmp_path / "no", "coco", **given, keypoints={"object": points | {"triangles": [0]}})
 
 
 def test_a_world_without_categories_is_all_objects(tmp_path: Path) -> None:

@@ -42,3 +42,9 @@ def test_it_shows_the_camera_that_would_be_used() -> None:
 def test_zero_has_no_sign() -> None:
     camera = raycam.Camera.from_pose([0, 0, 0], 0, 0, 0, size=(64, 48), focal=50)
     assert "-0.000000" not in info_cameras({"front": camera})
+
+
+def test_places_far_away_are_not_rounded_to_metres() -> None:
+    far = [512345.678125, -5412345.25, 103.5]
+    camera = raycam.Camera.from_pose(far, 0, 0, 0, size=(64, 48), focal=50)
+    assert "C  512345.678125 -5412345.25 103.5" in info_cameras({"front": camera})

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
-from raycam.labels import box3d, keypoints, label
+from raycam.labels import box3d, label
 
 SIZE = (96, 64)
 
@@ -121,37 +121,6 @@ def test_boxes_in_the_world() -> None:
         box3d(world(), 6)
 
 
-@pytest.mark.parametrize("name", cameras())
-def test_keypoints_are_seen_where_their_object_is(name: str) -> None:
-    camera = cameras()[name]
-    rng = np.random.default_rng(2)
-    # Points on the faces of the box, in its own coordinates; and one behind the camera.
-    points = rng.uniform(-0.5, 0.5, (200, 3))
-    points[np.arange(200), np.arange(200) % 3] = rng.choice([-0.5, 0.5], 200)
-    points *= [1, 1.5, 0.8]
-    found = keypoints(world(), camera, points, [1] * 200, tolerance=1e-6)
-    angle = np.radians(20)
-    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
-    np.testing.assert_allclose(found.points, points @ turn.T + [0.3, 0.2, 0.4])
-    pixels, _ = camera.project(found.points)
-    np.testing.assert_array_equal(found.pixels, pixels)
-    assert found.visible.any()
-    assert {-1, 1, 2} <= set(found.occluder)
-    # A face that looks away is hidden by the box itself, or by what stands before that.
-    normals = np.zeros((200, 3))
-    normals[np.arange(200), np.arange(200) % 3] = np.sign(points[np.arange(200), np.arange(200) % 3])
-    away = ((camera.C - found.points) * (normals @ turn.T)).sum(axis=1) < 0
-    assert not found.visible[away].any()
-    assert set(found.occluder[~away]) <= {-1, 2}
-    behind = keypoints(world(), camera, [camera.C - camera.forward, [50, 50, 0.0]])
-    if name == "pinhole":
-        assert np.isnan(behind.pixels[0]).all()
-    assert not behind.visible.any()
-    assert (behind.occluder == -1).all()
-    with pytest.raises(raycam.SettingsError, match="objects has 1 entries for 2 points"):
-        keypoints(world(), camera, [[0, 0, 0], [1, 1, 1]], [0])
-
-
 @pytest.mark.parametrize("pane", [{"type": "glass"}, {"opacity": 0.3}], ids=["glass", "opacity"])
 def test_ground_truth_is_of_the_first_surface_or_of_the_first_solid_one(pane: dict[str, Any]) -> None:
     world = raycam.World()
@@ -171,17 +140,6 @@ def test_ground_truth_is_of_the_first_surface_or_of_the_first_solid_one(pane: di
     assert labels["box"].visible_fraction == 0.0  # the pane stands before it
     through = raycam.label(world, camera, objects=[0], instance=solid["instance"])
     assert through[0].visible_fraction == 1.0
-
-
-def test_keypoints_in_the_air_are_on_no_surface() -> None:
-    world = raycam.World()
-    world.add_object(box={"size": [9, 9, 1]}, location=[0, 0, 5.5])
-    world.add_object(box={"size": 0.2}, location=[0, 0, 2])
-    camera = raycam.Camera(np.diag([40.0, 40, 1]), np.eye(3), [-1, 0, 0], (96, 64))
-    points = [[0.5, 1, 5], [0.5, 1, 4], [0.0, 0, 1.9], [0.0, 0, 2], [0.01, 0.02, 5.5], [99, 0, 5]]
-    found = keypoints(world, camera, points)
-    assert found.on_surface.tolist() == [True, False, True, False, False, False]
-    assert found.visible.tolist() == [True, True, True, False, False, False]
 
 
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])

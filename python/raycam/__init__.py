@@ -17,7 +17,8 @@ from .flow import disparity, flow
 from .frame import Frame
 from .interop_open3d import from_open3d
 from .interop_trimesh import from_trimesh
-from .labels import Box3D, Keypoints, Label, box3d, keypoints, label
+from .keypoints import Keypoints, keypoints
+from .labels import Box3D, Label, box3d, label
 from .render import render
 from .rig import Rig
 from .texture import Texture

@@ -110,5 +110,11 @@ def _fixed(value: float) -> str:
 
 
 def _vector(values: object) -> str:
-    """Numbers with at most six digits."""
-    return " ".join(f"{value:.6g}" for value in np.atleast_1d(np.asarray(values, dtype=np.float64)) + 0.0)
+    """Numbers with six digits; where that is more, with six decimals: what is far away is not rounded to metres."""
+    numbers = np.atleast_1d(np.asarray(values, dtype=np.float64)) + 0.0
+    return " ".join(f"{value:.{6 + _digits(value)}g}" for value in numbers)
+
+
+def _digits(value: float) -> int:
+    """How many digits a number has before its point."""
+    return len(str(int(abs(value)))) if 1.0 <= abs(value) < 1e9 else 0

@@ -1,4 +1,4 @@
-"""Labels of what a camera sees: masks, boxes and visible fractions of objects, and keypoints."""
+"""Labels of what a camera sees: masks, boxes and visible fractions of objects."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .arrays import Bools, Floats, floats, whole
+from .arrays import Bools, Floats, whole
 from .camera import Camera
 from .errors import SettingsError
 from .render import render
 from .world import World
 
-__all__ = ["Box3D", "Keypoints", "Label", "box3d", "keypoints", "label"]
+__all__ = ["Box3D", "Label", "box3d", "label"]
 
 Region = tuple[int, int, int, int]
 
@@ -182,61 +182,3 @@ def box3d(world: World, number: int) -> Box3D:
     """
     rotation, center, size = _core.oriented_box(world._core, whole("object", number, 0, 1 << 31))
     return Box3D(np.array(rotation), np.array(center), np.array(size))
-
-
-@dataclass(frozen=True)
-class Keypoints:
-    """Points in one picture, [n] of them."""
-
-    points: Floats
-    """Where they are in the world [n, 3], metres."""
-    pixels: Floats
-    """Their images [n, 2]; NaN where the camera has none."""
-    in_picture: Bools
-    """Whether their image lies inside of the picture."""
-    visible: Bools
-    """Whether it does, and nothing lies before them."""
-    occluder: npt.NDArray[np.int32]
-    """The object that lies before them, which may be their own; -1 where none does, and outside."""
-    on_surface: Bools
-    """Whether they are visible, and what is seen there is a surface at their place, and not one behind it."""
-
-
-def keypoints(
-    world: World,
-    camera: Camera,
-    points: npt.ArrayLike,
-    objects: Sequence[int] | None = None,
-    *,
-    tolerance: float = 1e-4,
-    threads: int | None = None,
-) -> Keypoints:
-    """The images of `points` [n, 3], and what hides them.
-
-    `points` are in the world, or with `objects`, one for each, in the coordinates of their meshes. The camera's own ray
-    to a point finds the object before it: what lies nearer than the point by more than `tolerance` times the distance.
-    All of it is of the world as it stands, for a camera that reads line after line too.
-    Raises `SettingsError`.
-    """
-    places = floats("points", points, ("n", 3))
-    if objects is not None:
-        known = world.objects
-        if len(objects) != len(places):
-            raise SettingsError(f"objects has {len(objects)} entries for {len(places)} points")
-        chosen = [known[whole("objects", number, 0, len(known) - 1)].matrix for number in objects]
-        matrices = np.array(chosen).reshape(-1, 4, 4)
-        places = np.einsum("nij,nj->ni", matrices[:, :3, :3], places) + matrices[:, :3, 3]
-    pixels, in_front = camera.project(places)
-    pixels[~in_front] = np.nan
-    with np.errstate(invalid="ignore"):
-        past = pixels - camera.corner
-        inside: Bools = np.asarray(((past >= 0.0) & (past < camera.size)).all(axis=1))
-    origins, directions = camera.rays(pixels[inside])
-    distance = ((places[inside] - origins) * directions).sum(axis=1)
-    hits = world.cast_rays(origins, directions, threads=threads)
-    occluder = np.full(len(places), -1, dtype=np.int32)
-    occluder[inside] = np.where(hits["t"] < distance * (1.0 - tolerance), hits["instance"], -1)
-    visible = inside & (occluder == -1)
-    on_surface = visible.copy()
-    on_surface[inside] &= hits["t"] <= distance * (1.0 + tolerance)
-    return Keypoints(places, pixels, inside, visible, occluder, on_surface)

@@ -48,7 +48,7 @@ mod core {
     #[pymodule_export]
     use crate::rig::{Rig, world_add_rig, world_rig_at, world_rigs};
     #[pymodule_export]
-    use crate::truth::{flow, oriented_box, silhouettes};
+    use crate::truth::{flow, keypoints, oriented_box, silhouettes};
     #[pymodule_export]
     use crate::world::World;
 

@@ -6,9 +6,10 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::flow::{View, flow as follow};
+use raycam_render::keypoints::{Anchor, Keypoint, keypoints as find};
 use raycam_render::{PreparedWorld, silhouette};
 
-use crate::arrays::{array, rows_of};
+use crate::arrays::{Floats, array, rows, rows_of, vector};
 use crate::camera::Camera;
 use crate::error::settings_error;
 use crate::watch::watched;
@@ -84,6 +85,54 @@ pub(crate) fn silhouettes<'py>(
             Ok((found.object, found.region.into(), mask))
         })
         .collect()
+}
+
+/// The images of points [n, 3]: arrays by the names of `raycam.Keypoints`. `objects` and `triangles` have one entry for
+/// each point, where they are given; the points of triangles are weights of their corners.
+#[pyfunction]
+pub(crate) fn keypoints<'py>(
+    py: Python<'py>,
+    seen: (PyRef<'py, World>, PyRef<'py, Camera>),
+    points: Floats<'py>,
+    objects: Option<Vec<usize>>,
+    triangles: Option<Vec<usize>>,
+    tolerance: f64,
+    threads: Option<usize>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let points = rows::<f64, 3>(&points, "points")?;
+    let of = |numbers: &Option<Vec<usize>>, i: usize| numbers.as_ref()?.get(i).copied();
+    let anchor = |(i, point): (usize, &[f64; 3])| match (of(&objects, i), of(&triangles, i)) {
+        (None, _) => Anchor::World(vector(*point)),
+        (Some(object), None) => Anchor::Mesh {
+            object,
+            point: vector(*point),
+        },
+        (Some(object), Some(triangle)) => Anchor::Triangle {
+            object,
+            triangle,
+            weights: vector(*point),
+        },
+    };
+    let anchors: Vec<Anchor> = points.iter().enumerate().map(anchor).collect();
+    let world = seen.0.prepared_world(py, threads)?;
+    let seen = view(&world, &seen.1);
+    let found = watched(py, None, |control| {
+        find(seen, &anchors, tolerance, threads, control)
+    })?;
+    let n = found.len();
+    let occluder = |point: &Keypoint| point.occluder.map_or(-1, |object| object as i32);
+    let dict = PyDict::new(py);
+    let points: Vec<f64> = found.iter().flat_map(|p| p.point.to_array()).collect();
+    dict.set_item("points", array(py, points, &[n, 3])?)?;
+    let pixels: Vec<f64> = found.iter().flat_map(|p| p.pixel.to_array()).collect();
+    dict.set_item("pixels", array(py, pixels, &[n, 2])?)?;
+    let inside: Vec<bool> = found.iter().map(|p| p.inside).collect();
+    dict.set_item("in_picture", array(py, inside, &[n])?)?;
+    let occluders: Vec<i32> = found.iter().map(occluder).collect();
+    dict.set_item("occluder", array(py, occluders, &[n])?)?;
+    let on_surface: Vec<bool> = found.iter().map(|p| p.on_surface).collect();
+    dict.set_item("on_surface", array(py, on_surface, &[n])?)?;
+    Ok(dict)
 }
 
 /// The rotation world_from_box, the centre and the size of a box.

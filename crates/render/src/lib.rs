@@ -22,6 +22,7 @@ mod filter;
 pub mod flow;
 mod frame;
 mod integrator;
+pub mod keypoints;
 mod light;
 mod moments;
 mod pass_through;

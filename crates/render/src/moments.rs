@@ -40,8 +40,8 @@ pub(crate) struct Moments<'a> {
     clock: Clock,
     /// From when the first line opens until the last one closes, in seconds.
     whole: f64,
-    /// Whether lines open one after another.
-    rolling: bool,
+    /// From the middle of the first line's exposure until that of the last one's; 0 where all lines open at once.
+    readout: f64,
     slices: Vec<OnceLock<Arc<PreparedWorld>>>,
 }
 
@@ -52,22 +52,26 @@ impl<'a> Moments<'a> {
     /// Those of a camera with a shutter, of a world that moves and knows what time it is; none of any other.
     pub fn new(world: &'a World, still: &'a PreparedWorld, camera: &Camera) -> Option<Self> {
         let (motion, clock) = (camera.motion()?, world.clock?);
-        let rolling = motion.readout() > 0.0;
+        let readout = motion.readout();
         let few = world.rig.is_none() && world.objects.len() <= FEW;
-        let slices = if rolling && few { FINE_SLICES } else { SLICES };
+        let slices = if readout > 0.0 && few {
+            FINE_SLICES
+        } else {
+            SLICES
+        };
         (motion.whole() > 0.0 && world.moves()).then(|| Self {
             world,
             still,
             clock,
             whole: motion.whole(),
-            rolling,
+            readout,
             slices: std::iter::repeat_with(OnceLock::new).take(slices).collect(),
         })
     }
 
     /// Whether the ground truth of different lines is of different times.
     pub fn is_rolling(&self) -> bool {
-        self.rolling
+        self.readout > 0.0
     }
 
     /// The slice in which a pixel is seen at a part of its exposure.
@@ -186,13 +190,23 @@ impl<'a> Moments<'a> {
         bent.values().map(of_mesh).sum::<usize>()
     }
 
-    fn at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {
+    /// The world as it is described, when the line at a fraction of the picture, from 0 to 1, is in the middle of its
+    /// exposure.
+    pub fn described_at(&self, line: f64) -> Result<World, RenderError> {
+        self.described((line - 0.5) * self.readout)
+    }
+
+    fn described(&self, since_middle: f64) -> Result<World, RenderError> {
         let clock = Clock {
             time: self.clock.time + since_middle,
             ..self.clock
         };
         let world = self.world.at_clock(clock);
-        let world = world.map_err(|error| RenderError::World(error.to_string()))?;
+        world.map_err(|error| RenderError::World(error.to_string()))
+    }
+
+    fn at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {
+        let world = self.described(since_middle)?;
         let moved = PreparedWorld::moved(&world, self.world, self.still, control)?;
         Ok(Arc::new(moved))
     }

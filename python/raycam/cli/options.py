@@ -197,7 +197,7 @@ def named_camera(text: str, options: argparse.Namespace) -> Camera:
     """The camera of "FILE" (its first one) or "FILE:NAME", where FILE is a calibration or a world file."""
     from ..world_load import load
 
-    found = _calibration(text)
+    found = calibration_file(text)
     if found is None:
         raise FileNotFoundError(f"{text}: there is no such file; expected a calibration or a world file")
     file, name = found
@@ -214,7 +214,7 @@ def view(world: World, options: argparse.Namespace) -> Camera:
         return world.default_camera(options.size or (640, 480))
     if options.camera is None:
         camera = world.default_camera()
-    elif options.camera not in world.cameras and (file := _calibration(options.camera)) is not None:
+    elif options.camera not in world.cameras and (file := calibration_file(options.camera)) is not None:
         cameras = load_calibration(file[0], options)
         camera = cameras.find(file[1]) if file[1] else next(iter(cameras.values()))
     elif options.camera not in world.cameras and (
@@ -233,7 +233,7 @@ def view(world: World, options: argparse.Namespace) -> Camera:
     return camera.resized(options.size)
 
 
-def _calibration(text: str) -> tuple[str, str] | None:
+def calibration_file(text: str) -> tuple[str, str] | None:
     """File and name of FILE or FILE:NAME, if there is such a file."""
     file, _, name = text.rpartition(":")
     pairs = [(text, ""), (file, name)]

@@ -132,7 +132,8 @@ def write(
     are, as "object". The formats and their options:
 
     * "coco": `segmentation` ("rle" or "polygon"), `min_pixels` (1) that must be seen of an object, `keypoints`
-      ({category: {"names": [...], "points": [[x, y, z], ...] in the mesh's coordinates, "skeleton": [...]}})
+      ({category: {"names": [...], "points": [[x, y, z], ...] in the mesh's coordinates, or with "triangles": [...] the
+      weights of their corners, which follow meshes that bend, "skeleton": [...]}})
     * "bop": `split` ("train_pbr"), `scene` (0), `depth_scale` in mm (default: the finest of each picture)
     * "kitti": `baseline` in metres adds the right camera, disparity and image_3; of rigs, these are of their first two
       cameras, a rectified pair; `flow` (False) to the next view

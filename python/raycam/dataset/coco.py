@@ -11,7 +11,8 @@ import numpy as np
 from .. import _core
 from ..arrays import Bools
 from ..errors import SettingsError
-from ..labels import Label, keypoints
+from ..keypoints import keypoints
+from ..labels import Label
 from .plan import Format, Index, Made, Plan, Record, Shot
 
 __all__ = ["FORMAT"]
@@ -30,10 +31,15 @@ def check(plan: Plan) -> None:
                 f"keypoints: there is no category {name!r}, only {list(plan.categories.values())}"
             )
         wanted = {"names", "points"}
-        if not (isinstance(points, dict) and wanted <= points.keys() <= wanted | {"skeleton"}):
-            raise SettingsError(f'keypoints of {name!r}: expected "names", "points" and perhaps "skeleton"')
+        if not (isinstance(points, dict) and wanted <= points.keys() <= wanted | {"skeleton", "triangles"}):
+            raise SettingsError(
+                f'keypoints of {name!r}: expected "names", "points" and perhaps "triangles", "skeleton"'
+            )
         if np.shape(points["points"]) != (len(points["names"]), 3):
             raise SettingsError(f"keypoints of {name!r}: expected one point [3] for each of the names")
+        triangles = points.get("triangles")
+        if triangles is not None and len(triangles) != len(points["names"]):
+            raise SettingsError(f"keypoints of {name!r}: expected one of triangles for each of the names")
 
 
 def make(plan: Plan, number: int) -> Made:
@@ -67,7 +73,14 @@ def annotation(shot: Shot, item: Label) -> Record:
     points = plan.options["keypoints"].get(plan.categories[shot.category(item.object)])
     if points is not None:
         places = points["points"]
-        seen = keypoints(shot.world, shot.camera, places, [item.object] * len(places), threads=plan.threads)
+        seen = keypoints(
+            shot.world,
+            shot.camera,
+            places,
+            [item.object] * len(places),
+            triangles=points.get("triangles"),
+            threads=plan.threads,
+        )
         triples = [
             [*(pixel - shot.camera.corner).tolist(), 2 if visible else 1] if inside else [0, 0, 0]
             for pixel, inside, visible in zip(seen.pixels, seen.in_picture, seen.visible, strict=True)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from ..arrays import Floats
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
-from ..labels import keypoints
+from ..keypoints import keypoints
 from . import colmap_rigs
 from .colmap_tracks import Tracks
 from .plan import Format, Index, Made, Plan, Record, matrix_text

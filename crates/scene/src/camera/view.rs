@@ -263,7 +263,7 @@ impl Camera {
     }
 
     /// Pixels from the corner of the picture.
-    fn past_corner(&self, pixel: DVec2) -> DVec2 {
+    pub fn past_corner(&self, pixel: DVec2) -> DVec2 {
         pixel + 0.5 - self.pixel_center.offset()
     }
 }
