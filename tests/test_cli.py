@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
+from gltf_document import Document
 from PIL import Image
 from raycam import FORMATS, dataset
 from raycam.cli import COMMANDS, main
@@ -113,6 +114,27 @@ def test_a_camera_by_name(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
         assert image.size == (8, 6)
     assert run("render two.toml --camera fron -o x.png") == 1
     assert 'did you mean "front"' in capsys.readouterr().err
+
+
+def test_an_animation_moves_its_camera(folder: Path) -> None:
+    document = Document()
+    document.node(mesh=document.square(pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1]}))
+    lens = {"yfov": 1.0, "aspectRatio": 1.0, "znear": 0.1}
+    camera = document.node(camera=document.add("cameras", type="perspective", perspective=lens))
+    moves = {
+        "input": document.accessor(np.float32([0, 2])),
+        "output": document.accessor(np.float32([[0, 0, 3], [0, 0, 9]])),
+    }
+    channel = {"sampler": 0, "target": {"node": camera, "path": "translation"}}
+    document.add("animations", samplers=[moves], channels=[channel])
+    document.save(folder / "fly.glb")
+    for time in (0, 1, 2):
+        assert run(f"render fly.glb --at {time} --size 64x64 --samples 1 --integrator flat") == 0
+        with Image.open("fly.png") as image:
+            red, green, _ = np.moveaxis(np.asarray(image), -1, 0)
+        # As wide as its distance says: 2 of 2 tan(0.5) z.
+        width = 64 / (np.tan(0.5) * (3 + 3 * time))
+        assert np.count_nonzero(red > green) ** 0.5 == pytest.approx(width, abs=1.5)
 
 
 def test_info(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

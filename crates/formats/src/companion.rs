@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use raycam_scene::{Files, Model, Texture, Wrap};
+use raycam_scene::{Files, Texture, Wrap};
 
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
@@ -17,7 +17,9 @@ pub(crate) fn file(
     folder: &mut Folder,
     notices: &mut Vec<String>,
 ) -> Result<Option<Source>, FormatError> {
-    match folder.follow(from, name) {
+    // Files from Windows have the other slash; before a space it is that of a shell.
+    let name = name.replace("\\ ", " ").replace('\\', "/");
+    match folder.follow(from, &name) {
         Err(error @ (FormatError::Io { .. } | FormatError::Reference { .. })) => {
             notices.push(format!("{}: left out: {error}", from.display()));
             Ok(None)
@@ -26,38 +28,28 @@ pub(crate) fn file(
     }
 }
 
-/// The image of this name as a texture of the model; its index.
+/// The image of this name as a texture.
 pub(crate) fn texture(
     from: &Path,
     name: &str,
     wrap: Wrap,
     color_use: ColorUse,
     folder: &mut Folder,
-    model: &mut Model,
-) -> Result<Option<usize>, FormatError> {
-    // Files from Windows have the other slash.
-    let name = name.replace('\\', "/");
-    let Some(source) = file(from, &name, folder, &mut model.notices)? else {
+    notices: &mut Vec<String>,
+) -> Result<Option<Texture>, FormatError> {
+    let Some(source) = file(from, name, folder, notices)? else {
         return Ok(None);
     };
-    match texture::decode(
-        &source,
-        [wrap; 2],
-        color_use,
-        &mut folder.budget,
-        &mut model.notices,
-    ) {
-        Ok(texture) => model.textures.push(Texture {
+    let budget = &mut folder.budget;
+    match texture::decode(&source, [wrap; 2], color_use, budget, notices) {
+        Ok(texture) => Ok(Some(Texture {
             image: folder.keep(texture.image)?,
             ..texture
-        }),
+        })),
         Err(error @ FormatError::Unsupported { .. }) => {
-            model
-                .notices
-                .push(format!("{}: left out: {error}", from.display()));
-            return Ok(None);
+            notices.push(format!("{}: left out: {error}", from.display()));
+            Ok(None)
         }
-        Err(error) => return Err(error),
+        Err(error) => Err(error),
     }
-    Ok(Some(model.textures.len() - 1))
 }

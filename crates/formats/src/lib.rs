@@ -32,6 +32,7 @@ mod obj_materials;
 mod obj_model;
 mod obj_skipped;
 mod off;
+mod opacity;
 mod parallel;
 mod ply;
 mod ply_header;

@@ -2,7 +2,12 @@
 
 use std::path::Path;
 
+use raycam_scene::{Texture, Wrap};
+
+use crate::companion;
 use crate::error::FormatError;
+use crate::folder::Folder;
+use crate::image::ColorUse;
 use crate::text;
 
 /// What an image is for.
@@ -45,6 +50,29 @@ pub(crate) struct Map {
     pub(crate) image_from_mesh: [[f32; 3]; 2],
     /// Where it is named.
     pub(crate) line: usize,
+}
+
+impl Map {
+    /// Whether it is laid on the mesh as the other is.
+    pub(crate) fn lies_as(&self, other: &Self) -> bool {
+        (self.image_from_mesh, self.clamp) == (other.image_from_mesh, other.clamp)
+    }
+
+    /// Its image as a texture, where it can be read.
+    pub(crate) fn texture(
+        &self,
+        library: &Path,
+        color_use: ColorUse,
+        folder: &mut Folder,
+        notices: &mut Vec<String>,
+    ) -> Result<Option<Texture>, FormatError> {
+        let wrap = if self.clamp {
+            Wrap::Clamp
+        } else {
+            Wrap::Repeat
+        };
+        companion::texture(library, &self.file, wrap, color_use, folder, notices)
+    }
 }
 
 /// The file and options of a map. The file name is the rest of the line and may have spaces.

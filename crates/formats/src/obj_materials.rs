@@ -2,17 +2,19 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use raycam_scene::{Material, Mesh, Model, Texels, TextureSlot, Wrap};
+use raycam_scene::{Files, Material, Mesh, Model, Texels, Texture, TextureSlot};
 
 use crate::companion;
 use crate::error::FormatError;
 use crate::folder::Folder;
 use crate::image::ColorUse;
 use crate::mtl::{self, MtlMaterial};
-use crate::mtl_map::Role;
+use crate::mtl_map::{Map, Role};
 use crate::obj::Obj;
 use crate::obj_model::Stretch;
+use crate::opacity;
 
 /// The materials that faces use.
 pub(crate) struct Materials {
@@ -87,8 +89,8 @@ impl Materials {
     }
 }
 
-/// Images that have been read: by file, clamped or not, as colours or not.
-type Known = HashMap<(String, bool, bool), Option<usize>>;
+/// Textures that have been made: of which file, with the opacity of which other, clamped or not, as colours or not.
+type Known = HashMap<(String, Option<String>, bool, bool), Option<usize>>;
 
 /// The textures of a material's maps, with their strengths.
 fn slots(
@@ -99,40 +101,39 @@ fn slots(
     model: &mut Model,
 ) -> Result<Vec<(Role, TextureSlot, f32)>, FormatError> {
     let mut slots = Vec::new();
+    let last = |role| material.maps.iter().rev().find(|map| map.role == role);
+    let color = last(Role::Color);
+    // There is one place for opacity, the alpha of the colours' image: that of an image of its own is put there.
+    let mut opacity = last(Role::Opacity).filter(|map| color.is_none_or(|c| c.file != map.file));
+    if let (Some(own), Some(color)) = (opacity, color)
+        && !own.lies_as(color)
+    {
+        model.notices.push(format!(
+            "{}:{}: map_d is not used: it is laid on otherwise than map_Kd (-s, -o, -clamp), expected the same",
+            library.display(),
+            own.line
+        ));
+        opacity = None;
+    }
     for map in &material.maps {
-        let place = format!("{}:{}", library.display(), map.line);
-        if map.role == Role::Opacity {
-            // There is one place for opacity: the alpha of the colour's image.
-            let color = material.maps.iter().find(|other| other.role == Role::Color);
-            if color.is_none_or(|color| color.file != map.file) {
-                model.notices.push(format!(
-                    "{place}: map_d is used where it is the image of map_Kd, with its alpha"
-                ));
-                continue;
-            }
+        let in_color = map.role == Role::Opacity && color.is_some_and(|c| c.file != map.file);
+        // The last of each role counts.
+        if in_color || !last(map.role).is_some_and(|last| std::ptr::eq(last, map)) {
+            continue;
         }
-        let color = matches!(map.role, Role::Color | Role::Emission | Role::Opacity);
-        let key = (map.file.clone(), map.clamp, color);
-        let texture = match known.get(&key) {
-            Some(known) => *known,
-            None => {
-                let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
-                let color_use = if color {
-                    ColorUse::Color
-                } else {
-                    ColorUse::Data
-                };
-                let texture =
-                    companion::texture(library, &map.file, wrap, color_use, folder, model)?;
-                *known.entry(key).or_insert(texture)
-            }
+        let cut = opacity.filter(|_| matches!(map.role, Role::Color | Role::Opacity));
+        let texture = match cut {
+            Some(own) => cut_out(library, color, own, known, folder, model)?,
+            None => image(library, map, known, folder, model)?,
         };
         let Some(texture) = texture else {
             continue;
         };
         if map.role == Role::Normal && is_grey(&model.textures[texture].image.texels)? {
             model.notices.push(format!(
-                "{place}: {:?} is a map of heights, which are not used; expected normals",
+                "{}:{}: {:?} is a map of heights, which are not used; expected normals",
+                library.display(),
+                map.line,
                 map.file
             ));
             continue;
@@ -142,8 +143,74 @@ fn slots(
             ..TextureSlot::plain(texture)
         };
         slots.push((map.role, slot, map.strength));
+        if cut.is_some() {
+            slots.extend([Role::Color, Role::Opacity].map(|role| (role, slot, 1.0)));
+        }
     }
     Ok(slots)
+}
+
+/// The texture of a map's image alone.
+fn image(
+    library: &Path,
+    map: &Map,
+    known: &mut Known,
+    folder: &mut Folder,
+    model: &mut Model,
+) -> Result<Option<usize>, FormatError> {
+    let color = matches!(map.role, Role::Color | Role::Emission | Role::Opacity);
+    let key = (map.file.clone(), None, map.clamp, color);
+    if let Some(known) = known.get(&key) {
+        return Ok(*known);
+    }
+    let color_use = if color {
+        ColorUse::Color
+    } else {
+        ColorUse::Data
+    };
+    let texture = map.texture(library, color_use, folder, &mut model.notices)?;
+    let index = texture.map(|texture| {
+        model.textures.push(texture);
+        model.textures.len() - 1
+    });
+    Ok(*known.entry(key).or_insert(index))
+}
+
+/// The texture of these colours, or of white, with the opacity of another image; without it where that cannot be read.
+fn cut_out(
+    library: &Path,
+    color: Option<&Map>,
+    opacity: &Map,
+    known: &mut Known,
+    folder: &mut Folder,
+    model: &mut Model,
+) -> Result<Option<usize>, FormatError> {
+    let file = color.map_or(String::new(), |map| map.file.clone());
+    let key = (file, Some(opacity.file.clone()), opacity.clamp, true);
+    if let Some(known) = known.get(&key) {
+        return Ok(*known);
+    }
+    let notices = &mut model.notices;
+    let alpha = opacity.texture(library, ColorUse::Data, folder, notices)?;
+    let color = match color {
+        Some(map) => map.texture(library, ColorUse::Color, folder, notices)?,
+        None => None,
+    };
+    let texture = match alpha {
+        Some(alpha) => {
+            let image = opacity::cut_out(color.as_ref(), &alpha, &mut folder.budget)?;
+            Some(Texture {
+                image: folder.keep(Arc::new(image))?,
+                sampler: alpha.sampler,
+            })
+        }
+        None => color,
+    };
+    let index = texture.map(|texture| {
+        model.textures.push(texture);
+        model.textures.len() - 1
+    });
+    Ok(*known.entry(key).or_insert(index))
 }
 
 /// Whether all channels of every texel are equal.

@@ -334,11 +334,12 @@ impl<'a> Ply<'a> {
                 Wrap::Repeat,
                 ColorUse::Color,
                 folder,
-                &mut model,
+                &mut model.notices,
             )?;
-            if texture.is_some() {
-                model.materials[0].texture = texture.map(TextureSlot::plain);
+            if let Some(texture) = texture {
+                model.materials[0].texture = Some(TextureSlot::plain(model.textures.len()));
                 model.materials[0].color = [1.0; 3];
+                model.textures.push(texture);
             }
             if self.images.len() > 1 || header.textures.len() > 1 {
                 model.notices.push(format!(

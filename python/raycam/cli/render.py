@@ -103,15 +103,20 @@ def _run(options: argparse.Namespace) -> None:
 def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, Rig | None]:
     """The world and what sees it, at the time that was asked for."""
     rig = rig_alone(world, options)
-    camera = view(world, options) if rig is None else next(iter(rig.values()))
     if options.at is None:
         if options.animation is not None:
             raise SettingsError("--animation goes with --at SECONDS")
-        return world, camera, rig
+        return world, view(world, options) if rig is None else next(iter(rig.values())), rig
+    moment = world.at(options.at, options.animation)
+    if rig is None:
+        # An animation moves the world's cameras with it; what frames a world without one stays where it is.
+        camera = view(moment if world.cameras else world, options)
+    else:
+        camera = next(iter(rig.values()))
     if world.video is not None:
         camera = world.camera_at(camera, options.at)
         rig = None if rig is None else world.rig_at(rig, options.at)
-    return world.at(options.at, options.animation), camera, rig
+    return moment, camera, rig
 
 
 def _render_rig(

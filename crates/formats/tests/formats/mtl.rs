@@ -1,6 +1,7 @@
 use std::fs;
 
 use raycam_formats::{Budget, load, read_model};
+use raycam_scene::color::linear_from_srgb;
 use raycam_scene::{Alpha, Model, Reflectance, Texels, Wrap};
 
 use crate::common::{folder, message, rgb};
@@ -11,7 +12,7 @@ fn model(mtl: &str) -> Result<Model, String> {
     let path = folder.join("a.obj");
     fs::write(
         &path,
-        "mtllib my materials.mtl other.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m 1\nf 1 2 3\n",
+        "mtllib my\\ materials.mtl other.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m 1\nf 1 2 3\n",
     )
     .unwrap();
     fs::write(folder.join("my materials.mtl"), mtl).unwrap();
@@ -25,6 +26,12 @@ fn model(mtl: &str) -> Result<Model, String> {
         );
         fs::write(folder.join(name), png.unwrap()).unwrap();
     }
+    let clear = raycam_formats::png::encode(
+        [2, 1],
+        4,
+        raycam_formats::png::Samples::U8(&[7, 7, 7, 255, 8, 8, 8, 51]),
+    );
+    fs::write(folder.join("clear.png"), clear.unwrap()).unwrap();
     let grey = raycam_formats::png::encode([1, 1], 1, raycam_formats::png::Samples::U8(&[9]));
     fs::write(folder.join("grey.png"), grey.unwrap()).unwrap();
     read_model(&path, &Budget::default()).map_err(|error| message(error, &path))
@@ -160,6 +167,7 @@ fn textures_are_found_by_names_of_every_kind() {
         "wood.png",
         "textures/my wood.png",
         "textures\\my wood.png",
+        "textures/my\\ wood.png",
         "./textures/../wood.png",
         "-x.png",
         "-blendu on -s 1 1 1 -o 0 -mm 0 1 wood.png",
@@ -178,11 +186,50 @@ fn textures_are_found_by_names_of_every_kind() {
     assert_eq!(model.textures[0].sampler.wrap, [Wrap::Clamp; 2]);
 }
 
+/// The first texture, its material being cut out by it.
+fn cut_out(maps: &str) -> Texels {
+    let model = model(&format!("newmtl m 1\nKd 1 0.5 1\n{maps}\n")).unwrap();
+    let material = &model.materials[0];
+    assert_eq!(
+        (material.color, material.opacity, material.alpha),
+        ([1.0, 0.5, 1.0], 1.0, Alpha::Blend)
+    );
+    assert_eq!(model.textures.len(), 1, "no other image is kept");
+    assert_eq!(material.texture.map(|slot| slot.texture), Some(0));
+    material.validate().unwrap();
+    model.textures[0].image.texels.clone()
+}
+
+#[test]
+fn opacity_has_an_image_of_its_own() {
+    // How light a texel is, whichever comes first; as 9 of 255 is at both texels of the colours.
+    let grey = Texels::Srgb8(vec![[255, 0, 0, 9], [0, 255, 0, 9]]);
+    for maps in [
+        "map_Kd wood.png\nmap_d grey.png",
+        "map_d clear.png\nmap_d -imfchan l grey.png\nmap_Kd clear.png\nmap_Kd wood.png",
+        "map_Kd wood.png\nmap_d ./textures\\..\\grey.png",
+    ] {
+        assert_eq!(cut_out(maps), grey, "{maps}");
+    }
+    // Its alpha, where it has any; without colours they are white.
+    let white = [[255, 255, 255, 255], [255, 255, 255, 51]];
+    assert_eq!(cut_out("map_d clear.png"), Texels::Srgb8(white.into()));
+    // A colour of one texel under an opacity of two.
+    let nine = (65535.0 * linear_from_srgb(9.0 / 255.0)).round() as u16;
+    let spread = [[nine, nine, nine, 65535], [nine, nine, nine, 13107]];
+    let found = cut_out("map_Kd grey.png\nmap_d clear.png");
+    assert_eq!(found, Texels::Linear16(spread.into()));
+    // One that is not there leaves the colours as they are.
+    let model = model("newmtl m 1\nmap_Kd wood.png\nmap_d no.png\n").unwrap();
+    assert_eq!(rgb(&model.textures[0]), [[255, 0, 0], [0, 255, 0]]);
+    assert!(model.notices[0].contains("no.png: No such file"));
+}
+
 #[test]
 fn what_is_not_applied_is_said() {
     let text = notices(
         "newmtl m 1\nTf 1 1 1\nNi 1.45\nmap_refl sky.png\nKd spectral file.rfl\nmap_Kd -mm 0.5 1 wood.png\n\
-         d -halo 0.5\nmap_d other.png\n",
+         d -halo 0.5\nmap_d -s 2 grey.png\n",
     );
     assert!(
         text.contains("map_Kd option \"-mm 0.5 1\" is not applied"),
@@ -192,7 +239,7 @@ fn what_is_not_applied_is_said() {
         "not used: map_refl (line 4), Kd spectral file.rfl (line 5), d -halo 0.5 (line 7)";
     assert!(text.contains(expected), "{text}");
     assert!(
-        text.contains("mtl:8: map_d is used where it is the image of map_Kd"),
+        text.contains("mtl:8: map_d is not used: it is laid on otherwise than map_Kd"),
         "{text}"
     );
     assert!(notices("newmtl m 1\nNs -1.96\n").contains(":2: Ns is -1.96, taken as 0"));

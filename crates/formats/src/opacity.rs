@@ -1,0 +1,98 @@
+//! Opacity that has an image of its own: it goes into the alpha of the image of colours, which is where opacity is.
+
+use std::borrow::Cow;
+use std::path::Path;
+use std::sync::Arc;
+
+use raycam_scene::{Image, Texels, Texture};
+
+use crate::budget::Budget;
+use crate::error::FormatError;
+
+/// An image of these colours, or white, that is as opaque as `opacity` says: by its alpha, where it has any, or by how light
+/// it is. The smaller of the two is laid over the larger, whose size the image has.
+pub(crate) fn cut_out(
+    color: Option<&Texture>,
+    opacity: &Texture,
+    budget: &mut Budget,
+) -> Result<Image, FormatError> {
+    let sizes = [Some(opacity), color].into_iter().flatten();
+    let sizes = sizes.map(|texture| texture.image.size);
+    let pixels = |[columns, rows]: [u32; 2]| u64::from(columns) * u64::from(rows);
+    let size = sizes.max_by_key(|size| pixels(*size)).unwrap_or_default();
+    budget.take_pixels(Path::new(&opacity.image.name), pixels(size))?;
+    let opacity = in_memory(opacity)?;
+    let color = color.map(in_memory).transpose()?;
+    let texels = &opacity.image.texels;
+    let by_alpha = (0..texels.len()).any(|i| texels.linear(i)[3] != 1.0);
+    let alphas = centres(size).map(|uv| {
+        let [r, g, b, a] = opacity.lookup(uv);
+        if by_alpha {
+            a
+        } else {
+            0.2126 * r + 0.7152 * g + 0.0722 * b // Rec. 709
+        }
+    });
+    let (name, mut texels) = match color {
+        Some(color) => (color.image.name.clone(), resized(&color, size)),
+        None => {
+            let white = vec![[255; 4]; size[0] as usize * size[1] as usize];
+            (opacity.image.name.clone(), Texels::Srgb8(white))
+        }
+    };
+    match &mut texels {
+        Texels::Srgb8(texels) | Texels::Linear8(texels) => {
+            let alphas = alphas.map(|a| (255.0 * a).round() as u8);
+            texels.iter_mut().zip(alphas).for_each(|(t, a)| t[3] = a);
+        }
+        Texels::Linear16(texels) => {
+            let alphas = alphas.map(|a| (65535.0 * a).round() as u16);
+            texels.iter_mut().zip(alphas).for_each(|(t, a)| t[3] = a);
+        }
+        Texels::Float(texels) => texels.iter_mut().zip(alphas).for_each(|(t, a)| t[3] = a),
+        Texels::Paged(_) => {} // is in memory here
+    }
+    Ok(Image { name, size, texels })
+}
+
+/// The same texture with its texels in memory.
+fn in_memory(texture: &Texture) -> Result<Texture, FormatError> {
+    let Texture { image, sampler } = texture;
+    let image = match image.texels.in_memory()? {
+        Cow::Borrowed(_) => image.clone(),
+        Cow::Owned(texels) => Arc::new(Image {
+            name: image.name.clone(),
+            size: image.size,
+            texels,
+        }),
+    };
+    Ok(Texture {
+        image,
+        sampler: *sampler,
+    })
+}
+
+/// Its texels in an image of this size.
+fn resized(texture: &Texture, size: [u32; 2]) -> Texels {
+    let Image {
+        size: own, texels, ..
+    } = &*texture.image;
+    if *own == size {
+        return texels.clone();
+    }
+    let texels = centres(size).map(|uv| texture.lookup(uv));
+    match texture.image.texels {
+        Texels::Float(_) => Texels::Float(texels.collect()),
+        _ => Texels::Linear16(
+            texels
+                .map(|t| t.map(|v| (65535.0 * v).round() as u16))
+                .collect(),
+        ),
+    }
+}
+
+/// Where an image of this size has its texels, row by row.
+fn centres([columns, rows]: [u32; 2]) -> impl Iterator<Item = [f32; 2]> {
+    let centre = |i: u32, length: u32| ((f64::from(i) + 0.5) / f64::from(length)) as f32;
+    (0..rows).flat_map(move |y| (0..columns).map(move |x| [centre(x, columns), centre(y, rows)]))
+}
