@@ -108,11 +108,9 @@ def _moment(world: World, options: argparse.Namespace) -> tuple[World, Camera, R
             raise SettingsError("--animation goes with --at SECONDS")
         return world, view(world, options) if rig is None else next(iter(rig.values())), rig
     moment = world.at(options.at, options.animation)
-    if rig is None:
-        # An animation moves the world's cameras with it; what frames a world without one stays where it is.
-        camera = view(moment if world.cameras else world, options)
-    else:
-        camera = next(iter(rig.values()))
+    # An animation moves the world's cameras, too; what frames a world without one stays where it is.
+    seen = moment if world.cameras else world
+    camera = view(seen, options) if rig is None else next(iter(rig.values()))
     if world.video is not None:
         camera = world.camera_at(camera, options.at)
         rig = None if rig is None else world.rig_at(rig, options.at)
