@@ -26,6 +26,7 @@ mod dispatch;
 mod error;
 mod leaves;
 mod memory;
+mod merged;
 mod mesh;
 mod part;
 mod ray;

@@ -7,6 +7,7 @@ use crate::build::{self, BuildItem, Leaves, TREELET};
 use crate::dispatch::{InstructionSet, Machine};
 use crate::error::BuildError;
 use crate::memory::Pages;
+use crate::merged::{Members, Together};
 use crate::mesh::{Bvh, scale_of};
 use crate::part::{Part, Placement, box_of, parts};
 use crate::ray::{Coherence, ExactHit, ExactRay, Hit, Ray};
@@ -104,6 +105,8 @@ pub struct Scene {
     pub(crate) condition: f32,
     /// The scene is one mesh, placed where it was made: rays need neither transform nor the nodes above.
     pub(crate) direct: bool,
+    /// Whose the triangles of that mesh are, where it is several in one.
+    pub(crate) members: Option<Members>,
     machine: Machine,
 }
 
@@ -122,7 +125,7 @@ impl std::fmt::Debug for Scene {
 const INSTANCE_LIMIT: usize = (1 << 31) - 2;
 
 /// What moves points by a vector.
-const fn moved_by([x, y, z]: [f32; 3]) -> [[f32; 4]; 3] {
+pub(crate) const fn moved_by([x, y, z]: [f32; 3]) -> [[f32; 4]; 3] {
     [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]]
 }
 
@@ -173,6 +176,7 @@ impl Scene {
             reach: 0.0,
             condition: 1.0,
             direct,
+            members: None,
             machine: Machine::best(),
         };
         let mut placements: Vec<Option<Placement>> = Vec::with_capacity(instances.len());
@@ -212,6 +216,11 @@ impl Scene {
         self.origin
     }
 
+    /// Whether it is one tree, in which rays need no transform.
+    pub fn is_one_tree(&self) -> bool {
+        self.direct
+    }
+
     /// The instruction set that queries run with.
     pub fn instruction_set(&self) -> InstructionSet {
         self.machine.isa()
@@ -229,6 +238,9 @@ impl Scene {
     pub fn closest(&self, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
         assert_eq!(rays.len(), hits.len(), "as many hits as rays");
         traverse::closest(self.machine, self, rays, hits, coherence);
+        if let Some(members) = &self.members {
+            members.name(hits);
+        }
     }
 
     /// Whether anything lies on each ray, on the calling thread. `dark` is as long as `rays`.
@@ -246,7 +258,14 @@ impl Scene {
         hits: &mut [ExactHit],
     ) {
         assert_eq!(rays.len(), hits.len(), "as many hits as rays");
-        traverse::closest_exact(self.machine, self, rays, triangles, hits);
+        match &self.members {
+            None => traverse::closest_exact(self.machine, self, rays, triangles, hits),
+            Some(members) => {
+                let all = Together(members, triangles);
+                traverse::closest_exact(self.machine, self, rays, &all, hits);
+                members.name_exact(hits);
+            }
+        }
     }
 
     /// The nodes above the parts.

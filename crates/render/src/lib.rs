@@ -24,6 +24,7 @@ mod frame;
 mod integrator;
 pub mod keypoints;
 mod light;
+mod merge;
 mod moments;
 mod pass_through;
 mod picture;

@@ -235,6 +235,7 @@ impl PreparedWorld {
         let radius = (upper - origin).abs().max((lower - origin).abs()).length();
         let mut moved = Self {
             scene,
+            merged: Arc::default(),
             origin,
             radius,
             boxes: vec![], // for pictures of worlds that stand

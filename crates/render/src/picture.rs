@@ -7,7 +7,7 @@ mod sampling;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Hit, Ray};
+use raycam_bvh::{Hit, Ray, Scene};
 use raycam_scene::Camera;
 
 use crate::channel::Channel;
@@ -30,6 +30,8 @@ use crate::truth::{self, Exact};
 /// All that the tiles of one picture share.
 pub(crate) struct Picture<'a> {
     world: &'a PreparedWorld,
+    /// What the rays of samples are traced against.
+    scene: &'a Scene,
     /// Where the world moves while the shutter is open.
     moments: Option<&'a Moments<'a>>,
     camera: &'a Camera,
@@ -97,15 +99,23 @@ impl<'a> Picture<'a> {
         let colored = asked(Channel::Color) || asked(Channel::Alpha) || asked(Channel::Error);
         let shaded = colored || asked(Channel::Coverage);
         let estimated = asked(Channel::Error) || settings.noise.is_some();
+        let sampled = !single && shaded;
+        // A moment that is seen by few rays is not worth a tree of its own.
+        let many = sampled && colored && settings.integrator.scatters() && moments.is_none();
+        let [width, height] = camera.size().map(u64::from);
         let mut picture = Self {
             world,
+            scene: match many {
+                true => world.scene_for(width * height * u64::from(settings.samples)),
+                false => &world.scene,
+            },
             moments,
             camera,
             settings,
             filter: PreparedFilter::new(settings.filter),
             cone: Cone::of_pixel(camera, settings.samples),
             exact: single || settings.channels.iter().any(|channel| channel.is_truth()),
-            sampled: !single && shaded,
+            sampled,
             shaded,
             passing: settings.surface == TruthSurface::Solid && world.has_passable(),
             colored,
@@ -123,6 +133,17 @@ impl<'a> Picture<'a> {
     pub fn notices(&self, [_, _, width, height]: [u32; 4], notices: &mut Vec<String>) {
         let pixels = u64::from(width) * u64::from(height);
         self.tally.notices(self.settings, pixels, notices);
+    }
+
+    /// What rays in a world are traced against: in another one than the picture's, at another moment, in its own scene.
+    fn scene<'w>(&self, world: &'w PreparedWorld) -> &'w Scene
+    where
+        'a: 'w,
+    {
+        match std::ptr::eq(world, self.world) {
+            true => self.scene,
+            false => &world.scene,
+        }
     }
 
     /// Batches of rays per tile.
@@ -309,6 +330,7 @@ impl<'a> Picture<'a> {
         sky.clear();
         sky.resize(hits.len(), false);
         let batch = Batch {
+            scene: self.scene(world),
             cone: self.cone,
             origins,
             directions,

@@ -1,7 +1,7 @@
 //! From a world as written to a world as rendered.
 
 use std::collections::{HashMap, HashSet};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_bvh::{BuildError, Bvh, ExactTriangles, Instance, Scene};
@@ -47,6 +47,8 @@ pub(crate) struct PreparedMaterial {
 #[derive(Debug)]
 pub struct PreparedWorld {
     pub(crate) scene: Scene,
+    /// All of it in one tree, made when it is needed: see [`PreparedWorld::scene_for`].
+    pub(crate) merged: Arc<OnceLock<Option<Scene>>>,
     /// The world coordinates of the scene-local origin: the centre of everything.
     pub(crate) origin: DVec3,
     /// Everything lies within this distance of `origin`.
@@ -95,6 +97,7 @@ impl PreparedWorld {
         let textures = prepare_textures(world, previous.map(|previous| &previous.textures[..]));
         let mut prepared = Self {
             scene,
+            merged: Arc::default(),
             origin,
             radius: (upper - origin).length(),
             boxes: cover::boxes(&objects, origin, (upper - origin).length()),
@@ -106,8 +109,18 @@ impl PreparedWorld {
             lights: Arc::default(),
             default_lights: None,
         };
+        if let Some(previous) = previous.filter(|previous| prepared.is_placed_as(previous)) {
+            prepared.merged = previous.merged.clone();
+        }
         prepared.light(world);
         Ok(prepared)
+    }
+
+    /// Whether its objects have the same meshes in the same places.
+    fn is_placed_as(&self, other: &Self) -> bool {
+        let place = |object: &PreparedObject| (Arc::as_ptr(&object.mesh), object.world_from_mesh);
+        let places = self.objects.iter().map(place);
+        places.eq(other.objects.iter().map(place))
     }
 
     /// Makes the lights of the world, once its objects are there.

@@ -31,5 +31,5 @@ pub(super) fn radiance(
         let direction = above(place.geometric, cosine_direction(random));
         shadows.ask(place.leaving(direction, distance), i, Vec3::ONE);
     }
-    shadows.settle(world, Coherence::Incoherent, radiance);
+    shadows.settle(world, batch.scene, Coherence::Incoherent, radiance);
 }

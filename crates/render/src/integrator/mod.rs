@@ -9,7 +9,7 @@ mod shadows;
 mod walk;
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Hit, NOTHING};
+use raycam_bvh::{Hit, NOTHING, Scene};
 
 use crate::control::Control;
 use crate::error::RenderError;
@@ -21,6 +21,8 @@ use crate::texture::Cone;
 
 /// Rays of one tile and what they met, entry by entry.
 pub(crate) struct Batch<'a> {
+    /// What rays that go on are traced against.
+    pub scene: &'a Scene,
     /// Scene-local.
     pub origins: &'a [DVec3],
     /// How wide the rays are.
@@ -131,6 +133,11 @@ impl Integrator {
             Some(lights) if self.needs_light() => lights,
             _ => &world.lights,
         }
+    }
+
+    /// Whether its rays go on from where they meet something.
+    pub(crate) fn scatters(self) -> bool {
+        self != Self::Flat
     }
 
     fn needs_light(self) -> bool {

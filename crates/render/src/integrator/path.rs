@@ -127,13 +127,13 @@ pub(super) fn radiance(
             Coherence::Incoherent
         };
         for shadows in &mut wave.shadows {
-            shadows.settle(world, coherence, radiance);
+            shadows.settle(world, batch.scene, coherence, radiance);
         }
         wave.scattered
-            .settle(world, Coherence::Incoherent, radiance);
+            .settle(world, batch.scene, Coherence::Incoherent, radiance);
         hits.clear();
         hits.resize(wave.rays.len(), Hit::MISS);
-        world
+        batch
             .scene
             .closest(&wave.rays, &mut hits, Coherence::Incoherent);
         wave.rays.clear();

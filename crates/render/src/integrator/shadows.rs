@@ -1,7 +1,7 @@
 //! Light on its way to the rays of a batch, unless something stands in between.
 
 use glam::Vec3;
-use raycam_bvh::{Coherence, Hit, Ray};
+use raycam_bvh::{Coherence, Hit, Ray, Scene};
 
 use super::is_miss;
 use crate::prepare::PreparedWorld;
@@ -23,13 +23,19 @@ impl Shadows {
     }
 
     /// Answers everything asked since the last time.
-    pub fn settle(&mut self, world: &PreparedWorld, coherence: Coherence, radiance: &mut [Vec3]) {
+    pub fn settle(
+        &mut self,
+        world: &PreparedWorld,
+        scene: &Scene,
+        coherence: Coherence,
+        radiance: &mut [Vec3],
+    ) {
         if world.see_through {
-            self.settle_through(world, radiance);
+            self.settle_through(world, scene, radiance);
         } else {
             self.dark.clear();
             self.dark.resize(self.rays.len(), false);
-            world.scene.occluded(&self.rays, &mut self.dark, coherence);
+            scene.occluded(&self.rays, &mut self.dark, coherence);
             for (&(index, light), dark) in self.light.iter().zip(&self.dark) {
                 if !dark {
                     radiance[index] += light;
@@ -41,14 +47,12 @@ impl Shadows {
     }
 
     /// Where surfaces may let light through by their opacity: from one to the next.
-    fn settle_through(&mut self, world: &PreparedWorld, radiance: &mut [Vec3]) {
+    fn settle_through(&mut self, world: &PreparedWorld, scene: &Scene, radiance: &mut [Vec3]) {
         let mut hits = vec![];
         while !self.rays.is_empty() {
             hits.clear();
             hits.resize(self.rays.len(), Hit::MISS);
-            world
-                .scene
-                .closest(&self.rays, &mut hits, Coherence::Incoherent);
+            scene.closest(&self.rays, &mut hits, Coherence::Incoherent);
             let mut kept = 0;
             for (i, hit) in hits.iter().enumerate() {
                 let ((index, light), ray) = (self.light[i], self.rays[i]);

@@ -92,7 +92,7 @@ impl Picture<'_> {
         }
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
-        world.scene.closest(rays, hits, Coherence::Coherent);
+        self.scene(world).closest(rays, hits, Coherence::Coherent);
     }
 
     /// Where a sample of a pixel is, by its numbers of [`Pair::Filter`].

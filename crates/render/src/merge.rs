@@ -1,0 +1,191 @@
+//! All objects of a world in one tree, for pictures of many rays.
+//!
+//! Where objects are near each other, as things on a floor are, most rays go into several of them, and each has its own
+//! beginning. One tree over everything has one. It takes time and memory, which only many rays bring back; what moves from one
+//! picture to the next, and ground truth, have the trees of the objects.
+
+use raycam_bvh::Scene;
+use rayon::prelude::*;
+
+use crate::prepare::PreparedWorld;
+
+/// Building a tree takes about as long for each triangle as so many rays.
+const RAYS: u64 = 16;
+/// The most triangles: some 200 bytes each, for a moment.
+const MOST: usize = 1 << 22;
+/// float32 has this many steps or more along the mean triangle of every object, or else small things on a large floor
+/// would lose their form.
+const STEPS: f64 = 64.0;
+
+impl PreparedWorld {
+    /// What the rays of a picture are traced against, if they are so many. It depends on nothing but the world and that
+    /// number: the same picture has the same bits.
+    pub(crate) fn scene_for(&self, rays: u64) -> &Scene {
+        let pays = || rays / RAYS >= self.triangle_count() as u64;
+        if self.scene.is_one_tree() || !pays() {
+            return &self.scene;
+        }
+        let merged = self.merged.get_or_init(|| self.merge());
+        merged.as_ref().unwrap_or(&self.scene)
+    }
+
+    /// Triangles of all objects, those of shared meshes as often as they are shown.
+    fn triangle_count(&self) -> usize {
+        let count = |object| self.triangles_of(object).len();
+        (0..self.objects.len()).map(count).sum()
+    }
+
+    fn triangles_of(&self, object: usize) -> &[[u32; 3]] {
+        &self.objects[object].mesh.mesh.triangles
+    }
+
+    /// Everything in one tree; `None` where that would be too large or too coarse.
+    fn merge(&self) -> Option<Scene> {
+        if self.triangle_count() > MOST {
+            return None;
+        }
+        let (mut vertices, mut triangles, mut firsts) = (vec![], vec![], vec![]);
+        for (i, object) in self.objects.iter().enumerate() {
+            let mesh = &object.mesh;
+            let size = object.world_from_mesh.matrix3.abs() * (mesh.upper - mesh.lower);
+            let count = self.triangles_of(i).len();
+            let step = f64::from(f32::EPSILON) * self.radius;
+            if count > 0 && size.max_element() < STEPS * step * (count as f64).sqrt() {
+                return None;
+            }
+            let before = u32::try_from(vertices.len()).ok()?;
+            firsts.push(u32::try_from(triangles.len()).ok()?);
+            triangles.extend(self.triangles_of(i).iter().map(|t| t.map(|i| before + i)));
+            let local = |&vertex| {
+                let vertex = object.world_from_mesh.transform_point3(vertex);
+                (vertex - self.origin).as_vec3().to_array()
+            };
+            vertices.par_extend(
+                mesh.mesh
+                    .vertices
+                    .par_iter()
+                    .with_min_len(1 << 14)
+                    .map(local),
+            );
+        }
+        Scene::merged(&vertices, &triangles, firsts, self.origin.to_array()).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::{DAffine3, DMat3, DVec3};
+    use raycam_scene::{Camera, Light, Material, Object, PixelCenter, World, primitive};
+
+    use super::*;
+    use crate::control::Control;
+    use crate::frame::Plane;
+    use crate::{Integrator, Settings};
+
+    /// Balls on a floor, one of them stretched, two of one mesh.
+    fn world() -> World {
+        let mut world = World::default();
+        let floor = world.add_mesh(primitive::plane([8.0, 8.0]).unwrap());
+        let ball = world.add_mesh(primitive::sphere(0.5, 3).unwrap());
+        let material = world.add_material(Material::default()).unwrap();
+        let stretched =
+            DAffine3::from_rotation_x(0.3) * DAffine3::from_scale(DVec3::new(1.0, 2.0, 1.0));
+        for (mesh, place) in [
+            (floor, DAffine3::IDENTITY),
+            (ball, DAffine3::from_translation(DVec3::new(-0.8, 0.0, 0.5))),
+            (
+                ball,
+                DAffine3::from_translation(DVec3::new(0.8, 0.5, 0.6)) * stretched,
+            ),
+        ] {
+            let object = Object::new("", mesh, vec![material], place);
+            world.add_object(object).unwrap();
+        }
+        world.add_light(Light::even_sky([1.0; 3])).unwrap();
+        world
+    }
+
+    fn prepare(world: &World, previous: Option<&PreparedWorld>) -> PreparedWorld {
+        PreparedWorld::new(world, previous, None, &Control::new()).unwrap()
+    }
+
+    #[test]
+    fn many_rays_have_one_tree_and_few_those_of_the_objects() {
+        let world = world();
+        let prepared = prepare(&world, None);
+        let triangles = prepared.triangle_count() as u64;
+        assert_eq!(triangles, 2 + 2 * 1280);
+        let few = prepared.scene_for(RAYS * triangles - 1);
+        assert!(std::ptr::eq(few, &prepared.scene));
+        let many = prepared.scene_for(RAYS * triangles);
+        assert!(many.is_one_tree());
+        // It is kept while nothing moves.
+        let mut lit = world.clone();
+        lit.lights.clear();
+        let lit = prepare(&lit, Some(&prepared));
+        assert!(Arc::ptr_eq(&lit.merged, &prepared.merged));
+        let mut moved = world.clone();
+        moved.objects[1].world_from_mesh.translation.x += 0.1;
+        let moved = prepare(&moved, Some(&prepared));
+        assert!(moved.merged.get().is_none());
+    }
+
+    #[test]
+    fn small_things_in_a_large_world_keep_their_own_trees() {
+        let mut world = world();
+        let scale = DAffine3::from_scale(DVec3::splat(1e4));
+        world.objects[0].world_from_mesh = scale;
+        assert!(prepare(&world, None).scene_for(u64::MAX).is_one_tree());
+        world.objects[0].world_from_mesh = scale * scale;
+        assert!(!prepare(&world, None).scene_for(u64::MAX).is_one_tree());
+    }
+
+    #[test]
+    fn pictures_are_the_same_up_to_rounding_and_whatever_was_before() {
+        let world = world();
+        let prepared = prepare(&world, None);
+        let k = DMat3::from_cols_array(&[50.0, 0.0, 0.0, 0.0, 50.0, 0.0, 29.5, 19.5, 1.0]);
+        let (eye, target) = (DVec3::new(0.5, -5.0, 3.0), DVec3::new(0.0, 0.0, 0.4));
+        let (size, center) = ([60, 40], PixelCenter::Integer);
+        let camera = Camera::look_at(eye, target, DVec3::Z, k, size, center).unwrap();
+        let settings = Settings {
+            integrator: Integrator::Path,
+            max_depth: Some(4),
+            samples: 32,
+            ..Settings::default()
+        };
+        let picture = |world: &PreparedWorld| {
+            let frame = crate::render(world, &camera, &settings, &Control::new()).unwrap();
+            match &frame.planes[0].1 {
+                Plane::F32 { data, .. } => data.clone(),
+                other => panic!("{other:?}"),
+            }
+        };
+        let merged = picture(&prepared);
+        assert!(prepared.merged.get().is_some());
+        // Moved elsewhere and back, with the trees that were there.
+        let mut away = world.clone();
+        away.objects[1].world_from_mesh.translation.x += 0.1;
+        let away = prepare(&away, Some(&prepared));
+        assert!(picture(&away) != merged);
+        assert!(picture(&prepare(&world, Some(&away))) == merged);
+        // With a tree for each.
+        let apart = PreparedWorld {
+            merged: Arc::new(Some(None).into()),
+            ..prepare(&world, None)
+        };
+        assert!(!apart.scene_for(u64::MAX).is_one_tree());
+        let apart = picture(&apart);
+        let same = merged
+            .iter()
+            .zip(&apart)
+            .filter(|(a, b)| (**a - **b).abs() < 1e-5)
+            .count();
+        assert!(same * 100 > 98 * merged.len(), "{same} of {}", merged.len());
+        let mean =
+            |data: &[f32]| data.iter().map(|v| f64::from(*v)).sum::<f64>() / data.len() as f64;
+        assert!((mean(&merged) / mean(&apart) - 1.0).abs() < 1e-3);
+    }
+}
