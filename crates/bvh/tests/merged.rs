@@ -43,9 +43,10 @@ fn meshes_in_one_tree_answer_as_instances_do() {
     assert!(!apart.is_one_tree());
     let rays: Vec<_> = (0..5000)
         .map(|_| {
-            let [x, y, z] = rng.vector().map(|x| 3.0 * x);
+            let [x, y, z] = rng.vector();
             Ray {
-                origin: [x + 20.0, y + 20.0, 4.0 + z],
+                // Beside the ball, above a corner of the floor.
+                origin: [1.2 + x, 1.2 + y, 1.5 + z],
                 direction: rng.vector(),
                 t_max: f32::INFINITY,
             }

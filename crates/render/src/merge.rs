@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn small_things_in_a_large_world_keep_their_own_trees() {
         let mut world = world();
-        let scale = DAffine3::from_scale(DVec3::splat(1e4));
+        let scale = DAffine3::from_scale(DVec3::splat(100.0));
         world.objects[0].world_from_mesh = scale;
         assert!(prepare(&world, None).scene_for(u64::MAX).is_one_tree());
         world.objects[0].world_from_mesh = scale * scale;
@@ -173,7 +173,7 @@ mod tests {
         assert!(picture(&prepare(&world, Some(&away))) == merged);
         // With a tree for each.
         let apart = PreparedWorld {
-            merged: Arc::new(Some(None).into()),
+            merged: Arc::new(None.into()),
             ..prepare(&world, None)
         };
         assert!(!apart.scene_for(u64::MAX).is_one_tree());
