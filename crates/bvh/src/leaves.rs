@@ -11,6 +11,8 @@ pub struct Triangles<'a> {
     pub triangles: &'a [[u32; 3]],
     pub scale: f32,
     pub quality: Quality,
+    /// The first triangle of each mesh, where they are several: leaves are of one, so that their boxes are as tight.
+    pub firsts: &'a [u32],
 }
 
 /// A pair whose box is larger than this part of both boxes together stays two: rays would meet it in vain.
@@ -309,8 +311,22 @@ impl Leaves for Triangles<'_> {
     }
 
     #[inline(always)]
+    fn alike(&self, items: &[BuildItem], notes: &Pieces) -> bool {
+        if self.firsts.len() < 2 {
+            return true;
+        }
+        let triangle = |item: &BuildItem| notes.pieces[item.id as usize].triangles[0];
+        let mesh = |item| {
+            self.firsts
+                .partition_point(|first| *first <= triangle(item))
+        };
+        let first = mesh(&items[0]);
+        items.iter().all(|item| mesh(item) == first)
+    }
+
+    #[inline(always)]
     fn fit(&self, items: &[BuildItem], notes: &mut Pieces) -> bool {
-        items.len() <= LEAF_SIZE && notes.share(items).is_some()
+        items.len() <= LEAF_SIZE && self.alike(items, notes) && notes.share(items).is_some()
     }
 
     #[inline(always)]

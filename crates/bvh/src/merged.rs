@@ -1,7 +1,7 @@
 //! Several meshes in one tree. Rays that go from one to the next stay in it; answers name the mesh, and the triangle in it.
 
 use crate::error::BuildError;
-use crate::mesh::{BuildOptions, Bvh};
+use crate::mesh::Bvh;
 use crate::ray::{ExactHit, Hit, NOTHING};
 use crate::scene::{ExactTriangles, Instance, Scene, moved_by};
 
@@ -57,7 +57,7 @@ impl Scene {
         origin: [f64; 3],
     ) -> Result<Self, BuildError> {
         debug_assert!(firsts.first() == Some(&0) && firsts.is_sorted());
-        let bvh = Bvh::build(vertices, triangles, &BuildOptions::default())?;
+        let bvh = Bvh::of_meshes(vertices, triangles, &firsts)?;
         let all = Instance {
             bvh: bvh.into(),
             world_from_mesh: moved_by([0.0; 3]),
@@ -65,5 +65,48 @@ impl Scene {
         let mut scene = Self::build(vec![all], origin)?;
         scene.members = Some(Members { firsts });
         Ok(scene)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::block::{LEAF, leaf, node};
+
+    #[test]
+    fn leaves_are_of_one_mesh() {
+        // Small sheets that cross each other, of two triangles each: without the rule, leaves have up to eight of them.
+        let (mut vertices, mut triangles, mut firsts) = (vec![], vec![], vec![]);
+        for sheet in 0..200u32 {
+            let at = [sheet % 10, sheet / 10 % 10, sheet / 100].map(|x| 0.3 * x as f32);
+            let axis = sheet as usize % 3;
+            firsts.push(triangles.len() as u32);
+            triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|i| 4 * sheet + i)));
+            for [u, v] in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
+                let mut vertex = at;
+                vertex[(axis + 1) % 3] += u;
+                vertex[(axis + 2) % 3] += v;
+                vertices.push(vertex);
+            }
+        }
+        let sizes = |firsts: &[u32]| {
+            let bvh = Bvh::of_meshes(&vertices, &triangles, firsts).unwrap();
+            let (mut open, mut sizes) = (vec![bvh.root()], vec![]);
+            while let Some(at) = open.pop() {
+                if at & LEAF == 0 {
+                    let node = node(bvh.blocks(), at);
+                    open.extend(&node.child[..node.children as usize]);
+                    continue;
+                }
+                let leaf = leaf(bvh.blocks(), at);
+                let ids: Vec<_> = (0..leaf.count).map(|k| bvh.id(leaf.first + k)).collect();
+                assert!(firsts.is_empty() || ids.iter().all(|id| id / 2 == ids[0] / 2));
+                sizes.push(ids.len());
+            }
+            sizes
+        };
+        let (apart, mixed) = (sizes(&firsts), sizes(&[]));
+        assert_eq!(apart.iter().sum::<usize>(), triangles.len());
+        assert!(mixed.len() < apart.len() / 2, "{mixed:?}");
     }
 }

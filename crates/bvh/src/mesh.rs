@@ -62,13 +62,24 @@ impl Bvh {
         triangles: &[[u32; 3]],
         options: &BuildOptions,
     ) -> Result<Self, BuildError> {
-        Self::build_with(Machine::best(), vertices, triangles, options)
+        Self::build_with(Machine::best(), vertices, triangles, &[], options)
+    }
+
+    /// The same of several meshes, of which each has its first triangle in `firsts`.
+    pub(crate) fn of_meshes(
+        vertices: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        firsts: &[u32],
+    ) -> Result<Self, BuildError> {
+        let (machine, options) = (Machine::best(), BuildOptions::default());
+        Self::build_with(machine, vertices, triangles, firsts, &options)
     }
 
     fn build_with(
         machine: Machine,
         vertices: &[[f32; 3]],
         triangles: &[[u32; 3]],
+        firsts: &[u32],
         options: &BuildOptions,
     ) -> Result<Self, BuildError> {
         let scale = scale_of(check(vertices, triangles)?);
@@ -77,6 +88,7 @@ impl Bvh {
             triangles,
             scale,
             quality: options.quality,
+            firsts,
         };
         let tree = build::build(machine, &mesh, &mesh);
         Ok(Self {
@@ -255,7 +267,7 @@ mod tests {
                 let build = |isa, threads| {
                     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
                     let machine = Machine::with(isa).unwrap();
-                    let mesh = || Bvh::build_with(machine, &vertices, &triangles, &options);
+                    let mesh = || Bvh::build_with(machine, &vertices, &triangles, &[], &options);
                     bytes(&pool.unwrap().install(mesh).unwrap())
                 };
                 let expected = build(InstructionSet::Portable, 1);

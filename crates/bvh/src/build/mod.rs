@@ -47,6 +47,10 @@ pub trait Leaves: Sync {
     type Notes: Default + Send;
     /// Looks at the items of a treelet, which it may join and give other ids; how many are left.
     fn enter(&self, items: &mut [Item], notes: &mut Self::Notes) -> usize;
+    /// Whether the items, which are few, are of one kind: leaves are not of several.
+    fn alike(&self, _items: &[Item], _notes: &Self::Notes) -> bool {
+        true
+    }
     /// Whether the items fit into one leaf. A single item always does.
     fn fit(&self, items: &[Item], notes: &mut Self::Notes) -> bool;
     /// The child reference of a leaf of `items`, whose ids go to `ids`. It may push blocks.
@@ -62,7 +66,7 @@ pub trait Leaves: Sync {
     const IN_BLOCKS: bool;
     /// How many items a leaf holds as a rule.
     const USUAL: usize;
-    /// The most items in a binary leaf, which must fit into one leaf whatever they are. Splits aim at full ones.
+    /// The most items in a binary leaf, which must fit into one leaf if they are alike. Splits aim at full ones.
     fn binary_leaf(&self) -> usize;
     /// How many bins along an axis a range of items is worth: 8, 16 or 32, and above the treelets 64 or 256.
     fn bins(&self, items: usize) -> usize;

@@ -151,10 +151,11 @@ fn treelet<I: Isa, L: Leaves>(
     open.push((0, part.depth as u32, range));
     while let Some((at, depth, range)) = open.pop() {
         let Binary { first, count, .. } = tree[at as usize];
-        if count as usize <= leaves.binary_leaf() {
+        let here = &mut items[first as usize..(first + count) as usize];
+        let few = count as usize <= leaves.binary_leaf();
+        if count == 1 || few && leaves.alike(here, notes) {
             continue;
         }
-        let here = &mut items[first as usize..(first + count) as usize];
         let bins = leaves.bins(count as usize);
         let unit = leaves.binary_leaf() as u32;
         let (middle, left, right) = split::<I>(here, &range, depth as usize, (bins, unit));
