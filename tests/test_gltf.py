@@ -697,7 +697,16 @@ REFUSED: dict[str, Any] = {
     "ANIMATION_SAMPLER_OUTPUT_ACCESSOR_INVALID_COUNT": lambda d: animated(
         d, "translation", [0, 1], [[0, 0, 0]], node=0
     ),
-    "ACCESSOR_INVALID_FORMAT": lambda d: d.json["accessors"][0].update(type="VEC2"),
+    "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT": lambda d: d.json["accessors"][0].update(type="VEC2"),
+    "MESH_PRIMITIVE_INDICES_ACCESSOR_INVALID_FORMAT": lambda d: d.json["accessors"][2].update(
+        normalized=True
+    ),
+    "ANIMATION_SAMPLER_INPUT_ACCESSOR_INVALID_FORMAT": lambda d: animated(
+        d, "translation", [[0, 0], [1, 1]], [[0, 0, 0], [1, 0, 0]], node=0
+    ),
+    "SKIN_IBM_INVALID_FORMAT": lambda d: d.json["nodes"][0].update(
+        skin=d.add("skins", joints=[0], inverseBindMatrices=d.accessor(np.zeros((1, 4), np.float32)))
+    ),
     "TYPE_MISMATCH": lambda d: d.json["nodes"][0].update(mesh="zero"),
     "EMPTY_ENTITY": lambda d: d.json["meshes"][0].update(primitives=[]),
 }

@@ -331,6 +331,31 @@ def test_what_is_not_drawn_is_said(tmp_path: Path) -> None:
     assert "its unit of length is 0.01 m" in said
 
 
+def test_opacity_has_an_image_of_its_own(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda")
+    painted, paint = square(made), surface(made)
+    uvs(painted)
+    texture(made, paint, "green.png")
+    mask = UsdShade.Shader.Define(made, "/world/paint/mask")
+    mask.CreateIdAttr("UsdUVTexture")
+    mask.CreateInput("file", Sdf.ValueTypeNames.Asset).Set("mask.png")
+    reader = UsdShade.Shader(made.GetPrimAtPath("/world/paint/reader"))
+    mask.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(reader.ConnectableAPI(), "result")
+    shader = UsdShade.Shader(made.GetPrimAtPath("/world/paint/surface"))
+    opacity = shader.CreateInput("opacity", Sdf.ValueTypeNames.Float)
+    opacity.ConnectToSource(mask.ConnectableAPI(), "r")
+    bind(painted, paint)
+    made.Save()
+    png(tmp_path / "green.png", (0, 255, 0))
+    camera = raycam.Camera.look_at((0, 0, 5), (0, 0, 0), (0, 1, 0), size=(16, 16), fov=10)
+    seen = {}
+    for grey in (0, 255):
+        png(tmp_path / "mask.png", (grey, grey, grey))
+        frame = raycam.render(raycam.load(tmp_path / "a.usda"), camera, samples=1)
+        seen[grey] = frame["color"][8, 8]
+    assert seen[255][0] < 0.1 < seen[0][0], "green, and the grey behind it"
+
+
 def test_damage_is_an_error(tmp_path: Path) -> None:
     path = tmp_path / "a.usda"
     for text in (b"", b"#usda 1.0\n(", b"#usda 1.0\n", b"\x00" * 100):

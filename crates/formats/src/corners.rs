@@ -12,6 +12,17 @@ pub(crate) struct Corner {
     pub(crate) normal: u32,
 }
 
+impl Corner {
+    /// A corner that has nothing but its position.
+    pub(crate) fn plain(position: u32) -> Self {
+        Self {
+            position,
+            uv: NONE,
+            normal: NONE,
+        }
+    }
+}
+
 /// No such attribute.
 pub(crate) const NONE: u32 = u32::MAX;
 /// A vertex that no corner has claimed yet.

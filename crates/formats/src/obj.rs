@@ -11,7 +11,6 @@ use glam::DVec3;
 use raycam_scene::Model;
 use raycam_scene::color::Rgb;
 
-use crate::corners::Corner;
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
 use crate::obj_chunk::{self, Chunk, Fault, KINDS, Run, Stretch};
@@ -35,7 +34,7 @@ pub(crate) struct Obj {
     pub(crate) uvs: Vec<[f32; 2]>,
     /// Unit length, or zero where the file's has no direction.
     pub(crate) normals: Vec<[f32; 3]>,
-    pub(crate) polygons: Polygons<Corner>,
+    pub(crate) polygons: Polygons,
     /// What holds from which polygon on, in order.
     pub(crate) runs: Vec<Run>,
     /// By `usemtl`, each once.
@@ -96,10 +95,9 @@ impl Whole {
         self.obj.positions.reserve_exact(sum(|c| c.positions.len()));
         self.obj.uvs.reserve_exact(sum(|c| c.uvs.len()));
         self.obj.normals.reserve_exact(sum(|c| c.normals.len()));
-        let corners = sum(|c| c.polygons.corner_count());
         self.obj
             .polygons
-            .reserve(sum(|c| c.polygons.len()), corners);
+            .reserve(chunks.iter().map(|c| &c.polygons));
     }
 
     /// Adds the next stretch, or says which of its faults comes first.
@@ -162,13 +160,11 @@ impl Whole {
                 let message = format!("f: {name} {value}, but only {count} came before");
                 return Err((relative.line, message));
             };
-            if let Some(corner) = chunk.polygons.corner_mut(relative.corner) {
-                match kind {
-                    0 => corner.position = index,
-                    1 => corner.uv = index,
-                    _ => corner.normal = index,
-                }
-            }
+            chunk.polygons.change(relative.corner, |corner| match kind {
+                0 => corner.position = index,
+                1 => corner.uv = index,
+                _ => corner.normal = index,
+            });
         }
         Ok(())
     }
@@ -299,7 +295,7 @@ mod tests {
             Err(error) => error.to_string(),
             Ok(obj) => {
                 let polygons: Vec<_> = (0..obj.polygons.len())
-                    .map(|p| obj.polygons.get(p))
+                    .map(|p| obj.polygons.get(p).collect::<Vec<_>>())
                     .collect();
                 let mut runs = obj.runs;
                 runs.dedup_by(|b, a| {

@@ -26,7 +26,7 @@ pub(crate) struct Chunk {
     pub(crate) uvs: Vec<[f32; 2]>,
     /// Unit length, or zero where the file's has no direction.
     pub(crate) normals: Vec<[f32; 3]>,
-    pub(crate) polygons: Polygons<Corner>,
+    pub(crate) polygons: Polygons,
     /// The indices that are counted backwards; theirs in `polygons` are still to be filled in.
     pub(crate) relative: Vec<Relative>,
     pub(crate) runs: Vec<Run>,
@@ -92,7 +92,7 @@ impl Chunk {
             colors: Vec::new(),
             uvs: Vec::new(),
             normals: Vec::new(),
-            polygons: Polygons::new(),
+            polygons: Polygons::default(),
             relative: Vec::new(),
             runs: vec![Run::default()],
             materials: Vec::new(),

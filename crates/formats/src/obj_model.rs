@@ -123,7 +123,7 @@ fn part(
     }
     let any = |has: fn(&Corner) -> bool| {
         let polygons = runs.iter().flat_map(|run| run.polygons.clone());
-        polygons.flat_map(|p| obj.polygons.get(p)).any(has)
+        polygons.flat_map(|p| obj.polygons.get(p)).any(|c| has(&c))
     };
     let has_uvs = !obj.uvs.is_empty() && any(|c| c.uv != NONE);
     let has_normals = !obj.normals.is_empty() && any(|c| c.normal != NONE);
@@ -169,8 +169,7 @@ fn part(
                             normals.len() as u32
                         };
                         if known != polygon {
-                            let corners = polygons.get(polygon).iter();
-                            normals.push(flat_normal(corners.map(|&c| position(c))));
+                            normals.push(flat_normal(polygons.get(polygon).map(position)));
                             flat = Some((polygon, corner.normal));
                         }
                     }
@@ -226,7 +225,7 @@ fn part(
 /// Gives corners without a normal that of their smoothing group: the mean of the normals of its polygons that meet there,
 /// weighted by their angles (Thuermer and Wuethrich, 1998).
 fn smooth(
-    polygons: &mut Polygons<Corner>,
+    polygons: &mut Polygons,
     positions: &[DVec3],
     normals: &mut Vec<[f32; 3]>,
     runs: &[Stretch],
@@ -242,7 +241,9 @@ fn smooth(
         let Some(group) = run.smoothing.filter(|&group| group > 0) else {
             continue;
         };
-        for corners in polygons.corners_mut(range.clone()) {
+        for polygon in range.clone() {
+            let range = polygons.range(polygon);
+            let corners: Vec<Corner> = polygons.get(polygon).collect();
             if corners.iter().all(|corner| corner.normal != NONE) {
                 continue;
             }
@@ -251,7 +252,7 @@ fn smooth(
                 .map(|c| positions[c.position as usize])
                 .collect();
             let normal = DVec3::from(flat_normal(at.iter().copied()).map(f64::from));
-            for (i, corner) in corners.iter_mut().enumerate() {
+            for (i, corner) in corners.iter().enumerate() {
                 let [before, after] =
                     [at.len() - 1, 1].map(|step| at[(i + step) % at.len()] - at[i]);
                 let site = sites.vertex(Corner {
@@ -266,7 +267,8 @@ fn smooth(
                     sums[site as usize] += normal * before.angle_between(after);
                 }
                 if corner.normal == NONE {
-                    corner.normal = (first + site as usize) as u32;
+                    let normal = (first + site as usize) as u32;
+                    polygons.change(range.start + i, |corner| corner.normal = normal);
                 }
             }
         }

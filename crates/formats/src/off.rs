@@ -10,6 +10,7 @@ use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb};
 use raycam_scene::{Mesh, Model};
 
+use crate::corners::Corner;
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
 use crate::polygons::{Polygons, Thin};
@@ -74,7 +75,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
         }
     }
 
-    let (mut polygons, mut thin) = (Polygons::new(), Thin::default());
+    let (mut polygons, mut thin) = (Polygons::default(), Thin::default());
     for number in 0..faces {
         let mut words = rows.next("faces", number, faces)?;
         let size = words.next().and_then(text::integer).unwrap_or(-1);
@@ -88,7 +89,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
                 )));
             };
             match text::integer(word).and_then(|i| usize::try_from(i).ok()) {
-                Some(index) if index < vertices => polygons.corner(index as u32),
+                Some(index) if index < vertices => polygons.corner(Corner::plain(index as u32)),
                 _ => {
                     let message = format!(
                         "face {number}: vertex {}, but the file has {vertices} vertices (from 0)",
@@ -133,14 +134,14 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
     }
     let face_colors = face_colors.linear("faces", path, &mut notices)?;
     let mut colors = Vec::new();
-    let position = |c: u32| mesh.vertices[c as usize];
+    let position = |c: Corner| mesh.vertices[c.position as usize];
     polygons.triangles(
         0..polygons.len(),
         path,
         &mut folder.budget,
         position,
         |polygon, triangle| {
-            mesh.triangles.push(triangle);
+            mesh.triangles.push(triangle.map(|corner| corner.position));
             colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
         },
     )?;

@@ -88,7 +88,7 @@ struct Ply<'a> {
     /// How many vertices there will be.
     declared: usize,
     mesh: Mesh,
-    polygons: Polygons<Corner>,
+    polygons: Polygons,
     /// In place of polygons, where all are plain triangles.
     triangles: Vec<[u32; 3]>,
     face_colors: Option<Vec<Rgb>>,
@@ -107,7 +107,7 @@ impl<'a> Ply<'a> {
             path,
             declared,
             mesh: Mesh::default(),
-            polygons: Polygons::new(),
+            polygons: Polygons::default(),
             triangles: Vec::new(),
             face_colors: None,
             corner_uvs: Vec::new(),

@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::budget::Budget;
+use crate::corners::{Corner, NONE};
 use crate::error::FormatError;
 use crate::polygon;
 
@@ -42,98 +43,122 @@ impl Thin {
     }
 }
 
-/// Polygons as one flat list of corners of any kind.
-#[derive(Clone, Debug)]
-pub(crate) struct Polygons<C> {
-    corners: Vec<C>,
-    /// Where each polygon ends in `corners`.
+/// Polygons as one flat list of corners. Most files have nothing but triangles, and many nothing but positions: what
+/// these do not need takes no memory, for touching memory is much of the time that a file takes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Polygons {
+    positions: Vec<u32>,
+    /// Texture coordinates and normal of each corner; none at all while no corner has any.
+    attributes: Vec<[u32; 2]>,
+    /// How many triangles come first.
+    triangles: usize,
+    /// Where each polygon after those ends in `positions`.
     ends: Vec<usize>,
 }
 
-impl<C> Default for Polygons<C> {
-    fn default() -> Self {
-        Self {
-            corners: Vec::new(),
-            ends: Vec::new(),
-        }
-    }
-}
-
-impl<C: Copy> Polygons<C> {
-    pub(crate) fn new() -> Self {
-        Self::default()
-    }
-
-    /// Makes room for so many more polygons and corners.
-    pub(crate) fn reserve(&mut self, polygons: usize, corners: usize) {
-        self.ends.reserve_exact(polygons);
-        self.corners.reserve_exact(corners);
+impl Polygons {
+    /// Makes room for what [`Polygons::append`] will add.
+    pub(crate) fn reserve<'a>(&mut self, later: impl Iterator<Item = &'a Self> + Clone) {
+        let sum = |count: fn(&Self) -> usize| later.clone().map(count).sum();
+        self.positions.reserve_exact(sum(|p| p.positions.len()));
+        self.attributes.reserve_exact(sum(|p| p.attributes.len()));
+        self.ends.reserve_exact(sum(|p| p.ends.len()));
     }
 
     /// How many polygons there are.
     pub(crate) fn len(&self) -> usize {
-        self.ends.len()
+        self.triangles + self.ends.len()
     }
 
     /// Adds a corner to the polygon under way.
-    pub(crate) fn corner(&mut self, corner: C) {
-        self.corners.push(corner);
+    pub(crate) fn corner(&mut self, corner: Corner) {
+        let attributes = [corner.uv, corner.normal];
+        if !self.attributes.is_empty() || attributes != [NONE; 2] {
+            self.attributes.resize(self.positions.len(), [NONE; 2]);
+            self.attributes.push(attributes);
+        }
+        self.positions.push(corner.position);
     }
 
     /// Ends the polygon under way, or lets go of it where it has fewer than 3 corners; whether it was kept.
     pub(crate) fn end_face(&mut self) -> bool {
-        let start = self.ends.last().copied().unwrap_or(0);
-        let kept = self.corners.len() - start >= 3;
-        if kept {
-            self.ends.push(self.corners.len());
-        } else {
-            self.corners.truncate(start);
+        let (start, end) = (self.start(self.len()), self.positions.len());
+        match end - start {
+            0..3 => {
+                self.positions.truncate(start);
+                self.attributes.truncate(start);
+                return false;
+            }
+            3 if self.ends.is_empty() => self.triangles += 1,
+            _ => self.ends.push(end),
         }
-        kept
+        true
     }
 
     /// Adds polygons after these.
     pub(crate) fn append(&mut self, mut later: Self) {
-        let start = self.corners.len();
+        let start = self.positions.len();
+        if self.ends.is_empty() {
+            self.triangles += later.triangles;
+        } else {
+            let ends = (1..=later.triangles).map(|count| start + 3 * count);
+            self.ends.extend(ends);
+        }
         self.ends.extend(later.ends.iter().map(|end| start + end));
-        self.corners.append(&mut later.corners);
+        if !self.attributes.is_empty() || !later.attributes.is_empty() {
+            self.attributes.resize(start, [NONE; 2]);
+            later.attributes.resize(later.positions.len(), [NONE; 2]);
+            self.attributes.append(&mut later.attributes);
+        }
+        self.positions.append(&mut later.positions);
     }
 
     /// How many corners all polygons have, with the one under way.
     pub(crate) fn corner_count(&self) -> usize {
-        self.corners.len()
+        self.positions.len()
     }
 
     /// A corner, counted over all polygons.
-    pub(crate) fn corner_mut(&mut self, corner: usize) -> Option<&mut C> {
-        self.corners.get_mut(corner)
+    fn at(&self, corner: usize) -> Corner {
+        let [uv, normal] = (self.attributes.get(corner)).map_or([NONE; 2], |given| *given);
+        Corner {
+            position: self.positions[corner],
+            uv,
+            normal,
+        }
     }
 
-    /// The corners of a range of polygons, to be changed, and where each polygon ends in all corners.
-    pub(crate) fn corners_mut(&mut self, range: Range<usize>) -> impl Iterator<Item = &mut [C]> {
-        let first = if range.start == 0 {
-            0
-        } else {
-            self.ends[range.start - 1]
-        };
-        let ends = &self.ends[range];
-        let mut rest = &mut self.corners[first..];
-        let mut start = first;
-        ends.iter().map(move |&end| {
-            let (polygon, after) = std::mem::take(&mut rest).split_at_mut(end - start);
-            (rest, start) = (after, end);
-            polygon
-        })
+    /// Changes a corner, counted over all polygons, if it is there.
+    pub(crate) fn change(&mut self, corner: usize, change: impl FnOnce(&mut Corner)) {
+        if corner >= self.positions.len() {
+            return;
+        }
+        let mut changed = self.at(corner);
+        change(&mut changed);
+        self.positions[corner] = changed.position;
+        let attributes = [changed.uv, changed.normal];
+        if !self.attributes.is_empty() || attributes != [NONE; 2] {
+            self.attributes.resize(self.positions.len(), [NONE; 2]);
+            self.attributes[corner] = attributes;
+        }
+    }
+
+    /// Where a polygon starts in all corners.
+    fn start(&self, polygon: usize) -> usize {
+        match polygon.checked_sub(self.triangles + 1) {
+            None => 3 * polygon,
+            Some(before) => self.ends[before],
+        }
+    }
+
+    /// Which of all corners are a polygon's.
+    pub(crate) fn range(&self, polygon: usize) -> Range<usize> {
+        self.start(polygon)..self.start(polygon + 1)
     }
 
     /// The corners of a polygon.
-    pub(crate) fn get(&self, polygon: usize) -> &[C] {
-        let start = if polygon == 0 {
-            0
-        } else {
-            self.ends[polygon - 1]
-        };
-        &self.corners[start..self.ends[polygon]]
+    pub(crate) fn get(&self, polygon: usize) -> impl ExactSizeIterator<Item = Corner> + Clone {
+        self.range(polygon).map(|corner| self.at(corner))
     }
 
     /// Cuts a range of the polygons, of at least 3 corners each, and shows every triangle with the number of its
@@ -143,17 +168,17 @@ impl<C: Copy> Polygons<C> {
         range: Range<usize>,
         path: &Path,
         budget: &mut Budget,
-        position: impl Fn(C) -> DVec3,
-        mut triangle: impl FnMut(usize, [C; 3]),
+        position: impl Fn(Corner) -> DVec3,
+        mut triangle: impl FnMut(usize, [Corner; 3]),
     ) -> Result<(), FormatError> {
-        let corners: usize = range.clone().map(|polygon| self.get(polygon).len()).sum();
+        let corners = self.start(range.end) - self.start(range.start);
         budget.take_elements(path, corners as u64)?;
         let before = budget.steps;
         let (mut points, mut cut) = (Vec::new(), Vec::new());
         for polygon in range {
-            let corners = self.get(polygon);
-            if let [a, b, c] = *corners {
-                triangle(polygon, [a, b, c]);
+            let corners = self.range(polygon);
+            if corners.len() == 3 {
+                triangle(polygon, [0, 1, 2].map(|i| self.at(corners.start + i)));
                 continue;
             }
             if corners.len() > MOST_CORNERS {
@@ -164,7 +189,7 @@ impl<C: Copy> Polygons<C> {
                 return Err(FormatError::unsupported(path, message));
             }
             points.clear();
-            points.extend(corners.iter().map(|&c| position(c)));
+            points.extend(self.get(polygon).map(&position));
             cut.clear();
             polygon::triangulate(&points, &mut budget.steps, &mut cut).map_err(|_| {
                 FormatError::Budget {
@@ -175,7 +200,7 @@ impl<C: Copy> Polygons<C> {
                 }
             })?;
             for corner in &cut {
-                triangle(polygon, corner.map(|i| corners[i as usize]));
+                triangle(polygon, corner.map(|i| self.at(corners.start + i as usize)));
             }
         }
         Ok(())

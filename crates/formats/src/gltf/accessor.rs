@@ -159,6 +159,7 @@ impl<'a> Document<'a> {
         }
         Ok(Elements {
             place,
+            wrong_format: wrong_format(from),
             component,
             arity,
             normalized: accessor.normalized,
@@ -168,6 +169,20 @@ impl<'a> Document<'a> {
         })
     }
 }
+
+/// What glTF-Validator calls numbers of the wrong format, by the key that names the accessor.
+fn wrong_format(from: &str) -> &'static str {
+    match from.rsplit('.').next() {
+        Some("indices") => "MESH_PRIMITIVE_INDICES_ACCESSOR_INVALID_FORMAT",
+        Some("input") => "ANIMATION_SAMPLER_INPUT_ACCESSOR_INVALID_FORMAT",
+        Some("output") => "ANIMATION_SAMPLER_OUTPUT_ACCESSOR_INVALID_FORMAT",
+        Some("inverseBindMatrices") => "SKIN_IBM_INVALID_FORMAT",
+        _ => ATTRIBUTE_FORMAT,
+    }
+}
+
+/// The same of an attribute.
+pub(super) const ATTRIBUTE_FORMAT: &str = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
 
 /// The bytes of so many elements in a view.
 fn held(

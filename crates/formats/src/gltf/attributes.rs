@@ -1,6 +1,7 @@
 //! Where a primitive's attributes and indices come from: accessors, or a Draco stream.
 
 use super::Document;
+use super::accessor::ATTRIBUTE_FORMAT;
 use super::elements::{Component, Elements};
 use super::json::{Draco, Primitive};
 use super::ledger::Ledger;
@@ -105,6 +106,7 @@ impl<'a> AttributeSource<'a> {
         };
         Ok(Some(Elements {
             place,
+            wrong_format: ATTRIBUTE_FORMAT,
             component,
             arity: attribute.components,
             normalized: accessor.is_some_and(|accessor| accessor.normalized),

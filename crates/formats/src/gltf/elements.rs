@@ -68,6 +68,8 @@ impl Component {
 pub(super) struct Elements<'a> {
     /// As errors name it: `accessors[3]`.
     pub(super) place: String,
+    /// What glTF-Validator calls numbers of another format than those that are expected here.
+    pub(super) wrong_format: &'static str,
     pub(super) component: Component,
     pub(super) arity: usize,
     pub(super) normalized: bool,
@@ -110,8 +112,8 @@ impl Elements<'_> {
     ) -> Result<Vec<[T; N]>, FormatError> {
         if self.arity != N {
             return Err(document.fault(format!(
-                "{}.type: {} components, expected {N} (ACCESSOR_INVALID_FORMAT)",
-                self.place, self.arity
+                "{}.type: {} components, expected {N} ({})",
+                self.place, self.arity, self.wrong_format
             )));
         }
         ledger.take(document.path, &self.place, self.count as u64, 4 * N as u64)?;
@@ -149,8 +151,8 @@ impl Elements<'_> {
             }
             Component::U32 => {
                 return Err(document.fault(format!(
-                    "{}.componentType: 5125 is for indices only (ACCESSOR_INVALID_FORMAT)",
-                    self.place
+                    "{}.componentType: 5125 is for indices only ({})",
+                    self.place, self.wrong_format
                 )));
             }
         };
@@ -230,16 +232,7 @@ impl Elements<'_> {
         document: &Document<'_>,
         ledger: &mut Ledger,
     ) -> Result<Vec<[u32; N]>, FormatError> {
-        let unsigned = matches!(
-            self.component,
-            Component::U8 | Component::U16 | Component::U32
-        );
-        if self.arity != N || !unsigned || self.normalized {
-            return Err(document.fault(format!(
-                "{}: {} components of type {:?}, expected {N} unsigned integers, not normalised (ACCESSOR_INVALID_FORMAT)",
-                self.place, self.arity, self.component
-            )));
-        }
+        self.unsigned(document, N)?;
         ledger.take(document.path, &self.place, self.count as u64, 4 * N as u64)?;
         let made = match self.component {
             Component::U8 => self.decode::<1, N, _, _>(|[v]| u32::from(v), any, |v| v),
@@ -252,12 +245,27 @@ impl Elements<'_> {
         Ok(made)
     }
 
+    /// Whether the elements are so many unsigned integers each.
+    fn unsigned(&self, document: &Document<'_>, expected: usize) -> Result<(), FormatError> {
+        let kind = self.component;
+        let unsigned = matches!(kind, Component::U8 | Component::U16 | Component::U32);
+        if self.arity == expected && unsigned && !self.normalized {
+            return Ok(());
+        }
+        let normalized = if self.normalized { ", normalised" } else { "" };
+        Err(document.fault(format!(
+            "{}: {} of type {kind:?}{normalized}, expected {expected} unsigned integers, not normalised ({})",
+            self.place, self.arity, self.wrong_format
+        )))
+    }
+
     /// Single integers in order, `N` at a time, and how many are left over.
     pub(super) fn groups<const N: usize>(
         mut self,
         document: &Document<'_>,
         ledger: &mut Ledger,
     ) -> Result<(Vec<[u32; N]>, usize), FormatError> {
+        self.unsigned(document, 1)?;
         let over = self.count % N;
         if self.arity == 1 && self.stride == self.component.size() {
             (self.arity, self.count, self.stride) = (N, self.count / N, self.stride * N);
