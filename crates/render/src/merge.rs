@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use crate::prepare::PreparedWorld;
 
-/// Building a tree takes about as long for each triangle as so many rays.
-const RAYS: u64 = 16;
+/// Samples of a picture for every triangle that make up for building the tree, and a little more.
+const RAYS: u64 = 8;
 /// The most triangles: some 200 bytes each, for a moment.
 const MOST: usize = 1 << 22;
 /// float32 has this many steps or more along the mean triangle of every object, or else small things on a large floor
