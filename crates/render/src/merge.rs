@@ -1,7 +1,7 @@
-//! All objects of a world in one tree, for pictures of many rays.
+//! All objects of a world in one tree, for pictures of many samples.
 //!
 //! Where objects are near each other, as things on a floor are, most rays go into several of them, and each has its own
-//! beginning. One tree over everything has one. It takes time and memory, which only many rays bring back; what moves from one
+//! beginning. One tree over everything has one. It takes time and memory, which only many samples bring back; what moves from one
 //! picture to the next, and ground truth, have the trees of the objects.
 
 use raycam_bvh::Scene;
@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::prepare::PreparedWorld;
 
 /// Samples of a picture for every triangle that make up for building the tree, and a little more.
-const RAYS: u64 = 8;
+const SAMPLES: u64 = 8;
 /// The most triangles: some 200 bytes each, for a moment.
 const MOST: usize = 1 << 22;
 /// float32 has this many steps or more along the mean triangle of every object, or else small things on a large floor
@@ -18,10 +18,10 @@ const MOST: usize = 1 << 22;
 const STEPS: f64 = 64.0;
 
 impl PreparedWorld {
-    /// What the rays of a picture are traced against, if they are so many. It depends on nothing but the world and that
+    /// What the rays of a picture of so many samples are traced against. It depends on nothing but the world and that
     /// number: the same picture has the same bits.
-    pub(crate) fn scene_for(&self, rays: u64) -> &Scene {
-        let pays = || rays / RAYS >= self.triangle_count() as u64;
+    pub(crate) fn scene_for(&self, samples: u64) -> &Scene {
+        let pays = || samples / SAMPLES >= self.triangle_count() as u64;
         if self.scene.is_one_tree() || !pays() {
             return &self.scene;
         }
@@ -112,14 +112,14 @@ mod tests {
     }
 
     #[test]
-    fn many_rays_have_one_tree_and_few_those_of_the_objects() {
+    fn many_samples_have_one_tree_and_few_those_of_the_objects() {
         let world = world();
         let prepared = prepare(&world, None);
         let triangles = prepared.triangle_count() as u64;
         assert_eq!(triangles, 2 + 2 * 1280);
-        let few = prepared.scene_for(RAYS * triangles - 1);
+        let few = prepared.scene_for(SAMPLES * triangles - 1);
         assert!(std::ptr::eq(few, &prepared.scene));
-        let many = prepared.scene_for(RAYS * triangles);
+        let many = prepared.scene_for(SAMPLES * triangles);
         assert!(many.is_one_tree());
         // It is kept while nothing moves.
         let mut lit = world.clone();
