@@ -110,9 +110,9 @@ def main() -> None:
         " light; every file synced to the disk. MiB is the peak of the process. Growth is that of the"
         " peak of the resident memory: of the second half with the index files beside the first half without its first"
         " quarter.",
-        "Beside it, BlenderProc, which was not run here: its users quote about 50 pictures a minute (0.8 a second;"
-        " DLR-RM/BlenderProc issue 6, colour with labels by path tracing, size and machine not told) and 17 pictures in"
-        " 10.5 minutes (0.03 a second; issue 496, segmentation).",
+        "BlenderProc itself is measured by bench_blenderproc.py. What its users quote: about 50 pictures a minute (0.8"
+        " a second; DLR-RM/BlenderProc issue 6, colour with labels by path tracing, size and machine not told) and 17"
+        " pictures in 10.5 minutes (0.03 a second; issue 496, segmentation).",
     ]
     report.write("dataset", "Data sets", notes, ["format", "seconds", "frames/s", "MiB", "growth"], rows)
 

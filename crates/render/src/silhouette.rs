@@ -1,6 +1,6 @@
 //! Silhouettes: what of the picture each object would cover if nothing stood before it (its amodal mask).
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use raycam_bvh::{ExactHit, ExactRay, ExactTriangles, NOTHING, Scene};
 use raycam_scene::Camera;
 use rayon::prelude::*;
@@ -120,6 +120,11 @@ struct Alone<'a> {
     /// A ball around it.
     center: DVec3,
     radius: f64,
+    /// A box around it, in the coordinates of its mesh.
+    lower: DVec3,
+    upper: DVec3,
+    mesh_from_world: DMat3,
+    place: DVec3,
 }
 
 impl ExactTriangles for Alone<'_> {
@@ -153,7 +158,30 @@ impl<'a> Alone<'a> {
             scene,
             center,
             radius,
+            lower,
+            upper,
+            mesh_from_world: placed.world_from_mesh.matrix3.inverse(),
+            place: placed.world_from_mesh.translation,
         })
+    }
+
+    /// False only where a ray, of unit length, does not meet the ball or the box. Most rays of a tile do not, and are not
+    /// worth a search.
+    fn may_meet(&self, ray: &ExactRay) -> bool {
+        let [origin, direction] = [ray.origin, ray.direction].map(DVec3::from);
+        let way = self.center - origin;
+        let radius = self.radius + SLACK * (self.radius + way.length());
+        if way.cross(direction).length_squared() > radius * radius {
+            return false;
+        }
+        let origin = self.mesh_from_world * (origin - self.place);
+        let direction = self.mesh_from_world * direction;
+        let slack = SLACK * ((self.upper - self.lower).length() + origin.length());
+        let to_lower = (self.lower - slack - origin) / direction;
+        let to_upper = (self.upper + slack - origin) / direction;
+        let (enter, leave) = (to_lower.min(to_upper), to_lower.max(to_upper));
+        // Comparisons with NaN are false: where nothing is known, the ray is searched for.
+        !(enter.max_element() > leave.min_element() || leave.min_element() < 0.0)
     }
 }
 
@@ -173,9 +201,15 @@ fn cover(tile: &Tile, camera: &Camera, margin: [u32; 2], alone: &[Alone]) -> Vec
         .iter()
         .map(|&[x, y]| exact_ray(ray(x.into(), y.into())))
         .collect();
-    let mut hits = vec![ExactHit::MISS; rays.len()];
     let mut covered = vec![];
     for i in near {
+        let (pixels, rays): (Vec<_>, Vec<_>) = pixels
+            .iter()
+            .zip(&rays)
+            .filter(|(_, ray)| alone[i].may_meet(ray))
+            .map(|(pixel, ray)| (*pixel, *ray))
+            .unzip();
+        let mut hits = vec![ExactHit::MISS; rays.len()];
         alone[i].scene.closest_exact(&rays, &alone[i], &mut hits);
         let mut rows = [0; TILE as usize];
         for ([x, y], hit) in pixels.iter().zip(&hits) {
@@ -196,6 +230,8 @@ struct Cone {
     width: f64,
 }
 
+/// By this share of its size and distance a box is made larger, for rounding.
+const SLACK: f64 = 1e-6;
 /// How much farther apart the rays inside of a tile may be than those at its edge: lenses bend.
 const BENT: f64 = 1.5;
 

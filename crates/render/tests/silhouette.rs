@@ -3,11 +3,11 @@
 mod common;
 
 use common::*;
-use glam::DVec3;
+use glam::{DAffine3, DQuat, DVec3};
 use raycam_render::flow::View;
 use raycam_render::silhouette::silhouettes;
 use raycam_render::{Channel, Control, PreparedWorld, RenderError, Settings};
-use raycam_scene::Camera;
+use raycam_scene::{Camera, Lens, LensModel, World};
 
 fn settings() -> Settings {
     Settings {
@@ -34,9 +34,32 @@ fn an_object_covers_what_it_covers_alone() {
         30.0,
         [70, 50],
     );
-    let prepared = prepare(&world);
+    check_alone(&world, &camera);
+}
+
+#[test]
+fn far_away_turned_and_squashed_objects_are_whole_through_a_lens() {
+    let far = DVec3::new(1e6, -1e6, 1e6);
+    let mut world = still_life();
+    for (i, object) in world.objects.iter_mut().enumerate() {
+        let turn = DQuat::from_rotation_y(0.4 * i as f64) * DQuat::from_rotation_z(0.7);
+        let squash = DAffine3::from_scale(DVec3::new(1.0, 0.3, 1.6));
+        object.world_from_mesh =
+            DAffine3::from_translation(far + object.world_from_mesh.translation)
+                * DAffine3::from_quat(turn)
+                * squash;
+    }
+    let [eye, target] = [DVec3::new(3.0, -5.0, 3.0), DVec3::new(-1.0, 0.0, 0.4)];
+    let camera = look_at(far + eye, far + target, 60.0, [70, 50]);
+    check_alone(&world, &camera);
+    let fisheye = Lens::new(LensModel::Fisheye, &[0.02, -0.004, 0.0, 0.0]).unwrap();
+    check_alone(&world, &camera.with_lens(fisheye).unwrap());
+}
+
+fn check_alone(world: &World, camera: &Camera) {
+    let prepared = prepare(world);
     let found = silhouettes(
-        view(&prepared, &camera),
+        view(&prepared, camera),
         &[2, 0, 1],
         [0, 0],
         None,
@@ -50,7 +73,7 @@ fn an_object_covers_what_it_covers_alone() {
     for one in found {
         let mut alone = world.clone();
         alone.objects = vec![world.objects[one.object].clone()];
-        let frame = render(&alone, &camera, &settings());
+        let frame = render(&alone, camera, &settings());
         let [x, y, width, height] = one.region;
         for (i, id) in i32s(&frame, Channel::Instance).iter().enumerate() {
             let (u, v) = (i as i32 % 70 - x, i as i32 / 70 - y);
