@@ -331,6 +331,29 @@ def test_what_is_not_drawn_is_said(tmp_path: Path) -> None:
     assert "its unit of length is 0.01 m" in said
 
 
+@pytest.mark.parametrize("left", [None, 30], ids=["notice", "error"])
+def test_images_are_called_what_the_file_calls_them(tmp_path: Path, left: int | None) -> None:
+    made = stage(tmp_path / "a.usda")
+    painted, paint = square(made), surface(made)
+    uvs(painted)
+    texture(made, paint, "./wood.png")
+    bind(painted, paint)
+    made.Save()
+    image = tmp_path / "wood.png"
+    if left is None:
+        image.write_text("no image")
+        said = raycam.load(tmp_path / "a.usda").notices[0]
+    else:
+        png(image, (0, 255, 0))
+        image.write_bytes(image.read_bytes()[:left])
+        with pytest.raises(raycam.FormatError) as error:
+            raycam.load(tmp_path / "a.usda")
+        said = str(error.value)
+    assert said.startswith(f"{tmp_path / 'a.usda'}: ")
+    assert "./wood.png: " in said
+    assert "raycam-usd" not in said
+
+
 def test_opacity_has_an_image_of_its_own(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     painted, paint = square(made), surface(made)

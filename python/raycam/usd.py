@@ -44,8 +44,9 @@ class Budget:
 def read(path: str | os.PathLike[str], folder: Path, budget: Budget | None = None) -> dict[str, Any]:
     """The world in a USD file as `World.from_dict` takes it; its meshes and images are written into `folder`.
 
-    Its notices are under `"notices"`. Raises `OSError` where the file cannot be opened, `FormatError` where it cannot
-    be read within the budget, and `SettingsError` where the extra is not installed.
+    Its notices are under `"notices"`, and under `"files"` what it calls the images. Raises `OSError` where the file
+    cannot be opened, `FormatError` where it cannot be read within the budget, and `SettingsError` where the extra is
+    not installed.
     """
     budget = budget or Budget()
     path = Path(path)

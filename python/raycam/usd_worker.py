@@ -84,6 +84,7 @@ class Images:
         self.left = left
         self.package = zipfile.ZipFile(path) if path.suffix.lower() == ".usdz" else None
         self.known: dict[str, str | None] = {}
+        self.files: dict[str, str] = {}  # what the USD file calls them
         self.notices: list[str] = []
 
     def file(self, asset: Sdf.AssetPath) -> str | None:
@@ -91,7 +92,8 @@ class Images:
         place = asset.resolvedPath or asset.path
         if place not in self.known:
             try:
-                self.known[place] = self._copied(place)
+                self.known[place] = name = self._copied(place)
+                self.files[name] = asset.path
             except (OSError, KeyError, ValueError, Refused) as error:
                 self.notices.append(f"image {asset.path!r} is left out: {error}")
                 self.known[place] = None
@@ -174,7 +176,8 @@ def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> d
     unit = UsdGeom.GetStageMetersPerUnit(stage)
     if unit != 1.0:
         notices.append(f"its unit of length is {unit:g} m: coordinates are kept as they are, in that unit")
-    return world | {"object": objects, "light": lights, "camera": cameras, "notices": notices}
+    found = {"object": objects, "light": lights, "camera": cameras}
+    return world | found | {"notices": notices, "files": images.files}
 
 
 def _hidden(prim: UsdGeom.Imageable) -> bool:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 from pathlib import Path
 
 from . import _core, memory, usd
+from .errors import FormatError
 from .world import World
 
 __all__ = ["load"]
@@ -45,7 +47,18 @@ def _load_usd(path: str | os.PathLike[str], texture_memory: int | str | None) ->
     """The world in a USD file."""
     with tempfile.TemporaryDirectory(prefix="raycam-usd-") as folder:
         description = usd.read(path, Path(folder))
-        said = description.pop("notices")
-        world = World.from_dict(description, folder=folder, texture_memory=texture_memory)
-        world._core.add_notices([f"{os.fspath(path)}: {notice}" for notice in said])
+        said, files = description.pop("notices"), description.pop("files")
+        try:
+            world = World.from_dict(description, folder=folder, texture_memory=texture_memory)
+        except FormatError as error:
+            raise FormatError(_of_usd(str(error), path, folder, files)) from None
+        notices = [_of_usd(notice, path, folder, files) for notice in world.notices]
+        world._core.set_notices([*notices, *(f"{os.fspath(path)}: {notice}" for notice in said)])
     return world
+
+
+def _of_usd(text: str, path: str | os.PathLike[str], folder: str, files: dict[str, str]) -> str:
+    """A message that names a USD file and its images, not what has been made of them in a temporary folder."""
+    shown, made = os.fspath(path), re.compile(re.escape(folder + os.sep) + r"([^/\\:]+)(:\d+)?")
+    text = made.sub(lambda found: files.get(found[1], shown), text)
+    return text if text.startswith(shown) else f"{shown}: {text}"

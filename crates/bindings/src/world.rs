@@ -71,10 +71,10 @@ impl World {
         self.snapshot().notices.clone()
     }
 
-    /// Adds what another reader had to say.
-    fn add_notices(&self, notices: Vec<String>) -> PyResult<()> {
+    /// Puts what another reader has to say in the place of what is there.
+    fn set_notices(&self, notices: Vec<String>) -> PyResult<()> {
         self.change(|world| {
-            world.notices.extend(notices);
+            world.notices = notices;
             Ok(())
         })
     }
