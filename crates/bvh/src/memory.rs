@@ -216,7 +216,7 @@ fn advise_large_pages(start: *mut u8, size: usize) {
     }
     const MADV_HUGEPAGE: std::ffi::c_int = 14;
     let skipped = start.align_offset(SMALL_PAGE);
-    if size < 2 * PAGE {
+    if size < PAGE {
         return;
     }
     // SAFETY: the range belongs to the caller, starts at a page and is only given an advice, which changes no value.
