@@ -12,8 +12,7 @@ from bending_plate import FACES, bending_plate, plate_at
 from raycam.camera_optics import Readout
 from raycam.keypoints import keypoints
 from scipy.spatial.transform import Rotation, Slerp
-
-SIZE = (96, 64)
+from three_lenses import SIZE, cameras
 
 
 def crates() -> raycam.World:
@@ -22,17 +21,6 @@ def crates() -> raycam.World:
     world.add_object(box={"size": [1, 1.5, 0.8]}, location=[0.3, 0.2, 0.4], yaw=20)
     world.add_object(sphere={"radius": 0.4}, location=[1.2, -0.4, 0.5])
     return world
-
-
-def cameras() -> dict[str, raycam.Camera]:
-    place = {"eye": [4, -3, 2.5], "target": [0, 0, 0.4], "size": SIZE}
-    return {
-        "pinhole": raycam.Camera.look_at(**place, fov=35),
-        "lens": raycam.Camera.look_at(
-            **place, fov=60, distortion=[-0.25, 0.05, 0.002, 0.001], pixel_center="half"
-        ),
-        "fisheye": raycam.Camera.look_at(**place, focal=30, distortion=[0.02, 0, 0, 0], model="fisheye"),
-    }
 
 
 @pytest.mark.parametrize("name", cameras())

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.labels import box3d, label
-
-SIZE = (96, 64)
+from three_lenses import SIZE, cameras
 
 
 def add_all(world: raycam.World, only: int | None = None) -> None:
@@ -35,17 +34,6 @@ def world(only: int | None = None) -> raycam.World:
     made = raycam.World()
     add_all(made, only)
     return made
-
-
-def cameras() -> dict[str, raycam.Camera]:
-    place = {"eye": [4, -3, 2.5], "target": [0, 0, 0.4], "size": SIZE}
-    return {
-        "pinhole": raycam.Camera.look_at(**place, fov=35),
-        "lens": raycam.Camera.look_at(
-            **place, fov=60, distortion=[-0.25, 0.05, 0.002, 0.001], pixel_center="half"
-        ),
-        "fisheye": raycam.Camera.look_at(**place, focal=30, distortion=[0.02, 0, 0, 0], model="fisheye"),
-    }
 
 
 @pytest.mark.parametrize("name", cameras())

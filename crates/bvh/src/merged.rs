@@ -2,7 +2,7 @@
 
 use crate::error::BuildError;
 use crate::mesh::Bvh;
-use crate::ray::{ExactHit, Hit, NOTHING};
+use crate::ray::NOTHING;
 use crate::scene::{ExactTriangles, Instance, Scene, moved_by};
 
 /// Which triangles of a tree are whose.
@@ -20,15 +20,10 @@ impl Members {
         (mesh as u32, triangle - self.firsts[mesh])
     }
 
-    pub fn name(&self, hits: &mut [Hit]) {
-        for hit in hits.iter_mut().filter(|hit| hit.instance != NOTHING) {
-            (hit.instance, hit.triangle) = self.of(hit.triangle);
-        }
-    }
-
-    pub fn name_exact(&self, hits: &mut [ExactHit]) {
-        for hit in hits.iter_mut().filter(|hit| hit.instance != NOTHING) {
-            (hit.instance, hit.triangle) = self.of(hit.triangle);
+    /// Makes the instances and triangles of hits those of the meshes.
+    pub fn name<'h>(&self, hits: impl Iterator<Item = (&'h mut u32, &'h mut u32)>) {
+        for (instance, triangle) in hits.filter(|(instance, _)| **instance != NOTHING) {
+            (*instance, *triangle) = self.of(*triangle);
         }
     }
 }

@@ -239,7 +239,10 @@ impl Scene {
         assert_eq!(rays.len(), hits.len(), "as many hits as rays");
         traverse::closest(self.machine, self, rays, hits, coherence);
         if let Some(members) = &self.members {
-            members.name(hits);
+            members.name(
+                hits.iter_mut()
+                    .map(|hit| (&mut hit.instance, &mut hit.triangle)),
+            );
         }
     }
 
@@ -263,7 +266,10 @@ impl Scene {
             Some(members) => {
                 let all = Together(members, triangles);
                 traverse::closest_exact(self.machine, self, rays, &all, hits);
-                members.name_exact(hits);
+                members.name(
+                    hits.iter_mut()
+                        .map(|hit| (&mut hit.instance, &mut hit.triangle)),
+                );
             }
         }
     }
