@@ -28,6 +28,7 @@ mod merge;
 mod moments;
 mod pass_through;
 mod picture;
+mod place;
 mod prepare;
 mod prepared_mesh;
 pub mod queries;

@@ -30,7 +30,7 @@ pub(crate) struct PreparedObject {
     pub materials: Vec<usize>,
     /// Its number in the world's categories, or -1.
     pub category: i32,
-    rounding: Rounding,
+    pub rounding: Rounding,
 }
 
 /// A material with what is worth computing once.
@@ -166,15 +166,6 @@ impl PreparedWorld {
         }
         corners.map(|corner| object.world_from_mesh.transform_point3(corner))
     }
-
-    /// Float32 rounds a point on this object, a ray that starts there and the triangles around it: together they are
-    /// off by at most this length along `normal`. `point` is scene-local.
-    #[inline]
-    pub(crate) fn rounding(&self, instance: u32, point: DVec3, normal: DVec3) -> f64 {
-        let rounding = &self.objects[instance as usize].rounding;
-        let per_axis = rounding.of_point * point.abs() + rounding.of_mesh;
-        ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * per_axis.dot(normal.abs())
-    }
 }
 
 impl ExactTriangles for PreparedWorld {
@@ -190,11 +181,28 @@ const ROUNDINGS: f64 = 8.0;
 
 /// What float32 may do to the points of an object, in units of one rounding.
 #[derive(Debug)]
-struct Rounding {
+pub(crate) struct Rounding {
     /// Into the mesh's coordinates and back: |M| |M^-1|.
     of_point: DMat3,
     /// The same for the mesh's place, and for its vertices.
     of_mesh: DVec3,
+}
+
+impl Rounding {
+    /// What [`Rounding::along`] takes.
+    #[inline(always)]
+    pub fn columns(&self) -> [DVec3; 4] {
+        let Self { of_point, of_mesh } = self;
+        [of_point.x_axis, of_point.y_axis, of_point.z_axis, *of_mesh]
+    }
+
+    /// Float32 rounds a point on the object, a ray that starts there and the triangles around it: together they are off by
+    /// at most this length along `normal`. `point` is scene-local.
+    #[inline(always)]
+    pub fn along([x, y, z, of_mesh]: [DVec3; 4], point: DVec3, normal: DVec3) -> f64 {
+        let per_axis = DMat3::from_cols(x, y, z) * point.abs() + of_mesh;
+        ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * per_axis.dot(normal.abs())
+    }
 }
 
 impl PreparedObject {

@@ -1,10 +1,11 @@
 //! From a hit to what is there: colour, normals, and where rays may start.
 
 use glam::{DVec3, Vec2, Vec3};
-use raycam_bvh::{Hit, Ray};
+use raycam_bvh::Hit;
 use raycam_scene::{Alpha, TextureSlot};
 
 use crate::light::Reference;
+use crate::place::{Place, beside};
 use crate::prepare::{PreparedMaterial, PreparedWorld};
 use crate::scatter::{Frame, Scatter, Scattering};
 use crate::texture::Footprint;
@@ -24,26 +25,27 @@ impl PreparedWorld {
         object.materials[slot]
     }
 
-    /// The normals of a triangle's corners in the world, unit length, on the side of `geometric`, which stands in where a
-    /// corner has none; `None` where the mesh has none.
+    /// The normals of a triangle's corners in the world, of any length; `None` where the mesh has none.
+    #[inline]
+    pub(crate) fn normals_of(&self, instance: u32, triangle: u32) -> Option<[DVec3; 3]> {
+        let object = &self.objects[instance as usize];
+        let mesh = &*object.mesh.mesh;
+        let normals = mesh.normals.as_ref()?;
+        Some(mesh.triangles[triangle as usize].map(|vertex| {
+            let normal = DVec3::from(normals[vertex as usize].map(f64::from));
+            object.normal_from_mesh * normal
+        }))
+    }
+
+    /// The same of unit length, on the side of `geometric`, which stands in where a corner has none.
     pub(crate) fn corner_normals(
         &self,
         instance: u32,
         triangle: u32,
         geometric: DVec3,
     ) -> Option<[DVec3; 3]> {
-        let object = &self.objects[instance as usize];
-        let mesh = &*object.mesh.mesh;
-        let normals = mesh.normals.as_ref()?;
-        Some(mesh.triangles[triangle as usize].map(|vertex| {
-            let normal = DVec3::from(normals[vertex as usize].map(f64::from));
-            let normal = (object.normal_from_mesh * normal).normalize_or(geometric);
-            if normal.dot(geometric) < 0.0 {
-                -normal
-            } else {
-                normal
-            }
-        }))
+        let normals = self.normals_of(instance, triangle)?;
+        Some(normals.map(|normal| beside(normal, geometric)))
     }
 
     /// The linear base colour at a hit: the product of its material's, its triangle's, its corners' and its texture's.
@@ -201,92 +203,13 @@ pub(crate) fn unit_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
 #[inline]
 pub(crate) fn unit(vector: DVec3) -> Option<DVec3> {
     let square = vector.length_squared();
-    (1e-200..1e200)
-        .contains(&square)
-        .then(|| vector / square.sqrt())
+    is_far_from_ends(square).then(|| vector / square.sqrt())
 }
 
-/// Where a ray meets a triangle, on the side that is seen.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Place {
-    /// Scene-local.
-    pub position: DVec3,
-    /// The triangle's normal, on the viewer's side.
-    pub geometric: Vec3,
-    /// Of the smooth surface that the triangle stands for.
-    normal: Vec3,
-    /// Whether the viewer is where the triangle's corners run counter-clockwise.
-    pub front: bool,
-    /// How far rays that leave it start from it, on the viewer's side and on the other: beyond all float32 rounding.
-    above: Vec3,
-    below: Vec3,
-    /// What the ray covers of the triangle, where there are textures.
-    pub footprint: Footprint,
-}
-
-impl Place {
-    /// Where a ray in this direction meets its hit; `width` is how wide its cone is there.
-    #[inline]
-    pub fn new(world: &PreparedWorld, direction: Vec3, hit: &Hit, width: f32) -> Self {
-        let corners = world.corners(hit.instance, hit.triangle);
-        Self::in_triangle(world, corners, direction, hit, width)
-    }
-
-    /// The same in a triangle whose corners in the world are known.
-    #[inline]
-    pub fn in_triangle(
-        world: &PreparedWorld,
-        corners: [DVec3; 3],
-        direction: Vec3,
-        hit: &Hit,
-        width: f32,
-    ) -> Self {
-        let corners = corners.map(|corner| corner - world.origin);
-        let [a, b, c] = corners;
-        let (e1, e2) = (b - a, c - a);
-        let position = a + e1 * f64::from(hit.u) + e2 * f64::from(hit.v);
-        let outwards = unit_normal(corners);
-        let outside = outwards.dot(direction.as_dvec3()) <= 0.0;
-        let geometric = if outside { outwards } else { -outwards };
-        let beyond = geometric * world.rounding(hit.instance, position, geometric);
-        let (normal, lift) = smooth(world, hit, corners, position, geometric);
-        Self {
-            position,
-            geometric: geometric.as_vec3(),
-            normal,
-            front: outside != world.objects[hit.instance as usize].mirrored,
-            above: (beyond + lift).as_vec3(),
-            below: -beyond.as_vec3(),
-            footprint: if world.textures.is_empty() {
-                Footprint::default()
-            } else {
-                Footprint::new(corners, direction, width)
-            },
-        }
-    }
-
-    /// The directions of the smooth surface, seen along a ray in this direction.
-    #[inline]
-    pub fn frame(&self, direction: Vec3) -> Frame {
-        Frame::new(self.geometric, self.normal, -direction)
-    }
-
-    /// Where rays in this direction start, scene-local.
-    #[inline]
-    pub fn start(&self, direction: Vec3) -> DVec3 {
-        let below = self.geometric.dot(direction) < 0.0;
-        self.position + if below { self.below } else { self.above }.as_dvec3()
-    }
-
-    /// A ray from here into the world.
-    #[inline]
-    pub fn leaving(&self, direction: Vec3, t_max: f32) -> Ray {
-        Ray {
-            origin: self.start(direction).as_vec3().to_array(),
-            direction: direction.to_array(),
-            t_max,
-        }
-    }
+/// Whether the square of a length is far from the ends of float64.
+#[inline(always)]
+pub(crate) fn is_far_from_ends(square: f64) -> bool {
+    (1e-200..1e200).contains(&square)
 }
 
 /// What happens to light at a place.
@@ -340,28 +263,4 @@ impl<S: Scattering> Surface<'_, S> {
             },
         }
     }
-}
-
-/// The normal of the smooth surface that the corners' normals describe, on the side of `geometric`, and how far above
-/// the triangle it lies: rays start there, so that a coarse mesh does not shade itself (J. Hanika, "Hacking the Shadow
-/// Terminator", Ray Tracing Gems II, 2021, chapter 4).
-fn smooth(
-    world: &PreparedWorld,
-    hit: &Hit,
-    corners: [DVec3; 3],
-    position: DVec3,
-    geometric: DVec3,
-) -> (Vec3, DVec3) {
-    let Some(normals) = world.corner_normals(hit.instance, hit.triangle, geometric) else {
-        return (geometric.as_vec3(), DVec3::ZERO);
-    };
-    let (u, v) = (f64::from(hit.u), f64::from(hit.v));
-    let weights = [1.0 - u - v, u, v];
-    let (mut normal, mut lift) = (DVec3::ZERO, DVec3::ZERO);
-    for k in 0..3 {
-        normal += normals[k] * weights[k];
-        let below = (corners[k] - position).dot(normals[k]).max(0.0);
-        lift += normals[k] * (weights[k] * below);
-    }
-    (normal.normalize_or(geometric).as_vec3(), lift)
 }

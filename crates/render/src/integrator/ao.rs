@@ -5,10 +5,10 @@ use raycam_bvh::Coherence;
 
 use super::shadows::Shadows;
 use super::{Batch, is_miss};
+use crate::place::Place;
 use crate::prepare::PreparedWorld;
 use crate::sampler::Pair;
 use crate::scatter::{above, cosine_direction};
-use crate::surface::Place;
 
 /// 1 in the open and for the background, 0 where all directions, weighed by their cosine, end within `distance`.
 pub(super) fn radiance(

@@ -3,6 +3,7 @@
 mod ao;
 mod flat;
 mod media;
+mod meetings;
 mod next_event;
 mod path;
 mod shadows;

@@ -4,7 +4,8 @@ use glam::Vec3;
 use raycam_bvh::Ray;
 
 use super::media::Skin;
-use super::path::{Meeting, Path, Wave};
+use super::meetings::Meeting;
+use super::path::{Path, Wave};
 use super::shadows::Shadows;
 use super::walk::Walk;
 use crate::light::{BEFORE_LIGHT, Choice, LightSample};

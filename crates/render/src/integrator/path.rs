@@ -4,20 +4,20 @@
 //! Light is found in two ways, by sampling lights and by sampling the surface; each way is weighed by the balance
 //! heuristic (E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2.2).
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use raycam_bvh::{Coherence, Hit, Ray};
 
 use super::media::Media;
+use super::meetings::Meetings;
 use super::shadows::Shadows;
 use super::walk::Walk;
 use super::{Batch, Rules, is_miss};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::light::{Choice, Lights, Reference};
+use crate::place::LANES;
 use crate::prepare::{PreparedMaterial, PreparedWorld};
-use crate::sampler::{Pair, Sampler};
 use crate::scatter::inside;
-use crate::surface::Place;
 use crate::texture::Cone;
 
 /// A ray on its way from the camera.
@@ -118,8 +118,12 @@ pub(super) fn radiance(
         paths.truncate(met);
         hits.truncate(met);
         meetings.find(&walk, &mut paths, &hits);
-        for (index, (path, hit)) in paths.iter_mut().zip(&hits).enumerate() {
-            walk.step(path, hit, meetings.at(index), &mut wave, radiance);
+        let met = paths.chunks_mut(LANES).zip(hits.chunks(LANES));
+        for (number, (paths, hits)) in met.enumerate() {
+            meetings.locate(&walk, number, paths, hits);
+            for (lane, (path, hit)) in paths.iter_mut().zip(hits).enumerate() {
+                walk.step(path, hit, meetings.at(number, lane), &mut wave, radiance);
+            }
         }
         let coherence = if walk.turn == 0 {
             Coherence::Unknown
@@ -161,60 +165,4 @@ pub(super) struct Wave {
     /// The paths that go on, and their rays.
     pub next: Vec<Path>,
     pub rays: Vec<Ray>,
-}
-
-/// Where the paths of a turn meet surfaces, and the random numbers that they need there.
-#[derive(Default)]
-struct Meetings {
-    corners: Vec<[DVec3; 3]>,
-    places: Vec<Place>,
-    scatter: Vec<[f32; 2]>,
-    light: Vec<[f32; 2]>,
-}
-
-/// One of [`Meetings`].
-pub(super) struct Meeting<'a> {
-    pub place: &'a Place,
-    /// Where the surface scatters to.
-    pub scatter: [f32; 2],
-    /// Where on the first light.
-    pub light: [f32; 2],
-}
-
-impl Meetings {
-    /// Step by step over all of them: triangles come from all over the memory, and many are fetched at once.
-    fn find(&mut self, walk: &Walk, paths: &mut [Path], hits: &[Hit]) {
-        let world = walk.world;
-        let which = || paths.iter().map(|path| path.ray);
-        let pair = Pair::Scatter(walk.turn);
-        Sampler::pairs(walk.samplers, which(), pair, &mut self.scatter);
-        self.light.clear();
-        if walk.sampled {
-            let pair = Pair::Light(walk.turn, 0);
-            Sampler::pairs(walk.samplers, which(), pair, &mut self.light);
-        } else {
-            self.light.resize(paths.len(), [0.0; 2]);
-        }
-        self.corners.clear();
-        self.corners.extend(hits.iter().map(|hit| {
-            let mesh = &*world.objects[hit.instance as usize].mesh.mesh;
-            let vertices = mesh.triangles[hit.triangle as usize];
-            world.corners_of(hit.instance, vertices)
-        }));
-        self.places.clear();
-        let met = paths.iter_mut().zip(hits).zip(&self.corners);
-        self.places.extend(met.map(|((path, hit), &corners)| {
-            path.cone = path.cone.after(hit.t);
-            Place::in_triangle(world, corners, path.direction, hit, path.cone.width)
-        }));
-    }
-
-    #[inline]
-    fn at(&self, index: usize) -> Meeting<'_> {
-        Meeting {
-            place: &self.places[index],
-            scatter: self.scatter[index],
-            light: self.light[index],
-        }
-    }
 }

@@ -4,8 +4,8 @@ use glam::Vec3;
 use raycam_bvh::{Coherence, Hit, Ray, Scene};
 
 use super::is_miss;
+use crate::place::Place;
 use crate::prepare::PreparedWorld;
-use crate::surface::Place;
 
 /// Shadow rays, and what arrives along each.
 #[derive(Clone, Debug, Default)]

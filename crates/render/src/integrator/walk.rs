@@ -6,11 +6,12 @@ use raycam_scene::{Alpha, Material, Reflectance};
 
 use super::Rules;
 use super::media::Skin;
-use super::path::{Meeting, Path, Wave};
+use super::meetings::Meeting;
+use super::path::{Path, Wave};
 use crate::light::{BEFORE_LIGHT, Choice, Lights};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
-use crate::scatter::{Scattering, is_dispersive};
+use crate::scatter::{Matte, Scattering, is_dispersive};
 use crate::surface::Surface;
 use crate::texture::Footprint;
 
@@ -56,14 +57,17 @@ impl Walk<'_> {
         wave: &mut Wave,
         radiance: &mut [Vec3],
     ) {
-        let place = meeting.place;
+        let place = &meeting.place;
         let prepared = self.world.material(hit);
         // What all paths do at most surfaces is compiled by itself, without the layers of others.
-        if let Some(scatter) = prepared.matte(self.world, hit, &place.footprint) {
+        if let Some(albedo) = prepared.matte(self.world, hit, &place.footprint) {
             let surface = Surface {
                 place,
                 frame: place.frame(path.direction),
-                scatter,
+                scatter: Matte {
+                    albedo,
+                    direction: meeting.matte,
+                },
             };
             self.meet(
                 path,
@@ -122,7 +126,7 @@ impl Walk<'_> {
         wave: &mut Wave,
         radiance: &mut [Vec3],
     ) {
-        let place = meeting.place;
+        let place = &meeting.place;
         let out = &mut radiance[path.ray];
         if self.passes(path, material, surface, hit) {
             // The same ray, from the other side.

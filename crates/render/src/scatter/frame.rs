@@ -74,7 +74,7 @@ impl Frame {
 }
 
 /// From coordinates along any two directions at right angles to an axis, and along it.
-#[inline]
+#[inline(always)]
 pub(crate) fn above(axis: Vec3, v: Vec3) -> Vec3 {
     let (right, up) = axis.any_orthonormal_pair();
     right * v.x + up * v.y + axis * v.z
@@ -82,7 +82,7 @@ pub(crate) fn above(axis: Vec3, v: Vec3) -> Vec3 {
 
 /// Sine and cosine of this many turns, 0..=1: the same on every machine, to a rounding or two (the polynomials of
 /// S. Moshier, "Cephes", single precision).
-#[inline]
+#[inline(always)]
 pub(crate) fn turn(turns: f32) -> (f32, f32) {
     let quarter = (4.0 * turns + 0.5) as u32;
     let x = (4.0 * turns - quarter as f32) * FRAC_PI_2;
@@ -101,7 +101,7 @@ pub(crate) fn turn(turns: f32) -> (f32, f32) {
 }
 
 /// A direction above z = 0 with density z / pi (Malley's method).
-#[inline]
+#[inline(always)]
 pub(crate) fn cosine_direction([x, y]: [f32; 2]) -> Vec3 {
     let (sin, cos) = turn(y);
     let radius = x.sqrt();

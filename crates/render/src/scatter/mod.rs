@@ -15,6 +15,7 @@ mod glass;
 mod interface;
 mod layered;
 mod lecture;
+mod matte;
 mod metal;
 mod phong;
 mod principled;
@@ -31,6 +32,7 @@ pub(crate) use frame::{Frame, above, cosine_direction, turn};
 pub(crate) use interface::Interface;
 pub(crate) use layered::Layered;
 pub(crate) use lecture::Lecture;
+pub(crate) use matte::{Directions, Matte};
 pub(crate) use phong::Lobe;
 
 use interface::Curve;
@@ -97,22 +99,14 @@ impl PreparedMaterial {
             .or(self.interfaces.first())
     }
 
-    /// Where light is scattered by a matte surface alone, without a normal map: most of what there is.
+    /// The albedo where light is scattered by a [`Matte`] surface alone, without a normal map.
     #[inline]
-    pub fn matte(
-        &self,
-        world: &PreparedWorld,
-        hit: &Hit,
-        footprint: &Footprint,
-    ) -> Option<Lecture<'static>> {
+    pub fn matte(&self, world: &PreparedWorld, hit: &Hit, footprint: &Footprint) -> Option<Vec3> {
         let Reflectance::Lecture { diffuse, .. } = self.material.reflectance else {
             return None;
         };
-        (self.lobe.is_none() && self.material.normal_map.is_none()).then(|| Lecture {
-            diffuse: world.base_color_of(self, hit, footprint) * diffuse,
-            specular: Vec3::ZERO,
-            lobe: None,
-        })
+        (self.lobe.is_none() && self.material.normal_map.is_none())
+            .then(|| world.base_color_of(self, hit, footprint) * diffuse)
     }
 }
 
