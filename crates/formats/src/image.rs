@@ -25,10 +25,15 @@ pub enum ColorUse {
     Data,
 }
 
+/// What an image may unpack to however short its file is: a flat picture of 4096 x 4096, of 8192 x 8192.
+const USUAL: u64 = 64 << 20;
+const LARGE: u64 = 256 << 20;
+
 /// A kind of image.
 struct Kind {
     /// How its files begin.
     magic: fn(&[u8]) -> bool,
+    trusted: u64,
     decode: fn(&mut Decoder<'_>) -> Result<Image, FormatError>,
 }
 
@@ -36,35 +41,43 @@ struct Kind {
 const KINDS: &[Kind] = &[
     Kind {
         magic: |b| b.starts_with(b"\x89PNG\r\n\x1a\n"),
+        trusted: LARGE,
         decode: raster::png,
     },
     Kind {
         magic: |b| b.starts_with(&[0xff, 0xd8, 0xff]),
+        trusted: USUAL,
         decode: raster::jpeg,
     },
     Kind {
         magic: |b| b.starts_with(b"RIFF") && b.get(8..12) == Some(b"WEBP"),
+        trusted: LARGE,
         decode: raster::webp,
     },
     Kind {
         magic: |b| b.starts_with(&ktx2::MAGIC),
+        trusted: USUAL,
         decode: ktx2::decode,
     },
     Kind {
         magic: |b| b.starts_with(&[0x76, 0x2f, 0x31, 0x01]),
+        trusted: USUAL,
         decode: exr::decode,
     },
     Kind {
         magic: |b| b.starts_with(b"#?RADIANCE") || b.starts_with(b"#?RGBE"),
+        trusted: USUAL,
         decode: hdr::hdr,
     },
     Kind {
         magic: |b| b.starts_with(b"BM"),
+        trusted: USUAL,
         decode: raster::bmp,
     },
     Kind {
         // Says the least, so it is the last.
         magic: raster::is_tga,
+        trusted: USUAL,
         decode: raster::tga,
     },
 ];
@@ -74,6 +87,7 @@ struct Decoder<'a> {
     bytes: &'a [u8],
     path: &'a Path,
     color_use: ColorUse,
+    trusted: u64,
     budget: &'a mut Budget,
     notices: &'a mut Vec<String>,
 }
@@ -123,6 +137,7 @@ pub fn decode_image(
             bytes,
             path,
             color_use,
+            trusted: kind.trusted,
             budget,
             notices,
         })
@@ -143,15 +158,17 @@ impl Decoder<'_> {
             .push(format!("{}: {message}", self.path.display()));
     }
 
-    /// Takes the pixels of an image from the budget before they are decoded, and refuses what unpacks to more than
-    /// 64 MiB and 4096 times its file.
-    fn take_pixels(&mut self, [columns, rows]: [u32; 2], texel: u64) -> Result<(), FormatError> {
+    /// Takes the pixels of an image from the budget before they are decoded, and refuses what unpacks to more than its
+    /// kind is trusted with and 4096 times its file. Whether it unpacks to more than 32 MiB and 16 times its file: then it
+    /// is to be read to its end once, where that needs no memory, before anything is kept.
+    fn take_pixels(&mut self, [columns, rows]: [u32; 2], texel: u64) -> Result<bool, FormatError> {
         let pixels = u64::from(columns) * u64::from(rows);
         if pixels == 0 {
             return Err(self.fault(format!("an image of {columns} x {rows} pixels")));
         }
         self.budget.take_pixels(self.path, pixels)?;
-        if pixels * texel > (64 << 20) + 4096 * self.bytes.len() as u64 {
+        let (unpacked, length) = (pixels * texel, self.bytes.len() as u64);
+        if unpacked > self.trusted + 4096 * length {
             let message = format!(
                 "{columns} x {rows} pixels in {} bytes: more than so short a file is trusted with; store the image \
                  smaller, or with less compression",
@@ -159,7 +176,7 @@ impl Decoder<'_> {
             );
             return Err(self.fault(message));
         }
-        Ok(())
+        Ok(unpacked > USUAL / 2 + 16 * length)
     }
 
     fn image(&self, size: [u32; 2], texels: Texels) -> Image {

@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 mod budget;
+mod bump;
 pub mod bundle;
 mod bytes;
 pub mod calibration;

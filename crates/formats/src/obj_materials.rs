@@ -4,8 +4,9 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use raycam_scene::{Files, Material, Mesh, Model, Texels, Texture, TextureSlot};
+use raycam_scene::{Files, Material, Mesh, Model, Texture, TextureSlot};
 
+use crate::bump;
 use crate::companion;
 use crate::error::FormatError;
 use crate::folder::Folder;
@@ -89,8 +90,17 @@ impl Materials {
     }
 }
 
-/// Textures that have been made: of which file, with the opacity of which other, clamped or not, as colours or not.
-type Known = HashMap<(String, Option<String>, bool, bool), Option<usize>>;
+/// Textures that have been made: of which file, with the opacity of which other, clamped or not, and as what.
+type Known = HashMap<(String, Option<String>, bool, Use), Option<usize>>;
+
+/// What an image is read as.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Use {
+    Color,
+    Data,
+    /// Normals, or heights that become some.
+    Normals,
+}
 
 /// The textures of a material's maps, with their strengths.
 fn slots(
@@ -129,15 +139,6 @@ fn slots(
         let Some(texture) = texture else {
             continue;
         };
-        if map.role == Role::Normal && is_grey(&model.textures[texture].image.texels)? {
-            model.notices.push(format!(
-                "{}:{}: {:?} is a map of heights, which are not used; expected normals",
-                library.display(),
-                map.line,
-                map.file
-            ));
-            continue;
-        }
         let slot = TextureSlot {
             image_from_mesh: map.image_from_mesh,
             ..TextureSlot::plain(texture)
@@ -158,17 +159,33 @@ fn image(
     folder: &mut Folder,
     model: &mut Model,
 ) -> Result<Option<usize>, FormatError> {
-    let color = matches!(map.role, Role::Color | Role::Emission | Role::Opacity);
-    let key = (map.file.clone(), None, map.clamp, color);
+    let used = match map.role {
+        Role::Color | Role::Emission | Role::Opacity => Use::Color,
+        Role::Normal => Use::Normals,
+        _ => Use::Data,
+    };
+    let key = (map.file.clone(), None, map.clamp, used);
     if let Some(known) = known.get(&key) {
         return Ok(*known);
     }
-    let color_use = if color {
-        ColorUse::Color
-    } else {
-        ColorUse::Data
+    let color_use = match used {
+        Use::Color => ColorUse::Color,
+        _ => ColorUse::Data,
     };
-    let texture = map.texture(library, color_use, folder, &mut model.notices)?;
+    let mut texture = map.texture(library, color_use, folder, &mut model.notices)?;
+    if let Some(heights) = &mut texture
+        && used == Use::Normals
+        && bump::is_heights(&heights.image.texels)?
+    {
+        model.notices.push(format!(
+            "{}:{}: {:?} is a map of heights: made into normals, white a texel's width above black",
+            library.display(),
+            map.line,
+            map.file
+        ));
+        let normals = bump::normals(heights, &mut folder.budget)?;
+        heights.image = folder.keep(Arc::new(normals))?;
+    }
     let index = texture.map(|texture| {
         model.textures.push(texture);
         model.textures.len() - 1
@@ -186,7 +203,7 @@ fn cut_out(
     model: &mut Model,
 ) -> Result<Option<usize>, FormatError> {
     let file = color.map_or(String::new(), |map| map.file.clone());
-    let key = (file, Some(opacity.file.clone()), opacity.clamp, true);
+    let key = (file, Some(opacity.file.clone()), opacity.clamp, Use::Color);
     if let Some(known) = known.get(&key) {
         return Ok(*known);
     }
@@ -211,16 +228,4 @@ fn cut_out(
         model.textures.len() - 1
     });
     Ok(*known.entry(key).or_insert(index))
-}
-
-/// Whether all channels of every texel are equal.
-fn is_grey(texels: &Texels) -> Result<bool, FormatError> {
-    Ok(match &*texels.in_memory()? {
-        Texels::Srgb8(texels) | Texels::Linear8(texels) => {
-            texels.iter().all(|t| t[0] == t[1] && t[1] == t[2])
-        }
-        Texels::Linear16(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
-        Texels::Float(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
-        Texels::Paged(_) => false, // is in memory here
-    })
 }

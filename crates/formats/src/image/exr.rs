@@ -2,7 +2,9 @@
 
 use std::io::Cursor;
 
+use ::exr::block::UncompressedBlock;
 use ::exr::block::chunk::CompressedBlock;
+use ::exr::block::reader::ChunksReader;
 use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, MetaData};
 use ::exr::prelude::{
@@ -19,7 +21,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let headers = headers.map_err(|e| refused(file, e))?.headers;
     let has = |header: &Header, name: &str| {
         let mut names = header.channels.list.iter().map(|c| &c.name);
-        names.any(|channel| channel.eq_case_insensitive(name))
+        names.any(|channel| channel.eq(name))
     };
     let colored = |header: &&Header| ["R", "G", "B"].iter().all(|name| has(header, name));
     let grey = |header: &&Header| has(header, "Y") && !has(header, "RY");
@@ -42,8 +44,8 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let size = [side(part.layer_size.0), side(part.layer_size.1)];
     // Channels that are not shown are unpacked too.
     let texel = part.channels.bytes_per_pixel.max(16) as u64;
-    file.take_pixels(size, texel)?;
-    check_blocks(file, part, index)?;
+    let whole = file.take_pixels(size, texel)?;
+    check_blocks(file, part, index, whole)?;
     if part
         .shared_attributes
         .chromaticities
@@ -98,8 +100,13 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
 }
 
 /// Refuses tiles far larger than the picture, and DWA blocks that declare more than they can hold: the decoder would
-/// allocate what they say.
-fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize) -> Result<(), FormatError> {
+/// allocate what they say. With `whole`, each block is unpacked, and none is kept.
+fn check_blocks(
+    file: &Decoder<'_>,
+    part: &Header,
+    index: usize,
+    whole: bool,
+) -> Result<(), FormatError> {
     const SMALL: usize = 1 << 16;
     let pixels = part.layer_size.0.saturating_mul(part.layer_size.1);
     if let BlockDescription::Tiles(tiles) = part.blocks {
@@ -109,10 +116,11 @@ fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize) -> Result<(), F
             return Err(file.fault(message));
         }
     }
-    if !matches!(
+    let sized = matches!(
         part.compression,
         Compression::DWAA(_) | Compression::DWAB(_)
-    ) {
+    );
+    if !sized && !whole {
         return Ok(());
     }
     let most = (4 * part.max_block_byte_size() + SMALL) as u64;
@@ -124,27 +132,46 @@ fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize) -> Result<(), F
             block.layer == index && tile.level_index == largest
         })
     });
-    for chunk in chunks.map_err(|e| refused(file, e))? {
-        let block = chunk.map_err(|e| refused(file, e))?.compressed_block;
-        let place = part.get_block_data_indices(&block);
-        let place = place.and_then(|place| part.get_absolute_block_pixel_coordinates(place));
-        let place = place.map_err(|e| refused(file, e))?;
-        let bytes = match block {
-            CompressedBlock::ScanLine(block) => block.compressed_pixels_le,
-            CompressedBlock::Tile(block) => block.compressed_pixels_le,
-            _ => continue,
-        };
-        // A block that would not get shorter is stored as it is.
-        if bytes.len() == place.size.area() * part.channels.bytes_per_pixel {
-            continue;
+    let chunks = chunks.map_err(|e| refused(file, e))?;
+    let meta = chunks.meta_data().clone();
+    for chunk in chunks {
+        let chunk = chunk.map_err(|e| refused(file, e))?;
+        if sized {
+            check_sizes(file, part, &chunk.compressed_block, most)?;
         }
-        // Its version, then nine sizes and counts.
-        let sizes = bytes.as_chunks().0.iter().skip(1).take(9);
-        if let Some(size) = sizes.map(|&b| u64::from_le_bytes(b)).find(|&n| n > most) {
-            let message =
-                format!("a DWA block that declares {size} bytes, at most {most} are possible");
-            return Err(file.fault(message));
+        if whole {
+            let block = UncompressedBlock::decompress_chunk(chunk, &meta, false);
+            block.map_err(|e| refused(file, e))?;
         }
+    }
+    Ok(())
+}
+
+/// Refuses a DWA block that declares more bytes than `most`.
+fn check_sizes(
+    file: &Decoder<'_>,
+    part: &Header,
+    block: &CompressedBlock,
+    most: u64,
+) -> Result<(), FormatError> {
+    let place = part.get_block_data_indices(block);
+    let place = place.and_then(|place| part.get_absolute_block_pixel_coordinates(place));
+    let place = place.map_err(|e| refused(file, e))?;
+    let bytes = match block {
+        CompressedBlock::ScanLine(block) => &block.compressed_pixels_le,
+        CompressedBlock::Tile(block) => &block.compressed_pixels_le,
+        _ => return Ok(()),
+    };
+    // A block that would not get shorter is stored as it is.
+    if bytes.len() == place.size.area() * part.channels.bytes_per_pixel {
+        return Ok(());
+    }
+    // Its version, then nine sizes and counts.
+    let sizes = bytes.as_chunks().0.iter().skip(1).take(9);
+    if let Some(size) = sizes.map(|&b| u64::from_le_bytes(b)).find(|&n| n > most) {
+        let message =
+            format!("a DWA block that declares {size} bytes, at most {most} are possible");
+        return Err(file.fault(message));
     }
     Ok(())
 }

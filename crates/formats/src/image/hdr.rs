@@ -30,6 +30,11 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
             return Err(file.unsupported(message));
         }
     }
+    for (key, value) in &metadata.custom_attributes {
+        if changes_colors(key, value) {
+            file.notice(format_args!("its {key} of {value} is not applied"));
+        }
+    }
     // What all values were multiplied by.
     let exposure = metadata.exposure.unwrap_or(1.0);
     let mut image = pixels(file, decoder)?;
@@ -51,6 +56,22 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
         Some((orientation, _)) => orientation.applied(image),
         None => image,
     })
+}
+
+/// Whether a line of the header asks for other colours, or for pixels that are not square.
+fn changes_colors(key: &str, value: &str) -> bool {
+    let expected: &[f32] = match key {
+        "COLORCORR" => &[1.0; 3],
+        "PIXASPECT" => &[1.0],
+        // Red, green and blue of Rec. 709; Radiance's own green differs by 0.01.
+        "PRIMARIES" => &[0.64, 0.33, 0.3, 0.6, 0.15, 0.06],
+        _ => return false,
+    };
+    let mut numbers = value.split_whitespace().map(str::parse::<f32>);
+    let near = |number: f32, &expected: &f32| (number - expected).abs() < 0.011;
+    !expected
+        .iter()
+        .all(|expected| matches!(numbers.next(), Some(Ok(number)) if near(number, expected)))
 }
 
 /// How the scanlines of a file lie in its picture, where not as usual: from the top, each from the left.

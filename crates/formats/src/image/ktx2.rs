@@ -4,8 +4,9 @@ use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
 use half::f16;
 use raycam_scene::{Image, Texels};
 use ruzstd::decoding::StreamingDecoder;
-use std::io::Read;
+use std::io::{self, Read, Write};
 
+use super::raster::grouped;
 use super::{ColorUse, Decoder};
 use crate::error::FormatError;
 
@@ -72,7 +73,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
             (texel, Some(columns * rows * channels as u64 * stored))
         }
     };
-    file.take_pixels(header.size, texel)?;
+    let check = file.take_pixels(header.size, texel)?;
     if let Some(expected) = expected.filter(|&n| n != header.unpacked) {
         let message = format!("a level of {} bytes, expected {expected}", header.unpacked);
         return Err(file.fault(message));
@@ -90,7 +91,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let unpacked;
     let level = match header.scheme {
         2 => {
-            unpacked = unpack(file, stored, header.unpacked)?;
+            unpacked = unpack(file, stored, header.unpacked, check)?;
             &unpacked
         }
         _ => stored,
@@ -257,19 +258,34 @@ fn plain_format(vk_format: u32) -> Option<Format> {
     })
 }
 
-/// Undoes Zstandard, never for more than what was declared and paid for.
-fn unpack(file: &Decoder<'_>, packed: &[u8], length: u64) -> Result<Vec<u8>, FormatError> {
-    let fault = |error: &dyn std::fmt::Display| file.fault(format!("Zstandard: {error}"));
-    let decoder = StreamingDecoder::new(packed).map_err(|e| fault(&e))?;
-    let mut unpacked = Vec::new();
-    let read = decoder.take(length + 1).read_to_end(&mut unpacked);
-    read.map_err(|e| fault(&e))?;
-    if unpacked.len() as u64 != length {
-        return Err(fault(&format_args!(
-            "not the {length} bytes that the level index tells"
-        )));
+/// Undoes Zstandard, never for more than what was declared and paid for; with `check`, once before anything is kept.
+fn unpack(
+    file: &Decoder<'_>,
+    packed: &[u8],
+    length: u64,
+    check: bool,
+) -> Result<Vec<u8>, FormatError> {
+    fn write(packed: &[u8], most: u64, to: &mut impl Write) -> Result<u64, String> {
+        let decoder = StreamingDecoder::new(packed).map_err(|e| e.to_string())?;
+        io::copy(&mut decoder.take(most), to).map_err(|e| e.to_string())
     }
-    Ok(unpacked)
+    let mut unpacked = Vec::new();
+    let written = match check {
+        true => write(packed, length + 1, &mut io::sink()),
+        false => Ok(length),
+    };
+    let written = written.and_then(|written| match written == length {
+        true => write(packed, length + 1, &mut unpacked),
+        false => Ok(written),
+    });
+    match written {
+        Ok(written) if written == length => Ok(unpacked),
+        Ok(_) => {
+            let message = format!("Zstandard: not the {length} bytes that the level index tells");
+            Err(file.fault(message))
+        }
+        Err(message) => Err(file.fault(format!("Zstandard: {message}"))),
+    }
 }
 
 /// Decodes Basis Universal's blocks.
@@ -290,7 +306,7 @@ fn transcode(
     let fault = |error: basisu::Error| file.fault(format!("Basis Universal: {error:?}"));
     let transcoder = Transcoder::new(bytes).map_err(fault)?;
     let pixels = transcoder.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE);
-    let pixels = pixels.map_err(fault)?.as_chunks::<4>().0.to_vec();
+    let pixels = grouped(pixels.map_err(fault)?);
     if pixels.len() as u64 != u64::from(header.size[0]) * u64::from(header.size[1]) {
         return Err(file.fault(format!("Basis Universal: {} pixels", pixels.len())));
     }

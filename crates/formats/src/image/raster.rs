@@ -7,8 +7,10 @@ use ::image::codecs::jpeg::JpegDecoder;
 use ::image::codecs::png::PngDecoder;
 use ::image::codecs::tga::TgaDecoder;
 use ::image::codecs::webp::WebPDecoder;
+use ::image::error::DecodingError;
 use ::image::metadata::Orientation;
-use ::image::{ColorType, DynamicImage, ImageDecoder, ImageError, Limits};
+use ::image::{ColorType, DynamicImage, ImageDecoder, ImageError, ImageFormat, Limits};
+use bytemuck::Pod;
 use raycam_scene::Image;
 
 use super::Decoder;
@@ -27,7 +29,24 @@ pub(super) fn png(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     if primaries {
         file.notice("its primaries, which are not those of sRGB, are not applied");
     }
-    pixels(file, decoder)
+    let texel = texel(&decoder);
+    if file.take_pixels(decoder.dimensions().into(), texel)? {
+        read_rows(file)?;
+    }
+    decoded(file, decoder, texel)
+}
+
+/// Reads a PNG's rows and keeps none.
+fn read_rows(file: &Decoder<'_>) -> Result<(), FormatError> {
+    let fault = |error: ::png::DecodingError| {
+        let error = DecodingError::new(ImageFormat::Png.into(), error);
+        refused(file, ImageError::Decoding(error))
+    };
+    let mut rows = ::png::Decoder::new(Cursor::new(file.bytes))
+        .read_info()
+        .map_err(fault)?;
+    while rows.next_row().map_err(fault)?.is_some() {}
+    Ok(())
 }
 
 pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
@@ -86,17 +105,29 @@ pub(super) fn tga(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
 /// The decoded image, if the budget has room for it.
 pub(super) fn pixels(
     file: &mut Decoder<'_>,
-    mut decoder: impl ImageDecoder,
+    decoder: impl ImageDecoder,
 ) -> Result<Image, FormatError> {
-    let (columns, rows) = decoder.dimensions();
-    let size = [columns, rows];
-    let color = decoder.color_type();
-    let texel = match color {
+    let texel = texel(&decoder);
+    file.take_pixels(decoder.dimensions().into(), texel)?;
+    decoded(file, decoder, texel)
+}
+
+/// How many bytes a texel of its image takes.
+fn texel(decoder: &impl ImageDecoder) -> u64 {
+    match decoder.color_type() {
         ColorType::Rgb32F | ColorType::Rgba32F => 16,
         ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16 => 8,
         _ => 4,
-    };
-    file.take_pixels(size, texel)?;
+    }
+}
+
+/// The decoded image, whose pixels have been taken from the budget.
+fn decoded(
+    file: &mut Decoder<'_>,
+    mut decoder: impl ImageDecoder,
+    texel: u64,
+) -> Result<Image, FormatError> {
+    let size = decoder.dimensions().into();
     if let Ok(Some(profile)) = decoder.icc_profile()
         // "sRGB" in the profile's description, as text or as UTF-16: nothing to apply.
         && !profile.windows(4).any(|w| w == b"sRGB")
@@ -118,8 +149,10 @@ pub(super) fn pixels(
     Ok(file.image(size, texels))
 }
 
-fn grouped<T: Copy>(channels: Vec<T>) -> Vec<[T; 4]> {
-    channels.as_chunks::<4>().0.to_vec()
+/// The channels of each texel together, in the same memory where it ends with a texel.
+pub(super) fn grouped<T: Pod>(channels: Vec<T>) -> Vec<[T; 4]> {
+    let texels = bytemuck::allocation::try_cast_vec(channels);
+    texels.unwrap_or_else(|(_, channels)| channels.as_chunks::<4>().0.to_vec())
 }
 
 pub(super) fn refused(file: &Decoder<'_>, error: ImageError) -> FormatError {

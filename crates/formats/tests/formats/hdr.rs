@@ -150,3 +150,36 @@ fn values_are_divided_by_every_exposure() {
         assert!(error.contains("EXPOSURE"), "{error}");
     }
 }
+
+#[test]
+fn what_the_header_asks_for_in_vain_is_said() {
+    let notices = |line: &str| {
+        let header = format!("#?RADIANCE\n{line}\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n");
+        let file = [header.as_bytes(), &[128, 64, 32, 131]].concat();
+        let (path, mut notices) = (Path::new("a.hdr"), Vec::new());
+        let budget = &mut Budget::default();
+        decode_image(&file, path, ColorUse::Color, budget, &mut notices).unwrap();
+        notices
+    };
+    for line in [
+        "COLORCORR=1 1 0.5",
+        "PIXASPECT=2",
+        "PRIMARIES=0.7 0.3 0.2 0.7 0.15 0.06 0.3127 0.329",
+    ] {
+        let [notice] = &notices(line)[..] else {
+            panic!("{line}");
+        };
+        let (key, value) = line.split_once('=').unwrap();
+        assert_eq!(
+            notice,
+            &format!("a.hdr: its {key} of {value} is not applied")
+        );
+    }
+    for line in [
+        "COLORCORR=1 1 1",
+        "PIXASPECT=1",
+        "PRIMARIES=0.640 0.330 0.290 0.600 0.150 0.060 0.333 0.333",
+    ] {
+        assert_eq!(notices(line), [""; 0], "{line}");
+    }
+}

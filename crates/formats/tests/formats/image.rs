@@ -199,6 +199,46 @@ fn more_pixels_than_a_file_can_hold_are_refused() {
 }
 
 #[test]
+fn flat_pictures_may_be_short() {
+    const SIDE: u32 = 6000;
+    // All of one colour: no code takes a bit.
+    let mut webp = b"RIFF\x1e\0\0\0WEBPVP8L\x11\0\0\0\x2f____\x07\x50\xbc\x22\x17\xa5\xff\x81\x88\xe8\x7f\0\0\0".to_vec();
+    webp[21..25].copy_from_slice(&((SIDE - 1) | (SIDE - 1) << 14).to_le_bytes());
+    let mut png = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut png, SIDE, SIDE);
+    encoder.set_depth(::png::BitDepth::One);
+    encoder.set_compression(::png::Compression::High);
+    encoder.set_filter(::png::Filter::NoFilter);
+    let bits = vec![0xff; (SIDE.div_ceil(8) * SIDE) as usize];
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&bits).unwrap();
+    writer.finish().unwrap();
+    assert!(png.len() < 16000 && webp.len() < 50, "{}", png.len());
+    for (name, file, color) in [
+        ("a.webp", &webp, [200, 120, 40, 255]),
+        ("a.png", &png, [255; 4]),
+    ] {
+        let Texels::Linear8(texels) = read(name, file, ColorUse::Data).unwrap().0.texels else {
+            panic!("{name}");
+        };
+        assert_eq!(texels.len(), (SIDE * SIDE) as usize);
+        assert!(texels.iter().all(|&texel| texel == color), "{name}");
+    }
+    // Cut within its data, this is no picture at all.
+    let error = read("a.png", &png[..png.len() - 40], ColorUse::Data).unwrap_err();
+    assert!(error.to_string().starts_with("a.png: "), "{error}");
+    // Of other kinds no file of this size is so short.
+    let mut jpeg = b"\xff\xd8\xff\xc0\0\x0b\x08____\x01\x01\x11\0".to_vec();
+    jpeg[7..11].copy_from_slice(&(SIDE << 16 | SIDE).to_be_bytes());
+    jpeg.extend(b"\xff\xda\0\x08\x01\x01\0\0\x3f\0\xff\xd9");
+    let error = read("a.jpg", &jpeg, ColorUse::Data).unwrap_err();
+    assert!(
+        error.to_string().contains("more than so short a file"),
+        "{error}"
+    );
+}
+
+#[test]
 fn other_kinds_are_named() {
     let error = read("a.gif", b"GIF89a", ColorUse::Color).unwrap_err();
     let expected = "a.gif: not an image that is known: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP or TGA";

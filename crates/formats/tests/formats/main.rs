@@ -1,6 +1,7 @@
 //! One file for each concept of the crate, of the same name.
 
 mod budget;
+mod bump;
 mod bundle;
 mod calibration;
 mod common;

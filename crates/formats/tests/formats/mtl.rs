@@ -243,7 +243,9 @@ fn what_is_not_applied_is_said() {
         "{text}"
     );
     assert!(notices("newmtl m 1\nNs -1.96\n").contains(":2: Ns is -1.96, taken as 0"));
-    assert!(notices("newmtl m 1\nnorm grey.png\n").contains("\"grey.png\" is a map of heights"));
+    assert!(
+        notices("newmtl m 1\nnorm grey.png\n").contains("\"grey.png\" is a map of heights: made")
+    );
     assert!(notices("newmtl m 1\nmap_Kd\n").contains(":2: map_Kd without a file name"));
     assert!(
         notices("newmtl other\nKd 1 0 0\n")

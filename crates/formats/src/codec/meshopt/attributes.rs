@@ -18,7 +18,7 @@ enum Channel {
     Bytes,
     /// Of two 16-bit integers.
     Words,
-    /// XOR of one 32-bit integer, rotated to the left by so many bits.
+    /// XOR of one 32-bit integer, to be rotated to the right by so many bits.
     Xor(u32),
 }
 
@@ -165,7 +165,7 @@ fn add_deltas(
                 [a, b, c, d]
             }
             Channel::Xor(rotation) => {
-                let delta = u32::from_le_bytes(delta).rotate_left(rotation);
+                let delta = u32::from_le_bytes(delta).rotate_right(rotation);
                 (u32::from_le_bytes(before) ^ delta).to_le_bytes()
             }
         };

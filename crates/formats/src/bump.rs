@@ -1,0 +1,56 @@
+//! Maps of heights: they become maps of normals, which is what a material has.
+
+use std::path::Path;
+
+use raycam_scene::{Image, Texels, Texture, Wrap};
+
+use crate::budget::Budget;
+use crate::error::FormatError;
+
+/// The normals of a surface as high as `heights` is bright: white lies as far above black as a texel is wide. Red is
+/// to the right, green upwards.
+///
+/// Source: Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH 1978: the normal leans against the slopes, which are
+/// differences of the neighbours on both sides. MTL gives heights no unit; a texel is that of other tools that make normals
+/// of heights (DirectXTex, `ComputeNormalMap`, with an amplitude of 1).
+pub(crate) fn normals(heights: &Texture, budget: &mut Budget) -> Result<Image, FormatError> {
+    let Image { name, size, .. } = &*heights.image;
+    let [columns, rows] = size.map(|side| side as usize);
+    budget.take_pixels(Path::new(name), (columns * rows) as u64)?;
+    let texels = heights.image.texels.in_memory()?;
+    let beside = |at: usize, length: usize, wrap| match wrap {
+        Wrap::Repeat => [(at + length - 1) % length, (at + 1) % length],
+        _ => [at.saturating_sub(1), (at + 1).min(length - 1)],
+    };
+    let height = |x: usize, y: usize| texels.linear(y * columns + x)[0];
+    let to_u16 = |v: f32| (65535.0 * (0.5 * v + 0.5)).round() as u16;
+    let mut normals = Vec::with_capacity(columns * rows);
+    for y in 0..rows {
+        let [above, below] = beside(y, rows, heights.sampler.wrap[1]);
+        for x in 0..columns {
+            let [left, right] = beside(x, columns, heights.sampler.wrap[0]);
+            let across = 0.5 * (height(right, y) - height(left, y));
+            let up = 0.5 * (height(x, above) - height(x, below));
+            let length = (across * across + up * up + 1.0).sqrt();
+            let [x, y, z] = [-across, -up, 1.0].map(|v| to_u16(v / length));
+            normals.push([x, y, z, u16::MAX]);
+        }
+    }
+    Ok(Image {
+        name: name.clone(),
+        size: *size,
+        texels: Texels::Linear16(normals),
+    })
+}
+
+/// Whether these are heights: all channels of every texel are equal, as they are in no map of normals.
+pub(crate) fn is_heights(texels: &Texels) -> Result<bool, FormatError> {
+    Ok(match &*texels.in_memory()? {
+        Texels::Srgb8(texels) | Texels::Linear8(texels) => {
+            texels.iter().all(|t| t[0] == t[1] && t[1] == t[2])
+        }
+        Texels::Linear16(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
+        Texels::Float(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
+        Texels::Paged(_) => false, // is in memory here
+    })
+}

@@ -1,0 +1,80 @@
+use std::f32::consts::TAU;
+use std::fs;
+
+use raycam_formats::png::{Samples, encode};
+use raycam_formats::{Budget, read_model};
+use raycam_scene::{Model, Texels};
+
+use crate::common::folder;
+
+const SIDE: usize = 64;
+
+/// A triangle whose material has this line, beside `heights.png` of heights as a function of place, both in 0..=1.
+fn model(line: &str, height: impl Fn(f32, f32) -> f32) -> Model {
+    let folder = folder();
+    let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n";
+    fs::write(folder.join("a.obj"), obj).unwrap();
+    fs::write(folder.join("a.mtl"), format!("newmtl m\n{line}\n")).unwrap();
+    let centre = |i: usize| (i as f32 + 0.5) / SIDE as f32;
+    let texels: Vec<u16> = (0..SIDE * SIDE)
+        .map(|i| (65535.0 * height(centre(i % SIDE), centre(i / SIDE))).round() as u16)
+        .collect();
+    let png = encode([SIDE as u32; 2], 1, Samples::U16(&texels)).unwrap();
+    fs::write(folder.join("heights.png"), png).unwrap();
+    read_model(&folder.join("a.obj"), &Budget::default()).unwrap()
+}
+
+/// The normals of its normal map, row by row.
+fn normals(model: &Model) -> Vec<[f32; 3]> {
+    let map = model.materials[0].normal_map.unwrap();
+    let texels = &model.textures[map.texture.texture].image.texels;
+    assert!(matches!(texels, Texels::Linear16(_)));
+    let normal = |i| [0, 1, 2].map(|c: usize| 2.0 * texels.linear(i)[c] - 1.0);
+    (0..texels.len()).map(normal).collect()
+}
+
+fn assert_near(found: [f32; 3], expected: [f32; 3], at: usize) {
+    let length = expected.iter().map(|v| v * v).sum::<f32>().sqrt();
+    for (found, expected) in found.into_iter().zip(expected) {
+        let expected = expected / length;
+        assert!((found - expected).abs() < 1e-4, "{at}: {found} {expected}");
+    }
+}
+
+#[test]
+fn normals_lean_against_the_slope() {
+    // Waves of a whole period in each direction: the derivative of a sine is a cosine.
+    let step = TAU / SIDE as f32;
+    let slope = |i: usize| 0.4 * step.sin() * (step * (i as f32 + 0.5)).cos();
+    let across = model("map_Bump -bm 0.5 heights.png", |x, _| {
+        0.5 + 0.4 * (TAU * x).sin()
+    });
+    assert_eq!(across.materials[0].normal_map.unwrap().scale, 0.5);
+    for (i, found) in normals(&across).into_iter().enumerate() {
+        assert_near(found, [-slope(i % SIDE), 0.0, 1.0], i);
+    }
+    // Rows go downwards, green upwards.
+    let down = model("bump heights.png", |_, y| 0.5 + 0.4 * (TAU * y).sin());
+    for (i, found) in normals(&down).into_iter().enumerate() {
+        assert_near(found, [0.0, slope(i / SIDE), 1.0], i);
+    }
+}
+
+#[test]
+fn at_the_edges_what_is_beside_them_counts() {
+    let ramp = |x: f32, _: f32| x;
+    let step = 1.0 / SIDE as f32;
+    let clamped = normals(&model("bump -clamp on heights.png", ramp));
+    assert_near(clamped[0], [-0.5 * step, 0.0, 1.0], 0);
+    assert_near(clamped[1], [-step, 0.0, 1.0], 1);
+    // Repeated, the other end is beside it.
+    let repeated = normals(&model("bump heights.png", ramp));
+    assert_near(repeated[0], [-0.5 * (2.0 * step - 1.0), 0.0, 1.0], 0);
+}
+
+#[test]
+fn one_image_can_be_heights_and_something_else() {
+    let both = model("map_Pr heights.png\nmap_Bump heights.png", |x, _| x);
+    assert_eq!(both.textures.len(), 2);
+    assert!(both.notices.iter().any(|n| n.contains("a map of heights")));
+}
