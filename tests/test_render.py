@@ -76,6 +76,29 @@ def test_the_same_bytes_on_any_number_of_threads(integrator: str) -> None:
         assert_same(raycam.render(box_world(), camera(), threads=threads, **keys), expected)  # type: ignore[arg-type]
 
 
+def test_pictures_get_the_memory_that_nobody_holds_any_more() -> None:
+    world, seen = box_world(), camera((256, 160))
+
+    def render() -> raycam.Frame:
+        return raycam.render(world, seen, integrator="flat", samples=1, channels=list(CHANNELS)[:-1])
+
+    frame = render()
+    first = {name: array.tobytes() for name, array in frame.items()}
+    places = {array.ctypes.data for array in frame.values()}
+    for array in frame.values():
+        array.view(np.uint8)[...] = 0xAB
+    held, row = frame["position"], frame["depth"][7]
+    kept = {held.ctypes.data, frame["depth"].ctypes.data}
+    del array, frame
+    again = render()
+    assert {name: array.tobytes() for name, array in again.items()} == first
+    used = {array.ctypes.data for array in again.values()}
+    assert not used & kept
+    assert len(used & places) >= len(places) - 2
+    assert (held.view(np.uint8) == 0xAB).all()
+    assert (row.view(np.uint8) == 0xAB).all()
+
+
 def test_seed_and_frame_choose_the_noise() -> None:
     world = box_world()
 

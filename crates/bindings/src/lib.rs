@@ -16,6 +16,7 @@ mod node;
 mod rig;
 mod settings;
 mod state;
+mod stock;
 mod triangles;
 mod truth;
 mod watch;

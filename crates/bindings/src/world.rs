@@ -7,17 +7,18 @@ use std::sync::{Arc, Mutex};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_render::{queries, render_moving};
+use raycam_render::{queries, render_into, room};
 use raycam_scene::video::Clock;
 use raycam_scene::{TextureMemory, World as Inner};
 
 use crate::arrays::{Floats, array, hit_arrays, rows};
 use crate::camera::{Camera, up, up_name};
 use crate::error::{IntoPyErr, caught, world_error};
-use crate::frame::{Parts, parts};
+use crate::frame::Parts;
 use crate::light::light_dict;
 use crate::settings::Request;
 use crate::state::{State, budget};
+use crate::stock::Planes;
 use crate::triangles;
 use crate::watch::watched;
 
@@ -296,10 +297,17 @@ impl World {
     ) -> PyResult<Parts<'py>> {
         let settings = request.settings()?;
         let (world, prepared) = self.prepared_world(py, settings.threads)?;
-        let frame = watched(py, progress.as_ref(), |control| {
-            render_moving(&world, &prepared, &camera.inner, &settings, control)
+        let room = room(&camera.inner, &settings);
+        let ([_, _, width, height], pixels) = room.map_err(IntoPyErr::into_py_err)?;
+        let planes = Planes::new(py, &settings.channels, pixels);
+        let (region, notices) = planes.write(py, |targets| {
+            watched(py, progress.as_ref(), |control| {
+                let camera = &camera.inner;
+                render_into(&world, &prepared, camera, &settings, control, targets)
+            })
         })?;
-        parts(py, frame)
+        let planes = planes.give(py, [height as usize, width as usize])?;
+        Ok((planes, region.into(), notices))
     }
 
     #[pyo3(signature = (origins, directions, coherent, threads))]

@@ -14,11 +14,11 @@ use crate::tile::{TILE, Tile};
 /// The most memory that the planes of a frame may take.
 pub const MAX_FRAME_BYTES: u64 = 8 << 30;
 
-/// Allocates the planes of a region, by the threads of the pool it is called in.
-pub(crate) fn planes(
+/// How many pixels a region has, if there is memory for its planes.
+pub(crate) fn check_room(
     [_, _, width, height]: [u32; 4],
     channels: &[Channel],
-) -> Result<Vec<(Channel, Plane)>, RenderError> {
+) -> Result<usize, RenderError> {
     let pixels = u64::from(width) * u64::from(height);
     let bytes = pixels * channels.iter().map(|channel| channel.bytes()).sum::<u64>();
     let too_large = || RenderError::TooLarge {
@@ -37,6 +37,15 @@ pub(crate) fn planes(
     Vec::<u8>::new()
         .try_reserve_exact(bytes as usize)
         .map_err(|_| too_large())?;
+    Ok(pixels)
+}
+
+/// Allocates the planes of a region, by the threads of the pool it is called in.
+pub(crate) fn planes(
+    region: [u32; 4],
+    channels: &[Channel],
+) -> Result<Vec<(Channel, Plane)>, RenderError> {
+    let pixels = check_room(region, channels)?;
     Ok(channels
         .par_iter()
         .map(|&channel| {
@@ -61,6 +70,72 @@ pub(crate) fn planes(
         .collect())
 }
 
+/// Where a plane of a picture is written: as many values as the region has pixels, times the channel's components.
+pub enum Values<'a> {
+    /// float32.
+    F32(&'a mut [f32]),
+    /// float64.
+    F64(&'a mut [f64]),
+    /// int32.
+    I32(&'a mut [i32]),
+}
+
+/// A plane to be written.
+pub struct Target<'a> {
+    /// What of.
+    pub channel: Channel,
+    /// Where to.
+    pub values: Values<'a>,
+    /// Whether all of them are 0 already; else they may be anything.
+    pub zero: bool,
+}
+
+impl<'a> Target<'a> {
+    /// One that is zero.
+    pub(crate) fn of((channel, plane): &'a mut (Channel, Plane)) -> Self {
+        Self {
+            channel: *channel,
+            values: match plane {
+                Plane::F32 { data, .. } => Values::F32(data),
+                Plane::F64 { data, .. } => Values::F64(data),
+                Plane::I32 { data, .. } => Values::I32(data),
+            },
+            zero: true,
+        }
+    }
+
+    /// Whether it is as large as it has to be, and of the kind of its channel.
+    fn fits(&self, pixels: usize) -> bool {
+        let (kind, length) = match &self.values {
+            Values::F32(to) => (Kind::F32, to.len()),
+            Values::F64(to) => (Kind::F64, to.len()),
+            Values::I32(to) => (Kind::I32, to.len()),
+        };
+        kind == self.channel.kind() && length == pixels * self.channel.components()
+    }
+
+    /// Its rows of tiles, of so many pixels each.
+    fn strips(self, pixels: usize) -> Vec<Strip<'a>> {
+        let length = pixels * self.channel.components();
+        match self.values {
+            Values::F32(to) => to.chunks_mut(length).map(Strip::F32).collect(),
+            Values::F64(to) => to.chunks_mut(length).map(Strip::F64).collect(),
+            Values::I32(to) => to.chunks_mut(length).map(Strip::I32).collect(),
+        }
+    }
+}
+
+/// Runs, of eight pixels most often, that are written at a time: what is known of them fits the nearest cache, and whole lines
+/// of it are written.
+const RUNS: usize = 32;
+
+/// Pixels in a row: where they lie in a strip, and which of the tile's they are.
+pub(crate) struct Run {
+    to: usize,
+    from: usize,
+    length: usize,
+}
+
 /// The rows of one plane that a row of tiles covers.
 pub(crate) enum Strip<'a> {
     F32(&'a mut [f32]),
@@ -74,13 +149,13 @@ impl Strip<'_> {
     #[inline]
     pub fn put<T: Number, const N: usize>(
         &mut self,
-        places: &[usize],
-        value: impl Fn(usize) -> [T; N],
+        runs: &[Run],
+        mut value: impl FnMut(usize) -> [T; N],
     ) {
         match self {
-            Self::F32(to) => put(to, places, |i| value(i).map(T::to_f32)),
-            Self::F64(to) => put(to, places, |i| value(i).map(T::to_f64)),
-            Self::I32(to) => put(to, places, |i| value(i).map(T::to_i32)),
+            Self::F32(to) => put(to, runs, |i| value(i).map(T::to_f32)),
+            Self::F64(to) => put(to, runs, |i| value(i).map(T::to_f64)),
+            Self::I32(to) => put(to, runs, |i| value(i).map(T::to_i32)),
         }
     }
 
@@ -119,48 +194,55 @@ macro_rules! number {
 }
 number!(f32, f64, i32);
 
+/// A channel's part of a row of tiles, and whether all of it was 0.
+type Part<'a> = (Channel, Strip<'a>, bool);
+
 /// The planes of a region, cut into rows of tiles, each of which one thread writes at a time.
 pub(crate) struct Film<'a> {
     region: [u32; 4],
-    bands: Vec<Mutex<Vec<(Channel, Strip<'a>)>>>,
+    bands: Vec<Mutex<Vec<Part<'a>>>>,
 }
 
 impl<'a> Film<'a> {
-    pub fn new(region: [u32; 4], planes: &'a mut [(Channel, Plane)]) -> Self {
+    /// `None` where a target does not fit the region.
+    pub fn new(region: [u32; 4], targets: impl Iterator<Item = Target<'a>>) -> Option<Self> {
         let mut bands: Vec<Vec<_>> = (0..region[3].div_ceil(TILE)).map(|_| vec![]).collect();
-        for (channel, plane) in planes {
-            let length = region[2] as usize * TILE as usize;
-            let strips: Vec<Strip> = match plane {
-                Plane::F32 { components, data } => data
-                    .chunks_mut(length * *components)
-                    .map(Strip::F32)
-                    .collect(),
-                Plane::F64 { components, data } => data
-                    .chunks_mut(length * *components)
-                    .map(Strip::F64)
-                    .collect(),
-                Plane::I32 { components, data } => data
-                    .chunks_mut(length * *components)
-                    .map(Strip::I32)
-                    .collect(),
-            };
-            for (band, strip) in bands.iter_mut().zip(strips) {
-                band.push((*channel, strip));
+        let [width, height] = [region[2] as usize, region[3] as usize];
+        for target in targets {
+            if !target.fits(width * height) {
+                return None;
+            }
+            let (channel, zero) = (target.channel, target.zero);
+            for (band, strip) in bands.iter_mut().zip(target.strips(width * TILE as usize)) {
+                band.push((channel, strip, zero));
             }
         }
-        Self {
+        Some(Self {
             region,
             bands: bands.into_iter().map(Mutex::new).collect(),
-        }
+        })
+    }
+
+    /// Whether it has these channels, in this order.
+    pub fn is_of(&self, channels: &[Channel]) -> bool {
+        self.bands.iter().all(|band| {
+            let band = band.lock().unwrap_or_else(PoisonError::into_inner);
+            band.iter().map(|(channel, ..)| channel).eq(channels)
+        })
     }
 
     /// Gives all pixels of the blocks of a tile the values of a frame of one pixel.
     pub fn fill(&self, tile: &Tile, blocks: &[Tile], one: &[(Channel, Plane)]) {
-        // Planes begin as zeros, and memory that nobody writes to costs nothing.
-        if blocks.is_empty() || one.iter().all(|(_, plane)| plane.is_zero()) {
+        if blocks.is_empty() {
             return;
         }
         let (first, mut strips) = self.band(tile);
+        // Memory that nobody writes to costs nothing.
+        let idle =
+            |((_, _, zero), (_, plane)): (&Part, &(Channel, Plane))| *zero && plane.is_zero();
+        if strips.iter().zip(one).all(idle) {
+            return;
+        }
         let rows: Vec<Range<usize>> = blocks
             .iter()
             .flat_map(|block| (block.y..block.y + block.height).map(move |row| (block, row)))
@@ -169,7 +251,10 @@ impl<'a> Film<'a> {
                 start..start + block.width as usize
             })
             .collect();
-        for ((_, strip), (_, plane)) in strips.iter_mut().zip(one) {
+        for ((_, strip, zero), (_, plane)) in strips.iter_mut().zip(one) {
+            if *zero && plane.is_zero() {
+                continue;
+            }
             match plane {
                 Plane::F32 { data, .. } => strip.fill(&rows, data),
                 Plane::F64 { data, .. } => strip.fill(&rows, data),
@@ -179,7 +264,7 @@ impl<'a> Film<'a> {
     }
 
     /// The rows of tiles that a tile is in, from which row on.
-    fn band(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<(Channel, Strip<'a>)>>) {
+    fn band(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<Part<'a>>>) {
         let band = (tile.y - self.region[1]) / TILE;
         // A thread that panicked left its own pixels unwritten; nobody else's suffer.
         let strips = self.bands[band as usize]
@@ -193,33 +278,48 @@ impl<'a> Film<'a> {
         (y - first) as usize * self.region[2] as usize + (x - self.region[0]) as usize
     }
 
-    /// Writes all channels of a tile: `write` gets each channel's strip and where in it, in pixels, each of `pixels`
-    /// lies.
+    /// Writes all channels of a tile: `write` gets each channel's strip and where in it `pixels` lie.
     pub fn write(
         &self,
         tile: &Tile,
         pixels: &[[u32; 2]],
-        mut write: impl FnMut(Channel, &mut Strip, &[usize]),
+        mut write: impl FnMut(Channel, &mut Strip, &[Run]),
     ) {
         let (first, mut strips) = self.band(tile);
-        let places: Vec<usize> = pixels.iter().map(|&at| self.place(first, at)).collect();
-        for (channel, strip) in strips.iter_mut() {
-            write(*channel, strip, &places);
+        let mut runs: Vec<Run> = vec![];
+        // A row of a block at a time, most often.
+        for (from, &pixel) in pixels.iter().enumerate() {
+            let to = self.place(first, pixel);
+            match runs.last_mut() {
+                Some(run) if run.to + run.length == to => run.length += 1,
+                _ => runs.push(Run {
+                    to,
+                    from,
+                    length: 1,
+                }),
+            }
+        }
+        // Some pixels of all channels before others, so that what is known of them is looked up in the nearest cache.
+        for some in runs.chunks(RUNS) {
+            for (channel, strip, _) in strips.iter_mut() {
+                write(*channel, strip, some);
+            }
         }
     }
 }
 
 /// Puts the value of each pixel in its place.
 #[inline]
-fn put<T: Copy, const N: usize>(to: &mut [T], places: &[usize], value: impl Fn(usize) -> [T; N]) {
-    let mut at = 0;
-    // A row of a block at a time, most often.
-    for run in places.chunk_by(|a, b| a + 1 == *b) {
-        let (to, _) = to[run[0] * N..][..run.len() * N].as_chunks_mut();
+fn put<T: Copy, const N: usize>(
+    to: &mut [T],
+    runs: &[Run],
+    mut value: impl FnMut(usize) -> [T; N],
+) {
+    for run in runs {
+        let (to, _) = to[run.to * N..][..run.length * N].as_chunks_mut();
         for (i, pixel) in to.iter_mut().enumerate() {
-            *pixel = value(at + i);
+            *pixel = value(run.from + i);
         }
-        at += run.len();
     }
 }
 

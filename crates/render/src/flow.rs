@@ -233,15 +233,12 @@ struct Back<'a> {
 fn follow(first: View, second: &Shown, tile: &Tile) -> Vec<([u32; 2], Moved)> {
     let mut pixels = vec![];
     tile.pixels(&mut pixels);
-    let rays: Vec<ExactRay> = pixels
-        .iter()
-        .map(|&[x, y]| exact_ray(first.camera.ray(first.camera.pixel_center_of(x, y))))
-        .collect();
+    let camera = first.camera;
+    let centers = pixels.iter().map(|&[x, y]| camera.pixel_center_of(x, y));
+    let mut rays: Vec<ExactRay> = Vec::with_capacity(pixels.len());
+    camera.rays(centers, |ray| rays.push(exact_ray(ray)));
     let mut hits = vec![ExactHit::MISS; rays.len()];
-    first
-        .world
-        .scene
-        .closest_exact(&rays, first.world, &mut hits);
+    first.world.closest_exact(&rays, &mut hits);
 
     let camera = second.view.camera;
     let size = camera.size().map(f64::from);
@@ -290,7 +287,7 @@ fn follow(first: View, second: &Shown, tile: &Tile) -> Vec<([u32; 2], Moved)> {
         let rays: Vec<ExactRay> = same.iter().map(|back| back.ray).collect();
         let mut hits = vec![ExactHit::MISS; rays.len()];
         let world = same[0].world;
-        world.scene.closest_exact(&rays, world, &mut hits);
+        world.closest_exact(&rays, &mut hits);
         for (there, back) in hits.iter().zip(same) {
             let itself = (there.instance, there.triangle) == (back.hit.instance, back.hit.triangle);
             if there.t < back.distance * (1.0 - IN_FRONT) && !itself {

@@ -286,6 +286,6 @@ fn first_before(
         })
         .unzip();
     let mut hits = vec![ExactHit::MISS; rays.len()];
-    world.scene.closest_exact(&rays, world, &mut hits);
+    world.closest_exact(&rays, &mut hits);
     distances.into_iter().zip(hits).collect()
 }

@@ -1,21 +1,34 @@
-//! All objects of a world in one tree, for pictures of many samples.
+//! All objects of a world in one tree, for many rays.
 //!
 //! Where objects are near each other, as things on a floor are, most rays go into several of them, and each has its own
-//! beginning. One tree over everything has one. It takes time and memory, which only many samples bring back; what moves from one
-//! picture to the next, and ground truth, have the trees of the objects.
+//! beginning. One tree over everything has one. It takes time and memory, which only many rays bring back: the samples of one
+//! picture, or the exact rays of all pictures of a world that stands still. What moves from one picture to the next has the
+//! trees of the objects.
 
-use raycam_bvh::Scene;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use raycam_bvh::{ExactHit, ExactRay, Scene};
 use rayon::prelude::*;
 
 use crate::prepare::PreparedWorld;
 
-/// Samples of a picture for every triangle that make up for building the tree, and a little more.
+/// Rays for every triangle that make up for building the tree, and a little more.
 const SAMPLES: u64 = 8;
 /// The most triangles: some 200 bytes each, for a moment.
 const MOST: usize = 1 << 22;
 /// float32 has this many steps or more along the mean triangle of every object, or else small things on a large floor
 /// would lose their form.
 const STEPS: f64 = 64.0;
+
+/// The tree, once there is one.
+#[derive(Debug, Default)]
+pub(crate) struct Merged {
+    /// `None` where it would be too large or too coarse.
+    tree: OnceLock<Option<Scene>>,
+    /// How many exact rays were traced without it.
+    exact: AtomicU64,
+}
 
 impl PreparedWorld {
     /// What the rays of a picture of so many samples are traced against. It depends on nothing but the world and that
@@ -25,8 +38,24 @@ impl PreparedWorld {
         if self.scene.is_one_tree() || !pays() {
             return &self.scene;
         }
-        let merged = self.merged.get_or_init(|| self.merge());
+        let merged = self.merged.tree.get_or_init(|| self.merge());
         merged.as_ref().unwrap_or(&self.scene)
+    }
+
+    /// Makes the tree if with so many more exact rays it pays. Their answers are the same with it and without.
+    pub(crate) fn expect_exact(&self, rays: u64) {
+        if self.merged.tree.get().is_none() {
+            let before = self.merged.exact.fetch_add(rays, Ordering::Relaxed);
+            self.scene_for(before.saturating_add(rays));
+        }
+    }
+
+    /// The nearest hit of every ray by float64.
+    pub(crate) fn closest_exact(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
+        let merged = self.merged.tree.get().and_then(Option::as_ref);
+        merged
+            .unwrap_or(&self.scene)
+            .closest_exact(rays, self, hits);
     }
 
     /// Triangles of all objects, those of shared meshes as often as they are shown.
@@ -41,7 +70,7 @@ impl PreparedWorld {
 
     /// Everything in one tree; `None` where that would be too large or too coarse.
     fn merge(&self) -> Option<Scene> {
-        if self.triangle_count() > MOST {
+        if !(1..=MOST).contains(&self.triangle_count()) {
             return None;
         }
         let (mut vertices, mut triangles, mut firsts) = (vec![], vec![], vec![]);
@@ -82,7 +111,7 @@ mod tests {
     use super::*;
     use crate::control::Control;
     use crate::frame::Plane;
-    use crate::{Integrator, Settings};
+    use crate::{Channel, Integrator, Settings};
 
     /// Balls on a floor, one of them stretched, two of one mesh.
     fn world() -> World {
@@ -129,7 +158,39 @@ mod tests {
         let mut moved = world.clone();
         moved.objects[1].world_from_mesh.translation.x += 0.1;
         let moved = prepare(&moved, Some(&prepared));
-        assert!(moved.merged.get().is_none());
+        assert!(moved.merged.tree.get().is_none());
+    }
+
+    #[test]
+    fn exact_rays_have_one_tree_once_it_pays_and_the_same_answers() {
+        let mut world = world();
+        // Something that lies in the floor: ties are decided.
+        let object = world.objects[0].clone();
+        world.add_object(object).unwrap();
+        let prepared = prepare(&world, None);
+        let k = DMat3::from_cols_array(&[50.0, 0.0, 0.0, 0.0, 50.0, 0.0, 59.5, 39.5, 1.0]);
+        let (eye, target) = (DVec3::new(0.5, -3.0, 2.0), DVec3::new(0.0, 0.0, 0.4));
+        let (size, center) = ([120, 80], PixelCenter::Integer);
+        let camera = Camera::look_at(eye, target, DVec3::Z, k, size, center).unwrap();
+        let settings = Settings {
+            channels: vec![Channel::Instance, Channel::Triangle, Channel::Position],
+            ..Settings::default()
+        };
+        let picture = || crate::render(&prepared, &camera, &settings, &Control::new()).unwrap();
+        let (pixels, triangles) = (120 * 80, prepared.triangle_count() as u64);
+        let without = picture();
+        for _ in 1..SAMPLES * triangles / pixels {
+            picture();
+        }
+        assert!(prepared.merged.tree.get().is_none());
+        let with = picture();
+        assert!(prepared.merged.tree.get().is_some_and(Option::is_some));
+        assert!(without.planes[..2] == with.planes[..2]);
+        let bits = |frame: &crate::Frame| match &frame.planes[2].1 {
+            Plane::F64 { data, .. } => data.iter().map(|v| v.to_bits()).collect::<Vec<_>>(),
+            other => panic!("{other:?}"),
+        };
+        assert!(bits(&without) == bits(&with));
     }
 
     #[test]
@@ -164,7 +225,7 @@ mod tests {
             }
         };
         let merged = picture(&prepared);
-        assert!(prepared.merged.get().is_some());
+        assert!(prepared.merged.tree.get().is_some());
         // Moved elsewhere and back, with the trees that were there.
         let mut away = world.clone();
         away.objects[1].world_from_mesh.translation.x += 0.1;
@@ -173,7 +234,10 @@ mod tests {
         assert!(picture(&prepare(&world, Some(&away))) == merged);
         // With a tree for each.
         let apart = PreparedWorld {
-            merged: Arc::new(None.into()),
+            merged: Arc::new(Merged {
+                tree: None.into(),
+                ..Merged::default()
+            }),
             ..prepare(&world, None)
         };
         assert!(!apart.scene_for(u64::MAX).is_one_tree());

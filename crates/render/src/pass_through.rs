@@ -56,7 +56,7 @@ impl PreparedWorld {
                 })
                 .collect();
             let mut found = vec![ExactHit::MISS; onward.len()];
-            self.scene.closest_exact(&onward, self, &mut found);
+            self.closest_exact(&onward, &mut found);
             for ((&i, hit), start) in pending.iter().zip(&found).zip(starts) {
                 hits[i] = ExactHit {
                     t: start + hit.t,

@@ -103,6 +103,10 @@ impl<'a> Picture<'a> {
         // A moment that is seen by few rays is not worth a tree of its own.
         let many = sampled && colored && settings.integrator.scatters() && moments.is_none();
         let [width, height] = camera.size().map(u64::from);
+        let exact = single || settings.channels.iter().any(|channel| channel.is_truth());
+        if exact && moments.is_none() {
+            world.expect_exact(u64::from(region[2]) * u64::from(region[3]));
+        }
         let mut picture = Self {
             world,
             scene: match many {
@@ -114,7 +118,7 @@ impl<'a> Picture<'a> {
             settings,
             filter: PreparedFilter::new(settings.filter),
             cone: Cone::of_pixel(camera, settings.samples),
-            exact: single || settings.channels.iter().any(|channel| channel.is_truth()),
+            exact,
             sampled,
             shaded,
             passing: settings.surface == TruthSurface::Solid && world.has_passable(),

@@ -1,7 +1,7 @@
 //! From a world as written to a world as rendered.
 
 use std::collections::{HashMap, HashSet};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_bvh::{BuildError, Bvh, ExactTriangles, Instance, Scene};
@@ -9,6 +9,7 @@ use raycam_scene::{Alpha, Camera, Material, Object, TextureMemory, World};
 
 use crate::error::RenderError;
 use crate::light::{Lights, default_lights};
+use crate::merge::Merged;
 use crate::prepared_mesh::{PreparedMesh, prepare_meshes};
 use crate::scatter::{Interface, Lobe, interfaces};
 use crate::texture::{PreparedTexture, prepare_textures};
@@ -48,7 +49,7 @@ pub(crate) struct PreparedMaterial {
 pub struct PreparedWorld {
     pub(crate) scene: Scene,
     /// All of it in one tree, made when it is needed: see [`PreparedWorld::scene_for`].
-    pub(crate) merged: Arc<OnceLock<Option<Scene>>>,
+    pub(crate) merged: Arc<Merged>,
     /// The world coordinates of the scene-local origin: the centre of everything.
     pub(crate) origin: DVec3,
     /// Everything lies within this distance of `origin`.

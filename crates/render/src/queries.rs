@@ -9,7 +9,7 @@ use crate::error::RenderError;
 use crate::prepare::PreparedWorld;
 use crate::surface::{facing, unit_normal};
 use crate::threads::with_pool;
-use crate::truth::id;
+use crate::told::id;
 
 /// Rays that a thread takes at a time.
 const CHUNK: usize = 4096;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::estimate::Estimate;
-use crate::film::{self, Film};
+use crate::film::{self, Film, Target};
 use crate::frame::Frame;
 use crate::moments::Moments;
 use crate::picture::{Buffers, Picture};
@@ -53,6 +53,40 @@ pub fn render_moving(
     picture_of(prepared, moments.as_ref(), camera, settings, control)
 }
 
+/// [`render_moving`] into memory that is there: a target for each channel, in their order, as large as [`room`] says.
+/// Returns the region and the notices of the frame. What the targets hold after an error is anything.
+///
+/// # Errors
+/// Those of [`render_moving`], and [`RenderError::Settings`] where the targets are not such.
+pub fn render_into(
+    world: &World,
+    prepared: &PreparedWorld,
+    camera: &Camera,
+    settings: &Settings,
+    control: &Control,
+    targets: Vec<Target<'_>>,
+) -> Result<([u32; 4], Vec<String>), RenderError> {
+    let moments = Moments::new(world, prepared, camera);
+    let region = settings.check(camera.size())?;
+    let picture = Asked {
+        world: prepared,
+        moments: moments.as_ref(),
+        camera,
+        settings,
+        region,
+    };
+    Ok((region, picture.render(control, targets.into_iter())?))
+}
+
+/// The region of a picture and its number of pixels, if it can be made and there is memory for it.
+///
+/// # Errors
+/// [`RenderError::Settings`] and [`RenderError::TooLarge`].
+pub fn room(camera: &Camera, settings: &Settings) -> Result<([u32; 4], usize), RenderError> {
+    let region = settings.check(camera.size())?;
+    Ok((region, film::check_room(region, &settings.channels)?))
+}
+
 fn picture_of(
     world: &PreparedWorld,
     moments: Option<&Moments<'_>>,
@@ -61,53 +95,92 @@ fn picture_of(
     control: &Control,
 ) -> Result<Frame, RenderError> {
     let region = settings.check(camera.size())?;
-    let camera = &world.before(camera);
-    let texture_memory = world.texture_memory.as_deref();
-    let read_before = texture_memory.map(TextureMemory::read_back);
-    let (planes, picture) = with_pool(settings.threads, || {
-        let planes = film::planes(region, &settings.channels);
-        (
-            planes,
-            Picture::new(world, moments, camera, settings, region),
-        )
-    })?;
-    let mut planes = planes?;
-    let tiles = with_pool(settings.threads, || {
-        Tile::for_threads(region, rayon::current_num_threads())
-    })?;
-    let film = Film::new(region, &mut planes);
-    let mut notices = settings.integrator.notices(world);
-    match settings.time {
-        Some(seconds) if picture.sampled => {
-            let samples = with_pool(settings.threads, || {
-                in_time(&picture, &tiles, seconds, &film, control)
-            })??;
-            notices.push(format!(
-                "{samples} samples per pixel in time = {seconds}; samples = {samples} gives the same picture"
-            ));
-        }
-        _ => {
-            control.start(tiles.len() * picture.passes());
-            with_pool(settings.threads, || {
-                one_by_one(&tiles, |buffers, tile| {
-                    picture.trace(tile, buffers, control)?;
-                    picture.develop(tile, buffers, &film);
-                    Ok(())
-                })
-            })??;
-        }
-    }
-    if let (Some(memory), Some(before)) = (texture_memory, read_before) {
-        memory.check().map_err(RenderError::Textures)?;
-        notices.extend(memory.read_back().notice_since(&before));
-    }
-    picture.notices(region, &mut notices);
+    let mut planes = with_pool(settings.threads, || {
+        film::planes(region, &settings.channels)
+    })??;
+    let picture = Asked {
+        world,
+        moments,
+        camera,
+        settings,
+        region,
+    };
+    let notices = picture.render(control, planes.iter_mut().map(Target::of))?;
     Ok(Frame {
         size: camera.size(),
         region,
         planes,
         notices,
     })
+}
+
+/// A picture that can be made.
+struct Asked<'a> {
+    world: &'a PreparedWorld,
+    moments: Option<&'a Moments<'a>>,
+    camera: &'a Camera,
+    settings: &'a Settings,
+    region: [u32; 4],
+}
+
+impl Asked<'_> {
+    /// Renders it; returns its notices.
+    fn render<'t>(
+        &self,
+        control: &Control,
+        targets: impl Iterator<Item = Target<'t>>,
+    ) -> Result<Vec<String>, RenderError> {
+        let Asked {
+            world,
+            moments,
+            settings,
+            region,
+            ..
+        } = *self;
+        let camera = &world.before(self.camera);
+        let film = Film::new(region, targets);
+        let film = film.filter(|film| film.is_of(&settings.channels));
+        let film = film.ok_or_else(|| {
+            RenderError::Settings(
+                "the memory for a picture does not fit its region and channels".into(),
+            )
+        })?;
+        let texture_memory = world.texture_memory.as_deref();
+        let read_before = texture_memory.map(TextureMemory::read_back);
+        let (picture, tiles) = with_pool(settings.threads, || {
+            (
+                Picture::new(world, moments, camera, settings, region),
+                Tile::for_threads(region, rayon::current_num_threads()),
+            )
+        })?;
+        let mut notices = settings.integrator.notices(world);
+        match settings.time {
+            Some(seconds) if picture.sampled => {
+                let samples = with_pool(settings.threads, || {
+                    in_time(&picture, &tiles, seconds, &film, control)
+                })??;
+                notices.push(format!(
+                "{samples} samples per pixel in time = {seconds}; samples = {samples} gives the same picture"
+            ));
+            }
+            _ => {
+                control.start(tiles.len() * picture.passes());
+                with_pool(settings.threads, || {
+                    one_by_one(&tiles, |buffers, tile| {
+                        picture.trace(tile, buffers, control)?;
+                        picture.develop(tile, buffers, &film);
+                        Ok(())
+                    })
+                })??;
+            }
+        }
+        if let (Some(memory), Some(before)) = (texture_memory, read_before) {
+            memory.check().map_err(RenderError::Textures)?;
+            notices.extend(memory.read_back().notice_since(&before));
+        }
+        picture.notices(region, &mut notices);
+        Ok(notices)
+    }
 }
 
 /// Gives each tile to the next thread that is free: in this pool, which would otherwise deal out many in a row.

@@ -197,10 +197,11 @@ fn cover(tile: &Tile, camera: &Camera, margin: [u32; 2], alone: &[Alone]) -> Vec
     }
     let mut pixels = vec![];
     tile.pixels(&mut pixels);
-    let rays: Vec<ExactRay> = pixels
+    let centers = pixels
         .iter()
-        .map(|&[x, y]| exact_ray(ray(x.into(), y.into())))
-        .collect();
+        .map(|&[x, y]| canvas_pixel(camera, margin, x.into(), y.into()));
+    let mut rays: Vec<ExactRay> = Vec::with_capacity(pixels.len());
+    camera.rays(centers, |ray| rays.push(exact_ray(ray)));
     let mut covered = vec![];
     for i in near {
         let (pixels, rays): (Vec<_>, Vec<_>) = pixels

@@ -160,15 +160,29 @@ impl PreparedWorld {
         instance: u32,
         triangle: u32,
         set: usize,
-        [u, v]: [f64; 2],
+        weights: [f64; 2],
     ) -> Option<[f32; 2]> {
+        let corners = self.uv_corners(instance, triangle, set)?;
+        Some(Self::uv_within(corners, weights))
+    }
+
+    /// Those of the triangle's corners.
+    pub(crate) fn uv_corners(
+        &self,
+        instance: u32,
+        triangle: u32,
+        set: usize,
+    ) -> Option<[[f64; 2]; 3]> {
         let mesh = &*self.objects[instance as usize].mesh.mesh;
         let uvs = mesh.uv_set(set)?;
-        let corners = mesh.triangles[triangle as usize].map(|vertex| uvs[vertex as usize]);
-        Some([0, 1].map(|axis| {
-            let [a, b, c] = corners.map(|corner| f64::from(corner[axis]));
-            (a + (b - a) * u + (c - a) * v) as f32
-        }))
+        let corner = |vertex: u32| uvs[vertex as usize].map(f64::from);
+        Some(mesh.triangles[triangle as usize].map(corner))
+    }
+
+    /// Those between the corners, at the weights of the second and the third.
+    #[inline]
+    pub(crate) fn uv_within([a, b, c]: [[f64; 2]; 3], [u, v]: [f64; 2]) -> [f32; 2] {
+        [0, 1].map(|axis| (a[axis] + (b[axis] - a[axis]) * u + (c[axis] - a[axis]) * v) as f32)
     }
 }
 

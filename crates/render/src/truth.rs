@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use raycam_bvh::{ExactHit, ExactRay, Hit, NOTHING};
 use raycam_scene::Camera;
 
@@ -10,18 +10,6 @@ use crate::channel::Channel;
 use crate::prepare::PreparedWorld;
 use crate::settings::Settings;
 use crate::surface::{facing, unit, unit_normal};
-use crate::texture::Footprint;
-
-/// A pixel-centre ray and what it met.
-pub(crate) struct Truth<'a> {
-    pub world: &'a PreparedWorld,
-    pub camera_from_world: &'a DMat3,
-    /// Its direction has unit length.
-    pub ray: &'a ExactRay,
-    pub hit: &'a ExactHit,
-    /// Where normals are asked for.
-    pub normals: &'a Normals,
-}
 
 /// The normals of a surface in the world, on the side that is seen; 0 for the background.
 #[derive(Clone, Copy, Debug)]
@@ -45,9 +33,37 @@ impl Normals {
         let smooth = any([Channel::ShadingNormal, Channel::ShadingNormalCamera]);
         (smooth || any([Channel::Normal, Channel::NormalCamera])).then_some(smooth)
     }
+}
 
-    /// Those of a hit, the smooth one where asked for.
-    fn new(world: &PreparedWorld, ray: &ExactRay, hit: &ExactHit, smooth: bool) -> Self {
+/// The triangle that was told of last: neighbours mostly meet the same one, on the same side.
+struct Facet {
+    instance: u32,
+    triangle: u32,
+    /// Its normal on the side from which its corners run counter-clockwise, and on the side that was seen.
+    unit: DVec3,
+    seen: DVec3,
+    /// The smooth ones of its corners there.
+    corners: Option<[DVec3; 3]>,
+}
+
+impl Facet {
+    /// Nobody has asked for one yet.
+    const NONE: Self = Self {
+        instance: NOTHING,
+        triangle: NOTHING,
+        unit: DVec3::ZERO,
+        seen: DVec3::NAN,
+        corners: None,
+    };
+
+    /// The normals of a hit, the smooth one where asked for.
+    fn normals(
+        &mut self,
+        world: &PreparedWorld,
+        ray: &ExactRay,
+        hit: &ExactHit,
+        smooth: bool,
+    ) -> Normals {
         let ExactHit {
             instance,
             triangle,
@@ -57,23 +73,38 @@ impl Normals {
             ..
         } = *hit;
         if instance == NOTHING {
-            return Self::NONE;
+            return Normals::NONE;
         }
-        let geometric =
-            unit(normal.into()).unwrap_or_else(|| unit_normal(world.corners(instance, triangle)));
-        let geometric = facing(geometric, ray.direction.into());
-        let corners = smooth
-            .then(|| world.corner_normals(instance, triangle, geometric))
-            .flatten();
-        let shading = corners.map_or(geometric, |[a, b, c]| {
+        if (instance, triangle) != (self.instance, self.triangle) {
+            *self = Self {
+                instance,
+                triangle,
+                unit: unit(normal.into())
+                    .unwrap_or_else(|| unit_normal(world.corners(instance, triangle))),
+                ..Self::NONE
+            };
+        }
+        let geometric = facing(self.unit, ray.direction.into());
+        if !smooth {
+            return Normals {
+                geometric,
+                shading: geometric,
+            };
+        }
+        if geometric != self.seen {
+            self.seen = geometric;
+            self.corners = world.corner_normals(instance, triangle, geometric);
+        }
+        let shading = self.corners.map_or(geometric, |[a, b, c]| {
             (a * (1.0 - u - v) + b * u + c * v).normalize_or(geometric)
         });
         Normals { geometric, shading }
     }
 }
 
-/// Rays that are answered at a time: what is told of their triangles is told while these are in the cache.
-const PACKET: usize = 64;
+/// Rays that are answered at a time: what is told of their triangles is told while these are in the cache. Much fewer would
+/// pay for the room that each search needs.
+const BATCH: usize = 512;
 
 /// The rays through the pixels' centres, and what they met.
 #[derive(Default)]
@@ -97,19 +128,16 @@ impl Exact {
         passing: bool,
     ) {
         self.rays.clear();
-        self.rays.extend(
-            pixels
-                .iter()
-                .map(|&[x, y]| exact_ray(camera.ray(camera.pixel_center_of(x, y)))),
-        );
-        self.hits.clear();
+        let centers = pixels.iter().map(|&[x, y]| camera.pixel_center_of(x, y));
+        camera.rays(centers, |ray| self.rays.push(exact_ray(ray)));
         self.hits.resize(pixels.len(), ExactHit::MISS);
         self.behind.clear();
         self.normals.clear();
         let smooth = Normals::asked(&settings.channels);
-        let packets = self.rays.chunks(PACKET).zip(self.hits.chunks_mut(PACKET));
-        for (rays, hits) in packets {
-            world.scene.closest_exact(rays, world, hits);
+        let mut facet = Facet::NONE;
+        let batches = self.rays.chunks(BATCH).zip(self.hits.chunks_mut(BATCH));
+        for (rays, hits) in batches {
+            world.closest_exact(rays, hits);
             let mut told = &*hits;
             if passing {
                 let first = self.behind.len();
@@ -120,7 +148,7 @@ impl Exact {
             if let Some(smooth) = smooth {
                 let told = rays.iter().zip(told);
                 self.normals
-                    .extend(told.map(|(ray, hit)| Normals::new(world, ray, hit, smooth)));
+                    .extend(told.map(|(ray, hit)| facet.normals(world, ray, hit, smooth)));
             }
         }
         self.count_from(camera.start());
@@ -179,106 +207,18 @@ impl Exact {
         }
     }
 
-    /// What there is to tell of a ray.
+    /// What is told of: what the rays met first, or what lies behind that.
+    pub fn told(&self) -> &[ExactHit] {
+        match self.behind.is_empty() {
+            true => &self.hits,
+            false => &self.behind,
+        }
+    }
+
+    /// The normals of that, where asked for.
     #[inline]
-    pub fn truth<'a>(
-        &'a self,
-        world: &'a PreparedWorld,
-        camera_from_world: &'a DMat3,
-        i: usize,
-    ) -> Truth<'a> {
-        Truth {
-            world,
-            camera_from_world,
-            ray: &self.rays[i],
-            hit: self.behind.get(i).unwrap_or(&self.hits[i]),
-            normals: self.normals.get(i).unwrap_or(&Normals::NONE),
-        }
-    }
-}
-
-impl Truth<'_> {
-    fn missed(&self) -> bool {
-        self.hit.instance == NOTHING
-    }
-
-    /// The hit as the float32 kernel would tell it.
-    fn rounded(&self) -> Hit {
-        rounded(self.hit)
-    }
-
-    pub fn albedo(&self) -> [f32; 3] {
-        if self.missed() {
-            return [0.0; 3];
-        }
-        self.world
-            .base_color(&self.rounded(), &Footprint::default())
-            .to_array()
-    }
-
-    pub fn depth(&self) -> f32 {
-        if self.missed() {
-            return f32::INFINITY;
-        }
-        let direction = DVec3::from(self.ray.direction);
-        (self.hit.t * direction.dot(self.camera_from_world.row(2))) as f32
-    }
-
-    pub fn distance(&self) -> f32 {
-        if self.missed() {
-            f32::INFINITY
-        } else {
-            self.hit.t as f32
-        }
-    }
-
-    pub fn position(&self) -> [f64; 3] {
-        let point = if self.missed() {
-            DVec3::NAN
-        } else {
-            DVec3::from(self.ray.origin) + self.hit.t * DVec3::from(self.ray.direction)
-        };
-        point.to_array()
-    }
-
-    /// A normal in the camera's axes.
-    pub fn in_camera(&self, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
-        stored(*self.camera_from_world * normal(self.normals))
-    }
-
-    pub fn barycentric(&self) -> [f32; 3] {
-        if self.missed() {
-            return [0.0; 3];
-        }
-        let ExactHit { u, v, .. } = *self.hit;
-        [1.0 - u - v, u, v].map(|weight| weight as f32)
-    }
-
-    pub fn uv(&self) -> [f32; 2] {
-        if self.missed() {
-            return [f32::NAN; 2];
-        }
-        let ExactHit { u, v, .. } = *self.hit;
-        self.world
-            .uv(self.hit.instance, self.hit.triangle, 0, [u, v])
-            .unwrap_or([f32::NAN; 2])
-    }
-
-    pub fn category(&self) -> i32 {
-        if self.missed() {
-            return -1;
-        }
-        self.world.objects[self.hit.instance as usize].category
-    }
-
-    pub fn material(&self) -> i32 {
-        if self.missed() {
-            return -1;
-        }
-        let index = self
-            .world
-            .material_index(self.hit.instance, self.hit.triangle);
-        i32::try_from(index).unwrap_or(-1)
+    pub fn normals(&self, i: usize) -> &Normals {
+        self.normals.get(i).unwrap_or(&Normals::NONE)
     }
 }
 
@@ -305,11 +245,6 @@ pub(crate) fn rounded(
         instance,
         triangle,
     }
-}
-
-/// An id as it is stored: -1 for nothing.
-pub(crate) fn id(id: u32) -> i32 {
-    i32::try_from(id).unwrap_or(-1)
 }
 
 /// A camera's ray as the exact search takes it.

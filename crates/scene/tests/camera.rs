@@ -126,6 +126,30 @@ fn project_and_ray_are_inverses() {
 }
 
 #[test]
+fn many_rays_are_those_of_each_pixel() {
+    let mut random = Random(4);
+    for round in 0..60 {
+        let mut camera = camera(&mut random);
+        if round % 3 == 0 {
+            let (k, r, c) = (camera.k(), camera.r(), camera.c());
+            camera = Camera::orthographic(k, r, c, SIZE, PixelCenter::Half).unwrap();
+        }
+        let pixels: Vec<DVec2> = (0..40)
+            .map(|i| DVec2::new(random.between(-9.0, 649.0), f64::from(i / 8 * 7 % 5)))
+            .collect();
+        let mut rays = vec![];
+        camera.rays(pixels.iter().copied(), |ray| rays.push(ray));
+        let bits = |v: DVec3| v.to_array().map(f64::to_bits);
+        for (pixel, (origin, direction)) in pixels.iter().zip(&rays) {
+            let (start, along) = camera.ray(*pixel);
+            assert_eq!(bits(*origin), bits(start));
+            assert_eq!(bits(*direction), bits(along));
+        }
+        assert_eq!(rays.len(), pixels.len());
+    }
+}
+
+#[test]
 fn the_forward_direction_is_the_lectures() {
     let mut random = Random(4);
     for _ in 0..200 {

@@ -7,6 +7,7 @@
 
 use super::alike::Members;
 use super::exact_packet::closest_exact_chunk;
+use super::exact_rays::ExactRays;
 use super::line::{Line, sheared};
 use super::local::{EPS, LocalRay};
 use super::packet::SIZE;
@@ -21,7 +22,7 @@ use crate::scene::{ExactTriangles, Placed, Scene};
 use crate::simd::{Isa, Vector};
 
 /// The relative error of a few float64 roundings.
-const EPS64: f64 = 1.0 / (1u64 << 50) as f64;
+pub const EPS64: f64 = 1.0 / (1u64 << 50) as f64;
 
 #[inline(always)]
 pub fn closest_exact_batch<I: Isa>(
@@ -31,8 +32,10 @@ pub fn closest_exact_batch<I: Isa>(
     hits: &mut [ExactHit],
 ) {
     let (mut packets, mut near) = (Packets::NONE, Members::NONE);
+    let mut exact = ExactRays::NONE;
     for (rays, hits) in rays.chunks(SIZE).zip(hits.chunks_mut(SIZE)) {
-        closest_exact_chunk::<I>(scene, rays, triangles, hits, &mut packets, &mut near);
+        let room = (&mut packets, &mut near, &mut exact);
+        closest_exact_chunk::<I>(scene, rays, triangles, hits, room);
     }
 }
 
@@ -43,14 +46,14 @@ pub struct Moved {
     pub origin: [f64; 3],
     pub direction: [f64; 3],
     /// The given t is the t along `direction` divided by this power of two.
-    power: f64,
+    pub power: f64,
     /// Start in scaled scene coordinates, `forward` along `direction`, which is in them as well.
     pub start: [f64; 3],
     pub forward: f64,
     /// What `start` may be off by.
     pub drift: f64,
     /// The nearest hit so far, `t` along `direction`.
-    best: ExactHit,
+    pub best: ExactHit,
 }
 
 impl Moved {
@@ -116,24 +119,10 @@ impl Moved {
         })
     }
 
-    /// Lets it start where it was given, if that is within so many times the reach of the scene.
-    #[inline(always)]
-    pub fn stay(&mut self, scene: &Scene, reaches: f64) -> bool {
-        let world = scene.origin();
-        let start: [f64; 3] = std::array::from_fn(|a| (self.origin[a] - world[a]) * scene.unit);
-        let limit = reaches * f64::from(scene.reach);
-        let near = start.iter().all(|x| x.abs() <= limit);
-        if near {
-            (self.start, self.forward) = (start, 0.0);
-        }
-        near
-    }
-
     /// How far boxes need to be looked at, in t from `start`.
     #[inline(always)]
     pub fn limit(&self) -> f32 {
-        let limit = self.best.t - self.forward + EPS64 * self.forward;
-        (limit as f32).next_up().max(0.0)
+        limit(self.best.t, self.forward)
     }
 
     /// What was found, by the t of the ray as it was given.
@@ -169,6 +158,13 @@ impl Moved {
     }
 }
 
+/// How far boxes need to be looked at for what comes before `t`, in t from `forward`.
+#[inline(always)]
+pub fn limit(t: f64, forward: f64) -> f32 {
+    let limit = t - forward + EPS64 * forward;
+    (limit as f32).next_up().max(0.0)
+}
+
 /// One ray through everything.
 #[inline(always)]
 pub fn through_scene<I: Isa>(scene: &Scene, ray: &mut Moved, triangles: &dyn ExactTriangles) {
@@ -202,12 +198,16 @@ pub fn through_scene<I: Isa>(scene: &Scene, ray: &mut Moved, triangles: &dyn Exa
 
 /// One ray in the coordinates of a mesh's tree.
 #[inline(always)]
-pub fn turned(scene: &Scene, placed: &Placed, ray: &Moved) -> ([f32; 3], [f32; 3]) {
+pub fn turned(
+    scene: &Scene,
+    placed: &Placed,
+    (start, direction): ([f64; 3], [f64; 3]),
+) -> ([f32; 3], [f32; 3]) {
     let matrix = placed.mesh_from_scene.map(|row| row.map(f64::from));
     let turned = |v: [f64; 3], row: usize| (0..3).map(|k| matrix[row][k] * v[k]).sum::<f64>();
-    let along = ray.direction.map(|d| d * scene.unit);
+    let along = direction.map(|d| d * scene.unit);
     (
-        std::array::from_fn(|row| (turned(ray.start, row) + matrix[row][3]) as f32),
+        std::array::from_fn(|row| (turned(start, row) + matrix[row][3]) as f32),
         std::array::from_fn(|row| turned(along, row) as f32),
     )
 }
@@ -223,7 +223,7 @@ pub fn through_part<I: Isa>(
     let instance = part.instance;
     let placed: &Placed = &scene.placed[instance as usize];
     let mesh = &*placed.bvh;
-    let (origin, direction) = turned(scene, placed, ray);
+    let (origin, direction) = turned(scene, placed, (ray.start, ray.direction));
     let distance = largest(ray.start.map(|x| x as f32));
     let off = off(scene, placed, distance, ray.drift);
     let Some(local) = LocalRay::new(origin, direction, mesh.extent(), off) else {

@@ -1,14 +1,15 @@
 //! Float64 answers for rays that run alike: the boxes are those of packets, padded as for a single exact ray.
 
-use super::alike::{Members, Who, number};
+use super::alike::{Members, Who, number, numbers};
 use super::exact::{Moved, may_meet, off, through_part, through_scene, turned};
+use super::exact_rays::ExactRays;
 use super::fan::Apex;
 use super::line::Member;
 use super::local::EPS;
 use super::packet::{Packet, SIZE};
 use super::packets::{Packets, Query};
 use super::stack::Stack;
-use crate::block::{LEAF, leaf, node};
+use crate::block::{LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::part::Part;
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::{ExactTriangles, Placed, Scene};
@@ -17,6 +18,9 @@ use crate::simd::Isa;
 /// Rays start where they are given, and so at one point, up to this many times the reach of the scene.
 const NEAR: f64 = 8.0;
 
+/// Candidates for each ray from which on each triangle of a leaf is tested by itself for every ray at once.
+const RAYS_EACH: u32 = 2;
+
 /// The answers of at most 64 rays.
 #[inline(always)]
 pub fn closest_exact_chunk<I: Isa>(
@@ -24,36 +28,49 @@ pub fn closest_exact_chunk<I: Isa>(
     rays: &[ExactRay],
     triangles: &dyn ExactTriangles,
     hits: &mut [ExactHit],
-    packets: &mut Packets,
-    near: &mut Members,
+    (packets, near, exact): (&mut Packets, &mut Members, &mut ExactRays),
 ) {
-    let mut exact = Exact {
-        scene,
-        triangles,
-        moved: [None; SIZE],
-        drift: 0.0,
-        distance: 0.0,
-    };
+    hits.fill(ExactHit::MISS);
+    if scene.root == NO_CHILD {
+        return;
+    }
+    exact.take(scene, rays, NEAR * f64::from(scene.reach));
     near.clear();
+    let (mut distance, mut drift) = (0.0f32, 0.0f64);
     for (i, (ray, hit)) in rays.iter().zip(hits.iter_mut()).enumerate() {
-        *hit = ExactHit::MISS;
-        if let Some(mut moved) = Moved::new(scene, ray) {
-            if moved.stay(scene, NEAR) {
-                near.push(exact.add(&moved), i);
-                exact.moved[i] = Some(moved);
-            } else {
-                through_scene::<I>(scene, &mut moved, triangles);
-                *hit = moved.answer();
+        match exact.starts_near(i) {
+            None => {}
+            Some(true) => {
+                let (ray, farthest, off) = exact.rounded(scene, i);
+                near.push(ray, i);
+                (distance, drift) = (distance.max(farthest), drift.max(off));
+            }
+            Some(false) => {
+                if let Some(mut moved) = Moved::new(scene, ray) {
+                    through_scene::<I>(scene, &mut moved, triangles);
+                    *hit = moved.answer();
+                }
             }
         }
     }
-    if near.len != 0 {
-        let (rays, who) = near.all();
-        packets.ask::<I, _>(&mut exact, scene, rays, who);
+    if near.len == 0 {
+        return;
     }
-    for (moved, hit) in exact.moved.iter().zip(hits) {
-        if let Some(moved) = moved {
-            *hit = moved.answer();
+    let (some, who) = near.all();
+    // In their own places, if they are all there are.
+    let who = who.filter(|_| some.len() < rays.len());
+    let mut query = Exact {
+        scene,
+        triangles,
+        rays: exact,
+        hits,
+        drift,
+        distance,
+    };
+    packets.ask::<I, _>(&mut query, scene, some, who);
+    for i in 0..rays.len() {
+        if exact.starts_near(i) == Some(true) {
+            exact.answer(i, &mut hits[i]);
         }
     }
 }
@@ -62,26 +79,12 @@ pub fn closest_exact_chunk<I: Isa>(
 struct Exact<'a> {
     scene: &'a Scene,
     triangles: &'a dyn ExactTriangles,
-    /// `None` for what is not in packets.
-    moved: [Option<Moved>; SIZE],
+    rays: &'a mut ExactRays,
+    /// The nearest so far; their t is not told yet.
+    hits: &'a mut [ExactHit],
     /// The largest of them, in scaled scene coordinates.
     drift: f64,
     distance: f32,
-}
-
-impl Exact<'_> {
-    /// A ray in scaled scene coordinates.
-    #[inline(always)]
-    fn add(&mut self, ray: &Moved) -> Ray {
-        let origin = ray.start.map(|x| x as f32);
-        self.distance = origin.iter().fold(self.distance, |m, x| m.max(x.abs()));
-        self.drift = self.drift.max(ray.drift);
-        Ray {
-            origin,
-            direction: ray.direction.map(|d| (d * self.scene.unit) as f32),
-            t_max: ray.limit().next_up(),
-        }
-    }
 }
 
 impl Query for Exact<'_> {
@@ -103,34 +106,32 @@ impl Query for Exact<'_> {
     }
 
     #[inline(always)]
-    fn turned(&self, ray: &Ray, number: usize, placed: &Placed) -> Ray {
-        let Some(moved) = &self.moved[number & (SIZE - 1)] else {
-            return *ray;
-        };
-        let (origin, direction) = turned(self.scene, placed, moved);
+    fn turned(&self, _: &Ray, number: usize, placed: &Placed) -> Ray {
+        let line = self.rays.line(self.scene, number);
+        let (origin, direction) = turned(self.scene, placed, line);
         Ray {
             origin,
             direction,
-            t_max: moved.limit().next_up(),
+            t_max: self.rays.limit(number).next_up(),
         }
     }
 
     #[inline(always)]
-    fn limit(&self, number: usize, t_max: f32) -> f32 {
-        let moved = &self.moved[number & (SIZE - 1)];
-        moved.as_ref().map_or(t_max, |ray| ray.limit().next_up())
+    fn limit(&self, number: usize, _: f32) -> f32 {
+        self.rays.limit(number).next_up()
     }
 
     #[inline(always)]
     fn alone<I: Isa>(&mut self, mut places: u64, part: Option<&Part>, who: Who) {
         while places != 0 {
-            let ray = &mut self.moved[number(places.trailing_zeros(), who)];
+            let i = number(places.trailing_zeros(), who);
             places &= places - 1;
-            match (ray, part) {
-                (None, _) => {}
-                (Some(ray), None) => through_scene::<I>(self.scene, ray, self.triangles),
-                (Some(ray), Some(part)) => through_part::<I>(self.scene, part, ray, self.triangles),
+            let mut ray = self.rays.alone(self.scene, i, &self.hits[i]);
+            match part {
+                None => through_scene::<I>(self.scene, &mut ray, self.triangles),
+                Some(part) => through_part::<I>(self.scene, part, &mut ray, self.triangles),
             }
+            self.rays.keep(i, &ray, &mut self.hits[i]);
         }
     }
 
@@ -153,27 +154,8 @@ impl Query for Exact<'_> {
                 }
             } else {
                 let leaf = leaf(mesh.blocks(), at);
-                let mut active = packet.enter::<I>(|row| leaf.bounds[row], packet.active);
-                let mut closer = false;
-                while active != 0 {
-                    let place = active.trailing_zeros();
-                    let i = place as usize & (SIZE - 1);
-                    active &= active - 1;
-                    let mut near = may_meet::<I>(leaf, Member(packet, i), off);
-                    let ray = &mut self.moved[number(place, who)];
-                    let Some(ray) = ray.as_mut().filter(|_| near != 0) else {
-                        continue;
-                    };
-                    while near != 0 {
-                        let triangle = mesh.id(leaf.first + near.trailing_zeros());
-                        near &= near - 1;
-                        let corners = self.triangles.corners(part.instance, triangle);
-                        ray.decide(corners, part.instance, triangle);
-                    }
-                    packet.t_max[i] = ray.limit().next_up();
-                    closer = true;
-                }
-                if closer {
+                let active = packet.enter::<I>(|row| leaf.bounds[row], packet.active);
+                if active != 0 && self.in_leaf::<I>(leaf, active, off, part, packet, who) {
                     t_max = packet.farthest::<I>();
                 }
             }
@@ -182,5 +164,61 @@ impl Query for Exact<'_> {
                 None => return,
             }
         }
+    }
+}
+
+impl Exact<'_> {
+    /// The rays of a packet that enter a leaf; whether any of them now ends sooner.
+    #[inline(always)]
+    fn in_leaf<I: Isa>(
+        &mut self,
+        leaf: &Leaf,
+        mut active: u64,
+        off: f32,
+        part: &Part,
+        packet: &mut Packet,
+        who: Who,
+    ) -> bool {
+        let mesh = &*self.scene.placed[part.instance as usize].bvh;
+        let mut candidates = packet.candidates_within::<I>(leaf, 4.0 * off);
+        let mut closer = false;
+        if candidates.count_ones() * RAYS_EACH <= active.count_ones() {
+            // Large triangles: many rays meet each.
+            let rays = numbers(active, who);
+            while candidates != 0 {
+                let triangle = mesh.id(leaf.first + candidates.trailing_zeros());
+                candidates &= candidates - 1;
+                let corners = self.triangles.corners(part.instance, triangle);
+                let triangle = (part.instance, triangle);
+                closer |= self.rays.meet_all(rays, corners, triangle, self.hits);
+            }
+            while closer && active != 0 {
+                let place = active.trailing_zeros();
+                active &= active - 1;
+                let t_max = self.rays.limit(number(place, who)).next_up();
+                packet.t_max[place as usize & (SIZE - 1)] = t_max;
+            }
+            return closer;
+        }
+        while active != 0 {
+            let place = active.trailing_zeros();
+            let i = place as usize & (SIZE - 1);
+            active &= active - 1;
+            let mut near = may_meet::<I>(leaf, Member(packet, i), off);
+            if near == 0 {
+                continue;
+            }
+            let number = number(place, who);
+            while near != 0 {
+                let triangle = mesh.id(leaf.first + near.trailing_zeros());
+                near &= near - 1;
+                let corners = self.triangles.corners(part.instance, triangle);
+                let triangle = (part.instance, triangle);
+                self.rays.meet(number, corners, triangle, self.hits);
+            }
+            packet.t_max[i] = self.rays.limit(number).next_up();
+            closer = true;
+        }
+        closer
     }
 }

@@ -4,6 +4,7 @@ mod alike;
 mod chunk;
 mod exact;
 mod exact_packet;
+mod exact_rays;
 mod fan;
 mod interleaved;
 mod line;

@@ -312,6 +312,12 @@ impl Packet {
     /// monotonic, so what holds of the extremes holds of the values that the test computes for each ray.
     #[inline(always)]
     pub fn candidates<I: Isa>(&self, leaf: &Leaf) -> u32 {
+        self.candidates_within::<I>(leaf, 0.0) & leaf.solid
+    }
+
+    /// The same where the sheared corners of any triangle may be off by `slack`.
+    #[inline(always)]
+    pub fn candidates_within<I: Isa>(&self, leaf: &Leaf, slack: f32) -> u32 {
         let [kx, ky, kz] = self.axes;
         let index = indices::<I>(leaf);
         let [least, greatest] = self.origins[kz];
@@ -319,8 +325,8 @@ impl Packet {
             relative::<I>(leaf, kz, greatest),
             relative::<I>(leaf, kz, least),
         ];
-        let zero = I::F16::splat(0.0);
-        let mut near = leaf.solid;
+        let (before, beyond) = (I::F16::splat(-slack), I::F16::splat(slack));
+        let mut near = (1u32 << leaf.count) - 1;
         for (axis, shears) in [(kx, self.shears[0]), (ky, self.shears[1])] {
             let [least, greatest] = self.origins[axis];
             let (low, high) = (
@@ -345,7 +351,8 @@ impl Packet {
             let low = a.min(b).min(c);
             let [a, b, c] = corners::<I>(high, &index);
             let high = a.max(b).max(c);
-            near &= <I::F16 as Vector>::bits(<I::F16 as Vector>::and(low.le(zero), zero.le(high)));
+            near &=
+                <I::F16 as Vector>::bits(<I::F16 as Vector>::and(low.le(beyond), before.le(high)));
         }
         near
     }

@@ -2,48 +2,46 @@
 
 use super::{Buffers, Picture};
 use crate::channel::Channel;
-use crate::film::{self, Film};
+use crate::film::{self, Film, Target};
 use crate::frame::Plane;
 use crate::integrator;
 use crate::settings::Settings;
 use crate::tile::Tile;
-use crate::truth::{Exact, id, stored};
+use crate::told::{Last, Told};
+use crate::truth::Exact;
 
 impl Picture<'_> {
     /// Writes a tile's pixels to the film.
     pub fn develop(&self, tile: &Tile, buffers: &Buffers, film: &Film) {
         let estimate = &buffers.estimate;
-        let still = self.camera.r();
         let mut turned = vec![];
         if self.camera.motion().is_some() {
             let pixels = buffers.pixels.iter();
             turned.extend(pixels.map(|&pixel| self.camera.rotation_at(self.center_of(pixel))));
         }
-        let truth = |i: usize| {
-            let camera_from_world = turned.get(i).unwrap_or(&still);
-            let world = buffers.seen.get(i).map_or(self.world, |world| &**world);
-            buffers.exact.truth(world, camera_from_world, i)
-        };
+        let exact = &buffers.exact;
+        let told = Told::new(exact, self.world, &buffers.seen, self.camera.r(), &turned);
         if let Some((_, background)) = &self.cover {
             film.fill(tile, &buffers.blank, background);
         }
+        let (mut corners, mut materials) = (Last::NONE, Last::NONE);
         use Channel as C;
         film.write(tile, &buffers.pixels, |channel, strip, at| match channel {
             C::Color => strip.put(at, |i| estimate.color(i).to_array()),
-            C::Albedo => strip.put(at, |i| truth(i).albedo()),
-            C::Depth => strip.put(at, |i| [truth(i).depth()]),
-            C::Distance => strip.put(at, |i| [truth(i).distance()]),
-            C::Position => strip.put(at, |i| truth(i).position()),
-            C::Normal => strip.put(at, |i| stored(truth(i).normals.geometric)),
-            C::NormalCamera => strip.put(at, |i| truth(i).in_camera(|n| n.geometric)),
-            C::ShadingNormal => strip.put(at, |i| stored(truth(i).normals.shading)),
-            C::ShadingNormalCamera => strip.put(at, |i| truth(i).in_camera(|n| n.shading)),
-            C::Instance => strip.put(at, |i| [id(truth(i).hit.instance)]),
-            C::Category => strip.put(at, |i| [truth(i).category()]),
-            C::Triangle => strip.put(at, |i| [id(truth(i).hit.triangle)]),
-            C::Barycentric => strip.put(at, |i| truth(i).barycentric()),
-            C::Uv => strip.put(at, |i| truth(i).uv()),
-            C::Material => strip.put(at, |i| [truth(i).material()]),
+            C::Albedo => strip.put(at, |i| told.albedo(i)),
+            C::Depth => strip.put(at, |i| [told.depth(i)]),
+            C::Distance => strip.put(at, |i| [told.distance(i)]),
+            C::Position => strip.put(at, |i| told.position(i)),
+            C::Normal => strip.put(at, |i| told.normal(i, |n| n.geometric)),
+            C::NormalCamera => strip.put(at, |i| told.in_camera(i, |n| n.geometric)),
+            C::ShadingNormal => strip.put(at, |i| told.normal(i, |n| n.shading)),
+            C::ShadingNormalCamera => strip.put(at, |i| told.in_camera(i, |n| n.shading)),
+            C::Instance => strip.put(at, |i| [told.instance(i)]),
+            C::Category => strip.put(at, |i| [told.category(i)]),
+            C::Triangle => strip.put(at, |i| [told.triangle(i)]),
+            C::Barycentric => strip.put(at, |i| told.barycentric(i)),
+            C::Uv => strip.put(at, |i| told.uv(i, &mut corners)),
+            C::Material => strip.put(at, |i| [told.material(i, &mut materials)]),
             C::Coverage => strip.put(at, |i| [estimate.coverage(i)]),
             C::Alpha => strip.put(at, |i| [estimate.alpha(i)]),
             C::Error => strip.put(at, |i| [estimate.error(i)]),
@@ -76,7 +74,7 @@ impl Picture<'_> {
         }
         let pixel = [0, 0, 1, 1];
         let mut planes = film::planes(pixel, &self.settings.channels).ok()?;
-        let film = Film::new(pixel, &mut planes);
+        let film = Film::new(pixel, planes.iter_mut().map(Target::of))?;
         for tile in Tile::of_region(pixel) {
             self.develop(&tile, &buffers, &film);
         }

@@ -147,6 +147,30 @@ impl Camera {
         self.ray_from(&self.pose_at(pixel, 0.5), pixel)
     }
 
+    /// The rays of many pixel coordinates, each as [`Camera::ray`] gives it. Those of a pinhole that stands still take half
+    /// the time, most of all if neighbours are of one row.
+    #[inline]
+    pub fn rays(&self, pixels: impl Iterator<Item = DVec2>, mut take: impl FnMut((DVec3, DVec3))) {
+        let plain = self.center == Center::Point && self.lens == Lens::Pinhole;
+        if !plain || self.motion.is_some() {
+            return pixels.for_each(|pixel| take(self.ray(pixel)));
+        }
+        let world_from_camera = self.r.transpose();
+        let origin = self.c + world_from_camera * DVec3::ZERO;
+        // In the order of [`Camera::ray_from`], so that the bits are the same.
+        let (mut row, mut y, mut down) = (f64::NAN, 0.0, DVec3::ZERO);
+        for pixel in pixels {
+            if pixel.y != row {
+                row = pixel.y;
+                y = (pixel.y - self.k.z_axis.y) / self.k.y_axis.y;
+                down = world_from_camera.y_axis * y;
+            }
+            let x = (pixel.x - self.k.z_axis.x - self.k.y_axis.x * y) / self.k.x_axis.x;
+            let direction = world_from_camera.x_axis * x + down + world_from_camera.z_axis;
+            take((origin, direction.normalize()));
+        }
+    }
+
     #[inline]
     fn ray_from(&self, pose: &Pose, pixel: DVec2) -> (DVec3, DVec3) {
         let (start, direction) = self.local_ray(pixel);

@@ -1,0 +1,224 @@
+//! Memory of pictures that nobody holds any more, for those to come: memory that is touched for the first time costs more
+//! than what is written to it.
+
+use std::sync::{Mutex, PoisonError};
+
+use numpy::{Element, IntoPyArray, PyArray1, PyArrayMethods, PyReadwriteArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raycam_render::{Channel, Kind, Target, Values, zeros};
+
+/// The most bytes that are kept.
+const MOST: usize = 256 << 20;
+/// What none of so many pictures in a row has needed is given back.
+const PICTURES: u64 = 8;
+/// Planes of fewer bytes are not worth it.
+const LEAST: usize = 1 << 15;
+
+/// The values of a plane, in a row. What Python holds is a view of it, which keeps it.
+enum Owner {
+    F32(Py<PyArray1<f32>>),
+    F64(Py<PyArray1<f64>>),
+    I32(Py<PyArray1<i32>>),
+}
+
+/// An array, and when it was last used.
+struct Kept {
+    owner: Owner,
+    values: usize,
+    picture: u64,
+}
+
+#[derive(Default)]
+struct Stock {
+    kept: Vec<Kept>,
+    pictures: u64,
+}
+
+/// Locked only while the GIL is held, and never for long: a fork finds it free.
+static STOCK: Mutex<Option<Stock>> = Mutex::new(None);
+
+impl Owner {
+    fn zeros(py: Python<'_>, kind: Kind, values: usize) -> Self {
+        match kind {
+            Kind::F32 => Self::F32(zeros(values).into_pyarray(py).unbind()),
+            Kind::F64 => Self::F64(zeros(values).into_pyarray(py).unbind()),
+            Kind::I32 => Self::I32(zeros(values).into_pyarray(py).unbind()),
+        }
+    }
+
+    fn kind(&self) -> Kind {
+        match self {
+            Self::F32(_) => Kind::F32,
+            Self::F64(_) => Kind::F64,
+            Self::I32(_) => Kind::I32,
+        }
+    }
+
+    /// Whether nobody else has it, nor a view of it.
+    #[expect(deprecated, reason = "what is to take its place is unsafe")]
+    fn is_idle(&self, py: Python<'_>) -> bool {
+        let holders = match self {
+            Self::F32(array) => array.get_refcnt(py),
+            Self::F64(array) => array.get_refcnt(py),
+            Self::I32(array) => array.get_refcnt(py),
+        };
+        holders == 1
+    }
+
+    fn clone_ref(&self, py: Python<'_>) -> Self {
+        match self {
+            Self::F32(array) => Self::F32(array.clone_ref(py)),
+            Self::F64(array) => Self::F64(array.clone_ref(py)),
+            Self::I32(array) => Self::I32(array.clone_ref(py)),
+        }
+    }
+}
+
+fn bytes(kind: Kind, values: usize) -> usize {
+    values * if kind == Kind::F64 { 8 } else { 4 }
+}
+
+impl Stock {
+    /// Begins a picture; returns what is not kept any longer.
+    fn begin(&mut self) -> Vec<Kept> {
+        self.pictures += 1;
+        let oldest = self.pictures.saturating_sub(PICTURES);
+        let old = |kept: &mut Kept| kept.picture < oldest;
+        self.kept.extract_if(.., old).collect()
+    }
+
+    /// An idle array, if there is one.
+    fn take(&mut self, py: Python<'_>, kind: Kind, values: usize) -> Option<Owner> {
+        let fits = |kept: &Kept| {
+            kept.values == values && kept.owner.kind() == kind && kept.owner.is_idle(py)
+        };
+        let at = self.kept.iter().position(fits)?;
+        Some(self.kept.swap_remove(at).owner)
+    }
+
+    /// Keeps the arrays of a picture; returns what is too much, the oldest first.
+    fn keep(&mut self, py: Python<'_>, planes: &[Plane]) -> Vec<Kept> {
+        let picture = self.pictures;
+        self.kept.extend(planes.iter().filter_map(|plane| {
+            let size = bytes(plane.owner.kind(), plane.values);
+            (size >= LEAST).then(|| Kept {
+                owner: plane.owner.clone_ref(py),
+                values: plane.values,
+                picture,
+            })
+        }));
+        self.kept.sort_by_key(|kept| kept.picture);
+        let mut all: usize = self.kept.iter().map(Kept::bytes).sum();
+        let mut first = 0;
+        while all > MOST {
+            all -= self.kept[first].bytes();
+            first += 1;
+        }
+        self.kept.drain(..first).collect()
+    }
+}
+
+impl Kept {
+    fn bytes(&self) -> usize {
+        bytes(self.owner.kind(), self.values)
+    }
+}
+
+/// A plane that is to be written.
+struct Plane {
+    channel: Channel,
+    owner: Owner,
+    values: usize,
+    zero: bool,
+}
+
+/// The planes of a picture that is to be rendered.
+pub(crate) struct Planes(Vec<Plane>);
+
+impl Planes {
+    /// Planes of so many pixels: used ones, where there are some, or new ones.
+    pub fn new(py: Python<'_>, channels: &[Channel], pixels: usize) -> Self {
+        let mut lock = STOCK.lock().unwrap_or_else(PoisonError::into_inner);
+        let stock = lock.get_or_insert_default();
+        let dropped = stock.begin();
+        let planes = channels.iter().map(|&channel| {
+            let (kind, values) = (channel.kind(), pixels * channel.components());
+            let used = stock.take(py, kind, values);
+            Plane {
+                channel,
+                values,
+                zero: used.is_none(),
+                owner: used.unwrap_or_else(|| Owner::zeros(py, kind, values)),
+            }
+        });
+        let planes = Self(planes.collect());
+        drop(lock);
+        drop(dropped);
+        planes
+    }
+
+    /// Lets them be written.
+    pub fn write<T>(
+        &self,
+        py: Python<'_>,
+        write: impl FnOnce(Vec<Target<'_>>) -> PyResult<T>,
+    ) -> PyResult<T> {
+        enum Open<'py> {
+            F32(PyReadwriteArray1<'py, f32>),
+            F64(PyReadwriteArray1<'py, f64>),
+            I32(PyReadwriteArray1<'py, i32>),
+        }
+        fn open<'py, T: Element>(
+            py: Python<'py>,
+            array: &Py<PyArray1<T>>,
+        ) -> PyResult<PyReadwriteArray1<'py, T>> {
+            Ok(array.bind(py).try_readwrite()?)
+        }
+        let opened = self.0.iter().map(|plane| {
+            Ok(match &plane.owner {
+                Owner::F32(array) => Open::F32(open(py, array)?),
+                Owner::F64(array) => Open::F64(open(py, array)?),
+                Owner::I32(array) => Open::I32(open(py, array)?),
+            })
+        });
+        let mut opened = opened.collect::<PyResult<Vec<_>>>()?;
+        let targets = self.0.iter().zip(&mut opened).map(|(plane, open)| {
+            Ok(Target {
+                channel: plane.channel,
+                values: match open {
+                    Open::F32(array) => Values::F32(array.as_slice_mut()?),
+                    Open::F64(array) => Values::F64(array.as_slice_mut()?),
+                    Open::I32(array) => Values::I32(array.as_slice_mut()?),
+                },
+                zero: plane.zero,
+            })
+        });
+        write(targets.collect::<PyResult<_>>()?)
+    }
+
+    /// What Python gets: arrays [height, width] or [height, width, components] by name. Once nobody holds them any more,
+    /// others get their memory.
+    pub fn give<'py>(
+        self,
+        py: Python<'py>,
+        [height, width]: [usize; 2],
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for plane in &self.0 {
+            let shape = [height, width, plane.channel.components()];
+            let shape = &shape[..if shape[2] == 1 { 2 } else { 3 }];
+            let pixels = match &plane.owner {
+                Owner::F32(array) => array.bind(py).reshape(shape)?.into_any(),
+                Owner::F64(array) => array.bind(py).reshape(shape)?.into_any(),
+                Owner::I32(array) => array.bind(py).reshape(shape)?.into_any(),
+            };
+            dict.set_item(plane.channel.name(), pixels)?;
+        }
+        let mut lock = STOCK.lock().unwrap_or_else(PoisonError::into_inner);
+        let dropped = lock.get_or_insert_default().keep(py, &self.0);
+        drop(lock);
+        drop(dropped);
+        Ok(dict)
+    }
+}
