@@ -191,6 +191,11 @@ impl<const N: usize> Met<N> {
         }
     }
 
+    /// Where they are, scene-local.
+    pub fn positions(&self) -> &Three<f64, N> {
+        &self.position
+    }
+
     /// The normals of the smooth surfaces.
     pub fn normals(&self) -> &Three<f32, N> {
         &self.normal
@@ -198,7 +203,15 @@ impl<const N: usize> Met<N> {
 
     #[inline(always)]
     fn corners(&self, lane: usize) -> [DVec3; 3] {
-        [0, 1, 2].map(|corner: usize| vector(&self.corners[corner], lane))
+        let [a, b, c] = &self.corners;
+        [vector(a, lane), vector(b, lane), vector(c, lane)]
+    }
+
+    #[inline(always)]
+    fn rounding(&self, lane: usize, position: DVec3, normal: DVec3) -> f64 {
+        let [x, y, z, of_mesh] = &self.rounding;
+        let of_point = [vector(x, lane), vector(y, lane), vector(z, lane)];
+        Rounding::along(of_point, vector(of_mesh, lane), position, normal)
     }
 
     #[inline(always)]
@@ -229,8 +242,7 @@ impl<const N: usize> Met<N> {
             let direction = Vec3::from(get(&self.direction, lane)).as_dvec3();
             let outside = outwards.dot(direction) <= 0.0;
             let geometric = if outside { outwards } else { -outwards };
-            let columns = [0, 1, 2, 3].map(|k: usize| vector(&self.rounding[k], lane));
-            let beyond = geometric * Rounding::along(columns, position, geometric);
+            let beyond = geometric * self.rounding(lane, position, geometric);
             self.front[lane] = outside != self.mirrored[lane];
             set(&mut self.position, lane, position.to_array());
             set(&mut self.outwards, lane, geometric.to_array());
@@ -250,8 +262,7 @@ impl<const N: usize> Met<N> {
             let corners = self.corners(lane);
             let position = vector(&self.position, lane);
             let geometric = vector(&self.outwards, lane);
-            let columns = [0, 1, 2, 3].map(|k: usize| vector(&self.rounding[k], lane));
-            let beyond = geometric * Rounding::along(columns, position, geometric);
+            let beyond = geometric * self.rounding(lane, position, geometric);
             let [u, v] = [self.weights[0][lane], self.weights[1][lane]];
             let weights = [1.0 - u - v, u, v];
             let (mut normal, mut lift) = (DVec3::ZERO, DVec3::ZERO);

@@ -190,7 +190,7 @@ pub(crate) struct Rounding {
 }
 
 impl Rounding {
-    /// What [`Rounding::along`] takes.
+    /// The columns of its two parts.
     #[inline(always)]
     pub fn columns(&self) -> [DVec3; 4] {
         let Self { of_point, of_mesh } = self;
@@ -198,9 +198,9 @@ impl Rounding {
     }
 
     /// Float32 rounds a point on the object, a ray that starts there and the triangles around it: together they are off by
-    /// at most this length along `normal`. `point` is scene-local.
+    /// at most this length along `normal`. `point` is scene-local; the others are [`Rounding::columns`].
     #[inline(always)]
-    pub fn along([x, y, z, of_mesh]: [DVec3; 4], point: DVec3, normal: DVec3) -> f64 {
+    pub fn along([x, y, z]: [DVec3; 3], of_mesh: DVec3, point: DVec3, normal: DVec3) -> f64 {
         let per_axis = DMat3::from_cols(x, y, z) * point.abs() + of_mesh;
         ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * per_axis.dot(normal.abs())
     }

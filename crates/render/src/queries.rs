@@ -22,7 +22,7 @@ impl PreparedWorld {
     pub(crate) fn local_ray(&self, origin: DVec3, direction: DVec3, t_max: f64) -> (Ray, f64) {
         let start = origin - self.origin;
         let mut moved = 0.0;
-        if start.length_squared() > (FAR * self.radius).powi(2) {
+        if self.is_far(start) {
             // To the foot of the perpendicular from the centre, less twice the radius.
             let length = direction.length();
             let foot = -start.dot(direction) / (length * length);
@@ -42,6 +42,11 @@ impl PreparedWorld {
             },
         };
         (ray, moved)
+    }
+
+    /// Whether rays that start there, scene-local, are moved along themselves.
+    pub(crate) fn is_far(&self, start: DVec3) -> bool {
+        start.length_squared() > (FAR * self.radius).powi(2)
     }
 }
 

@@ -23,7 +23,7 @@ pub use lens::{
 
 pub use motion::{Motion, Pose, Readout};
 pub use rig::Rig;
-pub use view::Sample;
+pub use view::{Pinhole, Sample};
 pub use vignetting::Vignetting;
 
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};

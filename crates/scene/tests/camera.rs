@@ -4,8 +4,8 @@ mod common;
 
 use common::{Random, rotation};
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};
-use raycam_scene::camera::{intrinsics_from_focal, intrinsics_from_fov};
-use raycam_scene::{Camera, PixelCenter, SceneError, Up};
+use raycam_scene::camera::{Aperture, intrinsics_from_focal, intrinsics_from_fov};
+use raycam_scene::{Camera, Lens, LensModel, PixelCenter, SceneError, Up};
 
 const SIZE: [u32; 2] = [640, 480];
 
@@ -147,6 +147,25 @@ fn many_rays_are_those_of_each_pixel() {
         }
         assert_eq!(rays.len(), pixels.len());
     }
+}
+
+#[test]
+fn a_pinhole_has_the_samples_of_its_camera() {
+    let mut random = Random(5);
+    for _ in 0..300 {
+        let camera = camera(&mut random);
+        let pinhole = camera.pinhole().unwrap();
+        let pixel = DVec2::new(random.between(-100.0, 740.0), random.between(-100.0, 580.0));
+        let sample = camera.sample(pixel, [0.1, 0.9], 0.3);
+        assert_eq!(sample.origin, pinhole.center);
+        assert_eq!(sample.direction, pinhole.direction(pixel));
+    }
+    let camera = camera(&mut random);
+    let lens = Aperture::new(0.1, 2.0, 0, 0.0).unwrap();
+    let open = camera.clone().with_aperture(Some(lens)).unwrap();
+    assert!(open.pinhole().is_none());
+    let equidistant = Lens::new(LensModel::Fisheye, &[0.0; 4]).unwrap();
+    assert!(camera.with_lens(equidistant).unwrap().pinhole().is_none());
 }
 
 #[test]

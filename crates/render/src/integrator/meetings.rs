@@ -5,6 +5,7 @@ use raycam_bvh::{Hit, vectorized};
 
 use super::path::Path;
 use super::walk::Walk;
+use crate::light::{Lamp, LampLanes, LightSample, Source};
 use crate::place::{LANES, Met, Place, Three, get};
 use crate::sampler::{Pair, Sampler};
 use crate::scatter::Directions;
@@ -17,6 +18,7 @@ pub(super) struct Meetings {
     light: Vec<[f32; 2]>,
     met: Met<LANES>,
     matte: Three<f32, LANES>,
+    lamp: LampLanes<LANES>,
 }
 
 /// One path's.
@@ -28,6 +30,8 @@ pub(super) struct Meeting {
     pub scatter: [f32; 2],
     /// Where on the first light.
     pub light: [f32; 2],
+    /// The sample of an area light that is the only one.
+    pub lamp: Option<LightSample>,
 }
 
 impl Meetings {
@@ -56,6 +60,7 @@ impl Meetings {
     pub fn locate(&mut self, walk: &Walk, number: usize, paths: &mut [Path], hits: &[Hit]) {
         let first = number * LANES;
         let mut random = [[0.0; LANES]; 2];
+        let mut on_light = [[0.0; LANES]; 2];
         self.met.clear();
         for (lane, (path, hit)) in paths.iter_mut().zip(hits).enumerate() {
             let index = first + lane;
@@ -64,6 +69,7 @@ impl Meetings {
             self.met
                 .put(lane, walk.world, corners, path.direction, hit, width);
             [random[0][lane], random[1][lane]] = self.scatter[index];
+            [on_light[0][lane], on_light[1][lane]] = self.light[index];
         }
         vectorized(&mut self.met);
         vectorized(Directions {
@@ -71,17 +77,29 @@ impl Meetings {
             random: &random,
             out: &mut self.matte,
         });
+        if let Some(Source::Area(area)) = walk.only {
+            vectorized(Lamp {
+                area,
+                points: self.met.positions(),
+                random: &on_light,
+                out: &mut self.lamp,
+            });
+        }
     }
 
     /// One of the chunk at hand.
     #[inline]
-    pub fn at(&self, number: usize, lane: usize) -> Meeting {
+    pub fn at(&self, walk: &Walk, number: usize, lane: usize) -> Meeting {
         let index = number * LANES + lane;
         Meeting {
             place: self.met.place(lane),
             matte: get(&self.matte, lane).into(),
             scatter: self.scatter[index],
             light: self.light[index],
+            lamp: match walk.only {
+                Some(Source::Area(area)) => self.lamp.at(area, lane),
+                _ => None,
+            },
         }
     }
 }

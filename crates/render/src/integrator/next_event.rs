@@ -8,7 +8,7 @@ use super::meetings::Meeting;
 use super::path::{Path, Wave};
 use super::shadows::Shadows;
 use super::walk::Walk;
-use crate::light::{BEFORE_LIGHT, Choice, LightSample};
+use crate::light::{BEFORE_LIGHT, Choice, LightSample, Source};
 use crate::sampler::Pair;
 use crate::scatter::{Scattering, above, cosine_direction};
 use crate::surface::Surface;
@@ -69,8 +69,15 @@ impl Walk<'_> {
                 let count = self.rules.light_samples;
                 for (index, shadows) in wave.shadows.iter_mut().take(count).enumerate() {
                     let [x, y] = random(index);
-                    let which = [(choice + index as f32) / count as f32, x, y];
-                    if let Some(sample) = lights.sample(world, &from, few, which) {
+                    let sample = match self.only {
+                        Some(Source::Area(_)) => meeting.lamp,
+                        Some(light) => light.sample(&from, [x, y]),
+                        None => {
+                            let which = [(choice + index as f32) / count as f32, x, y];
+                            lights.sample(world, &from, few, which)
+                        }
+                    };
+                    if let Some(sample) = sample {
                         self.ask(
                             path,
                             surface,

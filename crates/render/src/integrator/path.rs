@@ -68,6 +68,9 @@ pub(super) fn radiance(
         found: lights.is_found(rules.ambient.is_some()),
         sampled: lights.is_sampled(rules.choice),
         chosen: rules.light_samples > 1 || lights.is_chosen(rules.choice),
+        only: lights
+            .only(rules.choice)
+            .filter(|_| rules.light_samples == 1),
         splits: at_once.is_some(),
         blind: is_blind(world, lights),
         turn: 0,
@@ -111,7 +114,9 @@ pub(super) fn radiance(
                 sky[path.ray] |= path.from_camera;
                 walk.miss(path, &mut radiance[path.ray]);
             } else {
-                (paths[met], hits[met]) = (*path, hits[i]);
+                if met < i {
+                    (paths[met], hits[met]) = (*path, hits[i]);
+                }
                 met += 1;
             }
         }
@@ -122,7 +127,8 @@ pub(super) fn radiance(
         for (number, (paths, hits)) in met.enumerate() {
             meetings.locate(&walk, number, paths, hits);
             for (lane, (path, hit)) in paths.iter_mut().zip(hits).enumerate() {
-                walk.step(path, hit, meetings.at(number, lane), &mut wave, radiance);
+                let meeting = meetings.at(&walk, number, lane);
+                walk.step(path, hit, meeting, &mut wave, radiance);
             }
         }
         let coherence = if walk.turn == 0 {

@@ -8,7 +8,7 @@ use super::Rules;
 use super::media::Skin;
 use super::meetings::Meeting;
 use super::path::{Path, Wave};
-use crate::light::{BEFORE_LIGHT, Choice, Lights};
+use crate::light::{BEFORE_LIGHT, Choice, Lights, Source};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
 use crate::scatter::{Matte, Scattering, is_dispersive};
@@ -30,6 +30,8 @@ pub(super) struct Walk<'a> {
     pub sampled: bool,
     /// Whether there is more than one to choose from.
     pub chosen: bool,
+    /// The one that is sampled, where there is but one.
+    pub only: Option<&'a Source>,
     /// Whether surfaces that the camera sees sample all branches of them.
     pub splits: bool,
     /// Whether of what stands in the way of a path's last segment only counts that it does.

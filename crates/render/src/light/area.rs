@@ -3,9 +3,11 @@
 use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
+use raycam_bvh::Loops;
 
 use super::LightSample;
 use super::bounds::Bounds;
+use crate::place::{Three, get, set};
 
 #[derive(Debug)]
 pub(crate) struct Area {
@@ -70,21 +72,28 @@ impl Area {
             return None;
         }
         let random = random.map(f64::from);
-        let solid = self.solid_angle(point);
-        let end = match &solid {
-            Some(solid) => solid.sample(point, random),
-            None => self.corner + self.edges[0] * random[0] + self.edges[1] * random[1],
-        };
-        let offset = end - point;
-        let direction = offset.normalize_or_zero();
-        let density = match &solid {
-            Some(solid) => 1.0 / solid.angle,
-            None => self.density(offset.length_squared(), direction),
+        let (direction, end, density) = match self.solid_angle(point) {
+            Some(solid) => {
+                let end = solid.sample(point, random);
+                ((end - point).normalize_or_zero(), end, 1.0 / solid.angle)
+            }
+            None => self.sample_far(point, random),
         };
         LightSample::toward(direction, end, self.radiance, density)
     }
 
+    /// A direction to a point drawn evenly from the area, that point, and the density.
+    #[inline(always)]
+    fn sample_far(&self, point: DVec3, random: [f64; 2]) -> (DVec3, DVec3, f64) {
+        let end = self.corner + self.edges[0] * random[0] + self.edges[1] * random[1];
+        let offset = end - point;
+        let direction = offset.normalize_or_zero();
+        let density = self.density(offset.length_squared(), direction);
+        (direction, end, density)
+    }
+
     /// By solid angle, of a point drawn evenly from the area.
+    #[inline(always)]
     fn density(&self, distance2: f64, direction: DVec3) -> f64 {
         distance2 / (self.area * self.normal.dot(direction).abs())
     }
@@ -110,19 +119,103 @@ impl Area {
         Some((distance, self.radiance, density))
     }
 
+    #[inline(always)]
     fn shines_to(&self, point: DVec3) -> bool {
         let height = (point - self.corner).dot(self.normal);
-        height > 0.0 || self.two_sided && height < 0.0
+        // Without branches, which loops over many points must not have.
+        (height > 0.0) | (self.two_sided & (height < 0.0))
+    }
+
+    #[inline(always)]
+    fn is_far(&self, point: DVec3) -> bool {
+        (point - self.center).length_squared() > FAR * self.radius2
     }
 
     /// The rectangle on the sphere around a point, where it is one and near.
     fn solid_angle(&self, point: DVec3) -> Option<SphericalRectangle> {
-        let axes = self.axes?;
-        if (point - self.center).length_squared() > FAR * self.radius2 {
-            return None;
-        }
+        let axes = self.axes.filter(|_| !self.is_far(point))?;
         let solid = SphericalRectangle::new(self.corner - point, axes, self.edges);
         (solid.angle > SMALLEST).then_some(solid)
+    }
+}
+
+/// [`Area::sample`] of many points at once.
+pub(crate) struct Lamp<'a, const N: usize> {
+    pub area: &'a Area,
+    pub points: &'a Three<f64, N>,
+    pub random: &'a [[f32; N]; 2],
+    pub out: &'a mut LampLanes<N>,
+}
+
+/// What [`Lamp`] finds.
+#[derive(Debug)]
+pub(crate) struct LampLanes<const N: usize> {
+    direction: Three<f32, N>,
+    end: Three<f64, N>,
+    /// 0 where there is no sample.
+    pdf: [f32; N],
+}
+
+impl<const N: usize> Default for LampLanes<N> {
+    fn default() -> Self {
+        Self {
+            direction: [[0.0; N]; 3],
+            end: [[0.0; N]; 3],
+            pdf: [0.0; N],
+        }
+    }
+}
+
+impl<const N: usize> LampLanes<N> {
+    /// The sample of a lane.
+    #[inline(always)]
+    pub fn at(&self, area: &Area, lane: usize) -> Option<LightSample> {
+        (self.pdf[lane] > 0.0).then(|| LightSample {
+            direction: get(&self.direction, lane).into(),
+            end: Some(get(&self.end, lane).into()),
+            radiance: area.radiance,
+            pdf: self.pdf[lane],
+            delta: false,
+        })
+    }
+}
+
+impl<const N: usize> Loops for Lamp<'_, N> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            area,
+            points,
+            random,
+            out,
+        } = self;
+        // What is known to lie nowhere else can be kept in registers.
+        let (points, random, mut lanes) = (*points, *random, LampLanes::<N>::default());
+        let mut far = [true; N];
+        for lane in 0..N {
+            let point = DVec3::from(get(&points, lane));
+            let numbers = [f64::from(random[0][lane]), f64::from(random[1][lane])];
+            let (direction, end, density) = area.sample_far(point, numbers);
+            let pdf = density as f32;
+            let found = area.shines_to(point) & (pdf > 0.0) & (pdf < f32::INFINITY);
+            set(&mut lanes.direction, lane, direction.as_vec3().to_array());
+            set(&mut lanes.end, lane, end.to_array());
+            lanes.pdf[lane] = if found { pdf } else { 0.0 };
+            far[lane] = area.is_far(point);
+        }
+        *out = lanes;
+        if area.axes.is_none() || far == [true; N] {
+            return;
+        }
+        for lane in (0..N).filter(|&lane| !far[lane]) {
+            let numbers = [random[0][lane], random[1][lane]];
+            let sample = area.sample(get(&points, lane).into(), numbers);
+            out.pdf[lane] = sample.map_or(0.0, |sample| sample.pdf);
+            if let Some((sample, end)) = sample.and_then(|sample| Some((sample, sample.end?))) {
+                set(&mut out.direction, lane, sample.direction.to_array());
+                set(&mut out.end, lane, end.to_array());
+            }
+        }
     }
 }
 
@@ -182,5 +275,48 @@ impl SphericalRectangle {
         };
         let [ex, ey, ez] = self.axes;
         point + ex * x + ey * y + ez * self.z
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use raycam_bvh::vectorized;
+
+    use super::*;
+
+    #[test]
+    fn many_points_have_the_samples_of_each() {
+        const N: usize = 16;
+        let edges = [DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.0, 1.0, 0.0)];
+        let slanted = [edges[0], edges[1] + edges[0] / 4.0];
+        let (mut near, mut dark) = (0, 0);
+        for (edges, two_sided) in [(edges, false), (edges, true), (slanted, false)] {
+            let area = Area::new(DVec3::new(0.0, 0.0, 1.0), edges, Vec3::ONE, two_sided);
+            // Around it, in its plane and far below it.
+            let points = |lane: usize, axis: usize| {
+                let at = (lane * 3 + axis) as f64;
+                at.sin() * [1.0, 8.0, 1.0, 1e4][lane % 4] + f64::from(lane == 5 && axis == 2)
+            };
+            let points: Three<f64, N> =
+                [0, 1, 2].map(|axis| std::array::from_fn(|lane| points(lane, axis)));
+            let random = [7.0, 11.0]
+                .map(|k: f32| std::array::from_fn(|lane| (k * lane as f32 / 16.0).fract()));
+            let mut found = LampLanes::default();
+            vectorized(Lamp {
+                area: &area,
+                points: &points,
+                random: &random,
+                out: &mut found,
+            });
+            for (lane, (&x, &y)) in random[0].iter().zip(&random[1]).enumerate() {
+                let point = get(&points, lane).into();
+                let alone = area.sample(point, [x, y]);
+                let lanes = found.at(&area, lane);
+                assert_eq!(format!("{alone:?}"), format!("{lanes:?}"), "{lane}");
+                near += usize::from(area.solid_angle(point).is_some());
+                dark += usize::from(alone.is_none());
+            }
+        }
+        assert!(near > 5 && dark > 5, "{near} {dark}");
     }
 }

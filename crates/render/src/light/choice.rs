@@ -1,7 +1,9 @@
 //! Which light to sample: how often each kind of them is chosen, and how often each light.
 
+use glam::{DVec3, Vec3};
+
 use super::tree::MOST_BRANCHES;
-use super::{Lights, Reference};
+use super::{Lights, Reference, Source};
 
 /// How often each light is chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +44,18 @@ impl Lights {
                 self.has_surfaces() || self.uneven + self.tree.count() > 1
             }
         }
+    }
+
+    /// The light that [`Lights::sample`] always chooses, where there is one.
+    pub fn only(&self, choice: Choice) -> Option<&Source> {
+        let one = self.uneven == 0 && self.tree.count() == 1 && !self.has_surfaces();
+        let anywhere = Reference {
+            position: DVec3::ZERO,
+            normal: Vec3::ZERO,
+        };
+        let only = self.tree.choose(&anywhere, 0.0);
+        only.filter(|_| one && choice == Choice::Weighed)
+            .map(|(light, _)| &self.sources[self.finite[light]])
     }
 
     /// The most directions that [`Lights::sample_each`] tells of, if there is more than one kind of light to tell apart and

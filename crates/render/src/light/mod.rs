@@ -37,10 +37,11 @@ use raycam_bvh::Hit;
 use raycam_scene::{Light, Up};
 
 use crate::prepare::PreparedWorld;
+pub(crate) use area::{Lamp, LampLanes};
 use bounds::Bounds;
 pub(crate) use choice::Choice;
 use emissive::Emissive;
-use source::Source;
+pub(crate) use source::Source;
 use sphere::Sphere;
 use tree::{MOST_BRANCHES, Tree};
 

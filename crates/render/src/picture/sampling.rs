@@ -2,13 +2,15 @@
 
 use std::ops::Range;
 
-use glam::DVec2;
-use raycam_bvh::{Coherence, Hit};
+use glam::{DVec2, DVec3, Vec3};
+use raycam_bvh::{Coherence, Hit, Loops, Ray, vectorized};
+use raycam_scene::camera::Pinhole;
 
 use super::{Buffers, Picture};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::estimate::SEQUENCES;
+use crate::place::{LANES, get, set};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
 use crate::settings::Settings;
@@ -80,15 +82,31 @@ impl Picture<'_> {
             self.sample_of(of_pixel, sample)
         }));
         Sampler::pairs(samplers, 0..samplers.len(), Pair::Filter, offsets);
-        for ((&(i, _), sampler), &mut offset) in batch.iter().zip(&*samplers).zip(offsets) {
-            let (lens, part) = self.scatter(sampler);
-            let ray = self
-                .camera
-                .sample(self.spread(pixels[i], offset), lens, part);
-            let (origin, direction) = (ray.origin, ray.direction);
-            rays.push(world.local_ray(origin, direction, f64::INFINITY).0);
-            origins.push(origin - world.origin);
-            directions.push(direction.as_vec3());
+        let pinhole = self.camera.pinhole();
+        if let Some(pinhole) = pinhole.filter(|at| !world.is_far(at.center - world.origin)) {
+            let start = pinhole.center - world.origin;
+            origins.resize(batch.len(), start);
+            vectorized(Rays {
+                pinhole,
+                pixels: batch
+                    .iter()
+                    .zip(&*offsets)
+                    .map(|(&(i, _), &offset)| self.spread(pixels[i], offset)),
+                start,
+                rays,
+                directions,
+            });
+        } else {
+            for ((&(i, _), sampler), &mut offset) in batch.iter().zip(&*samplers).zip(offsets) {
+                let (lens, part) = self.scatter(sampler);
+                let ray = self
+                    .camera
+                    .sample(self.spread(pixels[i], offset), lens, part);
+                let (origin, direction) = (ray.origin, ray.direction);
+                rays.push(world.local_ray(origin, direction, f64::INFINITY).0);
+                origins.push(origin - world.origin);
+                directions.push(direction.as_vec3());
+            }
         }
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
@@ -125,6 +143,48 @@ impl Picture<'_> {
             of_pixel.at_of(sample, SEQUENCES)
         } else {
             of_pixel.at(sample)
+        }
+    }
+}
+
+/// Rays of a pinhole near the world, through pixel coordinates.
+struct Rays<'a, P> {
+    pinhole: Pinhole,
+    pixels: P,
+    /// The pinhole, scene-local.
+    start: DVec3,
+    rays: &'a mut Vec<Ray>,
+    directions: &'a mut Vec<Vec3>,
+}
+
+impl<P: Iterator<Item = DVec2>> Loops for Rays<'_, P> {
+    #[inline(always)]
+    fn run(mut self) {
+        let origin = self.start.as_vec3().to_array();
+        loop {
+            let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+            let mut count = 0;
+            while count < LANES
+                && let Some(pixel) = self.pixels.next()
+            {
+                (x[count], y[count]) = (pixel.x, pixel.y);
+                count += 1;
+            }
+            let mut directions = [[0.0; LANES]; 3];
+            for lane in 0..LANES {
+                let direction = self.pinhole.direction(DVec2::new(x[lane], y[lane]));
+                set(&mut directions, lane, direction.as_vec3().to_array());
+            }
+            self.directions
+                .extend((0..count).map(|lane| Vec3::from(get(&directions, lane))));
+            self.rays.extend((0..count).map(|lane| Ray {
+                origin,
+                direction: get(&directions, lane),
+                t_max: f32::INFINITY,
+            }));
+            if count < LANES {
+                return;
+            }
         }
     }
 }

@@ -21,7 +21,43 @@ pub struct Sample {
     pub direction: DVec3,
 }
 
+/// A pinhole that stands still, all of whose samples are rays from its centre: see [`Camera::pinhole`].
+#[derive(Clone, Copy, Debug)]
+pub struct Pinhole {
+    k: DMat3,
+    world_from_camera: DMat3,
+    /// In the world.
+    pub center: DVec3,
+}
+
+impl Pinhole {
+    /// That of [`Camera::sample`], bit for bit.
+    #[inline(always)]
+    pub fn direction(&self, pixel: DVec2) -> DVec3 {
+        (self.world_from_camera * image_of(self.k, pixel).extend(1.0)).normalize()
+    }
+}
+
+/// The point of the image plane at focal length 1 of a pixel.
+#[inline(always)]
+fn image_of(k: DMat3, pixel: DVec2) -> DVec2 {
+    let y = (pixel.y - k.z_axis.y) / k.y_axis.y;
+    let x = (pixel.x - k.z_axis.x - k.y_axis.x * y) / k.x_axis.x;
+    DVec2::new(x, y)
+}
+
 impl Camera {
+    /// The camera as a [`Pinhole`], where it is no more than that.
+    pub fn pinhole(&self) -> Option<Pinhole> {
+        let plain = self.center == Center::Point && matches!(self.lens, Lens::Pinhole);
+        let still = self.motion.is_none() && self.aperture.is_none();
+        (plain && still).then(|| Pinhole {
+            k: self.k,
+            world_from_camera: self.r.transpose(),
+            center: self.c,
+        })
+    }
+
     /// The pixel coordinates of a world point, and whether the camera sees it there.
     ///
     /// A pinhole sees what lies in front (depth > 0); behind it, the pixel is where the line through point and centre
@@ -202,12 +238,9 @@ impl Camera {
         (DVec3::ZERO, direction)
     }
 
-    /// The point of the image plane at focal length 1 of a pixel.
     #[inline]
     fn image(&self, pixel: DVec2) -> DVec2 {
-        let y = (pixel.y - self.k.z_axis.y) / self.k.y_axis.y;
-        let x = (pixel.x - self.k.z_axis.x - self.k.y_axis.x * y) / self.k.x_axis.x;
-        DVec2::new(x, y)
+        image_of(self.k, pixel)
     }
 
     /// The ray of a pixel coordinate through a point of the aperture at a part of its line's exposure, of which two
