@@ -206,6 +206,11 @@ def linear(srgb: Any) -> Any:
 def test_what_is_no_mesh_is_refused() -> None:
     with pytest.raises(raycam.WorldError, match=r"expected a trimesh\.Trimesh or trimesh\.Scene, not int"):
         raycam.from_trimesh(3)
+    cloud: Any = SimpleNamespace(to_legacy=lambda: None, point={})
+    with pytest.raises(raycam.WorldError, match="expected an Open3D TriangleMesh, not SimpleNamespace"):
+        raycam.from_open3d(cloud)
+    with pytest.raises(raycam.WorldError, match=r"nothing to see$"):
+        raycam.from_open3d([])
     with pytest.raises(raycam.WorldError, match="no triangles"):
         raycam.from_trimesh(trimesh.Trimesh(np.zeros((3, 3)), np.zeros((0, 3), int), process=False))
     with pytest.raises(raycam.WorldError, match="must be finite"):

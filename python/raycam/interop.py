@@ -113,7 +113,8 @@ class Collector:
 def finished(collector: Collector, name: str, up: Up, camera: tuple[str, Camera] | None) -> World:
     """The world; raises `WorldError` where nothing has triangles."""
     if not collector.glb._lists.get("nodes"):
-        raise WorldError(f"{name}: there are no triangles: nothing to see ({'; '.join(collector.notices)})")
+        why = f" ({'; '.join(collector.notices)})" if collector.notices else ""
+        raise WorldError(f"{name}: there are no triangles: nothing to see{why}")
     return collector.world(name, up, camera)
 
 

@@ -43,7 +43,8 @@ def _open3d(
     collector: Collector, name: str, mesh: Any, smooth: bool, material: int | None
 ) -> tuple[int, Array] | None:
     painted = None
-    if hasattr(mesh, "to_legacy"):
+    # Point clouds and lines have tensors, too, but no triangles.
+    if hasattr(mesh, "to_legacy") and hasattr(mesh, "triangle"):
         if mesh.has_valid_material():
             material = _open3d_material(collector, _record(mesh.material))
         if "colors" in mesh.triangle:

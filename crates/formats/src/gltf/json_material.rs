@@ -37,27 +37,27 @@ pub(super) struct Extensions {
     #[serde(rename = "KHR_materials_ior")]
     pub(super) ior: Option<Ior>,
     #[serde(rename = "KHR_materials_specular")]
-    pub(super) specular: Option<Specular>,
+    pub(super) specular: Option<Box<Specular>>,
     #[serde(rename = "KHR_materials_unlit")]
     pub(super) unlit: Option<Unlit>,
     #[serde(rename = "KHR_materials_transmission")]
-    pub(super) transmission: Option<Transmission>,
+    pub(super) transmission: Option<Box<Transmission>>,
     #[serde(rename = "KHR_materials_volume")]
-    pub(super) volume: Option<Volume>,
+    pub(super) volume: Option<Box<Volume>>,
     #[serde(rename = "KHR_materials_dispersion")]
     pub(super) dispersion: Option<Dispersion>,
     #[serde(rename = "KHR_materials_clearcoat")]
-    pub(super) clearcoat: Option<Clearcoat>,
+    pub(super) clearcoat: Option<Box<Clearcoat>>,
     #[serde(rename = "KHR_materials_sheen")]
-    pub(super) sheen: Option<Sheen>,
+    pub(super) sheen: Option<Box<Sheen>>,
     #[serde(rename = "KHR_materials_iridescence")]
-    pub(super) iridescence: Option<Iridescence>,
+    pub(super) iridescence: Option<Box<Iridescence>>,
     #[serde(rename = "KHR_materials_anisotropy")]
-    pub(super) anisotropy: Option<Anisotropy>,
+    pub(super) anisotropy: Option<Box<Anisotropy>>,
     #[serde(rename = "KHR_materials_diffuse_transmission")]
-    pub(super) diffuse_transmission: Option<DiffuseTransmission>,
+    pub(super) diffuse_transmission: Option<Box<DiffuseTransmission>>,
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
-    pub(super) specular_glossiness: Option<SpecularGlossiness>,
+    pub(super) specular_glossiness: Option<Box<SpecularGlossiness>>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -1,16 +1,23 @@
 //! What reading a glTF file has to say, and how much memory it may still take.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use crate::error::FormatError;
 use crate::folder::Folder;
 
-/// Bytes that decoded geometry may take on top of 16 times those of the file.
-const BASE_ALLOWANCE: u64 = 64 << 20;
+/// Bytes that decoded geometry may take on top of 16 times those of the file; with those that it is decoded from, they
+/// are 64 MiB.
+const BASE_ALLOWANCE: u64 = 48 << 20;
+/// More different messages are counted, and not kept.
+const MOST_NOTICES: usize = 1000;
 
 /// Notices, each message once with its first place; and the memory left.
 pub(super) struct Ledger {
     notices: Vec<Notice>,
+    /// Where in `notices` each message is.
+    known: HashMap<String, usize>,
+    unsaid: usize,
     left: u64,
 }
 
@@ -24,6 +31,8 @@ impl Ledger {
     pub(super) fn new() -> Self {
         Self {
             notices: Vec::new(),
+            known: HashMap::new(),
+            unsaid: 0,
             left: BASE_ALLOWANCE,
         }
     }
@@ -58,13 +67,17 @@ impl Ledger {
     /// Says something about a place in the document.
     pub(super) fn note(&mut self, place: impl Into<String>, message: impl Into<String>) {
         let message = message.into();
-        match self.notices.iter_mut().find(|n| n.message == message) {
-            Some(notice) => notice.more += 1,
-            None => self.notices.push(Notice {
+        if let Some(&notice) = self.known.get(&message) {
+            self.notices[notice].more += 1;
+        } else if self.notices.len() == MOST_NOTICES {
+            self.unsaid += 1;
+        } else {
+            self.known.insert(message.clone(), self.notices.len());
+            self.notices.push(Notice {
                 place: place.into(),
                 message,
                 more: 0,
-            }),
+            });
         }
     }
 
@@ -83,6 +96,37 @@ impl Ledger {
             };
             format!("{}: {place}{others}: {message}", path.display())
         }));
+        if self.unsaid > 0 {
+            notices.push(format!(
+                "{}: {} more notices are not kept",
+                path.display(),
+                self.unsaid
+            ));
+        }
         notices
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::budget::Budget;
+
+    #[test]
+    fn messages_are_said_once_and_not_without_end() {
+        let path = Path::new("a.gltf");
+        let mut ledger = Ledger::new();
+        for i in 0..3 * MOST_NOTICES {
+            ledger.note(format!("nodes[{i}]"), "odd");
+            ledger.note("extensionsUsed", format!("{i} is unknown"));
+        }
+        let mut folder = Folder::around(path, &Budget::default());
+        let notices = ledger.into_notices(path, &mut folder);
+        assert_eq!(notices.len(), MOST_NOTICES + 1);
+        assert_eq!(notices[0], "a.gltf: nodes[0] and 2999 more: odd");
+        assert_eq!(
+            notices[MOST_NOTICES],
+            "a.gltf: 2001 more notices are not kept"
+        );
     }
 }

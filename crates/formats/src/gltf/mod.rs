@@ -97,7 +97,13 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<World, Format
     let path = &source.path;
     let mut ledger = Ledger::new();
     let container = Container::open(source, &mut ledger)?;
+    ledger.grant(source.len());
+    // Each object of the document takes memory, however short it is.
+    let json = &source.bytes[container.json.clone()];
+    let objects = json.iter().filter(|&&byte| byte == b'{').count();
+    ledger.take(path, "the JSON", objects as u64, 700)?;
     let root = container.document(&source.bytes, path)?;
+    ledger.take(path, "materials", root.materials.len() as u64, 1536)?;
     extensions::check(&root, path, &mut ledger)?;
     let resources = Resources::read(source, &container, &root, folder, &mut ledger)?;
     let document = Document {

@@ -42,7 +42,6 @@ impl<'a> Resources<'a> {
         folder: &mut Folder,
         ledger: &mut Ledger,
     ) -> Result<Self, FormatError> {
-        ledger.grant(source.len());
         let mut buffers = Vec::new();
         for (i, buffer) in root.buffers.iter().enumerate() {
             let place = format!("buffers[{i}]");

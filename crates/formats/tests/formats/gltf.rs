@@ -232,12 +232,13 @@ fn bombs_end_in_an_error() {
         .replace(r#""bufferView": 0, "#, "")
         .replace(r#""count": 3"#, r#""count": 4000000000"#);
     assert!(error(zeros).contains("accessors[0]: 48000000000 bytes to decode"));
-    let deep = format!(
-        "{}0{}",
-        r#"{"extras":"#.repeat(100_000),
-        "}".repeat(100_000)
-    );
+    let deep = format!("{}0{}", r#"{"extras":"#.repeat(90_000), "}".repeat(90_000));
     assert!(error(deep).contains("asset: missing"));
+    for key in ["nodes", "materials"] {
+        let empty = vec!["{}"; 100_000].join(",");
+        let json = format!(r#"{{"asset": {{"version": "2.0"}}, "{key}": [{empty}]}}"#);
+        assert!(error(json).contains("the JSON: 70001400 bytes to decode"));
+    }
     let long = (0..100_000)
         .map(|i| format!(r#"{{"children": [{}]}}"#, i + 1))
         .collect::<Vec<_>>()

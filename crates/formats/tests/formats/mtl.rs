@@ -8,6 +8,10 @@ use crate::common::{folder, message, rgb};
 
 /// A triangle with a material of this file, in a new folder with a texture.
 fn model(mtl: &str) -> Result<Model, String> {
+    within(&Budget::default(), mtl)
+}
+
+fn within(budget: &Budget, mtl: &str) -> Result<Model, String> {
     let folder = folder();
     let path = folder.join("a.obj");
     fs::write(
@@ -34,7 +38,7 @@ fn model(mtl: &str) -> Result<Model, String> {
     fs::write(folder.join("clear.png"), clear.unwrap()).unwrap();
     let grey = raycam_formats::png::encode([1, 1], 1, raycam_formats::png::Samples::U8(&[9]));
     fs::write(folder.join("grey.png"), grey.unwrap()).unwrap();
-    read_model(&path, &Budget::default()).map_err(|error| message(error, &path))
+    read_model(&path, budget).map_err(|error| message(error, &path))
 }
 
 fn notices(mtl: &str) -> String {
@@ -211,9 +215,15 @@ fn opacity_has_an_image_of_its_own() {
     ] {
         assert_eq!(cut_out(maps), grey, "{maps}");
     }
+    // An image that is both has its own alpha.
+    let both = Texels::Srgb8(vec![[255, 0, 0, 255], [0, 255, 0, 255]]);
+    assert_eq!(cut_out("map_Kd wood.png\nmap_d wood.png"), both);
     // Its alpha, where it has any; without colours they are white.
     let white = [[255, 255, 255, 255], [255, 255, 255, 51]];
     assert_eq!(cut_out("map_d clear.png"), Texels::Srgb8(white.into()));
+    // How light colours are: Rec. 709's shares of red and green.
+    let shares = [[255, 255, 255, 54], [255, 255, 255, 182]];
+    assert_eq!(cut_out("map_d wood.png"), Texels::Srgb8(shares.into()));
     // A colour of one texel under an opacity of two.
     let nine = (65535.0 * linear_from_srgb(9.0 / 255.0)).round() as u16;
     let spread = [[nine, nine, nine, 65535], [nine, nine, nine, 13107]];
@@ -223,6 +233,23 @@ fn opacity_has_an_image_of_its_own() {
     let model = model("newmtl m 1\nmap_Kd wood.png\nmap_d no.png\n").unwrap();
     assert_eq!(rgb(&model.textures[0]), [[255, 0, 0], [0, 255, 0]]);
     assert!(model.notices[0].contains("no.png: No such file"));
+}
+
+#[test]
+fn images_that_are_made_are_paid_for() {
+    for (maps, needed) in [
+        ("map_Kd wood.png\nmap_d clear.png", 6),
+        ("bump grey.png", 2),
+    ] {
+        for (pixels, fits) in [(needed, true), (needed - 1, false)] {
+            let budget = Budget {
+                pixels,
+                ..Budget::default()
+            };
+            let read = within(&budget, &format!("newmtl m 1\n{maps}\n"));
+            assert_eq!(read.is_ok(), fits, "{maps}: {pixels}");
+        }
+    }
 }
 
 #[test]
@@ -241,6 +268,10 @@ fn what_is_not_applied_is_said() {
     assert!(
         text.contains("mtl:8: map_d is not used: it is laid on otherwise than map_Kd"),
         "{text}"
+    );
+    assert!(
+        notices("newmtl m 1\nmap_Kd wood.png\nmap_d -clamp on grey.png\n")
+            .contains(":3: map_d is not used")
     );
     assert!(notices("newmtl m 1\nNs -1.96\n").contains(":2: Ns is -1.96, taken as 0"));
     assert!(
