@@ -84,14 +84,27 @@ impl Walk<'_> {
         } else {
             self.split(path, &prepared.material);
             let skin = Skin::of(self.world, path.media, hit, place.front, path.channel);
-            let surface = Surface::new(
-                self.world,
-                place,
-                path.direction,
-                hit,
-                path.channel,
-                skin.around,
-            );
+            let (direction, channel) = (path.direction, path.channel);
+            let smooth = prepared.smooth(self.world, hit, place, direction, channel, skin.around);
+            if let Some((scatter, frame)) = smooth {
+                let surface = Surface {
+                    place,
+                    frame,
+                    scatter,
+                };
+                self.meet(
+                    path,
+                    hit,
+                    &prepared.material,
+                    &surface,
+                    skin,
+                    &meeting,
+                    wave,
+                    radiance,
+                );
+                return;
+            }
+            let surface = Surface::new(self.world, place, direction, hit, channel, skin.around);
             self.meet(
                 path,
                 hit,

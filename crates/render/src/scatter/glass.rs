@@ -20,6 +20,20 @@ pub(super) fn eta(glass: &Glass, front: bool, channel: Option<usize>, around: f3
     }
 }
 
+/// What its interface reflects, or a whole pane.
+pub(super) fn fresnel(glass: &Glass, eta: f32) -> Fresnel {
+    if glass.thin {
+        Fresnel::Pane(eta)
+    } else {
+        Fresnel::Dielectric(eta)
+    }
+}
+
+/// The index of the other side relative to the viewer's.
+pub(super) fn beyond(glass: &Glass, eta: f32) -> f32 {
+    if glass.thin { 1.0 } else { eta }
+}
+
 /// Glass whose base colour tints what passes its surface.
 pub(super) fn glass<'a>(
     glass: &Glass,
@@ -28,11 +42,7 @@ pub(super) fn glass<'a>(
     interface: Option<&'a Interface>,
     frame: &Frame,
 ) -> Layered<'a> {
-    let fresnel = if glass.thin {
-        Fresnel::Pane(eta)
-    } else {
-        Fresnel::Dielectric(eta)
-    };
+    let fresnel = fresnel(glass, eta);
     let layers = Layers {
         fresnel,
         over: fresnel,
@@ -40,7 +50,7 @@ pub(super) fn glass<'a>(
         diffuse: Vec3::ZERO,
         through: Vec3::ZERO,
         transmission: base,
-        eta: if glass.thin { 1.0 } else { eta },
+        eta: beyond(glass, eta),
         interface,
         coat: None,
         sheen: None,

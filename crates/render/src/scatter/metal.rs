@@ -8,13 +8,18 @@ use super::fresnel::Fresnel;
 use super::ggx::Ggx;
 use super::layered::{Layered, Layers};
 
-/// A metal whose reflection is multiplied by a base colour.
-pub(super) fn metal(metal: &Metal, base: Vec3, frame: &Frame) -> Layered<'static> {
-    let fresnel = Fresnel::Conductor {
+/// What it reflects, multiplied by a base colour.
+pub(super) fn fresnel(metal: &Metal, base: Vec3) -> Fresnel {
+    Fresnel::Conductor {
         ior: metal.ior.into(),
         extinction: metal.extinction.into(),
         tint: base,
-    };
+    }
+}
+
+/// A metal whose reflection is multiplied by a base colour.
+pub(super) fn metal(metal: &Metal, base: Vec3, frame: &Frame) -> Layered<'static> {
+    let fresnel = fresnel(metal, base);
     let layers = Layers {
         fresnel,
         over: fresnel,

@@ -20,6 +20,7 @@ mod metal;
 mod phong;
 mod principled;
 mod sheen;
+mod smooth;
 
 use glam::Vec3;
 use raycam_bvh::Hit;
