@@ -229,6 +229,17 @@ fn opacity_has_an_image_of_its_own() {
     let spread = [[nine, nine, nine, 65535], [nine, nine, nine, 13107]];
     let found = cut_out("map_Kd grey.png\nmap_d clear.png");
     assert_eq!(found, Texels::Linear16(spread.into()));
+    // Laid on as both say, and not in the place of the same colours without it.
+    let clamped =
+        model("newmtl m 1\nmap_Kd -clamp on wood.png\nmap_d -clamp on grey.png\n").unwrap();
+    assert_eq!(clamped.textures[0].sampler.wrap, [Wrap::Clamp; 2]);
+    let glowing = model("newmtl m 1\nmap_Kd wood.png\nmap_d grey.png\nmap_Ke wood.png\n").unwrap();
+    let glow = glowing.materials[0].emission.texture.unwrap();
+    let glow = &glowing.textures[glow.texture].image.texels;
+    assert_eq!(
+        glow,
+        &Texels::Srgb8(vec![[255, 0, 0, 255], [0, 255, 0, 255]])
+    );
     // One that is not there leaves the colours as they are.
     let model = model("newmtl m 1\nmap_Kd wood.png\nmap_d no.png\n").unwrap();
     assert_eq!(rgb(&model.textures[0]), [[255, 0, 0], [0, 255, 0]]);
