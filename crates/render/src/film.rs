@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::channel::{Channel, Kind};
 use crate::error::RenderError;
 use crate::frame::Plane;
-use crate::tile::{TILE, Tile};
+use crate::tile::{BLOCK, TILE, Tile};
 
 /// The most memory that the planes of a frame may take.
 pub const MAX_FRAME_BYTES: u64 = 8 << 30;
@@ -125,16 +125,15 @@ impl<'a> Target<'a> {
     }
 }
 
-/// Runs, of eight pixels most often, that are written at a time: what is known of them fits the nearest cache, and whole lines
-/// of it are written.
-const RUNS: usize = 32;
-
 /// Pixels in a row: where they lie in a strip, and which of the tile's they are.
 pub(crate) struct Run {
     to: usize,
     from: usize,
     length: usize,
 }
+
+/// Runs that are written at a time: what is known of them fits the nearest cache.
+const RUNS: usize = 32;
 
 /// The rows of one plane that a row of tiles covers.
 pub(crate) enum Strip<'a> {
@@ -286,18 +285,31 @@ impl<'a> Film<'a> {
         mut write: impl FnMut(Channel, &mut Strip, &[Run]),
     ) {
         let (first, mut strips) = self.band(tile);
-        let mut runs: Vec<Run> = vec![];
-        // A row of a block at a time, most often.
-        for (from, &pixel) in pixels.iter().enumerate() {
-            let to = self.place(first, pixel);
-            match runs.last_mut() {
-                Some(run) if run.to + run.length == to => run.length += 1,
-                _ => runs.push(Run {
-                    to,
-                    from,
-                    length: 1,
-                }),
+        let mut runs: Vec<Run> = Vec::with_capacity((TILE * TILE / BLOCK) as usize);
+        if pixels.len() == (TILE * TILE) as usize {
+            // Blocks beside each other are written row by row: whole lines of the cache.
+            for row in 0..TILE {
+                let to = self.place(first, [tile.x, tile.y + row]);
+                let block = (row / BLOCK * TILE + row % BLOCK) * BLOCK;
+                runs.extend((0..TILE / BLOCK).map(|i| Run {
+                    to: to + (i * BLOCK) as usize,
+                    from: (block + i * BLOCK * BLOCK) as usize,
+                    length: BLOCK as usize,
+                }));
             }
+        } else {
+            for (from, &pixel) in pixels.iter().enumerate() {
+                let to = self.place(first, pixel);
+                match runs.last_mut() {
+                    Some(run) if run.to + run.length == to => run.length += 1,
+                    _ => runs.push(Run {
+                        to,
+                        from,
+                        length: 1,
+                    }),
+                }
+            }
+            runs.sort_unstable_by_key(|run| run.to);
         }
         // Some pixels of all channels before others, so that what is known of them is looked up in the nearest cache.
         for some in runs.chunks(RUNS) {

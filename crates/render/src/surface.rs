@@ -163,7 +163,7 @@ impl PreparedWorld {
         weights: [f64; 2],
     ) -> Option<[f32; 2]> {
         let corners = self.uv_corners(instance, triangle, set)?;
-        Some(Self::uv_within(corners, weights))
+        Some(Self::uv_within(&corners, weights))
     }
 
     /// Those of the triangle's corners.
@@ -181,7 +181,7 @@ impl PreparedWorld {
 
     /// Those between the corners, at the weights of the second and the third.
     #[inline]
-    pub(crate) fn uv_within([a, b, c]: [[f64; 2]; 3], [u, v]: [f64; 2]) -> [f32; 2] {
+    pub(crate) fn uv_within([a, b, c]: &[[f64; 2]; 3], [u, v]: [f64; 2]) -> [f32; 2] {
         [0, 1].map(|axis| (a[axis] + (b[axis] - a[axis]) * u + (c[axis] - a[axis]) * v) as f32)
     }
 }

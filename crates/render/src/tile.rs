@@ -22,12 +22,14 @@ impl Tile {
         Self::of_size(region, TILE)
     }
 
-    /// The same, but smaller ones where there would be few for each of so many threads. Each lies in one row of the large.
+    /// The same, but smaller ones where there would be few for each of so many threads. Each lies in one row of the large,
+    /// and the next one in another: two threads at a time do not write to one row.
     pub fn for_threads(region: [u32; 4], threads: usize) -> Vec<Tile> {
         let mut size = TILE;
         loop {
-            let tiles = Self::of_size(region, size);
+            let mut tiles = Self::of_size(region, size);
             if size == BLOCK || tiles.len() >= EACH * threads {
+                tiles.sort_by_key(|tile| ((tile.y - region[1]) % TILE, tile.x, tile.y));
                 return tiles;
             }
             size /= 2;
@@ -96,6 +98,11 @@ mod tests {
             let largest = tiles.iter().map(|tile| tile.width.max(tile.height)).max();
             assert!(tiles.len() >= EACH * threads || largest == Some(BLOCK));
             let mut pixels = vec![];
+            let band = |tile: &Tile| (tile.y - region[1]) / TILE;
+            let beside = tiles
+                .windows(2)
+                .filter(|two| band(&two[0]) == band(&two[1]));
+            assert!(2 * beside.count() <= tiles.len() || region[3] <= TILE);
             for tile in &tiles {
                 let row = |y: u32| (y - region[1]) / TILE;
                 assert_eq!(row(tile.y), row(tile.y + tile.height - 1));

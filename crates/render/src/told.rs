@@ -21,32 +21,33 @@ pub(crate) struct Told<'a> {
     turned: &'a [DMat3],
 }
 
-/// What was last found of a triangle: neighbours mostly meet the same one.
-pub(crate) struct Last<T> {
-    of: (u32, u32),
-    found: Option<T>,
+/// What was found of triangles not long ago: neighbours mostly meet the same ones.
+pub(crate) struct Found<T> {
+    of: [(u32, u32); KEPT],
+    found: [T; KEPT],
 }
 
-impl<T: Copy> Last<T> {
-    pub const NONE: Self = Self {
-        of: (NOTHING, NOTHING),
-        found: None,
-    };
+/// A power of two: about the triangles of a few rows.
+const KEPT: usize = 16;
 
-    #[inline]
-    fn find(&mut self, hit: &ExactHit, find: impl FnOnce() -> T) -> T {
-        let of = (hit.instance, hit.triangle);
-        match self.found {
-            Some(found) if self.of == of => found,
-            _ => {
-                let found = find();
-                *self = Self {
-                    of,
-                    found: Some(found),
-                };
-                found
-            }
+impl<T: Copy> Found<T> {
+    pub fn new(nothing: T) -> Self {
+        Self {
+            of: [(NOTHING, NOTHING); KEPT],
+            found: [nothing; KEPT],
         }
+    }
+
+    /// What is known of the triangle of a hit.
+    #[inline]
+    pub fn of(&mut self, hit: &ExactHit, find: impl FnOnce() -> T) -> &mut T {
+        let of = (hit.instance, hit.triangle);
+        let at = (hit.instance.wrapping_mul(7) ^ hit.triangle) as usize % KEPT;
+        if self.of[at] != of {
+            self.of[at] = of;
+            self.found[at] = find();
+        }
+        &mut self.found[at]
     }
 }
 
@@ -144,13 +145,15 @@ impl<'a> Told<'a> {
     }
 
     #[inline]
-    pub fn uv(&self, i: usize, last: &mut Last<Option<[[f64; 2]; 3]>>) -> [f32; 2] {
+    pub fn uv(&self, i: usize, corners: &mut Found<Option<[[f64; 2]; 3]>>) -> [f32; 2] {
         let Some(hit) = self.met(i) else {
             return [f32::NAN; 2];
         };
-        let corners = || self.world(i).uv_corners(hit.instance, hit.triangle, 0);
-        let at = |corners| PreparedWorld::uv_within(corners, [hit.u, hit.v]);
-        last.find(hit, corners).map_or([f32::NAN; 2], at)
+        let find = || self.world(i).uv_corners(hit.instance, hit.triangle, 0);
+        let corners = corners.of(hit, find).as_ref();
+        corners.map_or([f32::NAN; 2], |corners| {
+            PreparedWorld::uv_within(corners, [hit.u, hit.v])
+        })
     }
 
     #[inline]
@@ -161,14 +164,10 @@ impl<'a> Told<'a> {
     }
 
     #[inline]
-    pub fn material(&self, i: usize, last: &mut Last<i32>) -> i32 {
-        let Some(hit) = self.met(i) else {
-            return -1;
-        };
-        last.find(hit, || {
-            let index = self.world(i).material_index(hit.instance, hit.triangle);
-            i32::try_from(index).unwrap_or(-1)
-        })
+    pub fn material(&self, i: usize) -> i32 {
+        let index = |hit: &ExactHit| self.world(i).material_index(hit.instance, hit.triangle);
+        let index = self.met(i).map(index);
+        index.map_or(-1, |index| i32::try_from(index).unwrap_or(-1))
     }
 }
 

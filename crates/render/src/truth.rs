@@ -10,6 +10,7 @@ use crate::channel::Channel;
 use crate::prepare::PreparedWorld;
 use crate::settings::Settings;
 use crate::surface::{facing, unit, unit_normal};
+use crate::told::Found;
 
 /// The normals of a surface in the world, on the side that is seen; 0 for the background.
 #[derive(Clone, Copy, Debug)]
@@ -35,10 +36,9 @@ impl Normals {
     }
 }
 
-/// The triangle that was told of last: neighbours mostly meet the same one, on the same side.
+/// A triangle, as it was seen last.
+#[derive(Clone, Copy)]
 struct Facet {
-    instance: u32,
-    triangle: u32,
     /// Its normal on the side from which its corners run counter-clockwise, and on the side that was seen.
     unit: DVec3,
     seen: DVec3,
@@ -47,14 +47,19 @@ struct Facet {
 }
 
 impl Facet {
-    /// Nobody has asked for one yet.
     const NONE: Self = Self {
-        instance: NOTHING,
-        triangle: NOTHING,
         unit: DVec3::ZERO,
         seen: DVec3::NAN,
         corners: None,
     };
+
+    fn new(world: &PreparedWorld, hit: &ExactHit) -> Self {
+        let corners = || world.corners(hit.instance, hit.triangle);
+        Self {
+            unit: unit(hit.normal.into()).unwrap_or_else(|| unit_normal(corners())),
+            ..Self::NONE
+        }
+    }
 
     /// The normals of a hit, the smooth one where asked for.
     fn normals(
@@ -69,21 +74,8 @@ impl Facet {
             triangle,
             u,
             v,
-            normal,
             ..
         } = *hit;
-        if instance == NOTHING {
-            return Normals::NONE;
-        }
-        if (instance, triangle) != (self.instance, self.triangle) {
-            *self = Self {
-                instance,
-                triangle,
-                unit: unit(normal.into())
-                    .unwrap_or_else(|| unit_normal(world.corners(instance, triangle))),
-                ..Self::NONE
-            };
-        }
         let geometric = facing(self.unit, ray.direction.into());
         if !smooth {
             return Normals {
@@ -134,7 +126,7 @@ impl Exact {
         self.behind.clear();
         self.normals.clear();
         let smooth = Normals::asked(&settings.channels);
-        let mut facet = Facet::NONE;
+        let mut facets = Found::new(Facet::NONE);
         let batches = self.rays.chunks(BATCH).zip(self.hits.chunks_mut(BATCH));
         for (rays, hits) in batches {
             world.closest_exact(rays, hits);
@@ -147,8 +139,13 @@ impl Exact {
             }
             if let Some(smooth) = smooth {
                 let told = rays.iter().zip(told);
-                self.normals
-                    .extend(told.map(|(ray, hit)| facet.normals(world, ray, hit, smooth)));
+                self.normals.extend(told.map(|(ray, hit)| {
+                    if hit.instance == NOTHING {
+                        return Normals::NONE;
+                    }
+                    let facet = facets.of(hit, || Facet::new(world, hit));
+                    facet.normals(world, ray, hit, smooth)
+                }));
             }
         }
         self.count_from(camera.start());

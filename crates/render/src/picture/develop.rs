@@ -7,7 +7,7 @@ use crate::frame::Plane;
 use crate::integrator;
 use crate::settings::Settings;
 use crate::tile::Tile;
-use crate::told::{Last, Told};
+use crate::told::{Found, Told};
 use crate::truth::Exact;
 
 impl Picture<'_> {
@@ -24,7 +24,7 @@ impl Picture<'_> {
         if let Some((_, background)) = &self.cover {
             film.fill(tile, &buffers.blank, background);
         }
-        let (mut corners, mut materials) = (Last::NONE, Last::NONE);
+        let mut corners = Found::new(None);
         use Channel as C;
         film.write(tile, &buffers.pixels, |channel, strip, at| match channel {
             C::Color => strip.put(at, |i| estimate.color(i).to_array()),
@@ -41,7 +41,7 @@ impl Picture<'_> {
             C::Triangle => strip.put(at, |i| [told.triangle(i)]),
             C::Barycentric => strip.put(at, |i| told.barycentric(i)),
             C::Uv => strip.put(at, |i| told.uv(i, &mut corners)),
-            C::Material => strip.put(at, |i| [told.material(i, &mut materials)]),
+            C::Material => strip.put(at, |i| [told.material(i)]),
             C::Coverage => strip.put(at, |i| [estimate.coverage(i)]),
             C::Alpha => strip.put(at, |i| [estimate.alpha(i)]),
             C::Error => strip.put(at, |i| [estimate.error(i)]),
