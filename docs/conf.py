@@ -15,7 +15,7 @@ project = "raycam"
 version = release = raycam.__version__
 copyright = "The raycam contributors"
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
-exclude_patterns = ["_build", "_generated", "meshes"]
+exclude_patterns = ["_build", "_generated", "images", "meshes"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
 default_role = "code"  # docstrings write `name` as Markdown does

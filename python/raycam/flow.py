@@ -33,13 +33,13 @@ def flow(
     its triangle and its place on it: rigid and deforming meshes are followed alike, by arithmetic in float64.
     Returns arrays of the size of `camera`:
 
-    ========== ================ ========================================================================== ==========
+    ========== ================= ========================================================================== ==========
     flow       float32 [h, w, 2] pixels right and down, from the pixel's centre to the point's new image    NaN
     scene_flow float32 [h, w, 3] how far the point moves in the world, metres                               NaN
-    depth      float32 [h, w]    its z along the principal axis of `camera2`, metres                        NaN
-    occluded   bool [h, w]       it is inside of the second picture, but something hides it there           False
-    outside    bool [h, w]       it is not inside of the second picture                                     False
-    ========== ================ ========================================================================== ==========
+    depth      float32 [h, w]     its z along the principal axis of `camera2`, metres                        NaN
+    occluded   bool [h, w]        it is inside of the second picture, but something hides it there           False
+    outside    bool [h, w]        it is not inside of the second picture                                     False
+    ========== ================= ========================================================================== ==========
 
     The last column is the background's. `flow` is NaN too where `camera2` has no image of the point: behind it, or
     beyond its lens. A point counts as hidden where the second camera's own ray to it meets something nearer by more
