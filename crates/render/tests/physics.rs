@@ -16,6 +16,8 @@
 //! | Lambert: value; weight of a sample | `form_factors_of_squares`; `path::a_white_furnace_stays_white` |
 //! | opacity; survival in roulette | `path::opacity_hides_its_share`; `path::a_closed_sphere_...` |
 //! | layers, the lecture's lobe: density | `scatter::tests::density`: the integral is 1.01 |
+//! | GGX: lambda, masking, its density, height and turn of its samples | `scatter::tests::density` |
+//! | GGX: masking of both directions; stretch of its samples | `furnace::a_white_furnace_...`; `the_page_says_...` |
 //! | layers: value times 1 + 0.01 cos(light) | `reciprocity::light_may_go_both_ways` |
 //! | mirror and refraction of smooth glass | `matter_that_absorbs_nothing_vanishes_in_a_white_sky` |
 //! | metal: Fresnel; absorption of glass | `a_smooth_metal_mirrors_...`, `glass_absorbs_as_beer_says` |
