@@ -23,6 +23,7 @@ pub mod flow;
 mod frame;
 mod integrator;
 pub mod keypoints;
+mod lanes;
 mod light;
 mod merge;
 mod moments;

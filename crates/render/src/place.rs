@@ -3,13 +3,11 @@
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, Loops, Ray};
 
+use crate::lanes::{Three, get, set, vector};
 use crate::prepare::{PreparedWorld, Rounding};
 use crate::scatter::Frame;
 use crate::surface::{is_far_from_ends, unit_normal};
 use crate::texture::Footprint;
-
-/// How many are found at once.
-pub(crate) const LANES: usize = 16;
 
 /// Where a ray meets a triangle, on the side that is seen.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,7 +31,7 @@ impl Place {
     /// Where a ray in this direction meets its hit; `width` is how wide its cone is there.
     pub fn new(world: &PreparedWorld, direction: Vec3, hit: &Hit, width: f32) -> Self {
         let corners = world.corners(hit.instance, hit.triangle);
-        let mut met = Met::<1>::default();
+        let mut met = Places::<1>::default();
         met.put(0, world, corners, direction, hit, width);
         met.run();
         met.place(0)
@@ -63,29 +61,9 @@ impl Place {
     }
 }
 
-/// Three coordinates of every lane.
-pub(crate) type Three<T, const N: usize> = [[T; N]; 3];
-
-#[inline(always)]
-pub(crate) fn set<T, const N: usize>(lanes: &mut Three<T, N>, lane: usize, [x, y, z]: [T; 3]) {
-    lanes[0][lane] = x;
-    lanes[1][lane] = y;
-    lanes[2][lane] = z;
-}
-
-#[inline(always)]
-pub(crate) fn get<T: Copy, const N: usize>(lanes: &Three<T, N>, lane: usize) -> [T; 3] {
-    [lanes[0][lane], lanes[1][lane], lanes[2][lane]]
-}
-
-#[inline(always)]
-fn vector<const N: usize>(lanes: &Three<f64, N>, lane: usize) -> DVec3 {
-    DVec3::from(get(lanes, lane))
-}
-
 /// Rays, the triangles that they meet, and where. Each lane is computed as it would be alone.
 #[derive(Debug)]
-pub(crate) struct Met<const N: usize> {
+pub(crate) struct Places<const N: usize> {
     /// Scene-local.
     corners: [Three<f64, N>; 3],
     /// At the corners, in the world and of any length, where the mesh has normals.
@@ -111,7 +89,7 @@ pub(crate) struct Met<const N: usize> {
     below: Three<f32, N>,
 }
 
-impl<const N: usize> Default for Met<N> {
+impl<const N: usize> Default for Places<N> {
     fn default() -> Self {
         Self {
             corners: [[[0.0; N]; 3]; 3],
@@ -134,7 +112,7 @@ impl<const N: usize> Default for Met<N> {
     }
 }
 
-impl<const N: usize> Met<N> {
+impl<const N: usize> Places<N> {
     /// Forgets the triangles; what lanes hold that are not put again does not matter.
     #[inline]
     pub fn clear(&mut self) {
@@ -284,7 +262,7 @@ impl<const N: usize> Met<N> {
     }
 }
 
-impl<const N: usize> Loops for &mut Met<N> {
+impl<const N: usize> Loops for &mut Places<N> {
     #[inline(always)]
     fn run(self) {
         self.face();
@@ -313,6 +291,7 @@ mod tests {
 
     use super::*;
     use crate::control::Control;
+    use crate::lanes::LANES;
 
     /// A floor, a smooth ball, the same mirrored and stretched, and a triangle without area.
     fn world() -> PreparedWorld {
@@ -361,7 +340,7 @@ mod tests {
                 (direction.normalize(), hit)
             })
             .collect();
-        let mut met = Met::<LANES>::default();
+        let mut met = Places::<LANES>::default();
         let mut smooth = 0;
         for some in hits.chunks(LANES) {
             met.clear();

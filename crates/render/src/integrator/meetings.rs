@@ -5,8 +5,10 @@ use raycam_bvh::{Hit, vectorized};
 
 use super::path::Path;
 use super::walk::Walk;
-use crate::light::{Lamp, LampLanes, LightSample, Source};
-use crate::place::{LANES, Met, Place, Three, get};
+use crate::lanes::{LANES, Three, get};
+use crate::light::{AreaSamples, LightSample, SampleArea, Source};
+use crate::place::{Place, Places};
+use crate::prepare::PreparedMaterial;
 use crate::sampler::{Pair, Sampler};
 use crate::scatter::Directions;
 
@@ -16,13 +18,15 @@ pub(super) struct Meetings {
     corners: Vec<[DVec3; 3]>,
     scatter: Vec<[f32; 2]>,
     light: Vec<[f32; 2]>,
-    met: Met<LANES>,
+    places: Places<LANES>,
     matte: Three<f32, LANES>,
-    lamp: LampLanes<LANES>,
+    on_area: AreaSamples<LANES>,
 }
 
 /// One path's.
-pub(super) struct Meeting {
+pub(super) struct Meeting<'a> {
+    pub hit: &'a Hit,
+    pub material: &'a PreparedMaterial,
     pub place: Place,
     /// Where the surface scatters to, if it is matte.
     pub matte: Vec3,
@@ -31,12 +35,12 @@ pub(super) struct Meeting {
     /// Where on the first light.
     pub light: [f32; 2],
     /// The sample of an area light that is the only one.
-    pub lamp: Option<LightSample>,
+    pub on_area: Option<LightSample>,
 }
 
 impl Meetings {
     /// Begins a turn. Step by step over all of them: triangles come from all over the memory, and many are fetched at once.
-    pub fn find(&mut self, walk: &Walk, paths: &mut [Path], hits: &[Hit]) {
+    pub fn find(&mut self, walk: &Walk, paths: &[Path], hits: &[Hit]) {
         let world = walk.world;
         let which = || paths.iter().map(|path| path.ray);
         let pair = Pair::Scatter(walk.turn);
@@ -61,43 +65,45 @@ impl Meetings {
         let first = number * LANES;
         let mut random = [[0.0; LANES]; 2];
         let mut on_light = [[0.0; LANES]; 2];
-        self.met.clear();
+        self.places.clear();
         for (lane, (path, hit)) in paths.iter_mut().zip(hits).enumerate() {
             let index = first + lane;
             path.cone = path.cone.after(hit.t);
             let (corners, width) = (self.corners[index], path.cone.width);
-            self.met
+            self.places
                 .put(lane, walk.world, corners, path.direction, hit, width);
             [random[0][lane], random[1][lane]] = self.scatter[index];
             [on_light[0][lane], on_light[1][lane]] = self.light[index];
         }
-        vectorized(&mut self.met);
+        vectorized(&mut self.places);
         vectorized(Directions {
-            normals: self.met.normals(),
+            normals: self.places.normals(),
             random: &random,
             out: &mut self.matte,
         });
         if let Some(Source::Area(area)) = walk.only {
-            vectorized(Lamp {
+            vectorized(SampleArea {
                 area,
-                points: self.met.positions(),
+                points: self.places.positions(),
                 random: &on_light,
-                out: &mut self.lamp,
+                out: &mut self.on_area,
             });
         }
     }
 
-    /// One of the chunk at hand.
+    /// One of the chunk at hand, by its hit.
     #[inline]
-    pub fn at(&self, walk: &Walk, number: usize, lane: usize) -> Meeting {
+    pub fn at<'a>(&self, walk: &Walk<'a>, number: usize, lane: usize, hit: &'a Hit) -> Meeting<'a> {
         let index = number * LANES + lane;
         Meeting {
-            place: self.met.place(lane),
+            hit,
+            material: walk.world.material(hit),
+            place: self.places.place(lane),
             matte: get(&self.matte, lane).into(),
             scatter: self.scatter[index],
             light: self.light[index],
-            lamp: match walk.only {
-                Some(Source::Area(area)) => self.lamp.at(area, lane),
+            on_area: match walk.only {
+                Some(Source::Area(area)) => self.on_area.at(area, lane),
                 _ => None,
             },
         }

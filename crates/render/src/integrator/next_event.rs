@@ -70,7 +70,7 @@ impl Walk<'_> {
                 for (index, shadows) in wave.shadows.iter_mut().take(count).enumerate() {
                     let [x, y] = random(index);
                     let sample = match self.only {
-                        Some(Source::Area(_)) => meeting.lamp,
+                        Some(Source::Area(_)) => meeting.on_area,
                         Some(light) => light.sample(&from, [x, y]),
                         None => {
                             let which = [(choice + index as f32) / count as f32, x, y];

@@ -14,8 +14,8 @@ use super::walk::Walk;
 use super::{Batch, Rules, is_miss};
 use crate::control::Control;
 use crate::error::RenderError;
+use crate::lanes::LANES;
 use crate::light::{Choice, Lights, Reference};
-use crate::place::LANES;
 use crate::prepare::{PreparedMaterial, PreparedWorld};
 use crate::scatter::inside;
 use crate::texture::Cone;
@@ -122,13 +122,13 @@ pub(super) fn radiance(
         }
         paths.truncate(met);
         hits.truncate(met);
-        meetings.find(&walk, &mut paths, &hits);
+        meetings.find(&walk, &paths, &hits);
         let met = paths.chunks_mut(LANES).zip(hits.chunks(LANES));
         for (number, (paths, hits)) in met.enumerate() {
             meetings.locate(&walk, number, paths, hits);
             for (lane, (path, hit)) in paths.iter_mut().zip(hits).enumerate() {
-                let meeting = meetings.at(&walk, number, lane);
-                walk.step(path, hit, meeting, &mut wave, radiance);
+                let meeting = meetings.at(&walk, number, lane, hit);
+                walk.step(path, &meeting, &mut wave, radiance);
             }
         }
         let coherence = if walk.turn == 0 {

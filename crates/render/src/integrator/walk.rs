@@ -9,7 +9,7 @@ use super::media::Skin;
 use super::meetings::Meeting;
 use super::path::{Path, Wave};
 use crate::light::{BEFORE_LIGHT, Choice, Lights, Source};
-use crate::prepare::PreparedWorld;
+use crate::prepare::{PreparedMaterial, PreparedWorld};
 use crate::sampler::{Pair, Sampler};
 use crate::scatter::{Matte, Scattering, is_dispersive};
 use crate::surface::Surface;
@@ -51,18 +51,15 @@ impl Walk<'_> {
 
     /// What one path does at what it met.
     #[inline]
-    pub fn step(
-        &self,
-        path: &mut Path,
-        hit: &Hit,
-        meeting: Meeting,
-        wave: &mut Wave,
-        radiance: &mut [Vec3],
-    ) {
-        let place = &meeting.place;
-        let prepared = self.world.material(hit);
+    pub fn step(&self, path: &mut Path, meeting: &Meeting, wave: &mut Wave, radiance: &mut [Vec3]) {
+        let Meeting {
+            hit,
+            material,
+            ref place,
+            ..
+        } = *meeting;
         // What all paths do at most surfaces is compiled by itself, without the layers of others.
-        if let Some(albedo) = prepared.matte(self.world, hit, &place.footprint) {
+        if let Some(albedo) = material.matte(self.world, hit, &place.footprint) {
             let surface = Surface {
                 place,
                 frame: place.frame(path.direction),
@@ -71,51 +68,23 @@ impl Walk<'_> {
                     direction: meeting.matte,
                 },
             };
-            self.meet(
-                path,
-                hit,
-                &prepared.material,
-                &surface,
-                Skin::none(path.media),
-                &meeting,
-                wave,
-                radiance,
-            );
-        } else {
-            self.split(path, &prepared.material);
-            let skin = Skin::of(self.world, path.media, hit, place.front, path.channel);
-            let (direction, channel) = (path.direction, path.channel);
-            let smooth = prepared.smooth(self.world, hit, place, direction, channel, skin.around);
-            if let Some((scatter, frame)) = smooth {
-                let surface = Surface {
-                    place,
-                    frame,
-                    scatter,
-                };
-                self.meet(
-                    path,
-                    hit,
-                    &prepared.material,
-                    &surface,
-                    skin,
-                    &meeting,
-                    wave,
-                    radiance,
-                );
-                return;
-            }
-            let surface = Surface::new(self.world, place, direction, hit, channel, skin.around);
-            self.meet(
-                path,
-                hit,
-                &prepared.material,
-                &surface,
-                skin,
-                &meeting,
-                wave,
-                radiance,
-            );
+            let skin = Skin::none(path.media);
+            return self.meet(path, &surface, skin, meeting, wave, radiance);
         }
+        self.split(path, &material.material);
+        let skin = Skin::of(self.world, path.media, hit, place.front, path.channel);
+        let (direction, channel) = (path.direction, path.channel);
+        let smooth = material.smooth(self.world, hit, place, direction, channel, skin.around);
+        if let Some((scatter, frame)) = smooth {
+            let surface = Surface {
+                place,
+                frame,
+                scatter,
+            };
+            return self.meet(path, &surface, skin, meeting, wave, radiance);
+        }
+        let surface = Surface::new(self.world, place, direction, hit, channel, skin.around);
+        self.meet(path, &surface, skin, meeting, wave, radiance);
     }
 
     /// Chooses the colour that a path carries from its first surface with dispersion.
@@ -129,19 +98,21 @@ impl Walk<'_> {
     }
 
     #[inline]
-    #[expect(clippy::too_many_arguments, reason = "what is known of one surface")]
     fn meet<S: Scattering>(
         &self,
         path: &mut Path,
-        hit: &Hit,
-        material: &Material,
         surface: &Surface<S>,
         skin: Skin,
         meeting: &Meeting,
         wave: &mut Wave,
         radiance: &mut [Vec3],
     ) {
-        let place = &meeting.place;
+        let Meeting {
+            hit,
+            material: PreparedMaterial { material, .. },
+            ref place,
+            ..
+        } = *meeting;
         let out = &mut radiance[path.ray];
         if self.passes(path, material, surface, hit) {
             // The same ray, from the other side.

@@ -7,7 +7,7 @@ use raycam_bvh::Loops;
 
 use super::LightSample;
 use super::bounds::Bounds;
-use crate::place::{Three, get, set};
+use crate::lanes::{Three, get, set};
 
 #[derive(Debug)]
 pub(crate) struct Area {
@@ -140,23 +140,23 @@ impl Area {
 }
 
 /// [`Area::sample`] of many points at once.
-pub(crate) struct Lamp<'a, const N: usize> {
+pub(crate) struct SampleArea<'a, const N: usize> {
     pub area: &'a Area,
     pub points: &'a Three<f64, N>,
     pub random: &'a [[f32; N]; 2],
-    pub out: &'a mut LampLanes<N>,
+    pub out: &'a mut AreaSamples<N>,
 }
 
-/// What [`Lamp`] finds.
+/// What [`SampleArea`] finds.
 #[derive(Debug)]
-pub(crate) struct LampLanes<const N: usize> {
+pub(crate) struct AreaSamples<const N: usize> {
     direction: Three<f32, N>,
     end: Three<f64, N>,
     /// 0 where there is no sample.
     pdf: [f32; N],
 }
 
-impl<const N: usize> Default for LampLanes<N> {
+impl<const N: usize> Default for AreaSamples<N> {
     fn default() -> Self {
         Self {
             direction: [[0.0; N]; 3],
@@ -166,7 +166,7 @@ impl<const N: usize> Default for LampLanes<N> {
     }
 }
 
-impl<const N: usize> LampLanes<N> {
+impl<const N: usize> AreaSamples<N> {
     /// The sample of a lane.
     #[inline(always)]
     pub fn at(&self, area: &Area, lane: usize) -> Option<LightSample> {
@@ -180,7 +180,7 @@ impl<const N: usize> LampLanes<N> {
     }
 }
 
-impl<const N: usize> Loops for Lamp<'_, N> {
+impl<const N: usize> Loops for SampleArea<'_, N> {
     #[inline(always)]
     fn run(self) {
         let Self {
@@ -190,7 +190,7 @@ impl<const N: usize> Loops for Lamp<'_, N> {
             out,
         } = self;
         // What is known to lie nowhere else can be kept in registers.
-        let (points, random, mut lanes) = (*points, *random, LampLanes::<N>::default());
+        let (points, random, mut lanes) = (*points, *random, AreaSamples::<N>::default());
         let mut far = [true; N];
         for lane in 0..N {
             let point = DVec3::from(get(&points, lane));
@@ -301,8 +301,8 @@ mod tests {
                 [0, 1, 2].map(|axis| std::array::from_fn(|lane| points(lane, axis)));
             let random = [7.0, 11.0]
                 .map(|k: f32| std::array::from_fn(|lane| (k * lane as f32 / 16.0).fract()));
-            let mut found = LampLanes::default();
-            vectorized(Lamp {
+            let mut found = AreaSamples::default();
+            vectorized(SampleArea {
                 area: &area,
                 points: &points,
                 random: &random,

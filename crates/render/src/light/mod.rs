@@ -37,7 +37,7 @@ use raycam_bvh::Hit;
 use raycam_scene::{Light, Up};
 
 use crate::prepare::PreparedWorld;
-pub(crate) use area::{Lamp, LampLanes};
+pub(crate) use area::{AreaSamples, SampleArea};
 use bounds::Bounds;
 pub(crate) use choice::Choice;
 use emissive::Emissive;

@@ -10,7 +10,7 @@ use super::{Buffers, Picture};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::estimate::SEQUENCES;
-use crate::place::{LANES, get, set};
+use crate::lanes::{LANES, get, set};
 use crate::prepare::PreparedWorld;
 use crate::sampler::{Pair, Sampler};
 use crate::settings::Settings;

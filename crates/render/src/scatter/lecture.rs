@@ -5,6 +5,7 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::frame::{Frame, cosine_density, cosine_direction};
+use super::matte::Matte;
 use super::phong::Lobe;
 use super::{ScatterSample, Scattering, Value};
 
@@ -77,14 +78,8 @@ impl Scattering for Lecture<'_> {
             return None;
         }
         if self.lobe.is_none() {
-            // Exactly: value and density differ by the albedo alone.
-            return Some(ScatterSample {
-                direction,
-                weight: self.diffuse,
-                pdf: cosine_density(frame.normal.dot(direction)),
-                delta: false,
-                squeeze: 1.0,
-            });
+            let albedo = self.diffuse;
+            return Matte { albedo, direction }.sample(frame, [choice, x, y]);
         }
         let Value { value, pdf } = self.value(frame, direction);
         (pdf > 0.0).then(|| ScatterSample {

@@ -7,7 +7,7 @@ use raycam_bvh::Loops;
 
 use super::frame::{Frame, above, cosine_density, cosine_direction};
 use super::{ScatterSample, Scattering, Value};
-use crate::place::{Three, get, set};
+use crate::lanes::{Three, get, set};
 
 /// One point of such a surface.
 #[derive(Clone, Copy, Debug)]

@@ -47,11 +47,14 @@ fn image_of(k: DMat3, pixel: DVec2) -> DVec2 {
 }
 
 impl Camera {
+    /// Whether the rays through the middle of its aperture are those of a pinhole that stands still.
+    fn is_plain(&self) -> bool {
+        self.center == Center::Point && self.lens == Lens::Pinhole && self.motion.is_none()
+    }
+
     /// The camera as a [`Pinhole`], where it is no more than that.
     pub fn pinhole(&self) -> Option<Pinhole> {
-        let plain = self.center == Center::Point && matches!(self.lens, Lens::Pinhole);
-        let still = self.motion.is_none() && self.aperture.is_none();
-        (plain && still).then(|| Pinhole {
+        (self.is_plain() && self.aperture.is_none()).then(|| Pinhole {
             k: self.k,
             world_from_camera: self.r.transpose(),
             center: self.c,
@@ -187,8 +190,7 @@ impl Camera {
     /// the time, most of all if neighbours are of one row.
     #[inline]
     pub fn rays(&self, pixels: impl Iterator<Item = DVec2>, mut take: impl FnMut((DVec3, DVec3))) {
-        let plain = self.center == Center::Point && self.lens == Lens::Pinhole;
-        if !plain || self.motion.is_some() {
+        if !self.is_plain() {
             return pixels.for_each(|pixel| take(self.ray(pixel)));
         }
         let world_from_camera = self.r.transpose();
