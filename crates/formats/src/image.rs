@@ -1,9 +1,15 @@
 //! Images in: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP and TGA, told apart by content.
 
+mod bmp;
 mod exr;
 mod hdr;
+mod jpeg;
+mod jpeg_scan;
 mod ktx2;
 mod raster;
+mod tga;
+mod webp;
+mod webp_lossless;
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -47,12 +53,12 @@ const KINDS: &[Kind] = &[
     Kind {
         magic: |b| b.starts_with(&[0xff, 0xd8, 0xff]),
         trusted: USUAL,
-        decode: raster::jpeg,
+        decode: jpeg::jpeg,
     },
     Kind {
         magic: |b| b.starts_with(b"RIFF") && b.get(8..12) == Some(b"WEBP"),
         trusted: LARGE,
-        decode: raster::webp,
+        decode: webp::webp,
     },
     Kind {
         magic: |b| b.starts_with(&ktx2::MAGIC),
@@ -72,13 +78,13 @@ const KINDS: &[Kind] = &[
     Kind {
         magic: |b| b.starts_with(b"BM"),
         trusted: USUAL,
-        decode: raster::bmp,
+        decode: bmp::bmp,
     },
     Kind {
         // Says the least, so it is the last.
-        magic: raster::is_tga,
+        magic: tga::is_tga,
         trusted: USUAL,
-        decode: raster::tga,
+        decode: tga::tga,
     },
 ];
 

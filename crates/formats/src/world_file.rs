@@ -1,5 +1,6 @@
 //! World files: TOML to a [`World`].
 
+use std::ops::Range;
 use std::path::Path;
 
 use raycam_scene::schema::{self, Entry, Node, Value, WorldFile};
@@ -39,11 +40,29 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<World, Format
 }
 
 fn build(text: &str, path: &Path, folder: &mut Folder) -> Result<World, FormatError> {
-    let node = node(text, path)?;
+    let mut node = node(text, path)?;
+    end_at_nothing(&mut node);
     let file: WorldFile =
         schema::from_node(&node).map_err(|e| located(e.into(), &node, text, path))?;
     file.build(folder)
         .map_err(|error| located(error, &node, text, path))
+}
+
+/// Leaves out the objects after one that says nothing. That one is an error, and a file of little else would take memory
+/// for all that an object can say, hundreds of times its own size.
+fn end_at_nothing(node: &mut Node) {
+    let Value::Table(entries) = &mut node.value else {
+        return;
+    };
+    let objects = entries.iter_mut().find(|entry| entry.key == "object");
+    if let Some(Entry { node, .. }) = objects
+        && let Value::List(items) = &mut node.value
+        && let Some(first) = (items.iter())
+            .position(|item| matches!(&item.value, Value::Table(said) if said.is_empty()))
+    {
+        items.truncate(first + 1);
+        items.shrink_to_fit();
+    }
 }
 
 /// The tree of a TOML text.
@@ -56,12 +75,18 @@ fn node(text: &str, path: &Path) -> Result<Node, FormatError> {
             error.message().trim_end(),
         )
     })?;
-    table_node(&table, path, text)
+    let span = table.span();
+    table_node(table.into_inner(), span, path, text)
 }
 
-fn table_node(table: &Spanned<DeTable<'_>>, path: &Path, text: &str) -> Result<Node, FormatError> {
-    let mut entries = Vec::new();
-    for (key, value) in table.get_ref() {
+fn table_node(
+    table: DeTable<'_>,
+    span: Range<usize>,
+    path: &Path,
+    text: &str,
+) -> Result<Node, FormatError> {
+    let mut entries = Vec::with_capacity(table.len());
+    for (key, value) in table {
         let node = value_node(value, path, text)?;
         entries.push(Entry {
             key: key.get_ref().to_string(),
@@ -73,22 +98,20 @@ fn table_node(table: &Spanned<DeTable<'_>>, path: &Path, text: &str) -> Result<N
     entries.sort_by_key(|entry| entry.key_span.as_ref().map(|span| span.start));
     Ok(Node {
         value: Value::Table(entries),
-        span: Some(table.span()),
+        span: Some(span),
     })
 }
 
-fn value_node(
-    spanned: &Spanned<DeValue<'_>>,
-    path: &Path,
-    text: &str,
-) -> Result<Node, FormatError> {
+/// Takes the value, so that not all of them are there twice.
+fn value_node(spanned: Spanned<DeValue<'_>>, path: &Path, text: &str) -> Result<Node, FormatError> {
+    let span = spanned.span();
     let fail = |message: String| {
-        let line = line_of(text.as_bytes(), spanned.span().start);
+        let line = line_of(text.as_bytes(), span.start);
         Err(FormatError::line(path, line, message))
     };
-    let value = match spanned.get_ref() {
-        DeValue::String(text) => Value::String(text.to_string()),
-        DeValue::Boolean(value) => Value::Bool(*value),
+    let value = match spanned.into_inner() {
+        DeValue::String(text) => Value::String(text.into_owned()),
+        DeValue::Boolean(value) => Value::Bool(value),
         DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
             Ok(value) => Value::Integer(value),
             Err(_) => return fail(format!("{number} is beyond 64 bits")),
@@ -100,18 +123,18 @@ fn value_node(
         DeValue::Datetime(_) => return fail("a date; expected text in quotes".into()),
         DeValue::Array(items) => {
             let items: Result<_, _> = items
-                .iter()
+                .into_iter()
                 .map(|item| value_node(item, path, text))
                 .collect();
             Value::List(items?)
         }
         DeValue::Table(table) => {
-            return table_node(&Spanned::new(spanned.span(), table.clone()), path, text);
+            return table_node(table, span, path, text);
         }
     };
     Ok(Node {
         value,
-        span: Some(spanned.span()),
+        span: Some(span),
     })
 }
 

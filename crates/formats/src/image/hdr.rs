@@ -37,7 +37,19 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     }
     // What all values were multiplied by.
     let exposure = metadata.exposure.unwrap_or(1.0);
-    let mut image = pixels(file, decoder)?;
+    let fault = |file: &Decoder<'_>| {
+        let message =
+            format!("an EXPOSURE of {exposure}, expected what all values were multiplied by");
+        file.fault(message)
+    };
+    if !(exposure > 0.0 && exposure.is_finite()) {
+        return Err(fault(file));
+    }
+    let size = [metadata.width, metadata.height].map(|side| side as usize);
+    let mut image = pixels(file, decoder, |file| {
+        let lines = after_resolution(rest).unwrap_or_default();
+        whole(lines, size).ok_or_else(|| file.fault("ends early, or has runs longer than a line"))
+    })?;
     if exposure != 1.0
         && let Texels::Float(texels) = &mut image.texels
     {
@@ -47,15 +59,70 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
         }
         let mut values = texels.as_flattened().iter();
         if !values.all(|v| v.is_finite() && *v >= 0.0) {
-            let message =
-                format!("an EXPOSURE of {exposure}, expected what all values were multiplied by");
-            return Err(file.fault(message));
+            return Err(fault(file));
         }
     }
     Ok(match found {
         Some((orientation, _)) => orientation.applied(image),
         None => image,
     })
+}
+
+/// What follows the header and the resolution string.
+fn after_resolution(bytes: &[u8]) -> Option<&[u8]> {
+    let start = bytes.windows(2).position(|pair| pair == b"\n\n")? + 2;
+    let length = bytes[start..].iter().position(|&b| b == b'\n')?;
+    Some(&bytes[start + length + 1..])
+}
+
+/// Whether these are all scanlines of a picture, found without a place to put them.
+///
+/// Source: Ward, "Radiance File Formats", "Picture File Format": a line that begins with 2, 2 and less than 128 has its
+/// four channels one after the other, in runs of one value (more than 128) and of several; in any other, a pixel of
+/// 1, 1, 1 repeats the one before it, 256 times as often after another such pixel.
+fn whole(bytes: &[u8], [columns, rows]: [usize; 2]) -> Option<()> {
+    let mut bytes = bytes.iter();
+    let mut take = |count: usize| match count {
+        0 => Some(&[][..]),
+        _ => {
+            let all = bytes.as_slice();
+            bytes.nth(count - 1)?;
+            Some(&all[..count])
+        }
+    };
+    for _ in 0..rows {
+        let first = take(4)?;
+        if matches!(first, [2, 2, ..128, _]) {
+            for _ in 0..4 {
+                let mut at = 0;
+                while at < columns {
+                    let length = usize::from(take(1)?[0]);
+                    let (values, texels) = match length {
+                        129.. => (1, length - 128),
+                        _ => (length, length),
+                    };
+                    take(values)?;
+                    at += texels;
+                }
+                (at == columns).then_some(())?;
+            }
+            continue;
+        }
+        (first[..3] != [1; 3]).then_some(())?;
+        let (mut at, mut times) = (1_usize, 1_usize);
+        while at < columns {
+            let texel = take(4)?;
+            if texel[..3] == [1; 3] {
+                at = at.checked_add(times.checked_mul(texel[3].into())?)?;
+                times = times.saturating_mul(256);
+            } else {
+                times = 1;
+                at += 1;
+            }
+        }
+        (at == columns).then_some(())?;
+    }
+    Some(())
 }
 
 /// Whether a line of the header asks for other colours, or for pixels that are not square.

@@ -1,12 +1,8 @@
-//! PNG, JPEG, WebP, BMP and TGA, and what all decoders of `image` share.
+//! PNG, and what all decoders of `image` share.
 
 use std::io::Cursor;
 
-use ::image::codecs::bmp::BmpDecoder;
-use ::image::codecs::jpeg::JpegDecoder;
 use ::image::codecs::png::PngDecoder;
-use ::image::codecs::tga::TgaDecoder;
-use ::image::codecs::webp::WebPDecoder;
 use ::image::error::DecodingError;
 use ::image::metadata::Orientation;
 use ::image::{ColorType, DynamicImage, ImageDecoder, ImageError, ImageFormat, Limits};
@@ -49,66 +45,15 @@ fn read_rows(file: &Decoder<'_>) -> Result<(), FormatError> {
     Ok(())
 }
 
-pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
-    whole_jpeg(file)?;
-    let decoder = JpegDecoder::new(Cursor::new(file.bytes));
-    let decoder = decoder.map_err(|e| refused(file, e))?;
-    pixels(file, decoder)
-}
-
-pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
-    // The length that the container tells (RIFF, a chunk of so many bytes after it).
-    if let Some(length) = file.bytes.get(4..8).and_then(|b| b.first_chunk()) {
-        let length = u64::from(u32::from_le_bytes(*length)) + 8;
-        if (file.bytes.len() as u64) < length {
-            let message = format!("ends early: {} bytes of {length}", file.bytes.len());
-            return Err(file.fault(message));
-        }
-    }
-    let decoder = WebPDecoder::new(Cursor::new(file.bytes));
-    let decoder = decoder.map_err(|e| refused(file, e))?;
-    if decoder.has_animation() {
-        file.notice("an animation, of which only the first picture is read");
-    }
-    pixels(file, decoder)
-}
-
-pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
-    let decoder = BmpDecoder::new(Cursor::new(file.bytes));
-    let decoder = decoder.map_err(|e| refused(file, e))?;
-    pixels(file, decoder)
-}
-
-/// Whether the file can begin like this: TGA has no magic, and its footer came later and is optional (Truevision TGA
-/// File Format Specification 2.0, "TGA file header").
-pub(super) fn is_tga(bytes: &[u8]) -> bool {
-    let Some(head) = bytes.first_chunk::<18>() else {
-        return false;
-    };
-    let [map, kind, depth, descriptor] = [head[1], head[2], head[16], head[17]];
-    let [columns, rows] = [&head[12..14], &head[14..16]].map(|side| side != [0, 0]);
-    let kind_fits = match kind {
-        1 | 9 => map == 1 && matches!(depth, 8 | 16),
-        2 | 10 => map <= 1 && matches!(depth, 15 | 16 | 24 | 32),
-        3 | 11 => map <= 1 && matches!(depth, 8 | 16),
-        _ => false,
-    };
-    kind_fits && columns && rows && descriptor & 0xc0 == 0
-}
-
-pub(super) fn tga(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
-    let decoder = TgaDecoder::new(Cursor::new(file.bytes));
-    let decoder = decoder.map_err(|e| refused(file, e))?;
-    pixels(file, decoder)
-}
-
-/// The decoded image, if the budget has room for it.
+/// The decoded image, if the budget has room for it and `whole` finds nothing missing: before anything is kept.
 pub(super) fn pixels(
     file: &mut Decoder<'_>,
     decoder: impl ImageDecoder,
+    whole: impl FnOnce(&Decoder<'_>) -> Result<(), FormatError>,
 ) -> Result<Image, FormatError> {
     let texel = texel(&decoder);
     file.take_pixels(decoder.dimensions().into(), texel)?;
+    whole(file)?;
     decoded(file, decoder, texel)
 }
 
@@ -179,29 +124,4 @@ fn other_colors(bytes: &[u8]) -> (Option<f32>, bool) {
         pairs.into_iter().zip(srgb).any(differs)
     });
     (gamma, primaries)
-}
-
-/// The decoder fills up what is missing; here a JPEG without its end (ITU-T T.81, B.1.1.3, marker EOI) is an error.
-fn whole_jpeg(file: &Decoder<'_>) -> Result<(), FormatError> {
-    let cut = || file.fault("ends early: no end-of-image marker");
-    let mut at = 2;
-    // Over the segments before the first scan: a thumbnail in one of them has its own end.
-    loop {
-        let [0xff, marker, rest @ ..] = file.bytes.get(at..).unwrap_or(&[]) else {
-            return Err(cut());
-        };
-        at += match (marker, rest) {
-            (0xff, _) => 1,
-            (0xda, _) => break,
-            (0xd0..=0xd9 | 0x01, _) => 2,
-            (_, [high, low, ..]) => 2 + usize::from(u16::from_be_bytes([*high, *low])),
-            _ => return Err(cut()),
-        };
-    }
-    // In a scan every 0xff of the data is followed by a 0.
-    if file.bytes[at..].windows(2).any(|w| w == [0xff, 0xd9]) {
-        Ok(())
-    } else {
-        Err(cut())
-    }
 }

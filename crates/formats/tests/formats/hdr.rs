@@ -1,7 +1,18 @@
 use std::path::Path;
 
+use ::image::codecs::hdr::HdrDecoder;
 use raycam_formats::{Budget, ColorUse, decode_image, hdr};
 use raycam_scene::Texels;
+
+use crate::image::damage_is_found_before;
+
+#[test]
+fn damage_is_found_before_the_picture_is_kept() {
+    let message = "ends early, or has runs longer than a line";
+    damage_is_found_before(".hdr", message, |bytes| {
+        Ok(Box::new(HdrDecoder::new(bytes)?))
+    });
+}
 
 #[test]
 fn a_picture_comes_back_within_its_precision() {

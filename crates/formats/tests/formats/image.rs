@@ -9,16 +9,16 @@ use crate::common::data;
 
 /// A small image of every kind, and what others make of it: for PNG what was written, for JPEG, WebP, BMP and TGA
 /// Pillow, for KTX2 Basis Universal, for EXR OpenEXR, for HDR OpenCV.
-struct Case {
-    name: String,
-    file: Vec<u8>,
+pub struct Case {
+    pub name: String,
+    pub file: Vec<u8>,
     size: [u32; 2],
     /// Eight or sixteen bits a channel, or floats.
     kind: String,
     expected: Vec<f32>,
 }
 
-fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<Case> {
     let all = fs::read(data("images.cases")).unwrap();
     let mut rest = &all[..];
     let mut cases = Vec::new();
@@ -57,7 +57,7 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-fn read(
+pub fn read(
     name: &str,
     bytes: &[u8],
     color_use: ColorUse,
@@ -66,6 +66,68 @@ fn read(
     let mut budget = Budget::default();
     let image = decode_image(bytes, Path::new(name), color_use, &mut budget, &mut notices)?;
     Ok((image, notices))
+}
+
+/// Beginnings of the files of a kind, and copies with a flipped bit, whose header its decoder takes: they are read where
+/// the decoder reads them, and else refused with `message`, before the decoder begins on the picture.
+pub fn damage_is_found_before(
+    extension: &str,
+    message: &str,
+    decoder: impl Fn(&[u8]) -> ::image::ImageResult<Box<dyn ::image::ImageDecoder + '_>>,
+) {
+    let (mut good, mut bad) = (0, 0);
+    for Case { name, file, .. } in cases() {
+        if !name.ends_with(extension) {
+            continue;
+        }
+        let beginnings = (0..file.len()).map(|length| file[..length].to_vec());
+        let flipped = (0..8 * file.len()).map(|bit| {
+            let mut damaged = file.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            damaged
+        });
+        for damaged in beginnings.chain(flipped) {
+            let Ok(decoder) = decoder(&damaged) else {
+                continue;
+            };
+            let (columns, rows) = decoder.dimensions();
+            if u64::from(columns) * u64::from(rows) > 1 << 16 {
+                continue;
+            }
+            let expected = ::image::DynamicImage::from_decoder(Decoder(decoder));
+            let found = read(&name, &damaged, ColorUse::Color).map_err(|e| e.to_string());
+            match (found, expected) {
+                (Ok(_), Ok(_)) => good += 1,
+                (Err(error), Err(_)) if error.ends_with(message) => bad += 1,
+                // What is found before its picture is looked at.
+                (Err(error), Err(late)) if !error.contains(&late.to_string()) => {}
+                (Err(error), Ok(_)) if !error.ends_with(message) => {}
+                (found, _) => panic!("{name}: {:?} {damaged:02x?}", found.map(|_| ())),
+            }
+        }
+    }
+    assert!(good > 100 && bad > 100, "{good} {bad}");
+}
+
+/// A decoder behind a pointer.
+struct Decoder<'a>(Box<dyn ::image::ImageDecoder + 'a>);
+
+impl ::image::ImageDecoder for Decoder<'_> {
+    fn dimensions(&self) -> (u32, u32) {
+        self.0.dimensions()
+    }
+
+    fn color_type(&self) -> ::image::ColorType {
+        self.0.color_type()
+    }
+
+    fn read_image(self, buffer: &mut [u8]) -> ::image::ImageResult<()> {
+        self.0.read_image_boxed(buffer)
+    }
+
+    fn read_image_boxed(self: Box<Self>, buffer: &mut [u8]) -> ::image::ImageResult<()> {
+        self.0.read_image_boxed(buffer)
+    }
 }
 
 fn values(texels: &Texels) -> Vec<f32> {

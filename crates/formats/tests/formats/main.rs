@@ -1,5 +1,6 @@
 //! One file for each concept of the crate, of the same name.
 
+mod bmp;
 mod budget;
 mod bump;
 mod bundle;
@@ -12,6 +13,7 @@ mod folder;
 mod gltf;
 mod hdr;
 mod image;
+mod jpeg;
 mod load;
 mod mask;
 mod meshopt;
@@ -22,4 +24,6 @@ mod ply;
 mod png;
 mod stl;
 mod texture;
+mod tga;
+mod webp;
 mod world_file;

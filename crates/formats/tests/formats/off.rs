@@ -1,4 +1,6 @@
-use raycam_formats::{Budget, read_model};
+use std::path::Path;
+
+use raycam_formats::{Budget, decode_model, read_model};
 
 use crate::common::{area, data, error, mesh, message, model, mutations, truncations};
 
@@ -90,6 +92,25 @@ fn faces_of_one_or_two_corners_are_skipped() {
         read.notices[0]
             .ends_with("faces of fewer than 3 corners are skipped: 2, the first in line 7")
     );
+}
+
+#[test]
+fn faces_of_more_than_a_million_corners_are_refused() {
+    // Far more than steps would do for, and one corner fewer and more.
+    let error = |corners: usize| {
+        let indices: String = (0..corners).map(|i| format!(" {}", i % 4)).collect();
+        let file = format!("OFF\n4 1 0\n{SQUARE}{corners}{indices}\n");
+        let budget = Budget {
+            steps: 1,
+            ..Budget::default()
+        };
+        let read = decode_model(file.into(), Path::new("a.off"), &budget);
+        read.unwrap_err().to_string()
+    };
+    let expected = "a.off: a face of 1048577 corners, more than 1048576";
+    assert_eq!(error((1 << 20) + 1), expected);
+    let fewer = error(1 << 20);
+    assert!(fewer.contains("steps"), "{fewer}");
 }
 
 #[test]

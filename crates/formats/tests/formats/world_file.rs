@@ -246,3 +246,10 @@ fn a_mesh_file_that_several_objects_name_is_read_once() {
         assert_eq!(slot.unwrap().texture, 0);
     }
 }
+
+#[test]
+fn an_object_that_says_nothing_is_the_last_that_is_read() {
+    let text = "[[object]]\nsphere = { radius = 1 }\n[[object]]\n[[object]]\nnonsense = 1\n";
+    let error = world(text).unwrap_err();
+    assert!(error.starts_with("room.toml:3: object[1]"), "{error}");
+}

@@ -73,9 +73,9 @@ pub struct ObjectSpec {
     pub color: Option<Color>,
     /// An image file beside the world file, rows of texels, or a table of an `image` and how it is looked up. It multiplies
     /// the base colour.
-    pub texture: Option<TextureSpec>,
+    pub texture: Option<Box<TextureSpec>>,
     /// Textures of the other values, by their names, and `normal` and `occlusion`.
-    pub textures: Option<TexturesSpec>,
+    pub textures: Option<Box<TexturesSpec>>,
     /// What textures do beyond 0..1 that say nothing themselves: "repeat", "clamp" or "mirror", or one of them for u and
     /// one for v.
     pub wrap: Option<Wraps>,

@@ -314,7 +314,7 @@ impl ObjectSpec {
         next: usize,
         files: &mut F,
     ) -> Result<Placed, Failure<F::Error>> {
-        let base = self.texture.as_ref().map(|texture| ("texture", texture));
+        let base = self.texture.as_ref().map(|texture| ("texture", &**texture));
         let others = self.textures.as_ref().map(|textures| textures.given());
         let (mut textures, mut puts) = (Vec::new(), Vec::new());
         for (key, texture) in base.into_iter().chain(others.into_iter().flatten()) {

@@ -1,0 +1,112 @@
+//! BMP in: the decoder of `image`, after a look at whether all of the picture is there.
+//!
+//! Source: Microsoft, "Bitmap Storage", BITMAPFILEHEADER, BITMAPCOREHEADER, BITMAPINFOHEADER and "Bitmap Compression".
+
+use std::io::Cursor;
+
+use ::image::codecs::bmp::BmpDecoder;
+use raycam_scene::Image;
+
+use super::Decoder;
+use super::raster::{pixels, refused};
+use crate::error::FormatError;
+
+pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+    let decoder = BmpDecoder::new(Cursor::new(file.bytes));
+    let decoder = decoder.map_err(|e| refused(file, e))?;
+    pixels(file, decoder, |file| {
+        let found = Header::find(file.bytes).map(|header| header.whole(file.bytes));
+        found
+            .flatten()
+            .ok_or_else(|| file.fault("ends early, or has runs that lead out of the picture"))
+    })
+}
+
+/// Where the pixels are, and how.
+struct Header {
+    start: usize,
+    columns: usize,
+    rows: usize,
+    /// Of a pixel.
+    bits: usize,
+    /// Whether in runs, none of which goes on in another row.
+    runs: bool,
+}
+
+impl Header {
+    fn find(bytes: &[u8]) -> Option<Self> {
+        let two = |at: usize| Some(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
+        let four = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
+        let start = four(10)? as usize;
+        Some(if four(14)? == 12 {
+            Self {
+                start,
+                columns: two(18)?.into(),
+                rows: two(20)?.into(),
+                bits: two(24)?.into(),
+                runs: false,
+            }
+        } else {
+            Self {
+                start,
+                columns: four(18)? as usize,
+                // Negative where rows go from the top down.
+                rows: four(22)?.cast_signed().unsigned_abs() as usize,
+                bits: two(28)?.into(),
+                runs: matches!(four(30)?, 1 | 2),
+            }
+        })
+    }
+
+    /// Whether the file has every row, found without a place to put them.
+    fn whole(&self, bytes: &[u8]) -> Option<()> {
+        let bytes = bytes.get(self.start..)?;
+        if self.runs {
+            return self.runs_fit(bytes);
+        }
+        let row = self.columns.checked_mul(self.bits)?.div_ceil(32) * 4;
+        (bytes.len() >= row.checked_mul(self.rows)?).then_some(())
+    }
+
+    /// Whether runs lead to an end within the picture. One of a single colour that is longer than its row ends with it:
+    /// there are writers that make them.
+    fn runs_fit(&self, bytes: &[u8]) -> Option<()> {
+        let mut bytes = bytes.iter();
+        let mut next = || bytes.next().map(|&byte| usize::from(byte));
+        // `told` is the column by the lengths of runs, `at` how many pixels the row has.
+        let (mut row, mut at, mut told) = (0, 0, 0);
+        while row < self.rows {
+            match (next()?, next()?) {
+                (0, 0) => (row, at, told) = (row + 1, 0, 0),
+                (0, 1) => return Some(()),
+                (0, 2) => {
+                    let [right, up] = [next()?, next()?];
+                    if up > 0 {
+                        row += up;
+                        at = told;
+                    }
+                    at += right;
+                    told += right;
+                    (row < self.rows).then_some(())?;
+                }
+                (0, count) => {
+                    let length = (count * self.bits).div_ceil(8);
+                    for _ in 0..length.next_multiple_of(2) {
+                        next()?;
+                    }
+                    at += count;
+                    told += count;
+                }
+                (count, _) => {
+                    at += count;
+                    told += count;
+                    if self.bits == 8 {
+                        at = at.min(self.columns);
+                    }
+                }
+            }
+            (at <= self.columns).then_some(())?;
+        }
+        Some(())
+    }
+}

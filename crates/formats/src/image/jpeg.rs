@@ -1,0 +1,179 @@
+//! JPEG in: the decoder of `image`, after a look at whether all of the picture is there. That decoder fills up what is
+//! missing with grey and says nothing.
+//!
+//! Source: ITU-T T.81, annexes B (segments), F (sequential) and G (progressive).
+
+use std::io::Cursor;
+
+use ::image::codecs::jpeg::JpegDecoder;
+use raycam_scene::Image;
+
+use super::Decoder;
+use super::jpeg_scan::{Component, Passes, Scan, Table};
+use super::raster::{pixels, refused};
+use crate::error::FormatError;
+
+/// The most scans of one picture, as many as the decoder takes: each may visit all of it with a few bytes.
+const SCANS: usize = 100;
+
+pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+    let decoder = JpegDecoder::new(Cursor::new(file.bytes));
+    let decoder = decoder.map_err(|e| refused(file, e))?;
+    let mut coarse = false;
+    let image = pixels(file, decoder, |file| {
+        coarse = whole(file.bytes).map_err(|message| file.fault(message))?;
+        Ok(())
+    })?;
+    if coarse {
+        file.notice("its last scans are missing: coarser than it was made");
+    }
+    Ok(image)
+}
+
+/// What segments have said so far.
+#[derive(Default)]
+struct Segments {
+    /// How the picture is coded, 0, 1 or 2 (progressive), where this is known.
+    frame: Option<u8>,
+    size: [usize; 2],
+    components: Vec<Component>,
+    /// Of DC, then of AC.
+    tables: [[Option<Table>; 4]; 2],
+    interval: usize,
+    scans: usize,
+}
+
+/// Whether the file has every scan of its picture, found without a place to put it; true where scans are missing that
+/// would make it finer.
+fn whole(bytes: &[u8]) -> Result<bool, String> {
+    let cut = || "ends early: no end-of-image marker".to_owned();
+    let mut found = Segments::default();
+    let mut at = 2;
+    loop {
+        // What stands before a marker and is none is passed over, as decoders do.
+        at += (bytes[at..].windows(2))
+            .position(|pair| pair[0] == 0xff && !matches!(pair[1], 0 | 0xff))
+            .ok_or_else(cut)?;
+        let marker = bytes[at + 1];
+        at += 2;
+        match marker {
+            0xd9 => return found.finished(),
+            0xd0..=0xd8 | 0x01 => continue,
+            _ => {}
+        }
+        let length: &[u8; 2] = bytes[at..].first_chunk().ok_or_else(cut)?;
+        let length = usize::from(u16::from_be_bytes(*length));
+        let segment = bytes.get(at + 2..at + length).ok_or_else(cut)?;
+        at += length;
+        let short =
+            || format!("ends early or is damaged: its segment {marker:#04x} is not as expected");
+        match marker {
+            0xc4 => found.huffman(segment).ok_or_else(short)?,
+            // A second picture in one file is another's.
+            0xc0..=0xcf if !matches!(marker, 0xc8 | 0xcc) && found.components.is_empty() => {
+                found.frame(marker - 0xc0, segment).ok_or_else(short)?;
+            }
+            0xdd => {
+                let interval = segment.first_chunk().ok_or_else(short)?;
+                found.interval = u16::from_be_bytes(*interval).into();
+            }
+            0xda => {
+                found.scans += 1;
+                if found.scans > SCANS {
+                    return Err(format!("more than {SCANS} scans"));
+                }
+                at += found.scan(segment, &bytes[at..])?;
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Segments {
+    /// A frame header. Other ways to code a picture are left to the decoder.
+    fn frame(&mut self, kind: u8, segment: &[u8]) -> Option<()> {
+        let (head, rest) = segment.split_first_chunk::<6>()?;
+        let [_, high, low, wide, narrow, _] = *head;
+        self.size = [[wide, narrow], [high, low]].map(|side| u16::from_be_bytes(side).into());
+        self.frame = (kind <= 2 && !self.size.contains(&0)).then_some(kind);
+        for &[id, factors, _] in rest.as_chunks().0 {
+            let factors = [factors >> 4, factors & 15].map(usize::from);
+            if factors.contains(&0) {
+                return None;
+            }
+            self.components.push(Component::new(id, factors));
+        }
+        (self.components.len() == usize::from(head[5])).then_some(())
+    }
+
+    /// Huffman tables.
+    fn huffman(&mut self, mut segment: &[u8]) -> Option<()> {
+        while let Some((head, rest)) = segment.split_first_chunk::<17>() {
+            let count = head[1..].iter().map(|&count| usize::from(count)).sum();
+            let (values, rest) = rest.split_at_checked(count)?;
+            let [class, id] = [head[0] >> 4, head[0] & 15].map(usize::from);
+            let table = self.tables.get_mut(class)?.get_mut(id)?;
+            let lengths = head[1..].first_chunk()?;
+            *table = Some(Table::new(lengths, values)?);
+            segment = rest;
+        }
+        Some(())
+    }
+
+    /// A scan's header, then how many bytes of `data` it takes.
+    fn scan(&mut self, segment: &[u8], data: &[u8]) -> Result<usize, String> {
+        let number = self.scans;
+        let Some(frame) = self.frame else {
+            return Ok(0);
+        };
+        let odd = || format!("ends early or is damaged: scan {number} is not as expected");
+        let (&count, rest) = segment.split_first().ok_or_else(odd)?;
+        let (selectors, rest) = rest
+            .split_at_checked(2 * usize::from(count))
+            .ok_or_else(odd)?;
+        let [first, last, bits] = *rest.first_chunk().ok_or_else(odd)?;
+        let passes = match frame {
+            2 => Passes::progressive([first, last], [bits >> 4, bits & 15]).ok_or_else(odd)?,
+            _ => Passes::Sequential,
+        };
+        let mut chosen = Vec::new();
+        for &[id, tables] in selectors.as_chunks().0 {
+            let place = self.components.iter().position(|c| c.id == id);
+            let place = place
+                .filter(|place| !chosen.contains(place))
+                .ok_or_else(odd)?;
+            chosen.push(place);
+            self.components[place].tables =
+                [tables >> 4, tables & 15].map(|id| usize::from(id & 3));
+        }
+        if chosen.is_empty() || (chosen.len() > 1 && passes.of_one()) {
+            return Err(odd());
+        }
+        let scan = Scan {
+            size: self.size,
+            passes,
+            interval: self.interval,
+            tables: &self.tables,
+        };
+        scan.read(&mut self.components, &chosen, data)
+            .map_err(|place| format!("ends early or is damaged: scan {number} {place}"))
+    }
+
+    /// Whether finer scans are missing, at the end of the file.
+    fn finished(&self) -> Result<bool, String> {
+        if self.frame.is_none() {
+            return match self.scans {
+                0 => Err("ends before its picture".to_owned()),
+                _ => Ok(false),
+            };
+        }
+        if let Some(missing) = self.components.iter().find(|c| c.bits[0].is_none()) {
+            return Err(format!(
+                "ends early: nothing of its component {}",
+                missing.id
+            ));
+        }
+        let mut bits = self.components.iter().flat_map(|c| &c.bits);
+        Ok(bits.any(|&bit| bit != Some(0)))
+    }
+}

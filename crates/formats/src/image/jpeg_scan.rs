@@ -1,0 +1,396 @@
+//! A scan of a JPEG, walked for its length: what each code is worth is passed over.
+//!
+//! Source: ITU-T T.81, A.2 (order of blocks), C (Huffman tables), F.2.2 and G.1.2 (codes of a block), E.2.4 (restarts).
+
+/// A component of the picture.
+pub(super) struct Component {
+    pub id: u8,
+    /// How many blocks of it are in a unit of a scan of several, across and down.
+    factors: [usize; 2],
+    /// Those of DC and AC that the scan names.
+    pub tables: [usize; 2],
+    /// Of each coefficient, the lowest bit that a scan has given; `None` where none has.
+    pub bits: [Option<u8>; 64],
+    /// Of each block, which coefficients are known not to be zero: what a scan that refines them depends on.
+    nonzero: Vec<u64>,
+}
+
+impl Component {
+    pub(super) fn new(id: u8, factors: [usize; 2]) -> Self {
+        Self {
+            id,
+            factors,
+            tables: [0; 2],
+            bits: [None; 64],
+            nonzero: Vec::new(),
+        }
+    }
+}
+
+/// What a scan has of each block.
+#[derive(Clone, Copy)]
+pub(super) enum Passes {
+    /// All of it.
+    Sequential,
+    /// Coefficient 0, or its next bit.
+    Dc { high: u8, low: u8 },
+    /// These coefficients of one component, or their next bit.
+    Ac {
+        first: u8,
+        last: u8,
+        high: u8,
+        low: u8,
+    },
+}
+
+impl Passes {
+    /// Of a progressive scan with these coefficients and bits.
+    pub(super) fn progressive([first, last]: [u8; 2], [high, low]: [u8; 2]) -> Option<Self> {
+        let bits = low <= 13 && (high == 0 || high == low + 1);
+        match (first, last) {
+            (0, 0) if bits => Some(Self::Dc { high, low }),
+            (1.., ..64) if bits && first <= last => Some(Self::Ac {
+                first,
+                last,
+                high,
+                low,
+            }),
+            _ => None,
+        }
+    }
+
+    /// Whether such a scan is of one component.
+    pub(super) fn of_one(self) -> bool {
+        matches!(self, Self::Ac { .. })
+    }
+}
+
+/// The codes of a Huffman table.
+pub(super) struct Table {
+    /// Of the next [`FAST`] bits: the code's length and its value, 0 where it is longer.
+    fast: Vec<[u8; 2]>,
+    /// Of each length, the first code, the first one of the next, and where the values of its own are.
+    lengths: [(u32, u32, usize); 17],
+    values: Vec<u8>,
+}
+
+const FAST: u32 = 9;
+
+impl Table {
+    /// Of how many codes there are of each length, from one bit on, and what they stand for.
+    pub(super) fn new(counts: &[u8; 16], values: &[u8]) -> Option<Self> {
+        let mut table = Self {
+            fast: vec![[0; 2]; 1 << FAST],
+            lengths: [(0, 0, 0); 17],
+            values: values.to_vec(),
+        };
+        let (mut code, mut at) = (0_u32, 0);
+        for (length, &count) in (1_u32..).zip(counts) {
+            let count = usize::from(count);
+            let end = code + count as u32;
+            if end > 1 << length {
+                return None;
+            }
+            table.lengths[length as usize] = (code, end, at);
+            if length <= FAST {
+                let width = 1_usize << (FAST - length);
+                for (place, &value) in (code as usize..).zip(&values[at..at + count]) {
+                    table.fast[place * width..][..width].fill([length as u8, value]);
+                }
+            }
+            at += count;
+            code = end << 1;
+        }
+        Some(table)
+    }
+}
+
+/// The bits of a stretch of data between markers.
+struct Bits<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    /// Those that have been read and not been used, from the highest on.
+    ahead: u64,
+    count: u32,
+}
+
+impl Bits<'_> {
+    /// Has at least 32 bits ahead where the data has so many.
+    fn fill(&mut self) {
+        while self.count <= 56 {
+            let Some(&byte) = self.bytes.get(self.at) else {
+                return;
+            };
+            // 0xff is written as 0xff and 0; any other pair is a marker.
+            if byte == 0xff {
+                if self.bytes.get(self.at + 1) != Some(&0) {
+                    return;
+                }
+                self.at += 1;
+            }
+            self.at += 1;
+            self.ahead |= u64::from(byte) << (56 - self.count);
+            self.count += 8;
+        }
+    }
+
+    fn pass(&mut self, count: u32) -> Option<()> {
+        if self.count < count {
+            self.fill();
+        }
+        self.count = self.count.checked_sub(count)?;
+        self.ahead <<= count;
+        Some(())
+    }
+
+    /// Up to 16 bits.
+    fn take(&mut self, count: u32) -> Option<u32> {
+        if count == 0 {
+            return Some(0);
+        }
+        if self.count < count {
+            self.fill();
+        }
+        let bits = (self.ahead >> (64 - count)) as u32;
+        self.pass(count)?;
+        Some(bits)
+    }
+
+    fn code(&mut self, table: &Table) -> Option<u8> {
+        if self.count < 16 {
+            self.fill();
+        }
+        let [length, value] = table.fast[(self.ahead >> (64 - FAST)) as usize];
+        if length > 0 {
+            self.pass(length.into())?;
+            return Some(value);
+        }
+        for length in FAST + 1..=16 {
+            let code = (self.ahead >> (64 - length)) as u32;
+            let (first, end, at) = table.lengths[length as usize];
+            if (first..end).contains(&code) {
+                self.pass(length)?;
+                return table.values.get(at + (code - first) as usize).copied();
+            }
+        }
+        None
+    }
+
+    /// To the marker after the data. What is left before it is passed over.
+    fn marker_after(&mut self) -> Option<u8> {
+        (self.ahead, self.count) = (0, 0);
+        let rest = self.bytes.get(self.at..)?;
+        let is_marker = |pair: &[u8]| pair[0] == 0xff && !matches!(pair[1], 0 | 0xff);
+        self.at += rest.windows(2).position(is_marker)?;
+        Some(self.bytes[self.at + 1])
+    }
+}
+
+/// A scan.
+pub(super) struct Scan<'a> {
+    /// Columns and rows of the picture.
+    pub size: [usize; 2],
+    pub passes: Passes,
+    /// How many units there are between restarts, 0 for no restarts.
+    pub interval: usize,
+    pub tables: &'a [[Option<Table>; 4]; 2],
+}
+
+impl Scan<'_> {
+    /// How many bytes the scan takes; else what is wrong, after "scan 1".
+    pub(super) fn read(
+        &self,
+        components: &mut [Component],
+        chosen: &[usize],
+        data: &[u8],
+    ) -> Result<usize, String> {
+        let largest = |axis| components.iter().map(|c: &Component| c.factors[axis]).max();
+        let largest = [0, 1].map(|axis| largest(axis).unwrap_or(1));
+        // Blocks of a component by itself, or units of several.
+        let blocks = |factor: [usize; 2]| {
+            [0, 1].map(|axis| (self.size[axis] * factor[axis]).div_ceil(8 * largest[axis]))
+        };
+        let units = match chosen {
+            [one] => blocks(components[*one].factors),
+            _ => blocks([1, 1]),
+        };
+        let total = units[0] * units[1];
+        for &place in chosen {
+            self.note(&mut components[place], total)?;
+        }
+        let mut bits = Bits {
+            bytes: data,
+            at: 0,
+            ahead: 0,
+            count: 0,
+        };
+        let mut unit = 0;
+        while unit < total {
+            if unit > 0 {
+                if !matches!(bits.marker_after(), Some(0xd0..=0xd7)) {
+                    return Err(self.place(unit, units));
+                }
+                bits.at += 2;
+            }
+            let end = match self.interval {
+                0 => total,
+                interval => total.min(unit + interval),
+            };
+            let mut run = 0;
+            while unit < end {
+                let read = match self.passes {
+                    // Whole runs of blocks of which nothing is told.
+                    Passes::Ac { high: 0, .. } if run > 0 => {
+                        let passed = (end - unit).min(run as usize);
+                        run -= passed as u32;
+                        unit += passed;
+                        continue;
+                    }
+                    Passes::Ac { .. } => {
+                        self.ac(&mut components[chosen[0]], unit, &mut run, &mut bits)
+                    }
+                    _ => self.unit(components, chosen, &mut bits),
+                };
+                if read.is_none() {
+                    return Err(self.place(unit, units));
+                }
+                unit += 1;
+            }
+        }
+        bits.marker_after().ok_or("has no marker after it")?;
+        Ok(bits.at)
+    }
+
+    /// Where in the picture, as a row of its pixels.
+    fn place(&self, unit: usize, units: [usize; 2]) -> String {
+        let row = unit / units[0] * self.size[1] / units[1];
+        format!("stops at row {row} of {}", self.size[1])
+    }
+
+    /// Notes which bits the scan gives, of how many blocks.
+    fn note(&self, component: &mut Component, blocks: usize) -> Result<(), String> {
+        let (range, high, low) = match self.passes {
+            Passes::Sequential => (0..64, 0, 0),
+            Passes::Dc { high, low } => (0..1, high, low),
+            Passes::Ac {
+                first,
+                last,
+                high,
+                low,
+            } => {
+                // Zeros of the system, which take no memory before they are written to.
+                if component.nonzero.is_empty() {
+                    component.nonzero = vec![0; blocks];
+                }
+                (usize::from(first)..usize::from(last) + 1, high, low)
+            }
+        };
+        for bits in &mut component.bits[range] {
+            // Given for the first time, or one bit lower than before.
+            if *bits != (high > 0).then_some(high) {
+                return Err("gives bits out of their order".to_owned());
+            }
+            *bits = Some(low);
+        }
+        Ok(())
+    }
+
+    /// A unit of blocks, sequential or of coefficient 0.
+    fn unit(&self, components: &[Component], chosen: &[usize], bits: &mut Bits<'_>) -> Option<()> {
+        for &place in chosen {
+            let component = &components[place];
+            let blocks = match chosen.len() {
+                1 => 1,
+                _ => component.factors[0] * component.factors[1],
+            };
+            if let Passes::Dc { high: 1.., .. } = self.passes {
+                bits.pass(blocks as u32)?;
+                continue;
+            }
+            let [dc, ac] = component.tables;
+            let dc = self.tables[0][dc].as_ref()?;
+            for _ in 0..blocks {
+                let size = bits.code(dc)?;
+                (size <= 16).then(|| bits.pass(size.into()))??;
+                if let Passes::Dc { .. } = self.passes {
+                    continue;
+                }
+                let ac = self.tables[1][ac].as_ref()?;
+                let mut k = 1;
+                while k < 64 {
+                    let code = bits.code(ac)?;
+                    match (code >> 4, code & 15) {
+                        (15, 0) => k += 16,
+                        (_, 0) => break,
+                        (zeros, size) => {
+                            k += zeros + 1;
+                            bits.pass(size.into())?;
+                        }
+                    }
+                }
+                (k <= 64).then_some(())?;
+            }
+        }
+        Some(())
+    }
+
+    /// A block's coefficients, or their next bit; `run` blocks from here on have no new ones.
+    fn ac(
+        &self,
+        component: &mut Component,
+        block: usize,
+        run: &mut u32,
+        bits: &mut Bits<'_>,
+    ) -> Option<()> {
+        let Passes::Ac {
+            first, last, high, ..
+        } = self.passes
+        else {
+            return None;
+        };
+        let table = self.tables[1][component.tables[1]].as_ref()?;
+        let nonzero = component.nonzero.get_mut(block)?;
+        let refined = high > 0;
+        let mut k = first;
+        while *run == 0 && k <= last {
+            let code = bits.code(table)?;
+            let (mut zeros, size) = (code >> 4, code & 15);
+            if size == 0 && zeros < 15 {
+                *run = (1 << zeros) + bits.take(zeros.into())?;
+                break;
+            }
+            bits.pass(size.into())?;
+            if refined {
+                (size < 2).then_some(())?;
+                // As many that are zero so far; each that is not has a bit.
+                while k <= last {
+                    if *nonzero >> k & 1 == 1 {
+                        bits.pass(1)?;
+                    } else if zeros == 0 {
+                        break;
+                    } else {
+                        zeros -= 1;
+                    }
+                    k += 1;
+                }
+            } else {
+                k += zeros;
+            }
+            if size > 0 {
+                (k <= last).then_some(())?;
+                *nonzero |= 1 << k;
+            }
+            k += 1;
+        }
+        if *run > 0 {
+            if refined {
+                let rest = *nonzero >> k << k & (u64::MAX >> (63 - last));
+                let count = rest.count_ones();
+                bits.pass(count / 2)?;
+                bits.pass(count.div_ceil(2))?;
+            }
+            *run -= 1;
+        }
+        Some(())
+    }
+}

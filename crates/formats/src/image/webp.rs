@@ -1,0 +1,75 @@
+//! WebP in: the decoder of `image`, after a look at whether all of the picture is there.
+//!
+//! Source: RFC 9649, 2.5 to 2.7 (container), and RFC 6386, 9.1 and 9.5 (lengths in a lossy picture).
+
+use std::io::Cursor;
+
+use ::image::codecs::webp::WebPDecoder;
+use raycam_scene::Image;
+
+use super::Decoder;
+use super::raster::{pixels, refused};
+use super::webp_lossless::{Lossless, headed};
+use crate::error::FormatError;
+
+pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
+    // The length that the container tells (RIFF, a chunk of so many bytes after it).
+    if let Some(length) = file.bytes.get(4..8).and_then(|b| b.first_chunk()) {
+        let length = u64::from(u32::from_le_bytes(*length)) + 8;
+        if (file.bytes.len() as u64) < length {
+            let message = format!("ends early: {} bytes of {length}", file.bytes.len());
+            return Err(file.fault(message));
+        }
+    }
+    let decoder = WebPDecoder::new(Cursor::new(file.bytes));
+    let decoder = decoder.map_err(|e| refused(file, e))?;
+    if decoder.has_animation() {
+        file.notice("an animation, of which only the first picture is read");
+    }
+    pixels(file, decoder, |file| {
+        let message = "its picture ends early or is damaged";
+        whole(file.bytes.get(12..).unwrap_or_default()).ok_or_else(|| file.fault(message))
+    })
+}
+
+/// Whether the first picture in these chunks is whole, found without a place to put it; of a lossy one only whether its
+/// parts are as long as they say.
+fn whole(mut chunks: &[u8]) -> Option<()> {
+    let mut alpha = None;
+    while let Some((head, rest)) = chunks.split_first_chunk::<8>() {
+        let length = u32::from_le_bytes(*head[4..].first_chunk()?) as usize;
+        // The last one may say more than there is: what matters is what is in it.
+        let (chunk, rest) = rest.split_at(length.min(rest.len()));
+        match &head[..4] {
+            b"VP8L" => return headed(chunk),
+            b"VP8 " => {
+                let size = lossy(chunk)?;
+                return alpha.map_or(Some(()), |chunk| transparent(chunk, size));
+            }
+            b"ALPH" => alpha = Some(chunk),
+            // An animation's frame, and chunks in it.
+            b"ANMF" => return whole(chunk.get(16..)?),
+            _ => {}
+        }
+        chunks = rest.get(length % 2..).unwrap_or_default();
+    }
+    None
+}
+
+/// The size of a lossy picture whose parts are all there.
+fn lossy(chunk: &[u8]) -> Option<[usize; 2]> {
+    let (head, rest) = chunk.split_first_chunk::<10>()?;
+    let two = |at: usize| usize::from(u16::from_le_bytes([head[at], head[at + 1]]));
+    let first = (two(0) | usize::from(head[2]) << 16) >> 5;
+    (rest.len() >= first).then_some([two(6) & 0x3fff, two(8) & 0x3fff])
+}
+
+/// Whether an alpha channel of so many pixels is whole.
+fn transparent(chunk: &[u8], [columns, rows]: [usize; 2]) -> Option<()> {
+    let (head, data) = chunk.split_first()?;
+    match head & 3 {
+        0 => (data.len() >= columns * rows).then_some(()),
+        1 => Lossless::new(data).picture([columns, rows]),
+        _ => None,
+    }
+}

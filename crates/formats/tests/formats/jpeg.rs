@@ -1,0 +1,101 @@
+use raycam_formats::ColorUse;
+
+use crate::image::{Case, cases, read};
+
+fn jpegs() -> impl Iterator<Item = Case> {
+    cases()
+        .into_iter()
+        .filter(|case| case.name.ends_with(".jpg"))
+}
+
+/// Where scans begin, after their headers.
+fn scans(file: &[u8]) -> Vec<usize> {
+    let starts = (0..file.len() - 3).filter(|&at| file[at..at + 3] == [0xff, 0xda, 0]);
+    starts
+        .map(|at| at + 2 + usize::from(file[at + 3]))
+        .collect()
+}
+
+#[test]
+fn what_is_cut_from_the_middle_is_missed() {
+    for case in jpegs() {
+        let start = scans(&case.file)[0];
+        // All but some bytes, and then the end of the file.
+        for left in 0..case.file.len() - start - 40 {
+            let mut cut = case.file[..start + left].to_vec();
+            cut.extend([0xff, 0xd9]);
+            match read(&case.name, &cut, ColorUse::Color) {
+                // Later scans make a picture finer.
+                Ok((_, notices)) => {
+                    assert!(case.name.starts_with("progressive"), "{}", case.name);
+                    let notice = format!(
+                        "{}: its last scans are missing: coarser than it was made",
+                        case.name
+                    );
+                    assert_eq!(notices, [notice]);
+                }
+                Err(error) => {
+                    let error = error.to_string();
+                    let start = format!("{}: ends early", case.name);
+                    assert!(error.starts_with(&start), "{left}: {error}");
+                }
+            }
+        }
+        // The first half of what is left is cut from before it.
+        let middle = start + 4..(start + case.file.len()) / 2;
+        let cut = [&case.file[..middle.start], &case.file[middle.end..]].concat();
+        let error = read(&case.name, &cut, ColorUse::Color).unwrap_err();
+        let start = format!("{}: ends early or is damaged: ", case.name);
+        assert!(error.to_string().starts_with(&start), "{error}");
+    }
+}
+
+#[test]
+fn a_scan_that_ends_early_says_where() {
+    let case = jpegs().find(|case| case.name == "grey.jpg").unwrap();
+    let start = scans(&case.file)[0];
+    let mut cut = case.file[..start + 20].to_vec();
+    cut.extend([0xff, 0xd9]);
+    let error = read("a.jpg", &cut, ColorUse::Color)
+        .unwrap_err()
+        .to_string();
+    let expected = "a.jpg: ends early or is damaged: scan 1 stops at row 0 of 14";
+    assert_eq!(error, expected);
+}
+
+#[test]
+fn scans_without_end_are_refused() {
+    let case = jpegs().find(|case| case.name == "grey.jpg").unwrap();
+    let at = case
+        .file
+        .windows(2)
+        .position(|w| w == [0xff, 0xda])
+        .unwrap();
+    let end = case.file.len() - 2;
+    let scan = &case.file[at..end];
+    let mut file = case.file[..end].to_vec();
+    file.extend(scan);
+    file.extend([0xff, 0xd9]);
+    let error = read("a.jpg", &file, ColorUse::Color)
+        .unwrap_err()
+        .to_string();
+    let expected = "a.jpg: ends early or is damaged: scan 2 gives bits out of their order";
+    assert_eq!(error, expected);
+}
+
+#[test]
+fn what_stands_between_segments_is_passed_over() {
+    for case in jpegs() {
+        let (whole, _) = read(&case.name, &case.file, ColorUse::Color).unwrap();
+        let scan = case
+            .file
+            .windows(2)
+            .position(|w| w == [0xff, 0xda])
+            .unwrap();
+        let mut file = case.file.clone();
+        file.splice(scan..scan, [0xff, 0xff]);
+        let (image, notices) = read(&case.name, &file, ColorUse::Color).unwrap();
+        assert_eq!(image, whole, "{}", case.name);
+        assert!(notices.is_empty(), "{notices:?}");
+    }
+}
