@@ -67,8 +67,68 @@ fn end_at_nothing(node: &mut Node) {
 
 /// The tree of a TOML text.
 fn node(text: &str, path: &Path) -> Result<Node, FormatError> {
-    let table = DeTable::parse(text).map_err(|error| {
-        let at = error.span().map_or(text.len(), |span| span.start);
+    match in_pieces(text, path) {
+        Some(node) => Ok(node),
+        // All at once: the text may be short, or an error is to be told as it is.
+        None => piece(text, 0..text.len(), path),
+    }
+}
+
+/// The least that is parsed at once of a text with many objects: what TOML is parsed into takes a kilobyte and more for each
+/// table, several times what is made of it here.
+const PIECE: usize = 1 << 16;
+
+/// The tree of a text, whose objects are parsed some at a time; `None` where that is not how it is written.
+fn in_pieces(text: &str, path: &Path) -> Option<Node> {
+    const OBJECT: &str = "[[object]]";
+    if text.len() < 2 * PIECE {
+        return None;
+    }
+    // In a text of several lines, this line may be no header: then neither the piece that it ends nor the text has an end.
+    let mut headers = text.match_indices(OBJECT).map(|(at, _)| at);
+    let mut start = headers.find(|&at| begins_line(text, at))?;
+    let mut root = piece(text, 0..start, path).ok()?;
+    let Value::Table(entries) = &mut root.value else {
+        return None;
+    };
+    if entries.iter().any(|entry| entry.key == "object") {
+        return None;
+    }
+    while start < text.len() {
+        let end = headers.find(|&at| at >= start + PIECE && begins_line(text, at));
+        let end = end.unwrap_or(text.len());
+        let Value::Table(more) = piece(text, start..end, path).ok()?.value else {
+            return None;
+        };
+        for entry in more {
+            match entries.iter_mut().find(|known| known.key == entry.key) {
+                None => entries.push(entry),
+                Some(known) if known.key == "object" => {
+                    match (&mut known.node.value, entry.node.value) {
+                        (Value::List(items), Value::List(more)) => items.extend(more),
+                        _ => return None,
+                    }
+                }
+                Some(_) => return None,
+            }
+        }
+        start = end;
+    }
+    root.span = Some(0..text.len());
+    Some(root)
+}
+
+/// Whether nothing but space stands before this byte in its line.
+fn begins_line(text: &str, at: usize) -> bool {
+    let line = text[..at].rsplit('\n').next().unwrap_or_default();
+    line.bytes().all(|byte| matches!(byte, b' ' | b'\t'))
+}
+
+/// The tree of a part of a TOML text, which is one by itself.
+fn piece(text: &str, range: Range<usize>, path: &Path) -> Result<Node, FormatError> {
+    let start = range.start;
+    let table = DeTable::parse(&text[range.clone()]).map_err(|error| {
+        let at = error.span().map_or(range.end, |span| start + span.start);
         FormatError::line(
             path,
             line_of(text.as_bytes(), at),
@@ -76,66 +136,73 @@ fn node(text: &str, path: &Path) -> Result<Node, FormatError> {
         )
     })?;
     let span = table.span();
-    table_node(table.into_inner(), span, path, text)
+    let read = Piece { text, start, path };
+    read.table(table.into_inner(), span)
 }
 
-fn table_node(
-    table: DeTable<'_>,
-    span: Range<usize>,
-    path: &Path,
-    text: &str,
-) -> Result<Node, FormatError> {
-    let mut entries = Vec::with_capacity(table.len());
-    for (key, value) in table {
-        let node = value_node(value, path, text)?;
-        entries.push(Entry {
-            key: key.get_ref().to_string(),
-            key_span: Some(key.span()),
-            node,
-        });
+/// A part of a text that becomes a tree.
+struct Piece<'a> {
+    text: &'a str,
+    /// Where in the text it begins.
+    start: usize,
+    path: &'a Path,
+}
+
+impl Piece<'_> {
+    fn place(&self, span: Range<usize>) -> Range<usize> {
+        self.start + span.start..self.start + span.end
     }
-    // As written, not by name.
-    entries.sort_by_key(|entry| entry.key_span.as_ref().map(|span| span.start));
-    Ok(Node {
-        value: Value::Table(entries),
-        span: Some(span),
-    })
-}
 
-/// Takes the value, so that not all of them are there twice.
-fn value_node(spanned: Spanned<DeValue<'_>>, path: &Path, text: &str) -> Result<Node, FormatError> {
-    let span = spanned.span();
-    let fail = |message: String| {
-        let line = line_of(text.as_bytes(), span.start);
-        Err(FormatError::line(path, line, message))
-    };
-    let value = match spanned.into_inner() {
-        DeValue::String(text) => Value::String(text.into_owned()),
-        DeValue::Boolean(value) => Value::Bool(value),
-        DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
-            Ok(value) => Value::Integer(value),
-            Err(_) => return fail(format!("{number} is beyond 64 bits")),
-        },
-        DeValue::Float(number) => match number.as_str().parse() {
-            Ok(value) => Value::Float(value),
-            Err(_) => return fail(format!("{number} is not a number")),
-        },
-        DeValue::Datetime(_) => return fail("a date; expected text in quotes".into()),
-        DeValue::Array(items) => {
-            let items: Result<_, _> = items
-                .into_iter()
-                .map(|item| value_node(item, path, text))
-                .collect();
-            Value::List(items?)
+    fn table(&self, table: DeTable<'_>, span: Range<usize>) -> Result<Node, FormatError> {
+        let mut entries = Vec::with_capacity(table.len());
+        for (key, value) in table {
+            entries.push(Entry {
+                key: key.get_ref().to_string(),
+                key_span: Some(self.place(key.span())),
+                node: self.value(value)?,
+            });
         }
-        DeValue::Table(table) => {
-            return table_node(table, span, path, text);
-        }
-    };
-    Ok(Node {
-        value,
-        span: Some(span),
-    })
+        // As written, not by name.
+        entries.sort_by_key(|entry| entry.key_span.as_ref().map(|span| span.start));
+        Ok(Node {
+            value: Value::Table(entries),
+            span: Some(self.place(span)),
+        })
+    }
+
+    /// Takes the value, so that not all of them are there twice.
+    fn value(&self, spanned: Spanned<DeValue<'_>>) -> Result<Node, FormatError> {
+        let span = spanned.span();
+        let place = self.place(span.clone());
+        let fail = |message: String| {
+            let line = line_of(self.text.as_bytes(), place.start);
+            Err(FormatError::line(self.path, line, message))
+        };
+        let value = match spanned.into_inner() {
+            DeValue::String(text) => Value::String(text.into_owned()),
+            DeValue::Boolean(value) => Value::Bool(value),
+            DeValue::Integer(number) => {
+                match i64::from_str_radix(number.as_str(), number.radix()) {
+                    Ok(value) => Value::Integer(value),
+                    Err(_) => return fail(format!("{number} is beyond 64 bits")),
+                }
+            }
+            DeValue::Float(number) => match number.as_str().parse() {
+                Ok(value) => Value::Float(value),
+                Err(_) => return fail(format!("{number} is not a number")),
+            },
+            DeValue::Datetime(_) => return fail("a date; expected text in quotes".into()),
+            DeValue::Array(items) => {
+                let items: Result<_, _> = items.into_iter().map(|item| self.value(item)).collect();
+                Value::List(items?)
+            }
+            DeValue::Table(table) => return self.table(table, span),
+        };
+        Ok(Node {
+            value,
+            span: Some(place),
+        })
+    }
 }
 
 /// An error of the schema with the line it is about.

@@ -253,3 +253,71 @@ fn an_object_that_says_nothing_is_the_last_that_is_read() {
     let error = world(text).unwrap_err();
     assert!(error.starts_with("room.toml:3: object[1]"), "{error}");
 }
+
+/// A text of so many objects, each with a table of its own, after `first` and with a light before `last` of them.
+fn long(objects: usize, first: &str, last: usize, light: &str) -> String {
+    let mut text = first.to_owned();
+    for i in 0..objects {
+        if i + last == objects {
+            text += light;
+        }
+        let object = format!("name = \"tile {i}\"\nplane.size = [1, 1]\nlocation = [{i}, 2, 3]\n");
+        text += &format!("  [[object]] # {i}\n{object}[object.textures]\n\n");
+    }
+    text
+}
+
+#[test]
+fn long_files_are_what_short_ones_are() {
+    let count = 3000;
+    let text = long(
+        count,
+        "up = \"y\"\n[camera]\nsize = [4, 3]\nfov = 50\nlocation = [0, 0, 0]\nyaw = 0\n",
+        7,
+        "[[light]]\ntype = \"sun\"\ndirection = [0, 0, -1]\nirradiance = [3, 3, 3]\n",
+    );
+    assert!(text.len() > 3 << 16);
+    let whole = world(&text).unwrap();
+    assert_eq!(
+        (whole.objects.len(), whole.lights.len(), whole.cameras.len()),
+        (count, 1, 1)
+    );
+    assert_eq!(whole.up, Up::Y);
+    for (i, object) in whole.objects.iter().enumerate() {
+        assert_eq!(object.name, format!("tile {i}"));
+    }
+    // Whatever stands where the text is taken apart.
+    let line = |error: String| error.split(' ').next().unwrap().to_owned();
+    for i in [0, 1777, 2999] {
+        let name = format!("\"tile {i}\"");
+        let at = text.find(&name).unwrap();
+        let expected = format!("room.toml:{}:", 1 + text[..at].matches('\n').count());
+        let wrong = text.replacen(&name, "[[object]]", 1);
+        assert_eq!(line(world(&wrong).unwrap_err()), expected, "{i}");
+        let wrong = text.replacen(&name, "12", 1);
+        assert_eq!(line(world(&wrong).unwrap_err()), expected, "{i}");
+        let unclosed = text.replacen(&name, "'''tile", 1);
+        assert!(world(&unclosed).is_err());
+        let quoted = text.replacen(&name, &format!("'''\n[[object]]\n{i}'''"), 1);
+        let found = world(&quoted).unwrap();
+        assert_eq!(found.objects.len(), count);
+        assert_eq!(found.objects[i].name, format!("[[object]]\n{i}"));
+    }
+    // Wherever it is taken apart, a header may be none.
+    let quoted = text.replace("\"tile ", "\"\"\"\n[[object]]\ntile ");
+    let quoted = quoted.replace("\"\nplane", "\"\"\"\nplane");
+    let found = world(&quoted).unwrap();
+    assert_eq!(found.objects.len(), count);
+    assert_eq!(found.objects[1777].name, "[[object]]\ntile 1777");
+    // What one text may say only once.
+    for twice in [
+        "[render]\nsamples = 1\n",
+        "[camera]\nsize = [4, 3]\nfov = 50\nlocation = [0, 0, 0]\nyaw = 0\n",
+    ] {
+        let text = long(count, twice, 7, twice);
+        let error = world(&text).unwrap_err();
+        assert!(error.contains("duplicate"), "{error}");
+    }
+    let both = long(count, "object = [{ plane.size = [1, 1] }]\n", 7, "");
+    assert!(world(&both).is_err());
+}
