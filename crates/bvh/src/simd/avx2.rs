@@ -113,6 +113,7 @@ impl Vector for Ymm {
 }
 
 impl Isa for Avx2 {
+    const WIDE: bool = true;
     type F8 = Ymm;
     type F16 = Pair<Ymm, 8>;
     type Index = (__m256i, __m256i);

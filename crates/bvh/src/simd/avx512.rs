@@ -99,6 +99,7 @@ impl Vector for Zmm {
 }
 
 impl Isa for Avx512 {
+    const WIDE: bool = true;
     type F8 = Ymm;
     type F16 = Zmm;
     type Index = __m512i;

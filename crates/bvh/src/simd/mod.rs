@@ -67,6 +67,9 @@ pub trait Vector: Copy {
 
 /// An instruction set.
 pub trait Isa: Copy + 'static {
+    /// Whether it computes with sixteen floats nearly as fast as with one.
+    const WIDE: bool = false;
+
     type F8: Vector;
     type F16: Vector;
     /// Sixteen indices into sixteen lanes.

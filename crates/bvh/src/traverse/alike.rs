@@ -3,6 +3,7 @@
 use super::local::STEEPEST;
 use super::packet::SIZE;
 use crate::ray::Ray;
+use crate::simd::Isa;
 
 /// Rays that run alike are traced alone where they are fewer than this...
 const ENOUGH: u32 = 12;
@@ -10,8 +11,11 @@ const ENOUGH: u32 = 12;
 /// ... or than this, if they are all there is.
 const FEW: usize = 5;
 
+/// How many ways there are to head.
+pub const HEADINGS: usize = 32;
+
 /// The heading of a ray that makes no packet.
-const ODD: u8 = u8::MAX;
+pub const ODD: u8 = HEADINGS as u8 - 1;
 
 /// The number in the chunk of the ray at each place; `None` where all rays are in their own places.
 pub type Who<'a> = Option<&'a [u8; SIZE]>;
@@ -126,7 +130,7 @@ impl Parts {
     #[inline(never)]
     pub fn sort(&mut self, rays: &[Ray]) {
         for (to, ray) in self.heading.iter_mut().zip(rays) {
-            *to = heading(ray);
+            *to = heading(ray.direction);
         }
         self.left = u64::MAX >> (SIZE - rays.len());
         self.whole = false;
@@ -157,22 +161,57 @@ impl Parts {
     }
 }
 
-/// As [`super::packet::Packet::set`] sees it.
-fn heading(ray: &Ray) -> u8 {
-    let d = ray.direction;
-    let size = d.map(f32::abs);
-    if size.iter().any(|s| s.is_nan() || s * STEEPEST < 1.0) {
-        return ODD;
-    }
-    let main = if size[0] >= size[1] && size[0] >= size[2] {
+/// As [`super::packet::Packet::set`] sees it. Without a branch: nobody can guess where a ray heads.
+#[inline(always)]
+fn heading([x, y, z]: [f32; 3]) -> u8 {
+    const FLATTEST: u32 = (1.0 / STEEPEST).to_bits();
+    const INFINITE: u32 = f32::INFINITY.to_bits();
+    // Bits of floats that are not negative are ordered as they are.
+    let [dx, dy, dz] = [x.to_bits(), y.to_bits(), z.to_bits()];
+    let [x, y, z] = [dx << 1 >> 1, dy << 1 >> 1, dz << 1 >> 1];
+    let least = x.min(y).min(z);
+    let most = x.max(y).max(z);
+    let main = if x == most {
         0
-    } else if size[1] >= size[2] {
-        1
+    } else if y == most {
+        8
     } else {
-        2
+        16
     };
-    let sign = |axis: usize| u8::from(d[axis] < 0.0) << axis;
-    main << 3 | sign(0) | sign(1) | sign(2)
+    let signs = dx >> 31 | dy >> 31 << 1 | dz >> 31 << 2;
+    let odd = (least < FLATTEST) | (most > INFINITE);
+    (if odd { u32::from(ODD) } else { main | signs }) as u8
+}
+
+/// [`heading`] of some of the rays.
+#[inline(always)]
+pub fn headings<I: Isa>(rays: &[Ray], numbers: &[u32], out: &mut [u8]) {
+    const LANES: usize = 16;
+    let numbers = numbers.chunks(LANES);
+    for (out, numbers) in out.chunks_mut(LANES).zip(numbers) {
+        let mut lanes = [[0.0f32; LANES]; 4];
+        for four in 0..LANES / 4 {
+            let from = |i: usize| {
+                let number = numbers.get(4 * four + i).unwrap_or(&numbers[0]);
+                rays[*number as usize].direction.as_ptr()
+            };
+            let [x, y, z, t] = &mut lanes;
+            let to = |row: &mut [f32; LANES]| row[4 * four..].as_mut_ptr();
+            // SAFETY: behind the three floats of a ray's direction lies its t_max; the rows have room for four more.
+            unsafe {
+                I::transpose(
+                    [from(0), from(1), from(2), from(3)],
+                    [to(x), to(y), to(z), to(t)],
+                );
+            }
+        }
+        let [x, y, z, _] = lanes;
+        let mut found = [0; LANES];
+        for lane in 0..LANES {
+            found[lane] = heading([x[lane], y[lane], z[lane]]);
+        }
+        out.copy_from_slice(&found[..out.len()]);
+    }
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::alike::{Members, Who, number};
 use super::fan::Apex;
+use super::headed::{BLOCK, Headed};
 use super::interleaved::Work;
 use super::packet::{Packet, SIZE};
 use crate::block::NO_CHILD;
@@ -11,45 +12,59 @@ use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
 
 /// How much work is put aside before it is done, or a little more.
-const ASIDE: usize = 512;
+pub const ASIDE: usize = 2048;
+
+/// Rays that go on alone.
+#[derive(Default)]
+pub struct Aside {
+    work: Vec<Work>,
+    /// The numbers of those that go through everything.
+    pub whole: Vec<u32>,
+    /// Nodes and leaves that the packets visited.
+    pub visits: usize,
+}
+
+impl Aside {
+    /// How often a ray goes on alone.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.work.len() + self.whole.len()
+    }
+
+    /// All that they are to go through.
+    #[inline(always)]
+    pub fn drain(&mut self, rays: &[Ray]) -> impl Iterator<Item = Work> {
+        let whole = self.whole.drain(..).map(|number| Work {
+            ray: rays[number as usize],
+            number: number as usize,
+            instance: 0,
+            start: NO_CHILD,
+        });
+        self.work.drain(..).chain(whole)
+    }
+}
 
 /// The chunk at hand, and the rays that go on alone.
 pub struct Chunk<'a> {
     pub scene: &'a Scene,
     pub coherence: Coherence,
     pub given: &'a [Ray],
-    /// Of the first of them in the batch.
-    pub number: usize,
-    pub aside: Vec<Work>,
+    /// Their numbers in the batch.
+    pub numbers: &'a [u32],
+    pub aside: &'a mut Aside,
+    /// The numbers of those that run apart from the others of the chunk.
+    pub apart: &'a mut Vec<u32>,
 }
 
 impl<'a> Chunk<'a> {
-    pub fn none(scene: &'a Scene, coherence: Coherence) -> Chunk<'a> {
-        Chunk {
-            scene,
-            coherence,
-            given: &[],
-            number: 0,
-            aside: Vec::new(),
-        }
-    }
-
-    /// A bit for each ray.
-    pub fn every(&self) -> u64 {
-        u64::MAX >> (SIZE - self.given.len())
-    }
-
-    /// Whether it is time to do what was put aside.
-    pub fn is_full(&self) -> bool {
-        self.aside.len() >= ASIDE
-    }
-
     /// Puts rays aside, to go through a part or, without one, through everything.
     #[inline(always)]
     pub fn alone(&mut self, places: u64, part: Option<&Part>, who: Who) {
         match part {
-            Some(part) => self.alone_from(places, part.instance, part.start, who),
-            None => self.alone_from(places, 0, NO_CHILD, who),
+            Some(part) if !self.scene.direct => {
+                self.alone_from(places, part.instance, part.start, who);
+            }
+            _ => self.set_apart(places, who),
         }
     }
 
@@ -59,12 +74,26 @@ impl<'a> Chunk<'a> {
         while places != 0 {
             let i = number(places.trailing_zeros(), who);
             places &= places - 1;
-            self.aside.push(Work {
+            self.aside.work.push(Work {
                 ray: self.given[i],
-                number: self.number + i,
+                number: self.numbers[i] as usize,
                 instance,
                 start,
             });
+        }
+    }
+
+    /// Puts rays aside that have not met anything of the scene yet.
+    #[inline(always)]
+    fn set_apart(&mut self, mut places: u64, who: Who) {
+        let apart = match self.coherence {
+            Coherence::Incoherent => &mut self.aside.whole,
+            _ => &mut *self.apart,
+        };
+        while places != 0 {
+            let i = number(places.trailing_zeros(), who);
+            places &= places - 1;
+            apart.push(self.numbers[i]);
         }
     }
 
@@ -114,5 +143,88 @@ impl<'a> Chunk<'a> {
             && !(self.coherence == Coherence::Unknown
                 && apex == Apex::Origin
                 && packet.spread() > extent.reach() / 16.0)
+    }
+}
+
+/// Goes through the rays of a batch: 64 at a time as they are given, and in between those that run apart, by where they
+/// head.
+pub struct Chunks<'a> {
+    rays: &'a [Ray],
+    coherence: Coherence,
+    taken: usize,
+    /// Of those taken last.
+    numbers: [u32; SIZE],
+    len: usize,
+    headed: Headed,
+    /// Whether those at hand are of `headed`.
+    apart: bool,
+}
+
+impl<'a> Chunks<'a> {
+    #[inline(always)]
+    pub fn of(rays: &'a [Ray], coherence: Coherence) -> Chunks<'a> {
+        debug_assert!(u32::try_from(rays.len()).is_ok());
+        Chunks {
+            rays,
+            coherence,
+            taken: 0,
+            numbers: [0; SIZE],
+            len: 0,
+            headed: Headed::NONE,
+            apart: false,
+        }
+    }
+
+    /// Goes to the next chunk; false where there is none. Some rays may be put aside at once; those of `apart` are taken
+    /// from there.
+    #[inline(always)]
+    pub fn advance<I: Isa>(&mut self, aside: &mut Aside, apart: &mut Vec<u32>) -> bool {
+        loop {
+            self.apart = self.headed.advance(self.rays, &mut aside.whole);
+            if self.apart {
+                return true;
+            }
+            let left = self.rays.len() - self.taken;
+            if self.coherence == Coherence::Incoherent {
+                let end = self.taken + left.min(self.headed.most());
+                apart.extend(self.taken as u32..end as u32);
+                self.taken = end;
+            } else if left > 0 && apart.len() <= BLOCK - SIZE {
+                self.len = left.min(SIZE);
+                for (i, number) in self.numbers[..self.len].iter_mut().enumerate() {
+                    *number = (self.taken + i) as u32;
+                }
+                self.taken += self.len;
+                return true;
+            }
+            if apart.is_empty() {
+                return false;
+            }
+            if I::WIDE {
+                self.headed.set::<I>(self.rays, apart, &mut aside.whole);
+            } else {
+                aside.whole.extend_from_slice(apart);
+            }
+            apart.clear();
+        }
+    }
+
+    /// Is told how often one of those at hand went on alone, and what their packets visited.
+    #[inline(always)]
+    pub fn count(&mut self, alone: usize, visits: usize) {
+        if self.apart {
+            self.headed.count(alone, visits);
+        }
+    }
+
+    /// Those at hand, their numbers, and what is known of them.
+    #[inline(always)]
+    pub fn given(&self) -> (&[Ray], &[u32], Coherence) {
+        if self.apart {
+            let (rays, numbers) = self.headed.taken();
+            return (rays, numbers, Coherence::Incoherent);
+        }
+        let rays = &self.rays[self.taken - self.len..self.taken];
+        (rays, &self.numbers[..self.len], self.coherence)
     }
 }

@@ -34,7 +34,7 @@ pub struct Packet {
     pub active: u64,
     pub fan: Fan,
     /// The least and greatest origin by axis, and shear in x and y.
-    origins: [[f32; 2]; 3],
+    pub origins: [[f32; 2]; 3],
     shears: [[f32; 2]; 2],
 }
 

@@ -2,7 +2,7 @@
 
 use super::Any;
 use super::alike::{Members, Who, numbers};
-use super::chunk::Chunk;
+use super::chunk::{ASIDE, Aside, Chunk, Chunks};
 use super::fan::Apex;
 use super::interleaved::trace;
 use super::line::{Member, within};
@@ -25,46 +25,59 @@ const SKIP: u32 = 12;
 #[inline(always)]
 pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherence: Coherence) {
     dark.fill(false);
-    let mut chunk = Chunk::none(scene, coherence);
+    if scene.root == NO_CHILD {
+        return;
+    }
     let (mut packets, mut scaled) = (Packets::NONE, Members::NONE);
+    let (mut aside, mut apart) = (Aside::default(), Vec::new());
+    let mut chunks = Chunks::of(rays, coherence);
     // Where packets fall apart into many pieces, the next few are not made.
     let mut skip = 0u32;
-    for (k, given) in rays.chunks(SIZE).enumerate() {
-        (chunk.given, chunk.number) = (given, k * SIZE);
-        let before = chunk.aside.len();
-        if skip == 0 && scene.root != NO_CHILD {
-            let rays = chunk.scaled(&mut scaled);
-            let mut shadows = Shadows {
-                chunk: &mut chunk,
-                dark: 0,
-            };
-            packets.ask::<I, _>(&mut shadows, scene, rays, None);
-            let met = shadows.dark;
-            for (i, dark) in dark[k * SIZE..][..given.len()].iter_mut().enumerate() {
-                *dark = met >> i & 1 != 0;
-            }
+    while chunks.advance::<I>(&mut aside, &mut apart) {
+        let (given, numbers, coherence) = chunks.given();
+        if skip > 0 && coherence != Coherence::Incoherent {
+            aside.whole.extend_from_slice(numbers);
+            skip -= 1;
         } else {
-            chunk.alone(chunk.every(), None, None);
-            skip = skip.saturating_sub(1);
+            let before = aside.len();
+            let chunk = Chunk {
+                scene,
+                coherence,
+                given,
+                numbers,
+                aside: &mut aside,
+                apart: &mut apart,
+            };
+            let scaled = chunk.scaled(&mut scaled);
+            let mut shadows = Shadows { chunk, dark: 0 };
+            packets.ask::<I, _>(&mut shadows, scene, scaled, None);
+            let met = shadows.dark;
+            for (i, number) in numbers.iter().enumerate() {
+                dark[*number as usize] = met >> i & 1 != 0;
+            }
+            let alone = aside.len() - before;
+            chunks.count(alone, std::mem::take(&mut aside.visits));
+            if alone > 3 * SIZE {
+                skip = SKIP;
+            }
         }
-        if skip == 0 && chunk.aside.len() - before > 3 * SIZE {
-            skip = SKIP;
-        }
-        if chunk.is_full() || k * SIZE + given.len() == rays.len() {
-            let work = chunk.aside.drain(..);
+        if aside.len() >= ASIDE {
+            let work = aside.drain(rays);
             trace::<I, _, true>(scene, &mut Any { work, dark });
         }
     }
+    let work = aside.drain(rays);
+    trace::<I, _, true>(scene, &mut Any { work, dark });
 }
 
 /// Any hits of the chunk at hand.
-struct Shadows<'a, 'b> {
-    chunk: &'b mut Chunk<'a>,
+struct Shadows<'a> {
+    chunk: Chunk<'a>,
     /// Bit i: ray i of the chunk meets something, and was not put aside before that was known.
     dark: u64,
 }
 
-impl Query for Shadows<'_, '_> {
+impl Query for Shadows<'_> {
     #[inline(always)]
     fn packed<I: Isa>(&self, rays: &[Ray], placed: Option<&Placed>, packet: &mut Packet) -> bool {
         self.chunk.packed::<I>(rays, placed, Apex::of(rays), packet)
@@ -99,6 +112,7 @@ impl Query for Shadows<'_, '_> {
         stack.push(part.start, packet.active);
         while let Some((at, active)) = stack.pop() {
             let active = active & !dark;
+            self.chunk.aside.visits += 1;
             if active.count_ones() <= FEW {
                 self.chunk.alone_from(active, part.instance, at, who);
             } else if at & LEAF == 0 {

@@ -2,7 +2,8 @@
 
 use super::NearestApart;
 use super::alike::{Members, Who, number};
-use super::chunk::Chunk;
+use super::apart::closest_apart;
+use super::chunk::{ASIDE, Aside, Chunk, Chunks};
 use super::fan::Apex;
 use super::interleaved::trace;
 use super::line::{Member, Met, meet_one, within};
@@ -26,14 +27,14 @@ pub const FEW: u32 = 5;
 pub const ALL_TRIANGLES: u32 = 6;
 
 /// What the rays of a packet met in a mesh; t stands in the packet.
-struct Nearest {
+pub struct Nearest {
     slot: [u32; SIZE],
     u: [f32; SIZE],
     v: [f32; SIZE],
 }
 
 impl Nearest {
-    const NOTHING: Nearest = Nearest {
+    pub const NOTHING: Nearest = Nearest {
         slot: [NO_SLOT; SIZE],
         u: [0.0; SIZE],
         v: [0.0; SIZE],
@@ -43,30 +44,55 @@ impl Nearest {
 /// The nearest hits, for any number of rays.
 #[inline(always)]
 pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
-    let mut chunk = Chunk::none(scene, coherence);
+    if scene.root == NO_CHILD || coherence == Coherence::Incoherent {
+        hits.fill(Hit::MISS);
+    }
+    if scene.root == NO_CHILD {
+        return;
+    }
+    let mut scattered = [Hit::MISS; SIZE];
     let (mut packets, mut scaled) = (Packets::NONE, Members::NONE);
-    for (k, given) in rays.chunks(SIZE).enumerate() {
-        (chunk.given, chunk.number) = (given, k * SIZE);
-        let met = &mut hits[k * SIZE..][..given.len()];
+    let (mut aside, mut apart) = (Aside::default(), Vec::new());
+    let mut chunks = Chunks::of(rays, coherence);
+    while chunks.advance::<I>(&mut aside, &mut apart) {
+        let (given, numbers, coherence) = chunks.given();
+        let chunk = Chunk {
+            scene,
+            coherence,
+            given,
+            numbers,
+            aside: &mut aside,
+            apart: &mut apart,
+        };
+        let before = chunk.aside.len();
+        let scaled = chunk.scaled(&mut scaled);
+        let headed = coherence == Coherence::Incoherent;
+        let first = numbers[0] as usize;
+        let met = match headed {
+            true => &mut scattered[..given.len()],
+            false => &mut hits[first..first + given.len()],
+        };
         met.fill(Hit::MISS);
-        if scene.root != NO_CHILD {
-            let rays = chunk.scaled(&mut scaled);
-            let mut together = Together {
-                chunk: &mut chunk,
-                hits: met,
-            };
-            packets.ask::<I, _>(&mut together, scene, rays, None);
+        let mut together = Together { chunk, hits: met };
+        packets.ask::<I, _>(&mut together, scene, scaled, None);
+        if headed {
+            for (number, met) in numbers.iter().zip(&scattered) {
+                hits[*number as usize] = *met;
+            }
         }
-        if chunk.is_full() || k * SIZE + given.len() == rays.len() {
-            let work = chunk.aside.drain(..);
+        chunks.count(aside.len() - before, std::mem::take(&mut aside.visits));
+        if aside.len() >= ASIDE {
+            let work = aside.drain(rays);
             trace::<I, _, false>(scene, &mut NearestApart { work, hits });
         }
     }
+    let work = aside.drain(rays);
+    trace::<I, _, false>(scene, &mut NearestApart { work, hits });
 }
 
 /// The nearest hits of the chunk at hand.
 struct Together<'a, 'b> {
-    chunk: &'b mut Chunk<'a>,
+    chunk: Chunk<'a>,
     hits: &'b mut [Hit],
 }
 
@@ -97,7 +123,19 @@ impl Query for Together<'_, '_> {
     fn in_part<I: Isa>(&mut self, part: &Part, packet: &mut Packet, who: Who) {
         let mesh = &*self.chunk.scene.placed[part.instance as usize].bvh;
         let mut nearest = Nearest::NOTHING;
-        closest_below::<I>(mesh, part.start, packet, &mut nearest);
+        if self.chunk.coherence == Coherence::Incoherent {
+            let starts = closest_apart::<I>(mesh, part.start, packet, &mut nearest);
+            self.chunk.aside.visits += starts.visits;
+            let mut left = starts.alone;
+            while left != 0 {
+                let place = left.trailing_zeros() as usize & (SIZE - 1);
+                left &= left - 1;
+                self.chunk
+                    .alone_from(1 << place, part.instance, starts.at[place], who);
+            }
+        } else {
+            closest_below::<I>(mesh, part.start, packet, &mut nearest);
+        }
         for place in 0..packet.active.count_ones() {
             let i = place as usize & (SIZE - 1);
             if nearest.slot[i] == NO_SLOT {
@@ -173,7 +211,7 @@ fn closest_below<I: Isa>(mesh: &Bvh, start: u32, packet: &mut Packet, nearest: &
 
 /// Whether anything was found.
 #[inline(always)]
-fn closest_in_leaf<I: Isa>(
+pub fn closest_in_leaf<I: Isa>(
     mesh: &Bvh,
     leaf: &Leaf,
     mut active: u64,
