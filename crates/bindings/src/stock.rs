@@ -1,11 +1,12 @@
 //! Memory of pictures that nobody holds any more, for those to come: memory that is touched for the first time costs more
 //! than what is written to it.
 
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{Element, IntoPyArray, PyArray1, PyArrayMethods, PyReadwriteArray1};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PySlice};
 use raycam_render::{Channel, Kind, Target, Values, zeros};
 
 /// The most bytes that are kept.
@@ -15,7 +16,10 @@ const PICTURES: u64 = 8;
 /// Planes of fewer bytes are not worth it.
 const LEAST: usize = 1 << 15;
 
-/// The values of a plane, in a row. What Python holds is a view of it, which keeps it.
+/// Bytes of a line of the cache: planes begin with one, and whole lines are written fastest.
+const LINE: usize = 64;
+
+/// The values of a plane, in a row, and a line more. What Python holds is a view of it, which keeps it.
 enum Owner {
     F32(Py<PyArray1<f32>>),
     F64(Py<PyArray1<f64>>),
@@ -40,10 +44,11 @@ static STOCK: Mutex<Option<Stock>> = Mutex::new(None);
 
 impl Owner {
     fn zeros(py: Python<'_>, kind: Kind, values: usize) -> Self {
+        let count = values + LINE / bytes(kind, 1);
         match kind {
-            Kind::F32 => Self::F32(zeros(values).into_pyarray(py).unbind()),
-            Kind::F64 => Self::F64(zeros(values).into_pyarray(py).unbind()),
-            Kind::I32 => Self::I32(zeros(values).into_pyarray(py).unbind()),
+            Kind::F32 => Self::F32(zeros(count).into_pyarray(py).unbind()),
+            Kind::F64 => Self::F64(zeros(count).into_pyarray(py).unbind()),
+            Kind::I32 => Self::I32(zeros(count).into_pyarray(py).unbind()),
         }
     }
 
@@ -77,6 +82,26 @@ impl Owner {
 
 fn bytes(kind: Kind, values: usize) -> usize {
     values * if kind == Kind::F64 { 8 } else { 4 }
+}
+
+/// Where a plane of so many values lies in its array.
+fn within<T>(start: *const T, values: usize) -> Range<usize> {
+    let first = start.align_offset(LINE);
+    first..first + values
+}
+
+/// A plane in the shape that Python knows.
+fn view<'py, T: Element>(
+    py: Python<'py>,
+    array: &Py<PyArray1<T>>,
+    values: usize,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyAny>> {
+    let array = array.bind(py);
+    let Range { start, end } = within(array.data(), values);
+    let part = PySlice::new(py, start.cast_signed(), end.cast_signed(), 1);
+    let plane = array.get_item(part)?.cast_into::<PyArray1<T>>()?;
+    Ok(plane.reshape(shape)?.into_any())
 }
 
 impl Stock {
@@ -175,6 +200,14 @@ impl Planes {
         ) -> PyResult<PyReadwriteArray1<'py, T>> {
             Ok(array.bind(py).try_readwrite()?)
         }
+        fn part<'a, T: Element>(
+            array: &'a mut PyReadwriteArray1<'_, T>,
+            values: usize,
+        ) -> PyResult<&'a mut [T]> {
+            let all = array.as_slice_mut()?;
+            let part = within(all.as_ptr(), values);
+            Ok(&mut all[part])
+        }
         let opened = self.0.iter().map(|plane| {
             Ok(match &plane.owner {
                 Owner::F32(array) => Open::F32(open(py, array)?),
@@ -187,9 +220,9 @@ impl Planes {
             Ok(Target {
                 channel: plane.channel,
                 values: match open {
-                    Open::F32(array) => Values::F32(array.as_slice_mut()?),
-                    Open::F64(array) => Values::F64(array.as_slice_mut()?),
-                    Open::I32(array) => Values::I32(array.as_slice_mut()?),
+                    Open::F32(array) => Values::F32(part(array, plane.values)?),
+                    Open::F64(array) => Values::F64(part(array, plane.values)?),
+                    Open::I32(array) => Values::I32(part(array, plane.values)?),
                 },
                 zero: plane.zero,
             })
@@ -209,9 +242,9 @@ impl Planes {
             let shape = [height, width, plane.channel.components()];
             let shape = &shape[..if shape[2] == 1 { 2 } else { 3 }];
             let pixels = match &plane.owner {
-                Owner::F32(array) => array.bind(py).reshape(shape)?.into_any(),
-                Owner::F64(array) => array.bind(py).reshape(shape)?.into_any(),
-                Owner::I32(array) => array.bind(py).reshape(shape)?.into_any(),
+                Owner::F32(array) => view(py, array, plane.values, shape)?,
+                Owner::F64(array) => view(py, array, plane.values, shape)?,
+                Owner::I32(array) => view(py, array, plane.values, shape)?,
             };
             dict.set_item(plane.channel.name(), pixels)?;
         }

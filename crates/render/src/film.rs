@@ -1,205 +1,187 @@
 //! The planes of a frame while many threads write them, a tile at a time.
 
 use std::ops::Range;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
-use raycam_bvh::zeros;
-use rayon::prelude::*;
+use raycam_bvh::{PastCache, Plain, past_cache};
 
-use crate::channel::{Channel, Kind};
-use crate::error::RenderError;
+use crate::channel::Channel;
 use crate::frame::Plane;
-use crate::tile::{BLOCK, TILE, Tile};
+use crate::target::{Target, Values};
+use crate::tile::{TILE, Tile};
 
-/// The most memory that the planes of a frame may take.
-pub const MAX_FRAME_BYTES: u64 = 8 << 30;
+/// Bytes of a picture from which on it is written past the cache: it would not stay there.
+const LARGE: usize = 4 << 20;
 
-/// How many pixels a region has, if there is memory for its planes.
-pub(crate) fn check_room(
-    [_, _, width, height]: [u32; 4],
-    channels: &[Channel],
-) -> Result<usize, RenderError> {
-    let pixels = u64::from(width) * u64::from(height);
-    let bytes = pixels * channels.iter().map(|channel| channel.bytes()).sum::<u64>();
-    let too_large = || RenderError::TooLarge {
-        what: format!(
-            "a frame of {width} x {height} pixels and {} channels",
-            channels.len()
-        ),
-        bytes,
-        limit: MAX_FRAME_BYTES,
-    };
-    let pixels = usize::try_from(pixels)
-        .ok()
-        .filter(|_| bytes <= MAX_FRAME_BYTES)
-        .ok_or_else(too_large)?;
-    // Asked for and given back: an allocation that fails below would end the process.
-    Vec::<u8>::new()
-        .try_reserve_exact(bytes as usize)
-        .map_err(|_| too_large())?;
-    Ok(pixels)
-}
+/// Rows of a tile that are written together, and their pixels: what is known of these fits the nearest cache. Rows of a block
+/// are a multiple.
+const ROWS: u32 = 4;
+const PAGE: usize = (TILE * ROWS) as usize;
 
-/// Allocates the planes of a region, by the threads of the pool it is called in.
-pub(crate) fn planes(
-    region: [u32; 4],
-    channels: &[Channel],
-) -> Result<Vec<(Channel, Plane)>, RenderError> {
-    let pixels = check_room(region, channels)?;
-    Ok(channels
-        .par_iter()
-        .map(|&channel| {
-            let components = channel.components();
-            let count = pixels * components;
-            let plane = match channel.kind() {
-                Kind::F32 => Plane::F32 {
-                    components,
-                    data: zeros(count),
-                },
-                Kind::F64 => Plane::F64 {
-                    components,
-                    data: zeros(count),
-                },
-                Kind::I32 => Plane::I32 {
-                    components,
-                    data: zeros(count),
-                },
-            };
-            (channel, plane)
-        })
-        .collect())
-}
+/// A block of a tile, and which of the tile's pixels it begins with; where that is none, it shows nothing but the
+/// background.
+pub(crate) type Block = (Tile, Option<usize>);
 
-/// Where a plane of a picture is written: as many values as the region has pixels, times the channel's components.
-pub enum Values<'a> {
-    /// float32.
-    F32(&'a mut [f32]),
-    /// float64.
-    F64(&'a mut [f64]),
-    /// int32.
-    I32(&'a mut [i32]),
-}
-
-/// A plane to be written.
-pub struct Target<'a> {
-    /// What of.
-    pub channel: Channel,
-    /// Where to.
-    pub values: Values<'a>,
-    /// Whether all of them are 0 already; else they may be anything.
-    pub zero: bool,
-}
-
-impl<'a> Target<'a> {
-    /// One that is zero.
-    pub(crate) fn of((channel, plane): &'a mut (Channel, Plane)) -> Self {
-        Self {
-            channel: *channel,
-            values: match plane {
-                Plane::F32 { data, .. } => Values::F32(data),
-                Plane::F64 { data, .. } => Values::F64(data),
-                Plane::I32 { data, .. } => Values::I32(data),
-            },
-            zero: true,
-        }
-    }
-
-    /// Whether it is as large as it has to be, and of the kind of its channel.
-    fn fits(&self, pixels: usize) -> bool {
-        let (kind, length) = match &self.values {
-            Values::F32(to) => (Kind::F32, to.len()),
-            Values::F64(to) => (Kind::F64, to.len()),
-            Values::I32(to) => (Kind::I32, to.len()),
-        };
-        kind == self.channel.kind() && length == pixels * self.channel.components()
-    }
-
-    /// Its rows of tiles, of so many pixels each.
-    fn strips(self, pixels: usize) -> Vec<Strip<'a>> {
-        let length = pixels * self.channel.components();
-        match self.values {
-            Values::F32(to) => to.chunks_mut(length).map(Strip::F32).collect(),
-            Values::F64(to) => to.chunks_mut(length).map(Strip::F64).collect(),
-            Values::I32(to) => to.chunks_mut(length).map(Strip::I32).collect(),
-        }
-    }
-}
-
-/// Pixels in a row: where they lie in a strip, and which of the tile's they are.
-pub(crate) struct Run {
+/// Pixels in a row: where they lie in a strip, and which of the tile's they are, unless they are background.
+struct Run {
     to: usize,
-    from: usize,
+    from: Option<usize>,
     length: usize,
+    /// Whether it is the first of a row.
+    begins: bool,
 }
 
-/// Runs that are written at a time: what is known of them fits the nearest cache.
-const RUNS: usize = 32;
+/// What planes are of.
+pub(crate) trait Stored: Plain + 'static {
+    /// The values of a plane of this kind; none of another.
+    fn of(plane: &Plane) -> &[Self];
 
-/// The rows of one plane that a row of tiles covers.
-pub(crate) enum Strip<'a> {
-    F32(&'a mut [f32]),
-    F64(&'a mut [f64]),
-    I32(&'a mut [i32]),
+    /// What is to be written, if it is of this kind.
+    fn to<'r, 'a>(values: &'r mut Values<'a>) -> Option<&'r mut &'a mut [Self]>;
 }
 
-impl Strip<'_> {
-    /// Puts the value of each pixel in its place. What is no number of the strip's kind is rounded to one; those of all
-    /// channels are.
-    #[inline]
-    pub fn put<T: Number, const N: usize>(
-        &mut self,
-        runs: &[Run],
-        mut value: impl FnMut(usize) -> [T; N],
-    ) {
-        match self {
-            Self::F32(to) => put(to, runs, |i| value(i).map(T::to_f32)),
-            Self::F64(to) => put(to, runs, |i| value(i).map(T::to_f64)),
-            Self::I32(to) => put(to, runs, |i| value(i).map(T::to_i32)),
-        }
-    }
-
-    /// Gives these pixels the values of one.
-    fn fill<T: Number>(&mut self, pixels: &[Range<usize>], one: &[T]) {
-        let numbers = one.iter().copied();
-        match self {
-            Self::F32(to) => repeat(to, pixels, &numbers.map(T::to_f32).collect::<Vec<_>>()),
-            Self::F64(to) => repeat(to, pixels, &numbers.map(T::to_f64).collect::<Vec<_>>()),
-            Self::I32(to) => repeat(to, pixels, &numbers.map(T::to_i32).collect::<Vec<_>>()),
-        }
-    }
-}
-
-/// What strips are of.
-pub(crate) trait Number: Copy {
-    fn to_f32(self) -> f32;
-    fn to_f64(self) -> f64;
-    fn to_i32(self) -> i32;
-}
-
-macro_rules! number {
-    ($($kind:ty),*) => {$(
-        impl Number for $kind {
-            fn to_f32(self) -> f32 {
-                self as f32
+macro_rules! stored {
+    ($($kind:ty: $plane:ident),*) => {$(
+        impl Stored for $kind {
+            fn of(plane: &Plane) -> &[Self] {
+                match plane {
+                    Plane::$plane { data, .. } => data,
+                    _ => &[],
+                }
             }
-            fn to_f64(self) -> f64 {
-                f64::from(self)
-            }
-            fn to_i32(self) -> i32 {
-                self as i32
+
+            fn to<'r, 'a>(values: &'r mut Values<'a>) -> Option<&'r mut &'a mut [Self]> {
+                match values {
+                    Values::$plane(to) => Some(to),
+                    _ => None,
+                }
             }
         }
     )*};
 }
-number!(f32, f64, i32);
+stored!(f32: F32, f64: F64, i32: I32);
 
-/// A channel's part of a row of tiles, and whether all of it was 0.
-type Part<'a> = (Channel, Strip<'a>, bool);
+/// The rows of one channel that a row of tiles covers.
+struct Strip<'a> {
+    channel: Channel,
+    values: Values<'a>,
+    /// Whether all of them were 0 at first.
+    zero: bool,
+}
+
+/// What lies in a strip behind the pixels that are written.
+struct Rest<'a> {
+    channel: Channel,
+    values: Values<'a>,
+    /// The number of its first pixel in the strip.
+    at: usize,
+    zero: bool,
+    /// What is seen where nothing is.
+    background: Option<&'a Plane>,
+}
+
+impl<'a> Rest<'a> {
+    fn new(strip: &'a mut Strip<'_>, background: Option<&'a Plane>) -> Self {
+        Self {
+            channel: strip.channel,
+            values: match &mut strip.values {
+                Values::F32(to) => Values::F32(to),
+                Values::F64(to) => Values::F64(to),
+                Values::I32(to) => Values::I32(to),
+            },
+            at: 0,
+            zero: strip.zero,
+            background,
+        }
+    }
+
+    /// Memory that nobody writes to costs nothing.
+    fn is_idle(&self) -> bool {
+        self.zero && self.background.is_some_and(Plane::is_zero)
+    }
+}
+
+/// One channel of some pixels of a tile.
+pub(crate) struct Page<'p, 'a> {
+    rest: &'p mut Rest<'a>,
+    runs: &'p [Run],
+    past: Option<&'p mut PastCache<'a>>,
+}
+
+impl Page<'_, '_> {
+    /// Puts the value of each pixel in its place, by its number in the tile. Values are of the kind that the channel is of;
+    /// others are not put.
+    #[inline]
+    pub fn put<T: Stored, const N: usize>(&mut self, mut value: impl FnMut(usize) -> [T; N]) {
+        let blank = self.blank();
+        // All of them before the first is copied: what was written a moment ago is slow to be read.
+        let mut pixels = [[T::default(); N]; PAGE];
+        let mut room = pixels.as_mut_slice();
+        for run in self.runs {
+            let (here, after) = room.split_at_mut(run.length);
+            room = after;
+            match run.from {
+                Some(from) => {
+                    for (i, pixel) in here.iter_mut().enumerate() {
+                        *pixel = value(from + i);
+                    }
+                }
+                None => here.fill(blank),
+            }
+        }
+        self.copy(pixels.as_flattened(), N, false);
+    }
+
+    /// Puts the background.
+    fn put_background(&mut self) {
+        match self.rest.background {
+            Some(Plane::F32 { data, .. }) => self.repeat(data),
+            Some(Plane::F64 { data, .. }) => self.repeat(data),
+            Some(Plane::I32 { data, .. }) => self.repeat(data),
+            None => {}
+        }
+    }
+
+    fn repeat<T: Stored>(&mut self, pixel: &[T]) {
+        let row = pixel.repeat(TILE as usize);
+        self.copy(&row, pixel.len(), true);
+    }
+
+    /// What the background has.
+    fn blank<T: Stored, const N: usize>(&self) -> [T; N] {
+        let background = self.rest.background.map(T::of);
+        let pixel = background.and_then(|pixel| pixel.first_chunk());
+        pixel.copied().unwrap_or([T::default(); N])
+    }
+
+    /// Puts the values of the runs' pixels, those of one row after those of another, or the same `always`.
+    fn copy<T: Stored>(&mut self, mut values: &[T], components: usize, always: bool) {
+        let Some(rest) = T::to(&mut self.rest.values) else {
+            return;
+        };
+        for row in self.runs.chunk_by(|_, run| !run.begins) {
+            let to = row.first().map_or(self.rest.at, |run| run.to);
+            let length = row.iter().map(|run| run.length).sum::<usize>();
+            let before = (to - self.rest.at) * components;
+            let (_, behind) = std::mem::take(rest).split_at_mut(before);
+            let (here, behind) = behind.split_at_mut(length * components);
+            let (row, after) = values.split_at(here.len());
+            match &mut self.past {
+                Some(past) => past.copy(here, row),
+                None => here.copy_from_slice(row),
+            }
+            values = if always { values } else { after };
+            (*rest, self.rest.at) = (behind, to + length);
+        }
+    }
+}
 
 /// The planes of a region, cut into rows of tiles, each of which one thread writes at a time.
 pub(crate) struct Film<'a> {
     region: [u32; 4],
-    bands: Vec<Mutex<Vec<Part<'a>>>>,
+    bands: Vec<Mutex<Vec<Strip<'a>>>>,
+    /// Whether it is [`LARGE`].
+    large: bool,
 }
 
 impl<'a> Film<'a> {
@@ -207,18 +189,25 @@ impl<'a> Film<'a> {
     pub fn new(region: [u32; 4], targets: impl Iterator<Item = Target<'a>>) -> Option<Self> {
         let mut bands: Vec<Vec<_>> = (0..region[3].div_ceil(TILE)).map(|_| vec![]).collect();
         let [width, height] = [region[2] as usize, region[3] as usize];
+        let mut bytes = 0;
         for target in targets {
             if !target.fits(width * height) {
                 return None;
             }
+            bytes += width * height * target.channel.bytes() as usize;
             let (channel, zero) = (target.channel, target.zero);
-            for (band, strip) in bands.iter_mut().zip(target.strips(width * TILE as usize)) {
-                band.push((channel, strip, zero));
+            for (band, values) in bands.iter_mut().zip(target.strips(width * TILE as usize)) {
+                band.push(Strip {
+                    channel,
+                    values,
+                    zero,
+                });
             }
         }
         Some(Self {
             region,
             bands: bands.into_iter().map(Mutex::new).collect(),
+            large: bytes >= LARGE,
         })
     }
 
@@ -226,124 +215,160 @@ impl<'a> Film<'a> {
     pub fn is_of(&self, channels: &[Channel]) -> bool {
         self.bands.iter().all(|band| {
             let band = band.lock().unwrap_or_else(PoisonError::into_inner);
-            band.iter().map(|(channel, ..)| channel).eq(channels)
+            band.iter().map(|strip| &strip.channel).eq(channels)
         })
     }
 
-    /// Gives all pixels of the blocks of a tile the values of a frame of one pixel.
-    pub fn fill(&self, tile: &Tile, blocks: &[Tile], one: &[(Channel, Plane)]) {
-        if blocks.is_empty() {
-            return;
-        }
-        let (first, mut strips) = self.band(tile);
-        // Memory that nobody writes to costs nothing.
-        let idle =
-            |((_, _, zero), (_, plane)): (&Part, &(Channel, Plane))| *zero && plane.is_zero();
-        if strips.iter().zip(one).all(idle) {
-            return;
-        }
-        let rows: Vec<Range<usize>> = blocks
-            .iter()
-            .flat_map(|block| (block.y..block.y + block.height).map(move |row| (block, row)))
-            .map(|(block, row)| {
-                let start = self.place(first, [block.x, row]);
-                start..start + block.width as usize
-            })
-            .collect();
-        for ((_, strip, zero), (_, plane)) in strips.iter_mut().zip(one) {
-            if *zero && plane.is_zero() {
-                continue;
-            }
-            match plane {
-                Plane::F32 { data, .. } => strip.fill(&rows, data),
-                Plane::F64 { data, .. } => strip.fill(&rows, data),
-                Plane::I32 { data, .. } => strip.fill(&rows, data),
-            }
-        }
-    }
-
-    /// The rows of tiles that a tile is in, from which row on.
-    fn band(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<Part<'a>>>) {
-        let band = (tile.y - self.region[1]) / TILE;
-        // A thread that panicked left its own pixels unwritten; nobody else's suffer.
-        let strips = self.bands[band as usize]
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        (self.region[1] + band * TILE, strips)
-    }
-
-    /// Where in a strip that begins with the row `first` a pixel lies.
-    fn place(&self, first: u32, [x, y]: [u32; 2]) -> usize {
-        (y - first) as usize * self.region[2] as usize + (x - self.region[0]) as usize
-    }
-
-    /// Writes all channels of a tile: `write` gets each channel's strip and where in it `pixels` lie.
+    /// Writes all channels of a tile: `write` gets their pages. The blocks are those of the tile, row by row; `background` is what a frame of one pixel
+    /// has, if any of them are that.
     pub fn write(
         &self,
         tile: &Tile,
-        pixels: &[[u32; 2]],
-        mut write: impl FnMut(Channel, &mut Strip, &[Run]),
+        blocks: &[Block],
+        background: &[(Channel, Plane)],
+        mut write: impl FnMut(Channel, &mut Page),
     ) {
-        let (first, mut strips) = self.band(tile);
-        let mut runs: Vec<Run> = Vec::with_capacity((TILE * TILE / BLOCK) as usize);
-        if pixels.len() == (TILE * TILE) as usize {
-            // Blocks beside each other are written row by row: whole lines of the cache.
-            for row in 0..TILE {
-                let to = self.place(first, [tile.x, tile.y + row]);
-                let block = (row / BLOCK * TILE + row % BLOCK) * BLOCK;
-                runs.extend((0..TILE / BLOCK).map(|i| Run {
-                    to: to + (i * BLOCK) as usize,
-                    from: (block + i * BLOCK * BLOCK) as usize,
-                    length: BLOCK as usize,
-                }));
-            }
-        } else {
-            for (from, &pixel) in pixels.iter().enumerate() {
-                let to = self.place(first, pixel);
-                match runs.last_mut() {
-                    Some(run) if run.to + run.length == to => run.length += 1,
-                    _ => runs.push(Run {
-                        to,
-                        from,
-                        length: 1,
-                    }),
+        let band = (tile.y - self.region[1]) / TILE;
+        let first = self.region[1] + band * TILE;
+        // A thread that panicked left its own pixels unwritten; nobody else's suffer.
+        let mut strips = self.bands[band as usize]
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let mut rests: Vec<Rest> = strips
+            .iter_mut()
+            .enumerate()
+            .map(|(i, strip)| Rest::new(strip, background.get(i).map(|(_, plane)| plane)))
+            .collect();
+        let mut runs = vec![];
+        past_cache(|past| {
+            // Some rows in all channels before the next ones.
+            for blocks in blocks.chunk_by(|(a, _), (b, _)| a.y == b.y) {
+                let height = blocks.first().map_or(0, |(block, _)| block.height);
+                let blank = blocks.iter().all(|(_, pixels)| pixels.is_none());
+                for row in (0..height).step_by(ROWS as usize) {
+                    self.runs(first, blocks, row..height.min(row + ROWS), &mut runs);
+                    for rest in &mut rests {
+                        if blank && rest.is_idle() {
+                            continue;
+                        }
+                        let channel = rest.channel;
+                        let mut page = Page {
+                            runs: &runs,
+                            past: self.large.then_some(&mut *past),
+                            rest,
+                        };
+                        match blank {
+                            true => page.put_background(),
+                            false => write(channel, &mut page),
+                        }
+                    }
                 }
             }
-            runs.sort_unstable_by_key(|run| run.to);
-        }
-        // Some pixels of all channels before others, so that what is known of them is looked up in the nearest cache.
-        for some in runs.chunks(RUNS) {
-            for (channel, strip, _) in strips.iter_mut() {
-                write(*channel, strip, some);
+        });
+    }
+
+    /// The runs of rows of blocks beside each other, in a strip that begins with the row `first`.
+    fn runs(&self, first: u32, blocks: &[Block], rows: Range<u32>, runs: &mut Vec<Run>) {
+        runs.clear();
+        for row in rows {
+            for (i, (block, pixels)) in blocks.iter().enumerate() {
+                let length = block.width as usize;
+                let before = (block.y + row - first) as usize * self.region[2] as usize;
+                runs.push(Run {
+                    to: before + (block.x - self.region[0]) as usize,
+                    from: pixels.map(|pixels| pixels + row as usize * length),
+                    length,
+                    begins: i == 0,
+                });
             }
         }
     }
 }
 
-/// Puts the value of each pixel in its place.
-#[inline]
-fn put<T: Copy, const N: usize>(
-    to: &mut [T],
-    runs: &[Run],
-    mut value: impl FnMut(usize) -> [T; N],
-) {
-    for run in runs {
-        let (to, _) = to[run.to * N..][..run.length * N].as_chunks_mut();
-        for (i, pixel) in to.iter_mut().enumerate() {
-            *pixel = value(run.from + i);
-        }
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::target;
 
-/// The same values for each of these pixels.
-fn repeat<T: Copy>(to: &mut [T], pixels: &[Range<usize>], one: &[T]) {
-    for row in pixels {
-        let to = &mut to[row.start * one.len()..row.end * one.len()];
-        match one {
-            [value] => to.fill(*value),
-            _ => to
-                .chunks_exact_mut(one.len())
-                .for_each(|pixel| pixel.copy_from_slice(one)),
+    /// A picture of pixel numbers in which every third block is background, written tile by tile.
+    fn written(region: [u32; 4], channels: &[Channel]) -> Vec<(Channel, Plane)> {
+        let mut planes = target::planes(region, channels).unwrap();
+        let film = Film::new(region, planes.iter_mut().map(Target::of)).unwrap();
+        let mut background = target::planes([0, 0, 1, 1], channels).unwrap();
+        for (_, plane) in &mut background {
+            match plane {
+                Plane::F32 { data, .. } => data.fill(-1.5),
+                Plane::F64 { data, .. } => data.fill(-1.5),
+                Plane::I32 { data, .. } => data.fill(-1),
+            }
+        }
+        for tile in Tile::for_threads(region, 2) {
+            let (mut pixels, mut blocks) = (vec![], vec![]);
+            for block in tile.blocks() {
+                let seen = !is_blank(&block);
+                blocks.push((block, seen.then_some(pixels.len())));
+                if seen {
+                    block.add_rows(&mut pixels);
+                }
+            }
+            blocks.sort_by_key(|(block, _)| (block.y, block.x));
+            let number = |i: usize| pixels[i][1] * 10_000 + pixels[i][0];
+            film.write(&tile, &blocks, &background, |channel, page| match channel {
+                Channel::Position => {
+                    page.put(|i| [0.0, 0.25, 0.5].map(|k| k + f64::from(number(i))))
+                }
+                Channel::Normal => page.put(|i| [0.0, 0.25, 0.5].map(|k| k + number(i) as f32)),
+                _ => page.put(|i| [number(i) as i32]),
+            });
+        }
+        drop(film);
+        planes
+    }
+
+    fn is_blank(block: &Tile) -> bool {
+        (block.x / 8 + block.y / 8).is_multiple_of(3)
+    }
+
+    #[test]
+    fn every_pixel_is_written_in_its_place_small_pictures_and_large_ones() {
+        let channels = [Channel::Position, Channel::Normal, Channel::Triangle];
+        for region in [
+            [0, 0, 1, 1],
+            [8, 16, 9, 70],
+            [0, 0, 333, 211],
+            [0, 8, 520, 400],
+        ] {
+            let [x, y, width, height] = region;
+            let large = u64::from(width * height) * 40 >= LARGE as u64;
+            assert_eq!(large, width == 520);
+            let planes = written(region, &channels);
+            for (row, column) in (0..height).flat_map(|v| (0..width).map(move |u| (v, u))) {
+                // Blocks begin where the region does.
+                let tile = Tile {
+                    x: x + column / 8 * 8,
+                    y: y + row / 8 * 8,
+                    width: 8,
+                    height: 8,
+                };
+                let number = (y + row) * 10_000 + x + column;
+                let at = (row * width + column) as usize;
+                let (real, whole) = match is_blank(&tile) {
+                    true => ([-1.5; 3], -1),
+                    false => (
+                        [0.0, 0.25, 0.5].map(|k| k + f64::from(number)),
+                        number as i32,
+                    ),
+                };
+                for (channel, plane) in &planes {
+                    match plane {
+                        Plane::F64 { data, .. } => assert_eq!(data[3 * at..][..3], real),
+                        Plane::F32 { data, .. } => {
+                            assert_eq!(data[3 * at..][..3], real.map(|k| k as f32));
+                        }
+                        Plane::I32 { data, .. } => assert_eq!(data[at], whole, "{channel:?}"),
+                    }
+                }
+            }
         }
     }
 }

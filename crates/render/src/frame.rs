@@ -2,7 +2,7 @@
 
 use crate::channel::Channel;
 use crate::error::RenderError;
-use crate::film;
+use crate::target;
 use crate::threads::with_pool;
 
 /// The pixels of one channel, row by row, `components` values each.
@@ -78,7 +78,7 @@ impl Frame {
         let Some(region) = union(&parts) else {
             return fail("the regions of the frames to merge overlap or leave gaps");
         };
-        let mut planes = with_pool(None, || film::planes(region, &channels))??;
+        let mut planes = with_pool(None, || target::planes(region, &channels))??;
         let mut notices: Vec<String> = vec![];
         for part in parts {
             for ((_, to), (_, from)) in planes.iter_mut().zip(&part.planes) {

@@ -164,9 +164,11 @@ mod tests {
     #[test]
     fn exact_rays_have_one_tree_once_it_pays_and_the_same_answers() {
         let mut world = world();
-        // Something that lies in the floor: ties are decided.
-        let object = world.objects[0].clone();
-        world.add_object(object).unwrap();
+        // Things that lie in others: the first one is seen.
+        for i in [0, 1, 0, 2, 0] {
+            let object = world.objects[i].clone();
+            world.add_object(object).unwrap();
+        }
         let prepared = prepare(&world, None);
         let k = DMat3::from_cols_array(&[50.0, 0.0, 0.0, 0.0, 50.0, 0.0, 59.5, 39.5, 1.0]);
         let (eye, target) = (DVec3::new(0.5, -3.0, 2.0), DVec3::new(0.0, 0.0, 0.4));
@@ -186,6 +188,10 @@ mod tests {
         let with = picture();
         assert!(prepared.merged.tree.get().is_some_and(Option::is_some));
         assert!(without.planes[..2] == with.planes[..2]);
+        match &with.planes[0].1 {
+            Plane::I32 { data, .. } => assert_eq!(data.iter().max(), Some(&2)),
+            other => panic!("{other:?}"),
+        }
         let bits = |frame: &crate::Frame| match &frame.planes[2].1 {
             Plane::F64 { data, .. } => data.iter().map(|v| v.to_bits()).collect::<Vec<_>>(),
             other => panic!("{other:?}"),

@@ -15,6 +15,7 @@ use crate::control::Control;
 use crate::cover::Cover;
 use crate::error::RenderError;
 use crate::estimate::Estimate;
+use crate::film::Block;
 use crate::filter::PreparedFilter;
 use crate::frame::Plane;
 use crate::integrator::{self, Batch};
@@ -60,8 +61,7 @@ pub(crate) struct Picture<'a> {
 #[derive(Default)]
 pub(crate) struct Buffers {
     pixels: Vec<[u32; 2]>,
-    /// The blocks that nothing is seen in.
-    blank: Vec<Tile>,
+    blocks: Vec<Block>,
     exact: Exact,
     rays: Vec<Ray>,
     hits: Vec<Hit>,
@@ -212,11 +212,26 @@ impl<'a> Picture<'a> {
         state: &mut Estimate,
         control: &Control,
     ) -> Result<(), RenderError> {
-        tile.pixels(&mut buffers.pixels);
+        self.lay_out(tile, buffers);
         buffers.active.clear();
         buffers.active.extend(0..buffers.pixels.len());
         std::mem::swap(&mut buffers.estimate, state);
         self.look(buffers, control)
+    }
+
+    /// The blocks of a tile, and the pixels of those that anything may be seen in.
+    fn lay_out(&self, tile: &Tile, Buffers { pixels, blocks, .. }: &mut Buffers) {
+        pixels.clear();
+        blocks.clear();
+        for block in tile.blocks() {
+            let cover = self.cover.as_ref();
+            let seen = cover.is_none_or(|(cover, _)| cover.meets(&block));
+            blocks.push((block, seen.then_some(pixels.len())));
+            if seen {
+                block.add_rows(pixels);
+            }
+        }
+        blocks.sort_unstable_by_key(|(block, _)| (block.y, block.x));
     }
 
     /// Prepares a tile's buffers, with the rays through its pixels' centres where they are needed.
@@ -226,15 +241,7 @@ impl<'a> Picture<'a> {
         buffers: &mut Buffers,
         control: &Control,
     ) -> Result<(), RenderError> {
-        let Buffers { pixels, blank, .. } = &mut *buffers;
-        pixels.clear();
-        blank.clear();
-        for block in tile.blocks() {
-            match &self.cover {
-                Some((cover, _)) if !cover.meets(&block) => blank.push(block),
-                _ => block.add_rows(pixels),
-            }
-        }
+        self.lay_out(tile, buffers);
         let count = buffers.pixels.len();
         buffers.estimate.reset(count, self.estimated);
         buffers.active.clear();

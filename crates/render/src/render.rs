@@ -9,12 +9,13 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::estimate::Estimate;
-use crate::film::{self, Film, Target};
+use crate::film::Film;
 use crate::frame::Frame;
 use crate::moments::Moments;
 use crate::picture::{Buffers, Picture};
 use crate::prepare::PreparedWorld;
 use crate::settings::Settings;
+use crate::target::{self, Target};
 use crate::threads::with_pool;
 use crate::tile::Tile;
 
@@ -84,7 +85,7 @@ pub fn render_into(
 /// [`RenderError::Settings`] and [`RenderError::TooLarge`].
 pub fn room(camera: &Camera, settings: &Settings) -> Result<([u32; 4], usize), RenderError> {
     let region = settings.check(camera.size())?;
-    Ok((region, film::check_room(region, &settings.channels)?))
+    Ok((region, target::check_room(region, &settings.channels)?))
 }
 
 fn picture_of(
@@ -96,7 +97,7 @@ fn picture_of(
 ) -> Result<Frame, RenderError> {
     let region = settings.check(camera.size())?;
     let mut planes = with_pool(settings.threads, || {
-        film::planes(region, &settings.channels)
+        target::planes(region, &settings.channels)
     })??;
     let picture = Asked {
         world,

@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::film::MAX_FRAME_BYTES;
 use crate::flow::View;
 use crate::prepare::PreparedWorld;
+use crate::target::MAX_FRAME_BYTES;
 use crate::threads::with_pool;
 use crate::tile::{TILE, Tile};
 use crate::truth::exact_ray;

@@ -135,7 +135,7 @@ fn many_rays_are_those_of_each_pixel() {
             camera = Camera::orthographic(k, r, c, SIZE, PixelCenter::Half).unwrap();
         }
         let pixels: Vec<DVec2> = (0..40)
-            .map(|i| DVec2::new(random.between(-9.0, 649.0), f64::from(i / 8 * 7 % 5)))
+            .map(|i| DVec2::new(random.between(-9.0, 649.0), f64::from(i / 8 * 7 % 5) / 4.0))
             .collect();
         let mut rays = vec![];
         camera.rays(pixels.iter().copied(), |ray| rays.push(ray));

@@ -2,10 +2,11 @@
 
 use super::{Buffers, Picture};
 use crate::channel::Channel;
-use crate::film::{self, Film, Target};
+use crate::film::{Film, Page};
 use crate::frame::Plane;
 use crate::integrator;
 use crate::settings::Settings;
+use crate::target::{self, Target};
 use crate::tile::Tile;
 use crate::told::{Found, Told};
 use crate::truth::Exact;
@@ -21,31 +22,32 @@ impl Picture<'_> {
         }
         let exact = &buffers.exact;
         let told = Told::new(exact, self.world, &buffers.seen, self.camera.r(), &turned);
-        if let Some((_, background)) = &self.cover {
-            film.fill(tile, &buffers.blank, background);
-        }
+        let background = self.cover.as_ref().map_or(&[][..], |(_, pixel)| pixel);
         let mut corners = Found::new(None);
-        use Channel as C;
-        film.write(tile, &buffers.pixels, |channel, strip, at| match channel {
-            C::Color => strip.put(at, |i| estimate.color(i).to_array()),
-            C::Albedo => strip.put(at, |i| told.albedo(i)),
-            C::Depth => strip.put(at, |i| [told.depth(i)]),
-            C::Distance => strip.put(at, |i| [told.distance(i)]),
-            C::Position => strip.put(at, |i| told.position(i)),
-            C::Normal => strip.put(at, |i| told.normal(i, |n| n.geometric)),
-            C::NormalCamera => strip.put(at, |i| told.in_camera(i, |n| n.geometric)),
-            C::ShadingNormal => strip.put(at, |i| told.normal(i, |n| n.shading)),
-            C::ShadingNormalCamera => strip.put(at, |i| told.in_camera(i, |n| n.shading)),
-            C::Instance => strip.put(at, |i| [told.instance(i)]),
-            C::Category => strip.put(at, |i| [told.category(i)]),
-            C::Triangle => strip.put(at, |i| [told.triangle(i)]),
-            C::Barycentric => strip.put(at, |i| told.barycentric(i)),
-            C::Uv => strip.put(at, |i| told.uv(i, &mut corners)),
-            C::Material => strip.put(at, |i| [told.material(i)]),
-            C::Coverage => strip.put(at, |i| [estimate.coverage(i)]),
-            C::Alpha => strip.put(at, |i| [estimate.alpha(i)]),
-            C::Error => strip.put(at, |i| [estimate.error(i)]),
-        });
+        let write = |channel: Channel, page: &mut Page| {
+            use Channel as C;
+            match channel {
+                C::Color => page.put(|i| estimate.color(i).to_array()),
+                C::Albedo => page.put(|i| told.albedo(i)),
+                C::Depth => page.put(|i| [told.depth(i)]),
+                C::Distance => page.put(|i| [told.distance(i)]),
+                C::Position => page.put(|i| told.position(i)),
+                C::Normal => page.put(|i| told.normal(i, |n| n.geometric)),
+                C::NormalCamera => page.put(|i| told.in_camera(i, |n| n.geometric)),
+                C::ShadingNormal => page.put(|i| told.normal(i, |n| n.shading)),
+                C::ShadingNormalCamera => page.put(|i| told.in_camera(i, |n| n.shading)),
+                C::Instance => page.put(|i| [told.instance(i)]),
+                C::Category => page.put(|i| [told.category(i)]),
+                C::Triangle => page.put(|i| [told.triangle(i)]),
+                C::Barycentric => page.put(|i| told.barycentric(i)),
+                C::Uv => page.put(|i| told.uv(i, &mut corners)),
+                C::Material => page.put(|i| [told.material(i)]),
+                C::Coverage => page.put(|i| [estimate.coverage(i)]),
+                C::Alpha => page.put(|i| [estimate.alpha(i)]),
+                C::Error => page.put(|i| [estimate.error(i)]),
+            }
+        };
+        film.write(tile, &buffers.blocks, background, write);
     }
 
     /// A pixel of which all rays meet nothing, where that is the same all over the picture.
@@ -55,7 +57,6 @@ impl Picture<'_> {
             return None;
         }
         let mut buffers = Buffers {
-            pixels: vec![[0, 0]],
             exact: Exact::nothing(),
             ..Buffers::default()
         };
@@ -73,9 +74,10 @@ impl Picture<'_> {
             estimate.add(0, 0, radiance);
         }
         let pixel = [0, 0, 1, 1];
-        let mut planes = film::planes(pixel, &self.settings.channels).ok()?;
+        let mut planes = target::planes(pixel, &self.settings.channels).ok()?;
         let film = Film::new(pixel, planes.iter_mut().map(Target::of))?;
         for tile in Tile::of_region(pixel) {
+            self.lay_out(&tile, &mut buffers);
             self.develop(&tile, &buffers, &film);
         }
         drop(film);

@@ -1,0 +1,127 @@
+//! Values that are written now and read later, if at all: past the cache, which would fetch every line before it is
+//! written and push out others for it.
+
+use std::marker::PhantomData;
+
+/// Numbers of which any bits are one.
+pub trait Plain: Copy + Default + sealed::Sealed {}
+impl Plain for f32 {}
+impl Plain for f64 {}
+impl Plain for i32 {}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+    impl Sealed for i32 {}
+}
+
+/// Writes past the cache. What it is given is nobody's as long as `'a`, and so until [`past_cache`] is over.
+pub struct PastCache<'a>(PhantomData<&'a mut &'a ()>);
+
+/// Does work that writes past the cache. Once it is done, every thread sees what was written.
+pub fn past_cache<'a, R>(work: impl FnOnce(&mut PastCache<'a>) -> R) -> R {
+    // Also where the work panics.
+    let _fence = Fence;
+    work(&mut PastCache(PhantomData))
+}
+
+struct Fence;
+
+impl Drop for Fence {
+    fn drop(&mut self) {
+        #[cfg(all(target_arch = "x86_64", not(miri)))]
+        // SAFETY: every x86-64 has it.
+        unsafe {
+            std::arch::x86_64::_mm_sfence();
+        }
+    }
+}
+
+/// Bytes of a line of the cache.
+#[cfg(all(target_arch = "x86_64", not(miri)))]
+const LINE: usize = 64;
+
+impl<'a> PastCache<'a> {
+    /// Copies values. Whole lines of the cache go past it, so these should be many.
+    #[inline]
+    pub fn copy<T: Plain>(&mut self, to: &'a mut [T], from: &[T]) {
+        assert!(to.len() == from.len(), "room for another number of values");
+        #[cfg(all(target_arch = "x86_64", not(miri)))]
+        {
+            use std::arch::x86_64::{__m128i, _mm_loadu_si128, _mm_stream_si128};
+            let bytes = size_of_val(from);
+            let (start, source) = (to.as_mut_ptr().cast::<u8>(), from.as_ptr().cast::<u8>());
+            let before = start.align_offset(LINE).min(bytes);
+            let lines = (bytes - before) / LINE;
+            let after = before + lines * LINE;
+            // SAFETY: both have so many bytes, of numbers of which any bits are one, and what can be written to is not what
+            // is read. Lines begin at multiples of their size. Every x86-64 has these instructions, and until the fence
+            // nobody else may look at what they write.
+            unsafe {
+                if before > 0 {
+                    std::ptr::copy_nonoverlapping(source, start, before);
+                }
+                for line in 0..lines {
+                    let at = before + line * LINE;
+                    let (to, from) = (start.add(at).cast::<__m128i>(), source.add(at));
+                    let from = from.cast::<__m128i>();
+                    for k in 0..LINE / size_of::<__m128i>() {
+                        _mm_stream_si128(to.add(k), _mm_loadu_si128(from.add(k)));
+                    }
+                }
+                if after < bytes {
+                    let (to, from) = (start.add(after), source.add(after));
+                    std::ptr::copy_nonoverlapping(from, to, bytes - after);
+                }
+            }
+        }
+        #[cfg(not(all(target_arch = "x86_64", not(miri))))]
+        to.copy_from_slice(from);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_value_arrives_wherever_lines_begin_and_nothing_beside_it() {
+        let from: Vec<f32> = (0..200).map(|i| i as f32 + 0.5).collect();
+        for start in 0..20 {
+            for length in [0, 1, 15, 16, 17, 31, 33, 64, 150] {
+                let mut to = vec![-1.0f32; 200];
+                past_cache(|past| past.copy(&mut to[start..start + length], &from[..length]));
+                assert!(to[..start].iter().all(|&value| value == -1.0));
+                assert_eq!(to[start..start + length], from[..length]);
+                assert!(to[start + length..].iter().all(|&value| value == -1.0));
+            }
+        }
+        let (numbers, mut to) = ([1i32, -2, 3], [0; 3]);
+        past_cache(|past| past.copy(&mut to, &numbers));
+        assert_eq!(to, numbers);
+    }
+
+    #[test]
+    fn other_threads_see_what_was_written() {
+        let from: Vec<f64> = (0..1 << 12).map(f64::from).collect();
+        let mut to = vec![0.0; from.len()];
+        for turn in 0..200 {
+            let from: Vec<f64> = from.iter().map(|value| value + f64::from(turn)).collect();
+            std::thread::scope(|threads| {
+                let (send, receive) = std::sync::mpsc::channel();
+                let to = &mut to;
+                threads.spawn(move || {
+                    let (a, b) = to.split_at_mut(1000);
+                    past_cache(|past| {
+                        past.copy(a, &from[..1000]);
+                        past.copy(b, &from[1000..]);
+                    });
+                    send.send((to, from)).unwrap();
+                });
+                let (to, from) = receive.recv().unwrap();
+                assert!(*to == from);
+            });
+        }
+    }
+}
