@@ -349,6 +349,40 @@ def test_a_rig(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "stereo" in capsys.readouterr().err
 
 
+def test_a_trajectory_says_when_the_world_is_seen(folder: Path) -> None:
+    # A bar flies by while the camera stands; times as a clock has them, and one quaternion of another length and sign.
+    bar = """
+        [[object]]
+        name = "bar"
+        box = { size = 0.5 }
+        location = [-1, 0, 4]
+        [video]
+        seconds = 1
+        interpolation = "linear"
+        keyframe = [
+            { time = 0, object = "bar", location = [-1, 0, 4] },
+            { time = 1, object = "bar", location = [1, 0, 4] },
+        ]
+    """
+    Path("bar.toml").write_text(bar)
+    world = raycam.load("bar.toml")
+    camera = raycam.Camera.from_pose([0, 0, 0], focal=40, size=(32, 24))
+    raycam.save_cameras("k.yaml", {"k": camera}, "opencv")
+    rows = ["0.125000 0 0 0 0 0 0 1", "0.750001 0 0 0 0 0 0 -2"]
+    Path("clock.tum").write_text("\n".join(rows) + "\n")
+    command = "dataset bar.toml -o bars --format tum --cameras clock.tum --intrinsics k.yaml --samples 1"
+    assert run(command) == 0
+    found = raycam.load_cameras("bars/groundtruth.txt", intrinsics=camera)
+    assert list(found.times.values()) == [0.125, 0.750001]
+    for name, pose in found.items():
+        np.testing.assert_array_equal(pose.R, np.eye(3))
+        moment = world.at(found.times[name])
+        expected = raycam.render(moment, pose, channels="depth", samples=1)["depth"]
+        depth = np.asarray(Image.open(f"bars/depth/{name}.png")) / 5000
+        assert np.isfinite(expected).any()
+        np.testing.assert_allclose(depth, np.where(np.isfinite(expected), expected, 0), atol=1.01e-4)
+
+
 def test_a_video_of_a_rig(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("car.toml").write_text(CAR)
     assert run("video car.toml --rig stereo -o drive --integrator direct --samples 1") == 0

@@ -459,6 +459,13 @@ def test_tum(tmp_path: Path) -> None:
         assert picture(tmp_path / pair[1]).shape == (*depth.shape, 3)
 
 
+def test_tum_has_one_picture_at_a_time(tmp_path: Path) -> None:
+    cameras = ring(3)
+    with pytest.raises(raycam.SettingsError, match=r"views 0 and 2 are both of the time 0\.500000"):
+        write(table(), tmp_path / "tum", "tum", cameras=cameras, times=[0.5, 0.6, 0.5000001])
+    assert not (tmp_path / "tum").exists()
+
+
 def test_scannet(tmp_path: Path) -> None:
     cameras = ring(2)
     write(table(), tmp_path, "scannet", cameras=cameras)

@@ -13,6 +13,7 @@ from .options import Command, add_rendering, add_world, load_world, rendering, s
 from .rigs import add_rig, rig_of
 
 if TYPE_CHECKING:
+    from ..calibration import Cameras
     from ..camera import Camera
     from ..rig import Rig
     from ..sample_world import Recipe
@@ -75,13 +76,14 @@ def _run(options: argparse.Namespace) -> None:
     chosen = dict(_option(text) for text in options.option)
     shard = shard_of(options)
     world = load_world(options) if options.sample is None else Recipe(options.world)
-    cameras = _cameras(options) if options.rig is None else _rigs(world, options)
+    cameras, times = _cameras(options) if options.rig is None else _rigs(world, options)
     with job_options(options), frames_bar("rendering views") as progress:
         written = write(
             world,
             options.output,
             options.format,
             cameras=cameras,
+            times=None if options.sample is not None else times,
             count=options.sample,
             resume=options.resume,
             workers=options.cluster if options.cluster is not None else options.workers,
@@ -98,13 +100,14 @@ def _run(options: argparse.Namespace) -> None:
         print(f"shard {options.shard} is finished; the index of {options.output} is made when all are")
 
 
-def _cameras(options: argparse.Namespace) -> Mapping[str, Camera] | None:
-    """Those of the file that was given."""
+def _cameras(options: argparse.Namespace) -> tuple[Mapping[str, Camera] | None, list[float] | None]:
+    """Those of the file that was given, and the times that it gives them."""
     if options.cameras is None:
-        return None
+        return None, None
     from ..calibration import load_cameras
     from ..world_load import load
 
+    times = None
     if str(options.cameras).endswith((".toml", ".glb", ".gltf")):
         cameras: Mapping[str, Camera] = load(options.cameras).cameras
     else:
@@ -113,14 +116,21 @@ def _cameras(options: argparse.Namespace) -> Mapping[str, Camera] | None:
             intrinsics = next(iter(load_cameras(options.intrinsics, size=options.size).values()))
         found = load_cameras(options.cameras, options.camera_format, size=options.size, intrinsics=intrinsics)
         tell(found.notices)
-        cameras = found
+        cameras, times = found, _times(found)
     if not cameras:
         raise SettingsError(f"{options.cameras} has no cameras")
-    return cameras
+    return cameras, times
 
 
-def _rigs(world: World | Recipe, options: argparse.Namespace) -> Rig | Mapping[str, Rig]:
-    """The rig at each of its poses."""
+def _times(cameras: Cameras) -> list[float] | None:
+    """When each of them sees the world; a file that does not say so of all of them says nothing."""
+    return [cameras.times[name] for name in cameras] if len(cameras.times) == len(cameras) else None
+
+
+def _rigs(
+    world: World | Recipe, options: argparse.Namespace
+) -> tuple[Rig | Mapping[str, Rig], list[float] | None]:
+    """The rig at each of its poses, and the times of these."""
     from ..calibration import load_cameras
     from ..camera import Camera
     from ..world import World
@@ -130,12 +140,12 @@ def _rigs(world: World | Recipe, options: argparse.Namespace) -> Rig | Mapping[s
     rig = rig_of(world, options)
     assert rig is not None
     if options.poses is None:
-        return rig
+        return rig, None
     # A trajectory has poses alone: any camera will do for the rest.
     body = Camera.from_pose([0, 0, 0], focal=1.0, size=(1, 1))
     poses = load_cameras(options.poses, options.camera_format, intrinsics=body, size=(1, 1))
     tell(poses.notices)
-    return {name: rig.at_pose(pose.R, pose.location) for name, pose in poses.items()}
+    return {name: rig.at_pose(pose.R, pose.location) for name, pose in poses.items()}, _times(poses)
 
 
 def _option(text: str) -> tuple[str, Any]:

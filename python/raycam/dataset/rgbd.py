@@ -35,6 +35,20 @@ def check(plan: Plan) -> None:
         raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0")
 
 
+def check_tum(plan: Plan) -> None:
+    """TUM's pictures are named by their times as well, which have six decimals there."""
+    check(plan)
+    views: dict[str, int] = {}
+    for number in range(len(plan.shots)):
+        time = timestamp(plan, number)
+        if time in views:
+            raise SettingsError(
+                f"views {views[time]} and {number} are both of the time {time}, which names their pictures; an RGB-D"
+                " sequence has one at a time"
+            )
+        views[time] = number
+
+
 def timestamp(plan: Plan, number: int) -> str:
     """In seconds: the view's time, or its place at so many a second."""
     time = plan.shots[number].time
@@ -128,5 +142,5 @@ def quaternion(rotation: Floats) -> Floats:
     return q if q[0] >= 0 else -q
 
 
-TUM = Format(make_tum, index_tum, check, {"fps": 30.0}, posed=True)
+TUM = Format(make_tum, index_tum, check_tum, {"fps": 30.0}, posed=True)
 SCANNET = Format(make_scannet, index_scannet, check, {"fps": 30.0}, posed=True)
