@@ -72,7 +72,7 @@ pub fn image(magic: &[u8], bytes: &[u8]) {
     let path = Path::new("image");
     // Fewer pixels than a mesh's textures may have: what a decoder does with so many more of the same finds nothing.
     let mut budget = Budget {
-        pixels: 1 << 12,
+        pixels: 1 << 9,
         ..budget()
     };
     if let Ok(image) = decode_image(&file, path, color_use, &mut budget, &mut Vec::new()) {

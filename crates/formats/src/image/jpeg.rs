@@ -123,6 +123,10 @@ impl Segments {
     /// A scan's header, then how many bytes of `data` it takes.
     fn scan(&mut self, segment: &[u8], data: &[u8]) -> Result<usize, String> {
         let number = self.scans;
+        // Frames of a film may leave out the tables that all of them have, which the decoder knows.
+        if self.tables.as_flattened().iter().all(Option::is_none) {
+            self.frame = None;
+        }
         let Some(frame) = self.frame else {
             return Ok(0);
         };

@@ -99,3 +99,23 @@ fn what_stands_between_segments_is_passed_over() {
         assert!(notices.is_empty(), "{notices:?}");
     }
 }
+
+#[test]
+fn frames_of_a_film_have_no_tables() {
+    // Whose tables are the usual ones.
+    for name in ["grey.jpg", "444.jpg", "420.jpg"] {
+        let case = jpegs().find(|case| case.name == name).unwrap();
+        let (whole, _) = read(name, &case.file, ColorUse::Color).unwrap();
+        let mut file = case.file.clone();
+        while let Some(at) = file.windows(2).position(|w| w == [0xff, 0xc4]) {
+            let length = u16::from_be_bytes([file[at + 2], file[at + 3]]);
+            file.drain(at..at + 2 + usize::from(length));
+        }
+        assert!(file.len() + 100 < case.file.len(), "{name}");
+        // What AVI writes before its frames.
+        file.splice(2..2, *b"\xff\xe0\0\x10AVI1\0\0\0\0\0\0\0\0\0\0");
+        let (image, notices) = read(name, &file, ColorUse::Color).unwrap();
+        assert_eq!(image, whole, "{name}");
+        assert!(notices.is_empty(), "{notices:?}");
+    }
+}
