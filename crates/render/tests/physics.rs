@@ -18,6 +18,11 @@
 //! | layers, the lecture's lobe: density | `scatter::tests::density`: the integral is 1.01 |
 //! | GGX: lambda, masking, its density, height and turn of its samples | `scatter::tests::density` |
 //! | GGX: masking of both directions; stretch of its samples | `furnace::a_white_furnace_...`; `the_page_says_...` |
+//! | multiple scattering: its colour; one reflection: the albedo that it leaves | `furnace::a_white_furnace_...` |
+//! | coat: value; what it takes from below | `scatter::coat::it_takes_what_it_reflects` |
+//! | sheen: value; its lobe, table and all | `scatter::sheen::fibres_are_as_dense_as_the_paper_has_them` |
+//! | sheen: value; what it leaves for below | `scatter::sheen::what_it_sends_back_...` |
+//! | film: value; the reflection below it | `scatter::film::a_thick_film_...` |
 //! | layers: value times 1 + 0.01 cos(light) | `reciprocity::light_may_go_both_ways` |
 //! | mirror and refraction of smooth glass | `matter_that_absorbs_nothing_vanishes_in_a_white_sky` |
 //! | metal: Fresnel; absorption of glass | `a_smooth_metal_mirrors_...`, `glass_absorbs_as_beer_says` |

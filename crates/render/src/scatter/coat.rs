@@ -44,3 +44,25 @@ impl Coat {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scatter::tests::{over_the_hemisphere, seen_from};
+
+    #[test]
+    fn it_takes_what_it_reflects() {
+        // What lies below gets what `reflected` leaves, so that is to be the integral of `evaluate`.
+        for (roughness, cosine) in [(0.5f32, 0.9f32), (0.5, 0.5), (0.8, 0.7), (0.8, 0.3)] {
+            let view = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+            let coat = Coat {
+                weight: 0.6,
+                ggx: Ggx::isotropic(roughness),
+                frame: seen_from(view),
+            };
+            let sent = over_the_hemisphere(|light| coat.evaluate(view, light).value.x);
+            let ratio = sent / f64::from(coat.reflected(cosine));
+            assert!((ratio - 1.0).abs() < 4e-3, "{roughness}, {cosine}: {ratio}");
+        }
+    }
+}

@@ -83,3 +83,34 @@ fn sensitivity(difference: f32, shift: Vec3) -> Vec3 {
     ]);
     rec709_from_xyz * (Vec3::new(x, y, z) / 1.0685e-7)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BASE: Vec3 = Vec3::new(0.04, 0.3, 0.9);
+
+    #[test]
+    fn a_thick_film_reflects_as_two_surfaces_do() {
+        // Light that is out of step adds up: R1 + T1 R2 T1 / (1 - R1 R2), over the reflections between both.
+        let film = Film {
+            ior: 1.4,
+            thickness: 1e6,
+        };
+        for cosine in [1.0f32, 0.7, 0.3] {
+            let inner = (1.0 - (1.0 - cosine * cosine) / (1.4 * 1.4)).sqrt();
+            let schlick = |f0: f32, cosine: f32| f0 + (1.0 - f0) * (1.0 - cosine).powi(5);
+            let first = schlick((0.4f32 / 2.4).powi(2), cosine);
+            let expected = BASE.to_array().map(|base| {
+                let index = (1.0 + base.sqrt()) / (1.0 - base.sqrt());
+                let second = schlick(((index - 1.4) / (index + 1.4)).powi(2), inner);
+                first + (1.0 - first).powi(2) * second / (1.0 - first * second)
+            });
+            let ratio = film.reflected(cosine, BASE) / Vec3::from(expected);
+            assert!(
+                (ratio - 1.0).abs().max_element() < 1e-3,
+                "{cosine}: {ratio}"
+            );
+        }
+    }
+}

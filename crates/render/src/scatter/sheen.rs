@@ -101,3 +101,48 @@ fn albedo(roughness: f32, cosine: f32) -> f32 {
     }
     (sum * f64::from(TAU) / f64::from(RINGS * TURNS)) as f32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scatter::tests::over_the_hemisphere;
+
+    fn white(roughness: f32) -> Sheen {
+        Sheen {
+            color: Vec3::ONE,
+            roughness,
+        }
+    }
+
+    #[test]
+    fn fibres_are_as_dense_as_the_paper_has_them() {
+        // Equations 2 and 3, with table 1 at alpha = 1, where the soft fit counts alone.
+        let cosine = 0.6f64;
+        let (a, b, c, d, e) = (21.5473, 3.82987, 0.19823, -1.97760, -4.32054);
+        let fit = |x: f64| a / (1.0 + b * x.powf(c)) + d * x + e;
+        let lambda = (2.0 * fit(0.5) - fit(1.0 - cosine)).exp();
+        let sine = (1.0 - cosine * cosine).sqrt();
+        let v = Vec3::new(sine as f32, 0.0, cosine as f32);
+        // Seen along the light, which is the half vector.
+        let density = (2.0 + 1.0) * sine / (2.0 * std::f64::consts::PI);
+        let expected = density / ((1.0 + 2.0 * lambda) * 4.0 * cosine);
+        let found = f64::from(white(1.0).evaluate(v, v).x);
+        assert!((found / expected - 1.0).abs() < 1e-4, "{found}, {expected}");
+    }
+
+    #[test]
+    fn what_it_sends_back_and_what_it_leaves_are_all_there_is() {
+        for (roughness, cosine) in [(0.7f32, 0.5f32), (0.9, 0.9), (1.0, 0.6), (1.0, 0.25)] {
+            let sheen = white(roughness);
+            let view = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+            let sent = over_the_hemisphere(|light| sheen.evaluate(view, light).x);
+            let said = f64::from(sheen.reflected(cosine).x);
+            assert!(
+                (sent / said - 1.0).abs() < 4e-3,
+                "{roughness}, {cosine}: {sent}, {said}"
+            );
+            let sum = said + f64::from(sheen.left(cosine));
+            assert!((sum - 1.0).abs() < 1e-6, "{roughness}, {cosine}: {sum}");
+        }
+    }
+}

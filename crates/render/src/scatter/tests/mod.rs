@@ -27,7 +27,7 @@ fn frame(degrees: f32, turn: f32) -> Frame {
     seen_from(Vec3::new(sin * turn.cos(), sin * turn.sin(), cos))
 }
 
-fn seen_from(view: Vec3) -> Frame {
+pub(super) fn seen_from(view: Vec3) -> Frame {
     Frame {
         geometric: Vec3::Z,
         normal: Vec3::Z,
@@ -35,6 +35,25 @@ fn seen_from(view: Vec3) -> Frame {
         bitangent: Vec3::Y,
         view,
     }
+}
+
+/// The integral over all directions above the surface, by points that are denser towards the horizon.
+pub(super) fn over_the_hemisphere(f: impl Fn(Vec3) -> f32) -> f64 {
+    const RINGS: u32 = 400;
+    const TURNS: u32 = 400;
+    let mut sum = 0.0;
+    for ring in 0..RINGS {
+        let root = (f64::from(ring) + 0.5) / f64::from(RINGS);
+        let z = root * root;
+        let radius = (1.0 - z * z).sqrt();
+        for turn in 0..TURNS {
+            let (sin, cos) =
+                (std::f64::consts::TAU * (f64::from(turn) + 0.5) / f64::from(TURNS)).sin_cos();
+            let direction = glam::DVec3::new(radius * cos, radius * sin, z).as_vec3();
+            sum += f64::from(f(direction)) * 2.0 * root;
+        }
+    }
+    sum * std::f64::consts::TAU / f64::from(RINGS * TURNS)
 }
 
 /// A white dielectric without anything else.
