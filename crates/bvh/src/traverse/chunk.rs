@@ -87,8 +87,8 @@ impl<'a> Chunk<'a> {
     #[inline(always)]
     fn set_apart(&mut self, mut places: u64, who: Who) {
         let apart = match self.coherence {
-            Coherence::Incoherent => &mut self.aside.whole,
-            _ => &mut *self.apart,
+            Coherence::Unknown => &mut *self.apart,
+            Coherence::Coherent | Coherence::Incoherent => &mut self.aside.whole,
         };
         while places != 0 {
             let i = number(places.trailing_zeros(), who);
@@ -170,7 +170,7 @@ impl<'a> Chunks<'a> {
             taken: 0,
             numbers: [0; SIZE],
             len: 0,
-            headed: Headed::NONE,
+            headed: Headed::default(),
             apart: false,
         }
     }

@@ -3,7 +3,7 @@
 //! Boxes are then tested for every ray, and rays go on alone where few are left: that pays near the root of any tree, and in
 //! all of a small one.
 
-use super::alike::{HEADINGS, Members, ODD, headings};
+use super::alike::{HEADINGS, ODD, headings};
 use super::packet::SIZE;
 use crate::ray::Ray;
 use crate::simd::Isa;
@@ -26,14 +26,14 @@ const MOST_VISITS: usize = 2;
 const SKIP: u32 = 48;
 
 /// A block of rays in the order of where they head, of which some have been taken.
+#[derive(Default)]
 pub struct Headed {
-    order: [u32; BLOCK],
+    order: Vec<u32>,
     /// Where each heading ends in it.
     ends: [usize; HEADINGS],
-    len: usize,
     taken: usize,
     /// Those taken last.
-    some: Members,
+    some: Vec<Ray>,
     /// How many of the block were taken to be packets, how often one of these went on alone, and the nodes and leaves that
     /// the packets visited.
     packed: usize,
@@ -45,19 +45,6 @@ pub struct Headed {
 }
 
 impl Headed {
-    pub const NONE: Headed = Headed {
-        order: [0; BLOCK],
-        ends: [0; HEADINGS],
-        len: 0,
-        taken: 0,
-        some: Members::NONE,
-        packed: 0,
-        alone: 0,
-        visits: 0,
-        pays: false,
-        skip: 0,
-    };
-
     /// How many rays the next block should have at most.
     #[inline(always)]
     pub fn most(&self) -> usize {
@@ -73,10 +60,11 @@ impl Headed {
             alone.extend_from_slice(numbers);
             return;
         }
-        (self.len, self.taken) = (numbers.len(), 0);
+        self.order.resize(numbers.len(), 0);
+        self.taken = 0;
         (self.packed, self.alone, self.visits) = (0, 0, 0);
         let mut ways = [0; BLOCK];
-        let ways = &mut ways[..self.len];
+        let ways = &mut ways[..numbers.len()];
         headings::<I>(rays, numbers, ways);
         let mut ends = [0; HEADINGS];
         for way in &*ways {
@@ -88,7 +76,7 @@ impl Headed {
         }
         for (way, number) in ways.iter().zip(numbers) {
             let end = &mut ends[usize::from(*way) % HEADINGS];
-            self.order[*end % BLOCK] = *number;
+            self.order[*end] = *number;
             *end += 1;
         }
         self.ends = ends;
@@ -102,11 +90,11 @@ impl Headed {
             self.pays = self.visits <= MOST_VISITS * answered;
             if !self.pays {
                 self.skip = SKIP;
-                alone.extend_from_slice(&self.order[self.taken..self.len]);
-                (self.taken, self.packed) = (self.len, 0);
+                alone.extend_from_slice(&self.order[self.taken..]);
+                (self.taken, self.packed) = (self.order.len(), 0);
             }
         }
-        while self.taken < self.len {
+        while self.taken < self.order.len() {
             let start = self.taken;
             let way = self.ends.iter().take_while(|end| **end <= start).count();
             let end = self.ends[way % HEADINGS];
@@ -119,9 +107,8 @@ impl Headed {
             let numbers = &self.order[start..self.taken];
             self.packed += numbers.len();
             self.some.clear();
-            for (place, number) in numbers.iter().enumerate() {
-                self.some.push(rays[*number as usize], place);
-            }
+            let some = numbers.iter().map(|number| rays[*number as usize]);
+            self.some.extend(some);
             return true;
         }
         false
@@ -137,8 +124,8 @@ impl Headed {
     /// Those taken last, and their numbers.
     #[inline(always)]
     pub fn taken(&self) -> (&[Ray], &[u32]) {
-        let rays = self.some.all().0;
-        (rays, &self.order[self.taken - rays.len()..self.taken])
+        let numbers = self.taken - self.some.len()..self.taken;
+        (&self.some, &self.order[numbers])
     }
 }
 
@@ -165,7 +152,7 @@ mod tests {
     fn every_ray_is_taken_or_goes_on_alone_once() {
         let rays = rays(1500);
         let numbers: Vec<u32> = (0..1500).step_by(2).collect();
-        let (mut headed, mut alone) = (Headed::NONE, vec![]);
+        let (mut headed, mut alone) = (Headed::default(), vec![]);
         headed.set::<Portable>(&rays, &numbers, &mut alone);
         let (mut seen, mut packets) = (vec![], 0);
         while headed.advance(&rays, &mut alone) {
@@ -201,7 +188,7 @@ mod tests {
             assert_eq!(taken + alone.len(), rays.len());
             packets
         };
-        let mut headed = Headed::NONE;
+        let mut headed = Headed::default();
         let all = packets(&mut headed, MOST_VISITS);
         assert!(all > 10 && headed.most() == BLOCK, "{all}");
         assert_eq!(packets(&mut headed, MOST_VISITS), all);

@@ -52,8 +52,15 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherenc
             let mut shadows = Shadows { chunk, dark: 0 };
             packets.ask::<I, _>(&mut shadows, scene, scaled, None);
             let met = shadows.dark;
-            for (i, number) in numbers.iter().enumerate() {
-                dark[*number as usize] = met >> i & 1 != 0;
+            if coherence == Coherence::Incoherent {
+                for (i, number) in numbers.iter().enumerate() {
+                    dark[*number as usize] = met >> i & 1 != 0;
+                }
+            } else {
+                let first = numbers[0] as usize;
+                for (i, dark) in dark[first..first + numbers.len()].iter_mut().enumerate() {
+                    *dark = met >> i & 1 != 0;
+                }
             }
             let alone = aside.len() - before;
             chunks.count(alone, std::mem::take(&mut aside.visits));

@@ -44,6 +44,21 @@ impl Nearest {
 /// The nearest hits, for any number of rays.
 #[inline(always)]
 pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) {
+    // Each is compiled by itself: what camera rays do is done faster without the rest.
+    match coherence {
+        Coherence::Coherent => in_chunks::<I, false>(scene, rays, hits, coherence),
+        _ => in_chunks::<I, true>(scene, rays, hits, coherence),
+    }
+}
+
+/// The same; `APART` where some may run apart.
+#[inline(always)]
+fn in_chunks<I: Isa, const APART: bool>(
+    scene: &Scene,
+    rays: &[Ray],
+    hits: &mut [Hit],
+    coherence: Coherence,
+) {
     if scene.root == NO_CHILD || coherence == Coherence::Incoherent {
         hits.fill(Hit::MISS);
     }
@@ -66,14 +81,14 @@ pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence:
         };
         let before = chunk.aside.len();
         let scaled = chunk.scaled(&mut scaled);
-        let headed = coherence == Coherence::Incoherent;
+        let headed = APART && coherence == Coherence::Incoherent;
         let first = numbers[0] as usize;
         let met = match headed {
             true => &mut scattered[..given.len()],
             false => &mut hits[first..first + given.len()],
         };
         met.fill(Hit::MISS);
-        let mut together = Together { chunk, hits: met };
+        let mut together = Together::<APART> { chunk, hits: met };
         packets.ask::<I, _>(&mut together, scene, scaled, None);
         if headed {
             for (number, met) in numbers.iter().zip(&scattered) {
@@ -91,12 +106,12 @@ pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence:
 }
 
 /// The nearest hits of the chunk at hand.
-struct Together<'a, 'b> {
+struct Together<'a, 'b, const APART: bool> {
     chunk: Chunk<'a>,
     hits: &'b mut [Hit],
 }
 
-impl Query for Together<'_, '_> {
+impl<const APART: bool> Query for Together<'_, '_, APART> {
     #[inline(always)]
     fn packed<I: Isa>(&self, rays: &[Ray], placed: Option<&Placed>, packet: &mut Packet) -> bool {
         self.chunk.packed::<I>(rays, placed, Apex::Origin, packet)
@@ -123,7 +138,7 @@ impl Query for Together<'_, '_> {
     fn in_part<I: Isa>(&mut self, part: &Part, packet: &mut Packet, who: Who) {
         let mesh = &*self.chunk.scene.placed[part.instance as usize].bvh;
         let mut nearest = Nearest::NOTHING;
-        if self.chunk.coherence == Coherence::Incoherent {
+        if APART && self.chunk.coherence == Coherence::Incoherent {
             let starts = closest_apart::<I>(mesh, part.start, packet, &mut nearest);
             self.chunk.aside.visits += starts.visits;
             let mut left = starts.alone;
