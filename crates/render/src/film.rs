@@ -219,8 +219,8 @@ impl<'a> Film<'a> {
         })
     }
 
-    /// Writes all channels of a tile: `write` gets their pages. The blocks are those of the tile, row by row; `background` is what a frame of one pixel
-    /// has, if any of them are that.
+    /// Writes all channels of a tile: `write` gets their pages. The blocks are those of the tile, row by row; `background` is
+    /// what a frame of one pixel has, if any of them are that.
     pub fn write(
         &self,
         tile: &Tile,

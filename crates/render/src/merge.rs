@@ -38,8 +38,13 @@ impl PreparedWorld {
         if self.scene.is_one_tree() || !pays() {
             return &self.scene;
         }
-        let merged = self.merged.tree.get_or_init(|| self.merge());
-        merged.as_ref().unwrap_or(&self.scene)
+        let tree = &self.merged.tree;
+        if tree.get().is_none() {
+            // Not while others wait for it: a thread that builds takes up work of other pictures, and one of the same world
+            // would wait for itself. Whoever is first is kept; all of them are the same.
+            let _ = tree.set(self.merge());
+        }
+        tree.get().and_then(Option::as_ref).unwrap_or(&self.scene)
     }
 
     /// Makes the tree if with so many more exact rays it pays. Their answers are the same with it and without.
@@ -159,6 +164,28 @@ mod tests {
         moved.objects[1].world_from_mesh.translation.x += 0.1;
         let moved = prepare(&moved, Some(&prepared));
         assert!(moved.merged.tree.get().is_none());
+    }
+
+    #[test]
+    fn pictures_at_once_do_not_wait_for_themselves() {
+        // Enough triangles that building is shared among threads.
+        let mut world = world();
+        world.meshes[1] = Arc::new(primitive::sphere(0.5, 6).unwrap());
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2);
+        let pool = pool.build().unwrap();
+        for _ in 0..10 {
+            let prepared = prepare(&world, None);
+            // From outside, as Python's threads ask, one after the other.
+            std::thread::scope(|scope| {
+                for turn in 0..8 {
+                    let (pool, prepared) = (&pool, &prepared);
+                    scope.spawn(move || {
+                        std::thread::sleep(std::time::Duration::from_millis(turn));
+                        pool.install(|| assert!(prepared.scene_for(u64::MAX).is_one_tree()));
+                    });
+                }
+            });
+        }
     }
 
     #[test]
