@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -254,6 +255,20 @@ def test_what_a_camera_is_to_see_may_be_missing_by_chance() -> None:
 def test_what_it_refuses(change: dict[str, Any], message: str) -> None:
     with pytest.raises(raycam.WorldError, match=message):
         sample(change)
+
+
+@pytest.mark.parametrize("on", [{}, {"on": "table"}])
+def test_an_error_says_the_file_and_the_object(tmp_path: Path, on: dict[str, Any]) -> None:
+    path = tmp_path / "table.recipe.toml"
+    rows = ['[[object]]\nname = "table"\nbox = { size = 5 }\n', '[[object]]\nname = "ring"\n']
+    rows += [f"{key} = {json.dumps(value)}\n" for key, value in on.items()]
+    path.write_text("".join([*rows, "torus = { major = 0.1 }\n"]))
+    with pytest.raises(raycam.WorldError, match="unknown key") as caught:
+        raycam.sample(path)
+    said = str(caught.value)
+    assert said.startswith(f"{path}: ")
+    assert said.count(str(path)) == 1
+    assert "ring" in said if on else "object[1]" in said
 
 
 @pytest.mark.parametrize("place", ["../secret.off", "absolute"])

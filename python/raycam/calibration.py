@@ -27,7 +27,8 @@ class Cameras(Mapping[str, Camera]):
     to the last bit.
     """
 
-    def __init__(self, records: list[_core.Record], notices: list[str], up: Up) -> None:
+    def __init__(self, records: list[_core.Record], notices: list[str], up: Up, path: str) -> None:
+        self._path = path
         self._records = {record.name: record for record in records}
         if len(self._records) != len(records):
             names = [record.name for record in records]
@@ -42,7 +43,11 @@ class Cameras(Mapping[str, Camera]):
     def __getitem__(self, name: str) -> Camera:
         """The camera of a name; `KeyError` where there is none, `CameraError` where size or intrinsics are missing."""
         if name not in self._made:
-            self._made[name] = Camera._of(self._records[name].camera(), self._up)
+            try:
+                made = self._records[name].camera()
+            except CameraError as fault:
+                raise CameraError(f"{self._path}: {fault}") from None
+            self._made[name] = Camera._of(made, self._up)
         return self._made[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -114,7 +119,7 @@ def load_cameras(
     pair = None if size is None else size_of(size, error=CameraError)
     core = None if intrinsics is None else intrinsics._core
     records, notices = _core.read_cameras(os.fspath(path), format, pair, core)
-    return Cameras(records, notices, up)
+    return Cameras(records, notices, up, os.fspath(path))
 
 
 def save_cameras(

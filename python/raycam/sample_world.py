@@ -77,7 +77,9 @@ class Recipe:
         if isinstance(recipe, Mapping):
             self.description = dict(recipe)
             self.folder = Path(folder).absolute()
+            self._source = ""
         else:
+            self._source = f"{os.fspath(recipe)}: "
             self.description, self.folder = _read(Path(recipe))
         given = self.description.pop("seed", 0)
         self.seed = whole("seed", given if seed is None else seed, 0, (1 << 64) - 1)
@@ -164,7 +166,11 @@ class Recipe:
                 return self._drawn(draw.at("again", chance) if chance else draw)
             except NotThisTime as fault:
                 last = fault
-        raise WorldError(f"{last} (the last of {CHANCES} draws of world {number}, none of which will do)")
+            except WorldError as fault:
+                raise WorldError(f"{self._source}{fault}") from None
+        raise WorldError(
+            f"{self._source}{last} (the last of {CHANCES} draws of world {number}, none of which will do)"
+        )
 
     def _drawn(self, draw: Draw) -> World:
         """The world of a draw; raises `NotThisTime` too."""
@@ -241,7 +247,10 @@ class Recipe:
             if not isinstance(how["on"], str):
                 raise WorldError(f"{what}: on must be the name of an object, not {how['on']!r}")
             assert placer is not None  # there is one where anything is placed
-            shape, matrix = self._shape(world, item)
+            try:
+                shape, matrix = self._shape(world, item)
+            except WorldError as fault:
+                raise WorldError(f"{what}: {fault}") from None
             pose = placer.place(shape, how["on"] or None, place.at("on"), float(gap), what)
             row = {key: value for key, value in item.items() if key not in POSE}
             style = row.keys() - {*GEOMETRY, "name", "category"}

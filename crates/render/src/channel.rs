@@ -47,7 +47,7 @@ pub enum Channel {
     /// Index of the material in the world. Background: -1.
     Material,
     /// The fraction of the pixel's samples that see the same object as the pixel-centre ray, the background counting as
-    /// one: 1 is a pure pixel.
+    /// one: 1 is a pure pixel. Of the surfaces that the ground truth tells of, the first ones or the solid ones.
     Coverage,
     /// The fraction of the pixel's samples, as the filter weighs them, that meet anything but the sky: where it is left
     /// out ([`crate::Settings::transparent`]), the colour is premultiplied by it. What is see-through by its opacity

@@ -1,11 +1,11 @@
 //! The ground truth's way through what one sees through.
 
-use glam::DVec3;
-use raycam_bvh::{ExactHit, ExactRay, NOTHING};
+use glam::{DVec3, Vec3};
+use raycam_bvh::{ExactHit, ExactRay, Hit, NOTHING};
 use raycam_scene::{Material, Reflectance};
 
 use crate::prepare::PreparedWorld;
-use crate::truth::rounded;
+use crate::truth::{exact_ray, rounded};
 
 /// A surface with less of it there is passed.
 const HALF: f32 = 0.5;
@@ -30,7 +30,7 @@ impl PreparedWorld {
     /// Replaces hits on what one sees through by the first hits behind that are not.
     pub(crate) fn pass_through(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
         let passed = |(ray, hit): (&ExactRay, &ExactHit)| {
-            hit.instance != NOTHING && self.passes(hit, ray.direction.into())
+            hit.instance != NOTHING && self.passes(&rounded(hit), ray.direction.into())
         };
         let mut pending: Vec<usize> = (0..hits.len())
             .filter(|&i| passed((&rays[i], &hits[i])))
@@ -67,6 +67,32 @@ impl PreparedWorld {
         }
     }
 
+    /// The instances that rays in scene-local coordinates see, whose first hits these are: the first that are not passed.
+    pub(crate) fn instances_behind(
+        &self,
+        origins: &[DVec3],
+        directions: &[Vec3],
+        hits: &[Hit],
+    ) -> Vec<u32> {
+        let mut seen: Vec<u32> = hits.iter().map(|hit| hit.instance).collect();
+        let passed: Vec<usize> = (0..hits.len())
+            .filter(|&i| {
+                hits[i].instance != NOTHING && self.passes(&hits[i], directions[i].as_dvec3())
+            })
+            .collect();
+        let rays: Vec<ExactRay> = passed
+            .iter()
+            .map(|&i| exact_ray((origins[i] + self.origin, directions[i].as_dvec3())))
+            .collect();
+        let mut found = vec![ExactHit::MISS; rays.len()];
+        self.closest_exact(&rays, &mut found);
+        self.pass_through(&rays, &mut found);
+        for (i, hit) in passed.into_iter().zip(found) {
+            seen[i] = hit.instance;
+        }
+        seen
+    }
+
     /// The t just behind a hit.
     fn behind(&self, ray: &ExactRay, hit: &ExactHit) -> f64 {
         let reach =
@@ -74,15 +100,14 @@ impl PreparedWorld {
         hit.t + BEHIND * reach
     }
 
-    fn passes(&self, hit: &ExactHit, direction: DVec3) -> bool {
-        let hit = rounded(hit);
-        let material = &self.material(&hit).material;
+    fn passes(&self, hit: &Hit, direction: DVec3) -> bool {
+        let material = &self.material(hit).material;
         refracts(material)
-            || self.opacity(&hit) < HALF
-            || !material.double_sided && self.shows_back(&hit, direction)
+            || self.opacity(hit) < HALF
+            || !material.double_sided && self.shows_back(hit, direction)
     }
 
-    fn shows_back(&self, hit: &raycam_bvh::Hit, direction: DVec3) -> bool {
+    fn shows_back(&self, hit: &Hit, direction: DVec3) -> bool {
         let [a, b, c] = self.corners(hit.instance, hit.triangle);
         let away = (b - a).cross(c - a).dot(direction) > 0.0;
         away != self.objects[hit.instance as usize].mirrored

@@ -45,6 +45,8 @@ pub(crate) struct Picture<'a> {
     exact: bool,
     pub sampled: bool,
     shaded: bool,
+    /// Whether the samples that see what the centre sees are asked for.
+    covered: bool,
     colored: bool,
     /// Whether the ground truth may pass what it meets first.
     passing: bool,
@@ -97,7 +99,8 @@ impl<'a> Picture<'a> {
         let asked = |channel| settings.channels.contains(&channel);
         let single = settings.samples == 1;
         let colored = asked(Channel::Color) || asked(Channel::Alpha) || asked(Channel::Error);
-        let shaded = colored || asked(Channel::Coverage);
+        let covered = asked(Channel::Coverage);
+        let shaded = colored || covered;
         let estimated = asked(Channel::Error) || settings.noise.is_some();
         let sampled = !single && shaded;
         // A moment that is seen by few rays is not worth a tree of its own.
@@ -122,6 +125,7 @@ impl<'a> Picture<'a> {
             sampled,
             shaded,
             passing: settings.surface == TruthSurface::Solid && world.has_passable(),
+            covered,
             colored,
             scattered: camera.aperture().is_some() || camera.motion().is_some(),
             estimated,
@@ -326,12 +330,16 @@ impl<'a> Picture<'a> {
             estimate,
             ..
         } = buffers;
-        for (&(pixel, _), hit) in of.iter().zip(&*hits) {
-            let exact = exact.hits.get(pixel);
-            estimate.count(
-                pixel,
-                exact.is_some_and(|exact| hit.instance == exact.instance),
-            );
+        let behind = match self.passing && self.sampled && self.covered {
+            true => world.instances_behind(origins, directions, hits),
+            false => vec![],
+        };
+        let told = exact.told();
+        for (at, (&(pixel, _), hit)) in of.iter().zip(&*hits).enumerate() {
+            let seen = behind.get(at).unwrap_or(&hit.instance);
+            // A single sample is the ray through the centre itself.
+            let same = !self.sampled || told.get(pixel).is_some_and(|hit| hit.instance == *seen);
+            estimate.count(pixel, same);
         }
         if !self.colored {
             return Ok(());

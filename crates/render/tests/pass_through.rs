@@ -115,3 +115,53 @@ fn behind_the_last_is_the_background() {
     );
     assert!(f64s(&frame, Channel::Position).iter().all(|d| d.is_nan()));
 }
+
+#[test]
+fn coverage_is_of_what_the_truth_tells_of() {
+    // A small veil before the edge of a small solid plane, over a large one: with and without it the same is seen.
+    let scene = |veiled: bool| {
+        let mut world = World::default();
+        for (size, z, x) in [(9.0, 0.0, 0.0), (1.5, 1.0, -0.6)] {
+            let place = DAffine3::from_translation(DVec3::new(x, 0.0, z));
+            let turned = place * DAffine3::from_rotation_z(0.4);
+            let mesh = primitive::plane([size, size]).unwrap();
+            add(&mut world, mesh, Material::default(), turned);
+        }
+        if veiled {
+            let place = DAffine3::from_translation(DVec3::new(0.1, 0.1, 2.0));
+            let mesh = primitive::plane([1.1, 0.7]).unwrap();
+            add(&mut world, mesh, veil(0.3, Alpha::Blend), place);
+        }
+        world
+    };
+    let camera = look_at(
+        DVec3::new(0.1, 0.2, 6.0),
+        DVec3::new(0.0, 0.3, 0.0),
+        40.0,
+        [40, 32],
+    );
+    for samples in [1, 64] {
+        let picture = |world: &World, surface| {
+            let settings = Settings {
+                channels: vec![Channel::Instance, Channel::Coverage],
+                samples,
+                surface,
+                ..Settings::default()
+            };
+            render(world, &camera, &settings)
+        };
+        let without = picture(&scene(false), TruthSurface::First);
+        let behind = picture(&scene(true), TruthSurface::Solid);
+        let first = picture(&scene(true), TruthSurface::First);
+        let ids = |frame| i32s(frame, Channel::Instance).to_vec();
+        assert_eq!(ids(&without), ids(&behind));
+        assert_ne!(ids(&first), ids(&behind));
+        let expected = f32s(&without, Channel::Coverage);
+        let found = f32s(&behind, Channel::Coverage);
+        for (i, (a, b)) in expected.iter().zip(found).enumerate() {
+            // Of a ray along an edge, float32 and float64 may say different things.
+            assert!((a - b).abs() <= 1.0 / 64.0, "pixel {i}: {b}, without {a}");
+        }
+        assert_eq!(samples > 1, expected.iter().any(|c| *c < 1.0));
+    }
+}

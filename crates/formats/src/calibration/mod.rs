@@ -250,7 +250,10 @@ fn decode_in(
         let known = listed();
         return Err(FormatError::unsupported(
             &source.path,
-            format!("not a calibration that raycam knows; it reads {known}"),
+            format!(
+                "not a calibration that raycam knows; it reads {known}. Named (--format NAME, format=\"NAME\"), the \
+                 format's reader says in which line the file is something else"
+            ),
         ));
     };
     let mut calibration = (format.read)(&source, folder, known)?;

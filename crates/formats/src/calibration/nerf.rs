@@ -140,7 +140,8 @@ fn intrinsics(
             return lens(record, frame, root);
         }
         return Err(root.fail(
-            "w and h are missing, and without the picture's size there is no K: give size=(width, height)",
+            "w and h are missing, and without the picture's size there is no K: give it (--size \
+             WIDTHxHEIGHT, size=(width, height))",
         ));
     };
     let sides = size.map(f64::from);

@@ -119,8 +119,9 @@ impl Record {
     pub(super) fn need_size(&self, what: &str) -> Result<[u32; 2], FormatError> {
         self.size.ok_or_else(|| {
             FormatError::Encode(format!(
-                "camera {:?}: its file does not say how large its picture is, which {what} needs: give size=(width, \
-                 height)",
+                "camera {:?}: its file does not say how large its picture is, which {what} needs: give it (--size \
+                 WIDTHxHEIGHT, size=(width, height)), or where there are poses alone a calibration (--intrinsics FILE, \
+                 intrinsics=, a camera)",
                 self.name
             ))
         })
@@ -132,7 +133,8 @@ impl Record {
             (Some(k), _) => Ok(k),
             (None, Some(matrix)) => Ok(self.with_a_center(matrix)?.k()),
             (None, None) => Err(FormatError::Encode(format!(
-                "camera {:?}: its file has a pose and no intrinsics, which {what} needs: give intrinsics=, a camera",
+                "camera {:?}: its file has a pose and no intrinsics, which {what} needs: give intrinsics=, a camera \
+                 (--intrinsics FILE)",
                 self.name
             ))),
         }

@@ -64,7 +64,7 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
             return Err(FormatError::line(
                 &source.path,
                 line,
-                "a quaternion of length 0",
+                "a quaternion of length 0; expected qx qy qz qw of length 1, of which 0 0 0 1 turns nothing",
             ));
         }
         let name = row.split_whitespace().next().unwrap_or_default();

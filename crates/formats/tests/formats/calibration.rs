@@ -126,6 +126,15 @@ fn errors_name_file_line_and_key() {
         error.starts_with("a.yaml:6: camera_matrix.data[2]: \"x\""),
         "{error}"
     );
+    // One bad line makes a file of no format; of the one that is named, the line is said.
+    let told = |format| {
+        let poses = b"0.0 1 2 3 0 0 0 1\n0.1 1 2 x 0 0 0 1\n".to_vec();
+        let (path, known) = (Path::new("a.tum"), Known::default());
+        let error = decode(poses, path, format, &known, &Budget::default());
+        error.unwrap_err().to_string()
+    };
+    assert!(told(None).contains("--format"), "{}", told(None));
+    assert!(told(Some("tum")).starts_with("a.tum:2: \"x\""));
 }
 
 /// Takes minutes where the time grows with the square of the keys.
