@@ -217,14 +217,28 @@ impl<'a> Chunks<'a> {
         }
     }
 
-    /// Those at hand, their numbers, and what is known of them.
+    /// The chunk at hand.
     #[inline(always)]
-    pub fn given(&self) -> (&[Ray], &[u32], Coherence) {
-        if self.apart {
+    pub fn chunk<'b>(
+        &'b self,
+        scene: &'b Scene,
+        aside: &'b mut Aside,
+        apart: &'b mut Vec<u32>,
+    ) -> Chunk<'b> {
+        let (given, numbers, coherence) = if self.apart {
             let (rays, numbers) = self.headed.taken();
-            return (rays, numbers, Coherence::Incoherent);
+            (rays, numbers, Coherence::Incoherent)
+        } else {
+            let rays = &self.rays[self.taken - self.len..self.taken];
+            (rays, &self.numbers[..self.len], self.coherence)
+        };
+        Chunk {
+            scene,
+            coherence,
+            given,
+            numbers,
+            aside,
+            apart,
         }
-        let rays = &self.rays[self.taken - self.len..self.taken];
-        (rays, &self.numbers[..self.len], self.coherence)
     }
 }

@@ -34,20 +34,13 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherenc
     // Where packets fall apart into many pieces, the next few are not made.
     let mut skip = 0u32;
     while chunks.advance::<I>(&mut aside, &mut apart) {
-        let (given, numbers, coherence) = chunks.given();
+        let chunk = chunks.chunk(scene, &mut aside, &mut apart);
+        let (numbers, coherence) = (chunk.numbers, chunk.coherence);
         if skip > 0 && coherence != Coherence::Incoherent {
-            aside.whole.extend_from_slice(numbers);
+            chunk.aside.whole.extend_from_slice(numbers);
             skip -= 1;
         } else {
-            let before = aside.len();
-            let chunk = Chunk {
-                scene,
-                coherence,
-                given,
-                numbers,
-                aside: &mut aside,
-                apart: &mut apart,
-            };
+            let before = chunk.aside.len();
             let scaled = chunk.scaled(&mut scaled);
             let mut shadows = Shadows { chunk, dark: 0 };
             packets.ask::<I, _>(&mut shadows, scene, scaled, None);

@@ -70,22 +70,15 @@ fn in_chunks<I: Isa, const APART: bool>(
     let (mut aside, mut apart) = (Aside::default(), Vec::new());
     let mut chunks = Chunks::of(rays, coherence);
     while chunks.advance::<I>(&mut aside, &mut apart) {
-        let (given, numbers, coherence) = chunks.given();
-        let chunk = Chunk {
-            scene,
-            coherence,
-            given,
-            numbers,
-            aside: &mut aside,
-            apart: &mut apart,
-        };
+        let chunk = chunks.chunk(scene, &mut aside, &mut apart);
+        let (numbers, coherence) = (chunk.numbers, chunk.coherence);
         let before = chunk.aside.len();
         let scaled = chunk.scaled(&mut scaled);
         let headed = APART && coherence == Coherence::Incoherent;
         let first = numbers[0] as usize;
         let met = match headed {
-            true => &mut scattered[..given.len()],
-            false => &mut hits[first..first + given.len()],
+            true => &mut scattered[..numbers.len()],
+            false => &mut hits[first..first + numbers.len()],
         };
         met.fill(Hit::MISS);
         let mut together = Together::<APART> { chunk, hits: met };

@@ -50,15 +50,32 @@ fn what_is_cut_from_the_middle_is_missed() {
     }
 }
 
+/// Where the first segment with a marker begins.
+fn segment(file: &[u8], marker: u8) -> Option<usize> {
+    file.windows(2).position(|w| w == [0xff, marker])
+}
+
+/// What is said of a file that is refused.
+fn error_of(file: &[u8]) -> String {
+    let found = read("a.jpg", file, ColorUse::Color);
+    found.unwrap_err().to_string()
+}
+
+/// A file is read without a notice, and shows what another does.
+fn assert_shows_the_same(name: &str, file: &[u8], other: &[u8]) {
+    let (image, notices) = read(name, file, ColorUse::Color).unwrap();
+    let (expected, _) = read(name, other, ColorUse::Color).unwrap();
+    assert_eq!(image, expected, "{name}");
+    assert!(notices.is_empty(), "{notices:?}");
+}
+
 #[test]
 fn a_scan_that_ends_early_says_where() {
     let case = jpegs().find(|case| case.name == "grey.jpg").unwrap();
     let start = scans(&case.file)[0];
     let mut cut = case.file[..start + 20].to_vec();
     cut.extend([0xff, 0xd9]);
-    let error = read("a.jpg", &cut, ColorUse::Color)
-        .unwrap_err()
-        .to_string();
+    let error = error_of(&cut);
     let expected = "a.jpg: ends early or is damaged: scan 1 stops at row 0 of 14";
     assert_eq!(error, expected);
 }
@@ -66,19 +83,13 @@ fn a_scan_that_ends_early_says_where() {
 #[test]
 fn scans_without_end_are_refused() {
     let case = jpegs().find(|case| case.name == "grey.jpg").unwrap();
-    let at = case
-        .file
-        .windows(2)
-        .position(|w| w == [0xff, 0xda])
-        .unwrap();
+    let at = segment(&case.file, 0xda).unwrap();
     let end = case.file.len() - 2;
     let scan = &case.file[at..end];
     let mut file = case.file[..end].to_vec();
     file.extend(scan);
     file.extend([0xff, 0xd9]);
-    let error = read("a.jpg", &file, ColorUse::Color)
-        .unwrap_err()
-        .to_string();
+    let error = error_of(&file);
     let expected = "a.jpg: ends early or is damaged: scan 2 gives bits out of their order";
     assert_eq!(error, expected);
 }
@@ -86,17 +97,10 @@ fn scans_without_end_are_refused() {
 #[test]
 fn what_stands_between_segments_is_passed_over() {
     for case in jpegs() {
-        let (whole, _) = read(&case.name, &case.file, ColorUse::Color).unwrap();
-        let scan = case
-            .file
-            .windows(2)
-            .position(|w| w == [0xff, 0xda])
-            .unwrap();
+        let scan = segment(&case.file, 0xda).unwrap();
         let mut file = case.file.clone();
         file.splice(scan..scan, [0xff, 0xff]);
-        let (image, notices) = read(&case.name, &file, ColorUse::Color).unwrap();
-        assert_eq!(image, whole, "{}", case.name);
-        assert!(notices.is_empty(), "{notices:?}");
+        assert_shows_the_same(&case.name, &file, &case.file);
     }
 }
 
@@ -105,17 +109,14 @@ fn frames_of_a_film_have_no_tables() {
     // Whose tables are the usual ones.
     for name in ["grey.jpg", "444.jpg", "420.jpg"] {
         let case = jpegs().find(|case| case.name == name).unwrap();
-        let (whole, _) = read(name, &case.file, ColorUse::Color).unwrap();
         let mut file = case.file.clone();
-        while let Some(at) = file.windows(2).position(|w| w == [0xff, 0xc4]) {
+        while let Some(at) = segment(&file, 0xc4) {
             let length = u16::from_be_bytes([file[at + 2], file[at + 3]]);
             file.drain(at..at + 2 + usize::from(length));
         }
         assert!(file.len() + 100 < case.file.len(), "{name}");
         // What AVI writes before its frames.
         file.splice(2..2, *b"\xff\xe0\0\x10AVI1\0\0\0\0\0\0\0\0\0\0");
-        let (image, notices) = read(name, &file, ColorUse::Color).unwrap();
-        assert_eq!(image, whole, "{name}");
-        assert!(notices.is_empty(), "{notices:?}");
+        assert_shows_the_same(name, &file, &case.file);
     }
 }
