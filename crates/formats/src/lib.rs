@@ -36,6 +36,7 @@ mod off;
 mod opacity;
 mod parallel;
 mod ply;
+mod ply_body;
 mod ply_header;
 mod ply_kind;
 mod ply_rows;

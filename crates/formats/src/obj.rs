@@ -222,7 +222,14 @@ impl Whole {
         let counts = [obj.positions.len(), obj.uvs.len(), obj.normals.len()];
         let many = ["vertices", "texture coordinates", "normals"];
         for (kind, ((value, line), count)) in self.highest.into_iter().zip(counts).enumerate() {
-            if value > count as i64 {
+            if value > 0 && count == 0 && kind > 0 {
+                // Taken out of the file, or never written, by some programs; the shape is whole without them.
+                let (one, many) = (KINDS[kind], many[kind]);
+                obj.polygons.forget(kind);
+                obj.notices.push(format!(
+                    "{shown}:{line}: f: {one} {value}, but the file has no {many}; it is shown without them"
+                ));
+            } else if value > count as i64 {
                 let (one, many) = (KINDS[kind], many[kind]);
                 let message = format!("f: {one} {value}, but the file has {count} {many}");
                 return Err(FormatError::line(path, line, message));

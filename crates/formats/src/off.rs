@@ -83,7 +83,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
             return Err(rows.error(format!("face {number}: expected a number of corners")));
         }
         for corner in 0..size {
-            let Some(word) = words.next() else {
+            let Some(word) = rows.word(&mut words) else {
                 return Err(rows.error(format!(
                     "face {number} ends after {corner} of {size} corners"
                 )));
@@ -170,6 +170,15 @@ impl<'a> Rows<'a> {
         Some(Words(text))
     }
 
+    /// The next word of a face, which may go on in the next line.
+    fn word(&mut self, words: &mut Words<'a>) -> Option<&'a [u8]> {
+        if let Some(word) = words.next() {
+            return Some(word);
+        }
+        *words = self.words()?;
+        words.next()
+    }
+
     fn next(
         &mut self,
         what: &str,
@@ -187,12 +196,18 @@ impl<'a> Rows<'a> {
             .ok_or_else(|| self.error("empty, expected an OFF file"))?;
         let mut kind = Kind::default();
         let first = words.clone().next().unwrap_or_default();
-        // The word may be missing.
+        // The word may be missing, and the numbers may follow without a space, as in ModelNet.
         if text::integer(first).is_none() {
-            words.next();
-            let Some(mut prefix) = first.strip_suffix(b"OFF") else {
+            let end = first.windows(3).position(|window| window == b"OFF");
+            let parts = end.map(|at| (&first[..at], &first[at + 3..]));
+            let Some((mut prefix, glued)) =
+                parts.filter(|(_, glued)| glued.iter().all(u8::is_ascii_digit))
+            else {
                 return Err(self.error(format!("{}: not an OFF file", text::shown(first))));
             };
+            let line = words.0;
+            words.next();
+            words = Words(&line[line.len() - words.0.len() - glued.len()..]);
             for (letters, has) in [
                 (&b"ST"[..], &mut kind.uvs),
                 (b"C", &mut kind.colors),

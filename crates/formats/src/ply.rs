@@ -18,7 +18,8 @@ use crate::corners::{Corner, NONE, Vertices};
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
 use crate::image::ColorUse;
-use crate::ply_header::{self, Body, Element, Header};
+use crate::ply_body::Body;
+use crate::ply_header::{self, Element, Header};
 use crate::ply_rows::Meaning::{self, Blue, Green, Red};
 use crate::ply_rows::{Columns, Row};
 use crate::polygons::{Polygons, Thin};
@@ -50,7 +51,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
         }
     }
     ply.notices.extend(ply.thin.notice(path));
-    ply.notices.extend(body.ending());
+    ply.notices.extend(body.notices());
     ply.model(&header, folder)
 }
 

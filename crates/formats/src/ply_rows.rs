@@ -3,7 +3,8 @@
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
 
 use crate::error::FormatError;
-use crate::ply_header::{self, Body, Element};
+use crate::ply_body::Body;
+use crate::ply_header::{self, Element};
 use crate::ply_kind::Kind;
 
 /// What a column means.
@@ -111,7 +112,8 @@ impl<'a> Columns<'a> {
             };
             body.values(property.kind, length, values)?;
         }
-        body.end_row()
+        body.end_row();
+        Ok(())
     }
 
     /// The bytes of a row without lists in a binary file.

@@ -2,7 +2,7 @@
 
 use crate::bytes::Bytes;
 use crate::parallel;
-use crate::ply_header::Body;
+use crate::ply_body::Body;
 use crate::ply_kind::Kind;
 use crate::ply_rows::{Columns, Meaning};
 

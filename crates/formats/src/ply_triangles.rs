@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use crate::bytes::Bytes;
 use crate::parallel;
-use crate::ply_header::{Body, Element};
+use crate::ply_body::Body;
+use crate::ply_header::Element;
 use crate::ply_kind::Kind;
 use crate::ply_rows::{Columns, Meaning};
 use crate::ply_table::ROWS;

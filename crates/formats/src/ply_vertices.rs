@@ -6,7 +6,8 @@ use glam::DVec3;
 use raycam_scene::color::Rgb;
 
 use crate::error::FormatError;
-use crate::ply_header::{Body, Element};
+use crate::ply_body::Body;
+use crate::ply_header::Element;
 use crate::ply_rows::Meaning::{
     self, Alpha, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z,
 };

@@ -143,6 +143,13 @@ impl Polygons {
         }
     }
 
+    /// Takes the texture coordinates (1) or normals (2) from all corners.
+    pub(crate) fn forget(&mut self, kind: usize) {
+        for attributes in &mut self.attributes {
+            attributes[kind - 1] = NONE;
+        }
+    }
+
     /// Where a polygon starts in all corners.
     fn start(&self, polygon: usize) -> usize {
         match polygon.checked_sub(self.triangles + 1) {

@@ -81,10 +81,12 @@ impl<'a> AttributeSource<'a> {
             && let Some(accessor) = accessor
             && (accessor.min.is_none() || accessor.max.is_none())
         {
-            return Err(self.document.fault(format!(
-                "{place}: accessors[{index}] has no min and max \
+            // Nothing is taken from them here: boxes come from the vertices.
+            let message = format!(
+                "accessors[{index}] has no min and max \
                  (MESH_PRIMITIVE_POSITION_ACCESSOR_WITHOUT_BOUNDS)"
-            )));
+            );
+            ledger.note(&place, message);
         }
         let Some((draco, mesh)) = &self.decoded else {
             return self.document.elements(index, &place, ledger).map(Some);

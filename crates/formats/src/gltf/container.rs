@@ -142,7 +142,11 @@ impl Container {
             Err(error) => {
                 // Other versions say everything else in other ways.
                 let root = serde_json::from_str::<AnyVersion>(text);
-                root.map_or(Ok(()), |root| checked(&root.asset.version, path))?;
+                root.map_or(Ok(()), |root| {
+                    let version = &root.asset.version;
+                    let text = version.as_str().map_or(version.to_string(), str::to_owned);
+                    checked(&text, path)
+                })?;
                 return Err(located(text, path, &error));
             }
         };
@@ -169,7 +173,8 @@ struct AnyVersion {
 
 #[derive(Deserialize)]
 struct Asset {
-    version: String,
+    /// Text in 2.0, a number in drafts of 1.0.
+    version: serde_json::Value,
 }
 
 /// Whether a version is read.

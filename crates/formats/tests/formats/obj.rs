@@ -284,6 +284,30 @@ fn faces_of_one_or_two_corners_are_skipped() {
 }
 
 #[test]
+fn indices_of_attributes_that_the_file_does_not_have_are_told_and_not_used() {
+    let four = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
+    let plain = model("a.obj", format!("{four}s 1\nf 1 2 3\nf 3 2 4\n"));
+    let read = model(
+        "a.obj",
+        format!("{four}s 1\nf 1/1/1 2/2/2 3/3/3\nf 3/3/3 2/2/2 4/9/9\n"),
+    );
+    assert_eq!(read.parts[0].mesh, plain.parts[0].mesh);
+    assert_eq!(
+        read.notices,
+        [
+            "a.obj:7: f: texture coordinate 9, but the file has no texture coordinates; it is shown without them",
+            "a.obj:7: f: normal 9, but the file has no normals; it is shown without them",
+        ]
+    );
+    // What it has stays: normals without texture coordinates.
+    let normals = format!("{four}vn 0 0 1\nf 1/1/1 2/2/1 3/3/1\n");
+    let read = model("a.obj", normals);
+    assert_eq!(read.parts[0].mesh.normals, Some(vec![[0.0, 0.0, 1.0]; 4]));
+    assert_eq!(read.parts[0].mesh.uvs, None);
+    assert_eq!(read.notices.len(), 1);
+}
+
+#[test]
 fn bad_files_are_told_with_line_and_index() {
     let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     for (text, expected) in [
@@ -305,8 +329,8 @@ fn bad_files_are_told_with_line_and_index() {
         ),
         ("f 0 1 2\n", "a.obj:4: f: vertex 0, but indices start at 1"),
         (
-            "f 1/1 2/1 3/1\n",
-            "a.obj:4: f: texture coordinate 1, but the file has 0 texture coordinates",
+            "f 1/2 2/1 3/1\nvt 0 0\n",
+            "a.obj:4: f: texture coordinate 2, but the file has 1 texture coordinates",
         ),
         (
             "f 1//2 2//1 3//1\nvn 0 0 1\n",

@@ -114,6 +114,21 @@ fn faces_of_more_than_a_million_corners_are_refused() {
 }
 
 #[test]
+fn numbers_may_follow_at_once_and_faces_may_take_several_lines() {
+    let plain = model("a.off", format!("OFF\n4 2 0\n{SQUARE}3 0 1 2\n3 0 2 3\n"));
+    assert_eq!(plain.parts[0].mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+    for text in [
+        format!("OFF4 2 0\n{SQUARE}3 0 1 2\n3 0 2 3\n"),
+        format!("  OFF4 2 0 # ModelNet\n{SQUARE}3 0 1 2\n3 0 2 3\n"),
+        format!("OFF\n4 2 0\n{SQUARE}3 0\n\n1 # one\n2\n3\n0 2 3\n"),
+    ] {
+        let read = model("a.off", text.clone());
+        assert_eq!(read.parts[0].mesh, plain.parts[0].mesh, "{text}");
+        assert_eq!(read.notices, plain.notices, "{text}");
+    }
+}
+
+#[test]
 fn bad_files_are_told_with_line() {
     for (text, expected) in [
         (
@@ -179,6 +194,7 @@ fn bad_files_are_told_with_line() {
         ),
         ("OFF BINARY\n", "a.off: binary OFF; save it as text"),
         ("PLY\n", "a.off:1: \"PLY\": not an OFF file"),
+        ("OFFS 3 1 0\n", "a.off:1: \"OFFS\": not an OFF file"),
         ("", "a.off:0: empty, expected an OFF file"),
     ] {
         assert_eq!(error("a.off", text), expected, "{text}");
@@ -190,7 +206,7 @@ fn bad_files_are_told_with_line() {
         ),
         (
             "invalid.off",
-            "invalid.off:7: face 1 ends after 0 of 2 corners",
+            "invalid.off:8: face 1: vertex \"20\", but the file has 3 vertices (from 0)",
         ),
     ] {
         let path = data(name);
