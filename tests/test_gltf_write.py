@@ -391,6 +391,32 @@ def test_animations_are_written(tmp_path: Path) -> None:
     np.testing.assert_allclose(moment.triangles(), first.at(1.0).triangles(), atol=1e-6)
 
 
+def test_a_joint_counts_once_for_a_vertex(tmp_path: Path) -> None:
+    """Some programs name a joint twice, which glTF forbids (3.7.3.3)."""
+    document = Document()
+    joints = np.array([[1, 0, 1, 0], [0, 0, 0, 0], [1, 1, 1, 1]], np.uint8)
+    weights = np.array([[0.5, 0.25, 0.25, 0], [0.5, 0.5, 0, 0], [1, 1, 1, 1]], np.float32)
+    mesh = document.mesh({"POSITION": TRIANGLE, "JOINTS_0": joints, "WEIGHTS_0": weights})
+    nodes = [document.node(), document.node(translation=[0, 4, 0])]
+    document.add("skins", joints=nodes)
+    document.node(mesh=mesh, skin=0)
+    still = document.accessor(np.array([[0, 4, 0], [0, 4, 0]], np.float32))
+    sampler = {"input": document.accessor(np.array([0, 1], np.float32)), "output": still}
+    target = {"node": nodes[1], "path": "translation"}
+    document.add("animations", samplers=[sampler], channels=[{"sampler": 0, "target": target}])
+    world = raycam.load(document.save(tmp_path / "model.glb"))
+    moved = TRIANGLE + np.array([[0, 3, 0], [0, 0, 0], [0, 4, 0]])
+    np.testing.assert_allclose(world.triangles()[0], moved, atol=1e-6)
+    json, binary, _ = written(world, tmp_path)
+    attributes = json["meshes"][0]["primitives"][0]["attributes"]
+    assert values(json, binary, attributes["JOINTS_0"]).tolist() == [[1, 0, 0, 0], [0] * 4, [1, 0, 0, 0]]
+    assert values(json, binary, attributes["WEIGHTS_0"]).tolist() == [
+        [0.75, 0.25, 0, 0],
+        [1, 0, 0, 0],
+        [1, 0, 0, 0],
+    ]
+
+
 def test_a_film_of_an_animation(tmp_path: Path) -> None:
     from raycam.video import Film
 

@@ -81,10 +81,22 @@ impl Window<'_> {
 }
 
 impl Deformation {
-    /// Makes the weights of each vertex add up to 1, over all sets.
+    /// Makes each joint count once for a vertex (3.7.3.3), and its weights add up to 1, over all sets.
     fn normalize(&mut self) {
         let count = self.joints.first().map_or(0, |(joints, _)| joints.len());
         for vertex in 0..count {
+            for later in 1..4 * self.joints.len() {
+                let (joints, weights) = &self.joints[later / 4];
+                let (joint, weight) = (joints[vertex][later % 4], weights[vertex][later % 4]);
+                let first = (0..later).find(|&first| {
+                    let (joints, weights) = &self.joints[first / 4];
+                    joints[vertex][first % 4] == joint && weights[vertex][first % 4] > 0.0
+                });
+                if let Some(first) = first.filter(|_| weight > 0.0) {
+                    self.joints[first / 4].1[vertex][first % 4] += weight;
+                    self.joints[later / 4].1[vertex][later % 4] = 0.0;
+                }
+            }
             let sum: f32 = self
                 .joints
                 .iter()
