@@ -18,7 +18,7 @@ use crate::estimate::Estimate;
 use crate::film::Block;
 use crate::filter::PreparedFilter;
 use crate::frame::Plane;
-use crate::integrator::{self, Batch};
+use crate::integrator::{self, Batch, Room};
 use crate::moments::{Lines, Moments};
 use crate::prepare::PreparedWorld;
 use crate::sampler::Sampler;
@@ -73,6 +73,8 @@ pub(crate) struct Buffers {
     samplers: Vec<Sampler>,
     /// The numbers that say where in the pixel.
     offsets: Vec<[f32; 2]>,
+    /// Of the paths of a batch.
+    room: Room,
     radiance: Vec<Vec3>,
     sky: Vec<bool>,
     /// The pixels that get more samples.
@@ -324,6 +326,7 @@ impl<'a> Picture<'a> {
             directions,
             samplers,
             pixels,
+            room,
             radiance,
             sky,
             batch: of,
@@ -356,7 +359,7 @@ impl<'a> Picture<'a> {
             hits,
             samplers,
         };
-        integrator::radiance(world, self.settings, &batch, control, radiance, sky)?;
+        integrator::radiance(world, self.settings, &batch, control, room, radiance, sky)?;
         for (&(pixel, _), _) in of.iter().zip(sky).filter(|(_, sky)| **sky) {
             estimate.see_sky(pixel);
         }

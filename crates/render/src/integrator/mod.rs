@@ -19,6 +19,7 @@ use crate::prepare::PreparedWorld;
 use crate::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 use crate::texture::Cone;
+pub(crate) use path::Room;
 
 /// Rays of one tile and what they met, entry by entry.
 pub(crate) struct Batch<'a> {
@@ -36,7 +37,9 @@ pub(crate) struct Batch<'a> {
 
 /// What one picture's paths do.
 #[derive(Clone, Copy, Debug)]
-struct Rules {
+struct Rules<'a> {
+    /// What lights them.
+    pub lights: &'a Lights,
     /// The most segments of a path, the camera's ray included.
     pub max_depth: u32,
     /// Whether mirrors and smooth glass cost no segment.
@@ -59,6 +62,7 @@ pub(crate) fn radiance(
     settings: &Settings,
     batch: &Batch,
     control: &Control,
+    room: &mut Room,
     radiance: &mut [Vec3],
     sky: &mut [bool],
 ) -> Result<(), RenderError> {
@@ -73,6 +77,7 @@ pub(crate) fn radiance(
         }
         Integrator::Direct => {
             let rules = Rules {
+                lights,
                 max_depth: 2,
                 free_mirrors: true,
                 light_samples: lights.count().clamp(1, MAX_LIGHT_SAMPLES),
@@ -90,10 +95,11 @@ pub(crate) fn radiance(
                 },
                 transparent: settings.transparent,
             };
-            path::radiance(world, lights, &rules, batch, control, radiance, sky)?;
+            path::radiance(world, &rules, batch, control, room, radiance, sky)?;
         }
         Integrator::Path => {
             let rules = Rules {
+                lights,
                 max_depth: settings.max_depth.unwrap_or(u32::MAX),
                 free_mirrors: false,
                 light_samples: 1,
@@ -102,7 +108,7 @@ pub(crate) fn radiance(
                 ambient: None,
                 transparent: settings.transparent,
             };
-            path::radiance(world, lights, &rules, batch, control, radiance, sky)?;
+            path::radiance(world, &rules, batch, control, room, radiance, sky)?;
         }
     }
     if settings.transparent && matches!(integrator, Integrator::Flat | Integrator::Ao) {

@@ -43,22 +43,26 @@ pub(super) struct Path {
     /// What clear matter it goes through.
     pub media: Media,
     /// The one colour that it carries, where dispersion has split it.
-    pub channel: Option<usize>,
+    pub channel: Option<u8>,
     /// What refraction has divided the throughput by, and will multiply it by on the way out.
     pub squeeze: f32,
     /// How wide it is, until a surface scatters it.
     pub cone: Cone,
 }
 
+// Two lines of the cache; what is larger the compiler copies by a call.
+const _: () = assert!(size_of::<Path>() <= 128);
+
 pub(super) fn radiance(
     world: &PreparedWorld,
-    lights: &Lights,
     rules: &Rules,
     batch: &Batch,
     control: &Control,
+    room: &mut Room,
     radiance: &mut [Vec3],
     sky: &mut [bool],
 ) -> Result<(), RenderError> {
+    let lights = rules.lights;
     let at_once = lights.most_at_once().filter(|_| rules.splits);
     let mut walk = Walk {
         world,
@@ -75,16 +79,16 @@ pub(super) fn radiance(
         blind: is_blind(world, lights),
         turn: 0,
     };
-    let mut wave = Wave {
-        shadows: vec![Shadows::default(); at_once.unwrap_or(rules.light_samples)],
-        ..Wave::default()
-    };
-    let mut paths: Vec<Path> = batch
-        .origins
-        .iter()
-        .zip(batch.directions)
-        .enumerate()
-        .map(|(ray, (&position, &direction))| Path {
+    let Room {
+        paths,
+        hits,
+        meetings,
+        wave,
+    } = room;
+    wave.begin(at_once.unwrap_or(rules.light_samples));
+    paths.clear();
+    let rays = batch.origins.iter().zip(batch.directions).enumerate().map(
+        |(ray, (&position, &direction))| Path {
             ray,
             throughput: Vec3::ONE,
             direction,
@@ -101,10 +105,11 @@ pub(super) fn radiance(
             channel: None,
             squeeze: 1.0,
             cone: batch.cone,
-        })
-        .collect();
-    let mut hits = batch.hits.to_vec();
-    let mut meetings = Meetings::default();
+        },
+    );
+    paths.extend(rays);
+    hits.clear();
+    hits.extend_from_slice(batch.hits);
     while !paths.is_empty() {
         control.check()?;
         let mut met = 0;
@@ -122,15 +127,23 @@ pub(super) fn radiance(
         }
         paths.truncate(met);
         hits.truncate(met);
-        meetings.find(&walk, &paths, &hits);
-        let met = paths.chunks_mut(LANES).zip(hits.chunks(LANES));
-        for (number, (paths, hits)) in met.enumerate() {
-            meetings.locate(&walk, number, paths, hits);
-            for (lane, (path, hit)) in paths.iter_mut().zip(hits).enumerate() {
+        meetings.find(&walk, paths, hits);
+        let mut kept = 0;
+        for (number, hits) in hits.chunks(LANES).enumerate() {
+            let first = number * LANES;
+            meetings.locate(&walk, number, &mut paths[first..][..hits.len()], hits);
+            for (lane, hit) in hits.iter().enumerate() {
                 let meeting = meetings.at(&walk, number, lane, hit);
-                walk.step(path, &meeting, &mut wave, radiance);
+                let path = &mut paths[first + lane];
+                if walk.step(path, &meeting, wave, radiance) {
+                    if kept < first + lane {
+                        paths[kept] = *path;
+                    }
+                    kept += 1;
+                }
             }
         }
+        paths.truncate(kept);
         let coherence = if walk.turn == 0 {
             Coherence::Unknown
         } else {
@@ -143,12 +156,8 @@ pub(super) fn radiance(
             .settle(world, batch.scene, Coherence::Incoherent, radiance);
         hits.clear();
         hits.resize(wave.rays.len(), Hit::MISS);
-        batch
-            .scene
-            .closest(&wave.rays, &mut hits, Coherence::Incoherent);
+        batch.scene.closest(&wave.rays, hits, Coherence::Incoherent);
         wave.rays.clear();
-        std::mem::swap(&mut paths, &mut wave.next);
-        wave.next.clear();
         walk.turn += 1;
     }
     Ok(())
@@ -161,6 +170,15 @@ fn is_blind(world: &PreparedWorld, lights: &Lights) -> bool {
     !(world.see_through || lights.has_surfaces() || dims)
 }
 
+/// What the paths of a batch take, kept from batch to batch.
+#[derive(Default)]
+pub(crate) struct Room {
+    paths: Vec<Path>,
+    hits: Vec<Hit>,
+    meetings: Meetings,
+    wave: Wave,
+}
+
 /// What one turn of the loop asks for.
 #[derive(Default)]
 pub(super) struct Wave {
@@ -168,7 +186,16 @@ pub(super) struct Wave {
     pub shadows: Vec<Shadows>,
     /// In directions that surfaces chose.
     pub scattered: Shadows,
-    /// The paths that go on, and their rays.
-    pub next: Vec<Path>,
+    /// Of the paths that go on.
     pub rays: Vec<Ray>,
+}
+
+impl Wave {
+    /// Asks for nothing yet, and for the light of so many lights at a point.
+    fn begin(&mut self, lights: usize) {
+        self.shadows.resize_with(lights, Shadows::default);
+        self.shadows.iter_mut().for_each(Shadows::clear);
+        self.scattered.clear();
+        self.rays.clear();
+    }
 }

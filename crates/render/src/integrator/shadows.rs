@@ -42,6 +42,10 @@ impl Shadows {
                 }
             }
         }
+        self.clear();
+    }
+
+    pub fn clear(&mut self) {
         self.rays.clear();
         self.light.clear();
     }

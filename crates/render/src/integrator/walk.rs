@@ -22,7 +22,7 @@ const SAFE_DEPTH: u32 = 6;
 pub(super) struct Walk<'a> {
     pub world: &'a PreparedWorld,
     pub lights: &'a Lights,
-    pub rules: &'a Rules,
+    pub rules: &'a Rules<'a>,
     pub samplers: &'a [Sampler],
     /// Whether a ray may find light that `Lights::sample` finds too.
     pub found: bool,
@@ -49,9 +49,15 @@ impl Walk<'_> {
         }
     }
 
-    /// What one path does at what it met.
+    /// What one path does at what it met; whether it goes on.
     #[inline]
-    pub fn step(&self, path: &mut Path, meeting: &Meeting, wave: &mut Wave, radiance: &mut [Vec3]) {
+    pub fn step(
+        &self,
+        path: &mut Path,
+        meeting: &Meeting,
+        wave: &mut Wave,
+        radiance: &mut [Vec3],
+    ) -> bool {
         let Meeting {
             hit,
             material,
@@ -72,8 +78,8 @@ impl Walk<'_> {
             return self.meet(path, &surface, skin, meeting, wave, radiance);
         }
         self.split(path, &material.material);
-        let skin = Skin::of(self.world, path.media, hit, place.front, path.channel);
-        let (direction, channel) = (path.direction, path.channel);
+        let (direction, channel) = (path.direction, path.channel.map(usize::from));
+        let skin = Skin::of(self.world, path.media, hit, place.front, channel);
         let smooth = material.smooth(self.world, hit, place, direction, channel, skin.around);
         if let Some((scatter, frame)) = smooth {
             let surface = Surface {
@@ -84,16 +90,16 @@ impl Walk<'_> {
             return self.meet(path, &surface, skin, meeting, wave, radiance);
         }
         let surface = Surface::new(self.world, place, direction, hit, channel, skin.around);
-        self.meet(path, &surface, skin, meeting, wave, radiance);
+        self.meet(path, &surface, skin, meeting, wave, radiance)
     }
 
     /// Chooses the colour that a path carries from its first surface with dispersion.
     fn split(&self, path: &mut Path, material: &Material) {
         if path.channel.is_none() && is_dispersive(material) {
             let [choice, _] = self.samplers[path.ray].pair(Pair::Spectrum);
-            let channel = ((choice * 3.0) as usize).min(2);
+            let channel = ((choice * 3.0) as u8).min(2);
             path.channel = Some(channel);
-            path.throughput *= 3.0 * Vec3::AXES[channel];
+            path.throughput *= 3.0 * Vec3::AXES[usize::from(channel)];
         }
     }
 
@@ -106,7 +112,7 @@ impl Walk<'_> {
         meeting: &Meeting,
         wave: &mut Wave,
         radiance: &mut [Vec3],
-    ) {
+    ) -> bool {
         let Meeting {
             hit,
             material: PreparedMaterial { material, .. },
@@ -117,8 +123,7 @@ impl Walk<'_> {
         if self.passes(path, material, surface, hit) {
             // The same ray, from the other side.
             wave.rays.push(place.leaving(path.direction, f32::INFINITY));
-            wave.next.push(*path);
-            return;
+            return true;
         }
         let distance = (place.position - path.from.position).length();
         path.media = skin.before;
@@ -129,26 +134,30 @@ impl Walk<'_> {
         self.pick_up(path, distance, out);
         if skin.hidden {
             self.go_on(path, surface, skin, wave);
-            return;
+            return true;
         }
         self.see_surface(path, material, hit, distance, out);
         if self.free(path) || path.depth < self.rules.max_depth {
             self.sample_lights(path, surface, skin, meeting, wave, out);
-            self.scatter(path, surface, skin, meeting, wave);
+            return self.scatter(path, surface, skin, meeting, wave);
         }
+        false
     }
 
     /// Goes on through a surface that other matter hides. Light sampling does not look through it: what the ray finds
     /// behind counts in full.
-    fn go_on<S: Scattering>(&self, path: &Path, surface: &Surface<S>, skin: Skin, wave: &mut Wave) {
+    fn go_on<S: Scattering>(
+        &self,
+        path: &mut Path,
+        surface: &Surface<S>,
+        skin: Skin,
+        wave: &mut Wave,
+    ) {
         wave.rays
             .push(surface.place.leaving(path.direction, f32::INFINITY));
-        wave.next.push(Path {
-            from: surface.reference(),
-            pdf: f32::INFINITY,
-            media: skin.after,
-            ..*path
-        });
+        path.from = surface.reference();
+        path.pdf = f32::INFINITY;
+        path.media = skin.after;
     }
 
     /// Whether a path that may not grow may still go on through mirrors.
@@ -253,16 +262,16 @@ impl Walk<'_> {
         }
     }
 
-    /// Sends the path on, where it has a future.
+    /// Sends the path on, where it has a future: whether it has.
     #[inline]
     fn scatter<S: Scattering>(
         &self,
-        path: &Path,
+        path: &mut Path,
         surface: &Surface<S>,
         skin: Skin,
         meeting: &Meeting,
         wave: &mut Wave,
-    ) {
+    ) -> bool {
         let sampler = &self.samplers[path.ray];
         let choice = if surface.scatter.chooses() {
             sampler.pair(Pair::Which(self.turn))[0]
@@ -271,14 +280,14 @@ impl Walk<'_> {
         };
         let [x, y] = meeting.scatter;
         let Some(sample) = surface.scatter.sample(&surface.frame, [choice, x, y]) else {
-            return;
+            return false;
         };
         let free = self.free(path) && sample.delta;
         let depth = path.depth + u32::from(!free);
         // The last segment only looks for lights.
         let last = depth >= self.rules.max_depth && !sample.delta;
         if depth > self.rules.max_depth || (last && !self.found) {
-            return;
+            return false;
         }
         let mut throughput = path.throughput * sample.weight;
         let squeeze = path.squeeze * sample.squeeze;
@@ -286,37 +295,31 @@ impl Walk<'_> {
             let survival = (throughput.max_element() * squeeze).min(0.95);
             let [_, chance] = sampler.pair(Pair::Fate(self.turn));
             if chance >= survival {
-                return;
+                return false;
             }
             throughput /= survival;
         }
         if throughput == Vec3::ZERO {
-            return;
+            return false;
         }
         let ray = surface.place.leaving(sample.direction, f32::INFINITY);
-        wave.next.push(Path {
-            ray: path.ray,
-            throughput,
-            direction: sample.direction,
-            from: surface.reference(),
-            pdf: sample.pdf,
-            straight: sample.delta,
-            from_camera: false,
-            choice: self.choice(path),
-            depth,
-            media: skin.beyond(surface.frame.geometric, sample.direction),
-            channel: path.channel,
-            squeeze,
-            cone: path.cone.scattered(sample.delta),
-        });
-        if last
-            && self.blind
-            && let Some(path) = wave.next.pop_if(|path| path.media.is_empty())
-        {
-            self.look(&path, ray, wave);
-        } else {
-            wave.rays.push(ray);
+        path.throughput = throughput;
+        path.direction = sample.direction;
+        path.from = surface.reference();
+        path.pdf = sample.pdf;
+        path.straight = sample.delta;
+        path.choice = self.choice(path);
+        path.from_camera = false;
+        path.depth = depth;
+        path.media = skin.beyond(surface.frame.geometric, sample.direction);
+        path.squeeze = squeeze;
+        path.cone = path.cone.scattered(sample.delta);
+        if last && self.blind && path.media.is_empty() {
+            self.look(path, ray, wave);
+            return false;
         }
+        wave.rays.push(ray);
+        true
     }
 
     /// What [`Walk::miss`] and [`Walk::pick_up`] would find, by shadow rays: those need not know what is met.
