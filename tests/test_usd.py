@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdUtils, Vt
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdShade, UsdUtils, Vt
 from raycam import usd
 
 SQUARE = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
@@ -329,6 +329,30 @@ def test_what_is_not_drawn_is_said(tmp_path: Path) -> None:
     assert "1 Sphere prims are left out" in said
     assert "a subdivision surface" in said
     assert "its unit of length is 0.01 m" in said
+    # Where nothing is left, the error says why.
+    other = stage(tmp_path / "b.usda")
+    UsdGeom.Sphere.Define(other, "/ball")
+    other.Save()
+    with pytest.raises(raycam.FormatError, match="nothing to see; 1 Sphere prims are left out"):
+        raycam.load(tmp_path / "b.usda")
+
+
+def test_a_unit_of_single_precision(tmp_path: Path) -> None:
+    """As Blender 2.8 wrote it."""
+    path = tmp_path / "a.usdc"
+    made = stage(path)
+    square(made)
+    UsdGeom.SetStageMetersPerUnit(made, 0.5)
+    made.Save()
+    # A value in place, as float32: the type after it is 9 for double and 8 for float.
+    half, data = struct.pack("<f", 0.5) + b"\0\0", path.read_bytes()
+    assert data.count(half + b"\x09\x40") == 1
+    path = tmp_path / "b.usdc"
+    path.write_bytes(data.replace(half + b"\x09\x40", half + b"\x08\x40"))
+    with pytest.raises(Tf.ErrorException):
+        UsdGeom.GetStageMetersPerUnit(Usd.Stage.Open(str(path)))
+    world = raycam.load(path)
+    assert any("its unit of length is 0.5 m" in notice for notice in world.notices)
 
 
 @pytest.mark.parametrize("left", [None, 30], ids=["notice", "error"])
@@ -381,6 +405,9 @@ def test_opacity_has_an_image_of_its_own(tmp_path: Path) -> None:
 
 def test_damage_is_an_error(tmp_path: Path) -> None:
     path = tmp_path / "a.usda"
+    path.write_text('#usda 1.0\ndef Mesh "a" { }\ndef Mesh "b" { int }\n')
+    with pytest.raises(raycam.FormatError, match=r"a\.usda: Pixar's library: .*a\.usda:3:\d+: "):
+        raycam.load(path)
     for text in (b"", b"#usda 1.0\n(", b"#usda 1.0\n", b"\x00" * 100):
         path.write_bytes(text)
         with pytest.raises(raycam.FormatError, match=r"a\.usda: "):

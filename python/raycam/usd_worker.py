@@ -15,7 +15,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from pxr import Ar, Sdf, Usd, UsdGeom, UsdLux
+from pxr import Ar, Sdf, Tf, Usd, UsdGeom, UsdLux
 
 from . import usd_camera, usd_instancer, usd_lights, usd_materials, usd_meshes
 
@@ -167,17 +167,25 @@ def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> d
             meshes.notices.extend([notice] if notice else [])
         elif kind in DRAWN:
             skipped[kind] += 1
+    left_out = [f"{count} {kind} prims are left out" for kind, count in sorted(skipped.items())]
     if not objects:
-        said = "".join(f"; {notice}" for notice in meshes.notices[:5])
+        said = "".join(f"; {notice}" for notice in [*left_out, *meshes.notices][:5])
         raise Refused(f"no meshes in it: nothing to see{said}")
     materials.write(folder / "materials.mtl")
-    notices = [*images.notices, *materials.notices, *meshes.notices]
-    notices.extend(f"{count} {kind} prims are left out" for kind, count in sorted((+skipped).items()))
-    unit = UsdGeom.GetStageMetersPerUnit(stage)
+    notices = [*images.notices, *materials.notices, *meshes.notices, *left_out]
+    unit = _unit(stage)
     if unit != 1.0:
         notices.append(f"its unit of length is {unit:g} m: coordinates are kept as they are, in that unit")
     found = {"object": objects, "light": lights, "camera": cameras}
     return world | found | {"notices": notices, "files": images.files}
+
+
+def _unit(stage: Usd.Stage) -> float:
+    """Its unit of length in metres. Blender 2.8 wrote it as a float, which the stage itself does not take."""
+    root = stage.GetRootLayer().pseudoRoot
+    if not root.HasInfo("metersPerUnit"):
+        return UsdGeom.GetStageMetersPerUnit(stage)  # type: ignore[no-any-return]
+    return float(root.GetInfo("metersPerUnit"))
 
 
 def _hidden(prim: UsdGeom.Imageable) -> bool:
@@ -191,6 +199,8 @@ def main(path: Path, folder: Path, limits: dict[str, Any]) -> None:
         found = described(path, folder, limits["bytes"], limits["triangles"])
     except Refused as error:
         found = {"error": str(error)}
+    except Tf.ErrorException as error:
+        found = {"error": "Pixar's library: " + "; ".join(part.commentary for part in error.args)}
     except MemoryError:
         found = {"error": f"more memory needed than the budget of {limits['memory']} bytes"}
     (folder / "world.json").write_text(json.dumps(found), encoding="utf-8")
