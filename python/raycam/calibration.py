@@ -99,7 +99,7 @@ def load_cameras(
     ================ =================================================================================================
     "opencv"         FileStorage YAML, JSON, XML: `calibration`, `stereo_calib`; sensor files of EuRoC, Kimera
     "ros"            CameraInfo of `camera_info_manager` or a message; roi and binning as `image_geometry`
-    "kalibr"         camchain; poses by `T_cam_imu`, or from cam0 by `T_cn_cnm1`; a rig
+    "kalibr"         camchain; poses by `T_cam_imu` or `T_imu_cam`, else from cam0 by `T_cn_cnm1`; a rig
     "colmap"         a folder of text files, or one of them, with rigs and frames; also "colmap-binary"
     "kitti"          `P0` to `P3`, `calib_cam_to_cam.txt`; the world is rectified camera 0
     "kitti-poses"    12 numbers a line; needs `intrinsics`

@@ -1,7 +1,8 @@
 //! Kalibr's camchain: `cam0`, `cam1`, ..., each with intrinsics, distortion and where it stands.
 //!
-//! `T_cam_imu` (camera from body) is the pose where every camera has it; else `T_cn_cnm1` (from the camera before) makes
-//! a chain that begins at cam0. Source: Kalibr's wiki, "Yaml formats" and "Supported models".
+//! `T_cam_imu` (camera from body), or `T_imu_cam` as OpenVINS writes it, is the pose where every camera has it; else
+//! `T_cn_cnm1` (from the camera before) makes a chain that begins at cam0. Source: Kalibr's wiki, "Yaml formats" and
+//! "Supported models".
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -16,13 +17,14 @@ use super::{Calibration, Known, Pose, Record, Rotation, Written, text, yaml};
 use crate::error::FormatError;
 use crate::folder::{Folder, Source};
 
-const KEYS: [&str; 9] = [
+const KEYS: [&str; 10] = [
     "camera_model",
     "intrinsics",
     "distortion_model",
     "distortion_coeffs",
     "resolution",
     "T_cam_imu",
+    "T_imu_cam",
     "T_cn_cnm1",
     "cam_overlaps",
     "rostopic",
@@ -37,9 +39,8 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
     let root = At::root(&node, &source.path);
     let mut calibration = Calibration::default();
     let cameras: Vec<_> = root.entries()?;
-    let body = cameras
-        .iter()
-        .all(|(_, camera)| camera.get("T_cam_imu").is_some());
+    let all_have = |key: &str| cameras.iter().all(|(_, camera)| camera.get(key).is_some());
+    let (camera_from_body, body_from_camera) = (all_have("T_cam_imu"), all_have("T_imu_cam"));
     let mut before = Pose::camera_from_world(Rotation::Matrix(DMat3::IDENTITY), DVec3::ZERO);
     for (i, (name, camera)) in cameras.into_iter().enumerate() {
         if name != format!("cam{i}") {
@@ -54,12 +55,16 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
         }
         record.size = Some([width as u32, height as u32]);
         (record.k, record.lens) = intrinsics(&camera)?;
-        let pose = |key: &str| {
+        let matrix = |key: &str| {
             let (r, t) = camera.need(key)?.matrix4()?;
-            Ok::<_, FormatError>(Pose::camera_from_world(Rotation::Matrix(r), t))
+            Ok::<_, FormatError>((Rotation::Matrix(r), t))
         };
-        let mut here = if body {
+        let pose = |key: &str| matrix(key).map(|(r, t)| Pose::camera_from_world(r, t));
+        let mut here = if camera_from_body {
             pose("T_cam_imu")?
+        } else if body_from_camera {
+            let (r, c) = matrix("T_imu_cam")?;
+            Pose::world_from_camera(r, c)
         } else if i == 0 {
             before.clone()
         } else {

@@ -111,6 +111,51 @@ fn damaged_files_are_errors_and_nothing_panics() {
     }
 }
 
+/// OpenVINS writes the body's pose in the camera the other way round, and no step from camera to camera.
+#[test]
+fn camchains_tell_the_pose_in_either_direction() {
+    let chain = |key: &str, poses: [(DMat3, DVec3); 2]| {
+        let cameras = poses.iter().enumerate().map(|(i, (r, t))| {
+            let rows: String = (0..3)
+                .map(|row| {
+                    let [x, y, z] = r.row(row).to_array();
+                    format!("  - [{x:?}, {y:?}, {z:?}, {:?}]\n", t[row])
+                })
+                .collect();
+            format!(
+                "cam{i}:\n  {key}:\n{rows}  - [0.0, 0.0, 0.0, 1.0]\n  camera_model: pinhole\n  \
+                 intrinsics: [500.0, 501.0, 320.5, 240.25]\n  resolution: [640, 480]\n"
+            )
+        });
+        let text: String = cameras.collect();
+        let (path, known) = (Path::new("chain.yaml"), Known::default());
+        let read = decode(
+            text.into(),
+            path,
+            Some("kalibr"),
+            &known,
+            &Budget::default(),
+        );
+        let records = read.unwrap().records;
+        [0, 1].map(|i| records[i].camera().unwrap())
+    };
+    let r = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.7);
+    let (first, second) = (DVec3::new(0.1, -0.2, 0.3), DVec3::new(-0.4, 0.5, 1.0));
+    let forth = chain("T_cam_imu", [(r, first), (r.transpose(), second)]);
+    let back = chain(
+        "T_imu_cam",
+        [
+            (r.transpose(), -(r.transpose() * first)),
+            (r, -(r * second)),
+        ],
+    );
+    let point = DVec3::new(0.3, 1.2, 6.0);
+    for (a, b) in forth.iter().zip(&back) {
+        assert!((a.project(point).0 - b.project(point).0).length() < 1e-9);
+    }
+    assert!((forth[0].c() - forth[1].c()).length() > 0.1);
+}
+
 #[test]
 fn errors_name_file_line_and_key() {
     let text = b"image_width: 640\nimage_height: 480\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, x]\n";
