@@ -344,6 +344,10 @@ def test_a_rig(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(command) == 0
     assert len(raycam.load_cameras("d/sparse/0").rigs) == 2
     assert run("dataset car.toml -o k --rig stereo --format kitti --samples 1") == 0
+    command = "dataset box.toml -o c --rig chain.yaml --poses body.tum --format colmap --samples 1"
+    assert run(f"{command} --camera-format kalibr --option points=50") == 0
+    assert len(raycam.load_cameras("c/sparse/0").rigs) == 2
+    assert run(f"{command} --camera-format ros") == 1
     assert len(list(Path("k/scene_flow/training/disp_occ_0").iterdir())) == 2
     assert run("render car.toml --rig stero -o x.png") == 2
     assert "stereo" in capsys.readouterr().err

@@ -117,6 +117,8 @@ def load_cameras(
     camera that cannot be, and `OSError`.
     """
     pair = None if size is None else size_of(size, error=CameraError)
+    if not isinstance(intrinsics, Camera | None):
+        raise TypeError(f"intrinsics must be a Camera, not {type(intrinsics).__name__}")
     core = None if intrinsics is None else intrinsics._core
     records, notices = _core.read_cameras(os.fspath(path), format, pair, core)
     return Cameras(records, notices, up, os.fspath(path))

@@ -42,7 +42,9 @@ def _add(command: argparse.ArgumentParser) -> None:
         help="a trajectory of the body of --rig (tum, kitti-poses, ...); else the video carries it, or it stands",
     )
     command.add_argument(
-        "--camera-format", metavar="NAME", help="of the calibration (default: found by its contents)"
+        "--camera-format",
+        metavar="NAME",
+        help="of the calibration that --cameras or --rig names (default: found by its contents)",
     )
     command.add_argument(
         "--size", metavar="WxH", type=size_of, help="the size of the pictures, where --cameras FILE has none"
@@ -143,7 +145,7 @@ def _rigs(
         return rig, None
     # A trajectory has poses alone: any camera will do for the rest.
     body = Camera.from_pose([0, 0, 0], focal=1.0, size=(1, 1))
-    poses = load_cameras(options.poses, options.camera_format, intrinsics=body, size=(1, 1))
+    poses = load_cameras(options.poses, intrinsics=body, size=(1, 1))
     tell(poses.notices)
     return {name: rig.at_pose(pose.R, pose.location) for name, pose in poses.items()}, _times(poses)
 

@@ -22,7 +22,7 @@ def _run(options: argparse.Namespace) -> None:
     from ..world_load import load
 
     path = Path(options.world)
-    if path.is_dir() or path.suffix.lower() in CALIBRATIONS or options.format is not None:
+    if path.is_dir() or path.suffix.lower() in CALIBRATIONS or options.camera_format is not None:
         cameras = load_calibration(options.world, options)
         print(info_cameras(cameras, cameras.rigs))
     else:

@@ -57,7 +57,10 @@ def add_camera(command: argparse.ArgumentParser) -> None:
 def add_known(command: argparse.ArgumentParser) -> None:
     """What a calibration may leave open."""
     command.add_argument(
-        "--format", metavar="FORMAT", help="of the calibration (default: found by its contents)"
+        "--format",
+        dest="camera_format",
+        metavar="FORMAT",
+        help="of the calibration (default: found by its contents)",
     )
     command.add_argument(
         "--size", metavar="WxH", type=size_of, help="the picture's size, where FILE has none"
@@ -74,7 +77,7 @@ def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
     size, intrinsics = getattr(options, "size", None), None
     if getattr(options, "intrinsics", None) is not None:
         intrinsics = next(iter(load_cameras(options.intrinsics, size=size).values()))
-    format = getattr(options, "format", None)
+    format = getattr(options, "camera_format", None)
     cameras = load_cameras(path, format, size=size, intrinsics=intrinsics)
     tell(cameras.notices)
     return cameras
