@@ -11,7 +11,7 @@ use crate::error::RenderError;
 use crate::light::{Lights, default_lights};
 use crate::merge::Merged;
 use crate::prepared_mesh::{PreparedMesh, prepare_meshes};
-use crate::scatter::{Interface, Lobe, interfaces};
+use crate::scatter::{Interface, Lobe, interfaces, plain};
 use crate::texture::{PreparedTexture, prepare_textures};
 use crate::threads::with_pool;
 use crate::{control::Control, cover};
@@ -40,6 +40,8 @@ pub(crate) struct PreparedMaterial {
     pub material: Material,
     /// The specular lobe, where there is one.
     pub lobe: Option<Arc<Lobe>>,
+    /// What [`PreparedMaterial::plain`] multiplies the base colour by, where it is plain.
+    pub plain: Option<f32>,
     /// What roughness loses where it refracts.
     pub interfaces: Vec<Interface>,
 }
@@ -153,19 +155,17 @@ impl PreparedWorld {
     /// The corners of a triangle in the world, float64.
     #[inline]
     pub(crate) fn corners(&self, instance: u32, triangle: u32) -> [DVec3; 3] {
-        let mesh = &*self.objects[instance as usize].mesh.mesh;
-        self.corners_of(instance, mesh.triangles[triangle as usize])
-    }
-
-    /// The vertices of an object with these numbers in the world, float64.
-    #[inline]
-    pub(crate) fn corners_of(&self, instance: u32, vertices: [u32; 3]) -> [DVec3; 3] {
         let object = &self.objects[instance as usize];
-        let corners = vertices.map(|i| object.mesh.mesh.vertices[i as usize]);
+        let mesh = &*object.mesh.mesh;
+        // Spelled out: the compiler may leave `map` a call.
+        let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| vertex as usize);
+        let corners = [mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]];
         if object.in_place {
             return corners;
         }
-        corners.map(|corner| object.world_from_mesh.transform_point3(corner))
+        let [a, b, c] = corners;
+        let placed = |corner| object.world_from_mesh.transform_point3(corner);
+        [placed(a), placed(b), placed(c)]
     }
 }
 
@@ -387,6 +387,7 @@ pub(crate) fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial>
         .map(|material| PreparedMaterial {
             material: material.clone(),
             lobe: lobe(material),
+            plain: plain(material),
             interfaces: interfaces(material),
         })
         .collect()

@@ -31,10 +31,13 @@ impl PreparedWorld {
         let object = &self.objects[instance as usize];
         let mesh = &*object.mesh.mesh;
         let normals = mesh.normals.as_ref()?;
-        Some(mesh.triangles[triangle as usize].map(|vertex| {
-            let normal = DVec3::from(normals[vertex as usize].map(f64::from));
-            object.normal_from_mesh * normal
-        }))
+        let of_vertex = |vertex: u32| {
+            let [x, y, z] = normals[vertex as usize];
+            object.normal_from_mesh * DVec3::new(f64::from(x), f64::from(y), f64::from(z))
+        };
+        // Spelled out: the compiler may leave `map` a call.
+        let [a, b, c] = mesh.triangles[triangle as usize];
+        Some([of_vertex(a), of_vertex(b), of_vertex(c)])
     }
 
     /// The same of unit length, on the side of `geometric`, which stands in where a corner has none.

@@ -1,12 +1,13 @@
 //! Where the paths of a turn meet surfaces, and the random numbers that they need there.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use raycam_bvh::{Hit, vectorized};
 
+use super::mattes::{Light, Mattes, Scatter};
 use super::path::Path;
 use super::walk::Walk;
-use crate::lanes::{LANES, Three, get};
-use crate::light::{AreaSamples, LightSample, SampleArea, Source};
+use crate::lanes::{Corners, LANES, Three, get, set_corners};
+use crate::light::{LightSample, LightSamples, Reference, SampleArea, Source};
 use crate::place::{Place, Places};
 use crate::prepare::PreparedMaterial;
 use crate::sampler::{Pair, Sampler};
@@ -15,12 +16,14 @@ use crate::scatter::Directions;
 /// Of all paths of a turn at once, and of some at a time what takes more room.
 #[derive(Default)]
 pub(super) struct Meetings {
-    corners: Vec<[DVec3; 3]>,
+    corners: Vec<Corners<LANES>>,
     scatter: Vec<[f32; 2]>,
     light: Vec<[f32; 2]>,
-    places: Places<LANES>,
-    matte: Three<f32, LANES>,
-    on_area: AreaSamples<LANES>,
+    pub places: Places<LANES>,
+    pub matte: Three<f32, LANES>,
+    /// Of the light that is the only one.
+    on_light: LightSamples<LANES>,
+    pub mattes: Mattes<LANES>,
 }
 
 /// One path's.
@@ -40,9 +43,9 @@ pub(super) struct Meeting<'a> {
 
 impl Meetings {
     /// Begins a turn. Step by step over all of them: triangles come from all over the memory, and many are fetched at once.
-    pub fn find(&mut self, walk: &Walk, paths: &[Path], hits: &[Hit]) {
+    pub fn find(&mut self, walk: &Walk, live: &[u32], hits: &[Hit]) {
         let world = walk.world;
-        let which = || paths.iter().map(|path| path.ray);
+        let which = || live.iter().map(|&at| at as usize);
         let pair = Pair::Scatter(walk.turn);
         Sampler::pairs(walk.samplers, which(), pair, &mut self.scatter);
         self.light.clear();
@@ -50,28 +53,37 @@ impl Meetings {
             let pair = Pair::Light(walk.turn, 0);
             Sampler::pairs(walk.samplers, which(), pair, &mut self.light);
         } else {
-            self.light.resize(paths.len(), [0.0; 2]);
+            self.light.resize(live.len(), [0.0; 2]);
         }
-        self.corners.clear();
-        self.corners.extend(hits.iter().map(|hit| {
-            let mesh = &*world.objects[hit.instance as usize].mesh.mesh;
-            let vertices = mesh.triangles[hit.triangle as usize];
-            world.corners_of(hit.instance, vertices)
-        }));
+        let chunks = hits.chunks(LANES);
+        if self.corners.len() < chunks.len() {
+            self.corners.resize(chunks.len(), [[[0.0; LANES]; 3]; 3]);
+        }
+        for (hits, corners) in chunks.zip(&mut self.corners) {
+            for (lane, hit) in hits.iter().enumerate() {
+                set_corners(corners, lane, world.corners(hit.instance, hit.triangle));
+            }
+        }
     }
 
     /// Goes on to chunk `number` of [`LANES`] paths.
-    pub fn locate(&mut self, walk: &Walk, number: usize, paths: &mut [Path], hits: &[Hit]) {
+    pub fn locate(
+        &mut self,
+        walk: &Walk,
+        number: usize,
+        paths: &mut [Path],
+        live: &[u32],
+        hits: &[Hit],
+    ) {
         let first = number * LANES;
         let mut random = [[0.0; LANES]; 2];
         let mut on_light = [[0.0; LANES]; 2];
-        self.places.clear();
-        for (lane, (path, hit)) in paths.iter_mut().zip(hits).enumerate() {
-            let index = first + lane;
+        *self.places.begin() = self.corners[number];
+        for (lane, (&at, hit)) in live.iter().zip(hits).enumerate() {
+            let (index, path) = (first + lane, &mut paths[at as usize]);
             path.cone = path.cone.after(hit.t);
-            let (corners, width) = (self.corners[index], path.cone.width);
-            self.places
-                .put(lane, walk.world, corners, path.direction, hit, width);
+            let (direction, width) = (path.direction, path.cone.width);
+            self.places.put(lane, walk.world, direction, hit, width);
             [random[0][lane], random[1][lane]] = self.scatter[index];
             [on_light[0][lane], on_light[1][lane]] = self.light[index];
         }
@@ -86,7 +98,55 @@ impl Meetings {
                 area,
                 points: self.places.positions(),
                 random: &on_light,
-                out: &mut self.on_area,
+                out: &mut self.on_light,
+            });
+        }
+        self.scatter(walk, number, paths, live, hits);
+    }
+
+    /// What happens at matte surfaces.
+    fn scatter(&mut self, walk: &Walk, number: usize, paths: &[Path], live: &[u32], hits: &[Hit]) {
+        let Self {
+            places,
+            matte,
+            on_light,
+            mattes,
+            light: numbers,
+            ..
+        } = self;
+        mattes.is = [false; LANES];
+        for (lane, (&at, hit)) in live.iter().zip(hits).enumerate() {
+            let path = &paths[at as usize];
+            let Some(albedo) = walk.plain(path, hit, places, lane) else {
+                continue;
+            };
+            mattes.put(lane, albedo, path);
+            if let Some(light) = walk.only
+                && !matches!(light, Source::Area(_))
+            {
+                let from = Reference {
+                    position: places.position(lane),
+                    normal: places.geometric(lane),
+                };
+                on_light.put(lane, light.sample(&from, numbers[number * LANES + lane]));
+            }
+        }
+        if mattes.is == [false; LANES] {
+            return;
+        }
+        vectorized(Scatter {
+            places,
+            directions: matte,
+            mattes,
+        });
+        walk.lights
+            .find_near(&mattes.from, places.directions(), &mut mattes.near);
+        if walk.only.is_some() {
+            vectorized(Light {
+                places,
+                samples: on_light,
+                found: walk.found,
+                mattes,
             });
         }
     }
@@ -103,7 +163,7 @@ impl Meetings {
             scatter: self.scatter[index],
             light: self.light[index],
             on_area: match walk.only {
-                Some(Source::Area(area)) => self.on_area.at(area, lane),
+                Some(Source::Area(_)) => self.on_light.at(lane),
                 _ => None,
             },
         }

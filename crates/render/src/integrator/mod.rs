@@ -2,6 +2,7 @@
 
 mod ao;
 mod flat;
+mod mattes;
 mod media;
 mod meetings;
 mod next_event;

@@ -74,13 +74,14 @@ pub(super) fn radiance(
         chosen: rules.light_samples > 1 || lights.is_chosen(rules.choice),
         only: lights
             .only(rules.choice)
-            .filter(|_| rules.light_samples == 1),
+            .filter(|_| rules.light_samples == 1 && rules.ambient.is_none()),
         splits: at_once.is_some(),
         blind: is_blind(world, lights),
         turn: 0,
     };
     let Room {
         paths,
+        live,
         hits,
         meetings,
         wave,
@@ -110,40 +111,42 @@ pub(super) fn radiance(
     paths.extend(rays);
     hits.clear();
     hits.extend_from_slice(batch.hits);
-    while !paths.is_empty() {
+    live.clear();
+    live.extend(0..paths.len() as u32);
+    while !live.is_empty() {
         control.check()?;
         let mut met = 0;
-        for i in 0..paths.len() {
-            let path = &paths[i];
+        for i in 0..live.len() {
+            let path = &paths[live[i] as usize];
             if is_miss(&hits[i]) {
                 sky[path.ray] |= path.from_camera;
                 walk.miss(path, &mut radiance[path.ray]);
             } else {
-                if met < i {
-                    (paths[met], hits[met]) = (*path, hits[i]);
-                }
+                (live[met], hits[met]) = (live[i], hits[i]);
                 met += 1;
             }
         }
-        paths.truncate(met);
+        live.truncate(met);
         hits.truncate(met);
-        meetings.find(&walk, paths, hits);
+        meetings.find(&walk, live, hits);
         let mut kept = 0;
         for (number, hits) in hits.chunks(LANES).enumerate() {
             let first = number * LANES;
-            meetings.locate(&walk, number, &mut paths[first..][..hits.len()], hits);
+            meetings.locate(&walk, number, paths, &live[first..][..hits.len()], hits);
             for (lane, hit) in hits.iter().enumerate() {
-                let meeting = meetings.at(&walk, number, lane, hit);
-                let path = &mut paths[first + lane];
-                if walk.step(path, &meeting, wave, radiance) {
-                    if kept < first + lane {
-                        paths[kept] = *path;
-                    }
-                    kept += 1;
-                }
+                let at = live[first + lane];
+                let path = &mut paths[at as usize];
+                let goes_on = if meetings.mattes.is[lane] {
+                    walk.step_matte(path, meetings, (number, lane), hit, wave, radiance)
+                } else {
+                    let meeting = meetings.at(&walk, number, lane, hit);
+                    walk.step(path, &meeting, wave, radiance)
+                };
+                live[kept] = at;
+                kept += usize::from(goes_on);
             }
         }
-        paths.truncate(kept);
+        live.truncate(kept);
         let coherence = if walk.turn == 0 {
             Coherence::Unknown
         } else {
@@ -174,6 +177,8 @@ fn is_blind(world: &PreparedWorld, lights: &Lights) -> bool {
 #[derive(Default)]
 pub(crate) struct Room {
     paths: Vec<Path>,
+    /// Which of them go on, and what these meet.
+    live: Vec<u32>,
     hits: Vec<Hit>,
     meetings: Meetings,
     wave: Wave,

@@ -5,13 +5,15 @@ use raycam_bvh::{Hit, Ray};
 use raycam_scene::{Alpha, Material, Reflectance};
 
 use super::Rules;
-use super::media::Skin;
+use super::media::{Media, Skin};
 use super::meetings::Meeting;
 use super::path::{Path, Wave};
-use crate::light::{BEFORE_LIGHT, Choice, Lights, Source};
+use crate::lanes::LANES;
+use crate::light::{BEFORE_LIGHT, Choice, Lights, Reference, Source};
+use crate::place::Places;
 use crate::prepare::{PreparedMaterial, PreparedWorld};
 use crate::sampler::{Pair, Sampler};
-use crate::scatter::{Matte, Scattering, is_dispersive};
+use crate::scatter::{Matte, ScatterSample, Scattering, is_dispersive};
 use crate::surface::Surface;
 use crate::texture::Footprint;
 
@@ -161,8 +163,33 @@ impl Walk<'_> {
     }
 
     /// Whether a path that may not grow may still go on through mirrors.
-    fn free(&self, path: &Path) -> bool {
+    pub(super) fn free(&self, path: &Path) -> bool {
         self.rules.free_mirrors && path.straight
+    }
+
+    /// Whether the camera sees the back of a one-sided surface.
+    fn is_back(&self, path: &Path, material: &Material, front: bool) -> bool {
+        path.depth == 1 && path.straight && !front && !material.double_sided
+    }
+
+    /// The albedo of a plain surface in empty space.
+    #[inline]
+    pub fn plain(
+        &self,
+        path: &Path,
+        hit: &Hit,
+        places: &Places<LANES>,
+        lane: usize,
+    ) -> Option<Vec3> {
+        let material = self.world.material(hit);
+        let diffuse = material.plain.filter(|_| path.media.is_empty())?;
+        if self.is_back(path, &material.material, places.front(lane)) {
+            return None;
+        }
+        let base = self
+            .world
+            .base_color_of(material, hit, places.footprint(lane));
+        Some(base * diffuse)
     }
 
     /// Whether a surface is not there for this ray: by its opacity, or because the camera sees the back of a one-sided
@@ -174,7 +201,7 @@ impl Walk<'_> {
         surface: &Surface<S>,
         hit: &Hit,
     ) -> bool {
-        if path.depth == 1 && path.straight && !surface.place.front && !material.double_sided {
+        if self.is_back(path, material, surface.place.front) {
             return !surface.scatter.is_transmissive();
         }
         if material.alpha == Alpha::Opaque {
@@ -207,7 +234,7 @@ impl Walk<'_> {
     }
 
     /// Lights without a mesh that the ray crosses.
-    fn pick_up(&self, path: &Path, distance: f64, out: &mut Vec3) {
+    pub(super) fn pick_up(&self, path: &Path, distance: f64, out: &mut Vec3) {
         self.lights.crossed(
             &path.from,
             path.choice,
@@ -282,6 +309,22 @@ impl Walk<'_> {
         let Some(sample) = surface.scatter.sample(&surface.frame, [choice, x, y]) else {
             return false;
         };
+        let ray = surface.place.leaving(sample.direction, f32::INFINITY);
+        let media = skin.beyond(surface.frame.geometric, sample.direction);
+        self.send(path, &sample, ray, surface.reference(), media, wave)
+    }
+
+    /// The same where it is known how: in which direction, by which ray, from where and through what.
+    #[inline(always)]
+    pub(super) fn send(
+        &self,
+        path: &mut Path,
+        sample: &ScatterSample,
+        ray: Ray,
+        from: Reference,
+        media: Media,
+        wave: &mut Wave,
+    ) -> bool {
         let free = self.free(path) && sample.delta;
         let depth = path.depth + u32::from(!free);
         // The last segment only looks for lights.
@@ -293,7 +336,7 @@ impl Walk<'_> {
         let squeeze = path.squeeze * sample.squeeze;
         if self.turn.saturating_add(2) > SAFE_DEPTH {
             let survival = (throughput.max_element() * squeeze).min(0.95);
-            let [_, chance] = sampler.pair(Pair::Fate(self.turn));
+            let [_, chance] = self.samplers[path.ray].pair(Pair::Fate(self.turn));
             if chance >= survival {
                 return false;
             }
@@ -302,16 +345,15 @@ impl Walk<'_> {
         if throughput == Vec3::ZERO {
             return false;
         }
-        let ray = surface.place.leaving(sample.direction, f32::INFINITY);
         path.throughput = throughput;
         path.direction = sample.direction;
-        path.from = surface.reference();
+        path.from = from;
         path.pdf = sample.pdf;
         path.straight = sample.delta;
         path.choice = self.choice(path);
         path.from_camera = false;
         path.depth = depth;
-        path.media = skin.beyond(surface.frame.geometric, sample.direction);
+        path.media = media;
         path.squeeze = squeeze;
         path.cone = path.cone.scattered(sample.delta);
         if last && self.blind && path.media.is_empty() {

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use glam::{DVec3, Vec3};
 use raycam_bvh::Loops;
 
-use super::LightSample;
 use super::bounds::Bounds;
+use super::{LightSample, LightSamples};
 use crate::lanes::{Three, get, set};
 
 #[derive(Debug)]
@@ -144,40 +144,7 @@ pub(crate) struct SampleArea<'a, const N: usize> {
     pub area: &'a Area,
     pub points: &'a Three<f64, N>,
     pub random: &'a [[f32; N]; 2],
-    pub out: &'a mut AreaSamples<N>,
-}
-
-/// What [`SampleArea`] finds.
-#[derive(Debug)]
-pub(crate) struct AreaSamples<const N: usize> {
-    direction: Three<f32, N>,
-    end: Three<f64, N>,
-    /// 0 where there is no sample.
-    pdf: [f32; N],
-}
-
-impl<const N: usize> Default for AreaSamples<N> {
-    fn default() -> Self {
-        Self {
-            direction: [[0.0; N]; 3],
-            end: [[0.0; N]; 3],
-            pdf: [0.0; N],
-        }
-    }
-}
-
-impl<const N: usize> AreaSamples<N> {
-    /// The sample of a lane.
-    #[inline(always)]
-    pub fn at(&self, area: &Area, lane: usize) -> Option<LightSample> {
-        (self.pdf[lane] > 0.0).then(|| LightSample {
-            direction: get(&self.direction, lane).into(),
-            end: Some(get(&self.end, lane).into()),
-            radiance: area.radiance,
-            pdf: self.pdf[lane],
-            delta: false,
-        })
-    }
+    pub out: &'a mut LightSamples<N>,
 }
 
 impl<const N: usize> Loops for SampleArea<'_, N> {
@@ -190,7 +157,8 @@ impl<const N: usize> Loops for SampleArea<'_, N> {
             out,
         } = self;
         // What is known to lie nowhere else can be kept in registers.
-        let (points, random, mut lanes) = (*points, *random, AreaSamples::<N>::default());
+        let (points, random, mut lanes) = (*points, *random, LightSamples::<N>::default());
+        lanes.shine(area.radiance);
         let mut far = [true; N];
         for lane in 0..N {
             let point = DVec3::from(get(&points, lane));
@@ -209,12 +177,7 @@ impl<const N: usize> Loops for SampleArea<'_, N> {
         }
         for lane in (0..N).filter(|&lane| !far[lane]) {
             let numbers = [random[0][lane], random[1][lane]];
-            let sample = area.sample(get(&points, lane).into(), numbers);
-            out.pdf[lane] = sample.map_or(0.0, |sample| sample.pdf);
-            if let Some((sample, end)) = sample.and_then(|sample| Some((sample, sample.end?))) {
-                set(&mut out.direction, lane, sample.direction.to_array());
-                set(&mut out.end, lane, end.to_array());
-            }
+            out.put(lane, area.sample(get(&points, lane).into(), numbers));
         }
     }
 }
@@ -301,7 +264,7 @@ mod tests {
                 [0, 1, 2].map(|axis| std::array::from_fn(|lane| points(lane, axis)));
             let random = [7.0, 11.0]
                 .map(|k: f32| std::array::from_fn(|lane| (k * lane as f32 / 16.0).fract()));
-            let mut found = AreaSamples::default();
+            let mut found = LightSamples::default();
             vectorized(SampleArea {
                 area: &area,
                 points: &points,
@@ -311,7 +274,7 @@ mod tests {
             for (lane, (&x, &y)) in random[0].iter().zip(&random[1]).enumerate() {
                 let point = get(&points, lane).into();
                 let alone = area.sample(point, [x, y]);
-                let lanes = found.at(&area, lane);
+                let lanes = found.at(lane);
                 assert_eq!(format!("{alone:?}"), format!("{lanes:?}"), "{lane}");
                 near += usize::from(area.solid_angle(point).is_some());
                 dark += usize::from(alone.is_none());

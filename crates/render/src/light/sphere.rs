@@ -1,8 +1,11 @@
 //! Spheres around lights: most rays miss most lights, and this says so at little cost.
 
 use glam::{DVec3, Vec3};
+use raycam_bvh::{Loops, vectorized};
 
+use super::Lights;
 use super::bounds::Bounds;
+use crate::lanes::{Three, get, vector};
 
 /// A sphere around a light.
 #[derive(Clone, Copy, Debug)]
@@ -25,11 +28,51 @@ impl Sphere {
     }
 
     /// Whether a ray may meet it; false only if it does not.
-    #[inline]
+    #[inline(always)]
     pub fn is_near(&self, from: DVec3, direction: Vec3) -> bool {
         let way = (self.center - from).as_vec3();
         let (along, distance2) = (way.dot(direction), way.length_squared());
         let room = self.radius2 + 1e-5 * distance2;
-        distance2 <= room || along > 0.0 && distance2 - along * along <= room
+        // Without branches, which loops over many rays must not have.
+        (distance2 <= room) | (along > 0.0) & (distance2 - along * along <= room)
+    }
+}
+
+impl Lights {
+    /// For which of many rays [`Lights::crossed`] may tell of any.
+    pub fn find_near<const N: usize>(
+        &self,
+        from: &Three<f64, N>,
+        directions: &Three<f32, N>,
+        out: &mut [bool; N],
+    ) {
+        vectorized(Near {
+            spheres: &self.spheres,
+            from,
+            directions,
+            out,
+        });
+    }
+}
+
+/// Finds which of many rays may meet any of some spheres.
+struct Near<'a, const N: usize> {
+    spheres: &'a [Sphere],
+    from: &'a Three<f64, N>,
+    directions: &'a Three<f32, N>,
+    out: &'a mut [bool; N],
+}
+
+impl<const N: usize> Loops for Near<'_, N> {
+    #[inline(always)]
+    fn run(self) {
+        let mut near = [false; N];
+        for sphere in self.spheres {
+            for (lane, near) in near.iter_mut().enumerate() {
+                let from = vector(self.from, lane);
+                *near |= sphere.is_near(from, get(self.directions, lane).into());
+            }
+        }
+        *self.out = near;
     }
 }

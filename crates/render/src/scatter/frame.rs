@@ -109,7 +109,7 @@ pub(crate) fn cosine_direction([x, y]: [f32; 2]) -> Vec3 {
 }
 
 /// The density of [`cosine_direction`].
-#[inline]
+#[inline(always)]
 pub(crate) fn cosine_density(cosine: f32) -> f32 {
     cosine.max(0.0) / PI
 }

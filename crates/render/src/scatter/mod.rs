@@ -24,12 +24,12 @@ mod smooth;
 
 use glam::Vec3;
 use raycam_bvh::Hit;
-use raycam_scene::{Material, Reflectance};
+use raycam_scene::{Alpha, Material, Reflectance};
 
 use crate::prepare::{PreparedMaterial, PreparedWorld};
 use crate::texture::Footprint;
 
-pub(crate) use frame::{Frame, above, cosine_direction, turn};
+pub(crate) use frame::{Frame, above, cosine_density, cosine_direction, turn};
 pub(crate) use interface::Interface;
 pub(crate) use layered::Layered;
 pub(crate) use lecture::Lecture;
@@ -109,6 +109,21 @@ impl PreparedMaterial {
         (self.lobe.is_none() && self.material.normal_map.is_none())
             .then(|| world.base_color_of(self, hit, footprint) * diffuse)
     }
+}
+
+/// The diffuse part of a material that is matte and opaque and no more: without a lobe, normals or light of its own.
+pub(crate) fn plain(material: &Material) -> Option<f32> {
+    let Reflectance::Lecture {
+        diffuse, specular, ..
+    } = material.reflectance
+    else {
+        return None;
+    };
+    let plain = specular == [0.0; 3]
+        && material.normal_map.is_none()
+        && material.emission.value == [0.0; 3]
+        && material.alpha == Alpha::Opaque;
+    plain.then_some(diffuse)
 }
 
 impl<'a> Scatter<'a> {

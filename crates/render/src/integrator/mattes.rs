@@ -1,0 +1,356 @@
+//! What paths do at matte surfaces, many at a time: what [`Walk::step`] does one by one.
+
+use std::f32::consts::FRAC_1_PI;
+
+use glam::{DVec3, Vec3};
+use raycam_bvh::{Hit, Loops, Ray};
+
+use super::media::Skin;
+use super::meetings::Meetings;
+use super::path::{Path, Wave};
+use super::walk::Walk;
+use crate::lanes::{Three, get, set, vector};
+use crate::light::{BEFORE_LIGHT, LightSamples, Reference};
+use crate::place::Places;
+use crate::scatter::{Matte, ScatterSample, cosine_density};
+use crate::surface::Surface;
+
+/// Paths at matte surfaces in empty space. Each lane is computed as it would be alone.
+#[derive(Debug)]
+pub(super) struct Mattes<const N: usize> {
+    /// Which lanes are such.
+    pub is: [bool; N],
+    pub albedo: Three<f32, N>,
+    /// Of the paths, before.
+    throughput: Three<f32, N>,
+    /// Where they come from, and whether they may have crossed lights since.
+    pub from: Three<f64, N>,
+    pub near: [bool; N],
+    leaving: Leaving<N>,
+    lit: Lit<N>,
+}
+
+/// Where paths go on: whether that is away from the triangle, its density, and where the ray starts.
+#[derive(Clone, Copy, Debug)]
+struct Leaving<const N: usize> {
+    away: [bool; N],
+    pdf: [f32; N],
+    start: Three<f32, N>,
+}
+
+/// What may come from a light: whether anything, how much, and the shadow ray.
+#[derive(Clone, Copy, Debug)]
+struct Lit<const N: usize> {
+    any: [bool; N],
+    light: Three<f32, N>,
+    start: Three<f32, N>,
+    way: Three<f32, N>,
+}
+
+impl<const N: usize> Default for Leaving<N> {
+    fn default() -> Self {
+        Self {
+            away: [false; N],
+            pdf: [0.0; N],
+            start: [[0.0; N]; 3],
+        }
+    }
+}
+
+impl<const N: usize> Default for Lit<N> {
+    fn default() -> Self {
+        Self {
+            any: [false; N],
+            light: [[0.0; N]; 3],
+            start: [[0.0; N]; 3],
+            way: [[0.0; N]; 3],
+        }
+    }
+}
+
+impl<const N: usize> Default for Mattes<N> {
+    fn default() -> Self {
+        Self {
+            is: [false; N],
+            albedo: [[0.0; N]; 3],
+            throughput: [[0.0; N]; 3],
+            from: [[0.0; N]; 3],
+            near: [false; N],
+            leaving: Leaving::default(),
+            lit: Lit::default(),
+        }
+    }
+}
+
+impl<const N: usize> Mattes<N> {
+    /// Sets a lane.
+    #[inline]
+    pub fn put(&mut self, lane: usize, albedo: Vec3, path: &Path) {
+        self.is[lane] = true;
+        set(&mut self.albedo, lane, albedo.to_array());
+        set(&mut self.throughput, lane, path.throughput.to_array());
+        set(&mut self.from, lane, path.from.position.to_array());
+    }
+
+    /// The direction in which a path goes on, which is this one, and its ray.
+    #[inline]
+    pub fn sample(&self, lane: usize, direction: Vec3) -> Option<(ScatterSample, Ray)> {
+        let Leaving { away, pdf, start } = &self.leaving;
+        away[lane].then(|| {
+            let sample = ScatterSample {
+                direction,
+                weight: get(&self.albedo, lane).into(),
+                pdf: pdf[lane],
+                delta: false,
+                squeeze: 1.0,
+            };
+            let ray = Ray {
+                origin: get(start, lane),
+                direction: direction.to_array(),
+                t_max: f32::INFINITY,
+            };
+            (sample, ray)
+        })
+    }
+
+    /// A shadow ray and what arrives along it.
+    #[inline]
+    pub fn shadow(&self, lane: usize) -> Option<(Ray, Vec3)> {
+        let lit = &self.lit;
+        lit.any[lane].then(|| {
+            let ray = Ray {
+                origin: get(&lit.start, lane),
+                direction: get(&lit.way, lane),
+                t_max: BEFORE_LIGHT,
+            };
+            (ray, get(&lit.light, lane).into())
+        })
+    }
+}
+
+/// Finds where paths go on.
+pub(super) struct Scatter<'a, const N: usize> {
+    pub places: &'a Places<N>,
+    pub directions: &'a Three<f32, N>,
+    pub mattes: &'a mut Mattes<N>,
+}
+
+impl<const N: usize> Loops for Scatter<'_, N> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            places,
+            directions,
+            mattes,
+        } = self;
+        let mut leaving = Leaving::default();
+        for lane in 0..N {
+            let direction = Vec3::from(get(directions, lane));
+            let cosine = places.normal(lane).dot(direction);
+            let start = places.start(lane, direction).as_vec3();
+            leaving.away[lane] = places.geometric(lane).dot(direction) > 0.0;
+            leaving.pdf[lane] = cosine_density(cosine);
+            set(&mut leaving.start, lane, start.to_array());
+        }
+        mattes.leaving = leaving;
+    }
+}
+
+/// Finds what one light brings to the paths.
+pub(super) struct Light<'a, const N: usize> {
+    pub places: &'a Places<N>,
+    pub samples: &'a LightSamples<N>,
+    /// Whether scattered rays may find it too.
+    pub found: bool,
+    pub mattes: &'a mut Mattes<N>,
+}
+
+impl<const N: usize> Loops for Light<'_, N> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            places,
+            samples,
+            found,
+            mattes,
+        } = self;
+        let mut lit = Lit::default();
+        for lane in 0..N {
+            let direction = Vec3::from(get(&samples.direction, lane));
+            let radiance = Vec3::from(get(&samples.radiance, lane));
+            let (albedo, throughput) = (get(&mattes.albedo, lane), get(&mattes.throughput, lane));
+            let cosine = places.normal(lane).dot(direction);
+            let dark = (places.geometric(lane).dot(direction) <= 0.0) | (cosine <= 0.0);
+            let value = Vec3::from(albedo) * FRAC_1_PI * cosine;
+            let value = if dark { Vec3::ZERO } else { value };
+            let density = if dark { 0.0 } else { cosine_density(cosine) };
+            let pdf = samples.pdf[lane];
+            let light = Vec3::from(throughput) * value * (radiance / pdf);
+            let both = found & !samples.delta[lane];
+            let light = light / if both { 1.0 + density / pdf } else { 1.0 };
+            let start = places.start(lane, direction);
+            let way: DVec3 = vector(&samples.end, lane) - start;
+            let Vec3 { x, y, z } = light;
+            lit.any[lane] = (pdf > 0.0) & ((x != 0.0) | (y != 0.0) | (z != 0.0));
+            set(&mut lit.light, lane, light.to_array());
+            set(&mut lit.start, lane, start.as_vec3().to_array());
+            set(&mut lit.way, lane, way.as_vec3().to_array());
+        }
+        mattes.lit = lit;
+    }
+}
+
+impl Walk<'_> {
+    /// [`Walk::step`] at a lane of [`Mattes`].
+    #[inline]
+    pub(super) fn step_matte(
+        &self,
+        path: &mut Path,
+        meetings: &Meetings,
+        (number, lane): (usize, usize),
+        hit: &Hit,
+        wave: &mut Wave,
+        radiance: &mut [Vec3],
+    ) -> bool {
+        let Meetings { places, mattes, .. } = meetings;
+        let out = &mut radiance[path.ray];
+        let from = Reference {
+            position: places.position(lane),
+            normal: places.geometric(lane),
+        };
+        if mattes.near[lane] {
+            let distance = (from.position - path.from.position).length();
+            self.pick_up(path, distance, out);
+        }
+        if !self.free(path) && path.depth >= self.rules.max_depth {
+            return false;
+        }
+        let direction = get(&meetings.matte, lane).into();
+        if self.only.is_some() {
+            if let Some((ray, light)) = mattes.shadow(lane) {
+                wave.shadows[0].ask(ray, path.ray, light);
+            }
+        } else if self.sampled || self.rules.ambient.is_some() {
+            let meeting = meetings.at(self, number, lane, hit);
+            let surface = Surface {
+                place: &meeting.place,
+                frame: meeting.place.frame(path.direction),
+                scatter: Matte {
+                    albedo: get(&mattes.albedo, lane).into(),
+                    direction,
+                },
+            };
+            let skin = Skin::none(path.media);
+            self.sample_lights(path, &surface, skin, &meeting, wave, out);
+        }
+        match mattes.sample(lane, direction) {
+            Some((sample, ray)) => self.send(path, &sample, ray, from, path.media, wave),
+            None => false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DAffine3;
+    use raycam_bvh::vectorized;
+    use raycam_scene::{Material, Object, World, primitive};
+
+    use super::*;
+    use crate::control::Control;
+    use crate::lanes::{LANES, set_corners};
+    use crate::light::LightSample;
+    use crate::prepare::PreparedWorld;
+    use crate::scatter::Scattering;
+
+    #[test]
+    fn every_lane_is_what_it_is_alone() {
+        let mut world = World::default();
+        let ball = world.add_mesh(primitive::sphere(0.5, 2).unwrap());
+        let material = world.add_material(Material::default()).unwrap();
+        let object = Object::new("", ball, vec![material], DAffine3::IDENTITY);
+        world.add_object(object).unwrap();
+        let world = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
+        let unit = |i: usize| {
+            let angle = i as f32;
+            Vec3::new(angle.sin(), angle.cos(), (3.0 * angle).sin()).normalize()
+        };
+        let (mut lit, mut away) = (0, 0);
+        for first in (0..320).step_by(LANES) {
+            let mut places = Places::<LANES>::default();
+            let mut mattes = Mattes::default();
+            let mut samples = LightSamples::default();
+            let hits: Vec<_> = (first..first + LANES)
+                .map(|i| Hit {
+                    t: 1.0,
+                    u: 0.2,
+                    v: 0.3,
+                    instance: 0,
+                    triangle: i as u32,
+                })
+                .collect();
+            let corners = places.begin();
+            for (lane, hit) in hits.iter().enumerate() {
+                set_corners(corners, lane, world.corners(0, hit.triangle));
+            }
+            let mut directions = [[0.0; LANES]; 3];
+            for (lane, hit) in hits.iter().enumerate() {
+                let i = first + lane;
+                places.put(lane, &world, unit(i), hit, 0.0);
+                set(&mut directions, lane, unit(2 * i + 1).to_array());
+                set(&mut mattes.albedo, lane, unit(i).abs().to_array());
+                set(&mut mattes.throughput, lane, unit(7 * i).abs().to_array());
+                let sample = LightSample {
+                    direction: unit(5 * i),
+                    end: Some(unit(5 * i).as_dvec3() * 3.0),
+                    radiance: Vec3::new(3.0, 2.0, 1.0),
+                    pdf: 0.1 + i as f32,
+                    delta: i % 3 == 0,
+                };
+                samples.put(lane, (i % 5 != 0).then_some(sample));
+            }
+            vectorized(&mut places);
+            vectorized(Scatter {
+                places: &places,
+                directions: &directions,
+                mattes: &mut mattes,
+            });
+            vectorized(Light {
+                places: &places,
+                samples: &samples,
+                found: true,
+                mattes: &mut mattes,
+            });
+            for lane in 0..LANES {
+                let (place, direction) = (places.place(lane), get(&directions, lane).into());
+                let frame = place.frame(unit(first + lane));
+                let albedo = get(&mattes.albedo, lane).into();
+                let matte = Matte { albedo, direction };
+                let alone = matte.sample(&frame, [0.0; 3]).map(|sample| {
+                    let ray = place.leaving(direction, f32::INFINITY);
+                    (sample, ray)
+                });
+                let lanes = mattes.sample(lane, direction);
+                assert_eq!(format!("{lanes:?}"), format!("{alone:?}"));
+                away += usize::from(alone.is_some());
+                let alone = samples.at(lane).and_then(|sample| {
+                    let scattered = matte.evaluate(&frame, sample.direction);
+                    let throughput = Vec3::from(get(&mattes.throughput, lane));
+                    let mut light = throughput * scattered.value * (sample.radiance / sample.pdf);
+                    if !sample.delta {
+                        light /= 1.0 + scattered.pdf / sample.pdf;
+                    }
+                    let way = sample.end? - place.start(sample.direction);
+                    let ray = Ray {
+                        direction: way.as_vec3().to_array(),
+                        ..place.leaving(sample.direction, BEFORE_LIGHT)
+                    };
+                    (light != Vec3::ZERO).then_some((ray, light))
+                });
+                assert_eq!(format!("{:?}", mattes.shadow(lane)), format!("{alone:?}"));
+                lit += usize::from(alone.is_some());
+            }
+        }
+        assert!(lit > 60 && away > 60, "{lit} {away}");
+    }
+}

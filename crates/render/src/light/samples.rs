@@ -1,0 +1,62 @@
+//! Samples of one light for many points, field by field.
+
+use glam::{DVec3, Vec3};
+
+use super::LightSample;
+use crate::lanes::{Three, get, set};
+
+/// Of a light that is not infinitely far away.
+#[derive(Debug)]
+pub(crate) struct LightSamples<const N: usize> {
+    pub direction: Three<f32, N>,
+    pub end: Three<f64, N>,
+    pub radiance: Three<f32, N>,
+    /// 0 where there is no sample.
+    pub pdf: [f32; N],
+    pub delta: [bool; N],
+}
+
+impl<const N: usize> Default for LightSamples<N> {
+    fn default() -> Self {
+        Self {
+            direction: [[0.0; N]; 3],
+            end: [[0.0; N]; 3],
+            radiance: [[0.0; N]; 3],
+            pdf: [0.0; N],
+            delta: [false; N],
+        }
+    }
+}
+
+impl<const N: usize> LightSamples<N> {
+    /// The sample of a lane.
+    #[inline(always)]
+    pub fn at(&self, lane: usize) -> Option<LightSample> {
+        (self.pdf[lane] > 0.0).then(|| LightSample {
+            direction: get(&self.direction, lane).into(),
+            end: Some(get(&self.end, lane).into()),
+            radiance: get(&self.radiance, lane).into(),
+            pdf: self.pdf[lane],
+            delta: self.delta[lane],
+        })
+    }
+
+    /// Sets a lane.
+    pub fn put(&mut self, lane: usize, sample: Option<LightSample>) {
+        self.pdf[lane] = sample.map_or(0.0, |sample| sample.pdf);
+        if let Some(sample) = sample {
+            set(&mut self.direction, lane, sample.direction.to_array());
+            let end = sample.end.unwrap_or(DVec3::INFINITY);
+            set(&mut self.end, lane, end.to_array());
+            set(&mut self.radiance, lane, sample.radiance.to_array());
+            self.delta[lane] = sample.delta;
+        }
+    }
+
+    /// The same radiance for all.
+    #[inline(always)]
+    pub fn shine(&mut self, radiance: Vec3) {
+        self.radiance = radiance.to_array().map(|value| [value; N]);
+        self.delta = [false; N];
+    }
+}
