@@ -32,6 +32,7 @@ IMPORTED_LATE = {
     *(
         "usd_camera.py",
         "usd_instancer.py",
+        "usd_solids.py",
         "usd_lights.py",
         "usd_materials.py",
         "usd_meshes.py",

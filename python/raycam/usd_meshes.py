@@ -1,4 +1,4 @@
-"""Meshes of USD as OBJ files. Source: the schema `UsdGeomMesh`."""
+"""Meshes and solids of USD as OBJ files. Source: the schema `UsdGeomMesh`."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdShade
 
 from .usd_materials import Materials
+from .usd_solids import SOLIDS, Faces, solid
 
 __all__ = ["Meshes", "rows"]
 
@@ -28,7 +29,7 @@ class Meshes:
         self._left = most_corners
         self._known: dict[tuple[str, ...], tuple[str | None, int]] = {}
 
-    def file(self, mesh: UsdGeom.Mesh) -> str | None:
+    def file(self, mesh: UsdGeom.Gprim) -> str | None:
         """The name of its OBJ file; none where it has no faces."""
         prim = mesh.GetPrim()
         own = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
@@ -42,27 +43,16 @@ class Meshes:
             raise MemoryError
         return name
 
-    def _write(self, mesh: UsdGeom.Mesh, bound: UsdShade.Material | None) -> tuple[str | None, int]:
+    def _write(self, mesh: UsdGeom.Gprim, bound: UsdShade.Material | None) -> tuple[str | None, int]:
+        prim, path = mesh.GetPrim(), mesh.GetPath().pathString
+        is_solid = prim.GetTypeName() in SOLIDS
+        found = solid(prim) if is_solid else _faces(UsdGeom.Mesh(prim))
+        points, counts, indices = found.points, found.counts, found.indices
+        if fault := _fault(found):
+            self.notices.append(f"{'solid' if is_solid else 'mesh'} {path} is left out: {fault}")
+            return None, 0
         time = Usd.TimeCode.EarliestTime()
-        path = mesh.GetPath().pathString
-        points = np.array(mesh.GetPointsAttr().Get(time) or [], np.float32).reshape(-1, 3)
-        counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or [], np.int64)
-        indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or [], np.int64)
-        if (counts < 3).any() or counts.sum() != len(indices):
-            self.notices.append(
-                f"mesh {path} is left out: its faces have {counts.sum()} corners, it has {len(indices)}"
-            )
-            return None, 0
-        if len(indices) and not (indices.min() >= 0 and indices.max() < len(points)):
-            self.notices.append(f"mesh {path} is left out: a corner is none of its {len(points)} points")
-            return None, 0
-        if not np.isfinite(points).all():
-            self.notices.append(f"mesh {path} is left out: a point is not finite")
-            return None, 0
-        if not len(indices):
-            self.notices.append(f"mesh {path} is left out: it has no faces")
-            return None, 0
-        subdivided = mesh.GetSubdivisionSchemeAttr().Get(time) != "none"
+        subdivided = not is_solid and UsdGeom.Mesh(prim).GetSubdivisionSchemeAttr().Get(time) != "none"
         if subdivided:
             self.notices.append(
                 f"mesh {path}: a subdivision surface, shown as the mesh that it starts from, smooth"
@@ -80,12 +70,12 @@ class Meshes:
             position = indices + 1
         lines.extend(_numbers("v", points if colors is None else np.hstack([points, colors])))
         uvs = self._corners(mesh, self._materials.primvar(bound), counts, indices)
-        normals = None
-        if not subdivided:
+        normals = found.normals
+        if not subdivided and not is_solid:
             normals = self._corners(mesh, "normals", counts, indices)
-            own = mesh.GetNormalsAttr().Get(time)
+            own = UsdGeom.Mesh(prim).GetNormalsAttr().Get(time)
             if normals is None and own:
-                interpolation = mesh.GetNormalsInterpolation()
+                interpolation = UsdGeom.Mesh(prim).GetNormalsInterpolation()
                 normals = _spread(np.array(own, np.float32), interpolation, counts, indices)
         vt, vn = np.arange(len(indices)) + 1, np.arange(len(indices)) + 1
         for key, table in (("vt", uvs), ("vn", normals)):
@@ -105,7 +95,7 @@ class Meshes:
         lines.append("s 1" if subdivided else "s off")
         turn = -1 if mesh.GetOrientationAttr().Get(time) == UsdGeom.Tokens.leftHanded else 1
         ends = np.cumsum(counts)
-        holes = set(mesh.GetHoleIndicesAttr().Get(time) or [])
+        holes = set() if is_solid else set(UsdGeom.Mesh(prim).GetHoleIndicesAttr().Get(time) or [])
         for name, faces in self._groups(mesh, color, len(counts)):
             lines.append(f"usemtl {name}")
             for face in faces:
@@ -115,7 +105,7 @@ class Meshes:
         (self._folder / file).write_text("\n".join([*lines, ""]), encoding="utf-8")
         return file, len(indices)
 
-    def _groups(self, mesh: UsdGeom.Mesh, color: str, count: int) -> list[tuple[str, Any]]:
+    def _groups(self, mesh: UsdGeom.Gprim, color: str, count: int) -> list[tuple[str, Any]]:
         """The faces of each material."""
         rest = np.ones(count, bool)
         groups = []
@@ -133,7 +123,7 @@ class Meshes:
         return groups
 
     def _colors(
-        self, mesh: UsdGeom.Mesh, bound: UsdShade.Material | None, count: int, counts: Any, indices: Any
+        self, mesh: UsdGeom.Gprim, bound: UsdShade.Material | None, count: int, counts: Any, indices: Any
     ) -> tuple[Any, str]:
         """The colours of its points or corners, sRGB as in an OBJ file, and the material besides."""
         time = Usd.TimeCode.EarliestTime()
@@ -163,7 +153,7 @@ class Meshes:
             self.notices.append(f"mesh {mesh.GetPath()}: {len(table)} colours do not fit it and are not used")
         return spread, white
 
-    def _corners(self, mesh: UsdGeom.Mesh, name: str, counts: Any, indices: Any) -> Any:
+    def _corners(self, mesh: UsdGeom.Gprim, name: str, counts: Any, indices: Any) -> Any:
         """The values of a primvar at every corner."""
         primvar = UsdGeom.PrimvarsAPI(mesh).FindPrimvarWithInheritance(name)
         values = primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()) if primvar else None
@@ -177,6 +167,26 @@ class Meshes:
             )
             return None
         return found
+
+
+def _faces(mesh: UsdGeom.Mesh) -> Faces:
+    """Those of a mesh, as they are in the file."""
+    time = Usd.TimeCode.EarliestTime()
+    points = np.array(mesh.GetPointsAttr().Get(time) or [], np.float32).reshape(-1, 3)
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or [], np.int64)
+    return Faces(points, counts, np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or [], np.int64))
+
+
+def _fault(found: Faces) -> str | None:
+    """Why these are no faces, in words."""
+    points, counts, indices = found.points, found.counts, found.indices
+    if (counts < 3).any() or counts.sum() != len(indices):
+        return f"its faces have {counts.sum()} corners, it has {len(indices)}"
+    if len(indices) and not (indices.min() >= 0 and indices.max() < len(points)):
+        return f"a corner is none of its {len(points)} points"
+    if not np.isfinite(points).all():
+        return "a point is not finite"
+    return None if len(indices) else "it has no faces"
 
 
 def _spread(table: Any, interpolation: str, counts: Any, indices: Any) -> Any:

@@ -1,8 +1,8 @@
 """The process that reads a USD file: `python -m raycam.usd_worker FILE FOLDER LIMITS`.
 
 Writes `world.json`, what `World.from_dict` takes, and beside it an OBJ file for every mesh, `materials.mtl`, and the
-images. Read are meshes with their instances, UsdPreviewSurface materials, cameras and lights at the first time;
-what else is drawn in other programs is named in `"notices"`.
+images. Read are meshes and solids with their instances, UsdPreviewSurface materials, cameras and lights at the first
+time; what else is drawn in other programs is named in `"notices"`.
 """
 
 from __future__ import annotations
@@ -18,14 +18,17 @@ from typing import Any
 from pxr import Ar, Sdf, Tf, Usd, UsdGeom, UsdLux
 
 from . import usd_camera, usd_instancer, usd_lights, usd_materials, usd_meshes
+from .usd_solids import SOLIDS
 
 __all__ = ["Refused"]
 
 DRAWN = (
-    *("Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane", "Points", "BasisCurves", "NurbsCurves"),
+    *("Capsule_1", "Points", "BasisCurves", "NurbsCurves"),
     *("NurbsPatch", "HermiteCurves", "TetMesh", "Volume", "PointInstancer"),
 )
 """What other programs draw and raycam does not."""
+MADE = {"Mesh", *SOLIDS}
+"""What becomes an object."""
 
 
 class Refused(Exception):
@@ -144,8 +147,8 @@ def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> d
         if seen and _hidden(seen):
             continue
         from_local = places.GetLocalToWorldTransform(prim)
-        if prim.IsA(UsdGeom.Mesh):
-            if file := meshes.file(UsdGeom.Mesh(prim)):
+        if kind in MADE:
+            if file := meshes.file(UsdGeom.Gprim(prim)):
                 objects.append(
                     {"name": prim.GetName(), "mesh": file, "matrix": usd_meshes.rows(from_local)[:3]}
                 )
@@ -153,8 +156,8 @@ def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> d
             # Its prototypes are no objects by themselves.
             walk.PruneChildren()
             for number, part, place in usd_instancer.copies(UsdGeom.PointInstancer(prim), from_local, places):
-                if part.IsA(UsdGeom.Mesh) and not _hidden(UsdGeom.Imageable(part)):
-                    if file := meshes.file(UsdGeom.Mesh(part)):
+                if part.GetTypeName() in MADE and not _hidden(UsdGeom.Imageable(part)):
+                    if file := meshes.file(UsdGeom.Gprim(part)):
                         name = f"{prim.GetName()}.{number}"
                         objects.append({"name": name, "mesh": file, "matrix": usd_meshes.rows(place)[:3]})
                 elif part.GetTypeName() in DRAWN:
@@ -170,7 +173,7 @@ def described(path: Path, folder: Path, most_bytes: int, most_corners: int) -> d
     left_out = [f"{count} {kind} prims are left out" for kind, count in sorted(skipped.items())]
     if not objects:
         said = "".join(f"; {notice}" for notice in [*left_out, *meshes.notices][:5])
-        raise Refused(f"no meshes in it: nothing to see{said}")
+        raise Refused(f"no meshes or solids in it: nothing to see{said}")
     materials.write(folder / "materials.mtl")
     notices = [*images.notices, *materials.notices, *meshes.notices, *left_out]
     unit = _unit(stage)
