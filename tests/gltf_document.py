@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import struct
 from pathlib import Path
@@ -9,6 +10,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import raycam
+from PIL import Image
 
 KINDS = {(): "SCALAR", (2,): "VEC2", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}
 COMPONENTS = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}
@@ -18,6 +21,8 @@ SQUARE = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
 SQUARE_CORNERS = np.array([0, 1, 2, 0, 2, 3], np.uint16)
 # v runs down, as glTF has it: the square's top left corner is (0, 0).
 SQUARE_UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
+# A picture of 2 x 2 pixels that is another one however it is turned.
+ARROWS = [[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [90, 120, 33]]]
 
 
 class Document:
@@ -125,3 +130,31 @@ def values(document: dict[str, Any], binary: bytes, index: int) -> npt.NDArray[A
     shape = (accessor["count"], *kinds[accessor["type"]])
     count = int(np.prod(shape))
     return np.frombuffer(binary, kind, count, start).reshape(shape)
+
+
+def load(document: Document, path: Path, **keys: Any) -> raycam.World:
+    return raycam.load(document.save(path / "model.glb"), **keys)
+
+
+def png(pixels: Any, **keys: Any) -> bytes:
+    file = io.BytesIO()
+    Image.fromarray(np.asarray(pixels, np.uint8)).save(file, "PNG", **keys)
+    return file.getvalue()
+
+
+def seen(world: raycam.World, *, size: int = 8, **keys: Any) -> Any:
+    """The base colours of the square from -1 to 1, as bytes [size, size, 3], row 0 at its top."""
+    camera = raycam.Camera.look_at([0, 0, 2], [0, 0, 0], [0, 1, 0], size=(size, size), fov=2 * 26.5650512)
+    frame = raycam.render(world, camera, integrator="flat", samples=1, **keys)
+    return frame.to_srgb8()
+
+
+def animated(document: Document, path: str, times: Any, output: Any, *, node: int, **keys: Any) -> None:
+    """An animation of one channel."""
+    sampler = {
+        "input": document.accessor(np.asarray(times, np.float32)),
+        "output": document.accessor(np.asarray(output, np.float32)),
+        **keys,
+    }
+    channel = {"sampler": 0, "target": {"node": node, "path": path}}
+    document.add("animations", samplers=[sampler], channels=[channel], name=f"{path} of {node}")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from pathlib import Path
 from typing import Any
 
@@ -11,28 +9,21 @@ import numpy as np
 import pytest
 import raycam
 import trimesh
-from gltf_document import SQUARE, SQUARE_CORNERS, SQUARE_UVS, TRIANGLE, Document
-from PIL import Image
+from gltf_document import (
+    ARROWS,
+    SQUARE,
+    SQUARE_CORNERS,
+    SQUARE_UVS,
+    TRIANGLE,
+    Document,
+    animated,
+    load,
+    png,
+    seen,
+)
 from scipy.spatial.transform import Rotation
 
 DATA = Path(__file__).parent / "data" / "gltf"
-
-
-def load(document: Document, path: Path, **keys: Any) -> raycam.World:
-    return raycam.load(document.save(path / "model.glb"), **keys)
-
-
-def png(pixels: Any, **keys: Any) -> bytes:
-    file = io.BytesIO()
-    Image.fromarray(np.asarray(pixels, np.uint8)).save(file, "PNG", **keys)
-    return file.getvalue()
-
-
-def seen(world: raycam.World, *, size: int = 8, **keys: Any) -> Any:
-    """The base colours of the square from -1 to 1, as bytes [size, size, 3], row 0 at its top."""
-    camera = raycam.Camera.look_at([0, 0, 2], [0, 0, 0], [0, 1, 0], size=(size, size), fov=2 * 26.5650512)
-    frame = raycam.render(world, camera, integrator="flat", samples=1, **keys)
-    return frame.to_srgb8()
 
 
 # Accessors ------------------------------------------------------------------------------------------------
@@ -81,9 +72,6 @@ def test_strided_and_interleaved(tmp_path: Path) -> None:
     world = load(document, tmp_path)
     np.testing.assert_array_equal(world.triangles().reshape(-1, 3), SQUARE[SQUARE_CORNERS])
     np.testing.assert_array_equal(seen(world, size=2), ARROWS)
-
-
-ARROWS = [[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [90, 120, 33]]]
 
 
 @pytest.mark.parametrize("based", [True, False])
@@ -367,189 +355,6 @@ def test_lights(tmp_path: Path) -> None:
     assert any("range is a hint" in notice for notice in world.notices)
 
 
-# Materials and textures -----------------------------------------------------------------------------------
-
-
-def textured(document: Document, pixels: Any, info: dict[str, Any] | None = None, **keys: Any) -> None:
-    """A square in nearest texels of this picture."""
-    image = document.add("images", bufferView=document.view(png(pixels)), mimeType="image/png")
-    sampler = {"magFilter": 9728, "minFilter": 9728, **keys.pop("sampler", {})}
-    texture = document.add("textures", source=image, sampler=document.add("samplers", **sampler))
-    color = {"baseColorTexture": {"index": texture, **(info or {})}}
-    document.node(mesh=document.square(pbrMetallicRoughness=color, **keys))
-
-
-def test_textures_are_srgb_and_upright(tmp_path: Path) -> None:
-    pixels = np.random.default_rng(1).integers(0, 256, (8, 8, 3), np.uint8)
-    document = Document()
-    textured(document, pixels)
-    np.testing.assert_array_equal(seen(load(document, tmp_path)), pixels)
-
-
-@pytest.mark.parametrize(
-    ("info", "matrix"),
-    [
-        ({"offset": [0.25, -0.125]}, [[1, 0, 0.25], [0, 1, -0.125]]),
-        ({"scale": [2, -1]}, [[2, 0, 0], [0, -1, 0]]),
-        ({"rotation": np.pi / 2}, [[0, 1, 0], [-1, 0, 0]]),
-        ({"offset": [0.5, 0], "rotation": np.pi / 2, "scale": [2, 0.5]}, [[0, 0.5, 0.5], [-2, 0, 0]]),
-    ],
-)
-def test_texture_transforms(tmp_path: Path, info: dict[str, Any], matrix: list[list[float]]) -> None:
-    """Translation * rotation * scale of (u, v), as the extension writes it, and repeated."""
-    pixels = np.random.default_rng(2).integers(0, 256, (8, 8, 3), np.uint8)
-    document = Document()
-    document.use("KHR_texture_transform")
-    textured(document, pixels, {"extensions": {"KHR_texture_transform": info}})
-    v, u = (np.mgrid[:16, :16] + 0.5) / 16
-    u, v = np.moveaxis(np.stack([u, v, np.ones_like(u)], -1) @ np.transpose(matrix), -1, 0)
-    column, row = (np.floor(8 * np.stack([u, v]) + 1e-6) % 8).astype(int)
-    np.testing.assert_array_equal(seen(load(document, tmp_path), size=16), pixels[row, column])
-
-
-@pytest.mark.parametrize(
-    ("code", "columns"),
-    [(10497, [0, 1, 0, 1, 0, 1]), (33071, [0, 0, 0, 1, 1, 1]), (33648, [1, 0, 0, 1, 1, 0])],
-)
-def test_wrap_modes(tmp_path: Path, code: int, columns: list[int]) -> None:
-    pixels = np.array([[[255, 0, 0], [0, 0, 255]]], np.uint8)
-    document = Document()
-    document.use("KHR_texture_transform")
-    info = {"extensions": {"KHR_texture_transform": {"scale": [3, 1], "offset": [-1, 0]}}}
-    textured(document, pixels, info, sampler={"wrapS": code})
-    np.testing.assert_array_equal(seen(load(document, tmp_path), size=6)[0], pixels[0, columns])
-
-
-def test_the_transform_may_choose_other_coordinates(tmp_path: Path) -> None:
-    document = Document()
-    document.use("KHR_texture_transform")
-    image = document.add("images", bufferView=document.view(png(ARROWS)), mimeType="image/png")
-    texture = document.add("textures", source=image, sampler=document.add("samplers", magFilter=9728))
-    info = {"index": texture, "texCoord": 0, "extensions": {"KHR_texture_transform": {"texCoord": 1}}}
-    material = document.add("materials", pbrMetallicRoughness={"baseColorTexture": info})
-    attributes = {"POSITION": SQUARE, "TEXCOORD_0": SQUARE_UVS, "TEXCOORD_1": SQUARE_UVS[:, ::-1].copy()}
-    document.node(mesh=document.mesh(attributes, SQUARE_CORNERS, material=material))
-    turned = np.swapaxes(np.array(ARROWS), 0, 1)
-    np.testing.assert_array_equal(seen(load(document, tmp_path), size=2), turned)
-
-
-def test_images_beside_the_file_and_inside_the_text(tmp_path: Path) -> None:
-    picture = png(ARROWS)
-    (tmp_path / "a b.png").write_bytes(picture)
-    inside = "data:image/png;base64," + base64.b64encode(picture).decode()
-    for uri in ("a%20b.png", inside):
-        document = Document()
-        image = document.add("images", uri=uri)
-        texture = document.add("textures", source=image, sampler=document.add("samplers", magFilter=9728))
-        document.node(mesh=document.square(pbrMetallicRoughness={"baseColorTexture": {"index": texture}}))
-        np.testing.assert_array_equal(seen(load(document, tmp_path), size=2), ARROWS)
-
-
-def test_webp_goes_before_the_image_for_others(tmp_path: Path) -> None:
-    file = io.BytesIO()
-    Image.fromarray(np.array(ARROWS, np.uint8)).save(file, "WEBP", lossless=True)
-    document = Document()
-    document.use("EXT_texture_webp")
-    other = document.add("images", bufferView=document.view(png(np.zeros((2, 2, 3)))), mimeType="image/png")
-    image = document.add("images", bufferView=document.view(file.getvalue()), mimeType="image/webp")
-    sampler = document.add("samplers", magFilter=9728)
-    extensions = {"EXT_texture_webp": {"source": image}}
-    texture = document.add("textures", source=other, sampler=sampler, extensions=extensions)
-    document.node(mesh=document.square(pbrMetallicRoughness={"baseColorTexture": {"index": texture}}))
-    np.testing.assert_array_equal(seen(load(document, tmp_path), size=2), ARROWS)
-
-
-@pytest.mark.parametrize("kind", ["uint8", "uint16", "float32"])
-@pytest.mark.parametrize("count", [3, 4])
-def test_vertex_colors_are_linear(tmp_path: Path, kind: str, count: int) -> None:
-    colors = np.array([[0, 0.5, 1], [1, 0.25, 0], [0.5, 0.5, 0.5]])
-    colors = np.hstack([colors, [[0.25], [1], [0.5]]])[:, :count]
-    high = 1 if kind == "float32" else np.iinfo(kind).max
-    stored = np.round(colors * high, 0 if high > 1 else 9).astype(kind)
-    document = Document()
-    stride = {("uint8", 3): 4, ("uint16", 3): 8}.get((kind, count), 0)
-    accessor = document.accessor(stored, stride=stride, **({"normalized": True} if high > 1 else {}))
-    factor = {"baseColorFactor": [0.5, 1, 1, 1]}
-    material = document.add("materials", pbrMetallicRoughness=factor)
-    document.node(mesh=document.mesh({"POSITION": TRIANGLE, "COLOR_0": accessor}, material=material))
-    world = load(document, tmp_path)
-    expected = (stored[:, :3] / high).mean(0) * [0.5, 1, 1]
-    np.testing.assert_allclose(world.triangle_colors()[0], expected, rtol=1e-6)
-
-
-def test_alpha(tmp_path: Path) -> None:
-    """A cut-out shows what is behind it, a blend mixes, opaque ignores alpha; the ground truth agrees."""
-    pixels = np.zeros((2, 2, 4), np.uint8)
-    pixels[..., 0], pixels[..., 3] = 255, [[0, 255], [100, 200]]
-    shares = {"OPAQUE": [[1, 1], [1, 1]], "MASK": [[0, 1], [0, 1]], "BLEND": pixels[..., 3] / 255}
-    for mode, share in shares.items():
-        document = Document()
-        document.use("KHR_materials_unlit")
-        unlit = {"KHR_materials_unlit": {}}
-        textured(document, pixels, alphaMode=mode, extensions=unlit)
-        behind = {"baseColorFactor": [0, 0, 1, 1]}
-        back = document.square(pbrMetallicRoughness=behind, extensions=unlit)
-        document.node(mesh=back, translation=[0, 0, -0.5], scale=[2, 2, 1])
-        world = load(document, tmp_path)
-        camera = raycam.Camera.look_at([0, 0, 4], [0, 0, 0], [0, 1, 0], size=(2, 2), fov=2 * 14.0362435)
-        color = raycam.render(world, camera, samples=2048, integrator="path")["color"]
-        np.testing.assert_allclose(color[..., 0], share, atol=0.05)
-        np.testing.assert_allclose(color[..., 2], 1 - np.array(share), atol=0.05)
-
-
-def test_single_and_double_sided(tmp_path: Path) -> None:
-    for double in (False, True):
-        document = Document()
-        document.use("KHR_materials_unlit")
-        mesh = document.square(doubleSided=double, extensions={"KHR_materials_unlit": {}})
-        document.node(mesh=mesh, rotation=[0, 1, 0, 0])
-        world = load(document, tmp_path)
-        camera = raycam.Camera.look_at([0, 0, 2], [0, 0, 0], [0, 1, 0], size=(2, 2), fov=40)
-        world.add_light(type="sky", radiance=[0.25, 0.5, 0])
-        color = raycam.render(world, camera, samples=4)["color"]
-        np.testing.assert_allclose(color, [[[1, 1, 1] if double else [0.25, 0.5, 0]] * 2] * 2, atol=1e-6)
-
-
-def test_variants(tmp_path: Path) -> None:
-    document = Document()
-    document.use("KHR_materials_variants")
-    names = {"red": [1, 0, 0, 1], "blue": [0, 0, 1, 1]}
-    document.json["extensions"] = {"KHR_materials_variants": {"variants": [{"name": name} for name in names]}}
-    colors = [document.add("materials", pbrMetallicRoughness={"baseColorFactor": c}) for c in names.values()]
-    mesh = document.square(pbrMetallicRoughness={"baseColorFactor": [0, 1, 0, 1]})
-    mappings = [{"material": material, "variants": [i]} for i, material in enumerate(colors)]
-    extension = {"KHR_materials_variants": {"mappings": mappings}}
-    document.json["meshes"][mesh]["primitives"][0]["extensions"] = extension
-    document.node(mesh=mesh)
-    world = load(document, tmp_path)
-    assert world.variants == ["red", "blue"]
-    np.testing.assert_allclose(world.triangle_colors()[0], [0, 1, 0])
-    np.testing.assert_allclose(world.with_variant("blue").triangle_colors()[0], [0, 0, 1])
-    np.testing.assert_allclose(load(document, tmp_path, variant="red").triangle_colors()[0], [1, 0, 0])
-    with pytest.raises(raycam.WorldError, match=r"did you mean.*blue"):
-        world.with_variant("bleu")
-
-
-def test_emission_does_not_take_the_place_of_light(tmp_path: Path) -> None:
-    """glTF's viewers light what has no lights; a lamp's screen in a file must not leave all else in the dark."""
-    document = Document()
-    document.use("KHR_materials_emissive_strength")
-    glow = {"KHR_materials_emissive_strength": {"emissiveStrength": 4}}
-    document.node(mesh=document.square(emissiveFactor=[1, 0.5, 0], extensions=glow), translation=[-1, 0, 0])
-    document.node(mesh=document.square(pbrMetallicRoughness={"metallicFactor": 0}), translation=[1, 0, 0])
-    world = load(document, tmp_path)
-    camera = raycam.Camera.look_at([0, 0, 4], [0, 0, 0], [0, 1, 0], size=(4, 2), fov=30)
-    for integrator in ("direct", "path"):
-        frame = raycam.render(world, camera, integrator=integrator, samples=16)
-        assert (frame["color"][:, 3] > 0.3).all(), "lit by what a world without lights gets"
-        assert (frame["color"][:, 0] >= [3.9, 2, 0.1]).all(), "and shining by itself"
-        assert any("no lights" in notice for notice in frame.notices)
-    world.add_light(type="sky", radiance=[0, 0, 0])
-    dark = raycam.render(world, camera, samples=16)["color"]
-    assert (dark[:, 3] < 1e-3).all(), "unless it is given light, be it none"
-    assert (dark[:, 0] > [3, 1.5, -1]).all()
-
-
 # What is not there ----------------------------------------------------------------------------------------
 
 
@@ -565,184 +370,3 @@ def test_unknown_extensions(tmp_path: Path) -> None:
         raycam.FormatError, match=r"extensionsRequired: EXT_of_tomorrow \(UNSUPPORTED_EXTENSION\)"
     ):
         load(document, tmp_path)
-
-
-# Time -----------------------------------------------------------------------------------------------------
-
-
-def animated(document: Document, path: str, times: Any, output: Any, *, node: int, **keys: Any) -> None:
-    """An animation of one channel."""
-    sampler = {
-        "input": document.accessor(np.asarray(times, np.float32)),
-        "output": document.accessor(np.asarray(output, np.float32)),
-        **keys,
-    }
-    channel = {"sampler": 0, "target": {"node": node, "path": path}}
-    document.add("animations", samplers=[sampler], channels=[channel], name=f"{path} of {node}")
-
-
-def test_interpolation(tmp_path: Path) -> None:
-    times, places = [1, 2, 4], np.array([[0, 0, 0], [4, 0, 0], [4, 8, 0]], np.float32)
-    tangents = np.array([[1, 2, 3], [0, -1, 0], [2, 0, 0]], np.float32)
-    spline = np.stack([tangents, places, -tangents], 1).reshape(-1, 3)
-    document = Document()
-    node = document.node(mesh=document.square())
-    animated(document, "translation", times, places, node=node)
-    animated(document, "translation", times, places, node=node, interpolation="STEP")
-    animated(document, "translation", times, spline, node=node, interpolation="CUBICSPLINE")
-    world = load(document, tmp_path)
-    assert [animation.duration for animation in world.animations] == [4, 4, 4]
-
-    def place(time: float, animation: int) -> Any:
-        return world.at(time, animation).objects[0].matrix[:3, 3]
-
-    np.testing.assert_allclose(
-        [place(t, 0) for t in (0, 1.25, 3, 9)], [places[0], [1, 0, 0], [4, 4, 0], places[2]]
-    )
-    np.testing.assert_allclose([place(t, 1) for t in (0, 1.99, 2, 9)], places[[0, 0, 1, 2]])
-    from scipy.interpolate import CubicHermiteSpline
-
-    for first in (0, 1):
-        # Each keyframe has its own tangent in and tangent out.
-        ends = [-tangents[first], tangents[first + 1]]
-        curve = CubicHermiteSpline(times[first : first + 2], places[first : first + 2], ends)
-        for time in np.linspace(times[first], times[first + 1], 5):
-            np.testing.assert_allclose(place(float(time), 2), curve(time), atol=1e-6)
-
-
-def test_rotations_turn_evenly_the_short_way(tmp_path: Path) -> None:
-    ends = Rotation.from_euler("zx", [[0, 0], [170, 40]], degrees=True)
-    from scipy.spatial.transform import Slerp
-
-    document = Document()
-    node = document.node(mesh=document.square())
-    # The second has the other sign: the same rotation, the long way round.
-    animated(document, "rotation", [0, 1], ends.as_quat() * [[1], [-1]], node=node)
-    world = load(document, tmp_path)
-    for time in (0.0, 0.25, 0.5, 0.9, 1.0):
-        turned = world.at(time).objects[0].matrix[:3, :3]
-        np.testing.assert_allclose(turned, Slerp([0, 1], ends)(time).as_matrix(), atol=1e-6)
-
-
-def test_morph_targets_and_skins(tmp_path: Path) -> None:
-    up = np.array([[0, 0, 0], [0, 0, 1], [0, 2, 0]], np.float32)
-    document = Document()
-    mesh = document.mesh({"POSITION": TRIANGLE}, targets=[{"POSITION": document.accessor(up)}])
-    document.json["meshes"][mesh]["weights"] = [0.5]
-    node = document.node(mesh=mesh)
-    animated(document, "weights", [0, 1], [0, 1], node=node)
-    weights = np.array([[1, 0, 0, 0], [0.5, 0.5, 0, 0], [0, 1, 0, 0]], np.float32)
-    attributes = {
-        "POSITION": TRIANGLE,
-        "JOINTS_0": np.tile(np.array([0, 1, 0, 0], np.uint8), (3, 1)),
-        "WEIGHTS_0": weights,
-    }
-    bind = np.tile(np.eye(4, dtype=np.float32), (2, 1, 1))
-    bind[1, 3, :3] = [0, -5, 0]
-    joints = [document.node(translation=[1, 0, 0]), document.node(translation=[0, 5, 0])]
-    document.add("skins", joints=joints, inverseBindMatrices=document.accessor(bind))
-    # What the node does has no say over a skin.
-    document.node(mesh=document.mesh(attributes), skin=0, translation=[100, 0, 0])
-    animated(document, "translation", [0, 2], [[0, 5, 0], [0, 5, 6]], node=joints[1])
-    world = load(document, tmp_path)
-    np.testing.assert_allclose(world.triangles()[0], TRIANGLE + 0.5 * up)
-    np.testing.assert_allclose(world.triangles()[1], TRIANGLE + weights[:, :1] * [1, 0, 0], atol=1e-6)
-    np.testing.assert_allclose(world.at(0.25, "weights of 0").triangles()[0], TRIANGLE + 0.25 * up)
-    moved = TRIANGLE + weights[:, :1] * [1, 0, 0] + weights[:, 1:2] * [0, 0, 3]
-    np.testing.assert_allclose(world.at(1, 1).triangles()[1], moved, atol=1e-6)
-
-
-# What glTF-Validator calls an error ------------------------------------------------------------------------
-
-
-def _float(d: Document) -> None:
-    bad = SQUARE.copy()
-    bad[1, 1] = np.nan
-    start = d.json["bufferViews"][0]["byteOffset"]
-    d.binary[start : start + bad.nbytes] = bad.tobytes()
-
-
-REFUSED: dict[str, Any] = {
-    "ACCESSOR_INVALID_FLOAT": _float,
-    "ACCESSOR_TOO_LONG": lambda d: d.json["accessors"][0].update(count=5000),
-    "ACCESSOR_INDEX_OOB": lambda d: d.binary.__setitem__(
-        slice(d.json["bufferViews"][2]["byteOffset"], None), b"\x09\0" * 6
-    ),
-    "ACCESSOR_INDEX_PRIMITIVE_RESTART": lambda d: d.binary.__setitem__(
-        slice(d.json["bufferViews"][2]["byteOffset"], None), b"\xff\xff" * 6
-    ),
-    "UNRESOLVED_REFERENCE": lambda d: d.json["meshes"][0]["primitives"][0]["attributes"].update(POSITION=77),
-    "BUFFER_VIEW_TOO_LONG": lambda d: d.json["bufferViews"][0].update(byteLength=1 << 20),
-    "MESH_PRIMITIVE_UNEQUAL_ACCESSOR_COUNT": lambda d: d.json["accessors"][1].update(count=3),
-    "NODE_LOOP": lambda d: d.json["nodes"][0].update(children=[0]),
-    "ROTATION_NON_UNIT": lambda d: d.json["nodes"][0].update(rotation=[0, 0, 0, 0]),
-    "NODE_MATRIX_NON_TRS": lambda d: d.json["nodes"][0].update(
-        matrix=[1.0, 0, 0, 2, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
-    ),
-    "UNKNOWN_ASSET_MAJOR_VERSION": lambda d: d.json["asset"].update(version="1.0"),
-    "VALUE_NOT_IN_RANGE": lambda d: d.json["meshes"][0]["primitives"][0].update(mode=9),
-    "VALUE_NOT_IN_LIST": lambda d: (
-        d.json.setdefault("materials", []).append({"alphaMode": "GLASS"})
-        or d.json["meshes"][0]["primitives"][0].update(material=0)
-    ),
-    "ARRAY_LENGTH_NOT_IN_LIST": lambda d: d.json["nodes"][0].update(scale=[1, 1]),
-    "ASSET_MIN_VERSION_GREATER_THAN_VERSION": lambda d: d.json["asset"].update(minVersion="2.1"),
-    "ACCESSOR_ANIMATION_INPUT_NON_INCREASING": lambda d: animated(
-        d, "translation", [1, 0], [[0, 0, 0], [1, 0, 0]], node=0
-    ),
-    "ACCESSOR_ANIMATION_INPUT_NEGATIVE": lambda d: animated(
-        d, "translation", [-1, 0], [[0, 0, 0], [1, 0, 0]], node=0
-    ),
-    "ANIMATION_SAMPLER_OUTPUT_ACCESSOR_INVALID_COUNT": lambda d: animated(
-        d, "translation", [0, 1], [[0, 0, 0]], node=0
-    ),
-    "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT": lambda d: d.json["accessors"][0].update(type="VEC2"),
-    "MESH_PRIMITIVE_INDICES_ACCESSOR_INVALID_FORMAT": lambda d: d.json["accessors"][2].update(
-        normalized=True
-    ),
-    "ANIMATION_SAMPLER_INPUT_ACCESSOR_INVALID_FORMAT": lambda d: animated(
-        d, "translation", [[0, 0], [1, 1]], [[0, 0, 0], [1, 0, 0]], node=0
-    ),
-    "SKIN_IBM_INVALID_FORMAT": lambda d: d.json["nodes"][0].update(
-        skin=d.add("skins", joints=[0], inverseBindMatrices=d.accessor(np.zeros((1, 4), np.float32)))
-    ),
-    "TYPE_MISMATCH": lambda d: d.json["nodes"][0].update(mesh="zero"),
-    "EMPTY_ENTITY": lambda d: d.json["meshes"][0].update(primitives=[]),
-}
-
-
-@pytest.mark.parametrize("code", REFUSED)
-def test_what_spoils_the_picture_is_refused_by_its_code(tmp_path: Path, code: str) -> None:
-    document = Document()
-    document.node(mesh=document.square())
-    REFUSED[code](document)
-    with pytest.raises(raycam.FormatError, match=code):
-        load(document, tmp_path)
-
-
-NOTICED: dict[str, Any] = {
-    "MESH_PRIMITIVE_POSITION_ACCESSOR_WITHOUT_BOUNDS": lambda d: d.json["accessors"][0].pop("max"),
-    "VALUE_NOT_IN_RANGE": lambda d: d.json["materials"][0].update(emissiveFactor=[2, 0, 0]),
-    "SCENE_NON_ROOT_NODE": lambda d: d.json.update(scenes=[{"nodes": [0, d.node(children=[0])]}]),
-    "MESH_PRIMITIVE_NO_POSITION": lambda d: d.json["meshes"][0]["primitives"][0]["attributes"].pop(
-        "POSITION"
-    ),
-    "MESH_PRIMITIVE_INCOMPATIBLE_MODE": lambda d: d.json["accessors"][2].update(count=5),
-    "UNSUPPORTED_EXTENSION": lambda d: d.use("EXT_of_tomorrow"),
-    "MESH_PRIMITIVE_INVALID_ATTRIBUTE": lambda d: d.json["meshes"][0]["primitives"][0]["attributes"].update(
-        COLOR=0, _OWN=0
-    ),
-    "NODE_MATRIX_TRS": lambda d: d.json["nodes"][0].update(
-        matrix=np.eye(4).ravel().tolist(), translation=[1, 0, 0]
-    ),
-    "ROTATION_NON_UNIT": lambda d: d.json["nodes"][0].update(rotation=[0, 0, 0, 2]),
-}
-
-
-@pytest.mark.parametrize("code", NOTICED)
-def test_what_is_odd_is_said_by_its_code(tmp_path: Path, code: str) -> None:
-    document = Document()
-    document.node(mesh=document.square(name="red"))
-    NOTICED[code](document)
-    world = load(document, tmp_path)
-    assert any(f"({code})" in notice for notice in world.notices), world.notices
