@@ -121,6 +121,12 @@ impl Leaf {
         self.thin >> k & 1 != 0
     }
 
+    /// Whether any triangle is thin.
+    #[inline(always)]
+    pub fn has_thin(&self) -> bool {
+        self.thin != 0
+    }
+
     /// Moves the triangles to other corners; returns their box. What shared a vertex still does.
     pub fn refit(
         &mut self,

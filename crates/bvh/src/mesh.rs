@@ -8,6 +8,7 @@ use crate::dispatch::Machine;
 use crate::error::BuildError;
 use crate::leaves::Triangles;
 use crate::memory::Pages;
+use crate::simd::Isa;
 use crate::traverse::local::{Extent, REACH_LIMIT};
 
 /// How much time a build may take for faster rays.
@@ -144,6 +145,12 @@ impl Bvh {
 
     pub(crate) fn blocks(&self) -> &[Block] {
         &self.blocks
+    }
+
+    /// Asks for what [`Bvh::id`] will read.
+    #[inline(always)]
+    pub(crate) fn prefetch_id<I: Isa>(&self, slot: u32) {
+        I::prefetch(self.ids.as_ptr().wrapping_add(slot as usize).cast());
     }
 
     /// The triangle at a position in the order of the leaves.

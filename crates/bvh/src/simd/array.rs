@@ -103,6 +103,16 @@ impl<const N: usize> Vector for Array<N> {
     fn bits(mask: u32) -> u32 {
         mask
     }
+    #[inline(always)]
+    fn mask(bits: u32) -> u32 {
+        bits
+    }
+    #[inline(always)]
+    fn select(mask: u32, a: Self, b: Self) -> Self {
+        Self(std::array::from_fn(|i| {
+            if mask >> i & 1 != 0 { a.0[i] } else { b.0[i] }
+        }))
+    }
 }
 
 impl Isa for Portable {
@@ -118,6 +128,18 @@ impl Isa for Portable {
     #[inline(always)]
     fn lookup(table: Array<16>, index: [u8; 16]) -> Array<16> {
         Array(std::array::from_fn(|i| table.0[(index[i] & 15) as usize]))
+    }
+    #[inline(always)]
+    fn lanes(bits: Array<16>) -> [u8; 16] {
+        bits.0.map(|lane| lane.to_bits() as u8 & 15)
+    }
+    #[inline(always)]
+    fn spread(packed: u64) -> Array<16> {
+        Array(Self::index(packed).map(|lane| f32::from_bits(u32::from(lane))))
+    }
+    #[inline(always)]
+    fn plus(bits: Array<16>, by: u32) -> Array<16> {
+        Array(bits.0.map(|x| f32::from_bits(x.to_bits().wrapping_add(by))))
     }
     #[inline(always)]
     fn compress(v: Array<8>, mask: u32) -> Array<8> {

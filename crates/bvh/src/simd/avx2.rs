@@ -110,6 +110,18 @@ impl Vector for Ymm {
     fn bits(mask: __m256) -> u32 {
         on_avx2!(_mm256_movemask_ps(mask) as u32)
     }
+    #[inline(always)]
+    fn mask(bits: u32) -> __m256 {
+        on_avx2!({
+            let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let named = _mm256_and_si256(_mm256_set1_epi32(bits as i32), lanes);
+            _mm256_castsi256_ps(_mm256_cmpeq_epi32(named, lanes))
+        })
+    }
+    #[inline(always)]
+    fn select(mask: __m256, a: Self, b: Self) -> Self {
+        on_avx2!(Self(_mm256_blendv_ps(b.0, a.0, mask)))
+    }
 }
 
 impl Isa for Avx2 {
@@ -153,6 +165,28 @@ impl Isa for Avx2 {
         Pair(half(lower), half(upper))
     }
     #[inline(always)]
+    fn lanes(bits: Self::F16) -> Self::Index {
+        on_avx2!((_mm256_castps_si256(bits.0.0), _mm256_castps_si256(bits.1.0)))
+    }
+    #[inline(always)]
+    fn spread(packed: u64) -> Self::F16 {
+        let (lower, upper) = Self::index(packed);
+        on_avx2!(Pair(
+            Ymm(_mm256_castsi256_ps(lower)),
+            Ymm(_mm256_castsi256_ps(upper))
+        ))
+    }
+    #[inline(always)]
+    fn plus(bits: Self::F16, by: u32) -> Self::F16 {
+        let half = |v: Ymm| {
+            on_avx2!(Ymm(_mm256_castsi256_ps(_mm256_add_epi32(
+                _mm256_castps_si256(v.0),
+                _mm256_set1_epi32(by as i32)
+            ))))
+        };
+        Pair(half(bits.0), half(bits.1))
+    }
+    #[inline(always)]
     fn compress(v: Ymm, mask: u32) -> Ymm {
         on_avx2!({
             let lanes = _mm_loadl_epi64(COMPRESS[mask as usize & 255].as_ptr().cast());
@@ -190,31 +224,30 @@ impl Isa for Avx2 {
         })
     }
     #[inline(always)]
-    unsafe fn transpose(from: [*const f32; 4], to: [*mut f32; 4]) {
-        on_avx2!(transpose(from, to))
+    unsafe fn columns(rows: [*const f32; 16]) -> [Self::F16; 4] {
+        // SAFETY: as the caller vouches.
+        let half = |first: usize| unsafe {
+            let two = |k: usize| {
+                let (low, high) = (_mm_loadu_ps(rows[first + k]), rows[first + 4 + k]);
+                _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(low), _mm_loadu_ps(high))
+            };
+            let (a, b, c, d) = (two(0), two(1), two(2), two(3));
+            let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+            let (ef, gh) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+            [
+                _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd),
+                _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd),
+                _mm256_shuffle_ps::<0b01_00_01_00>(ef, gh),
+                _mm256_shuffle_ps::<0b11_10_11_10>(ef, gh),
+            ]
+        };
+        let ([a, b, c, d], [e, f, g, h]) = (half(0), half(8));
+        [(a, e), (b, f), (c, g), (d, h)].map(|(lower, upper)| Pair(Ymm(lower), Ymm(upper)))
     }
     #[inline(always)]
     fn prefetch(at: *const u8) {
         on_avx2!(_mm_prefetch::<_MM_HINT_T0>(at.cast()))
     }
-}
-
-/// [`Isa::transpose`].
-///
-/// # Safety
-/// As there.
-#[inline(always)]
-pub unsafe fn transpose(from: [*const f32; 4], to: [*mut f32; 4]) {
-    on_avx2!({
-        let (a, b) = (_mm_loadu_ps(from[0]), _mm_loadu_ps(from[1]));
-        let (c, d) = (_mm_loadu_ps(from[2]), _mm_loadu_ps(from[3]));
-        let (ab, cd) = (_mm_unpacklo_ps(a, b), _mm_unpacklo_ps(c, d));
-        _mm_storeu_ps(to[0], _mm_movelh_ps(ab, cd));
-        _mm_storeu_ps(to[1], _mm_movehl_ps(cd, ab));
-        let (ab, cd) = (_mm_unpackhi_ps(a, b), _mm_unpackhi_ps(c, d));
-        _mm_storeu_ps(to[2], _mm_movelh_ps(ab, cd));
-        _mm_storeu_ps(to[3], _mm_movehl_ps(cd, ab));
-    })
 }
 
 /// Unsigned keys that fall as the value rises, with the lane in the low three bits; none is the largest integer.

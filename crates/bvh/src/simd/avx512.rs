@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::avx2::{Ymm, descending_keys, keys, lane_of_least, sorted, transpose};
+use super::avx2::{Ymm, descending_keys, keys, lane_of_least, sorted};
 use super::{Isa, Quad, Vector};
 
 /// x86-64 with AVX-512 F, VL, DQ and BW.
@@ -96,6 +96,14 @@ impl Vector for Zmm {
     fn bits(mask: u16) -> u32 {
         u32::from(mask)
     }
+    #[inline(always)]
+    fn mask(bits: u32) -> u16 {
+        bits as u16
+    }
+    #[inline(always)]
+    fn select(mask: u16, a: Self, b: Self) -> Self {
+        on_avx512!(Self(_mm512_mask_blend_ps(mask, b.0, a.0)))
+    }
 }
 
 impl Isa for Avx512 {
@@ -126,6 +134,21 @@ impl Isa for Avx512 {
         on_avx512!(Zmm(_mm512_permutexvar_ps(index, table.0)))
     }
     #[inline(always)]
+    fn lanes(bits: Zmm) -> __m512i {
+        on_avx512!(_mm512_castps_si512(bits.0))
+    }
+    #[inline(always)]
+    fn spread(packed: u64) -> Zmm {
+        on_avx512!(Zmm(_mm512_castsi512_ps(Self::index(packed))))
+    }
+    #[inline(always)]
+    fn plus(bits: Zmm, by: u32) -> Zmm {
+        on_avx512!(Zmm(_mm512_castsi512_ps(_mm512_add_epi32(
+            _mm512_castps_si512(bits.0),
+            _mm512_set1_epi32(by as i32)
+        ))))
+    }
+    #[inline(always)]
     fn compress(v: Ymm, mask: u32) -> Ymm {
         on_avx512!(Ymm(_mm256_maskz_compress_ps(mask as u8, v.0)))
     }
@@ -150,8 +173,26 @@ impl Isa for Avx512 {
         )))
     }
     #[inline(always)]
-    unsafe fn transpose(from: [*const f32; 4], to: [*mut f32; 4]) {
-        on_avx512!(transpose(from, to))
+    unsafe fn columns(rows: [*const f32; 16]) -> [Zmm; 4] {
+        // SAFETY: as the caller vouches.
+        unsafe {
+            // Rows k, 4 + k, 8 + k and 12 + k.
+            let four = |k: usize| {
+                let v = _mm512_castps128_ps512(_mm_loadu_ps(rows[k]));
+                let v = _mm512_insertf32x4::<1>(v, _mm_loadu_ps(rows[4 + k]));
+                let v = _mm512_insertf32x4::<2>(v, _mm_loadu_ps(rows[8 + k]));
+                _mm512_insertf32x4::<3>(v, _mm_loadu_ps(rows[12 + k]))
+            };
+            let (a, b, c, d) = (four(0), four(1), four(2), four(3));
+            let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
+            let (ef, gh) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
+            [
+                Zmm(_mm512_shuffle_ps::<0b01_00_01_00>(ab, cd)),
+                Zmm(_mm512_shuffle_ps::<0b11_10_11_10>(ab, cd)),
+                Zmm(_mm512_shuffle_ps::<0b01_00_01_00>(ef, gh)),
+                Zmm(_mm512_shuffle_ps::<0b11_10_11_10>(ef, gh)),
+            ]
+        }
     }
     #[inline(always)]
     fn prefetch(at: *const u8) {

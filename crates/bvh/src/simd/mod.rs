@@ -63,6 +63,10 @@ pub trait Vector: Copy {
     fn greatest(self) -> f32;
     /// Lane i is bit i.
     fn bits(mask: Self::Mask) -> u32;
+    /// Bit i is lane i.
+    fn mask(bits: u32) -> Self::Mask;
+    /// `if mask { a } else { b }`.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
 }
 
 /// An instruction set.
@@ -81,6 +85,12 @@ pub trait Isa: Copy + 'static {
     fn index(packed: u64) -> Self::Index;
     /// `table[index]`, lane by lane.
     fn lookup(table: Self::F16, index: Self::Index) -> Self::F16;
+    /// The indices that stand in the low four bits of each lane.
+    fn lanes(bits: Self::F16) -> Self::Index;
+    /// What [`Isa::index`] spreads, in the low four bits of each lane; no arithmetic is to be done with them.
+    fn spread(packed: u64) -> Self::F16;
+    /// Integers in the bits of floats, and one added to all of them.
+    fn plus(bits: Self::F16, by: u32) -> Self::F16;
     /// The lanes named by `mask`, in order, in the first lanes; what follows them is anything.
     fn compress(v: Self::F8, mask: u32) -> Self::F8;
     /// The lanes named by `mask` from the greatest value to the least, up to 7 ulp; what follows them is anything.
@@ -99,17 +109,21 @@ pub trait Isa: Copy + 'static {
         let [a, b, c, d, e, f, g, h] = lanes;
         [Quad::new([a, b, c, d]), Quad::new([e, f, g, h])]
     }
-    /// Four rows of four floats become four columns.
+    /// Sixteen rows of four floats become four columns.
     ///
     /// # Safety
-    /// Four floats must be readable at each of `from` and writable at each of `to`; no alignment is needed.
-    unsafe fn transpose(from: [*const f32; 4], to: [*mut f32; 4]) {
-        for (i, row) in from.into_iter().enumerate() {
-            for (k, column) in to.into_iter().enumerate() {
+    /// Four floats must be readable at each of `rows`; no alignment is needed.
+    #[inline(always)]
+    unsafe fn columns(rows: [*const f32; 16]) -> [Self::F16; 4] {
+        let mut columns = [[0.0; 16]; 4];
+        for (i, row) in rows.into_iter().enumerate() {
+            for (k, column) in columns.iter_mut().enumerate() {
                 // SAFETY: as the caller vouches.
-                unsafe { column.add(i).write(row.add(k).read()) };
+                column[i] = unsafe { row.add(k).read() };
             }
         }
+        // SAFETY: each array holds 16 floats.
+        columns.map(|column| unsafe { Self::F16::load(column.as_ptr()) })
     }
     /// Asks for a cache line.
     fn prefetch(at: *const u8);

@@ -100,6 +100,15 @@ impl Vector for Quad {
         const PLACES: [u32; 4] = [1, 2, 4, 8];
         on_neon!(vaddvq_u32(vandq_u32(mask, vld1q_u32(PLACES.as_ptr()))))
     }
+    #[inline(always)]
+    fn mask(bits: u32) -> uint32x4_t {
+        const PLACES: [u32; 4] = [1, 2, 4, 8];
+        on_neon!(vtstq_u32(vdupq_n_u32(bits), vld1q_u32(PLACES.as_ptr())))
+    }
+    #[inline(always)]
+    fn select(mask: uint32x4_t, a: Self, b: Self) -> Self {
+        on_neon!(Self(vbslq_f32(mask, a.0, b.0)))
+    }
 }
 
 type Eight = Pair<Quad, 4>;
@@ -134,6 +143,33 @@ impl Isa for Neon {
             let [a, b, c, d] = index.map(|i| Quad(vreinterpretq_f32_u8(vqtbl4q_u8(bytes, i))));
             Pair(Pair(a, b), Pair(c, d))
         })
+    }
+    #[inline(always)]
+    fn lanes(Pair(Pair(a, b), Pair(c, d)): Self::F16) -> Self::Index {
+        // Four bytes of each lane: four times the index, and 0 to 3 more.
+        [a, b, c, d].map(|v| {
+            on_neon!({
+                let lane = vandq_u32(vreinterpretq_u32_f32(v.0), vdupq_n_u32(15));
+                vreinterpretq_u8_u32(vmlaq_n_u32(vdupq_n_u32(0x0302_0100), lane, 0x0404_0404))
+            })
+        })
+    }
+    #[inline(always)]
+    fn spread(packed: u64) -> Self::F16 {
+        let lane = |i: usize| f32::from_bits((packed >> (32 * (i % 2) + 4 * (i / 2))) as u32 & 15);
+        let lanes: [f32; 16] = std::array::from_fn(lane);
+        // SAFETY: the array holds 16 floats.
+        unsafe { Self::F16::load(lanes.as_ptr()) }
+    }
+    #[inline(always)]
+    fn plus(Pair(Pair(a, b), Pair(c, d)): Self::F16, by: u32) -> Self::F16 {
+        let plus = |v: Quad| {
+            on_neon!(Quad(vreinterpretq_f32_u32(vaddq_u32(
+                vreinterpretq_u32_f32(v.0),
+                vdupq_n_u32(by)
+            ))))
+        };
+        Pair(Pair(plus(a), plus(b)), Pair(plus(c), plus(d)))
     }
     #[inline(always)]
     fn compress(v: Eight, mask: u32) -> Eight {

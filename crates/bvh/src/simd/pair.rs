@@ -86,4 +86,12 @@ impl<V: Vector, const N: usize> Vector for Pair<V, N> {
     fn bits(mask: Self::Mask) -> u32 {
         V::bits(mask.0) | V::bits(mask.1) << N
     }
+    #[inline(always)]
+    fn mask(bits: u32) -> Self::Mask {
+        (V::mask(bits & ((1 << N) - 1)), V::mask(bits >> N))
+    }
+    #[inline(always)]
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self {
+        Self(V::select(mask.0, a.0, b.0), V::select(mask.1, a.1, b.1))
+    }
 }

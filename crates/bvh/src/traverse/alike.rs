@@ -3,7 +3,7 @@
 use super::local::STEEPEST;
 use super::packet::SIZE;
 use crate::ray::Ray;
-use crate::simd::Isa;
+use crate::simd::{Isa, Vector};
 
 /// Rays that run alike are traced alone where they are fewer than this...
 const ENOUGH: u32 = 12;
@@ -189,23 +189,20 @@ pub fn headings<I: Isa>(rays: &[Ray], numbers: &[u32], out: &mut [u8]) {
     const LANES: usize = 16;
     let numbers = numbers.chunks(LANES);
     for (out, numbers) in out.chunks_mut(LANES).zip(numbers) {
-        let mut lanes = [[0.0f32; LANES]; 4];
-        for four in 0..LANES / 4 {
-            let from = |i: usize| {
-                let number = numbers.get(4 * four + i).unwrap_or(&numbers[0]);
-                rays[*number as usize].direction.as_ptr()
-            };
-            let [x, y, z, t] = &mut lanes;
-            let to = |row: &mut [f32; LANES]| row[4 * four..].as_mut_ptr();
-            // SAFETY: behind the three floats of a ray's direction lies its t_max; the rows have room for four more.
-            unsafe {
-                I::transpose(
-                    [from(0), from(1), from(2), from(3)],
-                    [to(x), to(y), to(z), to(t)],
-                );
+        let from: [*const f32; LANES] = std::array::from_fn(|i| {
+            let number = numbers.get(i).unwrap_or(&numbers[0]);
+            let ray: *const Ray = &rays[*number as usize];
+            ray.cast::<f32>().wrapping_add(3)
+        });
+        let mut lanes = [[0.0f32; LANES]; 3];
+        // SAFETY: behind the three floats of a ray's direction lies its t_max; the rows hold sixteen floats.
+        unsafe {
+            let columns = I::columns(from);
+            for (row, column) in lanes.iter_mut().zip(columns) {
+                column.store(row.as_mut_ptr());
             }
         }
-        let [x, y, z, _] = lanes;
+        let [x, y, z] = lanes;
         let mut found = [0; LANES];
         for lane in 0..LANES {
             found[lane] = heading([x[lane], y[lane], z[lane]]);

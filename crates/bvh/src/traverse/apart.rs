@@ -1,9 +1,9 @@
 //! The nearest hits of packets whose rays have no more in common than where they head: each is tested against each box.
 
+use super::near::Near;
 use super::packet::{Packet, SIZE};
 use super::stack::MaskStack;
 use super::together::{FEW, Nearest, closest_in_leaf};
-use super::triangle::Found;
 use crate::block::{LEAF, Node, leaf, node};
 use crate::mesh::Bvh;
 use crate::simd::{Isa, Vector};
@@ -49,7 +49,7 @@ pub fn closest_apart<I: Isa>(
     let blocks = mesh.blocks();
     let mut starts = Starts::NONE;
     let mut stack = MaskStack::new();
-    let mut found = Found::NOTHING;
+    let mut near = Near::NOTHING;
     let t_max = packet.farthest::<I>();
     stack.push(start, packet.active);
     while let Some((at, active)) = stack.pop() {
@@ -59,7 +59,7 @@ pub fn closest_apart<I: Isa>(
             let leaf = leaf(blocks, at);
             let active = packet.enter::<I>(|row| leaf.bounds[row], active);
             if active != 0 {
-                closest_in_leaf::<I>(mesh, leaf, active, packet, nearest, &mut found);
+                closest_in_leaf::<I>(mesh, leaf, active, packet, nearest, &mut near);
             }
             continue;
         }

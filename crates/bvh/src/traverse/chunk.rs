@@ -195,6 +195,7 @@ impl<'a> Chunks<'a> {
                     *number = (self.taken + i) as u32;
                 }
                 self.taken += self.len;
+                self.prefetch::<I>();
                 return true;
             }
             if apart.is_empty() {
@@ -206,6 +207,16 @@ impl<'a> Chunks<'a> {
                 aside.whole.extend_from_slice(apart);
             }
             apart.clear();
+        }
+    }
+
+    /// Asks for the rays that come next: until they are needed, they are there.
+    #[inline(always)]
+    fn prefetch<I: Isa>(&self) {
+        let rays = &self.rays[self.taken..];
+        let rays = &rays[..rays.len().min(SIZE)];
+        for line in 0..size_of_val(rays).div_ceil(64) {
+            I::prefetch(rays.as_ptr().cast::<u8>().wrapping_add(64 * line));
         }
     }
 

@@ -11,6 +11,7 @@ mod headed;
 mod interleaved;
 mod line;
 pub mod local;
+mod near;
 mod packet;
 mod packets;
 mod rows;

@@ -68,29 +68,33 @@ impl Packet {
         let n = rays.len();
         debug_assert!(0 < n && n <= SIZE);
         let mut direction = [[0.0; SIZE]; 3];
-        let mut four = 0;
-        while four < SIZE {
-            let at = |i: usize| {
-                let ray: *const Ray = &rays[if four + i < n { four + i } else { 0 }];
-                ray.cast::<f32>()
-            };
-            let rows = [at(0), at(1), at(2), at(3)];
-            let [ox, oy, oz] = &mut self.origin;
-            let [dx, dy, dz] = &mut direction;
-            // SAFETY: a ray is seven floats: origin, direction, t_max. The rows have room for 64, and `four` is at most
-            // 60. What the first writes to the directions in x, the second writes again.
-            unsafe {
-                let to = |row: &mut [f32; SIZE]| row.as_mut_ptr().add(four);
-                I::transpose(rows, [to(ox), to(oy), to(oz), to(dx)]);
-                let second = [
-                    rows[0].add(3),
-                    rows[1].add(3),
-                    rows[2].add(3),
-                    rows[3].add(3),
-                ];
-                I::transpose(second, [to(dx), to(dy), to(dz), to(&mut self.t_max)]);
+        let mut room;
+        let all: &[Ray; SIZE] = match rays.try_into() {
+            Ok(all) => all,
+            Err(_) => {
+                room = [rays[0]; SIZE];
+                room[..n].copy_from_slice(rays);
+                &room
             }
-            four += 4;
+        };
+        for group in 0..SIZE / 16 {
+            let first: *const Ray = &all[16 * group];
+            let from: [*const f32; 16] = std::array::from_fn(|i| first.wrapping_add(i).cast());
+            // SAFETY: a ray is seven floats: origin, direction, t_max. (What the first columns say of directions, the
+            // others say again.)
+            let ([x, y, z, _], [dx, dy, dz, t]) = unsafe {
+                (
+                    I::columns(from),
+                    I::columns(from.map(|ray| ray.wrapping_add(3))),
+                )
+            };
+            for (row, values) in self.origin.iter_mut().zip([x, y, z]) {
+                store::<I>(row, group, values);
+            }
+            for (row, values) in direction.iter_mut().zip([dx, dy, dz]) {
+                store::<I>(row, group, values);
+            }
+            store::<I>(&mut self.t_max, group, t);
         }
         self.active = u64::MAX >> (SIZE - n);
         let groups = n.div_ceil(16);
@@ -272,9 +276,6 @@ impl Packet {
         ];
         let mut entered = 0;
         for g in 0..SIZE / 16 {
-            if active >> (16 * g) & 0xffff == 0 {
-                continue;
-            }
             let (near, far) = (self.near.lanes::<I>(g), self.far.lanes::<I>(g));
             let enter = near.passes(0, first[0]).max(near.passes(1, first[1]));
             let enter = enter.max(near.passes(2, first[2])).max(I::F16::splat(0.0));

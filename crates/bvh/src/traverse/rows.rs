@@ -17,6 +17,18 @@ pub fn store<I: Isa>(row: &mut [f32; SIZE], group: usize, values: I::F16) {
     unsafe { values.store(row.as_mut_ptr().add(16 * group)) }
 }
 
+/// Stores the lanes of a mask.
+#[inline(always)]
+pub fn keep<I: Isa>(
+    row: &mut [f32; SIZE],
+    group: usize,
+    lanes: <I::F16 as Vector>::Mask,
+    values: I::F16,
+) {
+    let values = I::F16::select(lanes, values, load::<I>(row, group));
+    store::<I>(row, group, values);
+}
+
 #[inline(always)]
 pub fn load3<I: Isa>(rows: &[[f32; SIZE]; 3], group: usize) -> [I::F16; 3] {
     [
@@ -43,6 +55,13 @@ impl Sides {
     #[inline(always)]
     pub fn passes(&self, axis: usize, i: usize, plane: f32) -> f32 {
         plane.mul_add(self.reciprocal[axis][i], -self.offset[axis][i])
+    }
+
+    /// The t at which each ray of a group passes a plane of its own across an axis.
+    #[inline(always)]
+    pub fn each_passes<I: Isa>(&self, axis: usize, group: usize, planes: I::F16) -> I::F16 {
+        let reciprocal = load::<I>(&self.reciprocal[axis], group);
+        planes.mul_sub(reciprocal, load::<I>(&self.offset[axis], group))
     }
 
     #[inline(always)]

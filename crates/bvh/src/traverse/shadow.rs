@@ -5,13 +5,12 @@ use super::alike::{Members, Who, numbers};
 use super::chunk::{ASIDE, Aside, Chunk, Chunks};
 use super::fan::Apex;
 use super::interleaved::trace;
-use super::line::{Member, within};
+use super::near::Near;
 use super::packet::{Packet, SIZE};
 use super::packets::{Packets, Query};
 use super::stack::MaskStack;
-use super::steps::any;
-use super::together::{ALL_TRIANGLES, FEW, groups, prefetch};
-use super::triangle::{Found, test_rays};
+use super::together::prefetch;
+use super::triangle::meet_each;
 use crate::block::{LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::part::Part;
 use crate::ray::{Coherence, Ray};
@@ -20,6 +19,9 @@ use crate::simd::Isa;
 
 /// How many chunks make no packets after one that fell apart.
 const SKIP: u32 = 12;
+
+/// Rays of a packet that are as few at a node go on alone. (At a leaf they do not: its triangles are tested at once.)
+const FEW: u32 = 2;
 
 /// Whether there is any hit, for any number of rays.
 #[inline(always)]
@@ -106,14 +108,17 @@ impl Query for Shadows<'_> {
         let mesh = &*self.chunk.scene.placed[part.instance as usize].bvh;
         let blocks = mesh.blocks();
         let mut stack = MaskStack::new();
-        let mut found = Found::NOTHING;
+        let mut near = Near::NOTHING;
         let t_max = packet.farthest::<I>();
         let mut dark = 0u64;
         stack.push(part.start, packet.active);
         while let Some((at, active)) = stack.pop() {
             let active = active & !dark;
             self.chunk.aside.visits += 1;
-            if active.count_ones() <= FEW {
+            if active == 0 {
+                continue;
+            }
+            if at & LEAF == 0 && active.count_ones() <= FEW {
                 self.chunk.alone_from(active, part.instance, at, who);
             } else if at & LEAF == 0 {
                 let node = node(blocks, at);
@@ -128,7 +133,7 @@ impl Query for Shadows<'_> {
                     }
                 }
             } else {
-                dark |= dark_in_leaf::<I>(leaf(blocks, at), active, packet, &mut found);
+                dark |= dark_in_leaf::<I>(leaf(blocks, at), active, packet, &mut near);
             }
         }
         self.dark |= numbers(dark, who);
@@ -137,33 +142,17 @@ impl Query for Shadows<'_> {
 
 /// The rays of `active` that meet something in a leaf.
 #[inline(always)]
-fn dark_in_leaf<I: Isa>(leaf: &Leaf, mut active: u64, packet: &Packet, found: &mut Found) -> u64 {
+fn dark_in_leaf<I: Isa>(leaf: &Leaf, active: u64, packet: &Packet, near: &mut Near) -> u64 {
     let mut dark = 0;
-    let mut triangles = u32::MAX;
-    if active.count_ones() > ALL_TRIANGLES {
-        triangles = packet.candidates::<I>(leaf);
-    }
-    if triangles.count_ones() * groups(active) < active.count_ones() {
-        while triangles != 0 {
-            let k = triangles.trailing_zeros() as usize;
-            triangles &= triangles - 1;
-            for group in 0..SIZE / 16 {
-                let lanes = ((active & !dark) >> (16 * group)) as u32 & 0xffff;
-                if lanes != 0 {
-                    dark |= u64::from(test_rays::<I>(leaf, k, packet, group, lanes, found))
-                        << (16 * group);
-                }
+    near.find::<I>(leaf, active, packet);
+    while near.some != 0 {
+        for group in 0..SIZE / 16 {
+            if near.lanes(group) != 0 {
+                let met = meet_each::<I>(leaf, packet, group, near);
+                dark |= u64::from(met.hit) << (16 * group);
             }
         }
-        return dark;
-    }
-    while active != 0 {
-        let i = active.trailing_zeros() as usize & (SIZE - 1);
-        active &= active - 1;
-        let ray = Member(packet, i);
-        if any(leaf, within::<I>(leaf, ray), ray, packet.t_max[i]) {
-            dark |= 1 << i;
-        }
+        near.next();
     }
     dark
 }

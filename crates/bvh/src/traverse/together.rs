@@ -6,36 +6,34 @@ use super::apart::closest_apart;
 use super::chunk::{ASIDE, Aside, Chunk, Chunks};
 use super::fan::Apex;
 use super::interleaved::trace;
-use super::line::{Member, Met, meet_one, within};
+use super::near::Near;
 use super::packet::{Packet, SIZE};
 use super::packets::{Packets, Query};
+use super::rows::{bits, keep, load};
 use super::stack::Stack;
 use super::steps::NO_SLOT;
-use super::triangle::{Found, test_rays};
+use super::triangle::{Met16, meet_each};
 use crate::block::{Block, LEAF, Leaf, NO_CHILD, leaf, node};
 use crate::mesh::Bvh;
 use crate::part::Part;
 use crate::ray::{Coherence, Hit, Ray};
 use crate::scene::{Placed, Scene};
-use crate::simd::Isa;
+use crate::simd::{Isa, Vector};
 
 /// Rays of a packet that are fewer than this at a node go on alone.
 pub const FEW: u32 = 5;
 
-/// Rays of a packet that are as few at a leaf are tested against all its triangles: finding those that may be met costs
-/// as much.
-pub const ALL_TRIANGLES: u32 = 6;
-
 /// What the rays of a packet met in a mesh; t stands in the packet.
 pub struct Nearest {
-    slot: [u32; SIZE],
+    /// Words in the bits of floats.
+    slot: [f32; SIZE],
     u: [f32; SIZE],
     v: [f32; SIZE],
 }
 
 impl Nearest {
     pub const NOTHING: Nearest = Nearest {
-        slot: [NO_SLOT; SIZE],
+        slot: [f32::from_bits(NO_SLOT); SIZE],
         u: [0.0; SIZE],
         v: [0.0; SIZE],
     };
@@ -80,7 +78,9 @@ fn in_chunks<I: Isa, const APART: bool>(
             true => &mut scattered[..numbers.len()],
             false => &mut hits[first..first + numbers.len()],
         };
-        met.fill(Hit::MISS);
+        if APART || !scene.direct {
+            met.fill(Hit::MISS);
+        }
         let mut together = Together::<APART> { chunk, hits: met };
         packets.ask::<I, _>(&mut together, scene, scaled, None);
         if headed {
@@ -124,6 +124,11 @@ impl<const APART: bool> Query for Together<'_, '_, APART> {
 
     #[inline(always)]
     fn alone<I: Isa>(&mut self, places: u64, part: Option<&Part>, who: Who) {
+        if !APART && self.chunk.scene.direct {
+            for place in (0..SIZE as u32).filter(|place| places >> place & 1 != 0) {
+                self.hits[number(place, who)] = Hit::MISS;
+            }
+        }
         self.chunk.alone(places, part, who);
     }
 
@@ -146,17 +151,23 @@ impl<const APART: bool> Query for Together<'_, '_, APART> {
         }
         for place in 0..packet.active.count_ones() {
             let i = place as usize & (SIZE - 1);
-            if nearest.slot[i] == NO_SLOT {
-                continue;
+            let slot = nearest.slot[i].to_bits();
+            let mut hit = Hit::MISS;
+            if slot != NO_SLOT {
+                hit = Hit {
+                    t: packet.t_max[i],
+                    u: nearest.u[i],
+                    v: nearest.v[i],
+                    instance: part.instance,
+                    triangle: mesh.id(slot),
+                };
             }
-            let hit = Hit {
-                t: packet.t_max[i],
-                u: nearest.u[i],
-                v: nearest.v[i],
-                instance: part.instance,
-                triangle: mesh.id(nearest.slot[i]),
-            };
-            self.hits[number(place, who)].take(hit);
+            let known = &mut self.hits[number(place, who)];
+            if !APART && self.chunk.scene.direct {
+                *known = hit;
+            } else if slot != NO_SLOT {
+                known.take(hit);
+            }
         }
     }
 }
@@ -185,7 +196,7 @@ impl Placed {
 fn closest_below<I: Isa>(mesh: &Bvh, start: u32, packet: &mut Packet, nearest: &mut Nearest) {
     let blocks = mesh.blocks();
     let mut stack = Stack::new();
-    let mut found = Found::NOTHING;
+    let mut near = Near::NOTHING;
     let mut t_max = packet.farthest::<I>();
     let mut at = start;
     loop {
@@ -193,19 +204,23 @@ fn closest_below<I: Isa>(mesh: &Bvh, start: u32, packet: &mut Packet, nearest: &
             let node = node(blocks, at);
             let (mask, enter) = packet.fan.children::<I>(node, t_max);
             if mask != 0 {
-                let mut soon = mask;
-                while soon != 0 {
-                    prefetch::<I>(blocks, node.child[soon.trailing_zeros() as usize & 7]);
-                    soon &= soon - 1;
+                at = node.child[mask.trailing_zeros() as usize & 7];
+                prefetch::<I>(blocks, at);
+                let mut others = mask & (mask - 1);
+                if others != 0 {
+                    while others != 0 {
+                        prefetch::<I>(blocks, node.child[others.trailing_zeros() as usize & 7]);
+                        others &= others - 1;
+                    }
+                    at = stack.push::<I>(node, enter, mask);
                 }
-                at = stack.push::<I>(node, enter, mask);
                 continue;
             }
         } else {
             let leaf = leaf(blocks, at);
             let active = packet.enter::<I>(|row| leaf.bounds[row], packet.active);
-            let closer = active != 0
-                && closest_in_leaf::<I>(mesh, leaf, active, packet, nearest, &mut found);
+            let closer =
+                active != 0 && closest_in_leaf::<I>(mesh, leaf, active, packet, nearest, &mut near);
             if closer {
                 t_max = packet.farthest::<I>();
             }
@@ -222,83 +237,69 @@ fn closest_below<I: Isa>(mesh: &Bvh, start: u32, packet: &mut Packet, nearest: &
 pub fn closest_in_leaf<I: Isa>(
     mesh: &Bvh,
     leaf: &Leaf,
-    mut active: u64,
+    active: u64,
     packet: &mut Packet,
     nearest: &mut Nearest,
-    found: &mut Found,
+    near: &mut Near,
 ) -> bool {
-    let mut closer = false;
-    let mut triangles = u32::MAX;
-    if active.count_ones() > ALL_TRIANGLES {
-        triangles = packet.candidates::<I>(leaf);
-    }
-    if triangles.count_ones() * groups(active) < active.count_ones() {
-        while triangles != 0 {
-            let k = triangles.trailing_zeros();
-            triangles &= triangles - 1;
-            for group in 0..SIZE / 16 {
-                let lanes = (active >> (16 * group)) as u32 & 0xffff;
-                if lanes == 0 {
-                    continue;
-                }
-                let mut hit = test_rays::<I>(leaf, k as usize, packet, group, lanes, found);
-                closer |= hit != 0;
-                while hit != 0 {
-                    let lane = hit.trailing_zeros() as usize & 15;
-                    hit &= hit - 1;
-                    let met = found.at(lane);
-                    nearest.take(mesh, leaf.first + k, met, 16 * group + lane, packet);
-                }
+    let mut closer = 0;
+    near.find::<I>(leaf, active, packet);
+    while near.some != 0 {
+        for group in 0..SIZE / 16 {
+            if near.lanes(group) != 0 {
+                let met = meet_each::<I>(leaf, packet, group, near);
+                closer |= nearest.take::<I>(mesh, leaf, met, group, packet);
             }
         }
-        return closer;
+        near.next();
     }
-    // All edges first, without a branch; then the few triangles that remain.
-    let mut near = [0u32; SIZE];
-    let mut some = 0u64;
-    while active != 0 {
-        let i = active.trailing_zeros() as usize & (SIZE - 1);
-        active &= active - 1;
-        near[i] = within::<I>(leaf, Member(packet, i));
-        some |= u64::from(near[i] != 0) << i;
+    if closer != 0 {
+        mesh.prefetch_id::<I>(leaf.first);
     }
-    while some != 0 {
-        let i = some.trailing_zeros() as usize & (SIZE - 1);
-        some &= some - 1;
-        let mut near = near[i];
-        while near != 0 {
-            let lane = near.trailing_zeros();
-            near &= near - 1;
-            if let Some(met) = meet_one(leaf, lane as usize, Member(packet, i), packet.t_max[i]) {
-                closer = true;
-                nearest.take(mesh, leaf.first + lane, met, i, packet);
-            }
-        }
-    }
-    closer
-}
-
-/// How many groups of 16 rays have an active one.
-#[inline(always)]
-pub fn groups(active: u64) -> u32 {
-    (0..SIZE / 16)
-        .map(|g| u32::from(active >> (16 * g) & 0xffff != 0))
-        .sum()
+    closer != 0
 }
 
 impl Nearest {
-    /// Takes what was found for ray `i`, if it comes first by (t, id).
+    /// Takes what rays of a group met, where it comes first by (t, id); returns the lanes where it does.
     #[inline(always)]
-    fn take(&mut self, mesh: &Bvh, slot: u32, Met { t, u, v }: Met, i: usize, packet: &mut Packet) {
-        let known = self.slot[i];
-        let before = t < packet.t_max[i]
-            || t == packet.t_max[i] && (known == NO_SLOT || mesh.id(slot) < mesh.id(known));
-        if before {
-            packet.t_max[i] = t;
-            self.slot[i] = slot;
-            self.u[i] = u;
-            self.v[i] = v;
+    fn take<I: Isa>(
+        &mut self,
+        mesh: &Bvh,
+        leaf: &Leaf,
+        met: Met16<I::F16>,
+        group: usize,
+        packet: &mut Packet,
+    ) -> u32 {
+        let Met16 { hit, t, u, v, .. } = met;
+        let known = load::<I>(&packet.t_max, group);
+        let slot = I::plus(met.triangle, leaf.first);
+        let ties = bits::<I>(t.eq(known)) & hit;
+        let mut first = hit & !ties;
+        if ties != 0 {
+            first |= self.ties::<I>(mesh, slot, group, ties);
         }
+        let lanes = <I::F16 as Vector>::mask(first);
+        keep::<I>(&mut packet.t_max, group, lanes, t);
+        keep::<I>(&mut self.u, group, lanes, u);
+        keep::<I>(&mut self.v, group, lanes, v);
+        keep::<I>(&mut self.slot, group, lanes, slot);
+        first
+    }
+
+    /// Of lanes whose t is the one that is known those that come first by their id, or because nothing was met there.
+    #[cold]
+    #[inline(never)]
+    fn ties<I: Isa>(&self, mesh: &Bvh, slot: I::F16, group: usize, ties: u32) -> u32 {
+        let mut slots = [0u32; 16];
+        // SAFETY: the array holds 16 words, which as floats are only moved.
+        unsafe { slot.store(slots.as_mut_ptr().cast()) };
+        (0..16)
+            .filter(|lane| ties >> lane & 1 != 0)
+            .filter(|lane| {
+                let known = self.slot[16 * group + lane].to_bits();
+                known == NO_SLOT || mesh.id(slots[*lane]) < mesh.id(known)
+            })
+            .fold(0, |lanes, lane| lanes | 1 << lane)
     }
 }
 

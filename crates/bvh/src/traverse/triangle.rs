@@ -5,42 +5,16 @@
 //! the same value with opposite sign, so no ray passes between them, and where a value is 0 float64 decides exactly.
 //! Front and back are both hit. The edges count as inside.
 //!
-//! One ray meets sixteen triangles in two steps: all edges at once ([`super::line::within`]), then the few triangles that remain one
-//! by one ([`super::line::meet_one`]). Sixteen rays meet one triangle at once ([`test_rays`]). Each computes every value by the same
-//! operations in the same order, so a ray and a triangle have the same answer in either.
+//! That is done in two steps: edges first, of one ray and sixteen triangles ([`super::line::within`]) or of one triangle and
+//! sixteen rays ([`super::near`]); then the few triangles that remain, one by one for a ray alone
+//! ([`super::line::meet_one`]), or one for each of sixteen rays ([`meet_each`]). Each computes every value by the same
+//! operations in the same order, so a ray and a triangle have the same answer in any of them.
 
-use super::line::{Member, Met, depth_in_float64};
+use super::line::{Member, depth_in_float64};
+use super::near::Near;
 use super::packet::Packet;
-use super::rows::SideLanes;
 use crate::block::Leaf;
 use crate::simd::{Isa, Vector, packed_index};
-
-/// Where rays meet triangles; only the lanes that the test names are written.
-#[repr(C, align(64))]
-pub struct Found {
-    pub t: [f32; 16],
-    pub u: [f32; 16],
-    pub v: [f32; 16],
-}
-
-impl Found {
-    pub const NOTHING: Found = Found {
-        t: [0.0; 16],
-        u: [0.0; 16],
-        v: [0.0; 16],
-    };
-
-    /// What a lane holds.
-    #[inline(always)]
-    pub fn at(&self, lane: usize) -> Met {
-        let lane = lane & 15;
-        Met {
-            t: self.t[lane],
-            u: self.u[lane],
-            v: self.v[lane],
-        }
-    }
-}
 
 /// The corners of the triangles of a leaf.
 #[inline(always)]
@@ -70,16 +44,6 @@ pub fn relative<I: Isa>(leaf: &Leaf, axis: usize, origin: f32) -> I::F16 {
     row.sub(I::F16::splat(origin))
 }
 
-/// One triangle and sixteen rays.
-struct OneTriangle<'a> {
-    leaf: &'a Leaf,
-    k: usize,
-    /// The lanes of its corners.
-    corner: [usize; 3],
-    packet: &'a Packet,
-    group: usize,
-}
-
 /// The lanes of the corners of triangle `k`.
 #[inline(always)]
 pub fn corner_lanes(leaf: &Leaf, k: usize) -> [usize; 3] {
@@ -87,131 +51,70 @@ pub fn corner_lanes(leaf: &Leaf, k: usize) -> [usize; 3] {
         .map(|packed| usize::from(packed_index(packed, k)))
 }
 
-/// Bit i: ray `16 * group + i` of the packet, one of `active`, meets triangle `k` of the leaf.
+/// Where sixteen rays meet a triangle each, in the lanes of `hit`.
+pub struct Met16<V> {
+    pub hit: u32,
+    /// Which triangles, in the bits.
+    pub triangle: V,
+    pub t: V,
+    pub u: V,
+    pub v: V,
+}
+
+/// Where rays of a group meet a triangle each, at a t of `0..=t_max`: those that [`Near`] names.
 #[inline(always)]
-pub fn test_rays<I: Isa>(
-    leaf: &Leaf,
-    k: usize,
-    packet: &Packet,
-    group: usize,
-    active: u32,
-    found: &mut Found,
-) -> u32 {
+pub fn meet_each<I: Isa>(leaf: &Leaf, packet: &Packet, group: usize, near: &Near) -> Met16<I::F16> {
+    let mut hit = near.lanes(group);
+    let zero = I::F16::splat(0.0);
+    // SAFETY: a row of 64 words, of which a group takes 16; as floats they are only moved.
+    let triangle = unsafe { I::F16::load(near.triangle.as_ptr().add(16 * (group & 3)).cast()) };
+    let lanes = I::lanes(triangle);
+    let corner = [
+        I::lanes(I::lookup(I::spread(leaf.corner[0]), lanes)),
+        I::lanes(I::lookup(I::spread(leaf.corner[1]), lanes)),
+        I::lanes(I::lookup(I::spread(leaf.corner[2]), lanes)),
+    ];
     let [kx, ky, kz] = packet.axes;
-    let lanes = OneTriangle {
-        leaf,
-        k,
-        corner: corner_lanes(leaf, k),
-        packet,
-        group,
-    };
-    let (rx, ry, rz) = (
-        lanes.relative::<I>(kx),
-        lanes.relative::<I>(ky),
-        lanes.relative::<I>(kz),
+    let (px, py, pz) = (
+        corners::<I>(row::<I>(leaf, kx), &corner),
+        corners::<I>(row::<I>(leaf, ky), &corner),
+        corners::<I>(row::<I>(leaf, kz), &corner),
     );
+    let along = |axis: usize| packet.lanes::<I>(&packet.origin[axis], group);
+    let z = less::<I>(pz, along(kz));
+    // Where the rays enter and leave the triangles' own boxes: see END_PAD.
+    let (first, last) = ends::<I>(px, packet.entry[kx]);
+    let ex = packet.near.each_passes::<I>(kx, group, first);
+    let lx = packet.far.each_passes::<I>(kx, group, last);
+    let (first, last) = ends::<I>(py, packet.entry[ky]);
+    let ey = packet.near.each_passes::<I>(ky, group, first);
+    let ly = packet.far.each_passes::<I>(ky, group, last);
+    let (first, last) = ends::<I>(z, packet.entry[kz]);
+    let scale = packet.lanes::<I>(&packet.shear[2], group);
+    let (ez, lz) = (first.mul(scale), last.mul(scale));
+    let (enter, leave) = (ex.max(ey).max(ez), lx.min(ly).min(lz));
+    let t_max = packet.lanes::<I>(&packet.t_max, group);
+    // What t will be clamped to says it already, one way or the other.
+    let soon = <I::F16 as Vector>::and(enter.le(t_max), zero.le(enter.max(leave)));
+    hit &= <I::F16 as Vector>::bits(soon);
+    let nothing = Met16 {
+        hit: 0,
+        triangle,
+        t: zero,
+        u: zero,
+        v: zero,
+    };
+    if hit == 0 {
+        return nothing;
+    }
+    let (x, y) = (less::<I>(px, along(kx)), less::<I>(py, along(ky)));
     let sx = packet.lanes::<I>(&packet.shear[0], group);
     let sy = packet.lanes::<I>(&packet.shear[1], group);
-    let x = [
-        rx[0].sub(sx.mul(rz[0])),
-        rx[1].sub(sx.mul(rz[1])),
-        rx[2].sub(sx.mul(rz[2])),
-    ];
-    let y = [
-        ry[0].sub(sy.mul(rz[0])),
-        ry[1].sub(sy.mul(rz[1])),
-        ry[2].sub(sy.mul(rz[2])),
-    ];
-    meet::<I>(x, y, active, found, lanes)
-}
-
-impl OneTriangle<'_> {
-    #[inline(always)]
-    fn corners<I: Isa>(&self, axis: usize) -> [I::F16; 3] {
-        let row = &self.leaf.vertex[axis];
-        [
-            I::F16::splat(row[self.corner[0]]),
-            I::F16::splat(row[self.corner[1]]),
-            I::F16::splat(row[self.corner[2]]),
-        ]
-    }
-
-    #[inline(always)]
-    fn relative<I: Isa>(&self, axis: usize) -> [I::F16; 3] {
-        let origin = self
-            .packet
-            .lanes::<I>(&self.packet.origin[axis], self.group);
-        let [a, b, c] = self.corners::<I>(axis);
-        [a.sub(origin), b.sub(origin), c.sub(origin)]
-    }
-
-    /// The corners; along the main axis relative to the origin.
-    #[inline(always)]
-    fn along<I: Isa>(&self, axis: usize) -> [I::F16; 3] {
-        if axis == self.packet.axes[2] {
-            self.relative::<I>(axis)
-        } else {
-            self.corners::<I>(axis)
-        }
-    }
-}
-
-impl OneTriangle<'_> {
-    #[inline(always)]
-    fn rest<I: Isa>(&self) -> Rest<I::F16> {
-        let packet = self.packet;
-        Rest {
-            axes: packet.axes,
-            scale: packet.lanes::<I>(&packet.shear[2], self.group),
-            corners: [self.along::<I>(0), self.along::<I>(1), self.along::<I>(2)],
-            backwards: [
-                packet.entry[0] & 1 != 0,
-                packet.entry[1] & 1 != 0,
-                packet.entry[2] & 1 != 0,
-            ],
-            reciprocal: packet.lanes::<I>(&packet.reciprocal[packet.axes[2]], self.group),
-            near: packet.near.lanes::<I>(self.group),
-            far: packet.far.lanes::<I>(self.group),
-            t_max: packet.lanes::<I>(&packet.t_max, self.group),
-        }
-    }
-}
-
-/// What is needed once a lane has passed the edges.
-struct Rest<V> {
-    /// See [`LocalRay::axes`].
-    axes: [usize; 3],
-    /// One over the direction along the main axis.
-    scale: V,
-    /// The corners by axis; along the main axis relative to the origin.
-    corners: [[V; 3]; 3],
-    backwards: [bool; 3],
-    /// Along the main axis.
-    reciprocal: V,
-    near: SideLanes<V>,
-    far: SideLanes<V>,
-    t_max: V,
-}
-
-/// The test, given the sheared corners: the lanes of `active` that are hit.
-#[inline(always)]
-fn meet<I: Isa>(
-    [ax, bx, cx]: [I::F16; 3],
-    [ay, by, cy]: [I::F16; 3],
-    active: u32,
-    found: &mut Found,
-    lanes: OneTriangle,
-) -> u32 {
+    let [ax, bx, cx] = sheared::<I>(x, sx, z);
+    let [ay, by, cy] = sheared::<I>(y, sy, z);
     let mut u = cx.mul(by).sub(cy.mul(bx));
     let mut v = ax.mul(cy).sub(ay.mul(cx));
     let mut w = bx.mul(ay).sub(by.mul(ax));
-    let zero = I::F16::splat(0.0);
-    let inside = <I::F16 as Vector>::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero));
-    let mut hit = <I::F16 as Vector>::bits(inside) & active;
-    if hit == 0 {
-        return 0;
-    }
-    let rest = lanes.rest::<I>();
     let smallest = u.abs().min(v.abs()).min(w.abs());
     let unsure = <I::F16 as Vector>::bits(smallest.eq(zero)) & hit;
     if unsure != 0 {
@@ -235,52 +138,75 @@ fn meet<I: Isa>(
     }
     let det = u.add(v).add(w);
     let (wa, wb, wc) = (u.div(det), v.div(det), w.div(det));
-    let [za, zb, zc] = rest.corners[rest.axes[2]];
-    let mut depth = wa.mul(za).add(wb.mul(zb)).add(wc.mul(zc));
-    // Into the triangle's own box: see END_PAD.
-    let mut enter = I::F16::splat(f32::NEG_INFINITY);
-    let mut leave = I::F16::splat(f32::INFINITY);
-    for axis in rest.axes {
-        let [a, b, c] = rest.corners[axis];
-        let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
-        let (first, last) = if rest.backwards[axis] {
-            (upper, lower)
-        } else {
-            (lower, upper)
-        };
-        let (first, last) = if axis == rest.axes[2] {
-            let r = rest.reciprocal;
-            (first.mul(r), last.mul(r))
-        } else {
-            (rest.near.passes(axis, first), rest.far.passes(axis, last))
-        };
-        enter = enter.max(first);
-        leave = leave.min(last);
-    }
-    if lanes.leaf.is_thin(lanes.k) {
+    let mut depth = wa.mul(z[0]).add(wb.mul(z[1])).add(wc.mul(z[2]));
+    if leaf.has_thin() {
         let behind = hit & !<I::F16 as Vector>::bits(zero.le(enter));
-        let mut depths = [0.0; 16];
-        // SAFETY: the array holds 16 floats.
-        unsafe { depth.store(depths.as_mut_ptr()) };
-        for lane in (0..16).filter(|lane| behind >> lane & 1 != 0) {
-            let ray = Member(lanes.packet, 16 * lanes.group + lane);
-            depths[lane] = depth_in_float64(lanes.leaf, lanes.k, ray, depths[lane]);
-        }
-        // SAFETY: as above.
-        depth = unsafe { I::F16::load(depths.as_ptr()) };
-    }
-    let t = depth.mul(rest.scale).min(leave).max(enter);
-    let counts = <I::F16 as Vector>::and(zero.le(t), t.le(rest.t_max));
-    hit &= <I::F16 as Vector>::bits(counts);
-    if hit != 0 {
-        // SAFETY: each array holds 16 floats.
-        unsafe {
-            t.store(found.t.as_mut_ptr());
-            wb.store(found.u.as_mut_ptr());
-            wc.store(found.v.as_mut_ptr());
+        if behind != 0 {
+            let mut depths = [0.0; 16];
+            // SAFETY: the array holds 16 floats.
+            unsafe { depth.store(depths.as_mut_ptr()) };
+            thin_depths(leaf, packet, group, near, behind, &mut depths);
+            // SAFETY: as above.
+            depth = unsafe { I::F16::load(depths.as_ptr()) };
         }
     }
-    hit
+    let t = depth.mul(scale).min(leave).max(enter);
+    let counts = <I::F16 as Vector>::and(zero.le(t), t.le(t_max));
+    Met16 {
+        hit: hit & <I::F16 as Vector>::bits(counts),
+        triangle,
+        t,
+        u: wb,
+        v: wc,
+    }
+}
+
+/// The vertices of a leaf along an axis.
+#[inline(always)]
+fn row<I: Isa>(leaf: &Leaf, axis: usize) -> I::F16 {
+    // SAFETY: each row of `vertex` holds 16 floats.
+    unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) }
+}
+
+#[inline(always)]
+fn less<I: Isa>([a, b, c]: [I::F16; 3], origin: I::F16) -> [I::F16; 3] {
+    [a.sub(origin), b.sub(origin), c.sub(origin)]
+}
+
+#[inline(always)]
+fn sheared<I: Isa>([a, b, c]: [I::F16; 3], s: I::F16, z: [I::F16; 3]) -> [I::F16; 3] {
+    [a.sub(s.mul(z[0])), b.sub(s.mul(z[1])), c.sub(s.mul(z[2]))]
+}
+
+/// Of three corners that which rays come to first, and last; `entry` is their row of bounds where they enter.
+#[inline(always)]
+fn ends<I: Isa>([a, b, c]: [I::F16; 3], entry: usize) -> (I::F16, I::F16) {
+    let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
+    let backwards = <I::F16 as Vector>::mask(0u32.wrapping_sub(entry as u32 & 1) & 0xffff);
+    (
+        I::F16::select(backwards, upper, lower),
+        I::F16::select(backwards, lower, upper),
+    )
+}
+
+/// Puts float64's depths where thin triangles are met that begin behind the ray.
+#[cold]
+#[inline(never)]
+fn thin_depths(
+    leaf: &Leaf,
+    packet: &Packet,
+    group: usize,
+    near: &Near,
+    behind: u32,
+    depths: &mut [f32; 16],
+) {
+    for lane in (0..16).filter(|lane| behind >> lane & 1 != 0) {
+        let i = 16 * group + lane;
+        let k = near.triangle[i] as usize;
+        if leaf.is_thin(k) {
+            depths[lane] = depth_in_float64(leaf, k, Member(packet, i), depths[lane]);
+        }
+    }
 }
 
 /// Decides the lanes of `unsure`; returns the lanes of `hit` that stay.
