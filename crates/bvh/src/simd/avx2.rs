@@ -178,13 +178,7 @@ impl Isa for Avx2 {
     }
     #[inline(always)]
     fn plus(bits: Self::F16, by: u32) -> Self::F16 {
-        let half = |v: Ymm| {
-            on_avx2!(Ymm(_mm256_castsi256_ps(_mm256_add_epi32(
-                _mm256_castps_si256(v.0),
-                _mm256_set1_epi32(by as i32)
-            ))))
-        };
-        Pair(half(bits.0), half(bits.1))
+        Pair(plus(bits.0, by), plus(bits.1, by))
     }
     #[inline(always)]
     fn compress(v: Ymm, mask: u32) -> Ymm {
@@ -225,29 +219,62 @@ impl Isa for Avx2 {
     }
     #[inline(always)]
     unsafe fn columns(rows: [*const f32; 16]) -> [Self::F16; 4] {
+        let [a, b, c, d, e, f, g, h, rest @ ..] = rows;
         // SAFETY: as the caller vouches.
-        let half = |first: usize| unsafe {
-            let two = |k: usize| {
-                let (low, high) = (_mm_loadu_ps(rows[first + k]), rows[first + 4 + k]);
-                _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(low), _mm_loadu_ps(high))
-            };
-            let (a, b, c, d) = (two(0), two(1), two(2), two(3));
-            let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
-            let (ef, gh) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
-            [
-                _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd),
-                _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd),
-                _mm256_shuffle_ps::<0b01_00_01_00>(ef, gh),
-                _mm256_shuffle_ps::<0b11_10_11_10>(ef, gh),
-            ]
-        };
-        let ([a, b, c, d], [e, f, g, h]) = (half(0), half(8));
-        [(a, e), (b, f), (c, g), (d, h)].map(|(lower, upper)| Pair(Ymm(lower), Ymm(upper)))
+        let (lower, upper) = unsafe { (eight_rows([a, b, c, d, e, f, g, h]), eight_rows(rest)) };
+        [
+            Pair(lower[0], upper[0]),
+            Pair(lower[1], upper[1]),
+            Pair(lower[2], upper[2]),
+            Pair(lower[3], upper[3]),
+        ]
     }
     #[inline(always)]
     fn prefetch(at: *const u8) {
         on_avx2!(_mm_prefetch::<_MM_HINT_T0>(at.cast()))
     }
+}
+
+/// [`Isa::columns`] of half as many rows.
+///
+/// # Safety
+/// As there.
+#[inline(always)]
+unsafe fn eight_rows(rows: [*const f32; 8]) -> [Ymm; 4] {
+    // No closures: one that is called twice is not inlined.
+    on_avx2!({
+        let (a, b) = (two_rows(rows[0], rows[4]), two_rows(rows[1], rows[5]));
+        let (c, d) = (two_rows(rows[2], rows[6]), two_rows(rows[3], rows[7]));
+        let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+        let (ef, gh) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+        [
+            Ymm(_mm256_shuffle_ps::<0b01_00_01_00>(ab, cd)),
+            Ymm(_mm256_shuffle_ps::<0b11_10_11_10>(ab, cd)),
+            Ymm(_mm256_shuffle_ps::<0b01_00_01_00>(ef, gh)),
+            Ymm(_mm256_shuffle_ps::<0b11_10_11_10>(ef, gh)),
+        ]
+    })
+}
+
+/// One row in each half of a register.
+///
+/// # Safety
+/// Four floats must be readable at each.
+#[inline(always)]
+unsafe fn two_rows(lower: *const f32, upper: *const f32) -> __m256 {
+    on_avx2!(_mm256_insertf128_ps::<1>(
+        _mm256_castps128_ps256(_mm_loadu_ps(lower)),
+        _mm_loadu_ps(upper)
+    ))
+}
+
+/// Integers in the bits of floats, and one added to all.
+#[inline(always)]
+fn plus(v: Ymm, by: u32) -> Ymm {
+    on_avx2!(Ymm(_mm256_castsi256_ps(_mm256_add_epi32(
+        _mm256_castps_si256(v.0),
+        _mm256_set1_epi32(by as i32)
+    ))))
 }
 
 /// Unsigned keys that fall as the value rises, with the lane in the low three bits; none is the largest integer.

@@ -53,10 +53,12 @@ impl Near {
             active &= active - 1;
             let near = within::<I>(leaf, Member(packet, i));
             self.triangle[i] = near.trailing_zeros();
-            let rest = near & near.wrapping_sub(1);
-            self.rest[i] = rest as f32;
             self.some |= u64::from(near != 0) << i;
-            self.more |= u64::from(rest != 0) << i;
+            let rest = near & near.wrapping_sub(1);
+            if rest != 0 {
+                self.rest[i] = rest as f32;
+                self.more |= 1 << i;
+            }
         }
     }
 

@@ -276,6 +276,9 @@ impl Packet {
         ];
         let mut entered = 0;
         for g in 0..SIZE / 16 {
+            if active >> (16 * g) & 0xffff == 0 {
+                continue;
+            }
             let (near, far) = (self.near.lanes::<I>(g), self.far.lanes::<I>(g));
             let enter = near.passes(0, first[0]).max(near.passes(1, first[1]));
             let enter = enter.max(near.passes(2, first[2])).max(I::F16::splat(0.0));
