@@ -19,15 +19,29 @@ const SCANS: usize = 100;
 pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let decoder = JpegDecoder::new(Cursor::new(file.bytes));
     let decoder = decoder.map_err(|e| refused(file, e))?;
-    let mut coarse = false;
+    let mut missing = Missing::default();
     let image = pixels(file, decoder, |file| {
-        coarse = whole(file.bytes).map_err(|message| file.fault(message))?;
+        missing = whole(file.bytes).map_err(|message| file.fault(message))?;
         Ok(())
     })?;
-    if coarse {
+    if missing.scans {
         file.notice("its last scans are missing: coarser than it was made");
     }
+    if let Some(number) = missing.end_of {
+        let message =
+            format!("scan {number} ends within its last blocks; what is missing there is made up");
+        file.notice(message);
+    }
     Ok(image)
+}
+
+/// What a picture can be shown without.
+#[derive(Clone, Copy, Debug, Default)]
+struct Missing {
+    /// The scans that would make it finer.
+    scans: bool,
+    /// The end of the last blocks of this scan.
+    end_of: Option<usize>,
 }
 
 /// What segments have said so far.
@@ -41,11 +55,11 @@ struct Segments {
     tables: [[Option<Table>; 4]; 2],
     interval: usize,
     scans: usize,
+    missing: Missing,
 }
 
-/// Whether the file has every scan of its picture, found without a place to put it; true where scans are missing that
-/// would make it finer.
-fn whole(bytes: &[u8]) -> Result<bool, String> {
+/// Whether the file has every scan of its picture, found without a place to put it.
+fn whole(bytes: &[u8]) -> Result<Missing, String> {
     let cut = || "ends early: no end-of-image marker".to_owned();
     let mut found = Segments::default();
     let mut at = 2;
@@ -159,16 +173,20 @@ impl Segments {
             interval: self.interval,
             tables: &self.tables,
         };
-        scan.read(&mut self.components, &chosen, data)
-            .map_err(|place| format!("ends early or is damaged: scan {number} {place}"))
+        let (length, complete) = (scan.read(&mut self.components, &chosen, data))
+            .map_err(|place| format!("ends early or is damaged: scan {number} {place}"))?;
+        if !complete {
+            self.missing.end_of.get_or_insert(number);
+        }
+        Ok(length)
     }
 
-    /// Whether finer scans are missing, at the end of the file.
-    fn finished(&self) -> Result<bool, String> {
+    /// What is missing, at the end of the file.
+    fn finished(&self) -> Result<Missing, String> {
         if self.frame.is_none() {
             return match self.scans {
                 0 => Err("ends before its picture".to_owned()),
-                _ => Ok(false),
+                _ => Ok(Missing::default()),
             };
         }
         if let Some(missing) = self.components.iter().find(|c| c.bits[0].is_none()) {
@@ -178,6 +196,9 @@ impl Segments {
             ));
         }
         let mut bits = self.components.iter().flat_map(|c| &c.bits);
-        Ok(bits.any(|&bit| bit != Some(0)))
+        Ok(Missing {
+            scans: bits.any(|&bit| bit != Some(0)),
+            ..self.missing
+        })
     }
 }

@@ -76,6 +76,9 @@ pub(super) struct Table {
 
 const FAST: u32 = 9;
 
+/// Some programs leave out the last bits, and readers make them up: of so many units, the last may be missing.
+const MANY: usize = 64;
+
 impl Table {
     /// Of how many codes there are of each length, from one bit on, and what they stand for.
     pub(super) fn new(counts: &[u8; 16], values: &[u8]) -> Option<Self> {
@@ -197,13 +200,13 @@ pub(super) struct Scan<'a> {
 }
 
 impl Scan<'_> {
-    /// How many bytes the scan takes; else what is wrong, after "scan 1".
+    /// How many bytes the scan takes, and whether its last unit is there; else what is wrong, after "scan 1".
     pub(super) fn read(
         &self,
         components: &mut [Component],
         chosen: &[usize],
         data: &[u8],
-    ) -> Result<usize, String> {
+    ) -> Result<(usize, bool), String> {
         let largest = |axis| components.iter().map(|c: &Component| c.factors[axis]).max();
         let largest = [0, 1].map(|axis| largest(axis).unwrap_or(1));
         // Blocks of a component by itself, or units of several.
@@ -224,7 +227,7 @@ impl Scan<'_> {
             ahead: 0,
             count: 0,
         };
-        let mut unit = 0;
+        let (mut unit, mut complete) = (0, true);
         while unit < total {
             if unit > 0 {
                 if !matches!(bits.marker_after(), Some(0xd0..=0xd7)) {
@@ -251,14 +254,15 @@ impl Scan<'_> {
                     }
                     _ => self.unit(components, chosen, &mut bits),
                 };
-                if read.is_none() {
+                complete = read.is_some();
+                if !complete && (unit + 1 < total || total < MANY) {
                     return Err(self.place(unit, units));
                 }
                 unit += 1;
             }
         }
         bits.marker_after().ok_or("has no marker after it")?;
-        Ok(bits.at)
+        Ok((bits.at, complete))
     }
 
     /// Where in the picture, as a row of its pixels.

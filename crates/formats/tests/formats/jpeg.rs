@@ -1,4 +1,7 @@
+use image::ExtendedColorType;
+use image::codecs::jpeg::JpegEncoder;
 use raycam_formats::ColorUse;
+use raycam_scene::Texels;
 
 use crate::image::{Case, cases, read};
 
@@ -77,6 +80,31 @@ fn a_scan_that_ends_early_says_where() {
     cut.extend([0xff, 0xd9]);
     let error = error_of(&cut);
     let expected = "a.jpg: ends early or is damaged: scan 1 stops at row 0 of 14";
+    assert_eq!(error, expected);
+}
+
+#[test]
+fn the_last_bits_may_be_missing() {
+    let noise: Vec<u8> = (0..64 * 64_u32)
+        .map(|i| (i.wrapping_mul(2654435761) >> 24) as u8)
+        .collect();
+    let mut file = Vec::new();
+    JpegEncoder::new_with_quality(&mut file, 90)
+        .encode(&noise, 64, 64, ExtendedColorType::L8)
+        .unwrap();
+    let (whole, notices) = read("a.jpg", &file, ColorUse::Color).unwrap();
+    assert!(notices.is_empty(), "{notices:?}");
+    let without = |bytes: usize| [&file[..file.len() - 2 - bytes], &[0xff, 0xd9]].concat();
+    let (cut, notices) = read("a.jpg", &without(4), ColorUse::Color).unwrap();
+    let expected = "a.jpg: scan 1 ends within its last blocks; what is missing there is made up";
+    assert_eq!(notices, [expected]);
+    let (Texels::Srgb8(cut), Texels::Srgb8(whole)) = (cut.texels, whole.texels) else {
+        panic!("another kind of texels");
+    };
+    assert_eq!(cut[..56 * 64], whole[..56 * 64]);
+    // A block of noise takes 60 bytes or more.
+    let error = error_of(&without(200));
+    let expected = "a.jpg: ends early or is damaged: scan 1 stops at row 56 of 64";
     assert_eq!(error, expected);
 }
 
