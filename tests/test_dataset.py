@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tarfile
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -459,6 +460,19 @@ def test_webdataset(tmp_path: Path) -> None:
         again = raycam.Camera(described["K"], described["R"], described["C"], described["size"])
         np.testing.assert_array_equal(again.P, camera.P)
         assert described["categories"] == {"1": "box", "2": "ball", "9": "9"}
+
+
+def test_webdataset_holds_samples_and_not_their_shard(tmp_path: Path) -> None:
+    channels = ["depth", "position", "normal", "normal_camera", "shading_normal", "barycentric", "uv"]
+    peaks, sizes = [], []
+    for count in (4, 64):
+        given = {"cameras": ring(count), "shard_size": count, "channels": channels, "samples": 1}
+        tracemalloc.start()
+        write(table(), tmp_path / f"{count}", "webdataset", **given)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        sizes.append((tmp_path / f"{count}" / "shard-000000.tar").stat().st_size)
+    assert peaks[1] - peaks[0] < (sizes[1] - sizes[0]) / 8
 
 
 def quick(tmp_path: Path, **options: Any) -> raycam.dataset.Written:

@@ -7,6 +7,7 @@ package and their number, and the bytes come back to the one process that writes
 from __future__ import annotations
 
 import contextlib
+import os
 import threading
 import warnings
 from collections import Counter
@@ -17,6 +18,7 @@ from . import workers
 from .dispatch import ATTEMPTS, Pool, PoolLost
 from .errors import SettingsError
 from .package import Package
+from .spool import Spool
 from .workers import Made, Task, Unfit
 
 __all__ = ["Executors", "Here", "pool_of"]
@@ -79,7 +81,10 @@ class Here:
 
     def submit(self, task: Task) -> Future[Made]:
         """Starts a frame."""
-        return self._executor.submit(workers.make, task, self._watch)
+        folder = os.path.dirname(task.package)  # the job's own, on the disk where its results will lie
+        return self._executor.submit(
+            workers.make, task, self._watch, None, lambda pieces: Spool(folder, pieces)
+        )
 
     def _watch(self, done: int, total: int) -> None:
         if self._stopped.is_set():

@@ -17,6 +17,7 @@ from typing import Protocol
 
 from .errors import Error, JobError
 from .package import Package
+from .spool import SpoolError
 from .workers import Made, Task, Unfit
 
 __all__ = ["Failed", "Pool", "PoolLost", "WorkerDied", "dispatch", "shared_threads"]
@@ -112,7 +113,7 @@ def dispatch(
     alone, so that no frame is given up for another's fault. A frame that takes very long while nothing else is left
     to do is given to a second worker too.
 
-    Raises `JobError` where the workers are gone for good.
+    Raises `JobError` where the workers are gone for good, and `OSError` where the job's disk takes no more.
     """
     return _Dispatch(pool, iter(tasks), attempts, now).run()
 
@@ -198,6 +199,8 @@ class _Dispatch:
             made = future.result()
         except (PoolLost, CancelledError) as fault:
             raise _lost(fault) from fault
+        except SpoolError:  # the job's own disk, which no frame goes through
+            raise
         except Unfit:  # whose turn it is next is the pool's to say
             outcome: Made | Failed | None = None
             if not another:

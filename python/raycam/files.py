@@ -8,7 +8,7 @@ import os
 import re
 import secrets
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from .lock import take
@@ -97,15 +97,20 @@ def named(path: str | os.PathLike[str], instead_of: str | None = None) -> Iterat
         raise OSError(fault.errno, fault.strerror, os.fspath(path)) from fault
 
 
-def write(path: str | os.PathLike[str], data: bytes, scratch: str | os.PathLike[str] | None = None) -> None:
-    """Writes a whole file as `atomic_path` does.
+def write(
+    path: str | os.PathLike[str],
+    data: bytes | Iterable[bytes],
+    scratch: str | os.PathLike[str] | None = None,
+) -> None:
+    """Writes a whole file, of bytes or of pieces, as `atomic_path` does.
 
     `scratch` is another folder of the same disk for the temporary file, for those who clean it up after a crash.
     """
     with _atomic(os.fspath(path), None if scratch is None else os.fspath(scratch)) as (_, file):
-        rest = memoryview(data)
-        while rest:
-            rest = rest[os.write(file, rest) :]
+        for piece in (data,) if isinstance(data, bytes) else data:
+            rest = memoryview(piece)
+            while rest:
+                rest = rest[os.write(file, rest) :]
 
 
 def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:

@@ -33,7 +33,7 @@ class Results:
     def __init__(self, folder: Path) -> None:
         self._folder = os.fspath(folder)
 
-    def store(self, made: Mapping[str, bytes], scratch: Path) -> dict[str, Stamp]:
+    def store(self, made: Mapping[str, bytes | Iterable[bytes]], scratch: Path) -> dict[str, Stamp]:
         """Writes the files of a frame; raises `OSError` as the disk does."""
         stamps = {}
         for name, data in made.items():
@@ -41,7 +41,7 @@ class Results:
             if not os.path.isdir(os.path.dirname(path)):
                 files.make_folder(Path(path).parent)
             files.write(path, data, scratch)
-            stamps[name] = digest(data)
+            stamps[name] = digest([data] if isinstance(data, bytes) else data)
         return stamps
 
     def has(self, name: str, size: int) -> bool:
@@ -59,8 +59,17 @@ class Results:
                 data = file.read()
         except FileNotFoundError:
             raise JobError(f"{path}: it was made, and is not there any more") from None
-        _compare(path, stamp, digest(data))
+        _compare(path, stamp, digest([data]))
         return data
+
+    def check(self, name: str, stamp: Stamp) -> None:
+        """Raises `JobError` as `read` does, without holding a file that may be large."""
+        path = self._path(name)
+        try:
+            found = _stamp(path)
+        except FileNotFoundError:
+            raise JobError(f"{path}: it was made, and is not there any more") from None
+        _compare(path, stamp, found)
 
     def note_joined(self, names: Iterable[str], scratch: Path) -> None:
         """Writes down the stamps of files that were made of all frames: index files, or a video beside the folder."""

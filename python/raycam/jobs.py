@@ -168,7 +168,7 @@ class Job:
         for frame, place in sorted(made.items()):
             for name, stamp in self._entry_at(place).files.items():
                 try:
-                    self._results.read(name, stamp)
+                    self._results.check(name, stamp)
                 except JobError as fault:
                     wrong[name] = str(fault)
                     self._results.set_aside(name)

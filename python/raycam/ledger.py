@@ -18,7 +18,7 @@ import hashlib
 import json
 import os
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -61,9 +61,13 @@ class Entry:
         return start + CHECK + _check(start) + b'"}\n'
 
 
-def digest(data: bytes) -> Stamp:
+def digest(pieces: Iterable[bytes]) -> Stamp:
     """The stamp of a file with these bytes."""
-    return len(data), hashlib.sha256(data).hexdigest()
+    size, hashed = 0, hashlib.sha256()
+    for piece in pieces:
+        size += len(piece)
+        hashed.update(piece)
+    return size, hashed.hexdigest()
 
 
 def read(path: Path) -> Iterator[tuple[int, Entry | None]]:

@@ -1,7 +1,8 @@
 """Frames made by processes of their own on this machine, and how they are talked to.
 
 Each worker is `python -m raycam.processes`: it reads tasks as lines of JSON and answers each with a line of JSON and
-the bytes of the files. Nothing is pickled. A worker that dies takes one frame with it, which is known exactly.
+the bytes of the files; before it come those of files that are made in pieces, each after a line with its size.
+Nothing is pickled. A worker that dies takes one frame with it, which is known exactly.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import sys
 import tempfile
 import threading
 import traceback
+from collections.abc import Iterable
 from concurrent.futures import Future
 from typing import IO, Any
 
@@ -23,6 +25,7 @@ from . import _core, errors, memory, workers
 from .dispatch import PoolLost, WorkerDied, shared_threads
 from .errors import Error
 from .package import Package
+from .spool import Piece, Spool, SpoolError
 from .workers import Made, NoPackage, Task, Unfit
 
 __all__ = ["FrameError", "Processes"]
@@ -30,6 +33,7 @@ __all__ = ["FrameError", "Processes"]
 # A world in memory with what is built of it, beside its bytes; and a worker without any.
 GROWTH = 20
 BARE = 150 << 20
+SENT = b"sent in pieces"
 FULL = 0.9
 """The share of the memory that workers may fill."""
 
@@ -154,10 +158,25 @@ class _Worker:
         try:
             to.write(json.dumps(task._asdict()).encode() + b"\n")
             to.flush()
-            answer = json.loads(_line(back))
+            gathered: list[Spool] = []
+            full: SpoolError | None = None
+            while "piece" in (answer := json.loads(_line(back))):
+                piece = _exactly(back, answer["piece"])
+                try:
+                    if answer["begins"]:
+                        gathered.append(Spool(os.path.dirname(task.package)))
+                    if full is None:
+                        gathered[-1].add(piece)
+                except SpoolError as fault:  # told when the worker has answered, who is heard to the end
+                    full = full or fault
+            if full is not None:
+                raise full
             if "error" in answer:
                 raise _fault(answer)
-            files = {name: _exactly(back, size) for name, size in answer["files"]}
+            places = iter(gathered)
+            files = {
+                name: next(places) if size is None else _exactly(back, size) for name, size in answer["files"]
+            }
         except (EOFError, BrokenPipeError):
             raise WorkerDied(self.end()) from None
         return Made(task.frame, files, answer["notices"], answer["seconds"])
@@ -213,21 +232,35 @@ def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
     """The worker: answers tasks until there are no more, or nobody who has asked."""
     asked_by = os.getppid()
 
+    def send(pieces: Iterable[Piece]) -> bytes:
+        """Pieces go as they are made: this process holds one."""
+        begins = True
+        for piece in pieces:
+            answers.write(json.dumps({"piece": len(piece), "begins": begins}).encode() + b"\n")
+            answers.write(piece)
+            begins = False
+        return SENT
+
     def go_on(done: int, total: int) -> None:
         if os.getppid() != asked_by:  # killed amid a long frame: the one who goes on needs the cores
             raise SystemExit(1)
 
     for line in tasks:
-        files: dict[str, bytes] = {}
+        files: list[bytes] = []
         try:
-            made = workers.make(Task(**json.loads(line)), go_on)
-            files = dict(made.files)
-            sizes = [(name, len(data)) for name, data in files.items()]
+            made = workers.make(Task(**json.loads(line)), go_on, gather=send)
+            sizes: list[tuple[str, int | None]] = []
+            for name, data in made.files.items():
+                if isinstance(data, bytes) and data is not SENT:
+                    files.append(data)
+                    sizes.append((name, len(data)))
+                else:
+                    sizes.append((name, None))
             answer: dict[str, Any] = {"files": sizes, "notices": made.notices, "seconds": made.seconds}
         except Exception as fault:
             answer = {"error": type(fault).__name__, "text": str(fault), "trace": traceback.format_exc()}
         answers.write(json.dumps(answer).encode() + b"\n")
-        for data in files.values():
+        for data in files:
             answers.write(data)
         answers.flush()
 

@@ -12,20 +12,24 @@ import platform
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from .errors import FormatError, JobError, nearest
 from .package import Package
+from .spool import Piece, Spool
 
 __all__ = ["KINDS", "Made", "NoPackage", "Task", "Unfit", "fetch", "forget", "keep", "make"]
 
 Progress = Callable[[int, int], object]
-Files = Mapping[str, bytes]
-Maker = Callable[[int, Progress | None], tuple[Files, list[str]]]
-"""`maker(number, progress)` gives the files of a frame, by name, and notices. It hands `progress` to
-`raycam.render`, which is how a frame is stopped half way."""
+Files = Mapping[str, bytes | Spool]
+Maker = Callable[[int, Progress | None], tuple[Mapping[str, bytes | Iterable[Piece]], list[str]]]
+"""`maker(number, progress)` gives the files of a frame, by name, and notices: bytes, or pieces that are made as they
+are asked for, where all of them would be much. It hands `progress` to `raycam.render`, which is how a frame is stopped
+half way."""
+Gather = Callable[[Iterable[Piece]], bytes | Spool]
+"""What becomes of a file in pieces: `b"".join`, or a `Spool`."""
 
 KINDS = {"picture": "raycam.tiles", "video": "raycam.video", "dataset": "raycam.dataset.units"}
 """Kind of job: the module whose `maker(world, settings, threads)` gives a `Maker`."""
@@ -54,7 +58,7 @@ class Made(NamedTuple):
     frame: int
     """Its number."""
     files: Files
-    """Bytes by name."""
+    """Bytes by name, or where they lie."""
     notices: list[str]
     """What the one who looks at it should know."""
     seconds: float
@@ -77,17 +81,23 @@ _packages: OrderedDict[str, Package] = OrderedDict()
 _lock = threading.Lock()
 
 
-def make(task: Task, progress: Progress | None = None, package: bytes | None = None) -> Made:
+def make(
+    task: Task,
+    progress: Progress | None = None,
+    package: bytes | None = None,
+    gather: Gather = b"".join,
+) -> Made:
     """Makes a frame; what it needs of the job is fetched at the first one and kept, or comes along as `package`.
 
-    Raises what making the frame raises, and `Unfit` as `fetch` does.
+    `gather` takes each file that is made in pieces. Raises what making the frame raises, and `Unfit` as `fetch` does.
     """
     if package is not None:
         keep(_read(package, "the package that came along", task.job))
     maker = _maker(task)
     start = time.perf_counter()
-    files, notices = maker(task.frame, progress)
-    return Made(task.frame, dict(files), list(notices), time.perf_counter() - start)
+    made, notices = maker(task.frame, progress)
+    files = {name: data if isinstance(data, bytes) else gather(data) for name, data in made.items()}
+    return Made(task.frame, files, list(notices), time.perf_counter() - start)
 
 
 def keep(package: Package) -> None:

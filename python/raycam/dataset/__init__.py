@@ -139,7 +139,7 @@ def write(
       cameras, a rectified pair; `flow` (False) to the next view
     * "colmap": `points` (10,000) sampled on what is seen; rigs and their frames are written as such
     * "nerf": none; "tum" and "scannet": `fps` (30) of the timestamps of views without a time
-    * "webdataset": `shard_size` (32) samples in a tar file, three of which are in memory, `channels`, `segmentation`
+    * "webdataset": `shard_size` (32) samples in a tar file, `channels`, `segmentation`
 
     Integer depth is 0 where there is none, and where it is beyond what the format can say (KITTI 256 m, TUM 13 m, NeRF
     and ScanNet 65 m), as sensors have it.

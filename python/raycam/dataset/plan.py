@@ -18,6 +18,7 @@ from ..errors import CameraError, SettingsError, nearest
 from ..frame import Frame
 from ..labels import Label, label
 from ..render import render
+from ..spool import Piece
 from ..world import Object, World
 
 if TYPE_CHECKING:
@@ -29,8 +30,9 @@ WORLDS = 2
 """Worlds of a recipe that are kept: views at work at the same time are of neighbours."""
 
 Record = dict[str, Any]
-Made = tuple[dict[str, bytes], Record]
-"""The files of a unit by name, and what the index of the data set has to know of it: plain JSON."""
+Made = tuple[Mapping[str, bytes | Iterable[Piece]], Record]
+"""The files of a unit by name, in pieces where they are large, and what the index of the data set has to know of it:
+plain JSON."""
 Index = Iterator[tuple[str, Iterable[bytes]]]
 
 

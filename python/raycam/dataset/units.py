@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 from ..errors import JobError
 from ..package import Package
+from ..spool import Piece
 from ..workers import Maker, Progress
 from ..world import World
 from .plan import Plan, View
@@ -66,7 +67,9 @@ def maker(world: World, settings: Mapping[str, Any], threads: int | None) -> Mak
     kind = FORMATS[settings["format"]]
     plan = _plan(world, settings, threads)
 
-    def make(number: int, progress: Progress | None) -> tuple[dict[str, bytes], list[str]]:
+    def make(
+        number: int, progress: Progress | None
+    ) -> tuple[Mapping[str, bytes | Iterable[Piece]], list[str]]:
         plan.watch = progress
         apart = plan.recipe is not None and not kind.many_worlds
         parts, known = each_make(kind, plan, number) if apart else kind.make(plan, number)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import io
 import json
 import tarfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import SettingsError
+from ..spool import Piece
 from .coco import segmentation
 from .plan import Format, Index, Made, Plan, Record, Shot
 
@@ -43,18 +44,26 @@ def make(plan: Plan, number: int) -> Made:
     """One tar file: for each view `key.png`, `key.json` and `key.NAME.npy` for each channel."""
     size = plan.options["shard_size"]
     views = range(number * size, min((number + 1) * size, len(plan.shots)))
-    buffer = io.BytesIO()
-    with tarfile.open(fileobj=buffer, mode="w", format=tarfile.USTAR_FORMAT) as tar:
-        for view in views:
-            for ending, data in sample(plan.shot(view)).items():
-                member = tarfile.TarInfo(f"{view:06d}.{ending}")
-                member.size = len(data)
-                tar.addfile(member, io.BytesIO(data))
-    return {f"shard-{number:06d}.tar": buffer.getvalue()}, {"samples": len(views)}
+    return {f"shard-{number:06d}.tar": tar(plan, views)}, {"samples": len(views)}
 
 
-def sample(shot: Shot) -> dict[str, bytes]:
-    """The files of a view by their endings."""
+def tar(plan: Plan, views: Iterable[int]) -> Iterator[Piece]:
+    """A tar file in pieces, a view made when it is its turn. Source: POSIX.1-1988, ustar."""
+    size = 0
+    for view in views:
+        for ending, data in sample(plan.shot(view)):
+            member = tarfile.TarInfo(f"{view:06d}.{ending}")
+            member.size = sum(len(piece) for piece in data)
+            rest = bytes(-member.size % tarfile.BLOCKSIZE)
+            for piece in (member.tobuf(tarfile.USTAR_FORMAT), *data, rest):
+                yield piece
+                size += len(piece)
+    end = 2 * tarfile.BLOCKSIZE
+    yield bytes(end + -(size + end) % tarfile.RECORDSIZE)
+
+
+def sample(shot: Shot) -> Iterator[tuple[str, Sequence[Piece]]]:
+    """The files of a view by their endings, in pieces."""
     names = list(dict.fromkeys(["color", "instance", *shot.plan.options["channels"]]))
     frame = shot.render(names)
     camera = shot.camera
@@ -87,15 +96,18 @@ def sample(shot: Shot) -> dict[str, bytes]:
             for item in shot.labels(frame["instance"])
         ],
     }
-    made = {"png": frame.to_png(), "json": json.dumps(description).encode()}
-    return made | {f"{name}.npy": npy(shot.channel(frame, name)) for name in shot.plan.options["channels"]}
+    yield "png", [frame.to_png()]
+    yield "json", [json.dumps(description).encode()]
+    for name in shot.plan.options["channels"]:
+        yield f"{name}.npy", npy(shot.channel(frame, name))
 
 
-def npy(array: npt.NDArray[np.generic]) -> bytes:
-    """A .npy file."""
-    buffer = io.BytesIO()
-    np.save(buffer, array, allow_pickle=False)
-    return buffer.getvalue()
+def npy(array: npt.NDArray[np.generic]) -> Sequence[Piece]:
+    """A .npy file: what NumPy writes before the values, and they themselves where they lie."""
+    array = np.ascontiguousarray(array)
+    head = io.BytesIO()
+    np.lib.format.write_array_header_1_0(head, np.lib.format.header_data_from_array_1_0(array))
+    return head.getvalue(), array.data.cast("B")
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
