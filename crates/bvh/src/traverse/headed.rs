@@ -20,7 +20,7 @@ const ENOUGH: usize = 16;
 /// After so many rays it is seen whether packets pay: not if they visit more nodes and leaves than so many for each ray
 /// that need not go on alone.
 const TRIAL: usize = 2 * SIZE;
-const MOST_VISITS: usize = 2;
+const MOST_VISITS: usize = 1;
 
 /// How many blocks make no packets after one in which they did not pay.
 const SKIP: u32 = 48;

@@ -1,6 +1,7 @@
 //! Rays that run apart: several are traced in turn on one thread, each a step at a time, while the memory that the
-//! others' next steps need is on its way. Those at nodes and those at leaves are listed apart, so that the same code
-//! runs for many in a row: which kind of step a ray needs next is what no processor can guess.
+//! others' next steps need is on its way. Those at nodes and those at leaves are told apart, so that the same code
+//! runs for many in a row: which kind of step a ray needs next is what no processor can guess. Bits tell them, not lists
+//! in memory: whose turn is next would have to be read there after what was just written, and steps would not overlap.
 
 use super::line::within;
 use super::local::{LocalRay, times};
@@ -13,10 +14,10 @@ use crate::scene::Scene;
 use crate::simd::Isa;
 
 /// How many rays take turns.
-const SLOTS: usize = 16;
+const SLOTS: usize = 24;
 
 /// Rays at nodes that wait for those at leaves.
-const FEW: usize = 8;
+const FEW: u32 = 8;
 
 /// A ray to be traced.
 #[derive(Clone, Copy)]
@@ -65,6 +66,9 @@ struct Slot<'a> {
     given: Ray,
     stack: Stack,
 }
+
+// An odd number of lines: the same fields of all slots lie in different sets of the nearest cache.
+const _: () = assert!(size_of::<Slot>() / 64 % 2 == 1);
 
 impl<'a> Slot<'a> {
     #[inline(always)]
@@ -295,68 +299,50 @@ impl<'a> Slot<'a> {
     }
 }
 
-/// Some of the slots.
-struct List {
-    slots: [u8; SLOTS],
-    len: usize,
-}
-
-impl List {
-    const EMPTY: List = List {
-        slots: [0; SLOTS],
-        len: 0,
-    };
-
-    /// Adds a slot if that is so; there is room.
-    #[inline(always)]
-    fn add_if(&mut self, yes: bool, slot: usize) {
-        debug_assert!(self.len < SLOTS);
-        // SAFETY: no slot is in two lists, or twice in one.
-        unsafe { *self.slots.get_unchecked_mut(self.len) = slot as u8 };
-        self.len += usize::from(yes);
-    }
-}
-
 /// Traces a batch. With `ANY`, any hit will do: of the answer, only whether there is an instance counts.
 #[inline(always)]
 pub fn trace<I: Isa, B: Batch, const ANY: bool>(scene: &Scene, batch: &mut B) {
     let mut slots: [Slot; SLOTS] = std::array::from_fn(|_| Slot::idle());
-    let (mut nodes, mut leaves) = (List::EMPTY, List::EMPTY);
+    let (mut nodes, mut leaves) = (0u32, 0u32);
     for (i, slot) in slots.iter_mut().enumerate() {
         if !refill(slot, scene, batch) {
             break;
         }
-        let is_leaf = slot.at & LEAF != 0;
-        nodes.add_if(!is_leaf, i);
-        leaves.add_if(is_leaf, i);
+        let is_leaf = slot.at >> 31;
+        leaves |= is_leaf << i;
+        nodes |= (is_leaf ^ 1) << i;
     }
     loop {
-        while nodes.len > FEW || leaves.len == 0 {
-            if nodes.len == 0 {
+        while nodes.count_ones() > FEW || leaves == 0 {
+            if nodes == 0 {
                 return;
             }
-            let n = std::mem::take(&mut nodes.len);
-            for k in 0..n {
-                let i = nodes.slots[k] as usize & (SLOTS - 1);
-                slots[i].step_node::<I, ANY>();
-                let is_leaf = slots[i].at & LEAF != 0;
-                nodes.add_if(!is_leaf, i);
-                leaves.add_if(is_leaf, i);
+            let mut left = nodes;
+            while left != 0 {
+                let i = left.trailing_zeros();
+                left &= left - 1;
+                // SAFETY: slots, no more of them, set the bits.
+                let slot = unsafe { slots.get_unchecked_mut(i as usize) };
+                slot.step_node::<I, ANY>();
+                leaves |= (slot.at >> 31) << i;
             }
+            nodes &= !leaves;
         }
-        let n = std::mem::take(&mut leaves.len);
-        for k in 0..n {
-            let i = leaves.slots[k] as usize & (SLOTS - 1);
-            let slot = &mut slots[i];
+        let mut left = std::mem::take(&mut leaves);
+        while left != 0 {
+            let i = left.trailing_zeros();
+            left &= left - 1;
+            // SAFETY: as above.
+            let slot = unsafe { slots.get_unchecked_mut(i as usize) };
             if slot.step_leaf::<I, ANY>(scene) {
                 batch.answer(slot.number, slot.hit);
                 if !refill(slot, scene, batch) {
                     continue;
                 }
             }
-            let is_leaf = slot.at & LEAF != 0;
-            nodes.add_if(!is_leaf, i);
-            leaves.add_if(is_leaf, i);
+            let is_leaf = slot.at >> 31;
+            leaves |= is_leaf << i;
+            nodes |= (is_leaf ^ 1) << i;
         }
     }
 }

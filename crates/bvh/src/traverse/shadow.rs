@@ -18,7 +18,12 @@ use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
 
 /// How many chunks make no packets after one that fell apart.
-const SKIP: u32 = 12;
+const SKIP: u32 = 48;
+
+/// One did if its packets visited more nodes and leaves than so many for each ray, where each ray that went on alone counts
+/// as so many visits.
+const MOST_VISITS: usize = 4;
+const VISITS_ALONE: usize = 4;
 
 /// Rays of a packet that are as few at a node go on alone. (At a leaf they do not: its triangles are tested at once.)
 const FEW: u32 = 2;
@@ -38,7 +43,9 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherenc
     while chunks.advance::<I>(&mut aside, &mut apart) {
         let chunk = chunks.chunk(scene, &mut aside, &mut apart);
         let (numbers, coherence) = (chunk.numbers, chunk.coherence);
-        if skip > 0 && coherence != Coherence::Incoherent {
+        let together = coherence != Coherence::Incoherent;
+        let most = MOST_VISITS * numbers.len();
+        if skip > 0 && together {
             chunk.aside.whole.extend_from_slice(numbers);
             skip -= 1;
         } else {
@@ -58,8 +65,9 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherenc
                 }
             }
             let alone = aside.len() - before;
-            chunks.count(alone, std::mem::take(&mut aside.visits));
-            if alone > 3 * SIZE {
+            let visits = std::mem::take(&mut aside.visits);
+            chunks.count(alone, visits);
+            if together && visits + VISITS_ALONE * alone > most {
                 skip = SKIP;
             }
         }

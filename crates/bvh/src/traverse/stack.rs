@@ -9,8 +9,9 @@ use crate::build::MAX_DEPTH;
 use crate::simd::{Isa, Vector};
 
 /// A path has at most `MAX_DEPTH` nodes in the tree over instances and as many in a mesh, each leaves at most 7
-/// children for later, both have a [`Stack::floor`], and [`Stack::push`] writes 8 at once: no stack grows beyond this.
-const STACK: usize = 2 * (7 * MAX_DEPTH + 1) + 8;
+/// children for later, both have a [`Stack::floor`], and [`Stack::push`] writes 8 at once: no stack grows beyond this. (The
+/// last 8 are for the size of what holds one.)
+const STACK: usize = 2 * (7 * MAX_DEPTH + 1) + 8 + 8;
 
 /// References with the t at which the ray enters them.
 pub struct Stack {
@@ -93,17 +94,19 @@ impl Stack {
         };
         let rest = mask & !(1 << lane);
         // SAFETY: as in `push` and `next`.
-        let last = unsafe {
+        unsafe {
             let child = I::compress(I::F8::load(node.child.as_ptr().cast()), rest);
             child.store(self.child.as_mut_ptr().add(self.len).cast());
             if FIRST {
                 let enter = I::compress(enter, rest);
                 enter.store(self.enter.as_mut_ptr().add(self.len).cast());
             }
-            self.child.get_unchecked(self.len - 1).assume_init()
-        };
-        self.len = self.len + rest.count_ones() as usize - usize::from(mask == 0);
-        select_unpredictable(mask == 0, last, node.child[lane])
+            // Where to read it, not what to take of two: that the compiler would make a branch.
+            let last = self.child.as_ptr().add(self.len - 1).cast();
+            let next = select_unpredictable(mask == 0, last, node.child.as_ptr().add(lane));
+            self.len = self.len + rest.count_ones() as usize - usize::from(mask == 0);
+            *next
+        }
     }
 
     /// Leaves out what the ray enters after `t_max`.
