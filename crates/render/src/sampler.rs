@@ -2,7 +2,7 @@
 //!
 //! B. Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; the hash is N. Vegdahl's improvement of the
 //! Laine-Karras permutation ("Building a Better LK Hash", 2021). Dimensions come in pairs; each pair is a
-//! two-dimensional Sobol sequence with a shuffled order of its own. A number is a function of (seed, frame, pixel,
+//! two-dimensional Sobol sequence in a shuffled order. A number is a function of (seed, frame, pixel,
 //! sample, dimension) alone.
 //!
 //! The pixels of a block share scrambled sequences and take points of them that complement each other, so that what one
@@ -10,8 +10,17 @@
 //! Carlo Sampling Error via Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020. There each pixel has a stretch of one
 //! sequence, as long as its number of samples, which has to be known. Here the pixel is added to the index of the point
 //! bit by bit ([`APART`]), which does the same for every number of samples.
+//!
+//! Pairs that belong together, as those of a path's first surfaces do, have one order of their points, and each another
+//! sequence ([`MIXED`]), so that the numbers of two pairs fill their four dimensions evenly too. All others are shuffled
+//! independently of each other.
+
+mod pair;
 
 use raycam_bvh::{Loops, vectorized};
+
+pub(crate) use pair::Pair;
+use pair::{Group, MIXED};
 
 /// The random numbers of one sample of one pixel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -43,55 +52,6 @@ const APART: [u32; 2 * BLOCK as usize] = [
     0xba1a_e440,
     0xed0e_3de3,
 ];
-
-/// What a pair of dimensions is for. Another purpose needs a number of its own.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Pair {
-    /// Where in the pixel the sample lies.
-    Filter,
-    /// The direction of the ambient occlusion ray.
-    Ambient,
-    /// Which colour a path carries after dispersion.
-    Spectrum,
-    /// Where in the aperture.
-    Aperture,
-    /// When in the exposure.
-    Exposure,
-    /// At the surfaces of a path, which count from 0: which part of the material scatters, and which light shines.
-    Which(u32),
-    /// Where the surface scatters to.
-    Scatter(u32),
-    /// Whether the surface is there, and whether the path goes on.
-    Fate(u32),
-    /// Where on each of the lights that are sampled there.
-    Light(u32, usize),
-}
-
-/// More than all pairs of one surface.
-const PER_BOUNCE: u32 = 128;
-
-impl Pair {
-    /// No two pairs of a path share it, until after 2^25 surfaces.
-    #[inline(always)]
-    fn number(self) -> u32 {
-        let at = |bounce: u32, pair: u32| {
-            PER_BOUNCE
-                .wrapping_mul(bounce.wrapping_add(1))
-                .wrapping_add(pair)
-        };
-        match self {
-            Pair::Filter => 0,
-            Pair::Ambient => 1,
-            Pair::Spectrum => 2,
-            Pair::Aperture => 3,
-            Pair::Exposure => 4,
-            Pair::Which(bounce) => at(bounce, 0),
-            Pair::Scatter(bounce) => at(bounce, 1),
-            Pair::Fate(bounce) => at(bounce, 2),
-            Pair::Light(bounce, i) => at(bounce, 3 + i as u32),
-        }
-    }
-}
 
 impl Sampler {
     #[cfg(test)]
@@ -145,7 +105,7 @@ impl Sampler {
     /// Two numbers in [0, 1).
     #[inline]
     pub fn pair(&self, pair: Pair) -> [f32; 2] {
-        self.numbers(pair.number())
+        self.numbers(pair.number(), pair.group())
     }
 
     /// The same pair of some samples of a batch, in the order of `which`.
@@ -159,19 +119,26 @@ impl Sampler {
             samplers,
             which,
             number: pair.number(),
+            group: pair.group(),
             out,
         });
     }
 
     #[inline(always)]
-    fn numbers(&self, number: u32) -> [f32; 2] {
-        let [shuffle, first, second] = spread([self.block[0], self.block[1], number]);
-        let own = lowbias(self.quad.wrapping_add(number.wrapping_mul(0x9e37_79b9)));
-        // The pixels of a block change places, level by level: it is by chance who is beside whom in other pairs.
-        let place = turned(permute(self.place, !shuffle), own);
+    fn numbers(&self, number: u32, Group { key, member }: Group) -> [f32; 2] {
+        let of_block = |number| spread([self.block[0], self.block[1], number]);
+        let of_quad = |n: u32| lowbias(self.quad.wrapping_add(n.wrapping_mul(0x9e37_79b9)));
+        let [shuffle, ..] = of_block(key);
         // The order of a pixel's points is its own as far as its first 2^k points stay the first 2^k.
-        let order = own.rotate_left(8 * (place >> 30));
-        let mut index = reverse(permute(reorder(self.sample, order), shuffle));
+        let order = of_quad(key).rotate_left(8 * (self.place >> 30));
+        let shuffled = reverse(permute(reorder(self.sample, order), shuffle));
+        let mut index = shuffled;
+        for (bit, mixed) in MIXED[member].iter().enumerate() {
+            index ^= mixed & ((shuffled << (30 - bit)) as i32 >> 31) as u32;
+        }
+        let [exchange, first, second] = of_block(number);
+        // The pixels of a block change places, level by level: it is by chance who is beside whom in other pairs.
+        let place = turned(permute(self.place, !exchange), of_quad(number));
         for (bit, apart) in APART.iter().enumerate() {
             // All ones where the bit is set; the bits are in reverse.
             index ^= apart & ((place << bit) as i32 >> 31) as u32;
@@ -188,6 +155,7 @@ struct Pairs<'a, W> {
     samplers: &'a [Sampler],
     which: W,
     number: u32,
+    group: Group,
     out: &'a mut Vec<[f32; 2]>,
 }
 
@@ -199,6 +167,7 @@ impl<W: Iterator<Item = usize>> Loops for Pairs<'_, W> {
             samplers,
             mut which,
             number,
+            group,
             out,
         } = self;
         out.clear();
@@ -229,7 +198,7 @@ impl<W: Iterator<Item = usize>> Loops for Pairs<'_, W> {
                     place,
                     sample,
                 };
-                [x[i], y[i]] = sampler.numbers(number);
+                [x[i], y[i]] = sampler.numbers(number, group);
             }
             out.extend((0..count).map(|i| [x[i], y[i]]));
             if count < LANES {

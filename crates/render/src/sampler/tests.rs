@@ -4,18 +4,78 @@ use super::*;
 
 #[test]
 fn every_elementary_interval_holds_one_point() {
-    // The defining property of a (0, 2)-sequence in base 2, which scrambling and shuffling keep.
-    for pixel in 0..50 {
-        for columns in [1, 2, 4, 8, 16, 32, 64] {
-            let mut cells = vec![0; 64];
-            for sample in 0..64 {
-                let [x, y] = Sampler::new(3, 1, [pixel, 7], sample).pair(Pair::Light(2, 1));
-                let rows = 64 / columns;
+    // The defining property of a (0, 2)-sequence in base 2, which scrambling, shuffling and mixing keep.
+    let pairs = [
+        Pair::Light(2, 1),
+        Pair::Filter,
+        Pair::Scatter(0),
+        Pair::Light(1, 0),
+        Pair::Which(2),
+        Pair::Scatter(11),
+    ];
+    for (pixel, pair) in (0..60).zip(pairs.into_iter().cycle()) {
+        for columns in (0..=10).map(|bits| 1 << bits) {
+            let mut cells = vec![0; 1024];
+            for sample in 0..1024 {
+                let [x, y] = Sampler::new(3, 1, [pixel, 7], sample).pair(pair);
+                let rows = 1024 / columns;
                 let column = (x * columns as f32) as usize;
                 cells[(y * rows as f32) as usize * columns + column] += 1;
             }
-            assert_eq!(cells, vec![1; 64], "{columns} columns");
+            assert_eq!(cells, vec![1; 1024], "{pair:?}, {columns} columns");
         }
+    }
+}
+
+/// Of the boxes of volume 1/16 in the dimensions of two pairs, in all shapes, the share that holds a 16th of the points.
+fn even(samples: u32, pairs: [Pair; 2]) -> f64 {
+    let (mut even, mut all) = (0, 0);
+    for pixel in 0..4 {
+        let points: Vec<_> = (0..samples)
+            .map(|sample| {
+                let sampler = Sampler::new(5, 0, [pixel, 3], sample);
+                let [[a, b], [c, d]] = pairs.map(|pair| sampler.pair(pair));
+                [a, b, c, d]
+            })
+            .collect();
+        for shape in 0..5u32.pow(4) {
+            let bits = [0, 1, 2, 3].map(|k| shape / 5u32.pow(k) % 5);
+            if bits.iter().sum::<u32>() != 4 {
+                continue;
+            }
+            let mut cells = [0; 16];
+            for point in &points {
+                let at = |cell, (&x, bits): (&f32, u32)| {
+                    cell << bits | (x * (1 << bits) as f32) as usize
+                };
+                cells[point.iter().zip(bits).fold(0, at)] += 1;
+            }
+            even += cells.iter().filter(|&&count| count == samples / 16).count();
+            all += cells.len();
+        }
+    }
+    f64::from(even as u32) / f64::from(all as u32)
+}
+
+#[test]
+fn two_pairs_of_a_group_fill_four_dimensions() {
+    use Pair::{Fate, Filter, Light, Scatter, Which};
+    for pairs in [
+        [Filter, Scatter(0)],
+        [Filter, Light(0, 0)],
+        [Filter, Which(0)],
+        [Scatter(0), Light(1, 0)],
+        [Scatter(0), Scatter(1)],
+        [Scatter(1), Scatter(2)],
+        [Scatter(6), Light(7, 0)],
+    ] {
+        let [some, many] = [64, 256].map(|samples| even(samples, pairs));
+        assert!(some > 0.9 && many == 1.0, "{pairs:?}: {some} {many}");
+    }
+    // Others are independent.
+    for pairs in [[Scatter(0), Fate(1)], [Scatter(3), Scatter(4)]] {
+        let many = even(256, pairs);
+        assert!(many < 0.5, "{pairs:?}: {many}");
     }
 }
 
