@@ -5,9 +5,12 @@ from __future__ import annotations
 import copy
 import pickle
 from pathlib import Path
+from typing import Any
 
 import cv2
+import mpmath
 import numpy as np
+import numpy.typing as npt
 import pytest
 import raycam
 
@@ -109,6 +112,43 @@ def test_a_fold_gives_a_mask() -> None:
     pixel, seen = camera.project([2, 0, 2])
     assert not seen
     assert np.isnan(pixel).all()
+
+
+RATIONAL = [
+    [-0.25, 0.12, 0, 0, -0.05, 0.02, -0.01, 0.004],
+    [-0.3, 0.1, 0.002, -0.001, -0.02, 0.05, 0.02, -0.005],
+    [0.08, -0.15, 0.02, -0.03, 0.05, 0.9, 0.1, -0.2],
+]
+
+
+@pytest.mark.parametrize("distortion", RATIONAL)
+def test_pixels_near_the_fold_of_a_rational_lens(distortion: list[float]) -> None:
+    k = np.array([[60.0, 0, 100], [0, 61.0, 80], [0, 0, 1]])
+    camera = raycam.Camera(k, np.eye(3), np.zeros(3), (200, 160), distortion=distortion, pixel_center="half")
+    k1, k2, p1, p2, k3, k4, k5, k6 = map(mpmath.mpf, distortion)
+
+    def factor(s: Any) -> Any:
+        return (1 + s * (k1 + s * (k2 + s * k3))) / (1 + s * (k4 + s * (k5 + s * k6)))
+
+    def image(x: Any, y: Any) -> npt.NDArray[Any]:
+        s, g = x * x + y * y, factor(x * x + y * y)
+        moved = 2 * p1 * x * y + p2 * (s + 2 * x * x), p1 * (s + 2 * y * y) + 2 * p2 * x * y
+        return np.array([x * g + moved[0], y * g + moved[1]])
+
+    v, u = np.mgrid[:160, :200] + 0.5
+    wanted = np.dstack([(u - k[0, 2]) / k[0, 0], (v - k[1, 2]) / k[1, 1]])
+    valid, rays = camera.valid(), camera.rays()[1]
+    assert 1000 < valid.sum() < valid.size - 1000
+    if p1 == p2 == 0:  # the distorted radius grows up to where its derivative is 0
+        fold = mpmath.findroot(lambda r: mpmath.diff(lambda q: q * factor(q * q), r), 1.2)
+        reach = float(fold * factor(fold**2))
+        np.testing.assert_array_equal(valid, np.hypot(*np.moveaxis(wanted, 2, 0)) < reach)
+    edge = valid & (np.hypot(*np.gradient(valid.astype(float))) > 0)  # hardest, and they lie at the fold
+    assert edge.sum() > 100
+    for row, column in np.argwhere(edge):
+        at = rays[row, column, :2] / rays[row, column, 2]
+        root = mpmath.findroot(lambda x, y, to=wanted[row, column]: [*(image(x, y) - to)], tuple(at))
+        assert np.abs(np.array([float(value) for value in root]) - at).max() < 1e-11
 
 
 @pytest.mark.parametrize("name", REAL)

@@ -3,178 +3,20 @@
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-use raycam_bvh::{PastCache, Plain, past_cache};
+use raycam_bvh::past_cache;
 
 use crate::channel::Channel;
 use crate::frame::Plane;
-use crate::target::{Target, Values};
+use crate::page::{Page, ROWS, Rest, Run, Strip};
+use crate::target::Target;
 use crate::tile::{TILE, Tile};
 
 /// Bytes of a picture from which on it is written past the cache: it would not stay there.
 const LARGE: usize = 4 << 20;
 
-/// Rows of a tile that are written together, and their pixels: what is known of these fits the nearest cache. Rows of a block
-/// are a multiple.
-const ROWS: u32 = 4;
-const PAGE: usize = (TILE * ROWS) as usize;
-
 /// A block of a tile, and which of the tile's pixels it begins with; where that is none, it shows nothing but the
 /// background.
 pub(crate) type Block = (Tile, Option<usize>);
-
-/// Pixels in a row: where they lie in a strip, and which of the tile's they are, unless they are background.
-struct Run {
-    to: usize,
-    from: Option<usize>,
-    length: usize,
-    /// Whether it is the first of a row.
-    begins: bool,
-}
-
-/// What planes are of.
-pub(crate) trait Stored: Plain + 'static {
-    /// The values of a plane of this kind; none of another.
-    fn of(plane: &Plane) -> &[Self];
-
-    /// What is to be written, if it is of this kind.
-    fn to<'r, 'a>(values: &'r mut Values<'a>) -> Option<&'r mut &'a mut [Self]>;
-}
-
-macro_rules! stored {
-    ($($kind:ty: $plane:ident),*) => {$(
-        impl Stored for $kind {
-            fn of(plane: &Plane) -> &[Self] {
-                match plane {
-                    Plane::$plane { data, .. } => data,
-                    _ => &[],
-                }
-            }
-
-            fn to<'r, 'a>(values: &'r mut Values<'a>) -> Option<&'r mut &'a mut [Self]> {
-                match values {
-                    Values::$plane(to) => Some(to),
-                    _ => None,
-                }
-            }
-        }
-    )*};
-}
-stored!(f32: F32, f64: F64, i32: I32);
-
-/// The rows of one channel that a row of tiles covers.
-struct Strip<'a> {
-    channel: Channel,
-    values: Values<'a>,
-    /// Whether all of them were 0 at first.
-    zero: bool,
-}
-
-/// What lies in a strip behind the pixels that are written.
-struct Rest<'a> {
-    channel: Channel,
-    values: Values<'a>,
-    /// The number of its first pixel in the strip.
-    at: usize,
-    zero: bool,
-    /// What is seen where nothing is.
-    background: Option<&'a Plane>,
-}
-
-impl<'a> Rest<'a> {
-    fn new(strip: &'a mut Strip<'_>, background: Option<&'a Plane>) -> Self {
-        Self {
-            channel: strip.channel,
-            values: match &mut strip.values {
-                Values::F32(to) => Values::F32(to),
-                Values::F64(to) => Values::F64(to),
-                Values::I32(to) => Values::I32(to),
-            },
-            at: 0,
-            zero: strip.zero,
-            background,
-        }
-    }
-
-    /// Memory that nobody writes to costs nothing.
-    fn is_idle(&self) -> bool {
-        self.zero && self.background.is_some_and(Plane::is_zero)
-    }
-}
-
-/// One channel of some pixels of a tile.
-pub(crate) struct Page<'p, 'a> {
-    rest: &'p mut Rest<'a>,
-    runs: &'p [Run],
-    past: Option<&'p mut PastCache<'a>>,
-}
-
-impl Page<'_, '_> {
-    /// Puts the value of each pixel in its place, by its number in the tile. Values are of the kind that the channel is of;
-    /// others are not put.
-    #[inline]
-    pub fn put<T: Stored, const N: usize>(&mut self, mut value: impl FnMut(usize) -> [T; N]) {
-        let blank = self.blank();
-        // All of them before the first is copied: what was written a moment ago is slow to be read.
-        let mut pixels = [[T::default(); N]; PAGE];
-        let mut room = pixels.as_mut_slice();
-        for run in self.runs {
-            let (here, after) = room.split_at_mut(run.length);
-            room = after;
-            match run.from {
-                Some(from) => {
-                    for (i, pixel) in here.iter_mut().enumerate() {
-                        *pixel = value(from + i);
-                    }
-                }
-                None => here.fill(blank),
-            }
-        }
-        self.copy(pixels.as_flattened(), N, false);
-    }
-
-    /// Puts the background.
-    fn put_background(&mut self) {
-        match self.rest.background {
-            Some(Plane::F32 { data, .. }) => self.repeat(data),
-            Some(Plane::F64 { data, .. }) => self.repeat(data),
-            Some(Plane::I32 { data, .. }) => self.repeat(data),
-            None => {}
-        }
-    }
-
-    fn repeat<T: Stored>(&mut self, pixel: &[T]) {
-        let row = pixel.repeat(TILE as usize);
-        self.copy(&row, pixel.len(), true);
-    }
-
-    /// What the background has.
-    fn blank<T: Stored, const N: usize>(&self) -> [T; N] {
-        let background = self.rest.background.map(T::of);
-        let pixel = background.and_then(|pixel| pixel.first_chunk());
-        pixel.copied().unwrap_or([T::default(); N])
-    }
-
-    /// Puts the values of the runs' pixels, those of one row after those of another, or the same `always`.
-    fn copy<T: Stored>(&mut self, mut values: &[T], components: usize, always: bool) {
-        let Some(rest) = T::to(&mut self.rest.values) else {
-            return;
-        };
-        for row in self.runs.chunk_by(|_, run| !run.begins) {
-            let to = row.first().map_or(self.rest.at, |run| run.to);
-            let length = row.iter().map(|run| run.length).sum::<usize>();
-            let before = (to - self.rest.at) * components;
-            let (_, behind) = std::mem::take(rest).split_at_mut(before);
-            let (here, behind) = behind.split_at_mut(length * components);
-            let (row, after) = values.split_at(here.len());
-            match &mut self.past {
-                Some(past) => past.copy(here, row),
-                None => here.copy_from_slice(row),
-            }
-            values = if always { values } else { after };
-            (*rest, self.rest.at) = (behind, to + length);
-        }
-    }
-}
 
 /// The planes of a region, cut into rows of tiles, each of which one thread writes at a time.
 pub(crate) struct Film<'a> {
@@ -267,6 +109,31 @@ impl<'a> Film<'a> {
         });
     }
 
+    /// Writes the background all over a tile, which may be wide: whole rows of a channel before the next one.
+    pub fn fill(&self, tile: &Tile, background: &[(Channel, Plane)]) {
+        let band = (tile.y - self.region[1]) / TILE;
+        let first = self.region[1] + band * TILE;
+        let mut strips = self.bands[band as usize]
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let mut runs = vec![];
+        self.runs(first, &[(*tile, None)], 0..tile.height, &mut runs);
+        past_cache(|past| {
+            for (strip, (_, plane)) in strips.iter_mut().zip(background) {
+                let rest = &mut Rest::new(strip, Some(plane));
+                if rest.is_idle() {
+                    continue;
+                }
+                let mut page = Page {
+                    runs: &runs,
+                    past: self.large.then_some(&mut *past),
+                    rest,
+                };
+                page.put_background();
+            }
+        });
+    }
+
     /// The runs of rows of blocks beside each other, in a strip that begins with the row `first`.
     fn runs(&self, first: u32, blocks: &[Block], rows: Range<u32>, runs: &mut Vec<Run>) {
         runs.clear();
@@ -327,6 +194,51 @@ mod tests {
 
     fn is_blank(block: &Tile) -> bool {
         (block.x / 8 + block.y / 8).is_multiple_of(3)
+    }
+
+    #[test]
+    fn a_wide_tile_is_filled_and_nothing_beside_it() {
+        let channels = [Channel::Position, Channel::Instance];
+        for (region, tile) in [
+            ([3, 5, 100, 70], [35, 37, 60, 32]),
+            ([0, 0, 700, 200], [0, 192, 700, 8]), // large
+        ] {
+            let mut planes = target::planes(region, &channels).unwrap();
+            let film = Film::new(region, planes.iter_mut().map(Target::of)).unwrap();
+            let mut background = target::planes([0, 0, 1, 1], &channels).unwrap();
+            for (i, (_, plane)) in background.iter_mut().enumerate() {
+                match plane {
+                    Plane::F64 { data, .. } => data.copy_from_slice(&[1.0, f64::NAN, -0.5]),
+                    Plane::I32 { data, .. } => data.fill(-1 - i as i32),
+                    Plane::F32 { .. } => {}
+                }
+            }
+            let [x, y, width, height] = tile;
+            let tile = Tile {
+                x,
+                y,
+                width,
+                height,
+            };
+            film.fill(&tile, &background);
+            drop(film);
+            for at in 0..region[2] * region[3] {
+                let (u, v) = (at % region[2] + region[0], at / region[2] + region[1]);
+                let inside = (x..x + width).contains(&u) && (y..y + height).contains(&v);
+                let at = at as usize;
+                let [Plane::F64 { data: place, .. }, Plane::I32 { data: id, .. }] =
+                    [&planes[0].1, &planes[1].1]
+                else {
+                    unreachable!()
+                };
+                let place = &place[3 * at..][..3];
+                match inside {
+                    true => assert!(place[0] == 1.0 && place[1].is_nan() && place[2] == -0.5),
+                    false => assert_eq!(place, [0.0; 3]),
+                }
+                assert_eq!(id[at], if inside { -2 } else { 0 });
+            }
+        }
     }
 
     #[test]

@@ -27,6 +27,7 @@ mod lanes;
 mod light;
 mod merge;
 mod moments;
+mod page;
 mod pass_through;
 mod picture;
 mod place;

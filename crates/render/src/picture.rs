@@ -4,6 +4,8 @@ mod develop;
 mod moving;
 mod sampling;
 
+pub(crate) use develop::Part;
+
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};

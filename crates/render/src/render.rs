@@ -12,7 +12,7 @@ use crate::estimate::Estimate;
 use crate::film::Film;
 use crate::frame::Frame;
 use crate::moments::Moments;
-use crate::picture::{Buffers, Picture};
+use crate::picture::{Buffers, Part, Picture};
 use crate::prepare::PreparedWorld;
 use crate::settings::Settings;
 use crate::target::{self, Target};
@@ -167,10 +167,8 @@ impl Asked<'_> {
             _ => {
                 control.start(tiles.len() * picture.passes());
                 with_pool(settings.threads, || {
-                    one_by_one(&tiles, |buffers, tile| {
-                        picture.trace(tile, buffers, control)?;
-                        picture.develop(tile, buffers, &film);
-                        Ok(())
+                    one_by_one(&picture.parts(&tiles), |buffers, part| {
+                        picture.do_part(part, buffers, &film, control)
                     })
                 })??;
             }
@@ -184,18 +182,18 @@ impl Asked<'_> {
     }
 }
 
-/// Gives each tile to the next thread that is free: in this pool, which would otherwise deal out many in a row.
+/// Gives each part to the next thread that is free: in this pool, which would otherwise deal out many in a row.
 fn one_by_one(
-    tiles: &[Tile],
-    work: impl Fn(&mut Buffers, &Tile) -> Result<(), RenderError> + Sync,
+    parts: &[Part],
+    work: impl Fn(&mut Buffers, &Part) -> Result<(), RenderError> + Sync,
 ) -> Result<(), RenderError> {
     let next = AtomicUsize::new(0);
     let of_thread = |_: rayon::BroadcastContext| {
         let mut buffers = Buffers::default();
-        while let Some(tile) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) {
-            work(&mut buffers, tile).inspect_err(|_| {
+        while let Some(part) = parts.get(next.fetch_add(1, Ordering::Relaxed)) {
+            work(&mut buffers, part).inspect_err(|_| {
                 // The others need not go on.
-                next.store(tiles.len(), Ordering::Relaxed);
+                next.store(parts.len(), Ordering::Relaxed);
             })?;
         }
         Ok(())

@@ -36,6 +36,18 @@ impl Tile {
         }
     }
 
+    /// Tiles in their order, those beside each other as one, with how many that is of.
+    pub fn joined(mut tiles: Vec<Tile>) -> Vec<(Tile, usize)> {
+        tiles.sort_by_key(|tile| (tile.y, tile.x));
+        let beside = |a: &Tile, b: &Tile| (a.y, a.height, a.x + a.width) == (b.y, b.height, b.x);
+        let rows = tiles.chunk_by(beside).filter_map(|row| {
+            let width = row.iter().map(|tile| tile.width).sum();
+            let first = *row.first()?;
+            Some((Tile { width, ..first }, row.len()))
+        });
+        rows.collect()
+    }
+
     fn of_size([x, y, width, height]: [u32; 4], size: u32) -> Vec<Tile> {
         let mut tiles = vec![];
         for row in (0..height).step_by(size as usize) {
@@ -86,6 +98,24 @@ impl Tile {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tiles_beside_each_other_are_joined_and_no_others() {
+        let mut tiles = Tile::of_region([5, 7, 100, 70]);
+        tiles.remove(5); // in the middle of the second row
+        tiles.reverse();
+        let found: Vec<_> = Tile::joined(tiles)
+            .into_iter()
+            .map(|(tile, count)| ([tile.x, tile.y, tile.width, tile.height], count))
+            .collect();
+        let expected = [
+            ([5, 7, 100, 32], 4),
+            ([5, 39, 32, 32], 1),
+            ([69, 39, 36, 32], 2),
+            ([5, 71, 100, 6], 4),
+        ];
+        assert_eq!(found, expected);
+    }
 
     #[test]
     fn every_thread_has_tiles_and_every_pixel_one() {

@@ -2,14 +2,25 @@
 
 use super::{Buffers, Picture};
 use crate::channel::Channel;
-use crate::film::{Film, Page};
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::film::Film;
 use crate::frame::Plane;
 use crate::integrator;
+use crate::page::Page;
 use crate::settings::Settings;
 use crate::target::{self, Target};
 use crate::tile::Tile;
 use crate::told::{Found, Told};
 use crate::truth::Exact;
+
+/// What a thread does at a time.
+pub(crate) enum Part {
+    /// A tile whose rays are traced.
+    Trace(Tile),
+    /// So many tiles, as one, that show nothing but the background.
+    Fill(Tile, usize),
+}
 
 impl Picture<'_> {
     /// Writes a tile's pixels to the film.
@@ -48,6 +59,42 @@ impl Picture<'_> {
             }
         };
         film.write(tile, &buffers.blocks, background, write);
+    }
+
+    /// What there is to do for tiles: those that anything may be seen in, which take the longest, then the others, which
+    /// are written in rows as long as can be.
+    pub fn parts(&self, tiles: &[Tile]) -> Vec<Part> {
+        let Some((cover, _)) = &self.cover else {
+            return tiles.iter().copied().map(Part::Trace).collect();
+        };
+        let seen = |tile: &&Tile| tile.blocks().any(|block| cover.meets(&block));
+        let (seen, blank): (Vec<_>, Vec<_>) = tiles.iter().partition(seen);
+        let blank = Tile::joined(blank).into_iter();
+        let fill = blank.map(|(tile, count)| Part::Fill(tile, count));
+        seen.into_iter().map(Part::Trace).chain(fill).collect()
+    }
+
+    /// Does it, one part.
+    pub fn do_part(
+        &self,
+        part: &Part,
+        buffers: &mut Buffers,
+        film: &Film,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        match part {
+            Part::Trace(tile) => {
+                self.trace(tile, buffers, control)?;
+                self.develop(tile, buffers, film);
+            }
+            Part::Fill(tile, count) => {
+                control.check()?;
+                let background = self.cover.as_ref().map_or(&[][..], |(_, pixel)| pixel);
+                film.fill(tile, background);
+                control.advance_by(count * self.passes());
+            }
+        }
+        Ok(())
     }
 
     /// A pixel of which all rays meet nothing, where that is the same all over the picture.
