@@ -26,6 +26,7 @@ pub mod keypoints;
 mod lanes;
 mod light;
 mod merge;
+mod mirrors;
 mod moments;
 mod page;
 mod pass_through;

@@ -16,6 +16,7 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
+use crate::mirrors::mirrors;
 use crate::prepare::{PreparedWorld, bounds, check, is_see_through, place, prepare_materials};
 use crate::prepared_mesh::prepare_meshes;
 
@@ -247,9 +248,11 @@ impl PreparedWorld {
             see_through: is_see_through(world),
             textures: still.textures.clone(),
             texture_memory: still.texture_memory.clone(),
+            mirrors: vec![],
             lights: still.lights.clone(),
             default_lights: still.default_lights.clone(),
         };
+        moved.mirrors = mirrors(&moved);
         let shines = still.lights.has_surfaces() || world.materials != before.materials;
         if shines || world.lights != before.lights {
             moved.light(world);

@@ -10,6 +10,7 @@ use raycam_scene::{Alpha, Camera, Material, Object, TextureMemory, World};
 use crate::error::RenderError;
 use crate::light::{Lights, default_lights};
 use crate::merge::Merged;
+use crate::mirrors::{Mirror, mirrors};
 use crate::prepared_mesh::{PreparedMesh, prepare_meshes};
 use crate::scatter::{Interface, Lobe, interfaces, plain};
 use crate::texture::{PreparedTexture, prepare_textures};
@@ -65,6 +66,8 @@ pub struct PreparedWorld {
     pub(crate) textures: Arc<Vec<Arc<PreparedTexture>>>,
     /// Where their images are, if something bounds them.
     pub(crate) texture_memory: Option<Arc<TextureMemory>>,
+    /// What gathers light.
+    pub(crate) mirrors: Vec<Mirror>,
     pub(crate) lights: Arc<Lights>,
     /// What lights a world without lights.
     pub(crate) default_lights: Option<Arc<Lights>>,
@@ -109,12 +112,14 @@ impl PreparedWorld {
             see_through: is_see_through(world),
             textures: Arc::new(textures),
             texture_memory: world.texture_memory.clone(),
+            mirrors: vec![],
             lights: Arc::default(),
             default_lights: None,
         };
         if let Some(previous) = previous.filter(|previous| prepared.is_placed_as(previous)) {
             prepared.merged = previous.merged.clone();
         }
+        prepared.mirrors = mirrors(&prepared);
         prepared.light(world);
         Ok(prepared)
     }

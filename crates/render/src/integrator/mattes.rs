@@ -12,7 +12,7 @@ use super::walk::Walk;
 use crate::lanes::{Three, get, set, vector};
 use crate::light::{BEFORE_LIGHT, LightSamples, Reference};
 use crate::place::Places;
-use crate::scatter::{Matte, ScatterSample, cosine_density};
+use crate::scatter::{Aims, Matte, ScatterSample, share};
 use crate::surface::Surface;
 
 /// Paths at matte surfaces in empty space. Each lane is computed as it would be alone.
@@ -26,6 +26,7 @@ pub(super) struct Mattes<const N: usize> {
     /// Where they come from, and whether they may have crossed lights since.
     pub from: Three<f64, N>,
     pub near: [bool; N],
+    pub aims: Aims<N>,
     leaving: Leaving<N>,
     lit: Lit<N>,
 }
@@ -35,6 +36,8 @@ pub(super) struct Mattes<const N: usize> {
 struct Leaving<const N: usize> {
     away: [bool; N],
     pdf: [f32; N],
+    /// What the albedo is multiplied by for the weight.
+    ratio: [f32; N],
     start: Three<f32, N>,
 }
 
@@ -52,6 +55,7 @@ impl<const N: usize> Default for Leaving<N> {
         Self {
             away: [false; N],
             pdf: [0.0; N],
+            ratio: [1.0; N],
             start: [[0.0; N]; 3],
         }
     }
@@ -76,6 +80,7 @@ impl<const N: usize> Default for Mattes<N> {
             throughput: [[0.0; N]; 3],
             from: [[0.0; N]; 3],
             near: [false; N],
+            aims: Aims::default(),
             leaving: Leaving::default(),
             lit: Lit::default(),
         }
@@ -95,11 +100,16 @@ impl<const N: usize> Mattes<N> {
     /// The direction in which a path goes on, which is this one, and its ray.
     #[inline]
     pub fn sample(&self, lane: usize, direction: Vec3) -> Option<(ScatterSample, Ray)> {
-        let Leaving { away, pdf, start } = &self.leaving;
+        let Leaving {
+            away,
+            pdf,
+            ratio,
+            start,
+        } = &self.leaving;
         away[lane].then(|| {
             let sample = ScatterSample {
                 direction,
-                weight: get(&self.albedo, lane).into(),
+                weight: Vec3::from(get(&self.albedo, lane)) * ratio[lane],
                 pdf: pdf[lane],
                 delta: false,
                 squeeze: 1.0,
@@ -144,13 +154,19 @@ impl<const N: usize> Loops for Scatter<'_, N> {
             mattes,
         } = self;
         let mut leaving = Leaving::default();
-        for lane in 0..N {
+        let mut cosines = [0.0; N];
+        for (lane, cosine) in cosines.iter_mut().enumerate() {
             let direction = Vec3::from(get(directions, lane));
-            let cosine = places.normal(lane).dot(direction);
             let start = places.start(lane, direction).as_vec3();
+            *cosine = places.normal(lane).dot(direction);
             leaving.away[lane] = places.geometric(lane).dot(direction) > 0.0;
-            leaving.pdf[lane] = cosine_density(cosine);
             set(&mut leaving.start, lane, start.to_array());
+        }
+        leaving.pdf = mattes.aims.densities(directions, &cosines);
+        if mattes.aims.any() {
+            for (lane, ratio) in leaving.ratio.iter_mut().enumerate() {
+                *ratio = share(cosines[lane], leaving.pdf[lane]);
+            }
         }
         mattes.leaving = leaving;
     }
@@ -175,15 +191,21 @@ impl<const N: usize> Loops for Light<'_, N> {
             mattes,
         } = self;
         let mut lit = Lit::default();
+        let mut cosines = [0.0; N];
+        for (lane, cosine) in cosines.iter_mut().enumerate() {
+            let direction = Vec3::from(get(&samples.direction, lane));
+            *cosine = places.normal(lane).dot(direction);
+        }
+        let densities = mattes.aims.densities(&samples.direction, &cosines);
         for lane in 0..N {
             let direction = Vec3::from(get(&samples.direction, lane));
             let radiance = Vec3::from(get(&samples.radiance, lane));
             let (albedo, throughput) = (get(&mattes.albedo, lane), get(&mattes.throughput, lane));
-            let cosine = places.normal(lane).dot(direction);
+            let cosine = cosines[lane];
             let dark = (places.geometric(lane).dot(direction) <= 0.0) | (cosine <= 0.0);
             let value = Vec3::from(albedo) * FRAC_1_PI * cosine;
             let value = if dark { Vec3::ZERO } else { value };
-            let density = if dark { 0.0 } else { cosine_density(cosine) };
+            let density = if dark { 0.0 } else { densities[lane] };
             let pdf = samples.pdf[lane];
             let light = Vec3::from(throughput) * value * (radiance / pdf);
             let both = found & !samples.delta[lane];
@@ -238,6 +260,7 @@ impl Walk<'_> {
                 scatter: Matte {
                     albedo: get(&mattes.albedo, lane).into(),
                     direction,
+                    aims: mattes.aims.any().then_some((&mattes.aims, lane)),
                 },
             };
             let skin = Skin::none(path.media);
@@ -260,8 +283,9 @@ mod tests {
     use crate::control::Control;
     use crate::lanes::{LANES, set_corners};
     use crate::light::LightSample;
+    use crate::mirrors::Mirror;
     use crate::prepare::PreparedWorld;
-    use crate::scatter::Scattering;
+    use crate::scatter::{Aim, Scattering};
 
     #[test]
     fn every_lane_is_what_it_is_alone() {
@@ -310,6 +334,22 @@ mod tests {
                 samples.put(lane, (i % 5 != 0).then_some(sample));
             }
             vectorized(&mut places);
+            // Some of them aim.
+            if first % 32 == 0 {
+                let mirrors = [DVec3::X, DVec3::Y].map(|center| Mirror {
+                    center: 2.0 * center,
+                    radius: 0.7,
+                });
+                let random: Vec<f32> = (0..LANES).map(|i| unit(i + first).x.abs()).collect();
+                vectorized(Aim {
+                    mirrors: &mirrors,
+                    places: &places,
+                    active: &[true; LANES],
+                    random: &[0, 1].map(|_| std::array::from_fn(|lane| random[lane])),
+                    aims: &mut mattes.aims,
+                    out: &mut directions,
+                });
+            }
             vectorized(Scatter {
                 places: &places,
                 directions: &directions,
@@ -325,7 +365,11 @@ mod tests {
                 let (place, direction) = (places.place(lane), get(&directions, lane).into());
                 let frame = place.frame(unit(first + lane));
                 let albedo = get(&mattes.albedo, lane).into();
-                let matte = Matte { albedo, direction };
+                let matte = Matte {
+                    albedo,
+                    direction,
+                    aims: mattes.aims.any().then_some((&mattes.aims, lane)),
+                };
                 let alone = matte.sample(&frame, [0.0; 3]).map(|sample| {
                     let ray = place.leaving(direction, f32::INFINITY);
                     (sample, ray)

@@ -11,7 +11,7 @@ use crate::light::{LightSample, LightSamples, Reference, SampleArea, Source};
 use crate::place::{Place, Places};
 use crate::prepare::PreparedMaterial;
 use crate::sampler::{Pair, Sampler};
-use crate::scatter::Directions;
+use crate::scatter::{Aim, Directions};
 
 /// Of all paths of a turn at once, and of some at a time what takes more room.
 #[derive(Default)]
@@ -101,11 +101,19 @@ impl Meetings {
                 out: &mut self.on_light,
             });
         }
-        self.scatter(walk, number, paths, live, hits);
+        self.scatter(walk, number, paths, live, hits, &random);
     }
 
     /// What happens at matte surfaces.
-    fn scatter(&mut self, walk: &Walk, number: usize, paths: &[Path], live: &[u32], hits: &[Hit]) {
+    fn scatter(
+        &mut self,
+        walk: &Walk,
+        number: usize,
+        paths: &[Path],
+        live: &[u32],
+        hits: &[Hit],
+        random: &[[f32; LANES]; 2],
+    ) {
         let Self {
             places,
             matte,
@@ -115,12 +123,15 @@ impl Meetings {
             ..
         } = self;
         mattes.is = [false; LANES];
+        let mut aimed = [false; LANES];
         for (lane, (&at, hit)) in live.iter().zip(hits).enumerate() {
             let path = &paths[at as usize];
             let Some(albedo) = walk.plain(path, hit, places, lane) else {
                 continue;
             };
             mattes.put(lane, albedo, path);
+            // Through a mirror to a light are two segments more.
+            aimed[lane] = path.depth.saturating_add(2) <= walk.rules.max_depth;
             if let Some(light) = walk.only
                 && !matches!(light, Source::Area(_))
             {
@@ -133,6 +144,17 @@ impl Meetings {
         }
         if mattes.is == [false; LANES] {
             return;
+        }
+        mattes.aims.clear();
+        if !walk.mirrors.is_empty() && aimed != [false; LANES] {
+            vectorized(Aim {
+                mirrors: walk.mirrors,
+                places,
+                active: &aimed,
+                random,
+                aims: &mut mattes.aims,
+                out: matte,
+            });
         }
         vectorized(Scatter {
             places,

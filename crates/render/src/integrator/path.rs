@@ -77,6 +77,10 @@ pub(super) fn radiance(
             .filter(|_| rules.light_samples == 1 && rules.ambient.is_none()),
         splits: at_once.is_some(),
         blind: is_blind(world, lights),
+        mirrors: match lights.is_thrown() {
+            true => &world.mirrors,
+            false => &[],
+        },
         turn: 0,
     };
     let Room {

@@ -10,6 +10,7 @@ use super::meetings::Meeting;
 use super::path::{Path, Wave};
 use crate::lanes::LANES;
 use crate::light::{BEFORE_LIGHT, Choice, Lights, Reference, Source};
+use crate::mirrors::Mirror;
 use crate::place::Places;
 use crate::prepare::{PreparedMaterial, PreparedWorld};
 use crate::sampler::{Pair, Sampler};
@@ -38,6 +39,8 @@ pub(super) struct Walk<'a> {
     pub splits: bool,
     /// Whether of what stands in the way of a path's last segment only counts that it does.
     pub blind: bool,
+    /// What the rays of matte surfaces are aimed at.
+    pub mirrors: &'a [Mirror],
     /// Surfaces that all paths at hand have met: which random numbers they have used.
     pub turn: u32,
 }
@@ -74,6 +77,7 @@ impl Walk<'_> {
                 scatter: Matte {
                     albedo,
                     direction: meeting.matte,
+                    aims: None,
                 },
             };
             let skin = Skin::none(path.media);

@@ -307,6 +307,11 @@ impl Lights {
         self.has_surfaces() || self.sources.iter().any(found)
     }
 
+    /// Whether any has a size without being all around: what mirrors and lenses throw on other things.
+    pub fn is_thrown(&self) -> bool {
+        self.has_surfaces() || self.sources.iter().any(Source::is_thrown)
+    }
+
     /// The radiance from infinitely far away, out of a direction of unit length: what a ray that meets nothing sees.
     pub fn sky(&self, direction: Vec3) -> Vec3 {
         if self.uneven == 0 {

@@ -202,6 +202,14 @@ impl Source {
         }
     }
 
+    /// Whether it has a size without being all around.
+    pub fn is_thrown(&self) -> bool {
+        match self {
+            Self::Sky(_) => false,
+            other => other.is_found(false),
+        }
+    }
+
     /// Where it is, where it shines and how much, where it is not infinitely far away.
     pub fn bounds(&self) -> Bounds {
         match self {

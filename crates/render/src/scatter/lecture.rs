@@ -79,7 +79,12 @@ impl Scattering for Lecture<'_> {
         }
         if self.lobe.is_none() {
             let albedo = self.diffuse;
-            return Matte { albedo, direction }.sample(frame, [choice, x, y]);
+            let matte = Matte {
+                albedo,
+                direction,
+                aims: None,
+            };
+            return matte.sample(frame, [choice, x, y]);
         }
         let Value { value, pdf } = self.value(frame, direction);
         (pdf > 0.0).then(|| ScatterSample {

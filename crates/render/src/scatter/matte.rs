@@ -5,19 +5,32 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 use raycam_bvh::Loops;
 
+use super::aims::{Aims, share};
 use super::frame::{Frame, above, cosine_density, cosine_direction};
 use super::{ScatterSample, Scattering, Value};
-use crate::lanes::{Three, get, set};
+use crate::lanes::{LANES, Three, get, set};
 
 /// One point of such a surface.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Matte {
+pub(crate) struct Matte<'a> {
     pub albedo: Vec3,
     /// Where it scatters to, drawn by [`Directions`].
     pub direction: Vec3,
+    /// Where its rays are aimed: in which lane.
+    pub aims: Option<(&'a Aims<LANES>, usize)>,
 }
 
-impl Scattering for Matte {
+impl Matte<'_> {
+    #[inline(always)]
+    fn density(&self, direction: Vec3, cosine: f32) -> f32 {
+        match self.aims {
+            Some((aims, lane)) => aims.density(lane, direction, cosine),
+            None => cosine_density(cosine),
+        }
+    }
+}
+
+impl Scattering for Matte<'_> {
     /// A triangle sends light back on the viewer's side, whatever the smooth surface says.
     #[inline]
     fn evaluate(&self, frame: &Frame, light: Vec3) -> Value {
@@ -27,7 +40,7 @@ impl Scattering for Matte {
         }
         Value {
             value: self.albedo * FRAC_1_PI * cosine,
-            pdf: cosine_density(cosine),
+            pdf: self.density(light, cosine),
         }
     }
 
@@ -37,11 +50,17 @@ impl Scattering for Matte {
         if frame.geometric.dot(direction) <= 0.0 {
             return None;
         }
+        let cosine = frame.normal.dot(direction);
+        let pdf = self.density(direction, cosine);
+        let weight = match self.aims {
+            Some(_) => self.albedo * share(cosine, pdf),
+            // Exactly: value and density differ by the albedo alone.
+            None => self.albedo,
+        };
         Some(ScatterSample {
             direction,
-            // Exactly: value and density differ by the albedo alone.
-            weight: self.albedo,
-            pdf: cosine_density(frame.normal.dot(direction)),
+            weight,
+            pdf,
             delta: false,
             squeeze: 1.0,
         })

@@ -3,6 +3,7 @@
 //! All directions point away from the surface and are of unit length. `evaluate` and `sample` agree: a sample's weight
 //! is its value divided by its density, and what one never returns the other gives no density.
 
+mod aims;
 mod anisotropic;
 mod between;
 mod coat;
@@ -29,7 +30,8 @@ use raycam_scene::{Alpha, Material, Reflectance};
 use crate::prepare::{PreparedMaterial, PreparedWorld};
 use crate::texture::Footprint;
 
-pub(crate) use frame::{Frame, above, cosine_density, cosine_direction, turn};
+pub(crate) use aims::{Aim, Aims, share};
+pub(crate) use frame::{Frame, above, cosine_direction, turn};
 pub(crate) use interface::Interface;
 pub(crate) use layered::Layered;
 pub(crate) use lecture::Lecture;

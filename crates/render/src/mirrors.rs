@@ -1,0 +1,179 @@
+//! Objects that gather light: mirrors, clear glass and what is nearly so, behind which lights shine that only a path which
+//! meets them finds. Rays of matte surfaces are aimed at them.
+
+use glam::DVec3;
+use raycam_scene::{Material, Reflectance};
+
+use crate::prepare::{PreparedObject, PreparedWorld};
+
+/// A sphere around such an object.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mirror {
+    /// Scene-local.
+    pub center: DVec3,
+    pub radius: f64,
+}
+
+/// The largest that count: each takes time at every matte surface.
+pub(crate) const MIRRORS: usize = 4;
+/// Rougher ones gather little, and light that is sampled where they are met finds it.
+const ROUGHEST: f32 = 0.35;
+
+/// Those of a world.
+pub(crate) fn mirrors(world: &PreparedWorld) -> Vec<Mirror> {
+    let gathers = |object: &&PreparedObject| {
+        let slots = object.mesh.mesh.slot_count().max(1);
+        let of_slot = |&material: &usize| gathers(&world.materials[material].material);
+        object.materials.iter().take(slots).all(of_slot)
+    };
+    let mut all: Vec<_> = world
+        .objects
+        .iter()
+        .filter(gathers)
+        .map(|object| Mirror::around(object, world.origin))
+        .collect();
+    // In the order of the world where they are of one size.
+    all.sort_by(|a, b| b.radius.total_cmp(&a.radius));
+    all.truncate(MIRRORS);
+    all
+}
+
+impl Mirror {
+    fn around(object: &PreparedObject, origin: DVec3) -> Self {
+        let placed = |point| object.world_from_mesh.transform_point3(point);
+        let center = placed(object.mesh.center);
+        let vertices = object.mesh.mesh.vertices.iter();
+        let away = |&vertex: &DVec3| placed(vertex).distance_squared(center);
+        Self {
+            center: center - origin,
+            radius: vertices.map(away).fold(0.0, f64::max).sqrt(),
+        }
+    }
+}
+
+fn gathers(material: &Material) -> bool {
+    match &material.reflectance {
+        Reflectance::Metal(metal) => metal.roughness < ROUGHEST,
+        Reflectance::Glass(glass) => !glass.thin && glass.roughness < ROUGHEST,
+        Reflectance::Principled(p) => {
+            let share = p.metallic.value.max(p.transmission.value);
+            share > 0.5 && p.roughness.value < ROUGHEST
+        }
+        Reflectance::Lecture { .. } | Reflectance::Unlit => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DAffine3;
+    use raycam_scene::{Camera, Glass, Light, Metal, PixelCenter, World, camera, primitive};
+
+    use super::*;
+    use crate::{Channel, Control, Integrator, Plane, Settings, render};
+
+    /// A ball of gold and one of rough gold on a floor, and other things.
+    fn world() -> (World, PreparedWorld) {
+        let mut world = World::default();
+        let of = |reflectance| Material {
+            reflectance,
+            ..Material::default()
+        };
+        let gold = Metal::named("gold").unwrap();
+        let rough = Metal {
+            roughness: 0.5,
+            ..gold
+        };
+        let glass = |thin| Glass {
+            thin,
+            ..Glass::default()
+        };
+        let materials = [
+            Material::default(),
+            of(Reflectance::Metal(gold)),
+            of(Reflectance::Metal(rough)),
+            of(Reflectance::Glass(glass(false))),
+            of(Reflectance::Glass(glass(true))),
+        ]
+        .map(|material| world.add_material(material).unwrap());
+        let floor = world.add_mesh(primitive::plane([12.0, 12.0]).unwrap());
+        let ball = world.add_mesh(primitive::sphere(0.5, 3).unwrap());
+        for (i, material) in materials.into_iter().enumerate() {
+            let at = DVec3::new(1.5 * i as f64 - 3.0, 0.3, 0.6);
+            let place =
+                DAffine3::from_translation(at) * DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.8));
+            let object = raycam_scene::Object::new("", ball, vec![material], place);
+            world.add_object(object).unwrap();
+        }
+        let object = raycam_scene::Object::new("", floor, vec![materials[0]], DAffine3::IDENTITY);
+        world.add_object(object).unwrap();
+        world.lights.push(Light::Area {
+            position: [0.0, 0.5, 3.0],
+            u: [0.5, 0.0, 0.0],
+            v: [0.0, -0.5, 0.0],
+            radiance: [40.0; 3],
+            two_sided: false,
+        });
+        let prepared = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
+        (world, prepared)
+    }
+
+    #[test]
+    fn they_are_what_gathers_light() {
+        let (_, prepared) = world();
+        let mut seen: Vec<_> = prepared
+            .mirrors
+            .iter()
+            .map(|mirror| (mirror.center + prepared.origin, mirror.radius))
+            .collect();
+        seen.sort_by(|(a, _), (b, _)| a.x.total_cmp(&b.x));
+        let places = [-1.5, 1.5].map(|x| DVec3::new(x, 0.3, 0.6));
+        assert_eq!(seen.len(), 2);
+        for ((center, radius), place) in seen.into_iter().zip(places) {
+            assert!(
+                center.distance(place) < 1e-9 && (0.49..0.501).contains(&radius),
+                "{center} {radius}"
+            );
+        }
+    }
+
+    #[test]
+    fn rays_aimed_at_them_find_the_same_light_with_less_noise() {
+        let (_, mut prepared) = world();
+        let size = [48, 24];
+        let k = camera::intrinsics_from_fov(60.0, size, PixelCenter::Integer).unwrap();
+        let eye = DVec3::new(0.0, -5.0, 2.0);
+        let camera =
+            Camera::look_at(eye, DVec3::ZERO, DVec3::Z, k, size, PixelCenter::Integer).unwrap();
+        let picture = |prepared: &PreparedWorld, seed| {
+            let settings = Settings {
+                integrator: Integrator::Path,
+                samples: 1024,
+                max_depth: Some(5),
+                channels: vec![Channel::Color],
+                seed,
+                ..Settings::default()
+            };
+            let frame = render(prepared, &camera, &settings, &Control::new()).unwrap();
+            match frame.plane(Channel::Color) {
+                Some(Plane::F32 { data, .. }) => data.clone(),
+                other => panic!("{other:?}"),
+            }
+        };
+        let mean = |picture: &[f32]| picture.iter().map(|x| f64::from(*x)).sum::<f64>();
+        let apart = |a: &[f32], b: &[f32]| -> f64 {
+            a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum()
+        };
+        let with = [1, 2].map(|seed| picture(&prepared, seed));
+        prepared.mirrors.clear();
+        let without = [1, 2].map(|seed| picture(&prepared, seed));
+        let [a, b] = [&with, &without].map(|[one, other]| mean(one) + mean(other));
+        let [noise, plain] = [&with, &without].map(|[one, other]| apart(one, other));
+        // The three channels have one noise, so that their sum has three times the variance.
+        let error = (3.0 * (noise + plain)).sqrt();
+        assert!(
+            error < 0.01 * b && (a - b).abs() < 4.0 * error,
+            "{a} {b} {error}"
+        );
+        assert!(noise < 0.6 * plain, "{noise} {plain}");
+    }
+}
