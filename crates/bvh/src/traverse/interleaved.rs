@@ -3,13 +3,9 @@
 //! runs for many in a row: which kind of step a ray needs next is what no processor can guess. Bits tell them, not lists
 //! in memory: whose turn is next would have to be read there after what was just written, and steps would not overlap.
 
-use super::line::within;
-use super::local::{LocalRay, times};
-use super::stack::Stack;
-use super::steps::{Best, NO_SLOT, any, enter_children, transformed};
-use crate::block::{Block, LEAF, NO_CHILD, leaf, node};
-use crate::mesh::Bvh;
-use crate::ray::{Hit, NOTHING, Ray};
+use super::slot::Slot;
+use crate::block::NO_CHILD;
+use crate::ray::{Hit, Ray};
 use crate::scene::Scene;
 use crate::simd::Isa;
 
@@ -36,313 +32,106 @@ pub trait Batch {
     fn answer(&mut self, number: usize, hit: Hit);
 }
 
-/// A ray on its way.
-#[repr(C, align(64))]
-struct Slot<'a> {
-    /// In the coordinates of the tree that `blocks` belong to.
-    ray: LocalRay,
-    blocks: &'a [Block],
-    at: u32,
-    /// Entries below belong to the tree over instances.
-    base: u32,
-    best: Best,
-    /// Of the leaf at hand: triangles within whose edges the ray runs. They wait for the ray's next turn, when it is
-    /// known for sure whether there are any, and no work is begun in vain. (Any hits come too early for that to pay.)
-    near: u32,
-    /// The mesh that is being traced; `None` above the instances.
-    mesh: Option<&'a Bvh>,
-    instance: u32,
-    /// The instance in whose coordinates `ray` is, or [`NOTHING`].
-    inside: u32,
-    /// Nothing but that instance is to be traced.
-    lone: bool,
-    /// `ray` runs in the given direction, and along every axis: another origin makes it that of another mesh in the place
-    /// where it was made, or moved from there.
-    slanted: bool,
-    /// t along the ray in the tree over instances is so many times that of the one given.
-    outer_scale: f64,
-    number: usize,
-    hit: Hit,
-    given: Ray,
-    stack: Stack,
+/// The steps that rays need next: bit i is that of slot i.
+#[derive(Default)]
+struct Turns {
+    nodes: u32,
+    /// Those at leaves, among others.
+    leaves: u32,
+    /// Those at the end of a tree.
+    ends: u32,
+    /// Those above the instances, where leaves are instances.
+    above: u32,
 }
 
-// An odd number of lines: the same fields of all slots lie in different sets of the nearest cache.
-const _: () = assert!(size_of::<Slot>() / 64 % 2 == 1);
-
-impl<'a> Slot<'a> {
+impl Turns {
+    /// Adds a slot that is where a step took it, or a new one.
     #[inline(always)]
-    fn idle() -> Self {
-        Self {
-            ray: LocalRay::NONE,
-            blocks: &[],
-            at: NO_CHILD,
-            base: 0,
-            best: Best::nothing(0.0),
-            near: 0,
-            mesh: None,
-            instance: 0,
-            inside: NOTHING,
-            lone: false,
-            slanted: false,
-            outer_scale: 1.0,
-            number: 0,
-            hit: Hit::MISS,
-            given: Ray {
-                origin: [0.0; 3],
-                direction: [0.0; 3],
-                t_max: 0.0,
-            },
-            stack: Stack::new(),
-        }
+    fn add(&mut self, i: u32, slot: &Slot) {
+        self.leaves |= (slot.at >> 31) << i;
+        self.ends |= u32::from(slot.at == NO_CHILD) << i;
     }
 
-    /// Starts a ray; false if it meets nothing by definition.
+    /// Adds a slot that may have gone into an instance or out of one.
     #[inline(always)]
-    fn start(&mut self, scene: &'a Scene, work: Work) -> bool {
-        let Work {
-            ray: given,
-            number,
-            start,
-            instance,
-        } = work;
-        self.hit = Hit::MISS;
-        self.number = number;
-        self.given = given;
-        self.near = 0;
-        self.stack.len = 0;
-        self.stack.floor();
-        self.base = 1;
-        if scene.root == NO_CHILD || given.t_max.is_nan() || given.t_max < 0.0 {
-            return false;
-        }
-        self.lone = scene.direct || start != NO_CHILD;
-        self.slanted = false;
-        self.inside = NOTHING;
-        if self.lone {
-            let entered = if scene.direct {
-                self.enter::<true>(scene, 0, given.t_max)
-            } else {
-                self.enter::<false>(scene, instance, given.t_max)
-            };
-            self.at = if start == NO_CHILD { self.at } else { start };
-            return entered;
-        }
-        self.at = scene.root;
-        self.leave(scene, given.t_max)
+    fn add_anywhere(&mut self, i: u32, slot: &Slot) {
+        self.nodes |= (slot.at >> 31 ^ 1) << i;
+        self.above = self.above & !(1 << i) | u32::from(slot.mesh.is_none()) << i;
+        self.add(i, slot);
     }
+}
 
-    /// Goes above the instances.
-    #[inline(always)]
-    fn leave(&mut self, scene: &'a Scene, t_max: f32) -> bool {
-        let Some(outer) = scene.outer_ray(&self.given) else {
-            return false;
-        };
-        self.best = Best::nothing(outer.inner_t(t_max));
-        self.outer_scale = outer.t_scale;
-        self.slanted = outer.is_slanted();
-        self.ray = outer;
-        self.blocks = scene.blocks();
-        self.inside = NOTHING;
-        self.mesh = None;
-        true
-    }
-
-    /// What is left above the instances: most often another one or nothing, and for neither is the ray needed in the
-    /// coordinates of their tree. True once there is nothing.
-    #[inline(always)]
-    fn go_on(&mut self, scene: &'a Scene) -> bool {
-        self.at = self.stack.next();
-        if self.at & LEAF == 0 {
-            return !self.leave(scene, self.t_max());
-        }
-        self.at == NO_CHILD
-    }
-
-    /// Goes into an instance.
-    #[inline(always)]
-    fn enter<const DIRECT: bool>(&mut self, scene: &'a Scene, instance: u32, t_max: f32) -> bool {
-        let placed = &scene.placed[instance as usize];
-        let mesh = &*placed.bvh;
-        // Another part of the mesh it was in last may be next.
-        if DIRECT || self.inside != instance {
-            let local = if DIRECT {
-                scene.outer_ray(&self.given)
-            } else if let (Some([x, y, z]), true) = (placed.shift, self.slanted) {
-                let [a, b, c] = self.given.origin;
-                self.ray.moved([a + x, b + y, c + z], mesh.extent())
-            } else {
-                self.slanted = false;
-                transformed(scene, placed, &self.given)
-            };
-            let Some(local) = local else { return false };
-            self.ray = local;
-            self.inside = instance;
-        }
-        self.best = Best::nothing(self.ray.inner_t(t_max));
-        self.blocks = mesh.blocks();
-        self.mesh = Some(mesh);
-        self.instance = instance;
-        self.at = mesh.root();
-        true
-    }
-
-    /// Takes over what the instance had.
-    #[inline(always)]
-    fn conclude(&mut self) {
-        if let (Some(mesh), true) = (self.mesh, self.best.slot != NO_SLOT) {
-            let Best { t, u, v, slot } = self.best;
-            self.hit.take(Hit {
-                t: self.ray.outer_t(t),
-                u,
-                v,
-                instance: self.instance,
-                triangle: mesh.id(slot),
-            });
-        }
-    }
-
-    /// The t up to which the scene is of interest.
-    #[inline(always)]
-    fn t_max(&self) -> f32 {
-        if self.hit.t < self.given.t_max {
-            self.hit.t
-        } else {
-            self.given.t_max
-        }
-    }
-
-    /// One node.
-    #[inline(always)]
-    fn step_node<I: Isa, const ANY: bool>(&mut self) {
-        let node = node(self.blocks, self.at);
-        let (mask, enter) = enter_children::<I>(node, &self.ray, self.best.t);
-        self.at = if ANY {
-            self.stack.exchange::<I, false>(node, enter, mask)
-        } else {
-            self.stack.exchange::<I, true>(node, enter, mask)
-        };
-        self.prefetch::<I>();
-    }
-
-    /// What is not a node; true once the ray is done.
-    #[inline(always)]
-    fn step_leaf<I: Isa, const ANY: bool>(&mut self, scene: &'a Scene) -> bool {
-        if self.at == NO_CHILD {
-            return self.pop_instance(scene);
-        }
-        let Some(mesh) = self.mesh else {
-            return self.enter_instance(scene);
-        };
-        let leaf = leaf(self.blocks, self.at);
-        if ANY {
-            let near = within::<I>(leaf, &self.ray);
-            if any(leaf, near, &self.ray, self.best.t) {
-                self.hit.instance = self.instance;
-                return true;
-            }
-            self.at = self.stack.next();
-        } else if self.near == 0 {
-            self.near = within::<I>(leaf, &self.ray);
-            self.at = self.stack.next_if(self.near == 0, self.at);
-        } else {
-            let near = std::mem::take(&mut self.near);
-            if self.best.take(mesh, leaf, near, &self.ray) {
-                self.stack.cut(self.base as usize, self.best.t);
-            }
-            self.at = self.stack.next();
-        }
-        self.prefetch::<I>();
-        false
-    }
-
-    /// Enters the part at hand, or goes on where the ray cannot; true once there is nothing left.
-    #[inline(never)]
-    fn enter_instance(&mut self, scene: &'a Scene) -> bool {
-        let t_max = self.t_max();
-        let part = &scene.parts[(self.at & !LEAF) as usize];
-        if self.enter::<false>(scene, part.instance, t_max) {
-            self.at = part.start;
-            self.stack.floor();
-            self.base = self.stack.len as u32;
-            return false;
-        }
-        self.go_on(scene)
-    }
-
-    /// The mesh is done: goes on above it. True once there is nothing left.
-    #[inline(never)]
-    fn pop_instance(&mut self, scene: &'a Scene) -> bool {
-        self.conclude();
-        if self.lone || self.mesh.is_none() {
-            return true;
-        }
-        self.mesh = None;
-        self.base = 1;
-        // Only then do entries say where they are entered: those of any hits do not.
-        if self.best.slot != NO_SLOT {
-            self.stack.cut(1, times(self.t_max(), self.outer_scale));
-        }
-        self.go_on(scene)
-    }
-
-    #[inline(always)]
-    fn prefetch<I: Isa>(&self) {
-        let at = self
-            .blocks
-            .as_ptr()
-            .wrapping_add((self.at & !LEAF) as usize)
-            .cast::<u8>();
-        for line in 0..4 {
-            I::prefetch(at.wrapping_add(64 * line));
-        }
-    }
+/// Takes the lowest bit.
+#[inline(always)]
+fn lowest(bits: &mut u32) -> u32 {
+    let i = bits.trailing_zeros();
+    *bits &= *bits - 1;
+    i
 }
 
 /// Traces a batch. With `ANY`, any hit will do: of the answer, only whether there is an instance counts.
 #[inline(always)]
 pub fn trace<I: Isa, B: Batch, const ANY: bool>(scene: &Scene, batch: &mut B) {
     let mut slots: [Slot; SLOTS] = std::array::from_fn(|_| Slot::idle());
-    let (mut nodes, mut leaves) = (0u32, 0u32);
+    let mut turns = Turns::default();
     for (i, slot) in slots.iter_mut().enumerate() {
         if !refill(slot, scene, batch) {
             break;
         }
-        let is_leaf = slot.at >> 31;
-        leaves |= is_leaf << i;
-        nodes |= (is_leaf ^ 1) << i;
+        turns.add_anywhere(i as u32, slot);
     }
     loop {
-        while nodes.count_ones() > FEW || leaves == 0 {
-            if nodes == 0 {
+        while turns.nodes.count_ones() > FEW || turns.leaves == 0 {
+            if turns.nodes == 0 {
                 return;
             }
-            let mut left = nodes;
+            let mut left = turns.nodes;
             while left != 0 {
-                let i = left.trailing_zeros();
-                left &= left - 1;
+                let i = lowest(&mut left);
                 // SAFETY: slots, no more of them, set the bits.
                 let slot = unsafe { slots.get_unchecked_mut(i as usize) };
                 slot.step_node::<I, ANY>();
-                leaves |= (slot.at >> 31) << i;
+                turns.add(i, slot);
             }
-            nodes &= !leaves;
+            turns.nodes &= !turns.leaves;
         }
-        let mut left = std::mem::take(&mut leaves);
+        let mut instances = turns.ends | turns.leaves & turns.above;
+        let mut left = turns.leaves & !instances;
+        (turns.leaves, turns.ends) = (0, 0);
+        let (stepped, mut near) = (left, 0u32);
         while left != 0 {
-            let i = left.trailing_zeros();
-            left &= left - 1;
+            let i = lowest(&mut left);
             // SAFETY: as above.
             let slot = unsafe { slots.get_unchecked_mut(i as usize) };
-            if slot.step_leaf::<I, ANY>(scene) {
+            if ANY {
+                slot.step_any::<I>();
+            } else {
+                slot.step_leaf::<I>();
+                near |= u32::from(slot.near != 0) << i;
+            }
+            turns.add(i, slot);
+        }
+        // Those are still where they were.
+        turns.leaves &= !near;
+        while near != 0 {
+            let i = lowest(&mut near);
+            // SAFETY: as above.
+            let slot = unsafe { slots.get_unchecked_mut(i as usize) };
+            slot.step_near::<I>();
+            turns.add(i, slot);
+        }
+        turns.nodes |= stepped & !turns.leaves;
+        while instances != 0 {
+            let i = lowest(&mut instances);
+            // SAFETY: as above.
+            let slot = unsafe { slots.get_unchecked_mut(i as usize) };
+            if slot.step_instance::<ANY>(scene) {
                 batch.answer(slot.number, slot.hit);
                 if !refill(slot, scene, batch) {
                     continue;
                 }
             }
-            let is_leaf = slot.at >> 31;
-            leaves |= is_leaf << i;
-            nodes |= (is_leaf ^ 1) << i;
+            turns.add_anywhere(i, slot);
         }
     }
 }

@@ -159,7 +159,9 @@ fn meet<L: Line, const THIN: bool>(leaf: &Leaf, k: usize, ray: L, t_max: f32) ->
         return None;
     }
     if !THIN && leaf.is_thin(k) && enter < 0.0 {
-        return meet_thin(leaf, k, ray, t_max);
+        // Field by field: in one piece, what is found here would go through memory too, and wait for it.
+        let Met { t, u, v } = meet_thin(leaf, k, ray, t_max)?;
+        return Some(Met { t, u, v });
     }
     let (sx, sy) = (ray.shear(0), ray.shear(1));
     let sheared = |i: usize| (x[i] - sx * z[i], y[i] - sy * z[i]);

@@ -69,6 +69,9 @@ pub struct Side {
 /// By axis, and one more that stands for nothing: compilers make vectors of four, not of three.
 const LANES: usize = 4;
 
+/// The length of a row of [`crate::block::Node::bounds`].
+pub const ROW: u32 = 8;
+
 impl Side {
     const NONE: Side = Side {
         reciprocal: [0.0; LANES],
@@ -97,7 +100,8 @@ pub struct LocalRay {
     pub shear: [f32; LANES],
     /// The axis along which the ray runs most comes last, after the two that follow it.
     pub axes: [u32; LANES],
-    /// Per axis, the row of [`crate::block::Node::bounds`] where boxes are entered; `row ^ 1` is where they are left.
+    /// Per axis, where in [`crate::block::Node::bounds`] the row begins where boxes are entered: [`ROW`] times its number. At
+    /// that `^ ROW` they are left.
     pub entry: [u32; LANES],
     /// t along this ray is `t_scale` times that of the ray it was made of: a power of two.
     pub t_scale: f64,
@@ -116,8 +120,7 @@ impl LocalRay {
         t_scale: 1.0,
     };
 
-    /// A ray against a tree, whose boxes are padded by `slack` in addition, a length;
-    /// `None` for a ray that meets nothing by definition: not finite, without direction, or from beyond 2^50.
+    /// What [`LocalRay::aim`] makes it, or `None`.
     #[inline(always)]
     pub fn new(
         origin: [f32; 3],
@@ -125,6 +128,21 @@ impl LocalRay {
         extent: &Extent,
         slack: f32,
     ) -> Option<LocalRay> {
+        let mut ray = LocalRay::NONE;
+        ray.aim(origin, direction, extent, slack).then_some(ray)
+    }
+
+    /// Makes it a ray against a tree, whose boxes are padded by `slack` in addition, a length; false, and nothing else, for
+    /// a ray that meets nothing by definition: not finite, without direction, or from beyond 2^50. (In its place: a ray that
+    /// is copied right after it was made waits for its stores.)
+    #[inline(always)]
+    pub fn aim(
+        &mut self,
+        origin: [f32; 3],
+        direction: [f32; 3],
+        extent: &Extent,
+        slack: f32,
+    ) -> bool {
         let lanes = |[x, y, z]: [f32; 3]| [x, y, z, z];
         let largest = |v: [f32; LANES]| {
             let [x, y, z, _] = v.map(f32::abs);
@@ -139,7 +157,7 @@ impl LocalRay {
         let mut t_scale = 1.0;
         if !(sane && (1.0 / REACH_LIMIT..=REACH_LIMIT).contains(&steepest)) {
             if !sane || steepest == 0.0 {
-                return None;
+                return false;
             }
             (direction, t_scale) = rescaled(direction, steepest);
             steepest = largest(direction);
@@ -157,42 +175,38 @@ impl LocalRay {
         if size[0].min(size[1]).min(size[2]) * STEEPEST < 1.0 {
             (reciprocal, pad) = flat(direction, reciprocal, end, pad);
         }
-        let (near, far) = sides(origin, reciprocal, slack, pad);
+        (self.near, self.far) = sides(origin, reciprocal, slack, pad);
+        (self.origin, self.reciprocal) = (origin, reciprocal);
         let [x, y] = [axes[0] as usize, axes[1] as usize];
         let across = [direction[x], direction[y], 1.0, 1.0];
-        Some(LocalRay {
-            origin,
-            reciprocal,
-            near,
-            far,
-            shear: across.map(|d| d / direction[z]),
-            axes,
-            entry: std::array::from_fn(|i| 2 * i as u32 + (reciprocal[i].to_bits() >> 31)),
-            t_scale,
-        })
+        self.shear = across.map(|d| d / direction[z]);
+        self.axes = axes;
+        let row = |i: usize| 2 * i as u32 + (reciprocal[i].to_bits() >> 31);
+        self.entry = std::array::from_fn(|i| row(i) * ROW);
+        self.t_scale = t_scale;
+        true
     }
 
-    /// Whether it runs along every axis, so that [`LocalRay::moved`] is of use.
+    /// Whether it runs along every axis, so that [`LocalRay::shift`] is of use.
     #[inline(always)]
     pub fn is_slanted(&self) -> bool {
         let [x, y, z, _] = self.reciprocal.map(f32::abs);
         x < STEEPEST && y < STEEPEST && z < STEEPEST
     }
 
-    /// The ray [`LocalRay::new`] would make of the same direction, which is slanted, and another origin for another tree.
+    /// [`LocalRay::aim`] with the same direction, which is slanted, and another origin for another tree.
     #[inline(always)]
-    pub fn moved(&self, [x, y, z]: [f32; 3], extent: &Extent) -> Option<LocalRay> {
+    pub fn shift(&mut self, [x, y, z]: [f32; 3], extent: &Extent) -> bool {
         let origin = [x, y, z, z];
+        let largest = origin.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
+        if largest > ORIGIN_LIMIT {
+            return false;
+        }
         let main = self.axes[2] as usize;
         let end = extent.farthest(main, [origin[main]; 2]) * self.reciprocal[main].abs();
-        let (near, far) = sides(origin, self.reciprocal, 0.0, [end * END_PAD; LANES]);
-        let largest = origin.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
-        (largest <= ORIGIN_LIMIT).then_some(LocalRay {
-            origin,
-            near,
-            far,
-            ..*self
-        })
+        (self.near, self.far) = sides(origin, self.reciprocal, 0.0, [end * END_PAD; LANES]);
+        self.origin = origin;
+        true
     }
 
     /// t of the ray this one was made of.

@@ -16,6 +16,7 @@ mod packet;
 mod packets;
 mod rows;
 mod shadow;
+mod slot;
 mod stack;
 mod steps;
 mod together;

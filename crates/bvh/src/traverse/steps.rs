@@ -1,7 +1,7 @@
 //! The steps that every traversal is made of.
 
 use super::line::{Line, Met, meet_one};
-use super::local::{LocalRay, Side};
+use super::local::{LocalRay, ROW, Side};
 use crate::block::{Leaf, Node};
 use crate::mesh::Bvh;
 use crate::ray::Ray;
@@ -76,43 +76,46 @@ pub fn enter_children<I: Isa>(node: &Node, ray: &LocalRay, t_max: f32) -> (u32, 
     let t_enter = enter
         .max(passes::<I>(node, &ray.near, 2, z))
         .max(I::F8::splat(0.0));
-    let leave = passes::<I>(node, &ray.far, 0, x ^ 1);
-    let leave = leave.min(passes::<I>(node, &ray.far, 1, y ^ 1));
+    let leave = passes::<I>(node, &ray.far, 0, x ^ ROW);
+    let leave = leave.min(passes::<I>(node, &ray.far, 1, y ^ ROW));
     let t_leave = leave
-        .min(passes::<I>(node, &ray.far, 2, z ^ 1))
+        .min(passes::<I>(node, &ray.far, 2, z ^ ROW))
         .min(I::F8::splat(t_max));
     (<I::F8 as Vector>::bits(t_enter.le(t_leave)), t_enter)
 }
 
-/// The t at which a ray passes a row of bounds.
+/// The t at which a ray passes a row of bounds, by where it begins.
 #[inline(always)]
 fn passes<I: Isa>(node: &Node, side: &Side, axis: usize, row: u32) -> I::F8 {
-    debug_assert!(row < 6);
-    // SAFETY: `row` is one of the six, each of 8 floats; the lowest bit chooses between the two of an axis.
-    let bound = unsafe { I::F8::load(node.bounds.get_unchecked(row as usize).as_ptr()) };
+    debug_assert!(row.is_multiple_of(ROW) && row < 6 * ROW);
+    // SAFETY: `row` begins one of the six, each of 8 floats; a bit chooses between the two of an axis.
+    let bound = unsafe { I::F8::load(node.bounds.as_ptr().cast::<f32>().add(row as usize)) };
     bound.mul_sub(
         I::F8::splat(side.reciprocal[axis]),
         I::F8::splat(side.offset[axis]),
     )
 }
 
-/// The ray of the scene in the coordinates of a placed mesh.
+/// Makes `local` the ray of the scene in the coordinates of a placed mesh, as [`LocalRay::aim`] does.
 #[inline(always)]
-pub fn transformed(scene: &Scene, placed: &Placed, ray: &Ray) -> Option<LocalRay> {
+pub fn transform(local: &mut LocalRay, scene: &Scene, placed: &Placed, ray: &Ray) -> bool {
     let unit = scene.unit as f32;
     let scaled = Ray {
         origin: ray.origin.map(|x| x * unit),
         direction: ray.direction.map(|x| x * unit),
         ..*ray
     };
-    let local = placed.local(&scaled);
-    LocalRay::new(local.origin, local.direction, placed.bvh.extent(), 0.0)
+    let Ray {
+        origin, direction, ..
+    } = placed.local(&scaled);
+    local.aim(origin, direction, placed.bvh.extent(), 0.0)
 }
 
 impl Scene {
-    /// The ray in the coordinates of the tree over instances, or of the only mesh if that is in its place.
+    /// Makes `outer` the ray in the coordinates of the tree over instances, or of the only mesh if that is in its place, as
+    /// [`LocalRay::aim`] does.
     #[inline(always)]
-    pub fn outer_ray(&self, ray: &Ray) -> Option<LocalRay> {
+    pub fn aim(&self, outer: &mut LocalRay, ray: &Ray) -> bool {
         let unit = self.unit as f32;
         let (mut o, mut d) = (ray.origin, ray.direction);
         if unit != 1.0 {
@@ -124,6 +127,6 @@ impl Scene {
             let distance = o[0].abs().max(o[1].abs()).max(o[2].abs());
             self.rounding(self.is_within(o)) * (distance + self.reach)
         };
-        LocalRay::new(o, d, &self.extent, slack)
+        outer.aim(o, d, &self.extent, slack)
     }
 }
