@@ -262,6 +262,26 @@ def test_colmap(tmp_path: Path, options: dict[str, Any], model: str) -> None:
             np.testing.assert_allclose(point.xy, pixel + 0.5, atol=1e-9)
 
 
+def test_colmap_observes_nothing_behind_the_plane_of_a_wide_lens(tmp_path: Path) -> None:
+    """COLMAP has no image of that, though the lens has one."""
+    k = [[20, 0, 31.5], [0, 20, 23.5], [0, 0, 1]]
+    cameras = [
+        raycam.Camera(k, camera.R, camera.C, SIZE, distortion=[0.0, 0, 0, 0], model="fisheye")
+        for camera in (raycam.Camera.look_at([0, y, 0.5], [3, y, 1.5], size=SIZE, fov=40) for y in (0, 0.3))
+    ]
+    wide = [(truth(camera, "depth") < 0).sum() for camera in cameras]
+    assert min(wide) > 50
+    write(table(), tmp_path, "colmap", cameras=cameras, points=1000, integrator="flat", samples=1)
+    read = pycolmap.Reconstruction(str(tmp_path / "sparse" / "0"))
+    assert read.num_points3D() == 1000
+    for image in read.images.values():
+        assert len(image.points2D) > 300
+        for point in image.points2D:
+            seen = image.project_point(read.points3D[point.point3D_id].xyz)
+            assert seen is not None
+            assert np.abs(seen - point.xy).max() < 1e-6
+
+
 def test_colmap_has_as_many_points_as_asked_for(tmp_path: Path) -> None:
     """However many views share them; every observation is in the picture's line and in the point's."""
     write(table(), tmp_path, "colmap", cameras=ring(7), points=1500, integrator="flat", samples=1)

@@ -13,7 +13,7 @@ from ..errors import CameraError, SettingsError
 from ..labels import Label, Region
 from .bop_models import MILLIMETRES, Catalogue, models, scene
 from .coco import segmentation
-from .plan import Format, Index, Made, Plan, Record, Shot, png, whole_centers
+from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, png, whole_centers
 from .worlds import in_world
 
 __all__ = ["FORMAT"]
@@ -29,7 +29,7 @@ def check(plan: Plan) -> None:
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole":
             raise CameraError(
-                f"camera {number} has a lens ({view.camera.model}); BOP has pinhole cameras alone"
+                f"camera {number} has a lens ({view.camera.model}), and BOP pinhole cameras alone: {NO_LENSES}"
             )
     scale = plan.options["depth_scale"]
     if scale is not None and not (isinstance(scale, int | float) and scale > 0):

@@ -25,6 +25,8 @@ __all__ = ["FORMAT"]
 OPTIONS = {"points": 10_000}
 BATCH = 1024
 """Points that are looked for at a time."""
+FRONT = 1e-12
+"""Metres before the camera's plane, and a little more than COLMAP needs for an image."""
 
 
 def check(plan: Plan) -> None:
@@ -51,7 +53,7 @@ def make(plan: Plan, number: int) -> Made:
     """A picture, and its share of the points: random pixels that show a surface, with its base colour."""
     shot = plan.shot(number)
     frame = shot.render(["color", "albedo", "position"])
-    rows, columns = np.nonzero(np.isfinite(frame["position"][..., 0]))
+    rows, columns = np.nonzero(in_front(shot.camera, frame["position"]))
     wanted, views = plan.options["points"], len(plan.shots)
     share = wanted * (number + 1) // views - wanted * number // views
     chosen = np.random.default_rng(number).permutation(len(rows))[:share]
@@ -59,6 +61,12 @@ def make(plan: Plan, number: int) -> Made:
     color = np.rint(srgb(frame["albedo"][rows, columns]) * 255).astype(int)
     record = {"points": frame["position"][rows, columns].tolist(), "colors": color.tolist()}
     return {f"images/{number:06d}.png": frame.to_png()}, record
+
+
+def in_front(camera: Camera, points: Floats) -> npt.NDArray[np.bool_]:
+    """Which points [..., 3] COLMAP projects: those before the camera's plane, however wide its lens; NaN is none."""
+    found: npt.NDArray[np.bool_] = (points - camera.C) @ camera.R[2] > FRONT
+    return found
 
 
 def srgb(linear: npt.NDArray[np.float32]) -> Floats:
@@ -96,9 +104,10 @@ def images(plan: Plan, ids: Sequence[int], points: Floats, tracks: Tracks) -> It
         yield f"{number + 1} {pose} {ids[number]} {number:06d}.png\n".encode()
         between = ""
         for first in range(0, len(points), BATCH):
-            found = keypoints(world, camera, points[first : first + BATCH], threads=plan.threads)
-            visible[first : first + BATCH] = found.on_surface
-            seen = np.flatnonzero(found.on_surface)
+            some = points[first : first + BATCH]
+            found = keypoints(world, camera, some, threads=plan.threads)
+            visible[first : first + BATCH] = found.on_surface & in_front(camera, some)
+            seen = np.flatnonzero(visible[first : first + BATCH])
             pixels = (found.pixels[seen] - camera.corner).tolist()
             for (x, y), i in zip(pixels, seen, strict=True):
                 yield f"{between}{x} {y} {first + i + 1}".encode()

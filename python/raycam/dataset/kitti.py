@@ -16,7 +16,7 @@ from ..camera import Camera
 from ..errors import CameraError, SettingsError
 from ..flow import check_rectified, disparity, flow
 from ..labels import Label
-from .plan import Format, Index, Made, Plan, Record, Shot, matrix_text, png, whole_centers
+from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, matrix_text, png, whole_centers
 
 __all__ = ["FORMAT"]
 
@@ -30,7 +30,7 @@ def check(plan: Plan) -> None:
     """KITTI has pinhole cameras without skew; flow needs a next picture of the same size."""
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole" or view.camera.K[0, 1] != 0.0:
-            raise CameraError(f"camera {number} has a lens or skew; KITTI's cameras have neither")
+            raise CameraError(f"camera {number} has a lens or skew, and KITTI's have neither: {NO_LENSES}")
     baseline = plan.options["baseline"]
     if baseline is not None and not (isinstance(baseline, int | float) and baseline > 0):
         raise SettingsError(f"baseline is {baseline!r}, expected metres to the right camera, more than 0")

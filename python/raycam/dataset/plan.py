@@ -24,7 +24,7 @@ from ..world import Object, World
 if TYPE_CHECKING:
     from ..sample_world import Recipe
 
-__all__ = ["Format", "Made", "Plan", "Shot", "check_poses", "half", "matrix_text", "png"]
+__all__ = ["NO_LENSES", "Format", "Made", "Plan", "Shot", "check_poses", "half", "matrix_text", "png"]
 
 WORLDS = 2
 """Worlds of a recipe that are kept: views at work at the same time are of neighbours."""
@@ -254,6 +254,10 @@ def check_poses(plan: Plan, format: str) -> None:
                 f"camera {number} moves while its lines are read; {format} has one pose for each picture: coco and "
                 "webdataset have none, or the whole camera"
             )
+
+
+NO_LENSES = "give it pinhole cameras without skew; coco and webdataset have any, colmap and nerf most lenses"
+"""What to do where a format has no lenses."""
 
 
 def png(pixels: npt.NDArray[Any]) -> bytes:

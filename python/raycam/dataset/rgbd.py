@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Floats
 from ..errors import CameraError, SettingsError
 from .bop import depth_units
-from .plan import Format, Index, Made, Plan, Record, matrix_text, png, whole_centers
+from .plan import NO_LENSES, Format, Index, Made, Plan, Record, matrix_text, png, whole_centers
 
 __all__ = ["SCANNET", "TUM"]
 
@@ -25,7 +25,7 @@ def check(plan: Plan) -> None:
     for number, view in enumerate(plan.shots):
         camera = view.camera
         if camera.model != "pinhole" or camera.K[0, 1] != 0.0:
-            raise CameraError(f"camera {number} has a lens or skew; RGB-D sequences have neither")
+            raise CameraError(f"camera {number} has a lens or skew, and RGB-D sequences neither: {NO_LENSES}")
         if camera.size != first.size or not np.array_equal(camera.K, first.K):
             raise CameraError(
                 f"camera {number} has another K or size than the first; an RGB-D sequence has one camera"
