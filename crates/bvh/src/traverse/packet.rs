@@ -148,7 +148,10 @@ impl Packet {
                     // Flat along an axis: rare enough to go alone.
                     return false;
                 }
-                let reciprocal = I::F16::splat(1.0).div(d[axis]);
+                let reciprocal = match axis == z {
+                    true => main,
+                    false => I::F16::splat(1.0).div(d[axis]),
+                };
                 let negative = bits::<I>(reciprocal.le(zero));
                 if negative != if first[axis] < 0.0 { every } else { 0 } {
                     return false;
