@@ -12,15 +12,15 @@
 //! bit by bit ([`APART`]), which does the same for every number of samples.
 //!
 //! Pairs that belong together, as those of a path's first surfaces do, have one order of their points, and each another
-//! sequence ([`MIXED`]), so that the numbers of two pairs fill their four dimensions evenly too. All others are shuffled
+//! sequence (`pair::MIXED`), so that the numbers of two pairs fill their four dimensions evenly too. All others are shuffled
 //! independently of each other.
 
 mod pair;
 
 use raycam_bvh::{Loops, vectorized};
 
+use pair::Group;
 pub(crate) use pair::Pair;
-use pair::{Group, MIXED};
 
 /// The random numbers of one sample of one pixel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -124,21 +124,26 @@ impl Sampler {
         });
     }
 
+    /// The pixels of a block change places, level by level: it is by chance who is beside whom in other pairs.
     #[inline(always)]
-    fn numbers(&self, number: u32, Group { key, member }: Group) -> [f32; 2] {
+    fn changed(&self, exchange: u32, own: u32) -> u32 {
+        turned(permute(self.place, !exchange), own)
+    }
+
+    #[inline(always)]
+    fn numbers(&self, number: u32, Group { key, mixed }: Group) -> [f32; 2] {
         let of_block = |number| spread([self.block[0], self.block[1], number]);
         let of_quad = |n: u32| lowbias(self.quad.wrapping_add(n.wrapping_mul(0x9e37_79b9)));
         let [shuffle, ..] = of_block(key);
         // The order of a pixel's points is its own as far as its first 2^k points stay the first 2^k.
-        let order = of_quad(key).rotate_left(8 * (self.place >> 30));
+        let order = of_quad(key).rotate_left(8 * (self.changed(shuffle, of_quad(key)) >> 30));
         let shuffled = reverse(permute(reorder(self.sample, order), shuffle));
         let mut index = shuffled;
-        for (bit, mixed) in MIXED[member].iter().enumerate() {
+        for (bit, mixed) in mixed.iter().enumerate() {
             index ^= mixed & ((shuffled << (30 - bit)) as i32 >> 31) as u32;
         }
         let [exchange, first, second] = of_block(number);
-        // The pixels of a block change places, level by level: it is by chance who is beside whom in other pairs.
-        let place = turned(permute(self.place, !exchange), of_quad(number));
+        let place = self.changed(exchange, of_quad(number));
         for (bit, apart) in APART.iter().enumerate() {
             // All ones where the bit is set; the bits are in reverse.
             index ^= apart & ((place << bit) as i32 >> 31) as u32;

@@ -30,12 +30,12 @@ const PER_BOUNCE: u32 = 128;
 const TOGETHER: u32 = 4;
 
 /// By what the pairs of a group differ: the lowest bits of the index of a point are multiplied by a matrix whose columns are
-/// these with ones on the diagonal, the first left out, for the pairs numbered by [`Pair::group`]. The matrices are upper
+/// these with ones on the diagonal, the first left out, for the pairs in the order of [`Pair::group`]. The matrices are upper
 /// triangular, so that each pair is a (0, 2)-sequence. They are found by trying many, column by column, so that of the
 /// boxes of volume 2^-q in the four dimensions of two pairs, for q up to k, few hold another number than 2^(k - q) of the
 /// first 2^k points; large boxes count more, and so do pairs that matter much together: where in the pixel and what
 /// happens at the first surface, the directions taken at one surface and the next, and the light there.
-pub(super) const MIXED: [[u32; 9]; 1 + 3 * TOGETHER as usize] = [
+const MIXED: [[u32; 9]; 1 + 3 * TOGETHER as usize] = [
     [0x0, 0x0, 0x0, 0x0, 0x0, 0x0, 0x0, 0x0, 0x0],
     [0x1, 0x0, 0x0, 0xd, 0x0, 0x17, 0x9, 0xfa, 0x1cc],
     [0x1, 0x0, 0x5, 0xf, 0x19, 0x32, 0x28, 0xc4, 0x5],
@@ -56,8 +56,8 @@ pub(super) const MIXED: [[u32; 9]; 1 + 3 * TOGETHER as usize] = [
 pub(super) struct Group {
     /// What these share and no other pair has.
     pub key: u32,
-    /// Which of the group a pair is.
-    pub member: usize,
+    /// The row of [`MIXED`] that a pair of it has. Looked up in a loop, it would keep that from being made one of vectors.
+    pub mixed: [u32; 9],
 }
 
 impl Pair {
@@ -87,23 +87,23 @@ impl Pair {
     pub(super) fn group(self) -> Group {
         let of = |bounce: u32, which: u32| {
             let first = bounce - bounce % TOGETHER;
-            let key = PER_BOUNCE.wrapping_mul(first).wrapping_add(PER_BOUNCE - 1);
+            // The first group is that of where in the pixel the sample lies.
+            let key = match first {
+                0 => Pair::Filter.number(),
+                _ => PER_BOUNCE.wrapping_mul(first).wrapping_add(PER_BOUNCE - 1),
+            };
             Group {
                 key,
-                member: (1 + 3 * (bounce % TOGETHER) + which) as usize,
+                mixed: MIXED[(1 + 3 * (bounce % TOGETHER) + which) as usize],
             }
         };
         match self {
-            Pair::Filter => Group {
-                key: PER_BOUNCE - 1,
-                member: 0,
-            },
             Pair::Scatter(bounce) => of(bounce, 0),
             Pair::Light(bounce, 0) => of(bounce, 1),
             Pair::Which(bounce) => of(bounce, 2),
             _ => Group {
                 key: self.number(),
-                member: 0,
+                mixed: MIXED[0],
             },
         }
     }
