@@ -12,6 +12,7 @@ use crate::mesh::{Bvh, scale_of};
 use crate::part::{Part, Placement, box_of, parts};
 use crate::ray::{Coherence, ExactHit, ExactRay, Hit, Ray};
 use crate::traverse;
+use crate::traverse::headed::Skip;
 use crate::traverse::local::{EPS, Extent};
 
 /// A placed mesh: `world_from_mesh` maps mesh-local to scene-local coordinates, rows of a 3 x 4 matrix.
@@ -107,6 +108,8 @@ pub struct Scene {
     pub(crate) direct: bool,
     /// Whose the triangles of that mesh are, where it is several in one.
     pub(crate) members: Option<Members>,
+    /// Of rays that run apart.
+    pub(crate) skip: Skip,
     machine: Machine,
 }
 
@@ -177,6 +180,7 @@ impl Scene {
             condition: 1.0,
             direct,
             members: None,
+            skip: Skip::default(),
             machine: Machine::best(),
         };
         let mut placements: Vec<Option<Placement>> = Vec::with_capacity(instances.len());

@@ -155,14 +155,14 @@ pub struct Chunks<'a> {
     /// Of those taken last.
     numbers: [u32; SIZE],
     len: usize,
-    headed: Headed,
+    headed: Headed<'a>,
     /// Whether those at hand are of `headed`.
     apart: bool,
 }
 
 impl<'a> Chunks<'a> {
     #[inline(always)]
-    pub fn of(rays: &'a [Ray], coherence: Coherence) -> Chunks<'a> {
+    pub fn of(scene: &'a Scene, rays: &'a [Ray], coherence: Coherence) -> Chunks<'a> {
         debug_assert!(u32::try_from(rays.len()).is_ok());
         Chunks {
             rays,
@@ -170,7 +170,7 @@ impl<'a> Chunks<'a> {
             taken: 0,
             numbers: [0; SIZE],
             len: 0,
-            headed: Headed::default(),
+            headed: Headed::new(&scene.skip),
             apart: false,
         }
     }

@@ -3,6 +3,8 @@
 //! Boxes are then tested for every ray, and rays go on alone where few are left: that pays near the root of any tree, and in
 //! all of a small one.
 
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
 use super::alike::{HEADINGS, ODD, headings};
 use super::packet::SIZE;
 use crate::ray::Ray;
@@ -19,15 +21,31 @@ const ENOUGH: usize = 16;
 
 /// After so many rays it is seen whether packets pay: not if they visit more nodes and leaves than so many for each ray
 /// that need not go on alone.
-const TRIAL: usize = 2 * SIZE;
+const TRIAL: usize = 4 * SIZE;
 const MOST_VISITS: usize = 1;
 
 /// How many blocks make no packets after one in which they did not pay.
 const SKIP: u32 = 48;
 
+/// How many blocks of rays make no packets, because they did not pay the last time: in the scene that they run through, as a
+/// batch is often shorter than it takes to find that out. Threads may count past each other: answers do not depend on it.
+#[derive(Debug, Default)]
+pub struct Skip(AtomicU32);
+
+impl Skip {
+    /// Whether the next block makes none.
+    #[inline(always)]
+    fn next(&self) -> bool {
+        let left = self.0.load(Relaxed);
+        if left > 0 {
+            self.0.store(left - 1, Relaxed);
+        }
+        left > 0
+    }
+}
+
 /// A block of rays in the order of where they head, of which some have been taken.
-#[derive(Default)]
-pub struct Headed {
+pub struct Headed<'a> {
     order: Vec<u32>,
     /// Where each heading ends in it.
     ends: [usize; HEADINGS],
@@ -39,12 +57,28 @@ pub struct Headed {
     packed: usize,
     alone: usize,
     visits: usize,
-    /// Whether packets paid the last time, and how many blocks make none.
+    /// Whether packets paid the last time.
     pays: bool,
-    skip: u32,
+    skip: &'a Skip,
 }
 
-impl Headed {
+impl<'a> Headed<'a> {
+    /// No block yet.
+    #[inline(always)]
+    pub fn new(skip: &'a Skip) -> Self {
+        Self {
+            order: vec![],
+            ends: [0; HEADINGS],
+            taken: 0,
+            some: vec![],
+            packed: 0,
+            alone: 0,
+            visits: 0,
+            pays: false,
+            skip,
+        }
+    }
+
     /// How many rays the next block should have at most.
     #[inline(always)]
     pub fn most(&self) -> usize {
@@ -55,8 +89,7 @@ impl Headed {
     /// on alone are put aside.
     #[inline(always)]
     pub fn set<I: Isa>(&mut self, rays: &[Ray], numbers: &[u32], alone: &mut Vec<u32>) {
-        if self.skip > 0 {
-            self.skip -= 1;
+        if self.skip.next() {
             alone.extend_from_slice(numbers);
             return;
         }
@@ -89,7 +122,7 @@ impl Headed {
             let answered = self.packed.saturating_sub(self.alone);
             self.pays = self.visits <= MOST_VISITS * answered;
             if !self.pays {
-                self.skip = SKIP;
+                self.skip.0.store(SKIP, Relaxed);
                 alone.extend_from_slice(&self.order[self.taken..]);
                 (self.taken, self.packed) = (self.order.len(), 0);
             }
@@ -152,7 +185,8 @@ mod tests {
     fn every_ray_is_taken_or_goes_on_alone_once() {
         let rays = rays(1500);
         let numbers: Vec<u32> = (0..1500).step_by(2).collect();
-        let (mut headed, mut alone) = (Headed::default(), vec![]);
+        let skip = Skip::default();
+        let (mut headed, mut alone) = (Headed::new(&skip), vec![]);
         headed.set::<Portable>(&rays, &numbers, &mut alone);
         let (mut seen, mut packets) = (vec![], 0);
         while headed.advance(&rays, &mut alone) {
@@ -188,7 +222,8 @@ mod tests {
             assert_eq!(taken + alone.len(), rays.len());
             packets
         };
-        let mut headed = Headed::default();
+        let skip = Skip::default();
+        let mut headed = Headed::new(&skip);
         let all = packets(&mut headed, MOST_VISITS);
         assert!(all > 10 && headed.most() == BLOCK, "{all}");
         assert_eq!(packets(&mut headed, MOST_VISITS), all);
@@ -198,5 +233,8 @@ mod tests {
             assert_eq!(packets(&mut headed, MOST_VISITS), 0);
         }
         assert_eq!(packets(&mut headed, MOST_VISITS), all);
+        // Nor in the next batch.
+        packets(&mut headed, MOST_VISITS + 1);
+        assert_eq!(packets(&mut Headed::new(&skip), MOST_VISITS), 0);
     }
 }

@@ -7,7 +7,7 @@ mod exact;
 mod exact_packet;
 mod exact_rays;
 mod fan;
-mod headed;
+pub mod headed;
 mod interleaved;
 mod line;
 pub mod local;

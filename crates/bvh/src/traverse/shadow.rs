@@ -37,7 +37,7 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherenc
     }
     let (mut packets, mut scaled) = (Packets::NONE, Members::NONE);
     let (mut aside, mut apart) = (Aside::default(), Vec::new());
-    let mut chunks = Chunks::of(rays, coherence);
+    let mut chunks = Chunks::of(scene, rays, coherence);
     // Where packets fall apart into many pieces, the next few are not made.
     let mut skip = 0u32;
     while chunks.advance::<I>(&mut aside, &mut apart) {

@@ -66,7 +66,7 @@ fn in_chunks<I: Isa, const APART: bool>(
     let mut scattered = [Hit::MISS; SIZE];
     let (mut packets, mut scaled) = (Packets::NONE, Members::NONE);
     let (mut aside, mut apart) = (Aside::default(), Vec::new());
-    let mut chunks = Chunks::of(rays, coherence);
+    let mut chunks = Chunks::of(scene, rays, coherence);
     while chunks.advance::<I>(&mut aside, &mut apart) {
         let chunk = chunks.chunk(scene, &mut aside, &mut apart);
         let (numbers, coherence) = (chunk.numbers, chunk.coherence);
