@@ -71,8 +71,8 @@ mod tests {
     use super::*;
     use crate::{Channel, Control, Integrator, Plane, Settings, render};
 
-    /// A ball of gold and one of rough gold on a floor, and other things.
-    fn world() -> (World, PreparedWorld) {
+    /// Balls over a floor: matte, of gold, of rough gold, of glass and of thin glass, as many of these as are asked for.
+    fn world(balls: std::ops::Range<usize>) -> PreparedWorld {
         let mut world = World::default();
         let of = |reflectance| Material {
             reflectance,
@@ -98,6 +98,9 @@ mod tests {
         let floor = world.add_mesh(primitive::plane([12.0, 12.0]).unwrap());
         let ball = world.add_mesh(primitive::sphere(0.5, 3).unwrap());
         for (i, material) in materials.into_iter().enumerate() {
+            if !balls.contains(&i) {
+                continue;
+            }
             let at = DVec3::new(1.5 * i as f64 - 3.0, 0.3, 0.6);
             let place =
                 DAffine3::from_translation(at) * DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.8));
@@ -113,13 +116,12 @@ mod tests {
             radiance: [40.0; 3],
             two_sided: false,
         });
-        let prepared = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
-        (world, prepared)
+        PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
     }
 
     #[test]
     fn they_are_what_gathers_light() {
-        let (_, prepared) = world();
+        let prepared = world(0..5);
         let mut seen: Vec<_> = prepared
             .mirrors
             .iter()
@@ -138,7 +140,7 @@ mod tests {
 
     #[test]
     fn rays_aimed_at_them_find_the_same_light_with_less_noise() {
-        let (_, mut prepared) = world();
+        let mut prepared = world(1..2);
         let size = [48, 24];
         let k = camera::intrinsics_from_fov(60.0, size, PixelCenter::Integer).unwrap();
         let eye = DVec3::new(0.0, -5.0, 2.0);
@@ -147,7 +149,7 @@ mod tests {
         let picture = |prepared: &PreparedWorld, seed| {
             let settings = Settings {
                 integrator: Integrator::Path,
-                samples: 1024,
+                samples: 256,
                 max_depth: Some(5),
                 channels: vec![Channel::Color],
                 seed,
@@ -163,17 +165,23 @@ mod tests {
         let apart = |a: &[f32], b: &[f32]| -> f64 {
             a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum()
         };
-        let with = [1, 2].map(|seed| picture(&prepared, seed));
+        let pictures = |prepared: &PreparedWorld| -> Vec<_> {
+            (1..=8).map(|seed| picture(prepared, seed)).collect()
+        };
+        let with = pictures(&prepared);
         prepared.mirrors.clear();
-        let without = [1, 2].map(|seed| picture(&prepared, seed));
-        let [a, b] = [&with, &without].map(|[one, other]| mean(one) + mean(other));
-        let [noise, plain] = [&with, &without].map(|[one, other]| apart(one, other));
+        let without = pictures(&prepared);
+        let [a, b] = [&with, &without].map(|all| all.iter().map(|one| mean(one)).sum::<f64>());
+        let [noise, plain] = [&with, &without].map(|all| {
+            let pairs = all.chunks(2).map(|pair| apart(&pair[0], &pair[1]));
+            pairs.sum::<f64>()
+        });
         // The three channels have one noise, so that their sum has three times the variance.
         let error = (3.0 * (noise + plain)).sqrt();
         assert!(
-            error < 0.01 * b && (a - b).abs() < 4.0 * error,
+            error < 3e-3 * b && (a - b).abs() < 4.0 * error,
             "{a} {b} {error}"
         );
-        assert!(noise < 0.6 * plain, "{noise} {plain}");
+        assert!(noise < 0.7 * plain, "{noise} {plain}");
     }
 }

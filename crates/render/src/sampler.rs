@@ -19,8 +19,8 @@ mod pair;
 
 use raycam_bvh::{Loops, vectorized};
 
-use pair::Group;
 pub(crate) use pair::Pair;
+use pair::{Group, MIXED_BITS};
 
 /// The random numbers of one sample of one pixel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -131,14 +131,15 @@ impl Sampler {
     }
 
     #[inline(always)]
-    fn numbers(&self, number: u32, Group { key, mixed }: Group) -> [f32; 2] {
+    fn numbers(&self, number: u32, Group { key, mixed, low }: Group) -> [f32; 2] {
         let of_block = |number| spread([self.block[0], self.block[1], number]);
         let of_quad = |n: u32| lowbias(self.quad.wrapping_add(n.wrapping_mul(0x9e37_79b9)));
         let [shuffle, ..] = of_block(key);
         // The order of a pixel's points is its own as far as its first 2^k points stay the first 2^k.
         let order = of_quad(key).rotate_left(8 * (self.changed(shuffle, of_quad(key)) >> 30));
         let shuffled = reverse(permute(reorder(self.sample, order), shuffle));
-        let mut index = shuffled;
+        let above = (shuffled >> MIXED_BITS) ^ number.wrapping_mul(0x9e37_79b9);
+        let mut index = shuffled ^ lowbias(above) & low;
         for (bit, mixed) in mixed.iter().enumerate() {
             index ^= mixed & ((shuffled << (30 - bit)) as i32 >> 31) as u32;
         }

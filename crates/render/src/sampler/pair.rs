@@ -29,6 +29,9 @@ const PER_BOUNCE: u32 = 128;
 /// Surfaces of a path whose pairs belong together.
 const TOGETHER: u32 = 4;
 
+/// The bits of an index that [`MIXED`] is for.
+pub(super) const MIXED_BITS: u32 = 10;
+
 /// By what the pairs of a group differ: the lowest bits of the index of a point are multiplied by a matrix whose columns are
 /// these with ones on the diagonal, the first left out, for the pairs in the order of [`Pair::group`]. The matrices are upper
 /// triangular, so that each pair is a (0, 2)-sequence. They are found by trying many, column by column, so that of the
@@ -58,6 +61,9 @@ pub(super) struct Group {
     pub key: u32,
     /// The row of [`MIXED`] that a pair of it has. Looked up in a loop, it would keep that from being made one of vectors.
     pub mixed: [u32; 9],
+    /// The bits of an index that those above are hashed into, each pair's own way: without, the pairs of a group would
+    /// meet in the same combinations again after as many samples as these bits count.
+    pub low: u32,
 }
 
 impl Pair {
@@ -95,6 +101,7 @@ impl Pair {
             Group {
                 key,
                 mixed: MIXED[(1 + 3 * (bounce % TOGETHER) + which) as usize],
+                low: (1 << MIXED_BITS) - 1,
             }
         };
         match self {
@@ -104,6 +111,7 @@ impl Pair {
             _ => Group {
                 key: self.number(),
                 mixed: MIXED[0],
+                low: 0,
             },
         }
     }
