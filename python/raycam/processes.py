@@ -33,7 +33,6 @@ __all__ = ["FrameError", "Processes"]
 # A world in memory with what is built of it, beside its bytes; and a worker without any.
 GROWTH = 20
 BARE = 150 << 20
-SENT = b"sent in pieces"
 FULL = 0.9
 """The share of the memory that workers may fill."""
 
@@ -228,6 +227,10 @@ def _exactly(pipe: IO[bytes], size: int) -> bytes:
     return data
 
 
+class _Sent(bytes):
+    """Stands for a file whose pieces are on their way already."""
+
+
 def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
     """The worker: answers tasks until there are no more, or nobody who has asked."""
     asked_by = os.getppid()
@@ -239,7 +242,7 @@ def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
             answers.write(json.dumps({"piece": len(piece), "begins": begins}).encode() + b"\n")
             answers.write(piece)
             begins = False
-        return SENT
+        return _Sent()
 
     def go_on(done: int, total: int) -> None:
         if os.getppid() != asked_by:  # killed amid a long frame: the one who goes on needs the cores
@@ -251,7 +254,7 @@ def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
             made = workers.make(Task(**json.loads(line)), go_on, gather=send)
             sizes: list[tuple[str, int | None]] = []
             for name, data in made.files.items():
-                if isinstance(data, bytes) and data is not SENT:
+                if isinstance(data, bytes) and not isinstance(data, _Sent):
                     files.append(data)
                     sizes.append((name, len(data)))
                 else:

@@ -1,7 +1,7 @@
 //! The planes of a frame while many threads write them, a tile at a time.
 
 use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use raycam_bvh::past_cache;
 
@@ -70,12 +70,7 @@ impl<'a> Film<'a> {
         background: &[(Channel, Plane)],
         mut write: impl FnMut(Channel, &mut Page),
     ) {
-        let band = (tile.y - self.region[1]) / TILE;
-        let first = self.region[1] + band * TILE;
-        // A thread that panicked left its own pixels unwritten; nobody else's suffer.
-        let mut strips = self.bands[band as usize]
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let (first, mut strips) = self.band(tile);
         let mut rests: Vec<Rest> = strips
             .iter_mut()
             .enumerate()
@@ -111,11 +106,7 @@ impl<'a> Film<'a> {
 
     /// Writes the background all over a tile, which may be wide: whole rows of a channel before the next one.
     pub fn fill(&self, tile: &Tile, background: &[(Channel, Plane)]) {
-        let band = (tile.y - self.region[1]) / TILE;
-        let first = self.region[1] + band * TILE;
-        let mut strips = self.bands[band as usize]
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let (first, mut strips) = self.band(tile);
         let mut runs = vec![];
         self.runs(first, &[(*tile, None)], 0..tile.height, &mut runs);
         past_cache(|past| {
@@ -132,6 +123,16 @@ impl<'a> Film<'a> {
                 page.put_background();
             }
         });
+    }
+
+    /// The strips that a tile lies in, and their first row.
+    fn band(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<Strip<'a>>>) {
+        let band = (tile.y - self.region[1]) / TILE;
+        // A thread that panicked left its own pixels unwritten; nobody else's suffer.
+        let strips = self.bands[band as usize]
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        (self.region[1] + band * TILE, strips)
     }
 
     /// The runs of rows of blocks beside each other, in a strip that begins with the row `first`.

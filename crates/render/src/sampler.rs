@@ -133,12 +133,12 @@ impl Sampler {
     #[inline(always)]
     fn numbers(&self, number: u32, Group { key, mixed, low }: Group) -> [f32; 2] {
         let of_block = |number| spread([self.block[0], self.block[1], number]);
-        let of_quad = |n: u32| lowbias(self.quad.wrapping_add(n.wrapping_mul(0x9e37_79b9)));
+        let of_quad = |n: u32| lowbias(self.quad.wrapping_add(golden(n)));
         let [shuffle, ..] = of_block(key);
         // The order of a pixel's points is its own as far as its first 2^k points stay the first 2^k.
         let order = of_quad(key).rotate_left(8 * (self.changed(shuffle, of_quad(key)) >> 30));
         let shuffled = reverse(permute(reorder(self.sample, order), shuffle));
-        let above = (shuffled >> MIXED_BITS) ^ number.wrapping_mul(0x9e37_79b9);
+        let above = (shuffled >> MIXED_BITS) ^ golden(number);
         let mut index = shuffled ^ lowbias(above) & low;
         for (bit, mixed) in mixed.iter().enumerate() {
             index ^= mixed & ((shuffled << (30 - bit)) as i32 >> 31) as u32;
@@ -298,6 +298,12 @@ fn turned(place: u32, random: u32) -> u32 {
 fn spaced(mut x: u32) -> u32 {
     x = (x | x << 2) & 0x3333_3333;
     (x | x << 1) & 0x5555_5555
+}
+
+/// Numbers that follow each other, far apart: multiples of 2^32 over the golden ratio.
+#[inline(always)]
+fn golden(number: u32) -> u32 {
+    number.wrapping_mul(0x9e37_79b9)
 }
 
 /// A hash of 32 bits (C. Wellons, "Prospecting for Hash Functions", 2018: lowbias32).

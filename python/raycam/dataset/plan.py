@@ -29,6 +29,9 @@ __all__ = ["NO_LENSES", "Format", "Made", "Plan", "Shot", "check_poses", "half",
 WORLDS = 2
 """Worlds of a recipe that are kept: views at work at the same time are of neighbours."""
 
+NO_LENSES = "give it pinhole cameras without skew; coco and webdataset have any, colmap and nerf most lenses"
+"""What to do where a format has no lenses."""
+
 Record = dict[str, Any]
 Made = tuple[Mapping[str, bytes | Iterable[Piece]], Record]
 """The files of a unit by name, in pieces where they are large, and what the index of the data set has to know of it:
@@ -254,10 +257,6 @@ def check_poses(plan: Plan, format: str) -> None:
                 f"camera {number} moves while its lines are read; {format} has one pose for each picture: coco and "
                 "webdataset have none, or the whole camera"
             )
-
-
-NO_LENSES = "give it pinhole cameras without skew; coco and webdataset have any, colmap and nerf most lenses"
-"""What to do where a format has no lenses."""
 
 
 def png(pixels: npt.NDArray[Any]) -> bytes:

@@ -9,8 +9,8 @@ use crate::build::MAX_DEPTH;
 use crate::simd::{Isa, Vector};
 
 /// A path has at most `MAX_DEPTH` nodes in the tree over instances and as many in a mesh, each leaves at most 7
-/// children for later, both have a [`Stack::floor`], and [`Stack::push`] writes 8 at once: no stack grows beyond this. (The
-/// last 8 are for the size of what holds one.)
+/// children for later, both have a [`Stack::floor`], and [`Stack::push`] writes 8 at once: no stack grows beyond this. Eight more
+/// make the slots that hold one an odd number of lines, see [`super::slot::Slot`].
 const STACK: usize = 2 * (7 * MAX_DEPTH + 1) + 8 + 8;
 
 /// References with the t at which the ray enters them.
