@@ -105,21 +105,24 @@ impl Sampler {
     /// Two numbers in [0, 1).
     #[inline]
     pub fn pair(&self, pair: Pair) -> [f32; 2] {
-        self.numbers(pair.number(), pair.group())
+        let group = pair.group();
+        self.numbers(self.shuffled(group.key), pair.number(), group)
     }
 
-    /// The same pair of some samples of a batch, in the order of `which`.
-    pub fn pairs(
+    /// Pairs of one group, each in a list of its own, of some samples of a batch, in the order of `which`.
+    pub fn pairs<const K: usize>(
         samplers: &[Self],
         which: impl Iterator<Item = usize>,
-        pair: Pair,
-        out: &mut Vec<[f32; 2]>,
+        pairs: [Pair; K],
+        out: [&mut Vec<[f32; 2]>; K],
     ) {
+        let key = pairs.first().map_or(0, |pair| pair.group().key);
+        debug_assert!(pairs.iter().all(|pair| pair.group().key == key));
         vectorized(Pairs {
             samplers,
             which,
-            number: pair.number(),
-            group: pair.group(),
+            key,
+            pairs: pairs.map(|pair| (pair.number(), pair.group())),
             out,
         });
     }
@@ -130,21 +133,35 @@ impl Sampler {
         turned(permute(self.place, !exchange), own)
     }
 
+    /// Which point of a sequence the sample has, in a group with this key.
     #[inline(always)]
-    fn numbers(&self, number: u32, Group { key, mixed, low }: Group) -> [f32; 2] {
-        let of_block = |number| spread([self.block[0], self.block[1], number]);
-        let of_quad = |n: u32| lowbias(self.quad.wrapping_add(golden(n)));
-        let [shuffle, ..] = of_block(key);
+    fn shuffled(&self, key: u32) -> u32 {
+        let [shuffle, ..] = self.of_block(key);
         // The order of a pixel's points is its own as far as its first 2^k points stay the first 2^k.
-        let order = of_quad(key).rotate_left(8 * (self.changed(shuffle, of_quad(key)) >> 30));
-        let shuffled = reverse(permute(reorder(self.sample, order), shuffle));
+        let own = self.of_quad(key);
+        let order = own.rotate_left(8 * (self.changed(shuffle, own) >> 30));
+        reverse(permute(reorder(self.sample, order), shuffle))
+    }
+
+    #[inline(always)]
+    fn of_block(&self, number: u32) -> [u32; 3] {
+        spread([self.block[0], self.block[1], number])
+    }
+
+    #[inline(always)]
+    fn of_quad(&self, number: u32) -> u32 {
+        lowbias(self.quad.wrapping_add(golden(number)))
+    }
+
+    #[inline(always)]
+    fn numbers(&self, shuffled: u32, number: u32, Group { mixed, low, .. }: Group) -> [f32; 2] {
         let above = (shuffled >> MIXED_BITS) ^ golden(number);
         let mut index = shuffled ^ lowbias(above) & low;
         for (bit, mixed) in mixed.iter().enumerate() {
             index ^= mixed & ((shuffled << (30 - bit)) as i32 >> 31) as u32;
         }
-        let [exchange, first, second] = of_block(number);
-        let place = self.changed(exchange, of_quad(number));
+        let [exchange, first, second] = self.of_block(number);
+        let place = self.changed(exchange, self.of_quad(number));
         for (bit, apart) in APART.iter().enumerate() {
             // All ones where the bit is set; the bits are in reverse.
             index ^= apart & ((place << bit) as i32 >> 31) as u32;
@@ -157,26 +174,27 @@ impl Sampler {
 }
 
 /// [`Sampler::pairs`] at work.
-struct Pairs<'a, W> {
+struct Pairs<'a, W, const K: usize> {
     samplers: &'a [Sampler],
     which: W,
-    number: u32,
-    group: Group,
-    out: &'a mut Vec<[f32; 2]>,
+    key: u32,
+    pairs: [(u32, Group); K],
+    out: [&'a mut Vec<[f32; 2]>; K],
 }
 
-impl<W: Iterator<Item = usize>> Loops for Pairs<'_, W> {
+impl<W: Iterator<Item = usize>, const K: usize> Loops for Pairs<'_, W, K> {
     #[inline(always)]
     fn run(self) {
-        const LANES: usize = 16;
+        // Four registers: each number is a chain of some forty multiplications, and one chain goes on while another waits.
+        const LANES: usize = 64;
         let Self {
             samplers,
             mut which,
-            number,
-            group,
-            out,
+            key,
+            pairs,
+            mut out,
         } = self;
-        out.clear();
+        out.iter_mut().for_each(|out| out.clear());
         loop {
             // Field by field, as registers hold them.
             let mut fields = [[0; LANES]; 5];
@@ -195,18 +213,26 @@ impl<W: Iterator<Item = usize>> Loops for Pairs<'_, W> {
                 }
                 count += 1;
             }
-            let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
-            for i in 0..LANES {
+            let sampler = |i: usize| {
                 let [a, b, quad, place, sample] = [0, 1, 2, 3, 4].map(|k: usize| fields[k][i]);
-                let sampler = Sampler {
+                Sampler {
                     block: [a, b],
                     quad,
                     place,
                     sample,
-                };
-                [x[i], y[i]] = sampler.numbers(number, group);
+                }
+            };
+            let mut shuffled = [0; LANES];
+            for (i, shuffled) in shuffled.iter_mut().enumerate() {
+                *shuffled = sampler(i).shuffled(key);
             }
-            out.extend((0..count).map(|i| [x[i], y[i]]));
+            for (out, (number, group)) in out.iter_mut().zip(pairs) {
+                let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+                for i in 0..LANES {
+                    [x[i], y[i]] = sampler(i).numbers(shuffled[i], number, group);
+                }
+                out.extend((0..count).map(|i| [x[i], y[i]]));
+            }
             if count < LANES {
                 return;
             }

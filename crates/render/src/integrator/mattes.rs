@@ -97,9 +97,9 @@ impl<const N: usize> Mattes<N> {
         set(&mut self.from, lane, path.from.position.to_array());
     }
 
-    /// The direction in which a path goes on, which is this one, and its ray.
+    /// The direction in which a path goes on, which is this one, and where its ray starts.
     #[inline]
-    pub fn sample(&self, lane: usize, direction: Vec3) -> Option<(ScatterSample, Ray)> {
+    pub fn sample(&self, lane: usize, direction: Vec3) -> Option<(ScatterSample, Vec3)> {
         let Leaving {
             away,
             pdf,
@@ -114,12 +114,7 @@ impl<const N: usize> Mattes<N> {
                 delta: false,
                 squeeze: 1.0,
             };
-            let ray = Ray {
-                origin: get(start, lane),
-                direction: direction.to_array(),
-                t_max: f32::INFINITY,
-            };
-            (sample, ray)
+            (sample, get(start, lane).into())
         })
     }
 
@@ -267,7 +262,7 @@ impl Walk<'_> {
             self.sample_lights(path, &surface, skin, &meeting, wave, out);
         }
         match mattes.sample(lane, direction) {
-            Some((sample, ray)) => self.send(path, &sample, ray, from, path.media, wave),
+            Some((sample, start)) => self.send(path, &sample, start, from, path.media, wave),
             None => false,
         }
     }
@@ -371,8 +366,7 @@ mod tests {
                     aims: mattes.aims.any().then_some((&mattes.aims, lane)),
                 };
                 let alone = matte.sample(&frame, [0.0; 3]).map(|sample| {
-                    let ray = place.leaving(direction, f32::INFINITY);
-                    (sample, ray)
+                    (sample, place.start(direction).as_vec3())
                 });
                 let lanes = mattes.sample(lane, direction);
                 assert_eq!(format!("{lanes:?}"), format!("{alone:?}"));

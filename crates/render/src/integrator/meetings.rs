@@ -46,13 +46,13 @@ impl Meetings {
     pub fn find(&mut self, walk: &Walk, live: &[u32], hits: &[Hit]) {
         let world = walk.world;
         let which = || live.iter().map(|&at| at as usize);
-        let pair = Pair::Scatter(walk.turn);
-        Sampler::pairs(walk.samplers, which(), pair, &mut self.scatter);
-        self.light.clear();
+        let (scatter, light) = (Pair::Scatter(walk.turn), Pair::Light(walk.turn, 0));
         if walk.sampled {
-            let pair = Pair::Light(walk.turn, 0);
-            Sampler::pairs(walk.samplers, which(), pair, &mut self.light);
+            let out = [&mut self.scatter, &mut self.light];
+            Sampler::pairs(walk.samplers, which(), [scatter, light], out);
         } else {
+            Sampler::pairs(walk.samplers, which(), [scatter], [&mut self.scatter]);
+            self.light.clear();
             self.light.resize(live.len(), [0.0; 2]);
         }
         let chunks = hits.chunks(LANES);

@@ -313,18 +313,18 @@ impl Walk<'_> {
         let Some(sample) = surface.scatter.sample(&surface.frame, [choice, x, y]) else {
             return false;
         };
-        let ray = surface.place.leaving(sample.direction, f32::INFINITY);
+        let start = surface.place.start(sample.direction).as_vec3();
         let media = skin.beyond(surface.frame.geometric, sample.direction);
-        self.send(path, &sample, ray, surface.reference(), media, wave)
+        self.send(path, &sample, start, surface.reference(), media, wave)
     }
 
-    /// The same where it is known how: in which direction, by which ray, from where and through what.
+    /// The same where it is known how: in which direction, where the ray starts, from where and through what.
     #[inline(always)]
     pub(super) fn send(
         &self,
         path: &mut Path,
         sample: &ScatterSample,
-        ray: Ray,
+        start: Vec3,
         from: Reference,
         media: Media,
         wave: &mut Wave,
@@ -361,16 +361,25 @@ impl Walk<'_> {
         path.squeeze = squeeze;
         path.cone = path.cone.scattered(sample.delta);
         if last && self.blind && path.media.is_empty() {
-            self.look(path, ray, wave);
+            self.look(path, start, wave);
             return false;
         }
-        wave.rays.push(ray);
+        wave.rays.push(Ray {
+            origin: start.to_array(),
+            direction: sample.direction.to_array(),
+            t_max: f32::INFINITY,
+        });
         true
     }
 
     /// What [`Walk::miss`] and [`Walk::pick_up`] would find, by shadow rays: those need not know what is met.
     #[inline(never)]
-    fn look(&self, path: &Path, ray: Ray, wave: &mut Wave) {
+    fn look(&self, path: &Path, start: Vec3, wave: &mut Wave) {
+        let ray = Ray {
+            origin: start.to_array(),
+            direction: path.direction.to_array(),
+            t_max: f32::INFINITY,
+        };
         let ways = &mut wave.scattered;
         self.lights.crossed(
             &path.from,

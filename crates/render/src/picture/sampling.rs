@@ -81,7 +81,7 @@ impl Picture<'_> {
             last = Some((i, of_pixel));
             self.sample_of(of_pixel, sample)
         }));
-        Sampler::pairs(samplers, 0..samplers.len(), Pair::Filter, offsets);
+        Sampler::pairs(samplers, 0..samplers.len(), [Pair::Filter], [offsets]);
         let pinhole = self.camera.pinhole();
         if let Some(pinhole) = pinhole.filter(|at| !world.is_far(at.center - world.origin)) {
             let start = pinhole.center - world.origin;

@@ -116,7 +116,7 @@ fn a_batch_has_the_numbers_of_its_samples() {
     let which = || (0..50).filter(|i| i % 7 != 3);
     let mut out = vec![[2.0; 2]];
     for pair in [Pair::Filter, Pair::Scatter(3), Pair::Light(0, 63)] {
-        Sampler::pairs(&samplers, which(), pair, &mut out);
+        Sampler::pairs(&samplers, which(), [pair], [&mut out]);
         let alone: Vec<_> = which().map(|i| samplers[i].pair(pair)).collect();
         assert_eq!(out, alone);
     }
