@@ -13,8 +13,10 @@ use rayon::prelude::*;
 
 use crate::prepare::PreparedWorld;
 
-/// Rays for every triangle that make up for building the tree, and a little more.
-const SAMPLES: u64 = 8;
+/// Samples for every triangle that make up for building the tree, and a little more.
+const SAMPLES: u64 = 4;
+/// The same of exact rays, which are fewer and run alike.
+const EXACT: u64 = 8;
 /// The most triangles: some 200 bytes each, for a moment.
 const MOST: usize = 1 << 22;
 /// float32 has this many steps or more along the mean triangle of every object, or else small things on a large floor
@@ -34,9 +36,14 @@ impl PreparedWorld {
     /// What the rays of a picture of so many samples are traced against. It depends on nothing but the world and that
     /// number: the same picture has the same bits.
     pub(crate) fn scene_for(&self, samples: u64) -> &Scene {
-        let pays = || samples / SAMPLES >= self.triangle_count() as u64;
-        if self.scene.is_one_tree() || !pays() {
-            return &self.scene;
+        self.merged_if(|triangles| samples / SAMPLES >= triangles)
+            .unwrap_or(&self.scene)
+    }
+
+    /// The tree over everything if it pays for so many triangles.
+    fn merged_if(&self, pays: impl Fn(u64) -> bool) -> Option<&Scene> {
+        if self.scene.is_one_tree() || !pays(self.triangle_count() as u64) {
+            return None;
         }
         let tree = &self.merged.tree;
         if tree.get().is_none() {
@@ -44,14 +51,15 @@ impl PreparedWorld {
             // would wait for itself. Whoever is first is kept; all of them are the same.
             let _ = tree.set(self.merge());
         }
-        tree.get().and_then(Option::as_ref).unwrap_or(&self.scene)
+        tree.get().and_then(Option::as_ref)
     }
 
     /// Makes the tree if with so many more exact rays it pays. Their answers are the same with it and without.
     pub(crate) fn expect_exact(&self, rays: u64) {
         if self.merged.tree.get().is_none() {
             let before = self.merged.exact.fetch_add(rays, Ordering::Relaxed);
-            self.scene_for(before.saturating_add(rays));
+            let rays = before.saturating_add(rays);
+            self.merged_if(|triangles| rays / EXACT >= triangles);
         }
     }
 
@@ -208,7 +216,7 @@ mod tests {
         let picture = || crate::render(&prepared, &camera, &settings, &Control::new()).unwrap();
         let (pixels, triangles) = (120 * 80, prepared.triangle_count() as u64);
         let without = picture();
-        for _ in 1..SAMPLES * triangles / pixels {
+        for _ in 1..EXACT * triangles / pixels {
             picture();
         }
         assert!(prepared.merged.tree.get().is_none());

@@ -365,9 +365,9 @@ mod tests {
                     direction,
                     aims: mattes.aims.any().then_some((&mattes.aims, lane)),
                 };
-                let alone = matte.sample(&frame, [0.0; 3]).map(|sample| {
-                    (sample, place.start(direction).as_vec3())
-                });
+                let alone = matte
+                    .sample(&frame, [0.0; 3])
+                    .map(|sample| (sample, place.start(direction).as_vec3()));
                 let lanes = mattes.sample(lane, direction);
                 assert_eq!(format!("{lanes:?}"), format!("{alone:?}"));
                 away += usize::from(alone.is_some());
