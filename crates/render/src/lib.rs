@@ -33,6 +33,7 @@ mod pass_through;
 mod picture;
 mod place;
 mod prepare;
+mod prepared_material;
 mod prepared_mesh;
 pub mod queries;
 mod render;

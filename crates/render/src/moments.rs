@@ -17,7 +17,8 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::mirrors::mirrors;
-use crate::prepare::{PreparedWorld, bounds, check, is_see_through, place, prepare_materials};
+use crate::prepare::{PreparedWorld, bounds, check, is_see_through, place};
+use crate::prepared_material::prepare_materials;
 use crate::prepared_mesh::prepare_meshes;
 
 /// Slices of the time from when the first line opens until the last one closes.

@@ -1,6 +1,6 @@
 //! From a world as written to a world as rendered.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
@@ -11,8 +11,8 @@ use crate::error::RenderError;
 use crate::light::{Lights, default_lights};
 use crate::merge::Merged;
 use crate::mirrors::{Mirror, mirrors};
+use crate::prepared_material::{PreparedMaterial, prepare_materials};
 use crate::prepared_mesh::{PreparedMesh, prepare_meshes};
-use crate::scatter::{Interface, Lobe, interfaces, plain};
 use crate::texture::{PreparedTexture, prepare_textures};
 use crate::threads::with_pool;
 use crate::{control::Control, cover};
@@ -33,18 +33,6 @@ pub(crate) struct PreparedObject {
     /// Its number in the world's categories, or -1.
     pub category: i32,
     pub rounding: Rounding,
-}
-
-/// A material with what is worth computing once.
-#[derive(Debug)]
-pub(crate) struct PreparedMaterial {
-    pub material: Material,
-    /// The specular lobe, where there is one.
-    pub lobe: Option<Arc<Lobe>>,
-    /// What [`PreparedMaterial::plain`] multiplies the base colour by, where it is plain.
-    pub plain: Option<f32>,
-    /// What roughness loses where it refracts.
-    pub interfaces: Vec<Interface>,
 }
 
 /// A world ready to be rendered: acceleration structures, instances and lights relative to a local origin.
@@ -374,26 +362,4 @@ pub(crate) fn bounds(objects: &[Object], meshes: &[Arc<PreparedMesh>]) -> (DVec3
     boxes
         .reduce(|(a, b), (l, u)| (a.min(l), b.max(u)))
         .unwrap_or_default()
-}
-
-pub(crate) fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial> {
-    let mut lobes: HashMap<u32, Arc<Lobe>> = HashMap::new();
-    let mut lobe = |material: &Material| {
-        let shininess = Lobe::shininess(&material.reflectance)?;
-        let known = lobes.entry(shininess.to_bits());
-        Some(
-            known
-                .or_insert_with(|| Arc::new(Lobe::new(shininess)))
-                .clone(),
-        )
-    };
-    materials
-        .iter()
-        .map(|material| PreparedMaterial {
-            material: material.clone(),
-            lobe: lobe(material),
-            plain: plain(material),
-            interfaces: interfaces(material),
-        })
-        .collect()
 }

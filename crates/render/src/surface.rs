@@ -6,7 +6,8 @@ use raycam_scene::{Alpha, TextureSlot};
 
 use crate::light::Reference;
 use crate::place::{Place, beside};
-use crate::prepare::{PreparedMaterial, PreparedWorld};
+use crate::prepare::PreparedWorld;
+use crate::prepared_material::PreparedMaterial;
 use crate::scatter::{Frame, Scatter, Scattering};
 use crate::texture::Footprint;
 

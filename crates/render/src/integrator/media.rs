@@ -7,8 +7,11 @@
 use glam::Vec3;
 use raycam_bvh::Hit;
 
+use super::path::{Path, Wave};
+use super::walk::Walk;
 use crate::prepare::PreparedWorld;
-use crate::scatter::{index, inside};
+use crate::scatter::{Scattering, index};
+use crate::surface::Surface;
 
 /// How many a path remembers; of more, the one it entered first is forgotten.
 const DEPTH: usize = 6;
@@ -39,6 +42,7 @@ pub(super) struct Skin {
 
 impl Skin {
     /// That of a hit surface.
+    #[inline]
     pub fn of(
         world: &PreparedWorld,
         media: Media,
@@ -47,7 +51,7 @@ impl Skin {
         channel: Option<usize>,
     ) -> Self {
         let index = world.material_index(hit.instance, hit.triangle);
-        match inside(&world.materials[index].material) {
+        match world.materials[index].inside {
             None => Self::none(media),
             Some(_) => media.meet(world, index, front, channel),
         }
@@ -87,6 +91,27 @@ impl Media {
         front: bool,
         channel: Option<usize>,
     ) -> Skin {
+        let alone = Self::default().with(material as u32);
+        // Nearly always: nothing else is there.
+        if front && self.is_empty() || !front && self == alone {
+            return Skin {
+                before: self,
+                after: if front { alone } else { Self::default() },
+                hidden: false,
+                around: 1.0,
+            };
+        }
+        self.meet_among(world, material, front, channel)
+    }
+
+    /// The same whatever else is there.
+    fn meet_among(
+        self,
+        world: &PreparedWorld,
+        material: usize,
+        front: bool,
+        channel: Option<usize>,
+    ) -> Skin {
         let material = material as u32;
         let (before, after) = if front {
             (self, self.with(material))
@@ -109,12 +134,16 @@ impl Media {
     /// What is lost per metre.
     pub fn absorption(&self, world: &PreparedWorld) -> Vec3 {
         self.top(world)
-            .and_then(|there| inside(&world.materials[there].material))
+            .and_then(|there| world.materials[there].inside)
             .unwrap_or(Vec3::ZERO)
     }
 
     /// Of which material it is where the path is.
+    #[inline]
     fn top(&self, world: &PreparedWorld) -> Option<usize> {
+        if self.0[1] == NOTHING {
+            return (!self.is_empty()).then_some(self.0[0] as usize);
+        }
         let known = self.0.iter().take_while(|&&material| material != NOTHING);
         // Of equals, `max_by_key` takes the last.
         known
@@ -145,5 +174,67 @@ impl Media {
         self.0.rotate_right(1);
         self.0[0] = material;
         self
+    }
+}
+
+impl Walk<'_> {
+    /// What is lost on a way through clear matter.
+    #[inline]
+    pub(super) fn absorb(&self, path: &mut Path, distance: f64) {
+        let absorption = path.media.absorption(self.world);
+        if absorption != Vec3::ZERO {
+            path.throughput *= (-absorption * distance as f32).exp();
+        }
+    }
+
+    /// Goes on through a surface that other matter hides. Light sampling does not look through it: what the ray finds
+    /// behind counts in full.
+    pub(super) fn go_on<S: Scattering>(
+        &self,
+        path: &mut Path,
+        surface: &Surface<S>,
+        skin: Skin,
+        wave: &mut Wave,
+    ) {
+        wave.rays
+            .push(surface.place.leaving(path.direction, f32::INFINITY));
+        path.from = surface.reference();
+        path.pdf = f32::INFINITY;
+        path.media = skin.after;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use raycam_scene::{Glass, Material, Reflectance, World};
+
+    use super::*;
+    use crate::control::Control;
+
+    #[test]
+    fn what_is_alone_is_met_as_among_others() {
+        let mut world = World::default();
+        for priority in [0, 3] {
+            let material = Material {
+                priority,
+                reflectance: Reflectance::Glass(Glass::default()),
+                ..Material::default()
+            };
+            world.add_material(material).unwrap();
+        }
+        let world = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
+        let nothing = Media::default();
+        for media in [
+            nothing,
+            nothing.with(0),
+            nothing.with(1),
+            nothing.with(0).with(1),
+        ] {
+            for (material, front) in [(0, true), (0, false), (1, true), (1, false)] {
+                let met = media.meet(&world, material, front, None);
+                let among = media.meet_among(&world, material, front, None);
+                assert_eq!(format!("{met:?}"), format!("{among:?}"));
+            }
+        }
     }
 }

@@ -5,11 +5,12 @@ use raycam_bvh::{Hit, vectorized};
 
 use super::mattes::{Light, Mattes, Scatter};
 use super::path::Path;
+use super::smooths::Smooths;
 use super::walk::Walk;
 use crate::lanes::{Corners, LANES, Three, get, set_corners};
 use crate::light::{LightSample, LightSamples, Reference, SampleArea, Source};
 use crate::place::{Place, Places};
-use crate::prepare::PreparedMaterial;
+use crate::prepared_material::PreparedMaterial;
 use crate::sampler::{Pair, Sampler};
 use crate::scatter::{Aim, Directions};
 
@@ -19,11 +20,14 @@ pub(super) struct Meetings {
     corners: Vec<Corners<LANES>>,
     scatter: Vec<[f32; 2]>,
     light: Vec<[f32; 2]>,
+    /// Only where there is clear glass.
+    which: Vec<[f32; 2]>,
     pub places: Places<LANES>,
     pub matte: Three<f32, LANES>,
     /// Of the light that is the only one.
     on_light: LightSamples<LANES>,
     pub mattes: Mattes<LANES>,
+    pub smooths: Smooths,
 }
 
 /// One path's.
@@ -54,6 +58,11 @@ impl Meetings {
             Sampler::pairs(walk.samplers, which(), [scatter], [&mut self.scatter]);
             self.light.clear();
             self.light.resize(live.len(), [0.0; 2]);
+        }
+        self.which.clear();
+        if walk.refracts {
+            let pair = Pair::Which(walk.turn);
+            Sampler::pairs(walk.samplers, which(), [pair], [&mut self.which]);
         }
         let chunks = hits.chunks(LANES);
         if self.corners.len() < chunks.len() {
@@ -119,14 +128,18 @@ impl Meetings {
             matte,
             on_light,
             mattes,
+            smooths,
             light: numbers,
+            which,
             ..
         } = self;
         mattes.is = [false; LANES];
+        smooths.points.begin();
         let mut aimed = [false; LANES];
         for (lane, (&at, hit)) in live.iter().zip(hits).enumerate() {
             let path = &paths[at as usize];
             let Some(albedo) = walk.plain(path, hit, places, lane) else {
+                walk.put_smooth(path, hit, (places, lane), smooths);
                 continue;
             };
             mattes.put(lane, albedo, path);
@@ -142,6 +155,7 @@ impl Meetings {
                 on_light.put(lane, light.sample(&from, numbers[number * LANES + lane]));
             }
         }
+        walk.find_smooth(which.get(number * LANES..).unwrap_or(&[]), places, smooths);
         if mattes.is == [false; LANES] {
             return;
         }

@@ -8,6 +8,7 @@ mod meetings;
 mod next_event;
 mod path;
 mod shadows;
+mod smooths;
 mod walk;
 
 use glam::{DVec3, Vec3};

@@ -6,6 +6,7 @@
 
 use glam::Vec3;
 use raycam_bvh::{Coherence, Hit, Ray};
+use raycam_scene::Reflectance;
 
 use super::media::Media;
 use super::meetings::Meetings;
@@ -16,8 +17,8 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::lanes::LANES;
 use crate::light::{Choice, Lights, Reference};
-use crate::prepare::{PreparedMaterial, PreparedWorld};
-use crate::scatter::inside;
+use crate::prepare::PreparedWorld;
+use crate::prepared_material::PreparedMaterial;
 use crate::texture::Cone;
 
 /// A ray on its way from the camera.
@@ -77,6 +78,7 @@ pub(super) fn radiance(
             .filter(|_| rules.light_samples == 1 && rules.ambient.is_none()),
         splits: at_once.is_some(),
         blind: is_blind(world, lights),
+        refracts: refracts(world),
         mirrors: match lights.is_thrown() {
             true => &world.mirrors,
             false => &[],
@@ -142,6 +144,11 @@ pub(super) fn radiance(
                 let path = &mut paths[at as usize];
                 let goes_on = if meetings.mattes.is[lane] {
                     walk.step_matte(path, meetings, (number, lane), hit, wave, radiance)
+                } else if meetings.smooths.points.is[lane] {
+                    let Meetings {
+                        places, smooths, ..
+                    } = &*meetings;
+                    walk.step_smooth(path, places, (smooths, lane), wave, radiance)
                 } else {
                     let meeting = meetings.at(&walk, number, lane, hit);
                     walk.step(path, &meeting, wave, radiance)
@@ -172,9 +179,17 @@ pub(super) fn radiance(
 
 /// Whether the last segments of paths find no more than lights behind everything, or between surfaces in empty space.
 fn is_blind(world: &PreparedWorld, lights: &Lights) -> bool {
-    let clear = |prepared: &PreparedMaterial| inside(&prepared.material).is_some();
+    let clear = |prepared: &PreparedMaterial| prepared.inside.is_some();
     let dims = lights.has_finite() && world.materials.iter().any(clear);
     !(world.see_through || lights.has_surfaces() || dims)
+}
+
+/// Whether there is clear glass.
+fn refracts(world: &PreparedWorld) -> bool {
+    let glass = |prepared: &PreparedMaterial| {
+        prepared.clear && matches!(prepared.material.reflectance, Reflectance::Glass(_))
+    };
+    world.materials.iter().any(glass)
 }
 
 /// What the paths of a batch take, kept from batch to batch.

@@ -12,7 +12,8 @@ use crate::lanes::LANES;
 use crate::light::{BEFORE_LIGHT, Choice, Lights, Reference, Source};
 use crate::mirrors::Mirror;
 use crate::place::Places;
-use crate::prepare::{PreparedMaterial, PreparedWorld};
+use crate::prepare::PreparedWorld;
+use crate::prepared_material::PreparedMaterial;
 use crate::sampler::{Pair, Sampler};
 use crate::scatter::{Matte, ScatterSample, Scattering, is_dispersive};
 use crate::surface::Surface;
@@ -39,6 +40,8 @@ pub(super) struct Walk<'a> {
     pub splits: bool,
     /// Whether of what stands in the way of a path's last segment only counts that it does.
     pub blind: bool,
+    /// Whether smooth surfaces choose between two ways.
+    pub refracts: bool,
     /// What the rays of matte surfaces are aimed at.
     pub mirrors: &'a [Mirror],
     /// Surfaces that all paths at hand have met: which random numbers they have used.
@@ -133,10 +136,7 @@ impl Walk<'_> {
         }
         let distance = (place.position - path.from.position).length();
         path.media = skin.before;
-        if !path.media.is_empty() {
-            let absorption = path.media.absorption(self.world);
-            path.throughput *= (-absorption * distance as f32).exp();
-        }
+        self.absorb(path, distance);
         self.pick_up(path, distance, out);
         if skin.hidden {
             self.go_on(path, surface, skin, wave);
@@ -150,29 +150,13 @@ impl Walk<'_> {
         false
     }
 
-    /// Goes on through a surface that other matter hides. Light sampling does not look through it: what the ray finds
-    /// behind counts in full.
-    fn go_on<S: Scattering>(
-        &self,
-        path: &mut Path,
-        surface: &Surface<S>,
-        skin: Skin,
-        wave: &mut Wave,
-    ) {
-        wave.rays
-            .push(surface.place.leaving(path.direction, f32::INFINITY));
-        path.from = surface.reference();
-        path.pdf = f32::INFINITY;
-        path.media = skin.after;
-    }
-
     /// Whether a path that may not grow may still go on through mirrors.
     pub(super) fn free(&self, path: &Path) -> bool {
         self.rules.free_mirrors && path.straight
     }
 
     /// Whether the camera sees the back of a one-sided surface.
-    fn is_back(&self, path: &Path, material: &Material, front: bool) -> bool {
+    pub(super) fn is_back(&self, path: &Path, material: &Material, front: bool) -> bool {
         path.depth == 1 && path.straight && !front && !material.double_sided
     }
 

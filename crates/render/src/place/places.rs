@@ -6,6 +6,7 @@ use raycam_bvh::{Hit, Loops};
 use super::{Place, beside};
 use crate::lanes::{Corners, Three, corners, get, set, vector};
 use crate::prepare::{PreparedWorld, Rounding};
+use crate::scatter::Frame;
 use crate::surface::{is_far_from_ends, unit_normal};
 use crate::texture::Footprint;
 
@@ -160,6 +161,13 @@ impl<const N: usize> Places<N> {
         let (above, beneath) = (get(&self.above, lane), get(&self.below, lane));
         let beyond = Vec3::from(if below { beneath } else { above });
         self.position(lane) + beyond.as_dvec3()
+    }
+
+    /// [`Place::frame`] of a lane, seen along its ray.
+    #[inline(always)]
+    pub fn frame(&self, lane: usize) -> Frame {
+        let direction = Vec3::from(get(&self.direction, lane));
+        Frame::new(self.geometric(lane), self.normal(lane), -direction)
     }
 
     /// Of the rays.

@@ -43,25 +43,48 @@ impl Frame {
         )
     }
 
+    /// The same with its own normal, bent as [`Frame::with_normal`] does, and any tangent.
+    #[inline(always)]
+    pub fn upright(&self) -> Self {
+        self.about(self.seen(self.normal))
+    }
+
+    /// The same about this normal, and any tangent.
+    #[inline(always)]
+    pub fn about(&self, normal: Vec3) -> Self {
+        self.along(normal, normal.any_orthonormal_vector())
+    }
+
     /// The same with another normal, bent where needed so that the viewer sees it, and its tangent as near to `tangent`
     /// as it can be.
     pub fn with_normal(&self, normal: Vec3, tangent: Option<Vec3>) -> Self {
-        /// The smallest cosine of the view.
-        const GRAZING: f32 = 1e-3;
-        let cosine = normal.dot(self.view);
-        let normal = if cosine < GRAZING {
-            (normal + self.view * (GRAZING * 1.1 - cosine)).normalize()
-        } else {
-            normal
-        };
+        let normal = self.seen(normal);
         let along = tangent
             .map(|tangent| (tangent - normal * normal.dot(tangent)).normalize_or_zero())
             .filter(|&tangent| tangent != Vec3::ZERO)
             .unwrap_or_else(|| normal.any_orthonormal_vector());
+        self.along(normal, along)
+    }
+
+    /// A normal bent where needed so that the viewer sees it.
+    #[inline(always)]
+    fn seen(&self, normal: Vec3) -> Vec3 {
+        /// The smallest cosine of the view.
+        const GRAZING: f32 = 1e-3;
+        let cosine = normal.dot(self.view);
+        if cosine < GRAZING {
+            (normal + self.view * (GRAZING * 1.1 - cosine)).normalize()
+        } else {
+            normal
+        }
+    }
+
+    #[inline(always)]
+    fn along(&self, normal: Vec3, tangent: Vec3) -> Self {
         Self {
             normal,
-            tangent: along,
-            bitangent: normal.cross(along),
+            tangent,
+            bitangent: normal.cross(tangent),
             ..*self
         }
     }

@@ -53,18 +53,12 @@ impl Fresnel {
                 share,
             } => schlick(f0, f90, cosine).lerp(film.reflected(cosine, f0), share),
             Self::Dielectric(eta) => Vec3::splat(dielectric(cosine, eta)),
-            Self::Pane(eta) => {
-                let once = dielectric(cosine, eta);
-                Vec3::splat(2.0 * once / (1.0 + once))
-            }
+            Self::Pane(eta) => Vec3::splat(pane(dielectric(cosine, eta))),
             Self::Conductor {
                 ior,
                 extinction,
                 tint,
-            } => {
-                let channel = |i: usize| conductor(cosine, ior[i], extinction[i]);
-                tint * Vec3::new(channel(0), channel(1), channel(2))
-            }
+            } => tint * conductors(cosine, ior, extinction),
         }
     }
 
@@ -86,12 +80,15 @@ fn schlick(f0: Vec3, f90: Vec3, cosine: f32) -> Vec3 {
 }
 
 /// The cosine on the other side; `None` for total reflection.
+#[inline(always)]
 pub(super) fn refracted_cosine(cosine: f32, eta: f32) -> Option<f32> {
     let sin2 = (1.0 - cosine * cosine).max(0.0) / (eta * eta);
     (sin2 < 1.0).then(|| (1.0 - sin2).sqrt())
 }
 
-fn dielectric(cosine: f32, eta: f32) -> f32 {
+/// What [`Fresnel::Dielectric`] reflects.
+#[inline(always)]
+pub(super) fn dielectric(cosine: f32, eta: f32) -> f32 {
     let Some(other) = refracted_cosine(cosine, eta) else {
         return 1.0;
     };
@@ -100,7 +97,24 @@ fn dielectric(cosine: f32, eta: f32) -> f32 {
     (parallel * parallel + perpendicular * perpendicular) / 2.0
 }
 
+/// What [`Fresnel::Pane`] reflects, by what each of its interfaces does.
+#[inline(always)]
+pub(super) fn pane(once: f32) -> f32 {
+    2.0 * once / (1.0 + once)
+}
+
+/// What [`Fresnel::Conductor`] reflects of each colour.
+#[inline(always)]
+pub(super) fn conductors(cosine: f32, ior: Vec3, extinction: Vec3) -> Vec3 {
+    Vec3::new(
+        conductor(cosine, ior.x, extinction.x),
+        conductor(cosine, ior.y, extinction.y),
+        conductor(cosine, ior.z, extinction.z),
+    )
+}
+
 /// M. Born and E. Wolf, "Principles of Optics", section 14.2.
+#[inline(always)]
 fn conductor(c: f32, n: f32, k: f32) -> f32 {
     let (c2, s2, n2, k2) = (c * c, 1.0 - c * c, n * n, k * k);
     let t = n2 - k2 - s2;
@@ -127,6 +141,7 @@ pub(crate) fn reflect(v: Vec3, h: Vec3) -> Option<Vec3> {
 }
 
 /// The refracted direction, where there is one and it lies below the surface; `eta` is the index there relative to here.
+#[inline(always)]
 pub(crate) fn refract(v: Vec3, h: Vec3, eta: f32) -> Option<Vec3> {
     let cosine = v.dot(h);
     let other = refracted_cosine(cosine, eta)?;

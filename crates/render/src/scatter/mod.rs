@@ -22,12 +22,14 @@ mod phong;
 mod principled;
 mod sheen;
 mod smooth;
+mod smooth_points;
 
 use glam::Vec3;
 use raycam_bvh::Hit;
 use raycam_scene::{Alpha, Material, Reflectance};
 
-use crate::prepare::{PreparedMaterial, PreparedWorld};
+use crate::prepare::PreparedWorld;
+use crate::prepared_material::PreparedMaterial;
 use crate::texture::Footprint;
 
 pub(crate) use aims::{Aim, Aims, share};
@@ -37,6 +39,8 @@ pub(crate) use layered::Layered;
 pub(crate) use lecture::Lecture;
 pub(crate) use matte::{Directions, Matte};
 pub(crate) use phong::Lobe;
+pub(crate) use smooth::is_clear;
+pub(crate) use smooth_points::{FindWays, SmoothPoints};
 
 use interface::Curve;
 use principled::{Lookup, Seen};

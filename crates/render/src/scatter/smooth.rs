@@ -2,14 +2,15 @@
 
 use glam::Vec3;
 use raycam_bvh::Hit;
-use raycam_scene::Reflectance;
+use raycam_scene::{Alpha, Material, Reflectance};
 
 use super::frame::Frame;
 use super::fresnel::{Fresnel, refract};
 use super::ggx::Ggx;
-use super::{ScatterSample, Scattering, Value, glass, metal};
+use super::{ScatterSample, Scattering, Value, glass, is_dispersive, metal};
 use crate::place::Place;
-use crate::prepare::{PreparedMaterial, PreparedWorld};
+use crate::prepare::PreparedWorld;
+use crate::prepared_material::PreparedMaterial;
 
 /// One point of such a surface: [`super::Layered`] of a smooth interface alone, with the same samples.
 #[derive(Clone, Copy, Debug)]
@@ -26,11 +27,25 @@ pub(crate) struct Smooth {
     eta: f32,
 }
 
+/// Where light goes on, if it does: what [`Smooth::sample`] says, without branches.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Way {
+    pub goes: bool,
+    pub direction: Vec3,
+    pub weight: Vec3,
+    pub squeeze: f32,
+}
+
 impl Smooth {
-    pub(super) fn new(fresnel: &Fresnel, transmission: Vec3, eta: f32, frame: &Frame) -> Self {
-        let mean = |color: Vec3| color.element_sum() / 3.0;
+    fn met(fresnel: &Fresnel, transmission: Vec3, eta: f32, frame: &Frame) -> Self {
         let view = frame.local(frame.view);
-        let reflected = fresnel.reflected(view.z);
+        Self::new(view, fresnel.reflected(view.z), transmission, eta)
+    }
+
+    /// By the view in coordinates along tangent, bitangent and normal, and what is reflected of it.
+    #[inline(always)]
+    pub fn new(view: Vec3, reflected: Vec3, transmission: Vec3, eta: f32) -> Self {
+        let mean = |color: Vec3| color.element_sum() / 3.0;
         let passed = mean(transmission);
         let below = if passed > 0.0 {
             1.0 - mean(reflected)
@@ -49,6 +64,61 @@ impl Smooth {
             eta,
         }
     }
+
+    /// By a number that chooses between both ways.
+    #[inline(always)]
+    pub(super) fn way(&self, frame: &Frame, choice: f32) -> Way {
+        let (v, [up, down]) = (self.view, self.shares);
+        let back = (choice < up) | (down == 0.0);
+        let through = refract(v, Vec3::Z, self.eta);
+        let there = if back { up != 0.0 } else { through.is_some() };
+        let l = if back {
+            Vec3::new(-v.x, -v.y, v.z)
+        } else {
+            through.unwrap_or(Vec3::Z)
+        };
+        let squeezed = self.refracted / (down * self.eta * self.eta);
+        let direction = frame.world(l);
+        let above = frame.geometric.dot(direction);
+        Way {
+            goes: there & ((above > 0.0) == (l.z > 0.0)),
+            direction,
+            weight: if back { self.reflected / up } else { squeezed },
+            squeeze: if above < 0.0 {
+                self.eta * self.eta
+            } else {
+                1.0
+            },
+        }
+    }
+}
+
+impl Way {
+    #[inline(always)]
+    pub fn sample(self) -> Option<ScatterSample> {
+        self.goes.then_some(ScatterSample {
+            direction: self.direction,
+            weight: self.weight,
+            pdf: 0.0,
+            delta: true,
+            squeeze: self.squeeze,
+        })
+    }
+}
+
+/// Whether a material is a smooth metal or clear glass and no more: opaque, of one index of refraction for all colours, without
+/// normals or light of its own.
+pub(crate) fn is_clear(material: &Material) -> bool {
+    let roughness = match &material.reflectance {
+        Reflectance::Metal(metal) => metal.roughness,
+        Reflectance::Glass(glass) => glass.roughness,
+        _ => return false,
+    };
+    is_smooth(roughness)
+        && !is_dispersive(material)
+        && material.normal_map.is_none()
+        && material.emission.value == [0.0; 3]
+        && material.alpha == Alpha::Opaque
 }
 
 impl PreparedMaterial {
@@ -71,14 +141,13 @@ impl PreparedMaterial {
             _ => return None,
         };
         let base = world.base_color_of(self, hit, &place.footprint);
-        let smooth = place.frame(direction);
-        let frame = smooth.with_normal(smooth.normal, None);
+        let frame = place.frame(direction).upright();
         let smooth = match reflectance {
-            Ok(metal) => Smooth::new(&metal::fresnel(metal, base), Vec3::ZERO, 1.0, &frame),
+            Ok(metal) => Smooth::met(&metal::fresnel(metal, base), Vec3::ZERO, 1.0, &frame),
             Err(glass) => {
                 let eta = glass::eta(glass, place.front, channel, around);
                 let fresnel = glass::fresnel(glass, eta);
-                Smooth::new(&fresnel, base, glass::beyond(glass, eta), &frame)
+                Smooth::met(&fresnel, base, glass::beyond(glass, eta), &frame)
             }
         };
         Some((smooth, frame))
@@ -96,32 +165,7 @@ impl Scattering for Smooth {
 
     #[inline]
     fn sample(&self, frame: &Frame, [choice, ..]: [f32; 3]) -> Option<ScatterSample> {
-        let (v, [up, down]) = (self.view, self.shares);
-        let (l, weight) = if choice < up || down == 0.0 {
-            if up == 0.0 {
-                return None;
-            }
-            (Vec3::new(-v.x, -v.y, v.z), self.reflected / up)
-        } else {
-            let squeezed = self.refracted / (down * self.eta * self.eta);
-            (refract(v, Vec3::Z, self.eta)?, squeezed)
-        };
-        let direction = frame.world(l);
-        let above = frame.geometric.dot(direction);
-        if (above > 0.0) != (l.z > 0.0) {
-            return None;
-        }
-        Some(ScatterSample {
-            direction,
-            weight,
-            pdf: 0.0,
-            delta: true,
-            squeeze: if above < 0.0 {
-                self.eta * self.eta
-            } else {
-                1.0
-            },
-        })
+        self.way(frame, choice).sample()
     }
 
     fn albedo(&self, _: &Frame) -> Vec3 {
@@ -157,7 +201,7 @@ mod tests {
             let frame = Frame::new(Vec3::Z, Vec3::Z, Vec3::new(0.6 * sin, -0.8 * sin, cos));
             let mut pairs = vec![(
                 metal::metal(&gold, base, &frame),
-                Smooth::new(&metal::fresnel(&gold, base), Vec3::ZERO, 1.0, &frame),
+                Smooth::met(&metal::fresnel(&gold, base), Vec3::ZERO, 1.0, &frame),
             )];
             for (thin, front) in [(true, true), (false, true), (false, false)] {
                 let clear = Glass {
@@ -168,7 +212,7 @@ mod tests {
                 let fresnel = glass::fresnel(&clear, eta);
                 pairs.push((
                     glass::glass(&clear, eta, base, None, &frame),
-                    Smooth::new(&fresnel, base, glass::beyond(&clear, eta), &frame),
+                    Smooth::met(&fresnel, base, glass::beyond(&clear, eta), &frame),
                 ));
             }
             for (layered, smooth) in pairs {

@@ -1,0 +1,120 @@
+//! What paths do at mirrors and clear glass, many at a time: what [`Walk::step`] does one by one.
+
+use glam::Vec3;
+use raycam_bvh::{Hit, vectorized};
+
+use super::media::{Media, Skin};
+use super::path::{Path, Wave};
+use super::walk::Walk;
+use crate::lanes::{LANES, Three, set};
+use crate::light::Reference;
+use crate::place::Places;
+use crate::scatter::{FindWays, SmoothPoints};
+
+/// Paths at smooth metals and clear glass.
+#[derive(Debug, Default)]
+pub(super) struct Smooths {
+    /// Which they are, and what these do.
+    pub points: SmoothPoints<LANES>,
+    /// Where the paths come from, and whether they may have crossed lights since.
+    from: Three<f64, LANES>,
+    near: [bool; LANES],
+    /// What they are in behind the surface.
+    after: [Media; LANES],
+}
+
+impl Walk<'_> {
+    /// Sets a lane, where [`Walk::step_smooth`] knows what happens there.
+    #[inline]
+    pub(super) fn put_smooth(
+        &self,
+        path: &Path,
+        hit: &Hit,
+        (places, lane): (&Places<LANES>, usize),
+        smooths: &mut Smooths,
+    ) {
+        let prepared = self.world.material(hit);
+        if !prepared.clear {
+            return;
+        }
+        let (material, front) = (&prepared.material, places.front(lane));
+        let channel = path.channel.map(usize::from);
+        let skin = Skin::of(self.world, path.media, hit, front, channel);
+        // A path that leaves what it never entered is rare.
+        if skin.hidden || skin.before != path.media {
+            return;
+        }
+        let base = self
+            .world
+            .base_color_of(prepared, hit, places.footprint(lane));
+        let side = (front, channel, skin.around);
+        let points = &mut smooths.points;
+        points.put(lane, &material.reflectance, base, side);
+        if points.transmission(lane) == Vec3::ZERO && self.is_back(path, material, front) {
+            points.is[lane] = false;
+        }
+        set(&mut smooths.from, lane, path.from.position.to_array());
+        smooths.after[lane] = skin.after;
+    }
+
+    /// Finds where the paths of the lanes go on, by numbers that choose between ways.
+    pub(super) fn find_smooth(
+        &self,
+        numbers: &[[f32; 2]],
+        places: &Places<LANES>,
+        smooths: &mut Smooths,
+    ) {
+        if !smooths.points.any() {
+            return;
+        }
+        let mut choice = [0.0; LANES];
+        for (choice, [x, _]) in choice.iter_mut().zip(numbers) {
+            *choice = *x;
+        }
+        vectorized(FindWays {
+            places,
+            choice: &choice,
+            points: &mut smooths.points,
+        });
+        self.lights
+            .find_near(&smooths.from, places.directions(), &mut smooths.near);
+    }
+
+    /// [`Walk::step`] at a lane of [`Smooths`].
+    #[inline]
+    pub(super) fn step_smooth(
+        &self,
+        path: &mut Path,
+        places: &Places<LANES>,
+        (smooths, lane): (&Smooths, usize),
+        wave: &mut Wave,
+        radiance: &mut [Vec3],
+    ) -> bool {
+        let geometric = places.geometric(lane);
+        let from = Reference {
+            position: places.position(lane),
+            normal: if smooths.points.transmission(lane) == Vec3::ZERO {
+                geometric
+            } else {
+                Vec3::ZERO
+            },
+        };
+        if smooths.near[lane] || !path.media.is_empty() {
+            let distance = (from.position - path.from.position).length();
+            self.absorb(path, distance);
+            self.pick_up(path, distance, &mut radiance[path.ray]);
+        }
+        if !self.free(path) && path.depth >= self.rules.max_depth {
+            return false;
+        }
+        let Some((sample, start)) = smooths.points.sample(lane) else {
+            return false;
+        };
+        let media = if geometric.dot(sample.direction) < 0.0 {
+            smooths.after[lane]
+        } else {
+            path.media
+        };
+        self.send(path, &sample, start, from, media, wave)
+    }
+}
