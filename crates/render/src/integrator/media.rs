@@ -91,12 +91,14 @@ impl Media {
         front: bool,
         channel: Option<usize>,
     ) -> Skin {
-        let alone = Self::default().with(material as u32);
-        // Nearly always: nothing else is there.
-        if front && self.is_empty() || !front && self == alone {
+        let [first, second, ..] = self.0;
+        // Nearly always: nothing else is there. Word by word: what was just written is not compared as a whole.
+        if first == if front { NOTHING } else { material as u32 } && second == NOTHING {
+            let mut after = Self::default();
+            after.0[0] = if front { material as u32 } else { NOTHING };
             return Skin {
                 before: self,
-                after: if front { alone } else { Self::default() },
+                after,
                 hidden: false,
                 around: 1.0,
             };
