@@ -51,18 +51,31 @@ impl Meetings {
         let world = walk.world;
         let which = || live.iter().map(|&at| at as usize);
         let (scatter, light) = (Pair::Scatter(walk.turn), Pair::Light(walk.turn, 0));
-        if walk.sampled {
-            let out = [&mut self.scatter, &mut self.light];
-            Sampler::pairs(walk.samplers, which(), [scatter, light], out);
-        } else {
-            Sampler::pairs(walk.samplers, which(), [scatter], [&mut self.scatter]);
-            self.light.clear();
-            self.light.resize(live.len(), [0.0; 2]);
+        let (choice, all) = (Pair::Which(walk.turn), walk.samplers);
+        let Self {
+            scatter: of_scatter,
+            light: of_light,
+            which: of_choice,
+            ..
+        } = self;
+        of_light.clear();
+        of_choice.clear();
+        // Together, as they are of one group.
+        match (walk.sampled, walk.refracts) {
+            (true, true) => {
+                let out = [of_scatter, of_light, of_choice];
+                Sampler::pairs(all, which(), [scatter, light, choice], out);
+            }
+            (true, false) => {
+                Sampler::pairs(all, which(), [scatter, light], [of_scatter, of_light]);
+            }
+            (false, true) => {
+                Sampler::pairs(all, which(), [scatter, choice], [of_scatter, of_choice]);
+            }
+            (false, false) => Sampler::pairs(all, which(), [scatter], [of_scatter]),
         }
-        self.which.clear();
-        if walk.refracts {
-            let pair = Pair::Which(walk.turn);
-            Sampler::pairs(walk.samplers, which(), [pair], [&mut self.which]);
+        if !walk.sampled {
+            self.light.resize(live.len(), [0.0; 2]);
         }
         let chunks = hits.chunks(LANES);
         if self.corners.len() < chunks.len() {
