@@ -76,28 +76,24 @@ impl Stack {
         select_unpredictable(done, last, at)
     }
 
-    /// Puts the children of `mask` on the stack but for one, which is returned: the nearest one if that is to come
-    /// `FIRST`. Where there are none, it is [`Stack::next`]: which of them happens is anybody's guess, so there is no
-    /// branch between them.
+    /// Puts the children of `mask` on the stack but for the nearest one, which is returned; with where they are entered if
+    /// that is to be `KEPT`. Where there are none, it is [`Stack::next`]: which of them happens is anybody's guess, so
+    /// there is no branch between them.
     #[inline(always)]
-    pub fn exchange<I: Isa, const FIRST: bool>(
+    pub fn exchange<I: Isa, const KEPT: bool>(
         &mut self,
         node: &Node,
         enter: I::F8,
         mask: u32,
     ) -> u32 {
         debug_assert!(self.len > 0 && self.len + 8 <= STACK);
-        let lane = if FIRST {
-            I::least_lane(enter, mask)
-        } else {
-            mask.trailing_zeros() as usize & 7
-        };
+        let lane = I::least_lane(enter, mask);
         let rest = mask & !(1 << lane);
         // SAFETY: as in `push` and `next`.
         unsafe {
             let child = I::compress(I::F8::load(node.child.as_ptr().cast()), rest);
             child.store(self.child.as_mut_ptr().add(self.len).cast());
-            if FIRST {
+            if KEPT {
                 let enter = I::compress(enter, rest);
                 enter.store(self.enter.as_mut_ptr().add(self.len).cast());
             }
