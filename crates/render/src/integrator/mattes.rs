@@ -1,16 +1,14 @@
 //! What paths do at matte surfaces, many at a time: what [`Walk::step`] does one by one.
 
-use std::f32::consts::FRAC_1_PI;
-
-use glam::{DVec3, Vec3};
-use raycam_bvh::{Hit, Loops, Ray};
+use glam::Vec3;
+use raycam_bvh::{Hit, Loops};
 
 use super::media::Skin;
 use super::meetings::Meetings;
 use super::path::{Path, Wave};
 use super::walk::Walk;
-use crate::lanes::{Three, get, set, vector};
-use crate::light::{BEFORE_LIGHT, LightSamples, Reference};
+use crate::lanes::{Three, get, set};
+use crate::light::Reference;
 use crate::place::Places;
 use crate::scatter::{Aims, Matte, ScatterSample, share};
 use crate::surface::Surface;
@@ -22,13 +20,12 @@ pub(super) struct Mattes<const N: usize> {
     pub is: [bool; N],
     pub albedo: Three<f32, N>,
     /// Of the paths, before.
-    throughput: Three<f32, N>,
+    pub throughput: Three<f32, N>,
     /// Where they come from, and whether they may have crossed lights since.
     pub from: Three<f64, N>,
     pub near: [bool; N],
     pub aims: Aims<N>,
     leaving: Leaving<N>,
-    lit: Lit<N>,
 }
 
 /// Where paths go on: whether that is away from the triangle, its density, and where the ray starts.
@@ -41,15 +38,6 @@ struct Leaving<const N: usize> {
     start: Three<f32, N>,
 }
 
-/// What may come from a light: whether anything, how much, and the shadow ray.
-#[derive(Clone, Copy, Debug)]
-struct Lit<const N: usize> {
-    any: [bool; N],
-    light: Three<f32, N>,
-    start: Three<f32, N>,
-    way: Three<f32, N>,
-}
-
 impl<const N: usize> Default for Leaving<N> {
     fn default() -> Self {
         Self {
@@ -57,17 +45,6 @@ impl<const N: usize> Default for Leaving<N> {
             pdf: [0.0; N],
             ratio: [1.0; N],
             start: [[0.0; N]; 3],
-        }
-    }
-}
-
-impl<const N: usize> Default for Lit<N> {
-    fn default() -> Self {
-        Self {
-            any: [false; N],
-            light: [[0.0; N]; 3],
-            start: [[0.0; N]; 3],
-            way: [[0.0; N]; 3],
         }
     }
 }
@@ -82,7 +59,6 @@ impl<const N: usize> Default for Mattes<N> {
             near: [false; N],
             aims: Aims::default(),
             leaving: Leaving::default(),
-            lit: Lit::default(),
         }
     }
 }
@@ -115,20 +91,6 @@ impl<const N: usize> Mattes<N> {
                 squeeze: 1.0,
             };
             (sample, get(start, lane).into())
-        })
-    }
-
-    /// A shadow ray and what arrives along it.
-    #[inline]
-    pub fn shadow(&self, lane: usize) -> Option<(Ray, Vec3)> {
-        let lit = &self.lit;
-        lit.any[lane].then(|| {
-            let ray = Ray {
-                origin: get(&lit.start, lane),
-                direction: get(&lit.way, lane),
-                t_max: BEFORE_LIGHT,
-            };
-            (ray, get(&lit.light, lane).into())
         })
     }
 }
@@ -167,56 +129,6 @@ impl<const N: usize> Loops for Scatter<'_, N> {
     }
 }
 
-/// Finds what one light brings to the paths.
-pub(super) struct Light<'a, const N: usize> {
-    pub places: &'a Places<N>,
-    pub samples: &'a LightSamples<N>,
-    /// Whether scattered rays may find it too.
-    pub found: bool,
-    pub mattes: &'a mut Mattes<N>,
-}
-
-impl<const N: usize> Loops for Light<'_, N> {
-    #[inline(always)]
-    fn run(self) {
-        let Self {
-            places,
-            samples,
-            found,
-            mattes,
-        } = self;
-        let mut lit = Lit::default();
-        let mut cosines = [0.0; N];
-        for (lane, cosine) in cosines.iter_mut().enumerate() {
-            let direction = Vec3::from(get(&samples.direction, lane));
-            *cosine = places.normal(lane).dot(direction);
-        }
-        let densities = mattes.aims.densities(&samples.direction, &cosines);
-        for lane in 0..N {
-            let direction = Vec3::from(get(&samples.direction, lane));
-            let radiance = Vec3::from(get(&samples.radiance, lane));
-            let (albedo, throughput) = (get(&mattes.albedo, lane), get(&mattes.throughput, lane));
-            let cosine = cosines[lane];
-            let dark = (places.geometric(lane).dot(direction) <= 0.0) | (cosine <= 0.0);
-            let value = Vec3::from(albedo) * FRAC_1_PI * cosine;
-            let value = if dark { Vec3::ZERO } else { value };
-            let density = if dark { 0.0 } else { densities[lane] };
-            let pdf = samples.pdf[lane];
-            let light = Vec3::from(throughput) * value * (radiance / pdf);
-            let both = found & !samples.delta[lane];
-            let light = light / if both { 1.0 + density / pdf } else { 1.0 };
-            let start = places.start(lane, direction);
-            let way: DVec3 = vector(&samples.end, lane) - start;
-            let Vec3 { x, y, z } = light;
-            lit.any[lane] = (pdf > 0.0) & ((x != 0.0) | (y != 0.0) | (z != 0.0));
-            set(&mut lit.light, lane, light.to_array());
-            set(&mut lit.start, lane, start.as_vec3().to_array());
-            set(&mut lit.way, lane, way.as_vec3().to_array());
-        }
-        mattes.lit = lit;
-    }
-}
-
 impl Walk<'_> {
     /// [`Walk::step`] at a lane of [`Mattes`].
     #[inline]
@@ -243,9 +155,9 @@ impl Walk<'_> {
             return false;
         }
         let direction = get(&meetings.matte, lane).into();
-        if self.only.is_some() {
-            if let Some((ray, light)) = mattes.shadow(lane) {
-                wave.shadows[0].ask(ray, path.ray, light);
+        if self.many {
+            for (i, ray, light) in meetings.asked.shadows(lane) {
+                wave.shadows[i].ask(ray, path.ray, light);
             }
         } else if self.sampled || self.rules.ambient.is_some() {
             let meeting = meetings.at(self, number, lane, hit);

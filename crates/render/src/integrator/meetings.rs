@@ -3,12 +3,13 @@
 use glam::Vec3;
 use raycam_bvh::{Hit, vectorized};
 
-use super::mattes::{Light, Mattes, Scatter};
+use super::lit::Asked;
+use super::mattes::{Mattes, Scatter};
 use super::path::Path;
 use super::smooths::Smooths;
 use super::walk::Walk;
 use crate::lanes::{Corners, LANES, Three, get, set_corners};
-use crate::light::{LightSample, LightSamples, Reference, SampleArea, Source};
+use crate::light::{LightSample, SampleArea};
 use crate::place::{Place, Places};
 use crate::prepared_material::PreparedMaterial;
 use crate::sampler::{Pair, Sampler};
@@ -19,15 +20,11 @@ use crate::scatter::{Aim, Directions};
 pub(super) struct Meetings {
     corners: Vec<Corners<LANES>>,
     scatter: Vec<[f32; 2]>,
-    light: Vec<[f32; 2]>,
-    /// Only where there is clear glass.
-    which: Vec<[f32; 2]>,
     pub places: Places<LANES>,
     pub matte: Three<f32, LANES>,
-    /// Of the light that is the only one.
-    on_light: LightSamples<LANES>,
     pub mattes: Mattes<LANES>,
     pub smooths: Smooths,
+    pub asked: Asked,
 }
 
 /// One path's.
@@ -50,32 +47,33 @@ impl Meetings {
     pub fn find(&mut self, walk: &Walk, live: &[u32], hits: &[Hit]) {
         let world = walk.world;
         let which = || live.iter().map(|&at| at as usize);
-        let (scatter, light) = (Pair::Scatter(walk.turn), Pair::Light(walk.turn, 0));
-        let (choice, all) = (Pair::Which(walk.turn), walk.samplers);
-        let Self {
-            scatter: of_scatter,
-            light: of_light,
-            which: of_choice,
+        let turn = walk.turn;
+        let Asked {
+            numbers,
+            which: choices,
             ..
-        } = self;
-        of_light.clear();
-        of_choice.clear();
+        } = &mut self.asked;
+        let [first, more @ ..] = numbers;
+        let (scatter, light) = (Pair::Scatter(turn), Pair::Light(turn, 0));
+        let choice = Pair::Which(turn);
+        choices.clear();
+        let (samplers, out) = (walk.samplers, &mut self.scatter);
         // Together, as they are of one group.
-        match (walk.sampled, walk.refracts) {
+        match (walk.sampled, (walk.sampled && walk.chosen) || walk.refracts) {
             (true, true) => {
-                let out = [of_scatter, of_light, of_choice];
-                Sampler::pairs(all, which(), [scatter, light, choice], out);
+                let pairs = [scatter, light, choice];
+                Sampler::pairs(samplers, which(), pairs, [out, first, choices]);
             }
-            (true, false) => {
-                Sampler::pairs(all, which(), [scatter, light], [of_scatter, of_light]);
-            }
-            (false, true) => {
-                Sampler::pairs(all, which(), [scatter, choice], [of_scatter, of_choice]);
-            }
-            (false, false) => Sampler::pairs(all, which(), [scatter], [of_scatter]),
+            (true, false) => Sampler::pairs(samplers, which(), [scatter, light], [out, first]),
+            (false, true) => Sampler::pairs(samplers, which(), [scatter, choice], [out, choices]),
+            (false, false) => Sampler::pairs(samplers, which(), [scatter], [out]),
         }
         if !walk.sampled {
-            self.light.resize(live.len(), [0.0; 2]);
+            first.clear();
+            first.resize(live.len(), [0.0; 2]);
+        }
+        for (i, more) in (1..).zip(more).filter(|(i, _)| walk.many && walk.asks(*i)) {
+            Sampler::pairs(walk.samplers, which(), [Pair::Light(turn, i)], [more]);
         }
         let chunks = hits.chunks(LANES);
         if self.corners.len() < chunks.len() {
@@ -107,7 +105,7 @@ impl Meetings {
             let (direction, width) = (path.direction, path.cone.width);
             self.places.put(lane, walk.world, direction, hit, width);
             [random[0][lane], random[1][lane]] = self.scatter[index];
-            [on_light[0][lane], on_light[1][lane]] = self.light[index];
+            [on_light[0][lane], on_light[1][lane]] = self.asked.numbers[0][index];
         }
         vectorized(&mut self.places);
         vectorized(Directions {
@@ -115,12 +113,12 @@ impl Meetings {
             random: &random,
             out: &mut self.matte,
         });
-        if let Some(Source::Area(area)) = walk.only {
+        if let Some(area) = walk.area {
             vectorized(SampleArea {
                 area,
                 points: self.places.positions(),
                 random: &on_light,
-                out: &mut self.on_light,
+                out: &mut self.asked.samples[0],
             });
         }
         self.scatter(walk, number, paths, live, hits, &random);
@@ -139,11 +137,9 @@ impl Meetings {
         let Self {
             places,
             matte,
-            on_light,
             mattes,
             smooths,
-            light: numbers,
-            which,
+            asked,
             ..
         } = self;
         mattes.is = [false; LANES];
@@ -155,20 +151,18 @@ impl Meetings {
                 walk.put_smooth(path, hit, (places, lane), smooths);
                 continue;
             };
+            if walk.choice(path) != walk.choice_of_turn() {
+                continue;
+            }
             mattes.put(lane, albedo, path);
             // Through a mirror to a light are two segments more.
             aimed[lane] = path.depth.saturating_add(2) <= walk.rules.max_depth;
-            if let Some(light) = walk.only
-                && !matches!(light, Source::Area(_))
-            {
-                let from = Reference {
-                    position: places.position(lane),
-                    normal: places.geometric(lane),
-                };
-                on_light.put(lane, light.sample(&from, numbers[number * LANES + lane]));
-            }
         }
-        walk.find_smooth(which.get(number * LANES..).unwrap_or(&[]), places, smooths);
+        walk.find_smooth(
+            asked.which.get(number * LANES..).unwrap_or(&[]),
+            places,
+            smooths,
+        );
         if mattes.is == [false; LANES] {
             return;
         }
@@ -190,13 +184,8 @@ impl Meetings {
         });
         walk.lights
             .find_near(&mattes.from, places.directions(), &mut mattes.near);
-        if walk.only.is_some() {
-            vectorized(Light {
-                places,
-                samples: on_light,
-                found: walk.found,
-                mattes,
-            });
+        if walk.many {
+            asked.find(walk, number, places, mattes);
         }
     }
 
@@ -210,11 +199,8 @@ impl Meetings {
             place: self.places.place(lane),
             matte: get(&self.matte, lane).into(),
             scatter: self.scatter[index],
-            light: self.light[index],
-            on_area: match walk.only {
-                Some(Source::Area(_)) => self.on_light.at(lane),
-                _ => None,
-            },
+            light: self.asked.numbers[0][index],
+            on_area: walk.area.and_then(|_| self.asked.samples[0].at(lane)),
         }
     }
 }

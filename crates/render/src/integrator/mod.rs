@@ -2,6 +2,7 @@
 
 mod ao;
 mod flat;
+mod lit;
 mod mattes;
 mod media;
 mod meetings;

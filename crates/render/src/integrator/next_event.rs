@@ -8,7 +8,7 @@ use super::meetings::Meeting;
 use super::path::{Path, Wave};
 use super::shadows::Shadows;
 use super::walk::Walk;
-use crate::light::{BEFORE_LIGHT, Choice, LightSample, Source};
+use crate::light::{BEFORE_LIGHT, Choice, LightSample};
 use crate::sampler::Pair;
 use crate::scatter::{Scattering, above, cosine_direction};
 use crate::surface::Surface;
@@ -61,17 +61,18 @@ impl Walk<'_> {
         };
         let (lights, world) = (self.lights, self.world);
         match self.choice(path) {
-            Choice::Split => lights.sample_each(world, &from, choice, random, |index, sample| {
-                let shadows = &mut wave.shadows[index];
-                self.ask(path, surface, skin, &sample, sample.pdf, shadows);
-            }),
+            Choice::Split => {
+                lights.sample_each(&from, world, &from, choice, random, |index, sample| {
+                    let shadows = &mut wave.shadows[index];
+                    self.ask(path, surface, skin, &sample, sample.pdf, shadows);
+                })
+            }
             few => {
                 let count = self.rules.light_samples;
                 for (index, shadows) in wave.shadows.iter_mut().take(count).enumerate() {
                     let [x, y] = random(index);
-                    let sample = match self.only {
-                        Some(Source::Area(_)) => meeting.on_area,
-                        Some(light) => light.sample(&from, [x, y]),
+                    let sample = match self.area {
+                        Some(_) => meeting.on_area,
                         None => {
                             let which = [(choice + index as f32) / count as f32, x, y];
                             lights.sample(world, &from, few, which)

@@ -16,7 +16,7 @@ use super::{Batch, Rules, is_miss};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::lanes::LANES;
-use crate::light::{Choice, Lights, Reference};
+use crate::light::{Choice, Lights, MOST_AT_ONCE, Reference, Source};
 use crate::prepare::PreparedWorld;
 use crate::prepared_material::PreparedMaterial;
 use crate::texture::Cone;
@@ -65,17 +65,22 @@ pub(super) fn radiance(
 ) -> Result<(), RenderError> {
     let lights = rules.lights;
     let at_once = lights.most_at_once().filter(|_| rules.splits);
+    let sampled = lights.is_sampled(rules.choice);
+    // Where an ambient term is no part of it.
+    let many = sampled && rules.ambient.is_none() && rules.light_samples <= MOST_AT_ONCE;
     let mut walk = Walk {
         world,
         lights,
         rules,
         samplers: batch.samplers,
         found: lights.is_found(rules.ambient.is_some()),
-        sampled: lights.is_sampled(rules.choice),
+        sampled,
         chosen: rules.light_samples > 1 || lights.is_chosen(rules.choice),
-        only: lights
-            .only(rules.choice)
-            .filter(|_| rules.light_samples == 1 && rules.ambient.is_none()),
+        area: match lights.only(rules.choice) {
+            Some(Source::Area(area)) if many && rules.light_samples == 1 => Some(area),
+            _ => None,
+        },
+        many,
         splits: at_once.is_some(),
         blind: is_blind(world, lights),
         refracts: refracts(world),

@@ -9,7 +9,7 @@ use super::media::{Media, Skin};
 use super::meetings::Meeting;
 use super::path::{Path, Wave};
 use crate::lanes::LANES;
-use crate::light::{BEFORE_LIGHT, Choice, Lights, Reference, Source};
+use crate::light::{Area, BEFORE_LIGHT, Choice, Lights, Reference};
 use crate::mirrors::Mirror;
 use crate::place::Places;
 use crate::prepare::PreparedWorld;
@@ -34,8 +34,10 @@ pub(super) struct Walk<'a> {
     pub sampled: bool,
     /// Whether there is more than one to choose from.
     pub chosen: bool,
-    /// The one that is sampled, where there is but one.
-    pub only: Option<&'a Source>,
+    /// The only one that is sampled, where it is of this kind.
+    pub area: Option<&'a Area>,
+    /// Whether what lights bring to matte surfaces is found for many at a time.
+    pub many: bool,
     /// Whether surfaces that the camera sees sample all branches of them.
     pub splits: bool,
     /// Whether of what stands in the way of a path's last segment only counts that it does.
@@ -218,6 +220,23 @@ impl Walk<'_> {
             Choice::Split
         } else {
             self.rules.choice
+        }
+    }
+
+    /// The same for all paths that nothing has let through before.
+    pub(super) fn choice_of_turn(&self) -> Choice {
+        if self.splits && self.turn == 0 {
+            Choice::Split
+        } else {
+            self.rules.choice
+        }
+    }
+
+    /// Whether lights with this number may be sampled at surfaces of this turn, after the first.
+    pub(super) fn asks(&self, light: usize) -> bool {
+        match self.choice_of_turn() {
+            Choice::Split => self.lights.tells(light),
+            _ => light < self.rules.light_samples,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::tree::MOST_BRANCHES;
+use super::tree::{MOST_BRANCHES, Weigh};
 use super::{Lights, Reference, Source};
 
 /// How often each light is chosen.
@@ -17,6 +17,9 @@ pub(crate) enum Choice {
     /// shine: each once, by [`Lights::sample_each`].
     Split,
 }
+
+/// The most directions that [`Lights::sample_each`] tells of.
+pub(crate) const MOST_AT_ONCE: usize = 2 * MOST_BRANCHES + 1;
 
 /// Probabilities that add up to 1 over all lights, unless each kind is sampled.
 pub(super) struct Odds {
@@ -65,10 +68,17 @@ impl Lights {
         (several && self.uneven <= MOST_BRANCHES).then_some(self.uneven + MOST_BRANCHES + 1)
     }
 
+    /// Whether [`Lights::sample_each`] may tell of a direction with this number.
+    pub fn tells(&self, index: usize) -> bool {
+        let surfaces = self.uneven + MOST_BRANCHES;
+        index < self.uneven + self.tree.count().min(MOST_BRANCHES)
+            || (index == surfaces && self.has_surfaces())
+    }
+
     /// One of the lights without a mesh that are not infinitely far away, by a number in 0..1, and its probability.
     pub(super) fn choose(
         &self,
-        from: &Reference,
+        from: &impl Weigh,
         choice: Choice,
         number: f64,
     ) -> Option<(usize, f64)> {

@@ -38,13 +38,14 @@ use raycam_bvh::Hit;
 use raycam_scene::{Light, Up};
 
 use crate::prepare::PreparedWorld;
-pub(crate) use area::SampleArea;
+pub(crate) use area::{Area, SampleArea};
 use bounds::Bounds;
-pub(crate) use choice::Choice;
+pub(crate) use choice::{Choice, MOST_AT_ONCE};
 use emissive::Emissive;
 pub(crate) use samples::LightSamples;
 pub(crate) use source::Source;
 use sphere::Sphere;
+pub(crate) use tree::Weigh;
 use tree::{MOST_BRANCHES, Tree};
 
 /// A point that is lit.
@@ -202,6 +203,18 @@ impl Lights {
         world: &PreparedWorld,
         from: &Reference,
         choice: Choice,
+        numbers: [f32; 3],
+    ) -> Option<LightSample> {
+        self.sample_by(from, world, from, choice, numbers)
+    }
+
+    /// The same where `by` says what lights without a mesh may matter to the point.
+    pub fn sample_by(
+        &self,
+        by: &impl Weigh,
+        world: &PreparedWorld,
+        from: &Reference,
+        choice: Choice,
         [which, x, y]: [f32; 3],
     ) -> Option<LightSample> {
         let odds = self.odds(from, choice);
@@ -213,7 +226,7 @@ impl Lights {
         }
         which -= infinite;
         if which < odds.finite {
-            let (light, probability) = self.choose(from, choice, which / odds.finite)?;
+            let (light, probability) = self.choose(by, choice, which / odds.finite)?;
             self.sample_finite(from, light, odds.finite * probability, [x, y])
         } else if odds.surfaces > 0.0 {
             let which = ((which - odds.finite) / odds.surfaces).clamp(0.0, 1.0);
@@ -224,9 +237,10 @@ impl Lights {
     }
 
     /// Directions to all kinds of light, as [`Choice::Split`] says: tells of each with its number, for which `random` gives
-    /// where on the light. `which` chooses within branches.
+    /// where on the light. `which` chooses within branches, `by` says what lights without a mesh may matter to the point.
     pub fn sample_each(
         &self,
+        by: &impl Weigh,
         world: &PreparedWorld,
         from: &Reference,
         which: f32,
@@ -243,9 +257,9 @@ impl Lights {
             let sample = self.sample_infinite(from, Choice::Split, index, random(index));
             found(index, sample);
         }
-        let branches = self.tree.branches(from);
+        let branches = self.tree.branches(by);
         for (index, &node) in (self.uneven..).zip(branches.nodes()) {
-            let chosen = self.tree.choose_in(node, from, which);
+            let chosen = self.tree.choose_in(node, by, which);
             let sample = chosen.and_then(|(light, probability)| {
                 self.sample_finite(from, light, probability, random(index))
             });

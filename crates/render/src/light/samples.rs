@@ -1,14 +1,15 @@
-//! Samples of one light for many points, field by field.
+//! Samples of lights for many points.
 
 use glam::{DVec3, Vec3};
 
 use super::LightSample;
 use crate::lanes::{Three, get, set};
 
-/// Of a light that is not infinitely far away.
+/// Field by field what a [`LightSample`] has.
 #[derive(Debug)]
 pub(crate) struct LightSamples<const N: usize> {
     pub direction: Three<f32, N>,
+    /// Infinite where the light is infinitely far away.
     pub end: Three<f64, N>,
     pub radiance: Three<f32, N>,
     /// 0 where there is no sample.
@@ -34,11 +35,23 @@ impl<const N: usize> LightSamples<N> {
     pub fn at(&self, lane: usize) -> Option<LightSample> {
         (self.pdf[lane] > 0.0).then(|| LightSample {
             direction: get(&self.direction, lane).into(),
-            end: Some(get(&self.end, lane).into()),
+            end: Some(DVec3::from(get(&self.end, lane))).filter(|end| end.x < f64::INFINITY),
             radiance: get(&self.radiance, lane).into(),
             pdf: self.pdf[lane],
             delta: self.delta[lane],
         })
+    }
+
+    /// Leaves no sample.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.pdf = [0.0; N];
+    }
+
+    /// Whether there is a sample.
+    #[inline(always)]
+    pub fn any(&self) -> bool {
+        self.pdf != [0.0; N]
     }
 
     /// Sets a lane.

@@ -8,6 +8,12 @@ use glam::Vec3;
 use super::Reference;
 use super::bounds::Bounds;
 
+/// Who says what nodes may matter to a point.
+pub(crate) trait Weigh {
+    /// The importance of a node, 0 as well where none of its lights has any.
+    fn importance_of(&self, tree: &Tree, node: usize) -> f32;
+}
+
 /// A node: of two children, the first is the next node; or of one light.
 #[derive(Clone, Copy, Debug)]
 struct Node {
@@ -109,8 +115,8 @@ impl Tree {
     }
 
     /// What the tree is split into for a point: again and again the branch that may matter most, until there are enough.
-    pub fn branches(&self, from: &Reference) -> Branches {
-        let importance = |node| (node, self.importance_of(node, from));
+    pub fn branches(&self, from: &impl Weigh) -> Branches {
+        let importance = |node| (node, from.importance_of(self, node));
         let mut found = [(0, 0.0); MOST_BRANCHES];
         let mut count = 0;
         if !self.is_empty() {
@@ -143,12 +149,12 @@ impl Tree {
     }
 
     /// A light of the whole tree by a number in 0..1, and its probability.
-    pub fn choose(&self, from: &Reference, number: f64) -> Option<(usize, f64)> {
+    pub fn choose(&self, from: &impl Weigh, number: f64) -> Option<(usize, f64)> {
         self.choose_in(0, from, number)
     }
 
     /// The same in the branch below a node.
-    pub fn choose_in(&self, node: u32, from: &Reference, mut number: f64) -> Option<(usize, f64)> {
+    pub fn choose_in(&self, node: u32, from: &impl Weigh, mut number: f64) -> Option<(usize, f64)> {
         let mut at = node as usize;
         let mut probability = 1.0;
         loop {
@@ -200,15 +206,9 @@ impl Tree {
     }
 
     /// The first child's share of a node; `None` where neither matters.
-    fn share(&self, at: usize, second: usize, from: &Reference) -> Option<f64> {
-        let [a, b] = [at + 1, second].map(|node| f64::from(self.importance_of(node, from)));
+    fn share(&self, at: usize, second: usize, from: &impl Weigh) -> Option<f64> {
+        let [a, b] = [at + 1, second].map(|node| f64::from(from.importance_of(self, node)));
         (a + b > 0.0).then(|| a / (a + b))
-    }
-
-    /// What a node may matter to a point, by its own number of looks at the nodes below it.
-    fn importance_of(&self, node: usize, from: &Reference) -> f32 {
-        let mut looks = LOOKS;
-        self.matters(node, from, &mut looks)
     }
 
     /// The importance of a node, 0 as well where none of its lights has any: its bounds are wider than theirs. After some
@@ -229,6 +229,14 @@ impl Tree {
         } else {
             0.0
         }
+    }
+}
+
+impl Weigh for Reference {
+    /// By its own number of looks at the nodes below it.
+    fn importance_of(&self, tree: &Tree, node: usize) -> f32 {
+        let mut looks = LOOKS;
+        tree.matters(node, self, &mut looks)
     }
 }
 

@@ -1,0 +1,206 @@
+//! What lights bring to matte surfaces, many at a time: what [`Walk::sample_lights`] asks for one by one.
+
+use std::f32::consts::FRAC_1_PI;
+
+use glam::{DVec3, Vec3};
+use raycam_bvh::{Loops, Ray, vectorized};
+
+use super::mattes::Mattes;
+use super::walk::Walk;
+use crate::lanes::{LANES, Three, get, set, vector};
+use crate::light::{BEFORE_LIGHT, Choice, LightSamples, MOST_AT_ONCE, Reference, Weigh};
+use crate::place::Places;
+
+/// What the surfaces of a turn ask lights for: the random numbers of all of them, and of some at a time what takes more
+/// room.
+#[derive(Default)]
+pub(super) struct Asked {
+    /// Where on each of the lights that are sampled at a point.
+    pub numbers: [Vec<[f32; 2]>; MOST_AT_ONCE],
+    /// Which light.
+    pub which: Vec<[f32; 2]>,
+    pub samples: [LightSamples<LANES>; MOST_AT_ONCE],
+    lit: [Lit<LANES>; MOST_AT_ONCE],
+    /// How many of these there are, the last of which has something.
+    count: usize,
+}
+
+impl Asked {
+    /// Finds what arrives at the matte ones of chunk `number`. Samples of a lone area light are there already.
+    pub fn find(
+        &mut self,
+        walk: &Walk,
+        number: usize,
+        places: &Places<LANES>,
+        mattes: &Mattes<LANES>,
+    ) {
+        if walk.area.is_none() {
+            self.samples.iter_mut().for_each(LightSamples::clear);
+            for lane in (0..LANES).filter(|&lane| mattes.is[lane]) {
+                let from = Reference {
+                    position: places.position(lane),
+                    normal: places.geometric(lane),
+                };
+                self.sample(walk, number * LANES + lane, lane, &from, &from);
+            }
+        }
+        self.count = 0;
+        for (i, (samples, lit)) in self.samples.iter().zip(&mut self.lit).enumerate() {
+            lit.any = [false; LANES];
+            if samples.any() {
+                self.count = i + 1;
+                vectorized(Light {
+                    places,
+                    samples,
+                    found: walk.found,
+                    mattes,
+                    lit,
+                });
+            }
+        }
+    }
+
+    /// The samples of one surface, the turn's path `index`.
+    fn sample(
+        &mut self,
+        walk: &Walk,
+        index: usize,
+        lane: usize,
+        from: &Reference,
+        by: &impl Weigh,
+    ) {
+        let Self {
+            numbers, samples, ..
+        } = self;
+        let (lights, world) = (walk.lights, walk.world);
+        let which = if walk.chosen {
+            self.which[index][1]
+        } else {
+            0.0
+        };
+        match walk.choice_of_turn() {
+            Choice::Split => {
+                let random = |i: usize| numbers[i][index];
+                lights.sample_each(by, world, from, which, random, |i, sample| {
+                    samples[i].put(lane, Some(sample));
+                });
+            }
+            choice => {
+                let count = walk.rules.light_samples;
+                for (i, samples) in samples.iter_mut().take(count).enumerate() {
+                    let [x, y] = numbers[i][index];
+                    let which = [(which + i as f32) / count as f32, x, y];
+                    let mut sample = lights.sample_by(by, world, from, choice, which);
+                    if let Some(sample) = &mut sample {
+                        sample.pdf *= count as f32;
+                    }
+                    samples.put(lane, sample);
+                }
+            }
+        }
+    }
+
+    /// The shadow rays of a lane, and what arrives along each, by the number of the light.
+    #[inline]
+    pub fn shadows(&self, lane: usize) -> impl Iterator<Item = (usize, Ray, Vec3)> {
+        let lit = self.lit[..self.count].iter().enumerate();
+        lit.filter_map(move |(i, lit)| lit.shadow(lane).map(|(ray, light)| (i, ray, light)))
+    }
+}
+
+/// What may come from a light: whether anything, how much, and the shadow ray.
+#[derive(Clone, Copy, Debug)]
+struct Lit<const N: usize> {
+    any: [bool; N],
+    light: Three<f32, N>,
+    start: Three<f32, N>,
+    way: Three<f32, N>,
+    t_max: [f32; N],
+}
+
+impl<const N: usize> Default for Lit<N> {
+    fn default() -> Self {
+        Self {
+            any: [false; N],
+            light: [[0.0; N]; 3],
+            start: [[0.0; N]; 3],
+            way: [[0.0; N]; 3],
+            t_max: [0.0; N],
+        }
+    }
+}
+
+impl<const N: usize> Lit<N> {
+    /// A shadow ray and what arrives along it.
+    #[inline]
+    fn shadow(&self, lane: usize) -> Option<(Ray, Vec3)> {
+        self.any[lane].then(|| {
+            let ray = Ray {
+                origin: get(&self.start, lane),
+                direction: get(&self.way, lane),
+                t_max: self.t_max[lane],
+            };
+            (ray, get(&self.light, lane).into())
+        })
+    }
+}
+
+/// Finds what one light brings to the paths.
+struct Light<'a, const N: usize> {
+    places: &'a Places<N>,
+    samples: &'a LightSamples<N>,
+    /// Whether scattered rays may find it too.
+    found: bool,
+    mattes: &'a Mattes<N>,
+    lit: &'a mut Lit<N>,
+}
+
+impl<const N: usize> Loops for Light<'_, N> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            places,
+            samples,
+            found,
+            mattes,
+            lit: out,
+        } = self;
+        let mut lit = Lit::default();
+        let mut cosines = [0.0; N];
+        for (lane, cosine) in cosines.iter_mut().enumerate() {
+            let direction = Vec3::from(get(&samples.direction, lane));
+            *cosine = places.normal(lane).dot(direction);
+        }
+        let densities = mattes.aims.densities(&samples.direction, &cosines);
+        for lane in 0..N {
+            let direction = Vec3::from(get(&samples.direction, lane));
+            let radiance = Vec3::from(get(&samples.radiance, lane));
+            let (albedo, throughput) = (get(&mattes.albedo, lane), get(&mattes.throughput, lane));
+            let cosine = cosines[lane];
+            let dark = (places.geometric(lane).dot(direction) <= 0.0) | (cosine <= 0.0);
+            let value = Vec3::from(albedo) * FRAC_1_PI * cosine;
+            let value = if dark { Vec3::ZERO } else { value };
+            let density = if dark { 0.0 } else { densities[lane] };
+            let pdf = samples.pdf[lane];
+            let light = Vec3::from(throughput) * value * (radiance / pdf);
+            let both = found & !samples.delta[lane];
+            let light = light / if both { 1.0 + density / pdf } else { 1.0 };
+            let start = places.start(lane, direction);
+            let end: DVec3 = vector(&samples.end, lane);
+            let way = (end - start).as_vec3();
+            let infinite = end.x == f64::INFINITY;
+            let way = if infinite { direction } else { way };
+            lit.t_max[lane] = if infinite {
+                f32::INFINITY
+            } else {
+                BEFORE_LIGHT
+            };
+            let Vec3 { x, y, z } = light;
+            lit.any[lane] = (pdf > 0.0) & ((x != 0.0) | (y != 0.0) | (z != 0.0));
+            set(&mut lit.light, lane, light.to_array());
+            set(&mut lit.start, lane, start.as_vec3().to_array());
+            set(&mut lit.way, lane, way.to_array());
+        }
+        *out = lit;
+    }
+}
