@@ -8,7 +8,9 @@ use raycam_bvh::{Loops, Ray, vectorized};
 use super::mattes::Mattes;
 use super::walk::Walk;
 use crate::lanes::{LANES, Three, get, set, vector};
-use crate::light::{BEFORE_LIGHT, Choice, LightSamples, MOST_AT_ONCE, Reference, Weigh};
+use crate::light::{
+    BEFORE_LIGHT, Choice, FindWeights, LightSamples, MOST_AT_ONCE, Reference, Weigh, Weights,
+};
 use crate::place::Places;
 
 /// What the surfaces of a turn ask lights for: the random numbers of all of them, and of some at a time what takes more
@@ -21,7 +23,8 @@ pub(super) struct Asked {
     pub which: Vec<[f32; 2]>,
     pub samples: [LightSamples<LANES>; MOST_AT_ONCE],
     lit: [Lit<LANES>; MOST_AT_ONCE],
-    /// How many of these there are, the last of which has something.
+    weights: Weights,
+    /// How many of `lit` there are, the last of which has something.
     count: usize,
 }
 
@@ -36,12 +39,31 @@ impl Asked {
     ) {
         if walk.area.is_none() {
             self.samples.iter_mut().for_each(LightSamples::clear);
+            let tree = walk.lights.small_tree(walk.choice_of_turn());
+            if let Some(tree) = tree {
+                vectorized(FindWeights {
+                    tree,
+                    points: places.positions(),
+                    normals: places.geometrics(),
+                    out: &mut self.weights,
+                });
+            }
             for lane in (0..LANES).filter(|&lane| mattes.is[lane]) {
                 let from = Reference {
                     position: places.position(lane),
                     normal: places.geometric(lane),
                 };
-                self.sample(walk, number * LANES + lane, lane, &from, &from);
+                let known = tree.is_some().then(|| self.weights.of(lane));
+                let (index, samples) = (number * LANES + lane, &mut self.samples);
+                let numbers = Numbers {
+                    numbers: &self.numbers,
+                    which: &self.which,
+                    index,
+                };
+                match known {
+                    Some(known) => numbers.sample(walk, &from, &known, lane, samples),
+                    None => numbers.sample(walk, &from, &from, lane, samples),
+                }
             }
         }
         self.count = 0;
@@ -60,27 +82,41 @@ impl Asked {
         }
     }
 
-    /// The samples of one surface, the turn's path `index`.
+    /// The shadow rays of a lane, and what arrives along each, by the number of the light.
+    #[inline]
+    pub fn shadows(&self, lane: usize) -> impl Iterator<Item = (usize, Ray, Vec3)> {
+        let lit = self.lit[..self.count].iter().enumerate();
+        lit.filter_map(move |(i, lit)| lit.shadow(lane).map(|(ray, light)| (i, ray, light)))
+    }
+}
+
+/// The random numbers of one surface.
+struct Numbers<'a> {
+    numbers: &'a [Vec<[f32; 2]>; MOST_AT_ONCE],
+    which: &'a [[f32; 2]],
+    /// Of its path among those of the turn.
+    index: usize,
+}
+
+impl Numbers<'_> {
+    /// The samples of lights; `by` says what these may matter to the surface.
     fn sample(
-        &mut self,
+        &self,
         walk: &Walk,
-        index: usize,
-        lane: usize,
         from: &Reference,
         by: &impl Weigh,
+        lane: usize,
+        samples: &mut [LightSamples<LANES>; MOST_AT_ONCE],
     ) {
-        let Self {
-            numbers, samples, ..
-        } = self;
         let (lights, world) = (walk.lights, walk.world);
         let which = if walk.chosen {
-            self.which[index][1]
+            self.which[self.index][1]
         } else {
             0.0
         };
+        let random = |i: usize| self.numbers[i][self.index];
         match walk.choice_of_turn() {
             Choice::Split => {
-                let random = |i: usize| numbers[i][index];
                 lights.sample_each(by, world, from, which, random, |i, sample| {
                     samples[i].put(lane, Some(sample));
                 });
@@ -88,7 +124,7 @@ impl Asked {
             choice => {
                 let count = walk.rules.light_samples;
                 for (i, samples) in samples.iter_mut().take(count).enumerate() {
-                    let [x, y] = numbers[i][index];
+                    let [x, y] = random(i);
                     let which = [(which + i as f32) / count as f32, x, y];
                     let mut sample = lights.sample_by(by, world, from, choice, which);
                     if let Some(sample) = &mut sample {
@@ -98,13 +134,6 @@ impl Asked {
                 }
             }
         }
-    }
-
-    /// The shadow rays of a lane, and what arrives along each, by the number of the light.
-    #[inline]
-    pub fn shadows(&self, lane: usize) -> impl Iterator<Item = (usize, Ray, Vec3)> {
-        let lit = self.lit[..self.count].iter().enumerate();
-        lit.filter_map(move |(i, lit)| lit.shadow(lane).map(|(ray, light)| (i, ray, light)))
     }
 }
 

@@ -92,9 +92,10 @@ impl Bounds {
         self.weigh(position, normal).0
     }
 
-    /// [`Bounds::importance`], and whether it is certain that each light inside has one.
+    /// [`Bounds::importance`], and whether it is certain that each light inside has one. Without branches, which loops over
+    /// many points must not have.
+    #[inline(always)]
     pub fn weigh(&self, position: Vec3, normal: Vec3) -> (f32, bool) {
-        const NONE: (f32, bool) = (0.0, false);
         let away = position - self.center();
         let half = (self.upper - self.lower) / 2.0;
         let radius2 = half.length_squared();
@@ -102,40 +103,46 @@ impl Bounds {
         let distance2 = away.length_squared();
         let direction = away / distance2.sqrt().max(f32::MIN_POSITIVE);
         let by_distance = self.intensity / distance2.max(radius2).max(1e-30);
+        let flat = (normal.x != 0.0) | (normal.y != 0.0) | (normal.z != 0.0);
         // The corner that stands highest above the point's horizon, a bit more against rounding.
         let highest = half.dot(normal.abs()) - away.dot(normal);
-        if normal != Vec3::ZERO && highest <= -1e-5 * away.abs().element_sum() {
-            return NONE;
-        }
-        if distance2 <= radius2 {
-            return (by_distance, false);
-        }
+        let below = flat & (highest <= -1e-5 * away.abs().element_sum());
+        let inside = distance2 <= radius2;
         // The half angle that the box fills, at most; a bit more against rounding.
         let half_box = Angle::of_sine(((radius2 / distance2).sqrt() + 1e-3).min(1.0));
         let cos_axis = self.axis.dot(direction).clamp(-1.0, 1.0);
         let normals = Angle::of_cosine(self.cos_normals.clamp(-1.0, 1.0));
         let most = Angle::of_cosine(cos_axis).more(normals).more(half_box);
-        let mut certain = most.cos > self.cos_emission + 1e-3;
+        let certain = most.cos > self.cos_emission + 1e-3;
         let cos_axis = if self.two_sided {
             cos_axis.abs()
         } else {
             cos_axis
         };
         let off = Angle::of_cosine(cos_axis).less(normals).less(half_box);
-        if off.cos <= self.cos_emission - 1e-3 {
-            return NONE;
+        let beside = off.cos <= self.cos_emission - 1e-3;
+        let importance = by_distance * off.cos.max(1e-3);
+        let height = Angle::of_cosine((-normal.dot(direction)).clamp(-1.0, 1.0));
+        let (least, greatest) = (height.less(half_box).cos, height.more(half_box).cos);
+        let beside = beside | (flat & (least <= 0.0));
+        let certain = certain & (!flat | (greatest > 0.0));
+        let importance = importance * if flat { least } else { 1.0 };
+        // What is asked first comes last.
+        let (importance, certain) = if beside {
+            (0.0, false)
+        } else {
+            (importance, certain)
+        };
+        let (importance, certain) = if inside {
+            (by_distance, false)
+        } else {
+            (importance, certain)
+        };
+        if below {
+            (0.0, false)
+        } else {
+            (importance, certain)
         }
-        let mut importance = by_distance * off.cos.max(1e-3);
-        if normal != Vec3::ZERO {
-            let height = Angle::of_cosine((-normal.dot(direction)).clamp(-1.0, 1.0));
-            let cos = height.less(half_box).cos;
-            if cos <= 0.0 {
-                return NONE;
-            }
-            certain &= height.more(half_box).cos > 0.0;
-            importance *= cos;
-        }
-        (importance, certain)
     }
 
     /// The cost of a group in the surface area orientation heuristic: intensity, area and the measure of its directions.
@@ -166,40 +173,41 @@ struct Angle {
 }
 
 impl Angle {
+    #[inline(always)]
     fn of_cosine(cos: f32) -> Self {
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
         Self { sin, cos }
     }
 
     /// Of at most 90 degrees.
+    #[inline(always)]
     fn of_sine(sin: f32) -> Self {
         let cos = (1.0 - sin * sin).max(0.0).sqrt();
         Self { sin, cos }
     }
 
     /// The sum, at most 180 degrees.
+    #[inline(always)]
     fn more(self, other: Self) -> Self {
+        let sin = self.sin * other.cos + self.cos * other.sin;
+        let cos = self.cos * other.cos - self.sin * other.sin;
         // a + b >= 180 degrees where a >= 180 degrees - b.
-        if self.cos <= -other.cos {
-            return Self {
-                sin: 0.0,
-                cos: -1.0,
-            };
-        }
+        let all = self.cos <= -other.cos;
         Self {
-            sin: self.sin * other.cos + self.cos * other.sin,
-            cos: self.cos * other.cos - self.sin * other.sin,
+            sin: if all { 0.0 } else { sin },
+            cos: if all { -1.0 } else { cos },
         }
     }
 
     /// The difference, at least 0.
+    #[inline(always)]
     fn less(self, other: Self) -> Self {
-        if self.cos >= other.cos {
-            return Self { sin: 0.0, cos: 1.0 };
-        }
+        let sin = self.sin * other.cos - self.cos * other.sin;
+        let cos = self.cos * other.cos + self.sin * other.sin;
+        let none = self.cos >= other.cos;
         Self {
-            sin: self.sin * other.cos - self.cos * other.sin,
-            cos: self.cos * other.cos + self.sin * other.sin,
+            sin: if none { 0.0 } else { sin },
+            cos: if none { 1.0 } else { cos },
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::tree::{MOST_BRANCHES, Weigh};
+use super::tree::{MOST_BRANCHES, Tree, Weigh};
 use super::{Lights, Reference, Source};
 
 /// How often each light is chosen.
@@ -66,6 +66,13 @@ impl Lights {
     pub fn most_at_once(&self) -> Option<usize> {
         let several = self.uneven + self.tree.count() + usize::from(self.has_surfaces()) > 1;
         (several && self.uneven <= MOST_BRANCHES).then_some(self.uneven + MOST_BRANCHES + 1)
+    }
+
+    /// The tree over lights without a mesh, where there is something to choose in it and it is small enough to be weighed
+    /// whole.
+    pub fn small_tree(&self, choice: Choice) -> Option<&Tree> {
+        let chosen = choice != Choice::Even && self.tree.count() > 1;
+        (chosen && self.tree.is_small()).then_some(&self.tree)
     }
 
     /// Whether [`Lights::sample_each`] may tell of a direction with this number.

@@ -32,6 +32,7 @@ mod sun;
 #[cfg(test)]
 mod tests;
 mod tree;
+mod weights;
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
@@ -47,6 +48,7 @@ pub(crate) use source::Source;
 use sphere::Sphere;
 pub(crate) use tree::Weigh;
 use tree::{MOST_BRANCHES, Tree};
+pub(crate) use weights::{FindWeights, Weights};
 
 /// A point that is lit.
 #[derive(Clone, Copy, Debug)]

@@ -101,6 +101,31 @@ impl Tree {
         self.nodes.is_empty()
     }
 
+    /// How many nodes it has, the root first and every parent before its children.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Of all lights below a node.
+    #[inline(always)]
+    pub fn bounds(&self, node: usize) -> Bounds {
+        self.nodes[node].bounds
+    }
+
+    /// The nodes that a node holds, if it is not a light.
+    #[inline(always)]
+    pub fn children(&self, node: usize) -> Option<[usize; 2]> {
+        match self.nodes[node].kind {
+            Kind::Inner(second) => Some([node + 1, second as usize]),
+            Kind::Leaf(_) => None,
+        }
+    }
+
+    /// Whether so few nodes are below any that [`Weigh`] for a point looks at all of them.
+    pub fn is_small(&self) -> bool {
+        self.nodes.len() < LOOKS as usize
+    }
+
     /// How many lights shine.
     pub fn count(&self) -> usize {
         self.nodes.len().div_ceil(2)

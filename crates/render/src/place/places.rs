@@ -130,6 +130,11 @@ impl<const N: usize> Places<N> {
         get(&self.geometric, lane).into()
     }
 
+    /// Of the triangles, on the viewers' side.
+    pub fn geometrics(&self) -> &Three<f32, N> {
+        &self.geometric
+    }
+
     /// The normal of the smooth surface of a lane.
     #[inline(always)]
     pub fn normal(&self, lane: usize) -> Vec3 {
