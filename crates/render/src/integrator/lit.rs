@@ -233,3 +233,63 @@ impl<const N: usize> Loops for Light<'_, N> {
         *out = lit;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::mattes::tests::{alone, some, unit};
+    use super::*;
+    use crate::light::LightSample;
+    use crate::scatter::Scattering;
+
+    #[test]
+    fn every_lane_is_what_it_is_alone() {
+        let mut lit = 0;
+        for first in (0..320).step_by(LANES) {
+            let (places, mattes, directions) = some(first);
+            let mut samples = LightSamples::default();
+            for lane in 0..LANES {
+                let i = first + lane;
+                let sample = LightSample {
+                    direction: unit(5 * i),
+                    end: (i % 7 != 0).then_some(unit(5 * i).as_dvec3() * 3.0),
+                    radiance: Vec3::new(3.0, 2.0, 1.0),
+                    pdf: 0.1 + i as f32,
+                    delta: i % 3 == 0,
+                };
+                samples.put(lane, (i % 5 != 0).then_some(sample));
+            }
+            let mut lanes = Lit::default();
+            vectorized(Light {
+                places: &places,
+                samples: &samples,
+                found: true,
+                mattes: &mattes,
+                lit: &mut lanes,
+            });
+            for lane in 0..LANES {
+                let place = places.place(lane);
+                let matte = alone(&mattes, &directions, lane);
+                let frame = place.frame(unit(first + lane));
+                let alone = samples.at(lane).and_then(|sample| {
+                    let scattered = matte.evaluate(&frame, sample.direction);
+                    let throughput = Vec3::from(get(&mattes.throughput, lane));
+                    let mut light = throughput * scattered.value * (sample.radiance / sample.pdf);
+                    if !sample.delta {
+                        light /= 1.0 + scattered.pdf / sample.pdf;
+                    }
+                    let ray = match sample.end {
+                        None => place.leaving(sample.direction, f32::INFINITY),
+                        Some(end) => Ray {
+                            direction: (end - place.start(sample.direction)).as_vec3().to_array(),
+                            ..place.leaving(sample.direction, BEFORE_LIGHT)
+                        },
+                    };
+                    (light != Vec3::ZERO).then_some((ray, light))
+                });
+                assert_eq!(format!("{:?}", lanes.shadow(lane)), format!("{alone:?}"));
+                lit += usize::from(alone.is_some());
+            }
+        }
+        assert!(lit > 60, "{lit}");
+    }
+}

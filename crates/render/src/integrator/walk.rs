@@ -214,32 +214,6 @@ impl Walk<'_> {
         }
     }
 
-    /// How lights are chosen where a path is scattered.
-    pub(super) fn choice(&self, path: &Path) -> Choice {
-        if self.splits && path.from_camera {
-            Choice::Split
-        } else {
-            self.rules.choice
-        }
-    }
-
-    /// The same for all paths that nothing has let through before.
-    pub(super) fn choice_of_turn(&self) -> Choice {
-        if self.splits && self.turn == 0 {
-            Choice::Split
-        } else {
-            self.rules.choice
-        }
-    }
-
-    /// Whether lights with this number may be sampled at surfaces of this turn, after the first.
-    pub(super) fn asks(&self, light: usize) -> bool {
-        match self.choice_of_turn() {
-            Choice::Split => self.lights.tells(light),
-            _ => light < self.rules.light_samples,
-        }
-    }
-
     /// Lights without a mesh that the ray crosses.
     pub(super) fn pick_up(&self, path: &Path, distance: f64, out: &mut Vec3) {
         self.lights.crossed(

@@ -131,7 +131,7 @@ fn the_choice_loses_no_light() {
         let [which, _] = random(n + 7_000_000);
         let sampler = Sampler::new(9, 0, [1, 2], n);
         let random = |index| sampler.pair(Pair::Light(0, index));
-        lights.sample_each(&nothing, &from, which, random, |_, sample| {
+        lights.sample_each(&from, &nothing, &from, which, random, |_, sample| {
             let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
             found += f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine;
         });
