@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 use raycam_bvh::{Loops, Ray, vectorized};
 
 use super::mattes::Mattes;
+use super::shadows::Shadows;
 use super::walk::Walk;
 use crate::lanes::{LANES, Three, get, set, vector};
 use crate::light::{
@@ -68,8 +69,9 @@ impl Asked {
         }
         self.count = 0;
         for (i, (samples, lit)) in self.samples.iter().zip(&mut self.lit).enumerate() {
-            lit.any = [false; LANES];
-            if samples.any() {
+            if i > 0 && !walk.asks(i) {
+                lit.any = [false; LANES];
+            } else {
                 self.count = i + 1;
                 vectorized(Light {
                     places,
@@ -82,11 +84,19 @@ impl Asked {
         }
     }
 
-    /// The shadow rays of a lane, and what arrives along each, by the number of the light.
-    #[inline]
-    pub fn shadows(&self, lane: usize) -> impl Iterator<Item = (usize, Ray, Vec3)> {
-        let lit = self.lit[..self.count].iter().enumerate();
-        lit.filter_map(move |(i, lit)| lit.shadow(lane).map(|(ray, light)| (i, ray, light)))
+    /// Asks whether light arrives at a lane, which is of a path with this ray.
+    #[inline(always)]
+    pub fn ask(&self, lane: usize, ray: usize, shadows: &mut [Shadows]) {
+        for (lit, shadows) in self.lit[..self.count].iter().zip(shadows) {
+            if lit.any[lane] {
+                let shadow = Ray {
+                    origin: get(&lit.start, lane),
+                    direction: get(&lit.way, lane),
+                    t_max: lit.t_max[lane],
+                };
+                shadows.ask(shadow, ray, get(&lit.light, lane).into());
+            }
+        }
     }
 }
 
@@ -156,21 +166,6 @@ impl<const N: usize> Default for Lit<N> {
             way: [[0.0; N]; 3],
             t_max: [0.0; N],
         }
-    }
-}
-
-impl<const N: usize> Lit<N> {
-    /// A shadow ray and what arrives along it.
-    #[inline]
-    fn shadow(&self, lane: usize) -> Option<(Ray, Vec3)> {
-        self.any[lane].then(|| {
-            let ray = Ray {
-                origin: get(&self.start, lane),
-                direction: get(&self.way, lane),
-                t_max: self.t_max[lane],
-            };
-            (ray, get(&self.light, lane).into())
-        })
     }
 }
 
@@ -286,7 +281,15 @@ mod tests {
                     };
                     (light != Vec3::ZERO).then_some((ray, light))
                 });
-                assert_eq!(format!("{:?}", lanes.shadow(lane)), format!("{alone:?}"));
+                let known = lanes.any[lane].then(|| {
+                    let ray = Ray {
+                        origin: get(&lanes.start, lane),
+                        direction: get(&lanes.way, lane),
+                        t_max: lanes.t_max[lane],
+                    };
+                    (ray, Vec3::from(get(&lanes.light, lane)))
+                });
+                assert_eq!(format!("{known:?}"), format!("{alone:?}"));
                 lit += usize::from(alone.is_some());
             }
         }

@@ -156,9 +156,7 @@ impl Walk<'_> {
         }
         let direction = get(&meetings.matte, lane).into();
         if self.many {
-            for (i, ray, light) in meetings.asked.shadows(lane) {
-                wave.shadows[i].ask(ray, path.ray, light);
-            }
+            meetings.asked.ask(lane, path.ray, &mut wave.shadows);
         } else if self.sampled || self.rules.ambient.is_some() {
             let meeting = meetings.at(self, number, lane, hit);
             let surface = Surface {

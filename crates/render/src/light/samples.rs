@@ -48,12 +48,6 @@ impl<const N: usize> LightSamples<N> {
         self.pdf = [0.0; N];
     }
 
-    /// Whether there is a sample.
-    #[inline(always)]
-    pub fn any(&self) -> bool {
-        self.pdf != [0.0; N]
-    }
-
     /// Sets a lane.
     pub fn put(&mut self, lane: usize, sample: Option<LightSample>) {
         self.pdf[lane] = sample.map_or(0.0, |sample| sample.pdf);
