@@ -110,8 +110,6 @@ pub struct Scene {
     pub(crate) members: Option<Members>,
     /// Of rays that run apart.
     pub(crate) skip: Skip,
-    /// The same of packets of shadow rays.
-    pub(crate) skip_shadows: Skip,
     machine: Machine,
 }
 
@@ -183,7 +181,6 @@ impl Scene {
             direct,
             members: None,
             skip: Skip::default(),
-            skip_shadows: Skip::default(),
             machine: Machine::best(),
         };
         let mut placements: Vec<Option<Placement>> = Vec::with_capacity(instances.len());

@@ -3,7 +3,6 @@
 //! Boxes are then tested for every ray, and rays go on alone where few are left: that pays near the root of any tree, and in
 //! all of a small one.
 
-use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use super::alike::{HEADINGS, ODD, headings};
@@ -28,44 +27,20 @@ const MOST_VISITS: usize = 1;
 /// How many blocks make no packets after one in which they did not pay.
 const SKIP: u32 = 48;
 
-/// How many blocks or chunks of rays make no packets, because they did not pay the last time: in the scene that they run
-/// through, as a batch is often shorter than it takes to find that out. Threads may count past each other: answers do not depend on it.
+/// How many blocks of rays make no packets, because they did not pay the last time: in the scene that they run through, as a
+/// batch is often shorter than it takes to find that out. Threads may count past each other: answers do not depend on it.
 #[derive(Debug, Default)]
-pub struct Skip {
-    left: AtomicU32,
-    /// Of how many the last run was; 0 after one that paid.
-    run: AtomicU32,
-}
+pub struct Skip(AtomicU32);
 
 impl Skip {
     /// Whether the next block makes none.
     #[inline(always)]
-    pub fn next(&self) -> bool {
-        let left = self.left.load(Relaxed);
+    fn next(&self) -> bool {
+        let left = self.0.load(Relaxed);
         if left > 0 {
-            self.left.store(left - 1, Relaxed);
+            self.0.store(left - 1, Relaxed);
         }
         left > 0
-    }
-
-    /// Is told whether one did not pay: then the least number make none from now on, and twice as many each time that
-    /// happens again at once.
-    #[inline(always)]
-    pub fn again(&self, failed: bool, blocks: RangeInclusive<u32>) {
-        let run = self.run.load(Relaxed);
-        if failed {
-            let run = (2 * run).clamp(*blocks.start(), *blocks.end());
-            self.run.store(run, Relaxed);
-            self.set(run);
-        } else if run != 0 {
-            self.run.store(0, Relaxed);
-        }
-    }
-
-    /// So many make none from now on.
-    #[inline(always)]
-    pub fn set(&self, blocks: u32) {
-        self.left.store(blocks, Relaxed);
     }
 }
 
@@ -147,7 +122,7 @@ impl<'a> Headed<'a> {
             let answered = self.packed.saturating_sub(self.alone);
             self.pays = self.visits <= MOST_VISITS * answered;
             if !self.pays {
-                self.skip.set(SKIP);
+                self.skip.0.store(SKIP, Relaxed);
                 alone.extend_from_slice(&self.order[self.taken..]);
                 (self.taken, self.packed) = (self.order.len(), 0);
             }
@@ -230,19 +205,6 @@ mod tests {
         seen.extend(alone);
         seen.sort();
         assert_eq!(seen, numbers);
-    }
-
-    #[test]
-    fn what_does_not_pay_again_and_again_is_tried_ever_less() {
-        let skip = Skip::default();
-        let mut skipped = |failed| {
-            skip.again(failed, 3..=12);
-            std::iter::repeat_with(|| skip.next())
-                .take_while(|next| *next)
-                .count()
-        };
-        assert_eq!([true; 4].map(&mut skipped), [3, 6, 12, 12]);
-        assert_eq!([false, true, true].map(skipped), [0, 3, 6]);
     }
 
     #[test]

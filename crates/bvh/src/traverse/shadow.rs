@@ -17,10 +17,8 @@ use crate::ray::{Coherence, Ray};
 use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
 
-/// How many chunks make no packets after one that fell apart: twice as many each time that the next one does too, up to a
-/// limit, whichever batch they are of.
-const SKIP: u32 = 12;
-const MOST_SKIPPED: u32 = 96;
+/// How many chunks make no packets after one that fell apart.
+const SKIP: u32 = 48;
 
 /// One did if its packets visited more nodes and leaves than so many for each ray, where each ray that went on alone counts
 /// as so many visits.
@@ -40,13 +38,16 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherenc
     let (mut packets, mut scaled) = (Packets::NONE, Members::NONE);
     let (mut aside, mut apart) = (Aside::default(), Vec::new());
     let mut chunks = Chunks::of(scene, rays, coherence);
+    // Where packets fall apart into many pieces, the next few are not made.
+    let mut skip = 0u32;
     while chunks.advance::<I>(&mut aside, &mut apart) {
         let chunk = chunks.chunk(scene, &mut aside, &mut apart);
         let (numbers, coherence) = (chunk.numbers, chunk.coherence);
         let together = coherence != Coherence::Incoherent;
         let most = MOST_VISITS * numbers.len();
-        if together && scene.skip_shadows.next() {
+        if skip > 0 && together {
             chunk.aside.whole.extend_from_slice(numbers);
+            skip -= 1;
         } else {
             let before = chunk.aside.len();
             let scaled = chunk.scaled(&mut scaled);
@@ -66,9 +67,8 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherenc
             let alone = aside.len() - before;
             let visits = std::mem::take(&mut aside.visits);
             chunks.count(alone, visits);
-            if together {
-                let apart = visits + VISITS_ALONE * alone > most;
-                scene.skip_shadows.again(apart, SKIP..=MOST_SKIPPED);
+            if together && visits + VISITS_ALONE * alone > most {
+                skip = SKIP;
             }
         }
         if aside.len() >= ASIDE {
