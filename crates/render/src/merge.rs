@@ -8,13 +8,17 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use glam::DVec3;
 use raycam_bvh::{ExactHit, ExactRay, Scene};
 use rayon::prelude::*;
 
 use crate::prepare::PreparedWorld;
 
-/// Samples for every triangle that make up for building the tree, and a little more.
-const SAMPLES: u64 = 4;
+/// Samples for every triangle that make up for building the tree, and a little more, where objects reach into each other's
+/// boxes.
+const SAMPLES: u64 = 3;
+/// The same where they stand apart, and few rays go into several of them.
+const APART: u64 = 24;
 /// The same of exact rays, which are fewer and run alike.
 const EXACT: u64 = 8;
 /// The most triangles: some 200 bytes each, for a moment.
@@ -36,8 +40,11 @@ impl PreparedWorld {
     /// What the rays of a picture of so many samples are traced against. It depends on nothing but the world and that
     /// number: the same picture has the same bits.
     pub(crate) fn scene_for(&self, samples: u64) -> &Scene {
-        self.merged_if(|triangles| samples / SAMPLES >= triangles)
-            .unwrap_or(&self.scene)
+        let pays = |triangles| {
+            let enough = |each| samples / each >= triangles;
+            enough(APART) || (enough(SAMPLES) && self.objects_meet())
+        };
+        self.merged_if(pays).unwrap_or(&self.scene)
     }
 
     /// The tree over everything if it pays for so many triangles.
@@ -69,6 +76,32 @@ impl PreparedWorld {
         merged
             .unwrap_or(&self.scene)
             .closest_exact(rays, self, hits);
+    }
+
+    /// Whether the boxes of any two objects meet; taken for granted of very many.
+    fn objects_meet(&self) -> bool {
+        const MANY: usize = 1 << 12;
+        let slack = self.radius * 1e-9;
+        let boxes: Vec<_> = self
+            .objects
+            .iter()
+            .map(|object| {
+                let (mesh, place) = (&object.mesh, object.world_from_mesh);
+                let middle = place.transform_point3((mesh.lower + mesh.upper) / 2.0);
+                (
+                    middle,
+                    place.matrix3.abs() * (mesh.upper - mesh.lower) / 2.0,
+                )
+            })
+            .collect();
+        let meet = |(a, (middle, half)): (usize, &(DVec3, DVec3))| {
+            let mut others = boxes[..a].iter();
+            others.any(|(m, h)| {
+                let gap = (*m - *middle).abs() - (*half + *h);
+                gap.max_element() <= slack
+            })
+        };
+        boxes.len() > MANY || boxes.iter().enumerate().any(meet)
     }
 
     /// Triangles of all objects, those of shared meshes as often as they are shown.
@@ -118,7 +151,7 @@ impl PreparedWorld {
 mod tests {
     use std::sync::Arc;
 
-    use glam::{DAffine3, DMat3, DVec3};
+    use glam::{DAffine3, DMat3};
     use raycam_scene::{Camera, Light, Material, Object, PixelCenter, World, primitive};
 
     use super::*;
@@ -172,6 +205,15 @@ mod tests {
         moved.objects[1].world_from_mesh.translation.x += 0.1;
         let moved = prepare(&moved, Some(&prepared));
         assert!(moved.merged.tree.get().is_none());
+        // Far apart it takes more.
+        let mut apart = world.clone();
+        for (i, object) in apart.objects.iter_mut().enumerate() {
+            object.world_from_mesh.translation.z += 4.0 * i as f64;
+        }
+        let apart = prepare(&apart, None);
+        let few = apart.scene_for(APART * triangles - 1);
+        assert!(std::ptr::eq(few, &apart.scene));
+        assert!(apart.scene_for(APART * triangles).is_one_tree());
     }
 
     #[test]
