@@ -12,11 +12,10 @@ use glam::DVec3;
 use raycam_bvh::{ExactHit, ExactRay, Scene};
 use rayon::prelude::*;
 
-use crate::prepare::PreparedWorld;
+use crate::prepare::{PreparedObject, PreparedWorld};
 
-/// Samples for every triangle that make up for building the tree, and a little more, where objects reach into each other's
-/// boxes.
-const SAMPLES: u64 = 3;
+/// Samples for every triangle that make up for building the tree, and a little more, where objects are near each other.
+const SAMPLES: u64 = 4;
 /// The same where they stand apart, and few rays go into several of them.
 const APART: u64 = 24;
 /// The same of exact rays, which are fewer and run alike.
@@ -42,7 +41,7 @@ impl PreparedWorld {
     pub(crate) fn scene_for(&self, samples: u64) -> &Scene {
         let pays = |triangles| {
             let enough = |each| samples / each >= triangles;
-            enough(APART) || (enough(SAMPLES) && self.objects_meet())
+            enough(APART) || (enough(SAMPLES) && self.has_neighbours())
         };
         self.merged_if(pays).unwrap_or(&self.scene)
     }
@@ -78,30 +77,26 @@ impl PreparedWorld {
             .closest_exact(rays, self, hits);
     }
 
-    /// Whether the boxes of any two objects meet; taken for granted of very many.
-    fn objects_meet(&self) -> bool {
+    /// Whether any object's box is as near to that of another as a quarter of its size; taken for granted of very many.
+    fn has_neighbours(&self) -> bool {
         const MANY: usize = 1 << 12;
-        let slack = self.radius * 1e-9;
-        let boxes: Vec<_> = self
-            .objects
-            .iter()
-            .map(|object| {
-                let (mesh, place) = (&object.mesh, object.world_from_mesh);
-                let middle = place.transform_point3((mesh.lower + mesh.upper) / 2.0);
-                (
-                    middle,
-                    place.matrix3.abs() * (mesh.upper - mesh.lower) / 2.0,
-                )
-            })
-            .collect();
-        let meet = |(a, (middle, half)): (usize, &(DVec3, DVec3))| {
-            let mut others = boxes[..a].iter();
-            others.any(|(m, h)| {
-                let gap = (*m - *middle).abs() - (*half + *h);
-                gap.max_element() <= slack
+        let of_object = |object: &PreparedObject| {
+            let (mesh, place) = (&object.mesh, object.world_from_mesh);
+            let middle = place.transform_point3((mesh.lower + mesh.upper) / 2.0);
+            (
+                middle,
+                place.matrix3.abs() * (mesh.upper - mesh.lower) / 2.0,
+            )
+        };
+        let boxes: Vec<(DVec3, DVec3)> = self.objects.iter().map(of_object).collect();
+        let near = |(i, &(middle, half)): (usize, &(DVec3, DVec3))| {
+            let mut others = boxes[..i].iter();
+            others.any(|&(other, other_half)| {
+                let gap = (middle - other).abs() - half - other_half;
+                gap.max_element() <= half.max_element().min(other_half.max_element()) / 2.0
             })
         };
-        boxes.len() > MANY || boxes.iter().enumerate().any(meet)
+        boxes.len() > MANY || boxes.iter().enumerate().any(near)
     }
 
     /// Triangles of all objects, those of shared meshes as often as they are shown.
