@@ -10,7 +10,8 @@ use super::shadows::Shadows;
 use super::walk::Walk;
 use crate::lanes::{LANES, Three, get, set, vector};
 use crate::light::{
-    BEFORE_LIGHT, Choice, FindWeights, LightSamples, MOST_AT_ONCE, Reference, Weigh, Weights,
+    BEFORE_LIGHT, Choice, FindWeights, LightSamples, MOST_AT_ONCE, Reference, Source, Weigh,
+    Weights,
 };
 use crate::place::Places;
 
@@ -38,8 +39,8 @@ impl Asked {
         places: &Places<LANES>,
         mattes: &Mattes<LANES>,
     ) {
-        if walk.area.is_none() {
-            self.samples.iter_mut().for_each(LightSamples::clear);
+        if !matches!(walk.only, Some(Source::Area(_))) {
+            walk.asked().for_each(|i| self.samples[i].clear());
             let tree = walk.lights.small_tree(walk.choice_of_turn());
             if let Some(tree) = tree {
                 vectorized(FindWeights {
@@ -68,19 +69,19 @@ impl Asked {
             }
         }
         self.count = 0;
-        for (i, (samples, lit)) in self.samples.iter().zip(&mut self.lit).enumerate() {
-            if i > 0 && !walk.asks(i) {
+        for i in walk.asked() {
+            // Numbers between these have nothing.
+            for lit in &mut self.lit[self.count..i] {
                 lit.any = [false; LANES];
-            } else {
-                self.count = i + 1;
-                vectorized(Light {
-                    places,
-                    samples,
-                    found: walk.found,
-                    mattes,
-                    lit,
-                });
             }
+            vectorized(Light {
+                places,
+                samples: &self.samples[i],
+                found: walk.found,
+                mattes,
+                lit: &mut self.lit[i],
+            });
+            self.count = i + 1;
         }
     }
 
@@ -125,6 +126,10 @@ impl Numbers<'_> {
             0.0
         };
         let random = |i: usize| self.numbers[i][self.index];
+        if let Some(light) = walk.only {
+            samples[0].put(lane, light.sample(from, random(0)));
+            return;
+        }
         match walk.choice_of_turn() {
             Choice::Split => {
                 lights.sample_each(by, world, from, which, random, |i, sample| {

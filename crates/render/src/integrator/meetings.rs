@@ -9,7 +9,7 @@ use super::path::Path;
 use super::smooths::Smooths;
 use super::walk::Walk;
 use crate::lanes::{Corners, LANES, Three, get, set_corners};
-use crate::light::{LightSample, SampleArea};
+use crate::light::{LightSample, SampleArea, Source};
 use crate::place::{Place, Places};
 use crate::prepared_material::PreparedMaterial;
 use crate::sampler::{Pair, Sampler};
@@ -72,8 +72,9 @@ impl Meetings {
             first.clear();
             first.resize(live.len(), [0.0; 2]);
         }
-        for (i, more) in (1..).zip(more).filter(|(i, _)| walk.many && walk.asks(*i)) {
-            Sampler::pairs(walk.samplers, which(), [Pair::Light(turn, i)], [more]);
+        for i in walk.asked().filter(|&i| walk.many && i > 0) {
+            let out = &mut more[i - 1];
+            Sampler::pairs(samplers, which(), [Pair::Light(turn, i)], [out]);
         }
         let chunks = hits.chunks(LANES);
         if self.corners.len() < chunks.len() {
@@ -113,7 +114,7 @@ impl Meetings {
             random: &random,
             out: &mut self.matte,
         });
-        if let Some(area) = walk.area {
+        if let Some(Source::Area(area)) = walk.only {
             vectorized(SampleArea {
                 area,
                 points: self.places.positions(),
@@ -151,7 +152,8 @@ impl Meetings {
                 walk.put_smooth(path, hit, (places, lane), smooths);
                 continue;
             };
-            if walk.choice(path) != walk.choice_of_turn() {
+            // What the camera sees through something else chooses lights as nothing else does by now.
+            if walk.splits && walk.turn > 0 && path.from_camera {
                 continue;
             }
             mattes.put(lane, albedo, path);
@@ -200,7 +202,10 @@ impl Meetings {
             matte: get(&self.matte, lane).into(),
             scatter: self.scatter[index],
             light: self.asked.numbers[0][index],
-            on_area: walk.area.and_then(|_| self.asked.samples[0].at(lane)),
+            on_area: match walk.only {
+                Some(Source::Area(_)) => self.asked.samples[0].at(lane),
+                _ => None,
+            },
         }
     }
 }

@@ -8,7 +8,7 @@ use super::meetings::Meeting;
 use super::path::{Path, Wave};
 use super::shadows::Shadows;
 use super::walk::Walk;
-use crate::light::{BEFORE_LIGHT, Choice, LightSample};
+use crate::light::{BEFORE_LIGHT, Choice, LightSample, MOST_AT_ONCE, Source};
 use crate::sampler::Pair;
 use crate::scatter::{Scattering, above, cosine_direction};
 use crate::surface::Surface;
@@ -32,12 +32,13 @@ impl Walk<'_> {
         }
     }
 
-    /// Whether lights with this number may be sampled at surfaces of this turn, after the first.
-    pub(super) fn asks(&self, light: usize) -> bool {
-        match self.choice_of_turn() {
-            Choice::Split => self.lights.tells(light),
-            _ => light < self.rules.light_samples,
-        }
+    /// The numbers of the lights that may be sampled at surfaces of this turn.
+    pub(super) fn asked(&self) -> impl Iterator<Item = usize> {
+        let (split, count) = match self.choice_of_turn() {
+            Choice::Split => (true, MOST_AT_ONCE),
+            _ => (false, self.rules.light_samples),
+        };
+        (0..count).filter(move |&i| !split || self.lights.tells(i))
     }
 
     /// Asks for the light of one or more lights at a surface.
@@ -97,8 +98,9 @@ impl Walk<'_> {
                 let count = self.rules.light_samples;
                 for (index, shadows) in wave.shadows.iter_mut().take(count).enumerate() {
                     let [x, y] = random(index);
-                    let sample = match self.area {
-                        Some(_) => meeting.on_area,
+                    let sample = match self.only {
+                        Some(Source::Area(_)) => meeting.on_area,
+                        Some(light) => light.sample(&from, [x, y]),
                         None => {
                             let which = [(choice + index as f32) / count as f32, x, y];
                             lights.sample(world, &from, few, which)

@@ -16,7 +16,7 @@ use super::{Batch, Rules, is_miss};
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::lanes::LANES;
-use crate::light::{Choice, Lights, MOST_AT_ONCE, Reference, Source};
+use crate::light::{Choice, Lights, MOST_AT_ONCE, Reference};
 use crate::prepare::PreparedWorld;
 use crate::prepared_material::PreparedMaterial;
 use crate::texture::Cone;
@@ -76,10 +76,9 @@ pub(super) fn radiance(
         found: lights.is_found(rules.ambient.is_some()),
         sampled,
         chosen: rules.light_samples > 1 || lights.is_chosen(rules.choice),
-        area: match lights.only(rules.choice) {
-            Some(Source::Area(area)) if many && rules.light_samples == 1 => Some(area),
-            _ => None,
-        },
+        only: lights
+            .only(rules.choice)
+            .filter(|_| many && rules.light_samples == 1),
         many,
         splits: at_once.is_some(),
         blind: is_blind(world, lights),

@@ -9,7 +9,7 @@ use super::media::{Media, Skin};
 use super::meetings::Meeting;
 use super::path::{Path, Wave};
 use crate::lanes::LANES;
-use crate::light::{Area, BEFORE_LIGHT, Choice, Lights, Reference};
+use crate::light::{BEFORE_LIGHT, Choice, Lights, Reference, Source};
 use crate::mirrors::Mirror;
 use crate::place::Places;
 use crate::prepare::PreparedWorld;
@@ -34,8 +34,8 @@ pub(super) struct Walk<'a> {
     pub sampled: bool,
     /// Whether there is more than one to choose from.
     pub chosen: bool,
-    /// The only one that is sampled, where it is of this kind.
-    pub area: Option<&'a Area>,
+    /// The only one that is sampled, if there is but one.
+    pub only: Option<&'a Source>,
     /// Whether what lights bring to matte surfaces is found for many at a time.
     pub many: bool,
     /// Whether surfaces that the camera sees sample all branches of them.

@@ -39,7 +39,7 @@ use raycam_bvh::Hit;
 use raycam_scene::{Light, Up};
 
 use crate::prepare::PreparedWorld;
-pub(crate) use area::{Area, SampleArea};
+pub(crate) use area::SampleArea;
 use bounds::Bounds;
 pub(crate) use choice::{Choice, MOST_AT_ONCE};
 use emissive::Emissive;
