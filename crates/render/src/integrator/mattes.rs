@@ -155,7 +155,9 @@ impl Walk<'_> {
             return false;
         }
         let direction = get(&meetings.matte, lane).into();
-        if self.many {
+        // What the camera sees through something else chooses lights as nothing else does by now.
+        let late = self.splits && self.turn > 0 && path.from_camera;
+        if self.many && !late {
             meetings.asked.ask(lane, path.ray, &mut wave.shadows);
         } else if self.sampled || self.rules.ambient.is_some() {
             let meeting = meetings.at(self, number, lane, hit);

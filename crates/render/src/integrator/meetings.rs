@@ -152,10 +152,6 @@ impl Meetings {
                 walk.put_smooth(path, hit, (places, lane), smooths);
                 continue;
             };
-            // What the camera sees through something else chooses lights as nothing else does by now.
-            if walk.splits && walk.turn > 0 && path.from_camera {
-                continue;
-            }
             mattes.put(lane, albedo, path);
             // Through a mirror to a light are two segments more.
             aimed[lane] = path.depth.saturating_add(2) <= walk.rules.max_depth;
