@@ -116,37 +116,6 @@ pub(crate) fn default_lights(up: Up) -> [Light; 2] {
     ]
 }
 
-impl LightSample {
-    /// The only direction to a light: `irradiance` on a surface that faces it.
-    fn delta(direction: DVec3, end: Option<DVec3>, irradiance: DVec3) -> Self {
-        Self {
-            direction: direction.as_vec3(),
-            end,
-            radiance: irradiance.as_vec3(),
-            pdf: 1.0,
-            delta: true,
-        }
-    }
-
-    /// One of many, unless its density is beyond float32.
-    fn toward(direction: DVec3, end: DVec3, radiance: Vec3, density: f64) -> Option<Self> {
-        let pdf = density as f32;
-        (pdf > 0.0 && pdf.is_finite()).then(|| Self {
-            direction: direction.as_vec3(),
-            end: Some(end),
-            radiance,
-            pdf,
-            delta: false,
-        })
-    }
-
-    /// The same where its light has been chosen with a probability.
-    fn chosen(mut self, probability: f64) -> Option<Self> {
-        self.pdf *= probability as f32;
-        (self.pdf > 0.0 && self.pdf.is_finite()).then_some(self)
-    }
-}
-
 impl Lights {
     /// Lights without a mesh; surfaces that shine come with [`Lights::with_surfaces`].
     pub fn new(lights: &[Light], up: Up, origin: DVec3) -> Self {

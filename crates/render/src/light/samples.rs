@@ -1,9 +1,45 @@
-//! Samples of lights for many points.
+//! Samples of lights, for one point and for many.
 
 use glam::{DVec3, Vec3};
 
 use super::LightSample;
 use crate::lanes::{Three, get, set};
+
+impl LightSample {
+    /// The only direction to a light: `irradiance` on a surface that faces it.
+    pub(super) fn delta(direction: DVec3, end: Option<DVec3>, irradiance: DVec3) -> Self {
+        Self {
+            direction: direction.as_vec3(),
+            end,
+            radiance: irradiance.as_vec3(),
+            pdf: 1.0,
+            delta: true,
+        }
+    }
+
+    /// One of many, unless its density is beyond float32.
+    pub(super) fn toward(
+        direction: DVec3,
+        end: DVec3,
+        radiance: Vec3,
+        density: f64,
+    ) -> Option<Self> {
+        let pdf = density as f32;
+        (pdf > 0.0 && pdf.is_finite()).then(|| Self {
+            direction: direction.as_vec3(),
+            end: Some(end),
+            radiance,
+            pdf,
+            delta: false,
+        })
+    }
+
+    /// The same where its light has been chosen with a probability.
+    pub(super) fn chosen(mut self, probability: f64) -> Option<Self> {
+        self.pdf *= probability as f32;
+        (self.pdf > 0.0 && self.pdf.is_finite()).then_some(self)
+    }
+}
 
 /// Field by field what a [`LightSample`] has.
 #[derive(Debug)]
