@@ -10,8 +10,7 @@ use super::shadows::Shadows;
 use super::walk::Walk;
 use crate::lanes::{LANES, Three, get, set, vector};
 use crate::light::{
-    BEFORE_LIGHT, Choice, FindWeights, LightSamples, MOST_AT_ONCE, Reference, Source, Weigh,
-    Weights,
+    BEFORE_LIGHT, FindWeights, LightSamples, MOST_AT_ONCE, Reference, Source, Weights,
 };
 use crate::place::Places;
 
@@ -55,16 +54,21 @@ impl Asked {
                     position: places.position(lane),
                     normal: places.geometric(lane),
                 };
-                let known = tree.is_some().then(|| self.weights.of(lane));
-                let (index, samples) = (number * LANES + lane, &mut self.samples);
-                let numbers = Numbers {
-                    numbers: &self.numbers,
-                    which: &self.which,
-                    index,
+                let index = number * LANES + lane;
+                let which = if walk.chosen {
+                    self.which[index][1]
+                } else {
+                    0.0
                 };
-                match known {
-                    Some(known) => numbers.sample(walk, &from, &known, lane, samples),
-                    None => numbers.sample(walk, &from, &from, lane, samples),
+                let random = |i: usize| self.numbers[i][index];
+                let put = |i: usize, sample| self.samples[i].put(lane, Some(sample));
+                let choice = walk.choice_of_turn();
+                match tree {
+                    Some(_) => {
+                        let known = self.weights.of(lane);
+                        walk.draw_samples(choice, &known, &from, which, random, put);
+                    }
+                    None => walk.draw_samples(choice, &from, &from, which, random, put),
                 }
             }
         }
@@ -96,57 +100,6 @@ impl Asked {
                     t_max: lit.t_max[lane],
                 };
                 shadows.ask(shadow, ray, get(&lit.light, lane).into());
-            }
-        }
-    }
-}
-
-/// The random numbers of one surface.
-struct Numbers<'a> {
-    numbers: &'a [Vec<[f32; 2]>; MOST_AT_ONCE],
-    which: &'a [[f32; 2]],
-    /// Of its path among those of the turn.
-    index: usize,
-}
-
-impl Numbers<'_> {
-    /// The samples of lights; `by` says what these may matter to the surface.
-    fn sample(
-        &self,
-        walk: &Walk,
-        from: &Reference,
-        by: &impl Weigh,
-        lane: usize,
-        samples: &mut [LightSamples<LANES>; MOST_AT_ONCE],
-    ) {
-        let (lights, world) = (walk.lights, walk.world);
-        let which = if walk.chosen {
-            self.which[self.index][1]
-        } else {
-            0.0
-        };
-        let random = |i: usize| self.numbers[i][self.index];
-        if let Some(light) = walk.only {
-            samples[0].put(lane, light.sample(from, random(0)));
-            return;
-        }
-        match walk.choice_of_turn() {
-            Choice::Split => {
-                lights.sample_each(by, world, from, which, random, |i, sample| {
-                    samples[i].put(lane, Some(sample));
-                });
-            }
-            choice => {
-                let count = walk.rules.light_samples;
-                for (i, samples) in samples.iter_mut().take(count).enumerate() {
-                    let [x, y] = random(i);
-                    let which = [(which + i as f32) / count as f32, x, y];
-                    let mut sample = lights.sample_by(by, world, from, choice, which);
-                    if let Some(sample) = &mut sample {
-                        sample.pdf *= count as f32;
-                    }
-                    samples.put(lane, sample);
-                }
             }
         }
     }

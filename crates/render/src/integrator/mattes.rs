@@ -156,7 +156,7 @@ impl Walk<'_> {
         }
         let direction = get(&meetings.matte, lane).into();
         // What the camera sees through something else chooses lights as nothing else does by now.
-        let late = self.splits && self.turn > 0 && path.from_camera;
+        let late = self.choice(path) != self.choice_of_turn();
         if self.many && !late {
             meetings.asked.ask(lane, path.ray, &mut wave.shadows);
         } else if self.sampled || self.rules.ambient.is_some() {

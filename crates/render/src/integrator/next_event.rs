@@ -8,7 +8,7 @@ use super::meetings::Meeting;
 use super::path::{Path, Wave};
 use super::shadows::Shadows;
 use super::walk::Walk;
-use crate::light::{BEFORE_LIGHT, Choice, LightSample, MOST_AT_ONCE, Source};
+use crate::light::{BEFORE_LIGHT, Choice, LightSample, MOST_AT_ONCE, Reference, Weigh};
 use crate::sampler::Pair;
 use crate::scatter::{Scattering, above, cosine_direction};
 use crate::surface::Surface;
@@ -86,42 +86,51 @@ impl Walk<'_> {
             0 => meeting.light,
             _ => sampler.pair(Pair::Light(self.turn, index)),
         };
+        if let Some(sample) = &meeting.on_area {
+            self.ask(path, surface, skin, sample, &mut wave.shadows[0]);
+            return;
+        }
+        let tell = |index: usize, sample: LightSample| {
+            self.ask(path, surface, skin, &sample, &mut wave.shadows[index]);
+        };
+        self.draw_samples(self.choice(path), &from, &from, choice, random, tell);
+    }
+
+    /// Tells of the samples of lights at a point with their numbers, each with the density of all of its kind together.
+    /// `by` says what lights may matter to the point, `which` chooses among them, and `random` gives where on each.
+    #[inline(always)]
+    pub(super) fn draw_samples(
+        &self,
+        choice: Choice,
+        by: &impl Weigh,
+        from: &Reference,
+        which: f32,
+        random: impl Fn(usize) -> [f32; 2],
+        mut tell: impl FnMut(usize, LightSample),
+    ) {
         let (lights, world) = (self.lights, self.world);
-        match self.choice(path) {
-            Choice::Split => {
-                lights.sample_each(&from, world, &from, choice, random, |index, sample| {
-                    let shadows = &mut wave.shadows[index];
-                    self.ask(path, surface, skin, &sample, sample.pdf, shadows);
-                })
+        if let Some(light) = self.only {
+            if let Some(sample) = light.sample(from, random(0)) {
+                tell(0, sample);
             }
-            few => {
-                let count = self.rules.light_samples;
-                for (index, shadows) in wave.shadows.iter_mut().take(count).enumerate() {
-                    let [x, y] = random(index);
-                    let sample = match self.only {
-                        Some(Source::Area(_)) => meeting.on_area,
-                        Some(light) => light.sample(&from, [x, y]),
-                        None => {
-                            let which = [(choice + index as f32) / count as f32, x, y];
-                            lights.sample(world, &from, few, which)
-                        }
-                    };
-                    if let Some(sample) = sample {
-                        self.ask(
-                            path,
-                            surface,
-                            skin,
-                            &sample,
-                            sample.pdf * count as f32,
-                            shadows,
-                        );
-                    }
-                }
+            return;
+        }
+        if choice == Choice::Split {
+            lights.sample_each(by, world, from, which, random, tell);
+            return;
+        }
+        let count = self.rules.light_samples;
+        for index in 0..count {
+            let [x, y] = random(index);
+            let which = [(which + index as f32) / count as f32, x, y];
+            if let Some(mut sample) = lights.sample(by, world, from, choice, which) {
+                sample.pdf *= count as f32;
+                tell(index, sample);
             }
         }
     }
 
-    /// Asks for the light of a sample, which all samples together find with this density.
+    /// Asks for the light of a sample.
     #[inline]
     fn ask<S: Scattering>(
         &self,
@@ -129,9 +138,9 @@ impl Walk<'_> {
         surface: &Surface<S>,
         skin: Skin,
         sample: &LightSample,
-        pdf: f32,
         shadows: &mut Shadows,
     ) {
+        let pdf = sample.pdf;
         let radiance = match sample.end {
             None if !sample.delta => self.sky(false, sample.radiance),
             _ => sample.radiance,

@@ -168,19 +168,8 @@ impl Lights {
     }
 
     /// One light chosen for this point, and a direction to it. Lights infinitely far away count as one where their
-    /// directions meet: their radiance and densities are sums.
+    /// directions meet: their radiance and densities are sums. `by` says what lights without a mesh may matter to the point.
     pub fn sample(
-        &self,
-        world: &PreparedWorld,
-        from: &Reference,
-        choice: Choice,
-        numbers: [f32; 3],
-    ) -> Option<LightSample> {
-        self.sample_by(from, world, from, choice, numbers)
-    }
-
-    /// The same where `by` says what lights without a mesh may matter to the point.
-    pub fn sample_by(
         &self,
         by: &impl Weigh,
         world: &PreparedWorld,
