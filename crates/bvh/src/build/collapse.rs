@@ -116,16 +116,32 @@ pub fn emit(
     }
     let index = blocks.len();
     blocks.push(Block { node: Node::EMPTY });
-    let mut wide = Node::EMPTY;
+    let mut below = [(NOTHING, NO_CHILD); 8];
+    let mut n = 0;
     for (child, _) in children(tree, at, 8, true) {
-        let reference = emit(tree, child, blocks, leaf);
-        debug_assert_ne!(reference, NO_CHILD);
-        let (lower, upper) = corners(&tree[child].bounds);
-        wide.push(lower, upper, reference);
+        below[n] = (tree[child].bounds, emit(tree, child, blocks, leaf));
+        debug_assert_ne!(below[n].1, NO_CHILD);
+        n += 1;
     }
+    let wide = wide(&below[..n]);
     blocks[index] = Block { node: wide };
     debug_assert_eq!(index as u32 & LEAF, 0);
     index as u32
+}
+
+/// The node above some children: leaves come last, for of several children the last is where a packet of shadow rays goes
+/// first, and what stops it there is not asked for further down.
+pub fn wide(children: &[(Octet, u32)]) -> Node {
+    let mut node = Node::EMPTY;
+    for leaf in [0, LEAF] {
+        for (bounds, reference) in children {
+            if reference & LEAF == leaf {
+                let (lower, upper) = corners(bounds);
+                node.push(lower, upper, *reference);
+            }
+        }
+    }
+    node
 }
 
 /// The binary nodes that `at` becomes in `places` places, and how many of them each takes; `opened`: not `at` itself.

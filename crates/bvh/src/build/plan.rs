@@ -1,11 +1,11 @@
 //! The nodes above the treelets, planned before those are built: how many children each of them gives the node above.
 
-use super::collapse::{Binary, apart, children, collapse};
+use super::collapse::{Binary, apart, children, collapse, wide};
 use super::item::{Item, NOTHING, Octet, corners};
 use super::join::{Joined, join};
 use super::treelet::{Batch, Make, Part, Root};
 use super::{Leaves, Shared, Tree};
-use crate::block::{Block, Node};
+use crate::block::Block;
 use crate::simd::Portable;
 
 /// The box of each half of what is halved, beside the box of the whole: of surfaces at an angle.
@@ -154,23 +154,22 @@ impl Plan {
     /// Writes the nodes above the treelets, whose roots are given; the first.
     fn top(&self, roots: &[Vec<Root>], blocks: &mut [Block]) -> Root {
         let mut wholes = vec![NOTHING; self.nodes.len()];
+        let mut below = vec![];
         for (index, children) in self.nodes.iter().enumerate().rev() {
-            let (mut node, mut whole) = (Node::EMPTY, NOTHING);
-            let mut push = |bounds: &Octet, reference: u32| {
-                let (lower, upper) = corners(bounds);
-                node.push(lower, upper, reference);
-                whole = std::array::from_fn(|i| whole[i].min(bounds[i]));
-            };
+            below.clear();
             for child in children {
                 match *child {
-                    Child::Node(child) => push(&wholes[child], child as u32),
+                    Child::Node(child) => below.push((wholes[child], child as u32)),
                     Child::Treelet(treelet) => {
-                        for root in &roots[treelet] {
-                            push(&root.bounds, root.reference);
-                        }
+                        let roots = roots[treelet].iter();
+                        below.extend(roots.map(|root| (root.bounds, root.reference)));
                     }
                 }
             }
+            let node = wide(&below);
+            let whole = below.iter().fold(NOTHING, |whole, (bounds, _)| {
+                std::array::from_fn(|i| whole[i].min(bounds[i]))
+            });
             (blocks[index], wholes[index]) = (Block { node }, whole);
         }
         Root {

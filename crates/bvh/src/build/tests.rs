@@ -36,7 +36,7 @@ impl Leaves for Boxes {
     }
 }
 
-/// Every box is in the tree once, inside all boxes above it, and no path is too long; the longest path.
+/// Every box is in the tree once, inside all boxes above it, leaves come last, and no path is too long; the longest path.
 fn check(tree: &Tree, boxes: &[([f32; 3], [f32; 3])]) -> usize {
     let mut seen = vec![false; boxes.len()];
     let mut deepest = 0;
@@ -58,6 +58,11 @@ fn check(tree: &Tree, boxes: &[([f32; 3], [f32; 3])]) -> usize {
         }
         let node = crate::block::node(&tree.blocks, at);
         assert!(node.children > 0);
+        let below = &node.child[..node.children as usize];
+        assert!(
+            below.is_sorted_by_key(|child| child & LEAF),
+            "a leaf of {at} comes before a node"
+        );
         for k in 0..node.children as usize {
             let l = [node.bounds[0][k], node.bounds[2][k], node.bounds[4][k]];
             let u = [node.bounds[1][k], node.bounds[3][k], node.bounds[5][k]];

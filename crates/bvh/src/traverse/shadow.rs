@@ -156,7 +156,7 @@ fn dark_in_leaf<I: Isa>(leaf: &Leaf, active: u64, packet: &Packet, near: &mut Ne
     while near.some != 0 {
         for group in 0..SIZE / 16 {
             if near.lanes(group) != 0 {
-                let met = meet_each::<I>(leaf, packet, group, near);
+                let met = meet_each::<I, true>(leaf, packet, group, near);
                 dark |= u64::from(met.hit) << (16 * group);
             }
         }

@@ -247,7 +247,7 @@ pub fn closest_in_leaf<I: Isa>(
     while near.some != 0 {
         for group in 0..SIZE / 16 {
             if near.lanes(group) != 0 {
-                let met = meet_each::<I>(leaf, packet, group, near);
+                let met = meet_each::<I, false>(leaf, packet, group, near);
                 closer |= nearest.take::<I>(mesh, leaf, met, group, packet);
             }
         }

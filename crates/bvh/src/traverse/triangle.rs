@@ -61,9 +61,15 @@ pub struct Met16<V> {
     pub v: V,
 }
 
-/// Where rays of a group meet a triangle each, at a t of `0..=t_max`: those that [`Near`] names.
+/// Where rays of a group meet a triangle each, at a t of `0..=t_max`: those that [`Near`] names. For `ANY`
+/// hit only which rays have one is found.
 #[inline(always)]
-pub fn meet_each<I: Isa>(leaf: &Leaf, packet: &Packet, group: usize, near: &Near) -> Met16<I::F16> {
+pub fn meet_each<I: Isa, const ANY: bool>(
+    leaf: &Leaf,
+    packet: &Packet,
+    group: usize,
+    near: &Near,
+) -> Met16<I::F16> {
     let mut hit = near.lanes(group);
     let zero = I::F16::splat(0.0);
     // SAFETY: a row of 64 words, of which a group takes 16; as floats they are only moved.
@@ -134,6 +140,13 @@ pub fn meet_each<I: Isa>(leaf: &Leaf, packet: &Packet, group: usize, near: &Near
             u = I::F16::load(edges[0].as_ptr());
             v = I::F16::load(edges[1].as_ptr());
             w = I::F16::load(edges[2].as_ptr());
+        }
+    }
+    if ANY {
+        // What t would be clamped to says it already.
+        let sure = <I::F16 as Vector>::and(zero.le(enter), enter.max(leave).le(t_max));
+        if hit & !<I::F16 as Vector>::bits(sure) == 0 {
+            return Met16 { hit, ..nothing };
         }
     }
     let det = u.add(v).add(w);
