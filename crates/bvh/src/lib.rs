@@ -43,3 +43,4 @@ pub use mesh::{BuildOptions, Bvh, Quality, TRIANGLE_LIMIT};
 pub use past_cache::{PastCache, Plain, past_cache};
 pub use ray::{Coherence, ExactHit, ExactRay, Hit, NOTHING, Ray};
 pub use scene::{ExactTriangles, Instance, Scene};
+pub use simd::prefetch;

@@ -4,7 +4,7 @@
 mod imp {
     use std::arch::x86_64::*;
 
-    /// Asks for a cache line.
+    /// Asks for a cache line, of any address: until it is read, it may be there.
     #[inline(always)]
     pub fn prefetch<T>(at: *const T) {
         // SAFETY: SSE is part of x86-64, and any address may be asked for.

@@ -9,7 +9,7 @@ use super::path::Path;
 use super::smooths::Smooths;
 use super::walk::Walk;
 use crate::lanes::{Corners, LANES, Three, get, set_corners};
-use crate::light::{LightSample, SampleArea, Source};
+use crate::light::{Choice, LightSample, SampleArea, Source};
 use crate::place::{Place, Places};
 use crate::prepared_material::PreparedMaterial;
 use crate::sampler::{Pair, Sampler};
@@ -114,6 +114,15 @@ impl Meetings {
             random: &random,
             out: &mut self.matte,
         });
+        if walk.sampled {
+            let splits = walk.choice_of_turn() == Choice::Split;
+            for (infinite, environment) in walk.lights.environments() {
+                for light in walk.asked().filter(|&i| !splits || i == infinite) {
+                    let random = self.asked.numbers[light].get(first..).unwrap_or(&[]);
+                    environment.prefetch_samples(&random[..random.len().min(hits.len())]);
+                }
+            }
+        }
         if let Some(Source::Area(area)) = walk.only {
             vectorized(SampleArea {
                 area,

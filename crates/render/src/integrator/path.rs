@@ -125,6 +125,11 @@ pub(super) fn radiance(
     live.extend(0..paths.len() as u32);
     while !live.is_empty() {
         control.check()?;
+        for (_, environment) in lights.environments() {
+            for (&at, _) in live.iter().zip(&*hits).filter(|(_, hit)| is_miss(hit)) {
+                environment.prefetch_behind(paths[at as usize].direction);
+            }
+        }
         let mut met = 0;
         for i in 0..live.len() {
             let path = &paths[live[i] as usize];

@@ -115,7 +115,7 @@ impl Daylight {
     }
 
     pub fn sample(&self, random: [f32; 2]) -> Option<LightSample> {
-        let direction = self.table.as_ref()?.sample(&self.frame, random).as_vec3();
+        let direction = self.table.as_ref()?.sample(&self.frame, random);
         Some(LightSample {
             direction,
             end: None,
@@ -126,8 +126,8 @@ impl Daylight {
     }
 
     pub fn pdf(&self, direction: Vec3) -> f32 {
-        let pdf = |table: &Table| table.pdf(&self.frame, direction.as_dvec3());
-        self.table.as_ref().map_or(0.0, pdf) as f32
+        let place = self.frame.place(direction);
+        self.table.as_ref().map_or(0.0, |table| table.pdf(place))
     }
 }
 

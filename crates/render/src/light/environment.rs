@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use raycam_scene::{Image, Interpolation, Texture, TextureSampler, Up, Wrap};
+use raycam_bvh::prefetch;
+use raycam_scene::{Image, Interpolation, Texels, Texture, TextureSampler, Up, Wrap};
 
 use super::LightSample;
 use super::panorama::{Frame, Table};
 
-/// A table for drawing directions has at most this many columns; larger images share its cells.
-const COLUMNS: usize = 2048;
+/// A table for drawing directions has at most this many columns, and rows; larger images share its cells.
+const MOST_CELLS: usize = 2048;
 
 #[derive(Debug)]
 pub(crate) struct Environment {
@@ -38,26 +39,56 @@ impl Environment {
         }
     }
 
-    pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        let place = self.frame.place(direction.as_dvec3());
-        let texel = self.texture.lookup(place.map(|x| x as f32));
-        Vec3::from_slice(&texel).max(Vec3::ZERO) * self.scale
-    }
-
     pub fn sample(&self, random: [f32; 2]) -> Option<LightSample> {
-        let direction = self.table.as_ref()?.sample(&self.frame, random).as_vec3();
+        let direction = self.table.as_ref()?.sample(&self.frame, random);
+        let (radiance, pdf) = self.behind(direction);
         Some(LightSample {
             direction,
             end: None,
-            radiance: self.radiance(direction),
-            pdf: self.pdf(direction),
+            radiance,
+            pdf,
             delta: false,
         })
     }
 
-    pub fn pdf(&self, direction: Vec3) -> f32 {
-        let pdf = |table: &Table| table.pdf(&self.frame, direction.as_dvec3());
-        self.table.as_ref().map_or(0.0, pdf) as f32
+    /// Asks for what [`Environment::behind`] reads for a direction: one after the other, such reads are what takes the time.
+    pub fn prefetch_behind(&self, direction: Vec3) {
+        let place = self.frame.place(direction);
+        if let Some(table) = &self.table {
+            table.prefetch(place);
+        }
+        let image = &*self.texture.image;
+        if let Texels::Float(texels) = &image.texels {
+            let [width, height] = image.size.map(|n| n as usize);
+            let texel = |x: f32, n: usize| ((x * n as f32 - 0.5).max(0.0) as usize).min(n - 1);
+            let (column, row) = (texel(place[0], width), texel(place[1], height));
+            for row in [row, (row + 1).min(height - 1)] {
+                for column in [column, (column + 1).min(width - 1)] {
+                    prefetch(&raw const texels[row * width + column]);
+                }
+            }
+        }
+    }
+
+    /// The same for [`Environment::sample`] of several.
+    pub fn prefetch_samples(&self, random: &[[f32; 2]]) {
+        if let Some(table) = &self.table {
+            for random in random {
+                table.prefetch_sample(*random);
+            }
+            for random in random {
+                self.prefetch_behind(table.sample(&self.frame, *random));
+            }
+        }
+    }
+
+    /// The radiance out of a direction, and the density of [`Environment::sample`].
+    pub fn behind(&self, direction: Vec3) -> (Vec3, f32) {
+        let place = self.frame.place(direction);
+        let texel = self.texture.lookup(place);
+        let radiance = Vec3::from_slice(&texel).max(Vec3::ZERO) * self.scale;
+        let pdf = self.table.as_ref().map_or(0.0, |table| table.pdf(place));
+        (radiance, pdf)
     }
 }
 
@@ -72,7 +103,7 @@ fn table(image: &Image) -> Option<Table> {
             .map(|v| f64::from(v.max(0.0)));
         0.2126 * r + 0.7152 * g + 0.0722 * b
     };
-    let share = width.div_ceil(COLUMNS).max(1);
+    let share = width.max(height).div_ceil(MOST_CELLS).max(1);
     let [columns, rows] = [width.div_ceil(share), height.div_ceil(share)];
     let mut texels: Vec<f64> = vec![0.0; width * height];
     for y in 0..height {

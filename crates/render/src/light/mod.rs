@@ -43,6 +43,7 @@ pub(crate) use area::SampleArea;
 use bounds::Bounds;
 pub(crate) use choice::{Choice, MOST_AT_ONCE};
 use emissive::Emissive;
+use environment::Environment;
 pub(crate) use samples::LightSamples;
 pub(crate) use source::Source;
 use sphere::Sphere;
@@ -244,7 +245,9 @@ impl Lights {
         if sample.delta {
             sample.pdf = self.odds(from, choice).infinite as f32;
         } else {
-            (sample.radiance, sample.pdf) = self.behind(from, choice, sample.direction);
+            let own = (index, (sample.radiance, sample.pdf));
+            (sample.radiance, sample.pdf) =
+                self.behind_all(from, choice, sample.direction, Some(own));
         }
         (sample.pdf > 0.0).then_some(sample)
     }
@@ -304,19 +307,42 @@ impl Lights {
 
     /// The same, and the density with which [`Lights::sample`] finds this direction for its sake.
     pub fn behind(&self, from: &Reference, choice: Choice, direction: Vec3) -> (Vec3, f32) {
+        self.behind_all(from, choice, direction, None)
+    }
+
+    /// The same where one of `infinite` need not be asked again.
+    fn behind_all(
+        &self,
+        from: &Reference,
+        choice: Choice,
+        direction: Vec3,
+        known: Option<(usize, (Vec3, f32))>,
+    ) -> (Vec3, f32) {
         if self.uneven == 0 && choice != Choice::Even {
             return (self.ambient, 0.0);
         }
         let odds = self.odds(from, choice);
         let (mut radiance, mut pdf) = (Vec3::ZERO, 0.0);
         for (number, &i) in self.infinite.iter().enumerate() {
-            let (part, density) = self.sources[i].behind(from.normal, direction);
+            let (part, density) = match known {
+                Some((known, own)) if known == number => own,
+                _ => self.sources[i].behind(from.normal, direction),
+            };
             radiance += part;
             if number < odds.sought {
                 pdf += odds.infinite as f32 * density;
             }
         }
         (radiance, pdf)
+    }
+
+    /// The images all around, and their numbers among those infinitely far away.
+    pub fn environments(&self) -> impl Iterator<Item = (usize, &Environment)> {
+        let uneven = self.infinite[..self.uneven].iter().enumerate();
+        uneven.filter_map(|(number, &i)| match &self.sources[i] {
+            Source::Environment(environment) => Some((number, &**environment)),
+            _ => None,
+        })
     }
 
     /// What the surface at a hit shines by itself against `direction`, in W/(m² sr).

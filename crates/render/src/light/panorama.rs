@@ -2,14 +2,19 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Mat3, Vec3};
+use raycam_bvh::prefetch;
 use raycam_scene::Up;
+
+use crate::scatter::{turn, turned};
 
 /// Which way a panorama is turned.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
     /// Rows: where its middle is, left of that, up.
     panorama_from_world: DMat3,
+    /// The same.
+    rounded: Mat3,
 }
 
 impl Frame {
@@ -26,22 +31,24 @@ impl Frame {
         let rows = DMat3::from_cols(middle, vertical.cross(middle), vertical);
         Self {
             panorama_from_world: rows.transpose(),
+            rounded: rows.transpose().as_mat3(),
         }
     }
 
-    /// Where a direction lies in the picture: 0..1 to the right, 0..1 down.
-    pub fn place(&self, direction: DVec3) -> [f64; 2] {
-        let d = self.panorama_from_world * direction;
-        let u = 0.5 - d.y.atan2(d.x) / TAU;
-        let v = d.truncate().length().atan2(d.z) / PI;
-        [u, v]
+    /// Where a direction lies in the picture: 0..=1 to the right, 0..=1 down.
+    pub fn place(&self, direction: Vec3) -> [f32; 2] {
+        let d = self.rounded * direction;
+        let around = turned(d.y, d.x);
+        let u = if around <= 0.5 { 0.5 } else { 1.5 } - around;
+        [u, 2.0 * turned(d.truncate().length(), d.z)]
     }
 
     /// The direction of a place in the picture, of unit length; `down` is the cosine of the angle to the zenith.
-    fn direction(&self, u: f64, down: f64) -> DVec3 {
-        let (sin, cos) = (TAU * (0.5 - u)).sin_cos();
-        let radius = (1.0 - down * down).max(0.0).sqrt();
-        self.world(DVec3::new(cos * radius, sin * radius, down))
+    fn direction(&self, u: f64, down: f64) -> Vec3 {
+        // A half turn from where u begins.
+        let (sin, cos) = turn(u as f32);
+        let radius = (1.0 - down * down).max(0.0).sqrt() as f32;
+        self.rounded.transpose() * Vec3::new(-cos * radius, sin * radius, down as f32)
     }
 
     /// A direction in the world of one whose axes are middle, left and up.
@@ -61,61 +68,98 @@ pub(crate) struct Table {
     across: Vec<f32>,
     /// From 0 to 1.
     down: Vec<f32>,
+    /// Where to look for a number in `across`, row by row, and in `down`.
+    across_hints: Vec<u16>,
+    down_hints: Vec<u16>,
+    /// The cosines of the angles to the zenith between rows.
+    edges: Vec<f64>,
+    /// For every row, its density by solid angle where all columns are alike, times their number.
+    density: Vec<f32>,
 }
 
 impl Table {
-    /// `None` where all is dark.
+    /// `None` where all is dark. There are at most 2^16 columns and as many rows.
     pub fn new(
         [columns, rows]: [usize; 2],
         brightness: impl Fn(usize, usize) -> f64,
     ) -> Option<Self> {
+        let edges: Vec<f64> = (0..=rows)
+            .map(|row| (PI * row as f64 / rows as f64).cos())
+            .collect();
         let mut across = Vec::with_capacity((columns + 1) * rows);
+        let mut across_hints = Vec::with_capacity(columns.div_ceil(SHARE) * rows);
         let mut sums = Vec::with_capacity(rows);
         for row in 0..rows {
             let sum = accumulate(
                 (0..columns).map(|column| brightness(column, row)),
                 &mut across,
             );
-            sums.push(sum * (cosine(row, rows) - cosine(row + 1, rows)));
+            hints(&across[row * (columns + 1)..], &mut across_hints);
+            sums.push(sum * (edges[row] - edges[row + 1]));
         }
         let mut down = Vec::with_capacity(rows + 1);
         let total = accumulate(sums.into_iter(), &mut down);
+        let mut down_hints = vec![];
+        hints(&down, &mut down_hints);
+        let density = (0..rows).map(|row| {
+            let share = f64::from(down[row + 1]) - f64::from(down[row]);
+            (share * columns as f64 / (TAU * (edges[row] - edges[row + 1]))) as f32
+        });
+        let density = density.collect();
         (total > 0.0 && total.is_finite()).then_some(Self {
             columns,
             rows,
             across,
             down,
+            across_hints,
+            down_hints,
+            edges,
+            density,
         })
     }
 
     /// A direction.
-    pub fn sample(&self, frame: &Frame, [x, y]: [f32; 2]) -> DVec3 {
-        let (row, inside) = find(&self.down, y);
-        let (top, bottom) = (cosine(row, self.rows), cosine(row + 1, self.rows));
-        let (column, along) = find(self.row(row), x);
+    pub fn sample(&self, frame: &Frame, [x, y]: [f32; 2]) -> Vec3 {
+        let (row, inside) = find(&self.down, &self.down_hints, y);
+        let [top, bottom] = [self.edges[row], self.edges[row + 1]];
+        let (column, along) = find(self.row(row), self.hints(row), x);
         let u = (column as f64 + along) / self.columns as f64;
         frame.direction(u, top + (bottom - top) * inside)
     }
 
-    /// The density of a direction by solid angle.
-    pub fn pdf(&self, frame: &Frame, direction: DVec3) -> f64 {
-        let [u, v] = frame.place(direction);
-        let cell = |x: f64, count: usize| ((x * count as f64) as usize).min(count - 1);
-        let (column, row) = (cell(u, self.columns), cell(v, self.rows));
-        let width = |list: &[f32], i: usize| f64::from(list[i + 1]) - f64::from(list[i]);
-        let solid =
-            TAU / self.columns as f64 * (cosine(row, self.rows) - cosine(row + 1, self.rows));
-        width(&self.down, row) * width(self.row(row), column) / solid
+    /// Asks for what [`Table::sample`] reads.
+    pub fn prefetch_sample(&self, [x, y]: [f32; 2]) {
+        let (row, _) = find(&self.down, &self.down_hints, y);
+        let first = hint(self.hints(row), x);
+        prefetch(&raw const self.row(row)[first]);
+    }
+
+    /// The density of directions at a place in the picture, by solid angle.
+    pub fn pdf(&self, place: [f32; 2]) -> f32 {
+        let [column, row] = self.cell(place);
+        let sums = self.row(row);
+        (sums[column + 1] - sums[column]) * self.density[row]
+    }
+
+    /// Asks for what [`Table::pdf`] reads.
+    pub fn prefetch(&self, [u, v]: [f32; 2]) {
+        let [column, row] = self.cell([u, v]);
+        prefetch(&raw const self.row(row)[column]);
+    }
+
+    fn cell(&self, [u, v]: [f32; 2]) -> [usize; 2] {
+        let cell = |x: f32, count: usize| ((x * count as f32) as usize).min(count - 1);
+        [cell(u, self.columns), cell(v, self.rows)]
+    }
+
+    fn hints(&self, row: usize) -> &[u16] {
+        let hints = self.columns.div_ceil(SHARE);
+        &self.across_hints[row * hints..][..hints]
     }
 
     fn row(&self, row: usize) -> &[f32] {
         &self.across[row * (self.columns + 1)..(row + 1) * (self.columns + 1)]
     }
-}
-
-/// The cosine of the angle to the zenith at the upper edge of a row.
-fn cosine(row: usize, rows: usize) -> f64 {
-    (PI * row as f64 / rows as f64).cos()
 }
 
 /// Appends the running sums of `values` from 0 to 1, and gives the sum before it became 1. An even distribution where
@@ -140,11 +184,45 @@ fn accumulate(values: impl ExactSizeIterator<Item = f64>, into: &mut Vec<f32>) -
     sum
 }
 
-/// The cell of a running sum that holds `x`, and how far along it is.
-fn find(sums: &[f32], x: f32) -> (usize, f64) {
-    // The last edge not beyond x that has something after it.
-    let after = sums.partition_point(|&sum| sum <= x);
-    let cell = after.clamp(1, sums.len() - 1) - 1;
+/// How many cells share a hint, in the mean.
+const SHARE: usize = 8;
+
+/// Appends, for equal parts of 0..1, a cell of a running sum behind whose beginning every number of the part lies
+/// (H. C. Chen and Y. Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
+fn hints(sums: &[f32], into: &mut Vec<u16>) {
+    let cells = sums.len() - 1;
+    let parts = cells.div_ceil(SHARE);
+    let mut cell = 0;
+    for part in 0..parts {
+        // What is a hair less may be rounded up to the part.
+        let x = part as f32 / parts as f32 * (1.0 - 4.0 * f32::EPSILON);
+        while cell + 1 < cells && sums[cell + 1] <= x {
+            cell += 1;
+        }
+        into.push(cell as u16);
+    }
+}
+
+/// A cell behind whose beginning `x` lies.
+fn hint(hints: &[u16], x: f32) -> usize {
+    let parts = hints.len();
+    usize::from(hints[((x * parts as f32) as usize).min(parts - 1)])
+}
+
+/// The cell of a running sum that holds `x`, the last one that begins there, and how far along it is.
+fn find(sums: &[f32], hints: &[u16], x: f32) -> (usize, f64) {
+    let cells = sums.len() - 1;
+    let mut cell = hint(hints, x);
+    // Several at a time, without a guess how many there are.
+    loop {
+        let next = &sums[cell + 1..];
+        let next = &next[..next.len().min(SHARE)];
+        let before: usize = next.iter().map(|sum| usize::from(*sum <= x)).sum();
+        cell = (cell + before).min(cells - 1);
+        if before < SHARE || cell == cells - 1 {
+            break;
+        }
+    }
     let (low, high) = (f64::from(sums[cell]), f64::from(sums[cell + 1]));
     let inside = if high > low {
         (f64::from(x) - low) / (high - low)
@@ -152,4 +230,33 @@ fn find(sums: &[f32], x: f32) -> (usize, f64) {
         0.5
     };
     (cell, inside.clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_is_found_in_the_last_cell_that_begins_before_it() {
+        for cells in [1, 2, 7, 8, 9, 300] {
+            // Most are dark, a few bright, and whole stretches are nothing.
+            let bright = |i: usize| match i * 2_654_435_761 >> 3 & 15 {
+                0 => 1000.0,
+                1..=6 => 0.0,
+                n => n as f64,
+            };
+            let (mut sums, mut hinted) = (vec![], vec![]);
+            let values = (0..cells).map(|i| bright(i) + if i < cells / 2 { 0.0 } else { 1e-3 });
+            accumulate(values.collect::<Vec<_>>().into_iter(), &mut sums);
+            hints(&sums, &mut hinted);
+            let edges = sums.iter().flat_map(|&x| [x.next_down(), x, x.next_up()]);
+            let spread = (0..1000).map(|i| i as f32 / 999.0);
+            for x in edges.chain(spread).filter(|x| (0.0..=1.0).contains(x)) {
+                let after = sums.partition_point(|&sum| sum <= x);
+                let (cell, along) = find(&sums, &hinted, x);
+                assert_eq!(cell, after.clamp(1, cells) - 1, "{x} of {cells}");
+                assert!((0.0..=1.0).contains(&along));
+            }
+        }
+    }
 }

@@ -171,9 +171,7 @@ impl Source {
             Self::Sun(sun) => (sun.radiance(direction), sun.pdf(direction)),
             Self::Sky(sky) => (sky.radiance(direction), sky.pdf(normal, direction)),
             Self::Daylight(sky) => (sky.radiance(direction), sky.pdf(direction)),
-            Self::Environment(environment) => {
-                (environment.radiance(direction), environment.pdf(direction))
-            }
+            Self::Environment(environment) => environment.behind(direction),
             Self::Bulb(_) | Self::Spot(_) | Self::Area(_) | Self::Disk(_) | Self::Ies(_) => {
                 (Vec3::ZERO, 0.0)
             }

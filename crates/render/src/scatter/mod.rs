@@ -33,7 +33,7 @@ use crate::prepared_material::PreparedMaterial;
 use crate::texture::Footprint;
 
 pub(crate) use aims::{Aim, Aims, share};
-pub(crate) use frame::{Frame, above, cosine_direction, turn};
+pub(crate) use frame::{Frame, above, cosine_direction, turn, turned};
 pub(crate) use interface::Interface;
 pub(crate) use layered::Layered;
 pub(crate) use lecture::Lecture;

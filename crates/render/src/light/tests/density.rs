@@ -87,7 +87,7 @@ fn panorama() -> Chart {
             let local = DVec3::new(cos * angle.sin(), sin * angle.sin(), angle.cos());
             (frame.world(local), TAU * PI * angle.sin())
         }),
-        of: Box::new(move |d| frame.place(d).into()),
+        of: Box::new(move |d| frame.place(d.as_vec3()).map(f64::from).into()),
     }
 }
 
