@@ -24,7 +24,7 @@ import numpy as np
 import path_raycam
 import path_worker
 import report
-from path_scenes import DEPTH, Array, Scene, scenes
+from path_scenes import DEPTH, Array, Scene, further, scenes
 
 SIZE = (64, 48)
 REFERENCE = 16384
@@ -96,6 +96,7 @@ def main() -> None:
     parser.add_argument("--mitsuba", metavar="PYTHON", help="a Python that has Mitsuba")
     parser.add_argument("--cycles", metavar="PYTHON", help="a Python that has bpy")
     parser.add_argument("--pictures", type=int, default=2, help="per rung")
+    parser.add_argument("--further", metavar="IMAGE", help="the further scenes, under this environment")
     parser.add_argument("--scenes", nargs="+", metavar="NAME")
     parser.add_argument("--renderers", nargs="+", metavar="NAME", help="measure these alone")
     parser.add_argument(
@@ -111,7 +112,8 @@ def main() -> None:
         folder = Path(name)
         kept = Path(options.keep or name)
         kept.mkdir(parents=True, exist_ok=True)
-        for scene, parts in scenes(folder).items():
+        chosen = further(folder, Path(options.further)) if options.further else scenes(folder)
+        for scene, parts in chosen.items():
             if options.scenes and scene not in options.scenes:
                 continue
             found: dict[str, list[tuple[float, float]]] = {}
@@ -156,7 +158,8 @@ def main() -> None:
         head += ["error to reach", "raycam ms", "Mitsuba ms", "Cycles ms", "best of them", "times faster"]
         mean = float(np.exp(np.mean(np.log(ratios))))
         notes.append(f"Geometric mean of the times faster: {mean:.2f}.")
-    report.write("time_to_error", "Time to equal error beside Mitsuba 3 and Cycles", notes, head, rows)
+    name = "time_to_error_further" if options.further else "time_to_error"
+    report.write(name, "Time to equal error beside Mitsuba 3 and Cycles", notes, head, rows)
 
 
 if __name__ == "__main__":

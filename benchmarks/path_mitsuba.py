@@ -14,10 +14,21 @@ def rgb(value: list[float]) -> dict[str, Any]:
 
 
 def bsdf(material: dict[str, Any]) -> dict[str, Any]:
+    if "principled" in material:
+        shape = {name: material[name] for name in ("roughness", "metallic")}
+        return {"type": "principled", "base_color": rgb(material["principled"]), "specular": 0.5, **shape}
+    # Mitsuba's roughness is its square.
+    rough = {"distribution": "ggx", "alpha": material.get("roughness", 0.0) ** 2}
     if "gold" in material:
-        return {"type": "conductor", "eta": rgb(GOLD[0]), "k": rgb(GOLD[1])}
+        metal = {"eta": rgb(GOLD[0]), "k": rgb(GOLD[1])}
+        if rough["alpha"]:
+            return {"type": "twosided", "bsdf": {"type": "roughconductor", **metal, **rough}}
+        return {"type": "conductor", **metal}
     if "glass" in material:
-        return {"type": "dielectric", "int_ior": material["glass"], "ext_ior": 1.0}
+        glass = {"int_ior": material["glass"], "ext_ior": 1.0}
+        if rough["alpha"]:
+            return {"type": "roughdielectric", **glass, **rough}
+        return {"type": "dielectric", **glass}
     if "pane" in material:
         return {"type": "thindielectric", "int_ior": material["pane"], "ext_ior": 1.0}
     return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(material["matte"])}}
@@ -35,6 +46,10 @@ def emitter(light: dict[str, Any], transform: Any) -> dict[str, Any]:
             "bsdf": {"type": "diffuse", "reflectance": rgb([0, 0, 0])},
             "emitter": {"type": "area", "radiance": rgb(light["radiance"])},
         }
+    if "image" in light:
+        # Its up is y, and the middle of the image is z.
+        turned = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
+        return {"type": "envmap", "filename": light["image"], "to_world": transform(turned)}
     if "bulb" in light:
         return {"type": "point", "position": light["bulb"], "intensity": rgb(light["intensity"])}
     if "sun" in light:

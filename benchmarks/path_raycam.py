@@ -18,9 +18,12 @@ def picture(scene: Scene, size: tuple[int, int]) -> Any:
         data = np.load(path)
         style: dict[str, Any] = {"color": material.get("matte", [1, 1, 1])}
         if "gold" in material:
-            style = {"type": "metal", "metal": "gold"}
+            style = {"type": "metal", "metal": "gold", "roughness": material.get("roughness", 0.0)}
         if "glass" in material:
-            style = {"type": "glass", "ior": material["glass"]}
+            style = {"type": "glass", "ior": material["glass"], "roughness": material.get("roughness", 0.0)}
+        if "principled" in material:
+            style = {"type": "principled", "color": material["principled"]}
+            style |= {name: material[name] for name in ("roughness", "metallic")}
         if "pane" in material:
             style = {"type": "glass", "ior": material["pane"], "thin": True}
         world.add_mesh(data["vertices"], data["faces"], material=style)
@@ -31,6 +34,8 @@ def picture(scene: Scene, size: tuple[int, int]) -> Any:
                 {"type": "area", "position": center, "u": u, "v": v, "radiance": light["radiance"]}
             )
             world.add_mesh(*behind(center, u, v), material={"color": [0, 0, 0]})
+        elif "image" in light:
+            world.add_light({"type": "environment", "image": light["image"]})
         elif "bulb" in light:
             world.add_light({"type": "bulb", "position": light["bulb"], "intensity": light["intensity"]})
         elif "sun" in light:

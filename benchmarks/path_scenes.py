@@ -1,4 +1,5 @@
-"""The seven scenes on which path tracers are compared, as data that each renderer's `path_RENDERER.py` reads.
+"""The scenes on which path tracers are compared, as data that each renderer's `path_RENDERER.py` reads: seven, and
+further ones with rough and principled matter, several lamps and an image all around.
 
 A scene is {camera, lights, objects}; an object is (file of triangles, material). It is plain data, so that another
 Python can be given it: `path_worker.py`.
@@ -85,4 +86,34 @@ def scenes(folder: Path) -> dict[str, Scene]:
         "objects": [(mesh(name, sheet(c, u, v)), m) for name, (c, u, v, m) in walls.items()]
         + [(mesh("low", ball([0.3, -0.2, -0.6], 0.4, 4)), white)],
     }
+    return made
+
+
+def further(folder: Path, image: Path) -> dict[str, Scene]:
+    """Scenes like those, by name, that Cycles is not asked for; `image` is equirectangular, with high dynamic range."""
+    made: dict[str, Scene] = {}
+    seven = scenes(folder)
+    (ball_file, white), (floor, grey) = seven["open"]["objects"]
+    rock_file = seven["rock"]["objects"][0][0]
+    lamp, sky = seven["rock"]["lights"]
+    around = {"image": str(image.resolve())}
+    red = {"area": [[3, -2, 2], [0.6, 0.8, 0], [0, 0, 1.0]], "radiance": [9.0, 4.0, 4.0]}
+    blue = {"area": [[-3, -2, 3], [0.5, 0, 0], [0, -0.5, 0]], "radiance": [4.0, 4.0, 24.0]}
+    plastic = {"principled": [0.7, 0.2, 0.1], "roughness": 0.4, "metallic": 0.0}
+    steel = {"principled": [0.6, 0.6, 0.65], "roughness": 0.3, "metallic": 1.0}
+    stone = {"principled": [0.5] * 3, "roughness": 0.6, "metallic": 0.0}
+    brushed, frosted = {"gold": True, "roughness": 0.4}, {"glass": 1.5, "roughness": 0.4}
+
+    def add(name: str, lights: list[Any], thing: str, material: Any, ground: Any) -> None:
+        objects = [(thing, material), (floor, ground)]
+        made[name] = {"camera": seven["open"]["camera"], "lights": lights, "objects": objects}
+
+    add("brushed", [lamp, sky], ball_file, brushed, grey)
+    add("plastic", [lamp, sky], ball_file, plastic, stone)
+    add("lamps", [lamp, red, blue], rock_file, white, grey)
+    add("plastic under lamps", [lamp, red, blue], ball_file, plastic, stone)
+    add("image", [around], ball_file, white, grey)
+    add("steel", [around], ball_file, steel, stone)
+    add("plastic rock", [around], rock_file, plastic, stone)
+    add("frosted", [around], ball_file, frosted, grey)
     return made
