@@ -240,7 +240,7 @@ mod tests {
     fn a_number_is_found_in_the_last_cell_that_begins_before_it() {
         for cells in [1, 2, 7, 8, 9, 300] {
             // Most are dark, a few bright, and whole stretches are nothing.
-            let bright = |i: usize| match i * 2_654_435_761 >> 3 & 15 {
+            let bright = |i: usize| match ((i * 2_654_435_761) >> 3) & 15 {
                 0 => 1000.0,
                 1..=6 => 0.0,
                 n => n as f64,
