@@ -61,8 +61,8 @@ pub struct Met16<V> {
     pub v: V,
 }
 
-/// Where rays of a group meet a triangle each, at a t of `0..=t_max`: those that [`Near`] names. For `ANY`
-/// hit only which rays have one is found.
+/// Where rays of a group meet a triangle each, at a t of `0..=t_max`: those that [`Near`] names. With `ANY`
+/// only `hit` counts: t and the rest may be left out.
 #[inline(always)]
 pub fn meet_each<I: Isa, const ANY: bool>(
     leaf: &Leaf,

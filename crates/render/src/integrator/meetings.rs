@@ -114,6 +114,7 @@ impl Meetings {
             random: &random,
             out: &mut self.matte,
         });
+        // Before surfaces are shaded one after the other, of which each would wait for its own.
         if walk.sampled {
             let splits = walk.choice_of_turn() == Choice::Split;
             for (infinite, environment) in walk.lights.environments() {

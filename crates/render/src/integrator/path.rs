@@ -125,6 +125,7 @@ pub(super) fn radiance(
     live.extend(0..paths.len() as u32);
     while !live.is_empty() {
         control.check()?;
+        // All at once, so that none is waited for.
         for (_, environment) in lights.environments() {
             for (&at, _) in live.iter().zip(&*hits).filter(|(_, hit)| is_miss(hit)) {
                 environment.prefetch_behind(paths[at as usize].direction);

@@ -57,6 +57,7 @@ impl Environment {
         if let Some(table) = &self.table {
             table.prefetch(place);
         }
+        // Images with a high dynamic range are of this kind; others are a quarter of the size.
         let image = &*self.texture.image;
         if let Texels::Float(texels) = &image.texels {
             let [width, height] = image.size.map(|n| n as usize);

@@ -13,7 +13,7 @@ use crate::scatter::{turn, turned};
 pub(crate) struct Frame {
     /// Rows: where its middle is, left of that, up.
     panorama_from_world: DMat3,
-    /// The same.
+    /// The same in float32, for what is asked of every ray.
     rounded: Mat3,
 }
 
