@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use raycam_scene::Material;
 
-use crate::scatter::{Interface, Lobe, inside, interfaces, is_clear, plain};
+use crate::scatter::{Interface, Lobe, inside, interfaces, is_clear, is_glossy, plain};
 
 #[derive(Debug)]
 pub(crate) struct PreparedMaterial {
@@ -17,6 +17,8 @@ pub(crate) struct PreparedMaterial {
     pub plain: Option<f32>,
     /// What [`is_clear`] says.
     pub clear: bool,
+    /// What [`is_glossy`] says.
+    pub glossy: bool,
     /// What [`inside`] says.
     pub inside: Option<Vec3>,
     /// What roughness loses where it refracts.
@@ -41,6 +43,7 @@ pub(crate) fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial>
             lobe: lobe(material),
             plain: plain(material),
             clear: is_clear(material),
+            glossy: is_glossy(material),
             inside: inside(material),
             interfaces: interfaces(material),
         })

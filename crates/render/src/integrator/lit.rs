@@ -1,10 +1,9 @@
-//! What lights bring to matte surfaces, many at a time: what [`Walk::sample_lights`] asks for one by one.
-
-use std::f32::consts::FRAC_1_PI;
+//! What lights bring to matte and glossy surfaces, many at a time: what [`Walk::sample_lights`] asks for one by one.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Loops, Ray, vectorized};
 
+use super::arriving::Arriving;
 use super::mattes::Mattes;
 use super::shadows::Shadows;
 use super::walk::Walk;
@@ -13,6 +12,7 @@ use crate::light::{
     BEFORE_LIGHT, FindWeights, LightSamples, MOST_AT_ONCE, Reference, Source, Weights,
 };
 use crate::place::Places;
+use crate::scatter::{GlossyPoints, Values};
 
 /// What the surfaces of a turn ask lights for: the random numbers of all of them, and of some at a time what takes more
 /// room.
@@ -30,13 +30,13 @@ pub(super) struct Asked {
 }
 
 impl Asked {
-    /// Finds what arrives at the matte ones of chunk `number`. Samples of a lone area light are there already.
+    /// Finds what arrives at the surfaces of chunk `number`. Samples of a lone area light are there already.
     pub fn find(
         &mut self,
         walk: &Walk,
         number: usize,
         places: &Places<LANES>,
-        mattes: &Mattes<LANES>,
+        surfaces: Surfaces<LANES>,
     ) {
         if !matches!(walk.only, Some(Source::Area(_))) {
             walk.asked().for_each(|i| self.samples[i].clear());
@@ -49,7 +49,7 @@ impl Asked {
                     out: &mut self.weights,
                 });
             }
-            for lane in (0..LANES).filter(|&lane| mattes.is[lane]) {
+            for lane in (0..LANES).filter(|&lane| surfaces.has(lane)) {
                 let from = Reference {
                     position: places.position(lane),
                     normal: places.geometric(lane),
@@ -82,7 +82,7 @@ impl Asked {
                 places,
                 samples: &self.samples[i],
                 found: walk.found,
-                mattes,
+                surfaces,
                 lit: &mut self.lit[i],
             });
             self.count = i + 1;
@@ -127,13 +127,50 @@ impl<const N: usize> Default for Lit<N> {
     }
 }
 
+/// Surfaces of lanes, and the paths that arrive there.
+#[derive(Clone, Copy)]
+pub(super) struct Surfaces<'a, const N: usize> {
+    pub arriving: &'a Arriving<N>,
+    pub mattes: &'a Mattes<N>,
+    pub glossies: &'a GlossyPoints<N>,
+}
+
+impl<const N: usize> Surfaces<'_, N> {
+    fn has(&self, lane: usize) -> bool {
+        self.mattes.is[lane] || self.glossies.is[lane]
+    }
+
+    /// The values of light from these directions, where there are any of them.
+    #[inline(always)]
+    fn evaluate(&self, places: &Places<N>, directions: &Three<f32, N>) -> Values<N> {
+        let Self {
+            mattes, glossies, ..
+        } = self;
+        if !glossies.any() {
+            return mattes.evaluate(places, directions);
+        }
+        let mut values = glossies.evaluate(places, directions);
+        if mattes.any() {
+            let matte = mattes.evaluate(places, directions);
+            for lane in 0..N {
+                let is = mattes.is[lane];
+                let value = if is { &matte } else { &values };
+                let (value, pdf) = (get(&value.value, lane), value.pdf[lane]);
+                set(&mut values.value, lane, value);
+                values.pdf[lane] = pdf;
+            }
+        }
+        values
+    }
+}
+
 /// Finds what one light brings to the paths.
 struct Light<'a, const N: usize> {
     places: &'a Places<N>,
     samples: &'a LightSamples<N>,
     /// Whether scattered rays may find it too.
     found: bool,
-    mattes: &'a Mattes<N>,
+    surfaces: Surfaces<'a, N>,
     lit: &'a mut Lit<N>,
 }
 
@@ -144,27 +181,18 @@ impl<const N: usize> Loops for Light<'_, N> {
             places,
             samples,
             found,
-            mattes,
+            surfaces,
             lit: out,
         } = self;
         let mut lit = Lit::default();
-        let mut cosines = [0.0; N];
-        for (lane, cosine) in cosines.iter_mut().enumerate() {
-            let direction = Vec3::from(get(&samples.direction, lane));
-            *cosine = places.normal(lane).dot(direction);
-        }
-        let densities = mattes.aims.densities(&samples.direction, &cosines);
+        let values = surfaces.evaluate(places, &samples.direction);
         for lane in 0..N {
             let direction = Vec3::from(get(&samples.direction, lane));
             let radiance = Vec3::from(get(&samples.radiance, lane));
-            let (albedo, throughput) = (get(&mattes.albedo, lane), get(&mattes.throughput, lane));
-            let cosine = cosines[lane];
-            let dark = (places.geometric(lane).dot(direction) <= 0.0) | (cosine <= 0.0);
-            let value = Vec3::from(albedo) * FRAC_1_PI * cosine;
-            let value = if dark { Vec3::ZERO } else { value };
-            let density = if dark { 0.0 } else { densities[lane] };
+            let throughput = Vec3::from(get(&surfaces.arriving.throughput, lane));
+            let (value, density) = (get(&values.value, lane), values.pdf[lane]);
             let pdf = samples.pdf[lane];
-            let light = Vec3::from(throughput) * value * (radiance / pdf);
+            let light = throughput * Vec3::from(value) * (radiance / pdf);
             let both = found & !samples.delta[lane];
             let light = light / if both { 1.0 + density / pdf } else { 1.0 };
             let start = places.start(lane, direction);
@@ -197,11 +225,14 @@ mod tests {
     #[test]
     fn every_lane_is_what_it_is_alone() {
         let mut lit = 0;
+        let glossies = GlossyPoints::default();
         for first in (0..320).step_by(LANES) {
             let (places, mattes, directions) = some(first);
+            let mut arriving = Arriving::default();
             let mut samples = LightSamples::default();
             for lane in 0..LANES {
                 let i = first + lane;
+                set(&mut arriving.throughput, lane, unit(7 * i).abs().to_array());
                 let sample = LightSample {
                     direction: unit(5 * i),
                     end: (i % 7 != 0).then_some(unit(5 * i).as_dvec3() * 3.0),
@@ -216,7 +247,11 @@ mod tests {
                 places: &places,
                 samples: &samples,
                 found: true,
-                mattes: &mattes,
+                surfaces: Surfaces {
+                    arriving: &arriving,
+                    mattes: &mattes,
+                    glossies: &glossies,
+                },
                 lit: &mut lanes,
             });
             for lane in 0..LANES {
@@ -225,7 +260,7 @@ mod tests {
                 let frame = place.frame(unit(first + lane));
                 let alone = samples.at(lane).and_then(|sample| {
                     let scattered = matte.evaluate(&frame, sample.direction);
-                    let throughput = Vec3::from(get(&mattes.throughput, lane));
+                    let throughput = Vec3::from(get(&arriving.throughput, lane));
                     let mut light = throughput * scattered.value * (sample.radiance / sample.pdf);
                     if !sample.delta {
                         light /= 1.0 + scattered.pdf / sample.pdf;

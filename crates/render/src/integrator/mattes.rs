@@ -1,5 +1,7 @@
 //! What paths do at matte surfaces, many at a time: what [`Walk::step`] does one by one.
 
+use std::f32::consts::FRAC_1_PI;
+
 use glam::Vec3;
 use raycam_bvh::{Hit, Loops};
 
@@ -10,7 +12,7 @@ use super::walk::Walk;
 use crate::lanes::{Three, get, set};
 use crate::light::Reference;
 use crate::place::Places;
-use crate::scatter::{Aims, Matte, ScatterSample, share};
+use crate::scatter::{Aims, Matte, ScatterSample, Values, share};
 use crate::surface::Surface;
 
 /// Paths at matte surfaces in empty space. Each lane is computed as it would be alone.
@@ -19,11 +21,6 @@ pub(super) struct Mattes<const N: usize> {
     /// Which lanes are such.
     pub is: [bool; N],
     pub albedo: Three<f32, N>,
-    /// Of the paths, before.
-    pub throughput: Three<f32, N>,
-    /// Where they come from, and whether they may have crossed lights since.
-    pub from: Three<f64, N>,
-    pub near: [bool; N],
     pub aims: Aims<N>,
     leaving: Leaving<N>,
 }
@@ -54,9 +51,6 @@ impl<const N: usize> Default for Mattes<N> {
         Self {
             is: [false; N],
             albedo: [[0.0; N]; 3],
-            throughput: [[0.0; N]; 3],
-            from: [[0.0; N]; 3],
-            near: [false; N],
             aims: Aims::default(),
             leaving: Leaving::default(),
         }
@@ -66,11 +60,34 @@ impl<const N: usize> Default for Mattes<N> {
 impl<const N: usize> Mattes<N> {
     /// Sets a lane.
     #[inline]
-    pub fn put(&mut self, lane: usize, albedo: Vec3, path: &Path) {
+    pub fn put(&mut self, lane: usize, albedo: Vec3) {
         self.is[lane] = true;
         set(&mut self.albedo, lane, albedo.to_array());
-        set(&mut self.throughput, lane, path.throughput.to_array());
-        set(&mut self.from, lane, path.from.position.to_array());
+    }
+
+    /// Whether there is any.
+    #[inline]
+    pub fn any(&self) -> bool {
+        self.is != [false; N]
+    }
+
+    /// The values of light from these directions.
+    #[inline(always)]
+    pub fn evaluate(&self, places: &Places<N>, directions: &Three<f32, N>) -> Values<N> {
+        let (mut values, mut cosines) = (Values::default(), [0.0; N]);
+        for (lane, cosine) in cosines.iter_mut().enumerate() {
+            *cosine = places.normal(lane).dot(get(directions, lane).into());
+        }
+        let densities = self.aims.densities(directions, &cosines);
+        for lane in 0..N {
+            let (direction, cosine) = (Vec3::from(get(directions, lane)), cosines[lane]);
+            let dark = (places.geometric(lane).dot(direction) <= 0.0) | (cosine <= 0.0);
+            let value = Vec3::from(get(&self.albedo, lane)) * FRAC_1_PI * cosine;
+            let value = if dark { Vec3::ZERO } else { value };
+            values.pdf[lane] = if dark { 0.0 } else { densities[lane] };
+            set(&mut values.value, lane, value.to_array());
+        }
+        values
     }
 
     /// The direction in which a path goes on, which is this one, and where its ray starts.
@@ -141,13 +158,18 @@ impl Walk<'_> {
         wave: &mut Wave,
         radiance: &mut [Vec3],
     ) -> bool {
-        let Meetings { places, mattes, .. } = meetings;
+        let Meetings {
+            places,
+            mattes,
+            arriving,
+            ..
+        } = meetings;
         let out = &mut radiance[path.ray];
         let from = Reference {
             position: places.position(lane),
             normal: places.geometric(lane),
         };
-        if mattes.near[lane] {
+        if arriving.near[lane] {
             let distance = (from.position - path.from.position).length();
             self.pick_up(path, distance, out);
         }
@@ -225,7 +247,6 @@ pub(super) mod tests {
             mattes.is[lane] = true;
             set(&mut directions, lane, unit(2 * i + 1).to_array());
             set(&mut mattes.albedo, lane, unit(i).abs().to_array());
-            set(&mut mattes.throughput, lane, unit(7 * i).abs().to_array());
         }
         vectorized(&mut places);
         if first.is_multiple_of(2 * LANES) {

@@ -3,7 +3,8 @@
 use glam::Vec3;
 use raycam_bvh::{Hit, vectorized};
 
-use super::lit::Asked;
+use super::arriving::Arriving;
+use super::lit::{Asked, Surfaces};
 use super::mattes::{Mattes, Scatter};
 use super::path::Path;
 use super::smooths::Smooths;
@@ -13,7 +14,7 @@ use crate::light::{Choice, LightSample, SampleArea, Source};
 use crate::place::{Place, Places};
 use crate::prepared_material::PreparedMaterial;
 use crate::sampler::{Pair, Sampler};
-use crate::scatter::{Aim, Directions};
+use crate::scatter::{Aim, Directions, FindLobes, GlossyPoints};
 
 /// Of all paths of a turn at once, and of some at a time what takes more room.
 #[derive(Default)]
@@ -22,7 +23,9 @@ pub(super) struct Meetings {
     scatter: Vec<[f32; 2]>,
     pub places: Places<LANES>,
     pub matte: Three<f32, LANES>,
+    pub arriving: Arriving<LANES>,
     pub mattes: Mattes<LANES>,
+    pub glossies: GlossyPoints<LANES>,
     pub smooths: Smooths,
     pub asked: Asked,
 }
@@ -59,7 +62,7 @@ impl Meetings {
         choices.clear();
         let (samplers, out) = (walk.samplers, &mut self.scatter);
         // Together, as they are of one group.
-        match (walk.sampled, (walk.sampled && walk.chosen) || walk.refracts) {
+        match (walk.sampled, (walk.sampled && walk.chosen) || walk.branches) {
             (true, true) => {
                 let pairs = [scatter, light, choice];
                 Sampler::pairs(samplers, which(), pairs, [out, first, choices]);
@@ -135,7 +138,7 @@ impl Meetings {
         self.scatter(walk, number, paths, live, hits, &random);
     }
 
-    /// What happens at matte surfaces.
+    /// What happens at surfaces that are met many at a time.
     fn scatter(
         &mut self,
         walk: &Walk,
@@ -148,52 +151,70 @@ impl Meetings {
         let Self {
             places,
             matte,
+            arriving,
             mattes,
+            glossies,
             smooths,
             asked,
             ..
         } = self;
         mattes.is = [false; LANES];
+        glossies.begin();
         smooths.points.begin();
         let mut aimed = [false; LANES];
         for (lane, (&at, hit)) in live.iter().zip(hits).enumerate() {
             let path = &paths[at as usize];
-            let Some(albedo) = walk.plain(path, hit, places, lane) else {
-                walk.put_smooth(path, hit, (places, lane), smooths);
+            let material = walk.world.material(hit);
+            arriving.put(lane, path);
+            let Some(albedo) = walk.plain(path, (material, hit), places, lane) else {
+                walk.put_glossy(path, (material, hit), (places, lane), glossies);
+                walk.put_smooth(path, (material, hit), (places, lane), smooths);
                 continue;
             };
-            mattes.put(lane, albedo, path);
+            mattes.put(lane, albedo);
             // Through a mirror to a light are two segments more.
             aimed[lane] = path.depth.saturating_add(2) <= walk.rules.max_depth;
         }
-        walk.find_smooth(
-            asked.which.get(number * LANES..).unwrap_or(&[]),
-            places,
-            smooths,
-        );
-        if mattes.is == [false; LANES] {
-            return;
+        arriving.find_near(walk.lights, places.directions());
+        let mut choice = [0.0; LANES];
+        let choices = asked.which.iter().skip(number * LANES);
+        for (choice, [x, _]) in choice.iter_mut().zip(choices) {
+            *choice = *x;
         }
-        mattes.aims.clear();
-        if !walk.mirrors.is_empty() && aimed != [false; LANES] {
-            vectorized(Aim {
-                mirrors: walk.mirrors,
+        walk.find_smooth(&choice, places, smooths);
+        if glossies.any() {
+            vectorized(FindLobes {
                 places,
-                active: &aimed,
                 random,
-                aims: &mut mattes.aims,
-                out: matte,
+                choice: &choice,
+                points: glossies,
             });
         }
-        vectorized(Scatter {
-            places,
-            directions: matte,
-            mattes,
-        });
-        walk.lights
-            .find_near(&mattes.from, places.directions(), &mut mattes.near);
-        if walk.many {
-            asked.find(walk, number, places, mattes);
+        if mattes.any() {
+            mattes.aims.clear();
+            if !walk.mirrors.is_empty() && aimed != [false; LANES] {
+                vectorized(Aim {
+                    mirrors: walk.mirrors,
+                    places,
+                    active: &aimed,
+                    random,
+                    aims: &mut mattes.aims,
+                    out: matte,
+                });
+            }
+            vectorized(Scatter {
+                places,
+                directions: matte,
+                mattes,
+            });
+        }
+        if walk.many && (mattes.any() || glossies.any()) {
+            let surfaces = Surfaces {
+                arriving,
+                mattes,
+                glossies,
+            };
+            asked.find(walk, number, places, surfaces);
         }
     }
 

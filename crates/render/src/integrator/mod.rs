@@ -1,7 +1,9 @@
 //! From hits to radiance: the closed set of integrators, each a chain of stages over a batch of rays.
 
 mod ao;
+mod arriving;
 mod flat;
+mod glossies;
 mod lit;
 mod mattes;
 mod media;

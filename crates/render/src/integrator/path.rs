@@ -82,7 +82,7 @@ pub(super) fn radiance(
         many,
         splits: at_once.is_some(),
         blind: is_blind(world, lights),
-        refracts: refracts(world),
+        branches: branches(world),
         mirrors: match lights.is_thrown() {
             true => &world.mirrors,
             false => &[],
@@ -154,11 +154,10 @@ pub(super) fn radiance(
                 let path = &mut paths[at as usize];
                 let goes_on = if meetings.mattes.is[lane] {
                     walk.step_matte(path, meetings, (number, lane), hit, wave, radiance)
+                } else if meetings.glossies.is[lane] {
+                    walk.step_glossy(path, meetings, lane, hit, wave, radiance)
                 } else if meetings.smooths.points.is[lane] {
-                    let Meetings {
-                        places, smooths, ..
-                    } = &*meetings;
-                    walk.step_smooth(path, places, (smooths, lane), wave, radiance)
+                    walk.step_smooth(path, meetings, lane, wave, radiance)
                 } else {
                     let meeting = meetings.at(&walk, number, lane, hit);
                     walk.step(path, &meeting, wave, radiance)
@@ -194,12 +193,13 @@ fn is_blind(world: &PreparedWorld, lights: &Lights) -> bool {
     !(world.see_through || lights.has_surfaces() || dims)
 }
 
-/// Whether there is clear glass.
-fn refracts(world: &PreparedWorld) -> bool {
-    let glass = |prepared: &PreparedMaterial| {
-        prepared.clear && matches!(prepared.material.reflectance, Reflectance::Glass(_))
+/// Whether surfaces that are met many at a time choose between two ways: clear glass, and glossy ones.
+fn branches(world: &PreparedWorld) -> bool {
+    let choose = |prepared: &PreparedMaterial| {
+        let glass = matches!(prepared.material.reflectance, Reflectance::Glass(_));
+        prepared.glossy || (prepared.clear && glass)
     };
-    world.materials.iter().any(glass)
+    world.materials.iter().any(choose)
 }
 
 /// What the paths of a batch take, kept from batch to batch.

@@ -4,11 +4,13 @@ use glam::Vec3;
 use raycam_bvh::{Hit, vectorized};
 
 use super::media::{Media, Skin};
+use super::meetings::Meetings;
 use super::path::{Path, Wave};
 use super::walk::Walk;
-use crate::lanes::{LANES, Three, set};
+use crate::lanes::LANES;
 use crate::light::Reference;
 use crate::place::Places;
+use crate::prepared_material::PreparedMaterial;
 use crate::scatter::{FindWays, SmoothPoints};
 
 /// Paths at smooth metals and clear glass.
@@ -16,10 +18,7 @@ use crate::scatter::{FindWays, SmoothPoints};
 pub(super) struct Smooths {
     /// Which they are, and what these do.
     pub points: SmoothPoints<LANES>,
-    /// Where the paths come from, and whether they may have crossed lights since.
-    from: Three<f64, LANES>,
-    near: [bool; LANES],
-    /// What they are in behind the surface.
+    /// What the paths are in behind the surface.
     after: [Media; LANES],
 }
 
@@ -29,11 +28,10 @@ impl Walk<'_> {
     pub(super) fn put_smooth(
         &self,
         path: &Path,
-        hit: &Hit,
+        (prepared, hit): (&PreparedMaterial, &Hit),
         (places, lane): (&Places<LANES>, usize),
         smooths: &mut Smooths,
     ) {
-        let prepared = self.world.material(hit);
         if !prepared.clear {
             return;
         }
@@ -53,31 +51,23 @@ impl Walk<'_> {
         if points.transmission(lane) == Vec3::ZERO && self.is_back(path, material, front) {
             points.is[lane] = false;
         }
-        set(&mut smooths.from, lane, path.from.position.to_array());
         smooths.after[lane] = skin.after;
     }
 
     /// Finds where the paths of the lanes go on, by numbers that choose between ways.
     pub(super) fn find_smooth(
         &self,
-        numbers: &[[f32; 2]],
+        choice: &[f32; LANES],
         places: &Places<LANES>,
         smooths: &mut Smooths,
     ) {
-        if !smooths.points.any() {
-            return;
+        if smooths.points.any() {
+            vectorized(FindWays {
+                places,
+                choice,
+                points: &mut smooths.points,
+            });
         }
-        let mut choice = [0.0; LANES];
-        for (choice, [x, _]) in choice.iter_mut().zip(numbers) {
-            *choice = *x;
-        }
-        vectorized(FindWays {
-            places,
-            choice: &choice,
-            points: &mut smooths.points,
-        });
-        self.lights
-            .find_near(&smooths.from, places.directions(), &mut smooths.near);
     }
 
     /// [`Walk::step`] at a lane of [`Smooths`].
@@ -85,11 +75,17 @@ impl Walk<'_> {
     pub(super) fn step_smooth(
         &self,
         path: &mut Path,
-        places: &Places<LANES>,
-        (smooths, lane): (&Smooths, usize),
+        meetings: &Meetings,
+        lane: usize,
         wave: &mut Wave,
         radiance: &mut [Vec3],
     ) -> bool {
+        let Meetings {
+            places,
+            smooths,
+            arriving,
+            ..
+        } = meetings;
         let geometric = places.geometric(lane);
         let from = Reference {
             position: places.position(lane),
@@ -99,7 +95,7 @@ impl Walk<'_> {
                 Vec3::ZERO
             },
         };
-        if smooths.near[lane] || !path.media.is_empty() {
+        if arriving.near[lane] || !path.media.is_empty() {
             let distance = (from.position - path.from.position).length();
             self.absorb(path, distance);
             self.pick_up(path, distance, &mut radiance[path.ray]);

@@ -36,14 +36,14 @@ pub(super) struct Walk<'a> {
     pub chosen: bool,
     /// The only one that is sampled, if there is but one.
     pub only: Option<&'a Source>,
-    /// Whether what lights bring to matte surfaces is found for many at a time.
+    /// Whether what lights bring to matte and glossy surfaces is found for many at a time.
     pub many: bool,
     /// Whether surfaces that the camera sees sample all branches of them.
     pub splits: bool,
     /// Whether of what stands in the way of a path's last segment only counts that it does.
     pub blind: bool,
-    /// Whether smooth surfaces choose between two ways.
-    pub refracts: bool,
+    /// Whether some surfaces choose between two ways.
+    pub branches: bool,
     /// What the rays of matte surfaces are aimed at.
     pub mirrors: &'a [Mirror],
     /// Surfaces that all paths at hand have met: which random numbers they have used.
@@ -167,11 +167,10 @@ impl Walk<'_> {
     pub fn plain(
         &self,
         path: &Path,
-        hit: &Hit,
+        (material, hit): (&PreparedMaterial, &Hit),
         places: &Places<LANES>,
         lane: usize,
     ) -> Option<Vec3> {
-        let material = self.world.material(hit);
         let diffuse = material.plain.filter(|_| path.media.is_empty())?;
         if self.is_back(path, &material.material, places.front(lane)) {
             return None;
@@ -246,7 +245,7 @@ impl Walk<'_> {
     }
 
     /// What the surface at a hit shines by itself.
-    fn see_surface(
+    pub(super) fn see_surface(
         &self,
         path: &Path,
         material: &Material,

@@ -18,22 +18,36 @@ pub(super) const ROWS: usize = 64;
 const RINGS: u32 = 64;
 const TURNS: u32 = 16;
 
+/// Entries of a table, and more: a power of two, so that no index needs to be checked.
+const ENTRIES: usize = (ROWS * STEPS).next_power_of_two();
+
 /// Albedos at roughness and cosine: of an interface that reflects all, and the share of it that Schlick's approximation
 /// multiplies by f0.
-struct Tables {
-    all: [[f32; STEPS]; ROWS],
-    f0: [[f32; STEPS]; ROWS],
+pub(super) struct Tables {
+    /// Row after row.
+    entries: [[f32; 2]; ENTRIES],
     /// Means over the cosine-weighed hemisphere.
-    all_mean: [f32; ROWS],
-    f0_mean: [f32; ROWS],
+    means: [[f32; 2]; ROWS],
 }
 
 static TABLES: LazyLock<Box<Tables>> = LazyLock::new(|| Box::new(Tables::new()));
 
+/// The tables of interfaces that are as rough in all directions.
+pub(super) fn tables() -> &'static Tables {
+    &TABLES
+}
+
+/// Between which rows of the tables a roughness lies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rows {
+    row: u32,
+    between: f32,
+}
+
 /// The albedos of one roughness.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Energy {
-    Isotropic { row: usize, between: f32 },
+    Isotropic(Rows),
     Anisotropic(Anisotropic),
 }
 
@@ -49,115 +63,160 @@ pub(crate) struct Albedo {
 /// The width of lobes that anisotropic tables begin with.
 pub(super) const MIRROR: f32 = 1e-3;
 
-impl Energy {
+impl Rows {
+    #[inline(always)]
     pub fn new(ggx: &Ggx) -> Self {
-        if !ggx.is_isotropic() {
-            return Self::Anisotropic(Anisotropic::new(ggx));
-        }
         let (row, between) = row_of(ggx);
-        Self::Isotropic { row, between }
+        Self {
+            row: row as u32,
+            between,
+        }
     }
 
-    /// What an interface that reflects all reflects at once, and the share of it that Schlick multiplies by f0.
-    fn at(&self, direction: Vec3) -> (f32, f32) {
-        match *self {
-            Self::Isotropic { row, between } => {
-                let of = |table: &[[f32; STEPS]; ROWS]| {
-                    let low = along(&table[row], direction.z);
-                    low + (along(&table[row + 1], direction.z) - low) * between
-                };
-                (of(&TABLES.all), of(&TABLES.f0))
-            }
-            Self::Anisotropic(ref tables) => tables.at(direction),
-        }
+    /// What an interface that reflects all reflects at once at a cosine, and the share of it that Schlick multiplies by f0.
+    #[inline(always)]
+    pub fn at(self, tables: &Tables, cosine: f32) -> [f32; 2] {
+        let (step, part) = step_of::<STEPS>(cosine);
+        let first = self.row as usize * STEPS + step;
+        let entry = |i: usize| tables.entries[(first + i) % ENTRIES];
+        let low = mix(entry(0), entry(1), part);
+        mix(low, mix(entry(STEPS), entry(STEPS + 1), part), self.between)
     }
 
     /// The same in the mean over the hemisphere.
-    fn mean(&self) -> (f32, f32) {
-        match *self {
-            Self::Isotropic { row, between } => {
-                let of = |table: &[f32; ROWS]| table[row] + (table[row + 1] - table[row]) * between;
-                (of(&TABLES.all_mean), of(&TABLES.f0_mean))
-            }
-            Self::Anisotropic(ref tables) => tables.mean(),
+    #[inline(always)]
+    pub fn mean(self, tables: &Tables) -> [f32; 2] {
+        let row = self.row as usize;
+        let [low, high] = [row, row + 1].map(|row| tables.means[row % ROWS]);
+        mix(low, high, self.between)
+    }
+}
+
+#[inline(always)]
+fn mix(low: [f32; 2], high: [f32; 2], between: f32) -> [f32; 2] {
+    let [a, b] = low;
+    [a + (high[0] - a) * between, b + (high[1] - b) * between]
+}
+
+impl Energy {
+    pub fn new(ggx: &Ggx) -> Self {
+        if ggx.is_isotropic() {
+            Self::Isotropic(Rows::new(ggx))
+        } else {
+            Self::Anisotropic(Anisotropic::new(ggx))
+        }
+    }
+
+    /// [`Rows::at`], in coordinates with the normal along z.
+    fn at(&self, direction: Vec3) -> [f32; 2] {
+        match self {
+            Self::Isotropic(rows) => rows.at(&TABLES, direction.z),
+            Self::Anisotropic(tables) => tables.at(direction).into(),
+        }
+    }
+
+    /// [`Rows::mean`].
+    fn mean(&self) -> [f32; 2] {
+        match self {
+            Self::Isotropic(rows) => rows.mean(&TABLES),
+            Self::Anisotropic(tables) => tables.mean().into(),
         }
     }
 
     /// What an interface that reflects all loses by reflecting once, in coordinates with the normal along z.
     pub fn lost(&self, direction: Vec3) -> f32 {
-        1.0 - self.at(direction).0
+        1.0 - self.at(direction)[0]
     }
 
     /// What it loses in the mean.
     pub fn lost_mean(&self) -> f32 {
-        1.0 - self.mean().0
+        1.0 - self.mean()[0]
     }
 
-    /// The colour of all reflections but the first: what the interface reflects in the mean, again and again.
-    pub fn multiple(&self, (f0, f90): (Vec3, Vec3)) -> Vec3 {
-        let mean = f0 + (f90 - f0) / 21.0;
-        let kept = self.mean().0;
-        mean * mean * kept / (Vec3::ONE - mean * (1.0 - kept))
+    /// [`multiple`] at this roughness.
+    pub fn multiple(&self, ends: (Vec3, Vec3)) -> Vec3 {
+        multiple(ends, self.mean()[0])
     }
 
     pub fn albedo(&self, ends: (Vec3, Vec3), direction: Vec3) -> Albedo {
-        self.of(ends, self.at(direction))
+        Albedo::new(ends, self.at(direction), self.mean()[0])
     }
 
     pub fn albedo_mean(&self, ends: (Vec3, Vec3)) -> Albedo {
-        self.of(ends, self.mean())
+        Albedo::new(ends, self.mean(), self.mean()[0])
+    }
+}
+
+/// The colour of all reflections but the first: what the interface reflects in the mean, again and again, where one that
+/// reflects all keeps this share of light at once.
+#[inline(always)]
+pub(super) fn multiple((f0, f90): (Vec3, Vec3), kept: f32) -> Vec3 {
+    let mean = f0 + (f90 - f0) / 21.0;
+    mean * mean * kept / (Vec3::ONE - mean * (1.0 - kept))
+}
+
+impl Albedo {
+    /// By what [`Rows::at`] says, and what is kept in the mean.
+    #[inline(always)]
+    pub fn new((f0, f90): (Vec3, Vec3), [all, of_f0]: [f32; 2], kept: f32) -> Self {
+        Self {
+            single: f0 * of_f0 + f90 * (all - of_f0),
+            multiple: multiple((f0, f90), kept) * (1.0 - all),
+        }
     }
 
-    fn of(&self, (f0, f90): (Vec3, Vec3), (all, of_f0): (f32, f32)) -> Albedo {
-        Albedo {
-            single: f0 * of_f0 + f90 * (all - of_f0),
-            multiple: self.multiple((f0, f90)) * (1.0 - all),
-        }
+    /// What the interface leaves for what is below.
+    #[inline(always)]
+    pub fn left(&self) -> f32 {
+        1.0 - (self.single + self.multiple).max_element()
     }
 }
 
 /// Between the entries of a row over the square root of the cosine.
 pub(super) fn along<const N: usize>(row: &[f32; N], cosine: f32) -> f32 {
+    let (first, part) = step_of::<N>(cosine);
+    row[first] + (row[first + 1] - row[first]) * part
+}
+
+/// The entry of a cosine, and how far it is on the way to the next.
+#[inline(always)]
+fn step_of<const N: usize>(cosine: f32) -> (usize, f32) {
     let position = cosine.clamp(0.0, 1.0).sqrt() * (N - 1) as f32;
-    let first = (position as usize).min(N - 2);
-    row[first] + (row[first + 1] - row[first]) * (position - first as f32)
+    // By 32 bits: that is one instruction for many.
+    let first = (position as i32).clamp(0, N as i32 - 2);
+    (first as usize, position - first as f32)
 }
 
 impl Tables {
     fn new() -> Self {
         let mut tables = Self {
-            all: [[0.0; STEPS]; ROWS],
-            f0: [[0.0; STEPS]; ROWS],
-            all_mean: [0.0; ROWS],
-            f0_mean: [0.0; ROWS],
+            entries: [[0.0; 2]; ENTRIES],
+            means: [[0.0; 2]; ROWS],
         };
         // Rows do not know of each other: every core makes some.
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let share = ROWS.div_ceil(cores);
-        let rows = tables
-            .all
-            .chunks_mut(share)
-            .zip(tables.f0.chunks_mut(share));
+        let rows = &mut tables.entries[..ROWS * STEPS];
+        let shares = rows
+            .chunks_mut(share * STEPS)
+            .zip(tables.means.chunks_mut(share));
         std::thread::scope(|scope| {
-            for (first, (all, f0)) in rows.enumerate() {
+            for (first, (entries, means)) in shares.enumerate() {
                 scope.spawn(move || {
-                    for (i, (all, f0)) in all.iter_mut().zip(f0).enumerate() {
-                        fill(first * share + i, all, f0);
+                    for (i, row) in entries.chunks_mut(STEPS).enumerate() {
+                        means[i] = fill(first * share + i, row);
                     }
                 });
             }
         });
-        tables.all_mean = tables.all.map(|row| mean(&row));
-        tables.f0_mean = tables.f0.map(|row| mean(&row));
         tables
     }
 }
 
 /// The row of a roughness, and how far it is on the way to the next.
+#[inline(always)]
 pub(super) fn row_of(ggx: &Ggx) -> (usize, f32) {
-    let position = ggx.roughness().clamp(0.0, 1.0).sqrt() * (ROWS - 1) as f32;
-    let row = (position as usize).min(ROWS - 2);
-    (row, position - row as f32)
+    step_of::<ROWS>(ggx.roughness())
 }
 
 /// The roughness of a row.
@@ -171,11 +230,15 @@ pub(super) fn cosine_of(column: usize) -> f32 {
     (root * root).max(1e-4)
 }
 
-fn fill(row: usize, all: &mut [f32; STEPS], f0: &mut [f32; STEPS]) {
-    let ggx = of_row(row);
-    for (column, (all, f0)) in all.iter_mut().zip(f0).enumerate() {
-        (*all, *f0) = albedo(&ggx, cosine_of(column));
+/// Fills a row; returns its means.
+fn fill(number: usize, row: &mut [[f32; 2]]) -> [f32; 2] {
+    let ggx = of_row(number);
+    let mut columns = [[0.0; STEPS]; 2];
+    for (column, entry) in row.iter_mut().enumerate() {
+        *entry = albedo(&ggx, cosine_of(column));
+        [columns[0][column], columns[1][column]] = *entry;
     }
+    columns.map(|column| mean(&column))
 }
 
 /// The mean of values over the microfacets that a direction at a cosine sees, given that direction and their normal: by
@@ -228,13 +291,12 @@ pub(super) fn schlick_weight(cosine: f32) -> f32 {
     1.0 - (1.0 - cosine).powi(5)
 }
 
-fn albedo(ggx: &Ggx, cosine: f32) -> (f32, f32) {
+fn albedo(ggx: &Ggx, cosine: f32) -> [f32; 2] {
     if ggx.is_smooth() {
-        return (1.0, schlick_weight(cosine));
+        return [1.0, schlick_weight(cosine)];
     }
-    let [all, f0] = over_visible_normals(ggx, cosine, [RINGS, TURNS], |v, h| {
+    over_visible_normals(ggx, cosine, [RINGS, TURNS], |v, h| {
         let seen = reflect(v, h).map_or(0.0, |l| ggx.visible_also(v, l));
         [seen, seen * schlick_weight(v.dot(h))]
-    });
-    (all, f0)
+    })
 }

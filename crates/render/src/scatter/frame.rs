@@ -68,7 +68,7 @@ impl Frame {
 
     /// A normal bent where needed so that the viewer sees it.
     #[inline(always)]
-    fn seen(&self, normal: Vec3) -> Vec3 {
+    pub fn seen(&self, normal: Vec3) -> Vec3 {
         /// The smallest cosine of the view.
         const GRAZING: f32 = 1e-3;
         let cosine = normal.dot(self.view);

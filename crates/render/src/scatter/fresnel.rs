@@ -73,7 +73,8 @@ impl Fresnel {
     }
 }
 
-fn schlick(f0: Vec3, f90: Vec3, cosine: f32) -> Vec3 {
+#[inline(always)]
+pub(super) fn schlick(f0: Vec3, f90: Vec3, cosine: f32) -> Vec3 {
     let x = (1.0 - cosine).clamp(0.0, 1.0);
     let x2 = x * x;
     f0 + (f90 - f0) * (x2 * x2 * x)
@@ -135,6 +136,7 @@ fn conductor(c: f32, n: f32, k: f32) -> f32 {
 }
 
 /// The mirror direction about a normal, where it lies above the surface.
+#[inline(always)]
 pub(crate) fn reflect(v: Vec3, h: Vec3) -> Option<Vec3> {
     let l = 2.0 * v.dot(h) * h - v;
     (l.z > 0.0).then_some(l)

@@ -3,11 +3,10 @@
 use glam::Vec3;
 use raycam_scene::Glass;
 
-use super::frame::Frame;
 use super::fresnel::Fresnel;
 use super::ggx::Ggx;
 use super::interface::Interface;
-use super::layered::{Layered, Layers};
+use super::layered::Layers;
 use super::principled::{absorption, dispersed};
 
 /// The index of the other side relative to the viewer's, where that of what is around the glass is `around`; a pane's own.
@@ -35,15 +34,14 @@ pub(super) fn beyond(glass: &Glass, eta: f32) -> f32 {
 }
 
 /// Glass whose base colour tints what passes its surface.
-pub(super) fn glass<'a>(
+pub(super) fn layers<'a>(
     glass: &Glass,
     eta: f32,
     base: Vec3,
     interface: Option<&'a Interface>,
-    frame: &Frame,
-) -> Layered<'a> {
+) -> Layers<'a> {
     let fresnel = fresnel(glass, eta);
-    let layers = Layers {
+    Layers {
         fresnel,
         over: fresnel,
         ggx: Ggx::isotropic(glass.roughness),
@@ -54,8 +52,7 @@ pub(super) fn glass<'a>(
         interface,
         coat: None,
         sheen: None,
-    };
-    Layered::new(layers, frame)
+    }
 }
 
 /// Its absorption per metre, where it has an inside.

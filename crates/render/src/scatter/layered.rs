@@ -149,15 +149,17 @@ impl<'a> Layered<'a> {
 
     /// What the interface leaves for the base of light from a direction.
     fn left(&self, direction: Vec3) -> f32 {
-        let Albedo { single, multiple } = self.albedo_of(&self.layers.over, direction);
-        (1.0 - (single + multiple).max_element()).max(0.0)
+        self.albedo_of(&self.layers.over, direction).left().max(0.0)
     }
 
     /// The same in the mean over the hemisphere, weighed by the cosine.
     fn left_mean(&self) -> f32 {
         if let Fresnel::Schlick { inside: None, .. } = self.layers.over {
-            let Albedo { single, multiple } = self.energy.albedo_mean(self.layers.over.ends());
-            return (1.0 - (single + multiple).max_element()).max(1e-6);
+            return self
+                .energy
+                .albedo_mean(self.layers.over.ends())
+                .left()
+                .max(1e-6);
         }
         const POINTS: usize = 8;
         let sum: f32 = (0..POINTS)

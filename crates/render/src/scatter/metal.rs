@@ -3,10 +3,9 @@
 use glam::Vec3;
 use raycam_scene::Metal;
 
-use super::frame::Frame;
 use super::fresnel::Fresnel;
 use super::ggx::Ggx;
-use super::layered::{Layered, Layers};
+use super::layered::Layers;
 
 /// What it reflects, multiplied by a base colour.
 pub(super) fn fresnel(metal: &Metal, base: Vec3) -> Fresnel {
@@ -18,9 +17,9 @@ pub(super) fn fresnel(metal: &Metal, base: Vec3) -> Fresnel {
 }
 
 /// A metal whose reflection is multiplied by a base colour.
-pub(super) fn metal(metal: &Metal, base: Vec3, frame: &Frame) -> Layered<'static> {
+pub(super) fn layers(metal: &Metal, base: Vec3) -> Layers<'static> {
     let fresnel = fresnel(metal, base);
-    let layers = Layers {
+    Layers {
         fresnel,
         over: fresnel,
         ggx: Ggx::isotropic(metal.roughness),
@@ -31,6 +30,5 @@ pub(super) fn metal(metal: &Metal, base: Vec3, frame: &Frame) -> Layered<'static
         interface: None,
         coat: None,
         sheen: None,
-    };
-    Layered::new(layers, frame)
+    }
 }

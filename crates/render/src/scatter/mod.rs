@@ -13,6 +13,8 @@ mod frame;
 mod fresnel;
 mod ggx;
 mod glass;
+mod glosses;
+mod glossy_points;
 mod interface;
 mod layered;
 mod lecture;
@@ -28,12 +30,14 @@ use glam::Vec3;
 use raycam_bvh::Hit;
 use raycam_scene::{Alpha, Material, Reflectance};
 
+use crate::lanes::Three;
 use crate::prepare::PreparedWorld;
 use crate::prepared_material::PreparedMaterial;
 use crate::texture::Footprint;
 
 pub(crate) use aims::{Aim, Aims, share};
 pub(crate) use frame::{Frame, above, cosine_direction, turn, turned};
+pub(crate) use glossy_points::{FindLobes, GlossyPoints, is_glossy};
 pub(crate) use interface::Interface;
 pub(crate) use layered::Layered;
 pub(crate) use lecture::Lecture;
@@ -44,6 +48,7 @@ pub(crate) use smooth_points::{FindWays, SmoothPoints};
 
 use interface::Curve;
 use principled::{Lookup, Seen};
+use smooth::is_smooth;
 
 /// How one point scatters light, its textures looked up.
 #[derive(Clone, Debug)]
@@ -80,6 +85,22 @@ pub(crate) struct Value {
     pub value: Vec3,
     /// By solid angle.
     pub pdf: f32,
+}
+
+/// [`Value`]s of many points, field by field.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Values<const N: usize> {
+    pub value: Three<f32, N>,
+    pub pdf: [f32; N],
+}
+
+impl<const N: usize> Default for Values<N> {
+    fn default() -> Self {
+        Self {
+            value: [[0.0; N]; 3],
+            pdf: [0.0; N],
+        }
+    }
 }
 
 /// What paths ask of a point of a surface.
@@ -153,24 +174,26 @@ impl<'a> Scatter<'a> {
             frame = smooth.with_normal(normal, None);
         }
         let base = world.base_color_of(prepared, hit, footprint);
-        let scatter = match &material.reflectance {
+        let layers = match &material.reflectance {
             Reflectance::Lecture {
                 diffuse, specular, ..
-            } => Self::Lecture(Lecture {
-                diffuse: base * *diffuse,
-                specular: Vec3::from(*specular),
-                lobe: lobe.as_deref(),
-            }),
-            Reflectance::Unlit => Self::Black,
+            } => {
+                let lecture = Lecture {
+                    diffuse: base * *diffuse,
+                    specular: Vec3::from(*specular),
+                    lobe: lobe.as_deref(),
+                };
+                return (Self::Lecture(lecture), frame);
+            }
+            Reflectance::Unlit => return (Self::Black, frame),
             Reflectance::Metal(metal) => {
                 frame = frame.with_normal(frame.normal, None);
-                Self::Layered(metal::metal(metal, base, &frame))
+                metal::layers(metal, base)
             }
             Reflectance::Glass(glass) => {
                 frame = frame.with_normal(frame.normal, None);
                 let eta = glass::eta(glass, front, channel, around);
-                let interface = prepared.interface(channel);
-                Self::Layered(glass::glass(glass, eta, base, interface, &frame))
+                glass::layers(glass, eta, base, prepared.interface(channel))
             }
             Reflectance::Principled(p) => {
                 let lookup = Lookup {
@@ -179,22 +202,18 @@ impl<'a> Scatter<'a> {
                     footprint,
                 };
                 frame = frame.with_normal(frame.normal, lookup.tangent(p));
-                let coat = p.clearcoat_normal.and_then(|map| {
-                    world.mapped_normal(&map, hit, footprint, smooth.normal, front)
-                });
                 let seen = Seen {
-                    frame,
-                    coat: smooth.with_normal(coat.unwrap_or(smooth.normal), None),
+                    smooth,
                     front,
                     channel,
                     around,
                     base,
                     interface: prepared.interface(channel),
                 };
-                Self::Layered(principled::principled(p, &lookup, &seen))
+                principled::layers(p, &lookup, &seen)
             }
         };
-        (scatter, frame)
+        (Self::Layered(Layered::new(layers, &frame)), frame)
     }
 }
 

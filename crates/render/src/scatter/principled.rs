@@ -13,7 +13,7 @@ use super::frame::Frame;
 use super::fresnel::Fresnel;
 use super::ggx::Ggx;
 use super::interface::Interface;
-use super::layered::{Layered, Layers};
+use super::layered::Layers;
 use super::sheen::Sheen;
 use crate::prepare::PreparedWorld;
 use crate::texture::Footprint;
@@ -68,10 +68,8 @@ impl Lookup<'_> {
 
 /// What is seen from where.
 pub(super) struct Seen<'a> {
-    /// With the normal map's normal.
-    pub frame: Frame,
-    /// With the coat's.
-    pub coat: Frame,
+    /// Without any normal map.
+    pub smooth: Frame,
     pub front: bool,
     /// Of the three colours, the one that the path carries; all where `None`.
     pub channel: Option<usize>,
@@ -93,7 +91,7 @@ pub(super) fn dispersed(ior: f32, dispersion: f32, channel: Option<usize>) -> f3
 }
 
 /// The layers of a point.
-pub(super) fn principled<'a>(p: &Principled, lookup: &Lookup, seen: &Seen<'a>) -> Layered<'a> {
+pub(super) fn layers<'a>(p: &Principled, lookup: &Lookup, seen: &Seen<'a>) -> Layers<'a> {
     let metallic = lookup.number(&p.metallic, 2);
     let roughness = lookup.number(&p.roughness, 1);
     let transmission = lookup.number(&p.transmission, 0);
@@ -146,7 +144,7 @@ pub(super) fn principled<'a>(p: &Principled, lookup: &Lookup, seen: &Seen<'a>) -
     let base = seen.base * (1.0 - metallic);
     let through = lookup.number(&p.diffuse_transmission, 3);
     let diffuse = 1.0 - transmission;
-    let layers = Layers {
+    Layers {
         fresnel: interface(f0.lerp(seen.base, metallic), f90.lerp(Vec3::ONE, metallic)),
         over: interface(f0, f90),
         ggx: ggx(p, lookup, roughness),
@@ -161,16 +159,23 @@ pub(super) fn principled<'a>(p: &Principled, lookup: &Lookup, seen: &Seen<'a>) -
             color: lookup.color(&p.sheen_color),
             roughness: lookup.number(&p.sheen_roughness, 3),
         }),
-    };
-    Layered::new(layers, &seen.frame)
+    }
 }
 
 fn coat(p: &Principled, lookup: &Lookup, seen: &Seen) -> Option<Coat> {
     let weight = lookup.number(&p.clearcoat, 0);
+    let smooth = &seen.smooth;
+    let mapped = || {
+        let (hit, footprint) = (lookup.hit, lookup.footprint);
+        let map = p.clearcoat_normal?;
+        lookup
+            .world
+            .mapped_normal(&map, hit, footprint, smooth.normal, seen.front)
+    };
     (weight > 0.0).then(|| Coat {
         weight,
         ggx: Ggx::isotropic(lookup.number(&p.clearcoat_roughness, 1)),
-        frame: seen.coat,
+        frame: smooth.with_normal(mapped().unwrap_or(smooth.normal), None),
     })
 }
 
@@ -187,6 +192,18 @@ fn ggx(p: &Principled, lookup: &Lookup, roughness: f32) -> Ggx {
             alpha
         },
     }
+}
+
+/// Whether it is an interface over a diffuse base and no more, as wide in all directions.
+pub(super) fn is_glossy(p: &Principled) -> bool {
+    let strengths = [
+        &p.transmission,
+        &p.diffuse_transmission,
+        &p.clearcoat,
+        &p.iridescence,
+        &p.anisotropy,
+    ];
+    strengths.iter().all(|strength| strength.value == 0.0) && p.sheen_color.value == [0.0; 3]
 }
 
 /// Whether light that enters it is refracted: it has an inside and lets light through.

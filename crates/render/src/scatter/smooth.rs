@@ -154,7 +154,8 @@ impl PreparedMaterial {
     }
 }
 
-fn is_smooth(roughness: f32) -> bool {
+/// Whether a lobe of this perceptual roughness is a mirror.
+pub(super) fn is_smooth(roughness: f32) -> bool {
     Ggx::isotropic(roughness).is_smooth()
 }
 
@@ -190,6 +191,7 @@ mod tests {
     use raycam_scene::{Glass, Metal};
 
     use super::*;
+    use crate::scatter::Layered;
 
     #[test]
     fn mirrors_and_clear_glass_have_the_samples_of_their_layers() {
@@ -200,7 +202,7 @@ mod tests {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let frame = Frame::new(Vec3::Z, Vec3::Z, Vec3::new(0.6 * sin, -0.8 * sin, cos));
             let mut pairs = vec![(
-                metal::metal(&gold, base, &frame),
+                Layered::new(metal::layers(&gold, base), &frame),
                 Smooth::met(&metal::fresnel(&gold, base), Vec3::ZERO, 1.0, &frame),
             )];
             for (thin, front) in [(true, true), (false, true), (false, false)] {
@@ -211,7 +213,7 @@ mod tests {
                 let eta = glass::eta(&clear, front, None, 1.0);
                 let fresnel = glass::fresnel(&clear, eta);
                 pairs.push((
-                    glass::glass(&clear, eta, base, None, &frame),
+                    Layered::new(glass::layers(&clear, eta, base, None), &frame),
                     Smooth::met(&fresnel, base, glass::beyond(&clear, eta), &frame),
                 ));
             }

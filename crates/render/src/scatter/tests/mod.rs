@@ -2,6 +2,7 @@
 
 mod density;
 mod furnace;
+mod points;
 mod reciprocity;
 
 use std::sync::LazyLock;
@@ -212,13 +213,8 @@ fn all() -> (Named, Named) {
                 let name = format!("glass {roughness} {thin} {front}");
                 let make = move |frame: &Frame| {
                     let eta = super::glass::eta(&glass, front, None, 1.0);
-                    Scatter::Layered(super::glass::glass(
-                        &glass,
-                        eta,
-                        Vec3::ONE,
-                        Some(&EXACT),
-                        frame,
-                    ))
+                    let layers = super::glass::layers(&glass, eta, Vec3::ONE, Some(&EXACT));
+                    Scatter::Layered(Layered::new(layers, frame))
                 };
                 lossless.push((name, Box::new(make)));
             }
@@ -227,8 +223,9 @@ fn all() -> (Named, Named) {
             roughness,
             ..Metal::named("gold").unwrap()
         };
-        let make =
-            move |frame: &Frame| Scatter::Layered(super::metal::metal(&gold, Vec3::ONE, frame));
+        let make = move |frame: &Frame| {
+            Scatter::Layered(Layered::new(super::metal::layers(&gold, Vec3::ONE), frame))
+        };
         lossy.push((format!("gold {roughness}"), Box::new(make)));
     }
     let matte = |_: &Frame| {

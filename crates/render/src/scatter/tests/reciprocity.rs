@@ -43,7 +43,10 @@ fn refraction_is_squeezed_by_the_index() {
     let value = |v: Vec3, l: Vec3, front: bool| {
         let frame = seen_from(v);
         let eta = glass::eta(&glass, front, None, 1.0);
-        let scatter = Scatter::Layered(glass::glass(&glass, eta, Vec3::ONE, Some(&EXACT), &frame));
+        let scatter = {
+            let layers = glass::layers(&glass, eta, Vec3::ONE, Some(&EXACT));
+            Scatter::Layered(Layered::new(layers, &frame))
+        };
         scatter.evaluate(&frame, l).value.x / l.z.abs()
     };
     let (above, below) = (

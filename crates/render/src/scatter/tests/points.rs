@@ -1,0 +1,213 @@
+//! Points that are computed many at a time are what they are alone.
+
+use glam::{DAffine3, Vec3};
+use raycam_bvh::{Hit, vectorized};
+use raycam_scene::{Glass, Material, Metal, Object, Principled, Reflectance, World, primitive};
+
+use crate::control::Control;
+use crate::lanes::{LANES, get, set, set_corners};
+use crate::place::Places;
+use crate::prepare::PreparedWorld;
+use crate::scatter::{FindLobes, FindWays, GlossyPoints, Scattering, SmoothPoints, Value};
+use crate::surface::Surface;
+
+/// A ball of each of these.
+fn world(reflectances: &[Reflectance]) -> PreparedWorld {
+    let mut world = World::default();
+    let ball = world.add_mesh(primitive::sphere(0.5, 2).unwrap());
+    for reflectance in reflectances {
+        let material = Material {
+            reflectance: reflectance.clone(),
+            color: [0.9, 0.8, 0.5],
+            ..Material::default()
+        };
+        let material = world.add_material(material).unwrap();
+        let object = Object::new("", ball, vec![material], DAffine3::IDENTITY);
+        world.add_object(object).unwrap();
+    }
+    PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
+}
+
+fn unit(i: usize) -> Vec3 {
+    let angle = i as f32;
+    Vec3::new(angle.sin(), angle.cos(), (3.0 * angle).sin()).normalize()
+}
+
+/// Numbers in 0..1, one for each lane.
+fn numbers(first: usize, step: usize) -> [f32; LANES] {
+    std::array::from_fn(|lane| unit(first + step * lane).x.abs())
+}
+
+/// What rays meet, the first of which is `first`.
+struct Met {
+    hits: [Hit; LANES],
+    directions: [Vec3; LANES],
+    places: Places<LANES>,
+}
+
+impl Met {
+    fn new(world: &PreparedWorld, first: usize, object: impl Fn(usize) -> usize) -> Self {
+        let hits = std::array::from_fn(|lane| Hit {
+            t: 1.0,
+            u: 0.2,
+            v: 0.3,
+            instance: object(first + lane) as u32,
+            triangle: (first + lane) as u32 % 80,
+        });
+        let directions = std::array::from_fn(|lane| unit(first + lane));
+        let mut places = Places::default();
+        let corners = places.begin();
+        for (lane, hit) in hits.iter().enumerate() {
+            set_corners(corners, lane, world.corners(hit.instance, hit.triangle));
+        }
+        for (lane, hit) in hits.iter().enumerate() {
+            places.put(lane, world, directions[lane], hit, 0.0);
+        }
+        vectorized(&mut places);
+        Self {
+            hits,
+            directions,
+            places,
+        }
+    }
+}
+
+fn metal(name: &str, roughness: f32) -> Reflectance {
+    let metal = Metal::named(name).unwrap();
+    Reflectance::Metal(Metal { roughness, ..metal })
+}
+
+#[test]
+fn smooth_ones() {
+    let glass = |thin| {
+        Reflectance::Glass(Glass {
+            thin,
+            ..Glass::default()
+        })
+    };
+    let world = world(&[
+        glass(false),
+        glass(true),
+        metal("gold", 0.0),
+        metal("silver", 0.0),
+    ]);
+    // Glass alone, metal alone, and both.
+    let object = |i: usize| match i / LANES % 3 {
+        0 => i % 2,
+        1 => 2 + i % 2,
+        _ => i * 7 / 3 % 4,
+    };
+    let (mut on, mut through, mut lost) = (0, 0, 0);
+    let mut points = SmoothPoints::<LANES>::default();
+    for first in (0..480).step_by(LANES) {
+        let Met {
+            hits,
+            directions,
+            places,
+        } = Met::new(&world, first, object);
+        let channel = [None, Some(0)][first % 3 % 2];
+        let around = |lane| [1.0, 1.33][lane % 2];
+        let choice = numbers(first, 5);
+        points.begin();
+        for (lane, hit) in hits.iter().enumerate() {
+            let (material, front) = (world.material(hit), places.front(lane));
+            let base = world.base_color_of(material, hit, places.footprint(lane));
+            let side = (front, channel, around(lane));
+            points.put(lane, &material.material.reflectance, base, side);
+        }
+        vectorized(FindWays {
+            places: &places,
+            choice: &choice,
+            points: &mut points,
+        });
+        for (lane, hit) in hits.iter().enumerate() {
+            let place = places.place(lane);
+            let (smooth, frame) = world
+                .material(hit)
+                .smooth(&world, hit, &place, directions[lane], channel, around(lane))
+                .unwrap();
+            assert_eq!(
+                points.transmission(lane) != Vec3::ZERO,
+                smooth.is_transmissive()
+            );
+            let alone = smooth.sample(&frame, [choice[lane], 0.0, 0.0]);
+            let alone = alone.map(|sample| (sample, place.start(sample.direction).as_vec3()));
+            assert_eq!(format!("{:?}", points.sample(lane)), format!("{alone:?}"));
+            match alone {
+                None => lost += 1,
+                Some((sample, _)) if frame.geometric.dot(sample.direction) < 0.0 => {
+                    through += 1;
+                }
+                Some(_) => on += 1,
+            }
+        }
+    }
+    assert!(on > 60 && through > 60 && lost > 3, "{on} {through} {lost}");
+}
+
+#[test]
+fn glossy_ones() {
+    let principled = |metallic, roughness| {
+        let mut p = Principled::default();
+        (p.metallic.value, p.roughness.value) = (metallic, roughness);
+        p.specular_color.value = [1.0, 0.5, 2.0];
+        Reflectance::Principled(p.into())
+    };
+    let world = world(&[
+        principled(0.0, 0.4),
+        principled(0.3, 1.0),
+        principled(1.0, 0.1),
+        metal("gold", 0.4),
+        metal("silver", 0.05),
+    ]);
+    // The principled material alone, metal alone, and both.
+    let object = |i: usize| match i / LANES % 3 {
+        0 => i % 3,
+        1 => 3 + i % 2,
+        _ => i * 7 / 3 % 5,
+    };
+    let (mut on, mut lost, mut lit) = (0, 0, 0);
+    let mut points = GlossyPoints::<LANES>::default();
+    for first in (0..960).step_by(LANES) {
+        let Met {
+            hits,
+            directions,
+            places,
+        } = Met::new(&world, first, object);
+        points.begin();
+        for (lane, hit) in hits.iter().enumerate() {
+            points.put((&places, lane), &world, world.material(hit), hit);
+        }
+        assert_eq!(points.is, [true; LANES]);
+        let (choice, random) = (numbers(first, 5), [numbers(first, 7), numbers(first, 11)]);
+        vectorized(FindLobes {
+            places: &places,
+            random: &random,
+            choice: &choice,
+            points: &mut points,
+        });
+        let mut lights = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            set(&mut lights, lane, unit(first + 13 * lane).to_array());
+        }
+        let values = points.evaluate(&places, &lights);
+        for (lane, hit) in hits.iter().enumerate() {
+            let place = places.place(lane);
+            let Surface { frame, scatter, .. } =
+                Surface::new(&world, &place, directions[lane], hit, None, 1.0);
+            let random = [choice[lane], random[0][lane], random[1][lane]];
+            let alone = scatter.sample(&frame, random);
+            let alone = alone.map(|sample| (sample, place.start(sample.direction).as_vec3()));
+            assert_eq!(format!("{:?}", points.sample(lane)), format!("{alone:?}"));
+            let Value { value, pdf } = scatter.evaluate(&frame, get(&lights, lane).into());
+            assert_eq!(Vec3::from(get(&values.value, lane)), value);
+            assert_eq!(values.pdf[lane], pdf);
+            match alone {
+                None => lost += 1,
+                Some(_) => on += 1,
+            }
+            lit += usize::from(value != Vec3::ZERO);
+        }
+    }
+    assert!(on > 600 && lost > 10 && lit > 300, "{on} {lost} {lit}");
+}
