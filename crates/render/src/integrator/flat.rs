@@ -18,7 +18,7 @@ pub(super) fn radiance(
     for ((hit, &direction), (radiance, sky)) in rays.zip(radiance.iter_mut().zip(sky)) {
         *sky = is_miss(hit);
         *radiance = if *sky {
-            lights.sky(direction)
+            lights.sky(direction, None)
         } else {
             world.base_color(hit, &Footprint::default())
         };

@@ -9,7 +9,8 @@ use super::shadows::Shadows;
 use super::walk::Walk;
 use crate::lanes::{LANES, Three, get, set, vector};
 use crate::light::{
-    BEFORE_LIGHT, FindWeights, LightSamples, MOST_AT_ONCE, Reference, Source, Weights,
+    Around, BEFORE_LIGHT, Choice, Drawn, FindWeights, LightSamples, MOST_AT_ONCE, Reference,
+    Source, Weights,
 };
 use crate::place::Places;
 use crate::scatter::{GlossyPoints, Values};
@@ -19,7 +20,7 @@ use crate::scatter::{GlossyPoints, Values};
 #[derive(Default)]
 pub(super) struct Asked {
     /// Where on each of the lights that are sampled at a point.
-    pub numbers: [Vec<[f32; 2]>; MOST_AT_ONCE],
+    pub draws: Draws,
     /// Which light.
     pub which: Vec<[f32; 2]>,
     pub samples: [LightSamples<LANES>; MOST_AT_ONCE],
@@ -27,6 +28,41 @@ pub(super) struct Asked {
     weights: Weights,
     /// How many of `lit` there are, the last of which has something.
     count: usize,
+}
+
+/// Random numbers of all surfaces of a turn, light by light.
+#[derive(Default)]
+pub(super) struct Draws {
+    pub numbers: [Vec<[f32; 2]>; MOST_AT_ONCE],
+    /// What they draw of the image all around, where it may be asked for, and its number.
+    around: [Vec<Around>; MOST_AT_ONCE],
+    environment: usize,
+}
+
+impl Draws {
+    /// Draws from the image all around: for all surfaces, whatever they are, so that none waits for what it reads.
+    pub fn look_around(&mut self, walk: &Walk) {
+        self.around.iter_mut().for_each(Vec::clear);
+        let Some((number, environment)) = walk.lights.environment() else {
+            return;
+        };
+        self.environment = number;
+        let splits = walk.choice_of_turn() == Choice::Split;
+        for i in walk.asked().filter(|&i| walk.many || i == 0) {
+            if !splits || i == number {
+                environment.sample_many(&self.numbers[i], &mut self.around[i]);
+            }
+        }
+    }
+
+    /// Where a surface of the turn asks light `i`.
+    pub fn of(&self, i: usize, surface: usize) -> Drawn {
+        let around = self.around[i].get(surface);
+        Drawn {
+            random: self.numbers[i][surface],
+            around: around.map(|&around| (self.environment, around)),
+        }
+    }
 }
 
 impl Asked {
@@ -60,7 +96,7 @@ impl Asked {
                 } else {
                     0.0
                 };
-                let random = |i: usize| self.numbers[i][index];
+                let random = |i: usize| self.draws.of(i, index);
                 let put = |i: usize, sample| self.samples[i].put(lane, Some(sample));
                 let choice = walk.choice_of_turn();
                 match tree {

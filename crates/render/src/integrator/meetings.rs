@@ -10,7 +10,7 @@ use super::path::Path;
 use super::smooths::Smooths;
 use super::walk::Walk;
 use crate::lanes::{Corners, LANES, Three, get, set_corners};
-use crate::light::{Choice, LightSample, SampleArea, Source};
+use crate::light::{Drawn, LightSample, SampleArea, Source};
 use crate::place::{Place, Places};
 use crate::prepared_material::PreparedMaterial;
 use crate::sampler::{Pair, Sampler};
@@ -40,7 +40,7 @@ pub(super) struct Meeting<'a> {
     /// ... and if it is not.
     pub scatter: [f32; 2],
     /// Where on the first light.
-    pub light: [f32; 2],
+    pub light: Drawn,
     /// The sample of an area light that is the only one.
     pub on_area: Option<LightSample>,
 }
@@ -52,11 +52,11 @@ impl Meetings {
         let which = || live.iter().map(|&at| at as usize);
         let turn = walk.turn;
         let Asked {
-            numbers,
+            draws,
             which: choices,
             ..
         } = &mut self.asked;
-        let [first, more @ ..] = numbers;
+        let [first, more @ ..] = &mut draws.numbers;
         let (scatter, light) = (Pair::Scatter(turn), Pair::Light(turn, 0));
         let choice = Pair::Which(turn);
         choices.clear();
@@ -78,6 +78,9 @@ impl Meetings {
         for i in walk.asked().filter(|&i| walk.many && i > 0) {
             let out = &mut more[i - 1];
             Sampler::pairs(samplers, which(), [Pair::Light(turn, i)], [out]);
+        }
+        if walk.sampled {
+            draws.look_around(walk);
         }
         let chunks = hits.chunks(LANES);
         if self.corners.len() < chunks.len() {
@@ -109,7 +112,7 @@ impl Meetings {
             let (direction, width) = (path.direction, path.cone.width);
             self.places.put(lane, walk.world, direction, hit, width);
             [random[0][lane], random[1][lane]] = self.scatter[index];
-            [on_light[0][lane], on_light[1][lane]] = self.asked.numbers[0][index];
+            [on_light[0][lane], on_light[1][lane]] = self.asked.draws.numbers[0][index];
         }
         vectorized(&mut self.places);
         vectorized(Directions {
@@ -117,16 +120,6 @@ impl Meetings {
             random: &random,
             out: &mut self.matte,
         });
-        // Before surfaces are shaded one after the other, of which each would wait for its own.
-        if walk.sampled {
-            let splits = walk.choice_of_turn() == Choice::Split;
-            for (infinite, environment) in walk.lights.environments() {
-                for light in walk.asked().filter(|&i| !splits || i == infinite) {
-                    let random = self.asked.numbers[light].get(first..).unwrap_or(&[]);
-                    environment.prefetch_samples(&random[..random.len().min(hits.len())]);
-                }
-            }
-        }
         if let Some(Source::Area(area)) = walk.only {
             vectorized(SampleArea {
                 area,
@@ -228,7 +221,7 @@ impl Meetings {
             place: self.places.place(lane),
             matte: get(&self.matte, lane).into(),
             scatter: self.scatter[index],
-            light: self.asked.numbers[0][index],
+            light: self.asked.draws.of(0, index),
             on_area: match walk.only {
                 Some(Source::Area(_)) => self.asked.samples[0].at(lane),
                 _ => None,

@@ -8,7 +8,7 @@ use super::meetings::Meeting;
 use super::path::{Path, Wave};
 use super::shadows::Shadows;
 use super::walk::Walk;
-use crate::light::{BEFORE_LIGHT, Choice, LightSample, MOST_AT_ONCE, Reference, Weigh};
+use crate::light::{BEFORE_LIGHT, Choice, Drawn, LightSample, MOST_AT_ONCE, Reference, Weigh};
 use crate::sampler::Pair;
 use crate::scatter::{Scattering, above, cosine_direction};
 use crate::surface::Surface;
@@ -84,7 +84,10 @@ impl Walk<'_> {
         };
         let random = |index| match index {
             0 => meeting.light,
-            _ => sampler.pair(Pair::Light(self.turn, index)),
+            _ => Drawn {
+                random: sampler.pair(Pair::Light(self.turn, index)),
+                around: None,
+            },
         };
         if let Some(sample) = &meeting.on_area {
             self.ask(path, surface, skin, sample, &mut wave.shadows[0]);
@@ -105,12 +108,12 @@ impl Walk<'_> {
         by: &impl Weigh,
         from: &Reference,
         which: f32,
-        random: impl Fn(usize) -> [f32; 2],
+        random: impl Fn(usize) -> Drawn,
         mut tell: impl FnMut(usize, LightSample),
     ) {
         let (lights, world) = (self.lights, self.world);
         if let Some(light) = self.only {
-            if let Some(sample) = light.sample(from, random(0)) {
+            if let Some(sample) = light.sample(from, random(0).random) {
                 tell(0, sample);
             }
             return;
@@ -121,9 +124,9 @@ impl Walk<'_> {
         }
         let count = self.rules.light_samples;
         for index in 0..count {
-            let [x, y] = random(index);
-            let which = [(which + index as f32) / count as f32, x, y];
-            if let Some(mut sample) = lights.sample(by, world, from, choice, which) {
+            let which = (which + index as f32) / count as f32;
+            if let Some(mut sample) = lights.sample(by, world, from, choice, which, &random(index))
+            {
                 sample.pdf *= count as f32;
                 tell(index, sample);
             }

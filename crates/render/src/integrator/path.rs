@@ -93,6 +93,7 @@ pub(super) fn radiance(
         paths,
         live,
         hits,
+        behind,
         meetings,
         wave,
     } = room;
@@ -125,18 +126,20 @@ pub(super) fn radiance(
     live.extend(0..paths.len() as u32);
     while !live.is_empty() {
         control.check()?;
-        // All at once, so that none is waited for.
-        for (_, environment) in lights.environments() {
-            for (&at, _) in live.iter().zip(&*hits).filter(|(_, hit)| is_miss(hit)) {
-                environment.prefetch_behind(paths[at as usize].direction);
-            }
+        let environment = lights.environment();
+        if let Some((_, environment)) = environment {
+            let missed = live.iter().zip(&*hits).filter(|(_, hit)| is_miss(hit));
+            let directions = missed.map(|(&at, _)| paths[at as usize].direction);
+            environment.behind_many(directions, behind);
         }
+        let mut missed = behind.iter();
         let mut met = 0;
         for i in 0..live.len() {
             let path = &paths[live[i] as usize];
             if is_miss(&hits[i]) {
                 sky[path.ray] |= path.from_camera;
-                walk.miss(path, &mut radiance[path.ray]);
+                let known = environment.and_then(|(number, _)| Some((number, *missed.next()?)));
+                walk.miss(path, known, &mut radiance[path.ray]);
             } else {
                 (live[met], hits[met]) = (live[i], hits[i]);
                 met += 1;
@@ -190,7 +193,9 @@ pub(super) fn radiance(
 fn is_blind(world: &PreparedWorld, lights: &Lights) -> bool {
     let clear = |prepared: &PreparedMaterial| prepared.inside.is_some();
     let dims = lights.has_finite() && world.materials.iter().any(clear);
-    !(world.see_through || lights.has_surfaces() || dims)
+    // Of an image all around, only what is seen is worth reading.
+    let reads = lights.environment().is_some();
+    !(world.see_through || lights.has_surfaces() || dims || reads)
 }
 
 /// Whether surfaces that are met many at a time choose between two ways: clear glass, and glossy ones.
@@ -209,6 +214,8 @@ pub(crate) struct Room {
     /// Which of them go on, and what these meet.
     live: Vec<u32>,
     hits: Vec<Hit>,
+    /// What the image all around has behind those that meet nothing.
+    behind: Vec<(Vec3, f32)>,
     meetings: Meetings,
     wave: Wave,
 }

@@ -9,7 +9,7 @@ use super::media::{Media, Skin};
 use super::meetings::Meeting;
 use super::path::{Path, Wave};
 use crate::lanes::LANES;
-use crate::light::{BEFORE_LIGHT, Choice, Lights, Reference, Source};
+use crate::light::{BEFORE_LIGHT, Choice, Known, Lights, Reference, Source};
 use crate::mirrors::Mirror;
 use crate::place::Places;
 use crate::prepare::PreparedWorld;
@@ -51,11 +51,11 @@ pub(super) struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// What one path does where it meets nothing.
-    pub fn miss(&self, path: &Path, out: &mut Vec3) {
+    /// What one path does where it meets nothing; `known` is what is behind it of one of the lights there.
+    pub fn miss(&self, path: &Path, known: Option<Known>, out: &mut Vec3) {
         self.pick_up(path, f64::INFINITY, out);
         if !(path.from_camera && self.rules.transparent) {
-            self.see_sky(path, out);
+            self.see_sky(path, known, out);
         }
     }
 
@@ -226,11 +226,12 @@ impl Walk<'_> {
         );
     }
 
-    fn see_sky(&self, path: &Path, out: &mut Vec3) {
+    fn see_sky(&self, path: &Path, known: Option<Known>, out: &mut Vec3) {
+        let (lights, direction) = (self.lights, path.direction);
         let (radiance, pdf) = if path.straight {
-            (self.lights.sky(path.direction), 0.0)
+            (lights.sky(direction, known), 0.0)
         } else {
-            self.lights.behind(&path.from, path.choice, path.direction)
+            lights.behind(&path.from, path.choice, direction, known)
         };
         *out += path.throughput * self.sky(path.straight, radiance) * self.weight(path, pdf);
     }
@@ -369,7 +370,7 @@ impl Walk<'_> {
             },
         );
         let mut sky = Vec3::ZERO;
-        self.see_sky(path, &mut sky);
+        self.see_sky(path, None, &mut sky);
         if sky != Vec3::ZERO {
             ways.ask(ray, path.ray, sky);
         }

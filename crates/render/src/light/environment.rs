@@ -3,93 +3,112 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use raycam_bvh::prefetch;
-use raycam_scene::{Image, Interpolation, Texels, Texture, TextureSampler, Up, Wrap};
+use raycam_scene::{Image, Up};
 
-use super::LightSample;
+use super::backdrop::{Backdrop, Spots};
 use super::panorama::{Frame, Table};
+use super::{Around, LightSample};
+use crate::lanes::{Three, get, set};
 
 /// A table for drawing directions has at most this many columns, and rows; larger images share its cells.
 const MOST_CELLS: usize = 2048;
 
+/// How many directions are asked for together: what they read fits into the first cache.
+const BLOCK: usize = 64;
+
 #[derive(Debug)]
 pub(crate) struct Environment {
-    texture: Texture,
-    scale: f32,
     frame: Frame,
     table: Option<Table>,
+    backdrop: Backdrop,
 }
 
 impl Environment {
     pub fn new(image: Arc<Image>, up: Up, yaw: f64, scale: f32) -> Self {
         let table = table(&image);
-        let texture = Texture {
-            image,
-            sampler: TextureSampler {
-                wrap: [Wrap::Repeat, Wrap::Clamp],
-                magnification: Interpolation::Linear,
-                ..TextureSampler::default()
-            },
-        };
         Self {
-            texture,
-            scale,
             frame: Frame::new(up, yaw),
             table: table.filter(|_| scale > 0.0),
+            backdrop: Backdrop { image, scale },
         }
     }
 
     pub fn sample(&self, random: [f32; 2]) -> Option<LightSample> {
         let direction = self.table.as_ref()?.sample(&self.frame, random);
         let (radiance, pdf) = self.behind(direction);
-        Some(LightSample {
+        let around = Around {
             direction,
-            end: None,
             radiance,
             pdf,
-            delta: false,
-        })
+        };
+        Some(around.sample())
     }
 
-    /// Asks for what [`Environment::behind`] reads for a direction: one after the other, such reads are what takes the time.
-    pub fn prefetch_behind(&self, direction: Vec3) {
-        let place = self.frame.place(direction);
-        if let Some(table) = &self.table {
-            table.prefetch(place);
-        }
-        // Images with a high dynamic range are of this kind; others are a quarter of the size.
-        let image = &*self.texture.image;
-        if let Texels::Float(texels) = &image.texels {
-            let [width, height] = image.size.map(|n| n as usize);
-            let texel = |x: f32, n: usize| ((x * n as f32 - 0.5).max(0.0) as usize).min(n - 1);
-            let (column, row) = (texel(place[0], width), texel(place[1], height));
-            for row in [row, (row + 1).min(height - 1)] {
-                for column in [column, (column + 1).min(width - 1)] {
-                    prefetch(&raw const texels[row * width + column]);
+    /// The same of many, unless all is dark.
+    pub fn sample_many(&self, random: &[[f32; 2]], out: &mut Vec<Around>) {
+        out.clear();
+        let Some(table) = &self.table else { return };
+        for random in random.chunks(BLOCK) {
+            let mut directions = [[0.0; BLOCK]; 3];
+            table.sample_many(&self.frame, random, &mut directions);
+            let spots = self.spots(&directions, random.len());
+            out.extend((0..random.len()).map(|lane| {
+                let (radiance, pdf) = self.at(&spots, lane);
+                Around {
+                    direction: get(&directions, lane).into(),
+                    radiance,
+                    pdf,
                 }
-            }
-        }
-    }
-
-    /// The same for [`Environment::sample`] of several.
-    pub fn prefetch_samples(&self, random: &[[f32; 2]]) {
-        if let Some(table) = &self.table {
-            for random in random {
-                table.prefetch_sample(*random);
-            }
-            for random in random {
-                self.prefetch_behind(table.sample(&self.frame, *random));
-            }
+            }));
         }
     }
 
     /// The radiance out of a direction, and the density of [`Environment::sample`].
     pub fn behind(&self, direction: Vec3) -> (Vec3, f32) {
-        let place = self.frame.place(direction);
-        let texel = self.texture.lookup(place);
-        let radiance = Vec3::from_slice(&texel).max(Vec3::ZERO) * self.scale;
-        let pdf = self.table.as_ref().map_or(0.0, |table| table.pdf(place));
-        (radiance, pdf)
+        let directions = direction.to_array().map(|value| [value]);
+        self.at(&self.spots(&directions, 1), 0)
+    }
+
+    /// The same of many: one after the other, what is read would be waited for.
+    pub fn behind_many(&self, directions: impl Iterator<Item = Vec3>, out: &mut Vec<(Vec3, f32)>) {
+        out.clear();
+        let mut block = [[0.0; BLOCK]; 3];
+        let mut count = 0;
+        let mut find = |block: &Three<f32, BLOCK>, count| {
+            let spots = self.spots(block, count);
+            out.extend((0..count).map(|lane| self.at(&spots, lane)));
+        };
+        for direction in directions {
+            set(&mut block, count, direction.to_array());
+            count += 1;
+            if count == BLOCK {
+                find(&block, count);
+                count = 0;
+            }
+        }
+        find(&block, count);
+    }
+
+    /// Where the first directions lie, and asks for what [`Environment::at`] reads there.
+    fn spots<const N: usize>(&self, directions: &Three<f32, N>, count: usize) -> Spots<N> {
+        let mut places = [[0.0; N]; 2];
+        self.frame.places(directions, &mut places);
+        let spots = self.backdrop.spots(places);
+        for lane in 0..if N > 1 { count } else { 0 } {
+            self.backdrop.prefetch(&spots, lane);
+            if let Some(table) = &self.table {
+                table.prefetch(spots.place(lane));
+            }
+        }
+        spots
+    }
+
+    fn at<const N: usize>(&self, spots: &Spots<N>, lane: usize) -> (Vec3, f32) {
+        let pdf = match &self.table {
+            Some(table) => table.pdf(spots.place(lane)),
+            None => 0.0,
+        };
+        (self.backdrop.radiance(spots, lane), pdf)
     }
 }
 

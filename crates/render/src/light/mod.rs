@@ -13,6 +13,7 @@
 //! Transport Simulation", 1997, chapter 9).
 
 mod area;
+mod backdrop;
 mod bounds;
 mod bulb;
 mod choice;
@@ -44,7 +45,7 @@ use bounds::Bounds;
 pub(crate) use choice::{Choice, MOST_AT_ONCE};
 use emissive::Emissive;
 use environment::Environment;
-pub(crate) use samples::LightSamples;
+pub(crate) use samples::{Around, Drawn, LightSamples};
 pub(crate) use source::Source;
 use sphere::Sphere;
 pub(crate) use tree::Weigh;
@@ -76,6 +77,9 @@ pub(crate) struct LightSample {
     /// Whether its direction is the only one: nothing else finds this light.
     pub delta: bool,
 }
+
+/// Of one of those infinitely far away, by its number: its radiance out of a direction, and the density of sampling that.
+pub(crate) type Known = (usize, (Vec3, f32));
 
 /// A shadow ray ends this share before its light, which may lie on a surface.
 pub(crate) const BEFORE_LIGHT: f32 = 1.0 - 1.0 / (1 << 16) as f32;
@@ -176,22 +180,23 @@ impl Lights {
         world: &PreparedWorld,
         from: &Reference,
         choice: Choice,
-        [which, x, y]: [f32; 3],
+        which: f32,
+        drawn: &Drawn,
     ) -> Option<LightSample> {
         let odds = self.odds(from, choice);
         let mut which = f64::from(which);
         let infinite = odds.infinite * odds.sought as f64;
         if which < infinite {
             let index = ((which / odds.infinite) as usize).min(odds.sought - 1);
-            return self.sample_infinite(from, choice, index, [x, y]);
+            return self.sample_infinite(from, choice, index, drawn);
         }
         which -= infinite;
         if which < odds.finite {
             let (light, probability) = self.choose(by, choice, which / odds.finite)?;
-            self.sample_finite(from, light, odds.finite * probability, [x, y])
+            self.sample_finite(from, light, odds.finite * probability, drawn.random)
         } else if odds.surfaces > 0.0 {
             let which = ((which - odds.finite) / odds.surfaces).clamp(0.0, 1.0);
-            self.sample_surfaces(world, from, odds.surfaces, which, [x, y])
+            self.sample_surfaces(world, from, odds.surfaces, which, drawn.random)
         } else {
             None
         }
@@ -205,7 +210,7 @@ impl Lights {
         world: &PreparedWorld,
         from: &Reference,
         which: f32,
-        random: impl Fn(usize) -> [f32; 2],
+        random: impl Fn(usize) -> Drawn,
         mut tell: impl FnMut(usize, LightSample),
     ) {
         let which = f64::from(which);
@@ -215,20 +220,20 @@ impl Lights {
             }
         };
         for index in 0..self.uneven {
-            let sample = self.sample_infinite(from, Choice::Split, index, random(index));
+            let sample = self.sample_infinite(from, Choice::Split, index, &random(index));
             found(index, sample);
         }
         let branches = self.tree.branches(by);
         for (index, &node) in (self.uneven..).zip(branches.nodes()) {
             let chosen = self.tree.choose_in(node, by, which);
             let sample = chosen.and_then(|(light, probability)| {
-                self.sample_finite(from, light, probability, random(index))
+                self.sample_finite(from, light, probability, random(index).random)
             });
             found(index, sample);
         }
         if self.has_surfaces() {
             let index = self.uneven + MOST_BRANCHES;
-            let sample = self.sample_surfaces(world, from, 1.0, which, random(index));
+            let sample = self.sample_surfaces(world, from, 1.0, which, random(index).random);
             found(index, sample);
         }
     }
@@ -239,15 +244,17 @@ impl Lights {
         from: &Reference,
         choice: Choice,
         index: usize,
-        random: [f32; 2],
+        drawn: &Drawn,
     ) -> Option<LightSample> {
-        let mut sample = self.sources[self.infinite[index]].sample(from, random)?;
+        let mut sample = match drawn.around {
+            Some((number, around)) if number == index => around.sample(),
+            _ => self.sources[self.infinite[index]].sample(from, drawn.random)?,
+        };
         if sample.delta {
             sample.pdf = self.odds(from, choice).infinite as f32;
         } else {
             let own = (index, (sample.radiance, sample.pdf));
-            (sample.radiance, sample.pdf) =
-                self.behind_all(from, choice, sample.direction, Some(own));
+            (sample.radiance, sample.pdf) = self.behind(from, choice, sample.direction, Some(own));
         }
         (sample.pdf > 0.0).then_some(sample)
     }
@@ -290,33 +297,33 @@ impl Lights {
     }
 
     /// The radiance from infinitely far away, out of a direction of unit length: what a ray that meets nothing sees.
-    pub fn sky(&self, direction: Vec3) -> Vec3 {
+    /// `known` is what [`Source::behind`] says of one of those infinitely far away.
+    pub fn sky(&self, direction: Vec3, known: Option<Known>) -> Vec3 {
         if self.uneven == 0 {
             return self.ambient;
         }
-        self.infinite
-            .iter()
-            .map(|&i| self.sources[i].behind(Vec3::ZERO, direction).0)
-            .sum()
+        let parts = self.infinite.iter().enumerate().map(|(number, &i)| {
+            let (radiance, _) = match known {
+                Some((known, own)) if known == number => own,
+                _ => self.sources[i].behind(Vec3::ZERO, direction),
+            };
+            radiance
+        });
+        parts.sum()
     }
 
     /// What [`Lights::sky`] is where it is the same in all directions.
     pub fn even_sky(&self) -> Option<Vec3> {
-        (self.uneven == 0).then(|| self.sky(Vec3::Z))
+        (self.uneven == 0).then(|| self.sky(Vec3::Z, None))
     }
 
     /// The same, and the density with which [`Lights::sample`] finds this direction for its sake.
-    pub fn behind(&self, from: &Reference, choice: Choice, direction: Vec3) -> (Vec3, f32) {
-        self.behind_all(from, choice, direction, None)
-    }
-
-    /// The same where one of `infinite` need not be asked again.
-    fn behind_all(
+    pub fn behind(
         &self,
         from: &Reference,
         choice: Choice,
         direction: Vec3,
-        known: Option<(usize, (Vec3, f32))>,
+        known: Option<Known>,
     ) -> (Vec3, f32) {
         if self.uneven == 0 && choice != Choice::Even {
             return (self.ambient, 0.0);
@@ -336,10 +343,10 @@ impl Lights {
         (radiance, pdf)
     }
 
-    /// The images all around, and their numbers among those infinitely far away.
-    pub fn environments(&self) -> impl Iterator<Item = (usize, &Environment)> {
-        let uneven = self.infinite[..self.uneven].iter().enumerate();
-        uneven.filter_map(|(number, &i)| match &self.sources[i] {
+    /// The first image all around, and its number among those infinitely far away.
+    pub fn environment(&self) -> Option<(usize, &Environment)> {
+        let mut uneven = self.infinite[..self.uneven].iter().enumerate();
+        uneven.find_map(|(number, &i)| match &self.sources[i] {
             Source::Environment(environment) => Some((number, &**environment)),
             _ => None,
         })

@@ -3,9 +3,10 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DVec3, Mat3, Vec3};
-use raycam_bvh::prefetch;
+use raycam_bvh::{Loops, prefetch, vectorized};
 use raycam_scene::Up;
 
+use crate::lanes::{Three, get, set};
 use crate::scatter::{turn, turned};
 
 /// Which way a panorama is turned.
@@ -36,6 +37,7 @@ impl Frame {
     }
 
     /// Where a direction lies in the picture: 0..=1 to the right, 0..=1 down.
+    #[inline(always)]
     pub fn place(&self, direction: Vec3) -> [f32; 2] {
         let d = self.rounded * direction;
         let around = turned(d.y, d.x);
@@ -43,7 +45,17 @@ impl Frame {
         [u, 2.0 * turned(d.truncate().length(), d.z)]
     }
 
+    /// The same of many.
+    pub fn places<const N: usize>(&self, directions: &Three<f32, N>, places: &mut [[f32; N]; 2]) {
+        vectorized(FindPlaces {
+            frame: self,
+            directions,
+            places,
+        });
+    }
+
     /// The direction of a place in the picture, of unit length; `down` is the cosine of the angle to the zenith.
+    #[inline(always)]
     fn direction(&self, u: f64, down: f64) -> Vec3 {
         // A half turn from where u begins.
         let (sin, cos) = turn(u as f32);
@@ -118,20 +130,26 @@ impl Table {
         })
     }
 
-    /// A direction.
-    pub fn sample(&self, frame: &Frame, [x, y]: [f32; 2]) -> Vec3 {
-        let (row, inside) = find(&self.down, &self.down_hints, y);
-        let [top, bottom] = [self.edges[row], self.edges[row + 1]];
-        let (column, along) = find(self.row(row), self.hints(row), x);
-        let u = (column as f64 + along) / self.columns as f64;
-        frame.direction(u, top + (bottom - top) * inside)
+    /// A direction by random numbers.
+    pub fn sample(&self, frame: &Frame, random: [f32; 2]) -> Vec3 {
+        let mut directions = [[0.0]; 3];
+        self.sample_many::<1>(frame, &[random], &mut directions);
+        get(&directions, 0).into()
     }
 
-    /// Asks for what [`Table::sample`] reads.
-    pub fn prefetch_sample(&self, [x, y]: [f32; 2]) {
-        let (row, _) = find(&self.down, &self.down_hints, y);
-        let first = hint(self.hints(row), x);
-        prefetch(&raw const self.row(row)[first]);
+    /// The same of many; there may be fewer numbers.
+    pub fn sample_many<const N: usize>(
+        &self,
+        frame: &Frame,
+        random: &[[f32; 2]],
+        directions: &mut Three<f32, N>,
+    ) {
+        vectorized(Sample {
+            table: self,
+            frame,
+            random,
+            directions,
+        });
     }
 
     /// The density of directions at a place in the picture, by solid angle.
@@ -152,13 +170,79 @@ impl Table {
         [cell(u, self.columns), cell(v, self.rows)]
     }
 
+    #[inline(always)]
     fn hints(&self, row: usize) -> &[u16] {
         let hints = self.columns.div_ceil(SHARE);
         &self.across_hints[row * hints..][..hints]
     }
 
+    #[inline(always)]
     fn row(&self, row: usize) -> &[f32] {
         &self.across[row * (self.columns + 1)..(row + 1) * (self.columns + 1)]
+    }
+}
+
+/// Finds where directions lie in the picture.
+struct FindPlaces<'a, const N: usize> {
+    frame: &'a Frame,
+    directions: &'a Three<f32, N>,
+    places: &'a mut [[f32; N]; 2],
+}
+
+impl<const N: usize> Loops for FindPlaces<'_, N> {
+    #[inline(always)]
+    fn run(self) {
+        for lane in 0..N {
+            let [u, v] = self.frame.place(get(self.directions, lane).into());
+            self.places[0][lane] = u;
+            self.places[1][lane] = v;
+        }
+    }
+}
+
+/// Draws directions, step by step over all of them: what one step reads the one before has asked for.
+struct Sample<'a, const N: usize> {
+    table: &'a Table,
+    frame: &'a Frame,
+    random: &'a [[f32; 2]],
+    directions: &'a mut Three<f32, N>,
+}
+
+impl<const N: usize> Loops for Sample<'_, N> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            table,
+            frame,
+            random,
+            directions,
+        } = self;
+        let (mut rows, mut cells, mut down, mut u) = ([0; N], [0; N], [0.0; N], [0.0; N]);
+        for (lane, &[x, y]) in random.iter().enumerate().take(N) {
+            let first = hint(&table.down_hints, y);
+            let (row, inside) = find(&table.down, first, y);
+            let [top, bottom] = [table.edges[row], table.edges[row + 1]];
+            (rows[lane], down[lane]) = (row, top + (bottom - top) * inside);
+            if N > 1 {
+                let hints = table.hints(row);
+                prefetch(&raw const hints[part(hints, x)]);
+            }
+        }
+        for (lane, &[x, _]) in random.iter().enumerate().take(N) {
+            let row = rows[lane];
+            cells[lane] = hint(table.hints(row), x);
+            if N > 1 {
+                prefetch(&raw const table.row(row)[cells[lane]]);
+            }
+        }
+        for (lane, &[x, _]) in random.iter().enumerate().take(N) {
+            let (column, along) = find(table.row(rows[lane]), cells[lane], x);
+            u[lane] = (column as f64 + along) / table.columns as f64;
+        }
+        for lane in 0..N {
+            let direction = frame.direction(u[lane], down[lane]);
+            set(directions, lane, direction.to_array());
+        }
     }
 }
 
@@ -203,16 +287,25 @@ fn hints(sums: &[f32], into: &mut Vec<u16>) {
     }
 }
 
-/// A cell behind whose beginning `x` lies.
-fn hint(hints: &[u16], x: f32) -> usize {
+/// The part of 0..1 in which `x` lies.
+#[inline(always)]
+fn part(hints: &[u16], x: f32) -> usize {
     let parts = hints.len();
-    usize::from(hints[((x * parts as f32) as usize).min(parts - 1)])
+    ((x * parts as f32) as usize).min(parts - 1)
 }
 
-/// The cell of a running sum that holds `x`, the last one that begins there, and how far along it is.
-fn find(sums: &[f32], hints: &[u16], x: f32) -> (usize, f64) {
+/// A cell behind whose beginning `x` lies.
+#[inline(always)]
+fn hint(hints: &[u16], x: f32) -> usize {
+    usize::from(hints[part(hints, x)])
+}
+
+/// The cell of a running sum that holds `x`, the last one that begins there, and how far along it is; by a cell behind
+/// whose beginning it lies.
+#[inline(always)]
+fn find(sums: &[f32], first: usize, x: f32) -> (usize, f64) {
     let cells = sums.len() - 1;
-    let mut cell = hint(hints, x);
+    let mut cell = first;
     // Several at a time, without a guess how many there are.
     loop {
         let next = &sums[cell + 1..];
@@ -253,7 +346,7 @@ mod tests {
             let spread = (0..1000).map(|i| i as f32 / 999.0);
             for x in edges.chain(spread).filter(|x| (0.0..=1.0).contains(x)) {
                 let after = sums.partition_point(|&sum| sum <= x);
-                let (cell, along) = find(&sums, &hinted, x);
+                let (cell, along) = find(&sums, hint(&hinted, x), x);
                 assert_eq!(cell, after.clamp(1, cells) - 1, "{x} of {cells}");
                 assert!((0.0..=1.0).contains(&along));
             }

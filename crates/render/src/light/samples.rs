@@ -5,6 +5,36 @@ use glam::{DVec3, Vec3};
 use super::LightSample;
 use crate::lanes::{Three, get, set};
 
+/// Where on a light.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Drawn {
+    pub random: [f32; 2],
+    /// What they draw of one of the lights that are infinitely far away, by its number, where that is known.
+    pub around: Option<(usize, Around)>,
+}
+
+/// A direction to a light that is infinitely far away.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Around {
+    /// Of unit length.
+    pub direction: Vec3,
+    pub radiance: Vec3,
+    /// By solid angle.
+    pub pdf: f32,
+}
+
+impl Around {
+    pub fn sample(&self) -> LightSample {
+        LightSample {
+            direction: self.direction,
+            end: None,
+            radiance: self.radiance,
+            pdf: self.pdf,
+            delta: false,
+        }
+    }
+}
+
 impl LightSample {
     /// The only direction to a light: `irradiance` on a surface that faces it.
     pub(super) fn delta(direction: DVec3, end: Option<DVec3>, irradiance: DVec3) -> Self {
