@@ -84,10 +84,7 @@ impl Walk<'_> {
         };
         let random = |index| match index {
             0 => meeting.light,
-            _ => Drawn {
-                random: sampler.pair(Pair::Light(self.turn, index)),
-                around: None,
-            },
+            _ => sampler.pair(Pair::Light(self.turn, index)).into(),
         };
         if let Some(sample) = &meeting.on_area {
             self.ask(path, surface, skin, sample, &mut wave.shadows[0]);

@@ -159,3 +159,65 @@ fn table(image: &Image) -> Option<Table> {
         sum / count
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use raycam_scene::{Texels, Texture, TextureSampler, Wrap};
+
+    use super::*;
+
+    /// Of an image whose every texel is another.
+    fn made(size: [u32; 2]) -> (Environment, Texture) {
+        let texel = |i: u32| [1, 3, 5, 7].map(|k| (1 + i * k * 40_503 % 1009) as f32 / 100.0);
+        let image = Arc::new(Image {
+            name: String::new(),
+            size,
+            texels: Texels::Float((0..size[0] * size[1]).map(texel).collect()),
+        });
+        let sampler = TextureSampler {
+            wrap: [Wrap::Repeat, Wrap::Clamp],
+            ..TextureSampler::default()
+        };
+        let environment = Environment::new(image.clone(), Up::Z, 20.0, 2.0);
+        (environment, Texture { image, sampler })
+    }
+
+    fn unit(i: usize) -> Vec3 {
+        let angle = i as f64 * 2.4;
+        let z = 1.0 - 2.0 * ((i * 37) % 401) as f64 / 400.0;
+        let radius = (1.0 - z * z).max(0.0).sqrt();
+        DVec3::new(radius * angle.cos(), radius * angle.sin(), z).as_vec3()
+    }
+
+    #[test]
+    fn many_are_what_each_is() {
+        for size in [[1, 1], [2, 1], [37, 20], [512, 256]] {
+            let (environment, texture) = made(size);
+            for count in [0, 1, BLOCK - 1, BLOCK, 3 * BLOCK + 5] {
+                let random = |i: usize| [(i * 53 % 211) as f32 / 210.0, (i % 97) as f32 / 96.0];
+                let random: Vec<[f32; 2]> = (0..count).map(random).collect();
+                let mut drawn = vec![];
+                environment.sample_many(&random, &mut drawn);
+                assert_eq!(drawn.len(), count);
+                for (random, around) in random.iter().zip(&drawn) {
+                    let each = environment.sample(*random).unwrap();
+                    assert_eq!(format!("{:?}", around.sample()), format!("{each:?}"));
+                }
+                let mut behind = vec![];
+                environment.behind_many((0..count).map(unit), &mut behind);
+                assert!(
+                    behind
+                        .iter()
+                        .copied()
+                        .eq((0..count).map(|i| environment.behind(unit(i))))
+                );
+                for (i, (radiance, _)) in behind.iter().enumerate() {
+                    let texel = texture.lookup(environment.frame.place(unit(i)));
+                    let off = *radiance - Vec3::from_slice(&texel) * 2.0;
+                    assert!(off.abs().max_element() < 2e-2, "{size:?}, {i}: {off}");
+                }
+            }
+        }
+    }
+}

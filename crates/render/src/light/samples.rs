@@ -13,6 +13,15 @@ pub(crate) struct Drawn {
     pub around: Option<(usize, Around)>,
 }
 
+impl From<[f32; 2]> for Drawn {
+    fn from(random: [f32; 2]) -> Self {
+        Self {
+            random,
+            around: None,
+        }
+    }
+}
+
 /// A direction to a light that is infinitely far away.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Around {

@@ -186,7 +186,7 @@ fn samples_are_spread_as_their_density_says() {
         let lights = lights(&[light]);
         let source = &lights.sources[0];
         let density = |direction: Vec3| {
-            let mut density = f64::from(lights.behind(&from, Choice::Even, direction).1);
+            let mut density = f64::from(lights.behind(&from, Choice::Even, direction, None).1);
             lights.crossed(
                 &from,
                 Choice::Even,

@@ -118,7 +118,7 @@ fn the_choice_loses_no_light() {
         let one = |n: u32| {
             let [which, _] = random(n + 7_000_000);
             let [x, y] = Sampler::new(9, 0, [1, 2], n).pair(Pair::Light(0, 0));
-            let sample = lights.sample(&from, &nothing, &from, choice, [which, x, y])?;
+            let sample = lights.sample(&from, &nothing, &from, choice, which, &[x, y].into())?;
             let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
             Some(f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine)
         };
@@ -130,7 +130,7 @@ fn the_choice_loses_no_light() {
     for n in 0..SAMPLES / 8 {
         let [which, _] = random(n + 7_000_000);
         let sampler = Sampler::new(9, 0, [1, 2], n);
-        let random = |index| sampler.pair(Pair::Light(0, index));
+        let random = |index| sampler.pair(Pair::Light(0, index)).into();
         lights.sample_each(&from, &nothing, &from, which, random, |_, sample| {
             let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
             found += f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine;
