@@ -13,7 +13,7 @@ use super::coat::{COAT, Coat};
 use super::energy::{Albedo, Energy};
 use super::frame::{Frame, cosine_density, cosine_direction};
 use super::fresnel::{Fresnel, reflect, refract};
-use super::ggx::{Ggx, microfacets};
+use super::ggx::{Facets, Ggx};
 use super::interface::Interface;
 use super::sheen::Sheen;
 use super::{ScatterSample, Value};
@@ -56,9 +56,11 @@ pub(crate) struct Layered<'a> {
 }
 
 const LOBES: usize = 5;
+/// The interface: also what rough ones refract.
 const SPECULAR: usize = 0;
 const UP: usize = 1;
 const DOWN: usize = 2;
+/// Of smooth ones.
 const REFRACTION: usize = 3;
 
 impl<'a> Layered<'a> {
@@ -112,13 +114,18 @@ impl<'a> Layered<'a> {
         if let Some([reflected, refracted]) = self.between.and_then(|all| all.kept(self.view)) {
             (single, below) = (single.max(reflected), refracted);
         }
-        let weights = [
+        let mut weights = [
             single,
             mean(own.multiple + layers.diffuse * self.left + sheen) + passed * up,
             mean(layers.through) * self.left + passed * down,
             passed * below,
             0.0,
         ];
+        if self.divides() {
+            // Each microfacet chooses for itself.
+            weights[SPECULAR] += weights[REFRACTION];
+            weights[REFRACTION] = 0.0;
+        }
         let sum: f32 = weights.iter().sum();
         if sum <= 0.0 {
             return [0.0, 0.0, 0.0, 0.0, f32::from(self.coated > 0.0)];
@@ -127,6 +134,24 @@ impl<'a> Layered<'a> {
         let mut shares = weights.map(|weight| weight * scale);
         shares[LOBES - 1] = self.coated;
         shares
+    }
+
+    /// Whether microfacets reflect a part and refract a part: [`SPECULAR`] is both then.
+    fn divides(&self) -> bool {
+        self.layers.transmission != Vec3::ZERO && !self.layers.ggx.is_smooth()
+    }
+
+    /// How often one microfacet of those that divide light is asked to reflect, by the cosine between its normal and the
+    /// view: near the critical angle some reflect all, and others next to nothing.
+    fn mirrors(&self, cosine: f32) -> f32 {
+        if !self.divides() {
+            return 1.0;
+        }
+        let layers = &self.layers;
+        let reflected = layers.fresnel.reflected(cosine).element_sum();
+        let rest = (Vec3::ONE - layers.over.reflected(cosine)) * layers.transmission;
+        let both = reflected + rest.element_sum();
+        if both > 0.0 { reflected / both } else { 1.0 }
     }
 
     /// What the interface reflects of light from a direction.
@@ -219,9 +244,13 @@ impl<'a> Layered<'a> {
         let mut value = Vec3::ZERO;
         let mut pdf = cosine_density(l.z) * self.shares[UP];
         if !layers.ggx.is_smooth() {
-            let (f, density) = microfacets(&layers.ggx, &layers.fresnel, v, l);
-            value += f;
-            pdf += density * self.shares[SPECULAR];
+            let Facets {
+                cosine,
+                seen,
+                pdf: density,
+            } = Facets::new(&layers.ggx, v, l);
+            value += layers.fresnel.reflected(cosine) * seen;
+            pdf += density * (self.mirrors(cosine) * self.shares[SPECULAR]);
             let lost = self.energy.lost_mean();
             if lost > 1e-6 {
                 let lost = self.energy.lost(v) * self.energy.lost(l) / lost;
@@ -262,7 +291,8 @@ impl<'a> Layered<'a> {
             let cosine = v.dot(h);
             let rest = (Vec3::ONE - layers.over.reflected(cosine)) * layers.transmission;
             found.value += rest * (ggx.density(h) * ggx.visible_both(v, l) / (4.0 * v.z));
-            found.pdf += ggx.pdf(v, h) / (4.0 * cosine) * self.shares[REFRACTION];
+            let refracts = 1.0 - self.mirrors(cosine);
+            found.pdf += ggx.pdf(v, h) / (4.0 * cosine) * (refracts * self.shares[SPECULAR]);
             return found;
         }
         let sum = v + l * layers.eta;
@@ -278,7 +308,7 @@ impl<'a> Layered<'a> {
         let shape = ggx.density(h) * ggx.visible_both(v, down) * seen / v.z;
         found.value += rest * (shape * squeeze);
         let density = ggx.pdf(v, h) * layers.eta * layers.eta * squeeze;
-        found.pdf += density * self.shares[REFRACTION];
+        found.pdf += density * ((1.0 - self.mirrors(seen)) * self.shares[SPECULAR]);
         found
     }
 
@@ -299,20 +329,26 @@ impl<'a> Layered<'a> {
                 let weight = self.layers.fresnel.reflected(v.z) / self.shares[lobe];
                 return self.delta(frame, Vec3::new(-v.x, -v.y, v.z), weight);
             }
-            SPECULAR => frame.world(reflect(v, ggx.sample(v, [x, y]))?),
+            SPECULAR => {
+                let h = ggx.sample(v, [x, y]);
+                if left < self.mirrors(v.dot(h)) * self.shares[lobe] {
+                    frame.world(reflect(v, h)?)
+                } else if self.layers.eta == 1.0 {
+                    // Thin walls: the reflection, seen from behind.
+                    let l = reflect(v, h)?;
+                    frame.world(Vec3::new(l.x, l.y, -l.z))
+                } else {
+                    frame.world(refract(v, h, self.layers.eta)?)
+                }
+            }
             UP => frame.world(cosine_direction([x, y])),
             DOWN => frame.world(-cosine_direction([x, y])),
-            REFRACTION if ggx.is_smooth() => {
+            REFRACTION => {
                 let rest = Vec3::ONE - self.layers.over.reflected(v.z);
                 let eta = self.layers.eta;
                 let weight = rest * self.layers.transmission / (self.shares[lobe] * eta * eta);
                 return self.delta(frame, refract(v, Vec3::Z, eta)?, weight);
             }
-            REFRACTION if self.layers.eta == 1.0 => {
-                let l = reflect(v, ggx.sample(v, [x, y]))?;
-                frame.world(Vec3::new(l.x, l.y, -l.z))
-            }
-            REFRACTION => frame.world(refract(v, ggx.sample(v, [x, y]), self.layers.eta)?),
             _ => {
                 let coat = self.layers.coat.as_ref()?;
                 let v = coat.frame.local(frame.view);
