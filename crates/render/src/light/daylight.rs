@@ -107,9 +107,10 @@ impl Daylight {
         // At the horizon itself the model divides by zero.
         let cos_theta = direction.dot(self.up).max(1e-3);
         let cos_gamma = direction.dot(self.sun).clamp(-1.0, 1.0);
-        let [luminance, x, y] = self
-            .perez
-            .map(|(coefficients, zenith)| zenith * shape(&coefficients, cos_theta, cos_gamma));
+        let gamma = cos_gamma.acos();
+        let [luminance, x, y] = self.perez.map(|(coefficients, zenith)| {
+            zenith * shape(&coefficients, cos_theta, gamma, cos_gamma)
+        });
         let xyz = DVec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance.max(0.0);
         (RGB_FROM_XYZ * xyz).max(DVec3::ZERO) * self.scale
     }
@@ -139,8 +140,7 @@ const RGB_FROM_XYZ: DMat3 = DMat3::from_cols(
 );
 
 /// Perez' F, the paper's equation 3.
-fn shape([a, b, c, d, e]: &[f64; 5], cos_theta: f64, cos_gamma: f64) -> f64 {
-    let gamma = cos_gamma.acos();
+fn shape([a, b, c, d, e]: &[f64; 5], cos_theta: f64, gamma: f64, cos_gamma: f64) -> f64 {
     (1.0 + a * (b / cos_theta).exp()) * (1.0 + c * (d * gamma).exp() + e * cos_gamma * cos_gamma)
 }
 
@@ -187,7 +187,7 @@ fn perez(t: f64, sun: f64) -> [([f64; 5], f64); 3] {
     ]);
     let zenith = [luminance, x, y];
     [0, 1, 2].map(|i| {
-        let reference = shape(&coefficients[i], 1.0, sun.cos());
+        let reference = shape(&coefficients[i], 1.0, sun, sun.cos());
         (coefficients[i], zenith[i] / reference)
     })
 }

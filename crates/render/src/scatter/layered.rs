@@ -4,19 +4,22 @@
 //! refraction. The interface and the base share energy by their albedos (C. Kelemen and L. Szirmay-Kalos, "A Microfacet
 //! Based Coupled Specular-Matte BRDF Model", 2001): reciprocal, and lossless where the base is white.
 
+mod lobes;
+
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
+use super::Value;
 use super::between::Between;
-use super::coat::{COAT, Coat};
+use super::coat::Coat;
 use super::energy::{Albedo, Energy};
-use super::frame::{Frame, cosine_density, cosine_direction};
-use super::fresnel::{Fresnel, reflect, refract};
+use super::frame::{Frame, cosine_density};
+use super::fresnel::Fresnel;
 use super::ggx::{Facets, Ggx};
 use super::interface::Interface;
 use super::sheen::Sheen;
-use super::{ScatterSample, Value};
+use lobes::{DOWN, LOBES, SPECULAR, UP};
 
 /// What a point is made of.
 #[derive(Clone, Copy, Debug)]
@@ -55,14 +58,6 @@ pub(crate) struct Layered<'a> {
     shares: [f32; LOBES],
 }
 
-const LOBES: usize = 5;
-/// The interface: also what rough ones refract.
-const SPECULAR: usize = 0;
-const UP: usize = 1;
-const DOWN: usize = 2;
-/// Of smooth ones.
-const REFRACTION: usize = 3;
-
 impl<'a> Layered<'a> {
     pub fn new(layers: Layers<'a>, frame: &Frame) -> Self {
         let view = frame.local(frame.view);
@@ -91,67 +86,6 @@ impl<'a> Layered<'a> {
     /// Whether there is anything diffuse below the interface.
     fn has_base(&self) -> bool {
         self.layers.diffuse != Vec3::ZERO || self.layers.through != Vec3::ZERO
-    }
-
-    fn shares(&self) -> [f32; LOBES] {
-        let mean = |color: Vec3| color.element_sum() / 3.0;
-        let layers = &self.layers;
-        let own = self.albedo_of(&layers.fresnel, self.view);
-        let sheen = layers
-            .sheen
-            .map_or(Vec3::ZERO, |sheen| sheen.reflected(self.view.z));
-        let passed = mean(layers.transmission);
-        let mut below = 0.0;
-        if passed > 0.0 {
-            below = 1.0 - mean(layers.over.reflected(self.view.z));
-            // Where a smooth interface would reflect everything, some of a rough one's facets let light pass.
-            if !layers.ggx.is_smooth() {
-                below = below.max((2.0 * layers.ggx.roughness().powi(2)).min(0.25));
-            }
-        }
-        let [up, down] = self.between.map_or([0.0; 2], |between| between.shares());
-        let mut single = mean(own.single);
-        if let Some([reflected, refracted]) = self.between.and_then(|all| all.kept(self.view)) {
-            (single, below) = (single.max(reflected), refracted);
-        }
-        let mut weights = [
-            single,
-            mean(own.multiple + layers.diffuse * self.left + sheen) + passed * up,
-            mean(layers.through) * self.left + passed * down,
-            passed * below,
-            0.0,
-        ];
-        if self.divides() {
-            // Each microfacet chooses for itself.
-            weights[SPECULAR] += weights[REFRACTION];
-            weights[REFRACTION] = 0.0;
-        }
-        let sum: f32 = weights.iter().sum();
-        if sum <= 0.0 {
-            return [0.0, 0.0, 0.0, 0.0, f32::from(self.coated > 0.0)];
-        }
-        let scale = (1.0 - self.coated) / sum;
-        let mut shares = weights.map(|weight| weight * scale);
-        shares[LOBES - 1] = self.coated;
-        shares
-    }
-
-    /// Whether microfacets reflect a part and refract a part: [`SPECULAR`] is both then.
-    fn divides(&self) -> bool {
-        self.layers.transmission != Vec3::ZERO && !self.layers.ggx.is_smooth()
-    }
-
-    /// How often one microfacet of those that divide light is asked to reflect, by the cosine between its normal and the
-    /// view: near the critical angle some reflect all, and others next to nothing.
-    fn mirrors(&self, cosine: f32) -> f32 {
-        if !self.divides() {
-            return 1.0;
-        }
-        let layers = &self.layers;
-        let reflected = layers.fresnel.reflected(cosine).element_sum();
-        let rest = (Vec3::ONE - layers.over.reflected(cosine)) * layers.transmission;
-        let both = reflected + rest.element_sum();
-        if both > 0.0 { reflected / both } else { 1.0 }
     }
 
     /// What the interface reflects of light from a direction.
@@ -310,95 +244,6 @@ impl<'a> Layered<'a> {
         let density = ggx.pdf(v, h) * layers.eta * layers.eta * squeeze;
         found.pdf += density * ((1.0 - self.mirrors(seen)) * self.shares[SPECULAR]);
         found
-    }
-
-    pub fn sample(&self, frame: &Frame, [choice, x, y]: [f32; 3]) -> Option<ScatterSample> {
-        let mut left = choice;
-        let mut lobe = 0;
-        while lobe + 1 < LOBES && left >= self.shares[lobe] {
-            left -= self.shares[lobe];
-            lobe += 1;
-        }
-        while self.shares[lobe] == 0.0 {
-            // Rounding, or the end of a list of nothing.
-            lobe = lobe.checked_sub(1)?;
-        }
-        let (v, ggx) = (self.view, &self.layers.ggx);
-        let direction = match lobe {
-            SPECULAR if ggx.is_smooth() => {
-                let weight = self.layers.fresnel.reflected(v.z) / self.shares[lobe];
-                return self.delta(frame, Vec3::new(-v.x, -v.y, v.z), weight);
-            }
-            SPECULAR => {
-                let h = ggx.sample(v, [x, y]);
-                if left < self.mirrors(v.dot(h)) * self.shares[lobe] {
-                    frame.world(reflect(v, h)?)
-                } else if self.layers.eta == 1.0 {
-                    // Thin walls: the reflection, seen from behind.
-                    let l = reflect(v, h)?;
-                    frame.world(Vec3::new(l.x, l.y, -l.z))
-                } else {
-                    frame.world(refract(v, h, self.layers.eta)?)
-                }
-            }
-            UP => frame.world(cosine_direction([x, y])),
-            DOWN => frame.world(-cosine_direction([x, y])),
-            REFRACTION => {
-                let rest = Vec3::ONE - self.layers.over.reflected(v.z);
-                let eta = self.layers.eta;
-                let weight = rest * self.layers.transmission / (self.shares[lobe] * eta * eta);
-                return self.delta(frame, refract(v, Vec3::Z, eta)?, weight);
-            }
-            _ => {
-                let coat = self.layers.coat.as_ref()?;
-                let v = coat.frame.local(frame.view);
-                if coat.ggx.is_smooth() {
-                    let direction = coat.frame.world(Vec3::new(-v.x, -v.y, v.z));
-                    let weight = COAT.reflected(v.z) * (coat.weight / self.shares[lobe]);
-                    return (frame.geometric.dot(direction) > 0.0).then_some(ScatterSample {
-                        direction,
-                        weight,
-                        pdf: 0.0,
-                        delta: true,
-                        squeeze: 1.0,
-                    });
-                }
-                coat.frame.world(reflect(v, coat.ggx.sample(v, [x, y]))?)
-            }
-        };
-        let Value { value, pdf } = self.evaluate(frame, direction);
-        (pdf > 0.0).then(|| ScatterSample {
-            direction,
-            weight: value / pdf,
-            pdf,
-            delta: false,
-            squeeze: self.squeeze(frame, direction),
-        })
-    }
-
-    /// A sample of a smooth interface.
-    fn delta(&self, frame: &Frame, l: Vec3, weight: Vec3) -> Option<ScatterSample> {
-        let direction = frame.world(l);
-        if (frame.geometric.dot(direction) > 0.0) != (l.z > 0.0) {
-            return None;
-        }
-        let (coat, sheen) = self.covered(frame, direction);
-        Some(ScatterSample {
-            direction,
-            weight: weight * (coat * sheen),
-            pdf: 0.0,
-            delta: true,
-            squeeze: self.squeeze(frame, direction),
-        })
-    }
-
-    /// By how much radiance is squeezed together where it goes on.
-    fn squeeze(&self, frame: &Frame, direction: Vec3) -> f32 {
-        if frame.geometric.dot(direction) < 0.0 {
-            self.layers.eta * self.layers.eta
-        } else {
-            1.0
-        }
     }
 
     pub fn albedo(&self) -> Vec3 {
