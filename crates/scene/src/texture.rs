@@ -170,17 +170,19 @@ impl Axis {
         // visible share of the neighbour: that close to a centre is at it.
         let rounding =
             (4.0 * f64::from(f32::EPSILON) * length * f64::from(coordinate.abs())).min(1.0 / 256.0);
-        let nearest = position.round();
-        let position = if (position - nearest).abs() <= rounding {
-            nearest
-        } else {
-            position
-        };
-        // Beyond 2^52 there are no fractions; the cast is then exact and takes NaN to 0.
-        let first = position.floor().clamp(-4.5e15, 4.5e15) as i64;
+        // Beyond 2^52 there are no fractions; NaN is taken for 0. By casts: rounding to whole numbers may be a call.
+        let position = position.clamp(-4.5e15, 4.5e15);
+        let whole = position as i64;
+        let mut first = whole - i64::from(position < whole as f64);
+        let mut fraction = position - first as f64;
+        if 1.0 - fraction <= rounding {
+            (first, fraction) = (first + 1, 0.0);
+        } else if fraction <= rounding || fraction.is_nan() {
+            fraction = 0.0;
+        }
         Self {
             texels: [first, first + 1].map(|i| wrap.index(i, i64::from(size))),
-            fraction: (position - position.floor()) as f32,
+            fraction: fraction as f32,
         }
     }
 
@@ -191,7 +193,12 @@ impl Axis {
 
 impl Wrap {
     /// The texel that stands at position `i` of an axis of `size` texels.
+    #[inline]
     fn index(self, i: i64, size: i64) -> usize {
+        // Nearly always; a division takes longer than all else.
+        if (0..size).contains(&i) {
+            return i as usize;
+        }
         (match self {
             Wrap::Repeat => i.rem_euclid(size),
             Wrap::Clamp => i.clamp(0, size - 1),

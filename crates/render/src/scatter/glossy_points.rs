@@ -140,11 +140,7 @@ impl<const N: usize> GlossyPoints<N> {
         let layers = match &material.reflectance {
             Reflectance::Metal(metal) => metal::layers(metal, base),
             Reflectance::Principled(p) => {
-                let lookup = Lookup {
-                    world,
-                    hit,
-                    footprint,
-                };
+                let lookup = Lookup::new(world, hit, footprint);
                 let seen = Seen {
                     smooth: places.frame(lane),
                     front,

@@ -196,11 +196,7 @@ impl<'a> Scatter<'a> {
                 glass::layers(glass, eta, base, prepared.interface(channel))
             }
             Reflectance::Principled(p) => {
-                let lookup = Lookup {
-                    world,
-                    hit,
-                    footprint,
-                };
+                let lookup = Lookup::new(world, hit, footprint);
                 frame = frame.with_normal(frame.normal, lookup.tangent(p));
                 let seen = Seen {
                     smooth,

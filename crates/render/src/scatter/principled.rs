@@ -3,6 +3,8 @@
 //! glTF 2.0, appendix B, and the `KHR_materials_*` extensions. The interface shares energy with the base by albedo
 //! instead of by the half vector, so that nothing is lost or gained.
 
+use std::cell::Cell;
+
 use glam::Vec3;
 use raycam_bvh::Hit;
 use raycam_scene::{Principled, TextureSlot, Textured};
@@ -20,12 +22,23 @@ use crate::texture::Footprint;
 
 /// A point whose textures are looked up.
 pub(super) struct Lookup<'a> {
-    pub world: &'a PreparedWorld,
-    pub hit: &'a Hit,
-    pub footprint: &'a Footprint,
+    world: &'a PreparedWorld,
+    hit: &'a Hit,
+    footprint: &'a Footprint,
+    /// The last one: channels of one texture are several values.
+    last: Cell<Option<(TextureSlot, [f32; 4])>>,
 }
 
-impl Lookup<'_> {
+impl<'a> Lookup<'a> {
+    pub fn new(world: &'a PreparedWorld, hit: &'a Hit, footprint: &'a Footprint) -> Self {
+        Self {
+            world,
+            hit,
+            footprint,
+            last: Cell::new(None),
+        }
+    }
+
     /// The direction along which highlights are wider, where that matters: the tangent, turned by the material's rotation
     /// and its texture's.
     pub fn tangent(&self, p: &Principled) -> Option<Vec3> {
@@ -46,8 +59,18 @@ impl Lookup<'_> {
     }
 
     fn texel(&self, slot: Option<TextureSlot>) -> [f32; 4] {
-        slot.and_then(|slot| self.world.texel_within(&slot, self.hit, self.footprint))
-            .unwrap_or([1.0; 4])
+        let Some(slot) = slot else { return [1.0; 4] };
+        if let Some((last, texel)) = self.last.get()
+            && last == slot
+        {
+            return texel;
+        }
+        let texel = self
+            .world
+            .texel_within(&slot, self.hit, self.footprint)
+            .unwrap_or([1.0; 4]);
+        self.last.set(Some((slot, texel)));
+        texel
     }
 
     fn number(&self, value: &Textured<f32>, channel: usize) -> f32 {

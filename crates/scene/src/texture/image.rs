@@ -93,13 +93,9 @@ impl Texels {
     #[inline]
     pub fn linear(&self, index: usize) -> [f32; 4] {
         match self {
-            Self::Srgb8(texels) => {
-                let [r, g, b, a] = texels[index];
-                let [r, g, b] = linear_from_srgb8([r, g, b]);
-                [r, g, b, f32::from(a) / 255.0]
-            }
-            Self::Linear8(texels) => texels[index].map(|v| f32::from(v) / 255.0),
-            Self::Linear16(texels) => texels[index].map(|v| f32::from(v) / 65535.0),
+            Self::Srgb8(texels) => of_srgb8(texels[index]),
+            Self::Linear8(texels) => of_linear8(texels[index]),
+            Self::Linear16(texels) => of_linear16(texels[index]),
             Self::Float(texels) => texels[index],
             Self::Paged(texels) => texels.linear(index),
         }
@@ -108,10 +104,21 @@ impl Texels {
     /// The linear values where two columns meet two rows, row by row, of an image of this width.
     #[inline]
     pub(super) fn crossing(&self, width: usize, [x0, x1]: [usize; 2], rows: [usize; 2]) -> Square {
-        if let Self::Paged(texels) = self {
-            return texels.crossing([x0, x1], rows);
+        fn of<T: Copy>(
+            texels: &[T],
+            all: [[usize; 2]; 2],
+            linear: impl Fn(T) -> [f32; 4],
+        ) -> Square {
+            all.map(|row| row.map(|index| linear(texels[index])))
         }
-        rows.map(|y| [self.linear(y * width + x0), self.linear(y * width + x1)])
+        let all = rows.map(|y| [y * width + x0, y * width + x1]);
+        match self {
+            Self::Srgb8(texels) => of(texels, all, of_srgb8),
+            Self::Linear8(texels) => of(texels, all, of_linear8),
+            Self::Linear16(texels) => of(texels, all, of_linear16),
+            Self::Float(texels) => of(texels, all, |texel| texel),
+            Self::Paged(texels) => texels.crossing([x0, x1], rows),
+        }
     }
 
     /// The same texels, all in memory.
@@ -163,6 +170,22 @@ impl Texels {
             Self::Paged(_) => {}
         }
     }
+}
+
+#[inline]
+fn of_srgb8([r, g, b, a]: [u8; 4]) -> [f32; 4] {
+    let [r, g, b] = linear_from_srgb8([r, g, b]);
+    [r, g, b, f32::from(a) / 255.0]
+}
+
+#[inline]
+fn of_linear8(texel: [u8; 4]) -> [f32; 4] {
+    texel.map(|v| f32::from(v) / 255.0)
+}
+
+#[inline]
+fn of_linear16(texel: [u16; 4]) -> [f32; 4] {
+    texel.map(|v| f32::from(v) / 65535.0)
 }
 
 /// Two rows of two texels.
