@@ -87,15 +87,9 @@ impl Bounds {
     }
 
     /// A bound on what arrives at a point, up to a factor: intensity over squared distance, by the smallest angles that
-    /// the bounds leave. 0 only where nothing arrives.
-    pub fn importance(&self, position: Vec3, normal: Vec3) -> f32 {
-        self.weigh(position, normal).0
-    }
-
-    /// [`Bounds::importance`], and whether it is certain that each light inside has one. Without branches, which loops over
-    /// many points must not have.
+    /// the bounds leave. 0 only where nothing arrives. Without branches, which loops over many points must not have.
     #[inline(always)]
-    pub fn weigh(&self, position: Vec3, normal: Vec3) -> (f32, bool) {
+    pub fn importance(&self, position: Vec3, normal: Vec3) -> f32 {
         let away = position - self.center();
         let half = (self.upper - self.lower) / 2.0;
         let radius2 = half.length_squared();
@@ -112,8 +106,6 @@ impl Bounds {
         let half_box = Angle::of_sine(((radius2 / distance2).sqrt() + 1e-3).min(1.0));
         let cos_axis = self.axis.dot(direction).clamp(-1.0, 1.0);
         let normals = Angle::of_cosine(self.cos_normals.clamp(-1.0, 1.0));
-        let most = Angle::of_cosine(cos_axis).more(normals).more(half_box);
-        let certain = most.cos > self.cos_emission + 1e-3;
         let cos_axis = if self.two_sided {
             cos_axis.abs()
         } else {
@@ -123,26 +115,13 @@ impl Bounds {
         let beside = off.cos <= self.cos_emission - 1e-3;
         let importance = by_distance * off.cos.max(1e-3);
         let height = Angle::of_cosine((-normal.dot(direction)).clamp(-1.0, 1.0));
-        let (least, greatest) = (height.less(half_box).cos, height.more(half_box).cos);
+        let least = height.less(half_box).cos;
         let beside = beside | (flat & (least <= 0.0));
-        let certain = certain & (!flat | (greatest > 0.0));
         let importance = importance * if flat { least } else { 1.0 };
         // What is asked first comes last.
-        let (importance, certain) = if beside {
-            (0.0, false)
-        } else {
-            (importance, certain)
-        };
-        let (importance, certain) = if inside {
-            (by_distance, false)
-        } else {
-            (importance, certain)
-        };
-        if below {
-            (0.0, false)
-        } else {
-            (importance, certain)
-        }
+        let importance = if beside { 0.0 } else { importance };
+        let importance = if inside { by_distance } else { importance };
+        if below { 0.0 } else { importance }
     }
 
     /// The cost of a group in the surface area orientation heuristic: intensity, area and the measure of its directions.
@@ -184,19 +163,6 @@ impl Angle {
     fn of_sine(sin: f32) -> Self {
         let cos = (1.0 - sin * sin).max(0.0).sqrt();
         Self { sin, cos }
-    }
-
-    /// The sum, at most 180 degrees.
-    #[inline(always)]
-    fn more(self, other: Self) -> Self {
-        let sin = self.sin * other.cos + self.cos * other.sin;
-        let cos = self.cos * other.cos - self.sin * other.sin;
-        // a + b >= 180 degrees where a >= 180 degrees - b.
-        let all = self.cos <= -other.cos;
-        Self {
-            sin: if all { 0.0 } else { sin },
-            cos: if all { -1.0 } else { cos },
-        }
     }
 
     /// The difference, at least 0.

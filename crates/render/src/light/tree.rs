@@ -10,7 +10,7 @@ use super::bounds::Bounds;
 
 /// Who says what nodes may matter to a point.
 pub(crate) trait Weigh {
-    /// The importance of a node, 0 as well where none of its lights has any.
+    /// The importance of a node: 0 only where none of its lights has any.
     fn importance_of(&self, tree: &Tree, node: usize) -> f32;
 }
 
@@ -112,18 +112,9 @@ impl Tree {
         self.nodes[node].bounds
     }
 
-    /// The nodes that a node holds, if it is not a light.
-    #[inline(always)]
-    pub fn children(&self, node: usize) -> Option<[usize; 2]> {
-        match self.nodes[node].kind {
-            Kind::Inner(second) => Some([node + 1, second as usize]),
-            Kind::Leaf(_) => None,
-        }
-    }
-
-    /// Whether so few nodes are below any that [`Weigh`] for a point looks at all of them.
+    /// Whether it has so few nodes that all of them are weighed for many points at a time.
     pub fn is_small(&self) -> bool {
-        self.nodes.len() < LOOKS as usize
+        self.nodes.len() < FEW
     }
 
     /// How many lights shine.
@@ -235,38 +226,17 @@ impl Tree {
         let [a, b] = [at + 1, second].map(|node| f64::from(from.importance_of(self, node)));
         (a + b > 0.0).then(|| a / (a + b))
     }
-
-    /// The importance of a node, 0 as well where none of its lights has any: its bounds are wider than theirs. After some
-    /// looks it is taken to have one.
-    fn matters(&self, node: usize, from: &Reference, looks: &mut u32) -> f32 {
-        let Node { bounds, kind } = &self.nodes[node];
-        let (importance, certain) = bounds.weigh(from.position.as_vec3(), from.normal);
-        let Kind::Inner(second) = *kind else {
-            return importance;
-        };
-        if certain || importance == 0.0 || *looks == 0 {
-            return importance;
-        }
-        *looks -= 1;
-        let mut child = |child: usize| self.matters(child, from, looks) > 0.0;
-        if child(node + 1) || child(second as usize) {
-            importance
-        } else {
-            0.0
-        }
-    }
 }
 
 impl Weigh for Reference {
-    /// By its own number of looks at the nodes below it.
     fn importance_of(&self, tree: &Tree, node: usize) -> f32 {
-        let mut looks = LOOKS;
-        tree.matters(node, self, &mut looks)
+        let bounds = &tree.nodes[node].bounds;
+        bounds.importance(self.position.as_vec3(), self.normal)
     }
 }
 
-/// How many nodes are looked at before one of their group is chosen without.
-const LOOKS: u32 = 32;
+/// Trees of fewer nodes are weighed whole for many points at a time.
+const FEW: usize = 32;
 
 /// Parts a group in two by the cheapest of twelve planes along each axis, and says where the second part begins.
 fn split(lights: &[Bounds], group: &mut [u32], depth: u32) -> usize {

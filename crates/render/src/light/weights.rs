@@ -1,6 +1,5 @@
 //! What the nodes of a small tree of lights may matter to points, many at a time.
 
-use glam::Vec3;
 use raycam_bvh::Loops;
 
 use super::tree::{Tree, Weigh};
@@ -54,30 +53,19 @@ impl Loops for FindWeights<'_> {
         let (points, normals) = (*points, *normals);
         of_nodes.clear();
         of_nodes.resize(tree.len(), [0.0; LANES]);
-        // Children come after their parents.
-        for node in (0..tree.len()).rev() {
+        for (node, weights) in of_nodes.iter_mut().enumerate() {
             let bounds = tree.bounds(node);
-            let (mut weights, mut certain) = ([0.0; LANES], [false; LANES]);
-            for lane in 0..LANES {
+            for (lane, weight) in weights.iter_mut().enumerate() {
                 let position = get(&points, lane).map(|x| x as f32);
-                let normal = Vec3::from(get(&normals, lane));
-                (weights[lane], certain[lane]) = bounds.weigh(position.into(), normal);
+                *weight = bounds.importance(position.into(), get(&normals, lane).into());
             }
-            if let Some([first, second]) = tree.children(node) {
-                let [first, second] = [of_nodes[first], of_nodes[second]];
-                for lane in 0..LANES {
-                    let some = certain[lane] | (first[lane] > 0.0) | (second[lane] > 0.0);
-                    weights[lane] = if some { weights[lane] } else { 0.0 };
-                }
-            }
-            of_nodes[node] = weights;
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
+    use glam::{DVec3, Vec3};
     use raycam_bvh::vectorized;
 
     use super::super::Reference;
