@@ -253,10 +253,16 @@ impl<const N: usize> Loops for Light<'_, N> {
 
 #[cfg(test)]
 mod tests {
+    use glam::DAffine3;
+    use raycam_bvh::Hit;
+    use raycam_scene::{Material, Object, Principled, Reflectance, World, primitive};
+
     use super::super::mattes::tests::{alone, some, unit};
     use super::*;
+    use crate::control::Control;
     use crate::light::LightSample;
-    use crate::scatter::Scattering;
+    use crate::prepare::PreparedWorld;
+    use crate::scatter::{FindLobes, Scattering};
 
     #[test]
     fn every_lane_is_what_it_is_alone() {
@@ -323,5 +329,52 @@ mod tests {
             }
         }
         assert!(lit > 60, "{lit}");
+    }
+
+    #[test]
+    fn each_lane_has_the_values_of_its_kind() {
+        let mut world = World::default();
+        let ball = world.add_mesh(primitive::sphere(0.5, 2).unwrap());
+        let material = Material {
+            reflectance: Reflectance::Principled(Principled::default().into()),
+            ..Material::default()
+        };
+        let material = world.add_material(material).unwrap();
+        let object = Object::new("", ball, vec![material], DAffine3::IDENTITY);
+        world.add_object(object).unwrap();
+        let world = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
+        let (places, mut mattes, directions) = some(0);
+        let mut glossies = GlossyPoints::default();
+        glossies.begin();
+        for lane in (0..LANES).step_by(2) {
+            let hit = Hit {
+                triangle: lane as u32,
+                ..Hit::MISS
+            };
+            mattes.is[lane] = false;
+            let hit = Hit { instance: 0, ..hit };
+            glossies.put((&places, lane), &world, world.material(&hit), &hit);
+        }
+        vectorized(FindLobes {
+            places: &places,
+            random: &[[0.4; LANES]; 2],
+            choice: &[0.3; LANES],
+            points: &mut glossies,
+        });
+        let surfaces = Surfaces {
+            arriving: &Arriving::default(),
+            mattes: &mattes,
+            glossies: &glossies,
+        };
+        let values = surfaces.evaluate(&places, &directions);
+        let glossy = glossies.evaluate(&places, &directions);
+        let matte = mattes.evaluate(&places, &directions);
+        for lane in 0..LANES {
+            let own = if lane % 2 == 0 { &glossy } else { &matte };
+            assert!(surfaces.has(lane));
+            assert_eq!(get(&values.value, lane), get(&own.value, lane));
+            assert_eq!(values.pdf[lane], own.pdf[lane]);
+            assert_ne!(glossy.pdf[lane], matte.pdf[lane]);
+        }
     }
 }
