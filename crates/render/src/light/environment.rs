@@ -169,7 +169,7 @@ mod tests {
 
     /// Of an image whose every texel is another.
     fn made(size: [u32; 2]) -> (Environment, Texture) {
-        let texel = |i: u32| [1, 3, 5, 7].map(|k| (1 + i * k * 40_503 % 1009) as f32 / 100.0);
+        let texel = |i: u32| [1, 3, 5, 7].map(|k| (1 + i * k * 503 % 1009) as f32 / 100.0);
         let image = Arc::new(Image {
             name: String::new(),
             size,

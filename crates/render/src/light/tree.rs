@@ -10,7 +10,7 @@ use super::bounds::Bounds;
 
 /// Who says what nodes may matter to a point.
 pub(crate) trait Weigh {
-    /// The importance of a node: 0 only where none of its lights has any.
+    /// The importance of a node: 0 only where none of its lights has any. Of two lights it is 0 wherever neither has any.
     fn importance_of(&self, tree: &Tree, node: usize) -> f32;
 }
 
@@ -110,6 +110,17 @@ impl Tree {
     #[inline(always)]
     pub fn bounds(&self, node: usize) -> Bounds {
         self.nodes[node].bounds
+    }
+
+    /// The lights of a node that has two.
+    #[inline(always)]
+    pub fn pair(&self, node: usize) -> Option<[usize; 2]> {
+        let Kind::Inner(second) = self.nodes[node].kind else {
+            return None;
+        };
+        let pair = [node + 1, second as usize];
+        let is_light = |node: usize| matches!(self.nodes[node].kind, Kind::Leaf(_));
+        pair.into_iter().all(is_light).then_some(pair)
     }
 
     /// Whether it has so few nodes that all of them are weighed for many points at a time.
@@ -230,8 +241,15 @@ impl Tree {
 
 impl Weigh for Reference {
     fn importance_of(&self, tree: &Tree, node: usize) -> f32 {
-        let bounds = &tree.nodes[node].bounds;
-        bounds.importance(self.position.as_vec3(), self.normal)
+        let of = |node: usize| {
+            let bounds = &tree.nodes[node].bounds;
+            bounds.importance(self.position.as_vec3(), self.normal)
+        };
+        let importance = of(node);
+        match tree.pair(node) {
+            Some([a, b]) if importance > 0.0 && of(a) == 0.0 && of(b) == 0.0 => 0.0,
+            _ => importance,
+        }
     }
 }
 

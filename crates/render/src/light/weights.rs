@@ -53,12 +53,21 @@ impl Loops for FindWeights<'_> {
         let (points, normals) = (*points, *normals);
         of_nodes.clear();
         of_nodes.resize(tree.len(), [0.0; LANES]);
-        for (node, weights) in of_nodes.iter_mut().enumerate() {
-            let bounds = tree.bounds(node);
+        // Children come after their parents.
+        for node in (0..tree.len()).rev() {
+            let (bounds, mut weights) = (tree.bounds(node), [0.0; LANES]);
             for (lane, weight) in weights.iter_mut().enumerate() {
                 let position = get(&points, lane).map(|x| x as f32);
                 *weight = bounds.importance(position.into(), get(&normals, lane).into());
             }
+            if let Some([a, b]) = tree.pair(node) {
+                let [a, b] = [of_nodes[a], of_nodes[b]];
+                for lane in 0..LANES {
+                    let none = (a[lane] == 0.0) & (b[lane] == 0.0);
+                    weights[lane] = if none { 0.0 } else { weights[lane] };
+                }
+            }
+            of_nodes[node] = weights;
         }
     }
 }

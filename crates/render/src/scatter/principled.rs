@@ -226,7 +226,9 @@ pub(super) fn is_glossy(p: &Principled) -> bool {
         &p.iridescence,
         &p.anisotropy,
     ];
-    strengths.iter().all(|strength| strength.value == 0.0) && p.sheen_color.value == [0.0; 3]
+    strengths.iter().all(|strength| strength.value == 0.0)
+        && p.sheen_color.value == [0.0; 3]
+        && p.dispersion == 0.0
 }
 
 /// Whether light that enters it is refracted: it has an inside and lets light through.
