@@ -9,7 +9,7 @@ use super::shadows::Shadows;
 use super::walk::Walk;
 use crate::lanes::{LANES, Three, get, set, vector};
 use crate::light::{
-    Around, BEFORE_LIGHT, Choice, Drawn, FindWeights, LightSamples, MOST_AT_ONCE, Reference,
+    Around, Askers, BEFORE_LIGHT, Choice, Drawn, FindWeights, LightSamples, MOST_AT_ONCE, Reference,
     Source, Weights,
 };
 use crate::place::Places;
@@ -25,7 +25,8 @@ pub(super) struct Asked {
     pub which: Vec<[f32; 2]>,
     pub samples: [LightSamples<LANES>; MOST_AT_ONCE],
     lit: [Lit<LANES>; MOST_AT_ONCE],
-    weights: Weights,
+    /// Of lights without a mesh, and of surfaces that shine.
+    weights: [Weights; 2],
     /// How many of `lit` there are, the last of which has something.
     count: usize,
 }
@@ -76,15 +77,19 @@ impl Asked {
     ) {
         if !matches!(walk.only, Some(Source::Area(_))) {
             walk.asked().for_each(|i| self.samples[i].clear());
-            let tree = walk.lights.small_tree(walk.choice_of_turn());
-            if let Some(tree) = tree {
-                vectorized(FindWeights {
-                    tree,
-                    points: places.positions(),
-                    normals: places.geometrics(),
-                    out: &mut self.weights,
-                });
+            let choice = walk.choice_of_turn();
+            let small = walk.lights.small_trees(choice);
+            for (node, out) in small.iter().zip(&mut self.weights) {
+                if let Some(node) = node {
+                    vectorized(FindWeights {
+                        node,
+                        points: places.positions(),
+                        normals: places.geometrics(),
+                        out,
+                    });
+                }
             }
+            let known = [0, 1].map(|i: usize| small[i].map(|_| &self.weights[i]));
             for lane in (0..LANES).filter(|&lane| surfaces.has(lane)) {
                 let from = Reference {
                     position: places.position(lane),
@@ -98,14 +103,11 @@ impl Asked {
                 };
                 let random = |i: usize| self.draws.of(i, index);
                 let put = |i: usize, sample| self.samples[i].put(lane, Some(sample));
-                let choice = walk.choice_of_turn();
-                match tree {
-                    Some(_) => {
-                        let known = self.weights.of(lane);
-                        walk.draw_samples(choice, &known, &from, which, random, put);
-                    }
-                    None => walk.draw_samples(choice, &from, &from, which, random, put),
-                }
+                let by = Askers {
+                    from: &from,
+                    known: known.map(|known| Some((known?, lane))),
+                };
+                walk.draw_samples(choice, &by, which, random, put);
             }
         }
         self.count = 0;

@@ -8,7 +8,7 @@ use super::meetings::Meeting;
 use super::path::{Path, Wave};
 use super::shadows::Shadows;
 use super::walk::Walk;
-use crate::light::{BEFORE_LIGHT, Choice, Drawn, LightSample, MOST_AT_ONCE, Reference, Weigh};
+use crate::light::{Askers, BEFORE_LIGHT, Choice, Drawn, LightSample, MOST_AT_ONCE};
 use crate::sampler::Pair;
 use crate::scatter::{Scattering, above, cosine_direction};
 use crate::surface::Surface;
@@ -93,37 +93,35 @@ impl Walk<'_> {
         let tell = |index: usize, sample: LightSample| {
             self.ask(path, surface, skin, &sample, &mut wave.shadows[index]);
         };
-        self.draw_samples(self.choice(path), &from, &from, choice, random, tell);
+        self.draw_samples(self.choice(path), &(&from).into(), choice, random, tell);
     }
 
     /// Tells of the samples of lights at a point with their numbers, each with the density of all of its kind together.
-    /// `by` says what lights may matter to the point, `which` chooses among them, and `random` gives where on each.
+    /// `by` knows what lights may matter to the point, `which` chooses among them, and `random` gives where on each.
     #[inline(always)]
     pub(super) fn draw_samples(
         &self,
         choice: Choice,
-        by: &impl Weigh,
-        from: &Reference,
+        by: &Askers,
         which: f32,
         random: impl Fn(usize) -> Drawn,
         mut tell: impl FnMut(usize, LightSample),
     ) {
         let (lights, world) = (self.lights, self.world);
         if let Some(light) = self.only {
-            if let Some(sample) = light.sample(from, random(0).random) {
+            if let Some(sample) = light.sample(by.from, random(0).random) {
                 tell(0, sample);
             }
             return;
         }
         if choice == Choice::Split {
-            lights.sample_each(by, world, from, which, random, tell);
+            lights.sample_each(by, world, which, random, tell);
             return;
         }
         let count = self.rules.light_samples;
         for index in 0..count {
             let which = (which + index as f32) / count as f32;
-            if let Some(mut sample) = lights.sample(by, world, from, choice, which, &random(index))
-            {
+            if let Some(mut sample) = lights.sample(by, world, choice, which, &random(index)) {
                 sample.pdf *= count as f32;
                 tell(index, sample);
             }

@@ -86,42 +86,19 @@ impl Bounds {
         }
     }
 
-    /// A bound on what arrives at a point, up to a factor: intensity over squared distance, by the smallest angles that
-    /// the bounds leave. 0 only where nothing arrives. Without branches, which loops over many points must not have.
-    #[inline(always)]
-    pub fn importance(&self, position: Vec3, normal: Vec3) -> f32 {
-        let away = position - self.center();
+    /// Made ready to be weighed.
+    pub fn reach(&self) -> Reach {
         let half = (self.upper - self.lower) / 2.0;
-        let radius2 = half.length_squared();
-        // From inside, every distance is possible: that of the rim stands for them.
-        let distance2 = away.length_squared();
-        let direction = away / distance2.sqrt().max(f32::MIN_POSITIVE);
-        let by_distance = self.intensity / distance2.max(radius2).max(1e-30);
-        let flat = (normal.x != 0.0) | (normal.y != 0.0) | (normal.z != 0.0);
-        // The corner that stands highest above the point's horizon, a bit more against rounding.
-        let highest = half.dot(normal.abs()) - away.dot(normal);
-        let below = flat & (highest <= -1e-5 * away.abs().element_sum());
-        let inside = distance2 <= radius2;
-        // The half angle that the box fills, at most; a bit more against rounding.
-        let half_box = Angle::of_sine(((radius2 / distance2).sqrt() + 1e-3).min(1.0));
-        let cos_axis = self.axis.dot(direction).clamp(-1.0, 1.0);
-        let normals = Angle::of_cosine(self.cos_normals.clamp(-1.0, 1.0));
-        let cos_axis = if self.two_sided {
-            cos_axis.abs()
-        } else {
-            cos_axis
-        };
-        let off = Angle::of_cosine(cos_axis).less(normals).less(half_box);
-        let beside = off.cos <= self.cos_emission - 1e-3;
-        let importance = by_distance * off.cos.max(1e-3);
-        let height = Angle::of_cosine((-normal.dot(direction)).clamp(-1.0, 1.0));
-        let least = height.less(half_box).cos;
-        let beside = beside | (flat & (least <= 0.0));
-        let importance = importance * if flat { least } else { 1.0 };
-        // What is asked first comes last.
-        let importance = if beside { 0.0 } else { importance };
-        let importance = if inside { by_distance } else { importance };
-        if below { 0.0 } else { importance }
+        Reach {
+            center: self.center(),
+            half,
+            radius: half.length(),
+            axis: self.axis,
+            normals: Angle::of_cosine(self.cos_normals.clamp(-1.0, 1.0)),
+            cos_emission: self.cos_emission,
+            two_sided: self.two_sided,
+            intensity: self.intensity,
+        }
     }
 
     /// The cost of a group in the surface area orientation heuristic: intensity, area and the measure of its directions.
@@ -144,11 +121,65 @@ impl Bounds {
     }
 }
 
+/// What [`Bounds`] say, as it takes least to weigh them for a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reach {
+    /// Of the box, and from there to a corner; the length of that.
+    pub center: Vec3,
+    pub half: Vec3,
+    pub radius: f32,
+    pub axis: Vec3,
+    /// Of the cone around the axis that holds all normals.
+    pub normals: Angle,
+    pub cos_emission: f32,
+    pub two_sided: bool,
+    pub intensity: f32,
+}
+
+impl Reach {
+    /// A bound on what arrives at a point, up to a factor: intensity over squared distance, by the smallest angles that
+    /// the bounds leave. 0 only where nothing arrives. Without branches, which loops over many points must not have.
+    #[inline(always)]
+    pub fn importance(&self, position: Vec3, normal: Vec3) -> f32 {
+        let away = position - self.center;
+        let radius2 = self.radius * self.radius;
+        // From inside, every distance is possible: that of the rim stands for them.
+        let distance2 = away.length_squared();
+        let inverse = 1.0 / distance2.sqrt().max(f32::MIN_POSITIVE);
+        let direction = away * inverse;
+        let by_distance = self.intensity / distance2.max(radius2).max(1e-30);
+        let flat = (normal.x != 0.0) | (normal.y != 0.0) | (normal.z != 0.0);
+        // The corner that stands highest above the point's horizon, a bit more against rounding.
+        let highest = self.half.dot(normal.abs()) - away.dot(normal);
+        let below = flat & (highest <= -1e-5 * away.abs().element_sum());
+        let inside = distance2 <= radius2;
+        // The half angle that the box fills, at most; a bit more against rounding.
+        let half_box = Angle::of_sine((self.radius * inverse + 1e-3).min(1.0));
+        let cos_axis = self.axis.dot(direction).clamp(-1.0, 1.0);
+        let cos_axis = if self.two_sided {
+            cos_axis.abs()
+        } else {
+            cos_axis
+        };
+        let off = Angle::of_cosine(cos_axis).less(self.normals).less(half_box);
+        let beside = off.cos <= self.cos_emission - 1e-3;
+        let importance = by_distance * off.cos.max(1e-3);
+        let height = Angle::of_cosine((-normal.dot(direction)).clamp(-1.0, 1.0));
+        let least = height.less(half_box).cos;
+        let beside = beside | (flat & (least <= 0.0));
+        let importance = importance * if flat { least } else { 1.0 };
+        // What is asked first comes last.
+        let importance = if beside { 0.0 } else { importance };
+        let importance = if inside { by_distance } else { importance };
+        if below { 0.0 } else { importance }
+    }
+}
+
 /// An angle in 0..=180 degrees.
-#[derive(Clone, Copy)]
-struct Angle {
-    sin: f32,
-    cos: f32,
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Angle {
+    pub sin: f32,
+    pub cos: f32,
 }
 
 impl Angle {

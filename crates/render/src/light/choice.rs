@@ -1,8 +1,8 @@
 //! Which light to sample: how often each kind of them is chosen, and how often each light.
 
-use glam::{DVec3, Vec3};
-
-use super::tree::{MOST_BRANCHES, Tree, Weigh};
+use super::node::{Below, Node};
+use super::tree::MOST_AT_A_POINT;
+use super::weights::{Asker, Weights};
 use super::{Lights, Reference, Source};
 
 /// How often each light is chosen.
@@ -13,13 +13,45 @@ pub(crate) enum Choice {
     /// As often as any other: asked for [`Lights::count`] samples with evenly spread numbers, each once. Surfaces that
     /// shine count as one.
     Even,
-    /// Each of those infinitely far away, each branch of the tree over the others that matters most, and surfaces that
-    /// shine: each once, by [`Lights::sample_each`].
+    /// Each of those infinitely far away, some of the others, and surfaces that shine: by [`Lights::sample_each`].
     Split,
 }
 
 /// The most directions that [`Lights::sample_each`] tells of.
-pub(crate) const MOST_AT_ONCE: usize = 2 * MOST_BRANCHES + 1;
+pub(crate) const MOST_AT_ONCE: usize = 2 * MOST_AT_A_POINT + 1;
+
+/// A point that is lit, and what is known of the trees over lights there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Askers<'a> {
+    pub from: &'a Reference,
+    /// Of lights without a mesh, and of surfaces that shine; see [`Lights::small_trees`].
+    pub known: [Option<(&'a Weights, usize)>; 2],
+}
+
+impl<'a> From<&'a Reference> for Askers<'a> {
+    fn from(from: &'a Reference) -> Self {
+        Self {
+            from,
+            known: [None; 2],
+        }
+    }
+}
+
+impl<'a> Askers<'a> {
+    pub(super) fn finite(&self) -> Asker<'a> {
+        Asker {
+            from: self.from,
+            known: self.known[0],
+        }
+    }
+
+    pub(super) fn surfaces(&self) -> Asker<'a> {
+        Asker {
+            from: self.from,
+            known: self.known[1],
+        }
+    }
+}
 
 /// Probabilities that add up to 1 over all lights, unless each kind is sampled.
 pub(super) struct Odds {
@@ -52,40 +84,39 @@ impl Lights {
     /// The light that [`Lights::sample`] always chooses, where there is one.
     pub fn only(&self, choice: Choice) -> Option<&Source> {
         let one = self.uneven == 0 && self.tree.count() == 1 && !self.has_surfaces();
-        let anywhere = Reference {
-            position: DVec3::ZERO,
-            normal: Vec3::ZERO,
+        let [Below::Light(light)] = *self.tree.only_node()?.below() else {
+            return None;
         };
-        let only = self.tree.choose(&anywhere, 0.0);
-        only.filter(|_| one && choice == Choice::Weighed)
-            .map(|(light, _)| &self.sources[self.finite[light]])
+        let only = &self.sources[self.finite[light as usize]];
+        (one && choice == Choice::Weighed).then_some(only)
     }
 
     /// The most directions that [`Lights::sample_each`] tells of, if there is more than one kind of light to tell apart and
     /// not too much of what is infinitely far away.
     pub fn most_at_once(&self) -> Option<usize> {
         let several = self.uneven + self.tree.count() + usize::from(self.has_surfaces()) > 1;
-        (several && self.uneven <= MOST_BRANCHES).then_some(self.uneven + MOST_BRANCHES + 1)
+        (several && self.uneven <= MOST_AT_A_POINT).then_some(self.uneven + MOST_AT_A_POINT + 1)
     }
 
-    /// The tree over lights without a mesh, where there is something to choose in it and it is small enough to be weighed
-    /// whole.
-    pub fn small_tree(&self, choice: Choice) -> Option<&Tree> {
-        let chosen = choice != Choice::Even && self.tree.count() > 1;
-        (chosen && self.tree.is_small()).then_some(&self.tree)
+    /// What [`Askers::known`] takes for many points at a time: of lights without a mesh and of surfaces that shine, the node
+    /// that is all of the tree over them, where there is something to choose in it.
+    pub fn small_trees(&self, choice: Choice) -> [Option<&Node>; 2] {
+        let finite = self.tree.only_node().filter(|_| choice != Choice::Even);
+        [finite, self.surfaces.tree().only_node()]
+            .map(|node| node.filter(|node| node.below().len() > 1))
     }
 
     /// Whether [`Lights::sample_each`] may tell of a direction with this number.
     pub fn tells(&self, index: usize) -> bool {
-        let surfaces = self.uneven + MOST_BRANCHES;
-        index < self.uneven + self.tree.count().min(MOST_BRANCHES)
+        let surfaces = self.uneven + MOST_AT_A_POINT;
+        index < self.uneven + self.tree.count().min(MOST_AT_A_POINT)
             || (index == surfaces && self.has_surfaces())
     }
 
     /// One of the lights without a mesh that are not infinitely far away, by a number in 0..1, and its probability.
     pub(super) fn choose(
         &self,
-        from: &impl Weigh,
+        from: &Asker,
         choice: Choice,
         number: f64,
     ) -> Option<(usize, f64)> {
@@ -97,15 +128,12 @@ impl Lights {
         self.tree.choose(from, number)
     }
 
-    /// The probability with which such a light is chosen among them.
+    /// The probability with which such a light is chosen among them, or how many of it are expected.
     pub(super) fn probability(&self, from: &Reference, choice: Choice, light: usize) -> f64 {
         match choice {
-            Choice::Weighed => self.tree.probability(from, light),
+            Choice::Weighed => self.tree.probability(&from.into(), light),
             Choice::Even => 1.0 / self.finite.len() as f64,
-            Choice::Split => {
-                let branches = self.tree.branches(from);
-                self.tree.probability_in(branches.nodes(), from, light)
-            }
+            Choice::Split => self.tree.expected(&from.into(), light),
         }
     }
 

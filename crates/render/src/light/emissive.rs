@@ -5,6 +5,7 @@ use raycam_bvh::Hit;
 
 use super::bounds::Bounds;
 use super::tree::Tree;
+use super::weights::Asker;
 use super::{LightSample, Reference};
 use crate::prepare::PreparedWorld;
 
@@ -56,6 +57,11 @@ impl Emissive {
         self.triangles.is_empty()
     }
 
+    /// Which of them to choose.
+    pub fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
     /// How much all of them may matter to a point.
     pub fn importance(&self, from: &Reference) -> f64 {
         self.tree.importance(from)
@@ -65,11 +71,11 @@ impl Emissive {
     pub fn sample(
         &self,
         world: &PreparedWorld,
-        from: &Reference,
+        by: &Asker,
         which: f64,
         [x, y]: [f32; 2],
     ) -> Option<LightSample> {
-        let (number, probability) = self.tree.choose(from, which)?;
+        let (number, probability) = self.tree.choose(by, which)?;
         let [instance, triangle] = self.triangles[number];
         // The square folded along its diagonal.
         let (u, v) = if x + y > 1.0 {
@@ -79,7 +85,7 @@ impl Emissive {
         };
         let [a, e1, e2] = edges(world, instance, triangle);
         let end = a + e1 * f64::from(u) + e2 * f64::from(v);
-        let offset = end - from.position;
+        let offset = end - by.from.position;
         let distance = offset.length();
         let direction = offset / distance;
         let hit = Hit {
@@ -113,7 +119,7 @@ impl Emissive {
         };
         let [_, e1, e2] = edges(world, hit.instance, hit.triangle);
         let density = by_angle(e1.cross(e2) / 2.0, direction.as_dvec3(), distance);
-        self.tree.probability(from, number as usize) * density
+        self.tree.probability(&from.into(), number as usize) * density
     }
 }
 

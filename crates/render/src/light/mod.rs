@@ -23,6 +23,7 @@ mod disk;
 mod emissive;
 mod environment;
 mod ies;
+mod node;
 mod panorama;
 mod samples;
 mod sky;
@@ -42,14 +43,13 @@ use raycam_scene::{Light, Up};
 use crate::prepare::PreparedWorld;
 pub(crate) use area::SampleArea;
 use bounds::Bounds;
-pub(crate) use choice::{Choice, MOST_AT_ONCE};
+pub(crate) use choice::{Askers, Choice, MOST_AT_ONCE};
 use emissive::Emissive;
 use environment::Environment;
 pub(crate) use samples::{Around, Drawn, LightSamples};
 pub(crate) use source::Source;
 use sphere::Sphere;
-pub(crate) use tree::Weigh;
-use tree::{MOST_BRANCHES, Tree};
+use tree::{MOST_AT_A_POINT, Tree};
 pub(crate) use weights::{FindWeights, Weights};
 
 /// A point that is lit.
@@ -96,8 +96,8 @@ pub(crate) struct Lights {
     /// How many of `infinite` are no even skies.
     uneven: usize,
     finite: Vec<usize>,
-    /// Around each of `finite`.
-    spheres: Vec<Sphere>,
+    /// Which of `finite` rays may cross, and a sphere around each.
+    crossable: Vec<(usize, Sphere)>,
     /// Which of `finite` to choose.
     tree: Tree,
     /// Surfaces that shine.
@@ -140,7 +140,12 @@ impl Lights {
         Self {
             ambient: sources.iter().map(even).sum(),
             tree: Tree::new(&bounds),
-            spheres: bounds.iter().map(Sphere::around).collect(),
+            crossable: finite
+                .iter()
+                .enumerate()
+                .filter(|&(_, &i)| sources[i].is_found(false))
+                .map(|(index, _)| (index, Sphere::around(&bounds[index])))
+                .collect(),
             uneven: infinite.iter().filter(|&&i| !is_even(&sources[i])).count(),
             sources,
             infinite,
@@ -173,16 +178,16 @@ impl Lights {
     }
 
     /// One light chosen for this point, and a direction to it. Lights infinitely far away count as one where their
-    /// directions meet: their radiance and densities are sums. `by` says what lights without a mesh may matter to the point.
+    /// directions meet: their radiance and densities are sums. `by` knows what may matter to the point.
     pub fn sample(
         &self,
-        by: &impl Weigh,
+        by: &Askers,
         world: &PreparedWorld,
-        from: &Reference,
         choice: Choice,
         which: f32,
         drawn: &Drawn,
     ) -> Option<LightSample> {
+        let from = by.from;
         let odds = self.odds(from, choice);
         let mut which = f64::from(which);
         let infinite = odds.infinite * odds.sought as f64;
@@ -192,28 +197,27 @@ impl Lights {
         }
         which -= infinite;
         if which < odds.finite {
-            let (light, probability) = self.choose(by, choice, which / odds.finite)?;
+            let (light, probability) = self.choose(&by.finite(), choice, which / odds.finite)?;
             self.sample_finite(from, light, odds.finite * probability, drawn.random)
         } else if odds.surfaces > 0.0 {
             let which = ((which - odds.finite) / odds.surfaces).clamp(0.0, 1.0);
-            self.sample_surfaces(world, from, odds.surfaces, which, drawn.random)
+            self.sample_surfaces(world, by, odds.surfaces, which, drawn.random)
         } else {
             None
         }
     }
 
     /// Directions to all kinds of light, as [`Choice::Split`] says: tells of each with its number, for which `random` gives
-    /// where on the light. `which` chooses within branches, `by` says what lights without a mesh may matter to the point.
+    /// where on the light. `which` chooses within branches, `by` knows what may matter to the point.
     pub fn sample_each(
         &self,
-        by: &impl Weigh,
+        by: &Askers,
         world: &PreparedWorld,
-        from: &Reference,
         which: f32,
         random: impl Fn(usize) -> Drawn,
         mut tell: impl FnMut(usize, LightSample),
     ) {
-        let which = f64::from(which);
+        let (from, which) = (by.from, f64::from(which));
         let mut found = |index, sample: Option<LightSample>| {
             if let Some(sample) = sample {
                 tell(index, sample);
@@ -223,17 +227,14 @@ impl Lights {
             let sample = self.sample_infinite(from, Choice::Split, index, &random(index));
             found(index, sample);
         }
-        let branches = self.tree.branches(by);
-        for (index, &node) in (self.uneven..).zip(branches.nodes()) {
-            let chosen = self.tree.choose_in(node, by, which);
-            let sample = chosen.and_then(|(light, probability)| {
-                self.sample_finite(from, light, probability, random(index).random)
-            });
+        self.tree.choose_many(&by.finite(), which, |index, light, expected| {
+            let index = self.uneven + index;
+            let sample = self.sample_finite(from, light, expected, random(index).random);
             found(index, sample);
-        }
+        });
         if self.has_surfaces() {
-            let index = self.uneven + MOST_BRANCHES;
-            let sample = self.sample_surfaces(world, from, 1.0, which, random(index).random);
+            let index = self.uneven + MOST_AT_A_POINT;
+            let sample = self.sample_surfaces(world, by, 1.0, which, random(index).random);
             found(index, sample);
         }
     }
@@ -259,7 +260,7 @@ impl Lights {
         (sample.pdf > 0.0).then_some(sample)
     }
 
-    /// A direction to one of `finite`, that is chosen with this probability.
+    /// A direction to one of `finite`, that is chosen with this probability or of which so many are expected.
     fn sample_finite(
         &self,
         from: &Reference,
@@ -275,12 +276,12 @@ impl Lights {
     fn sample_surfaces(
         &self,
         world: &PreparedWorld,
-        from: &Reference,
+        by: &Askers,
         probability: f64,
         which: f64,
         random: [f32; 2],
     ) -> Option<LightSample> {
-        let sample = self.surfaces.sample(world, from, which, random)?;
+        let sample = self.surfaces.sample(world, &by.surfaces(), which, random)?;
         sample.chosen(probability)
     }
 
@@ -382,10 +383,10 @@ impl Lights {
         distance: f64,
         mut tell: impl FnMut(f64, Vec3, f32),
     ) {
-        for (index, (&i, sphere)) in self.finite.iter().zip(&self.spheres).enumerate() {
+        for &(index, sphere) in &self.crossable {
             if sphere.is_near(from.position, direction)
                 && let Some((at, radiance, density)) =
-                    self.sources[i].crossed(from.position, direction)
+                    self.sources[self.finite[index]].crossed(from.position, direction)
                 && at * f64::from(BEFORE_LIGHT) <= distance
             {
                 let odds = self.odds(from, choice).finite;

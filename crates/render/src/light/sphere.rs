@@ -47,7 +47,7 @@ impl Lights {
         out: &mut [bool; N],
     ) {
         vectorized(Near {
-            spheres: &self.spheres,
+            spheres: &self.crossable,
             from,
             directions,
             out,
@@ -57,7 +57,7 @@ impl Lights {
 
 /// Finds which of many rays may meet any of some spheres.
 struct Near<'a, const N: usize> {
-    spheres: &'a [Sphere],
+    spheres: &'a [(usize, Sphere)],
     from: &'a Three<f64, N>,
     directions: &'a Three<f32, N>,
     out: &'a mut [bool; N],
@@ -67,7 +67,7 @@ impl<const N: usize> Loops for Near<'_, N> {
     #[inline(always)]
     fn run(self) {
         let mut near = [false; N];
-        for sphere in self.spheres {
+        for (_, sphere) in self.spheres {
             for (lane, near) in near.iter_mut().enumerate() {
                 let from = vector(self.from, lane);
                 *near |= sphere.is_near(from, get(self.directions, lane).into());

@@ -1,263 +1,207 @@
 //! Which of many lights matters to a point: a tree over their places, directions and powers.
 //!
-//! A. Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018: one light at
-//! a time, or one of each of the branches that matter most.
+//! A. Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018, with nodes
+//! of up to sixteen children, of which one is chosen at a time.
 
 use glam::Vec3;
 
 use super::Reference;
-use super::bounds::Bounds;
-
-/// Who says what nodes may matter to a point.
-pub(crate) trait Weigh {
-    /// The importance of a node: 0 only where none of its lights has any. Of two lights it is 0 wherever neither has any.
-    fn importance_of(&self, tree: &Tree, node: usize) -> f32;
-}
-
-/// A node: of two children, the first is the next node; or of one light.
-#[derive(Clone, Copy, Debug)]
-struct Node {
-    bounds: Bounds,
-    kind: Kind,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Kind {
-    /// Where the second child is.
-    Inner(u32),
-    Leaf(u32),
-}
+use super::bounds::{Bounds, Reach};
+use super::node::{Below, Node, Place, Shares};
+use super::weights::Asker;
+use crate::lanes::LANES;
 
 /// Which light to choose for a point. Lights keep their numbers.
 #[derive(Debug, Default)]
 pub(crate) struct Tree {
+    /// The root first.
     nodes: Vec<Node>,
-    /// The way from the root to each light, from the lowest bit up: 0 for the first child. Dark lights have none.
-    ways: Vec<Option<u64>>,
-}
-
-/// Branches of a [`Tree`] that together hold all lights that matter to a point.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Branches {
-    nodes: [u32; MOST_BRANCHES],
+    /// Of each light; dark ones have none.
+    places: Vec<Option<Place>>,
+    /// Around all of them.
+    all: Option<Reach>,
+    /// How many shine.
     count: usize,
 }
 
-impl Branches {
-    pub fn nodes(&self) -> &[u32] {
-        &self.nodes[..self.count]
-    }
-}
+/// More than one light is chosen by so many numbers.
+pub(crate) const MOST_AT_A_POINT: usize = 4;
 
-/// A tree is split into no more branches.
-pub(crate) const MOST_BRANCHES: usize = 4;
-
-/// Deeper nodes are halved by number, so that a way fits into 64 bits.
-const DEEP: u32 = 30;
+/// Below so many nodes, lights are halved by number: then trees are not deeper than lights are many.
+const DEEP: u32 = 8;
 
 impl Tree {
     pub fn new(lights: &[Bounds]) -> Self {
-        let mut tree = Self {
-            nodes: Vec::with_capacity(2 * lights.len()),
-            ways: vec![None; lights.len()],
-        };
         let mut shining: Vec<u32> = (0..lights.len() as u32)
             .filter(|&i| lights[i as usize].intensity > 0.0)
             .collect();
+        let mut tree = Self {
+            nodes: vec![],
+            places: vec![None; lights.len()],
+            all: (!shining.is_empty()).then(|| around(lights, &shining).reach()),
+            count: shining.len(),
+        };
         if !shining.is_empty() {
-            tree.build(lights, &mut shining, 0, 0);
+            tree.build(lights, &mut shining, None, 0);
         }
         tree
     }
 
-    fn build(&mut self, lights: &[Bounds], group: &mut [u32], depth: u32, way: u64) {
-        let bounds = group
-            .iter()
-            .map(|&i| lights[i as usize])
-            .reduce(|a, b| a.union(&b))
-            .unwrap_or_default();
+    /// Adds the node of a group and all below it.
+    fn build(&mut self, lights: &[Bounds], group: &mut [u32], above: Option<Place>, depth: u32) {
         let at = self.nodes.len();
-        if let [only] = *group {
-            self.ways[only as usize] = Some(way);
-            self.nodes.push(Node {
-                bounds,
-                kind: Kind::Leaf(only),
-            });
-            return;
+        self.nodes.push(Node::new(above));
+        // The ends of the parts, and what is around each.
+        let mut parts = vec![(group.len(), around(lights, group))];
+        while parts.len() < LANES {
+            let (mut most, mut start) = (None::<(f32, usize, usize, usize)>, 0);
+            for (part, &(end, bounds)) in parts.iter().enumerate() {
+                let cost = if depth < DEEP { bounds.cost() } else { 0.0 };
+                let count = end - start;
+                if count > 1 && most.is_none_or(|(c, n, ..)| (cost, count) > (c, n)) {
+                    most = Some((cost, count, part, start));
+                }
+                start = end;
+            }
+            let Some((_, count, part, start)) = most else {
+                break;
+            };
+            let whole = &mut group[start..start + count];
+            let middle = split(lights, whole, depth < DEEP);
+            let (left, right) = whole.split_at(middle);
+            parts[part].1 = around(lights, right);
+            parts.insert(part, (start + middle, around(lights, left)));
         }
-        let middle = split(lights, group, depth);
-        self.nodes.push(Node {
-            bounds,
-            kind: Kind::Inner(0),
-        });
-        let (first, second) = group.split_at_mut(middle);
-        self.build(lights, first, depth + 1, way);
-        self.nodes[at].kind = Kind::Inner(self.nodes.len() as u32);
-        self.build(lights, second, depth + 1, way | 1 << depth);
+        let (mut rest, mut start) = (group, 0);
+        for (child, (end, bounds)) in parts.into_iter().enumerate() {
+            let part;
+            (part, rest) = rest.split_at_mut(end - start);
+            start = end;
+            let place = Place {
+                node: at as u32,
+                child: child as u32,
+            };
+            if let [only] = *part {
+                self.places[only as usize] = Some(place);
+                self.nodes[at].push(&bounds, Below::Light(only));
+            } else {
+                let below = Below::Node(self.nodes.len() as u32);
+                self.nodes[at].push(&bounds, below);
+                self.build(lights, part, Some(place), depth + 1);
+            }
+        }
     }
 
     /// Whether no light shines.
     pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
-    }
-
-    /// How many nodes it has, the root first and every parent before its children.
-    pub fn len(&self) -> usize {
-        self.nodes.len()
-    }
-
-    /// Of all lights below a node.
-    #[inline(always)]
-    pub fn bounds(&self, node: usize) -> Bounds {
-        self.nodes[node].bounds
-    }
-
-    /// The lights of a node that has two.
-    #[inline(always)]
-    pub fn pair(&self, node: usize) -> Option<[usize; 2]> {
-        let Kind::Inner(second) = self.nodes[node].kind else {
-            return None;
-        };
-        let pair = [node + 1, second as usize];
-        let is_light = |node: usize| matches!(self.nodes[node].kind, Kind::Leaf(_));
-        pair.into_iter().all(is_light).then_some(pair)
-    }
-
-    /// Whether it has so few nodes that all of them are weighed for many points at a time.
-    pub fn is_small(&self) -> bool {
-        self.nodes.len() < FEW
+        self.count == 0
     }
 
     /// How many lights shine.
     pub fn count(&self) -> usize {
-        self.nodes.len().div_ceil(2)
+        self.count
+    }
+
+    /// Its only node, where it has no other.
+    pub fn only_node(&self) -> Option<&Node> {
+        match &*self.nodes {
+            [node] => Some(node),
+            _ => None,
+        }
     }
 
     /// How much all of it may matter to a point.
     pub fn importance(&self, from: &Reference) -> f64 {
         let position = from.position.as_vec3();
-        self.nodes.first().map_or(0.0, |root| {
-            f64::from(root.bounds.importance(position, from.normal))
+        self.all.map_or(0.0, |all| {
+            f64::from(all.importance(position, from.normal))
         })
     }
 
-    /// What the tree is split into for a point: again and again the branch that may matter most, until there are enough.
-    pub fn branches(&self, from: &impl Weigh) -> Branches {
-        let importance = |node| (node, from.importance_of(self, node));
-        let mut found = [(0, 0.0); MOST_BRANCHES];
-        let mut count = 0;
-        if !self.is_empty() {
-            found[0] = importance(0);
-            count = usize::from(found[0].1 > 0.0);
+    /// One of the lights by a number in 0..1, and its probability.
+    pub fn choose(&self, from: &Asker, number: f64) -> Option<(usize, f64)> {
+        if self.is_empty() {
+            return None;
         }
-        while count < MOST_BRANCHES {
-            let inner = |&i: &usize| matches!(self.nodes[found[i].0].kind, Kind::Inner(_));
-            let most = (0..count)
-                .filter(inner)
-                .max_by(|&a, &b| found[a].1.total_cmp(&found[b].1));
-            let Some(most) = most else { break };
-            let (node, _) = found[most];
-            let Kind::Inner(second) = self.nodes[node].kind else {
-                break;
-            };
-            count -= 1;
-            found[most] = found[count];
-            for child in [node + 1, second as usize].map(importance) {
-                if child.1 > 0.0 {
-                    found[count] = child;
-                    count += 1;
-                }
-            }
-        }
-        Branches {
-            nodes: found.map(|(node, _)| node as u32),
-            count,
-        }
+        self.choose_below(from.shares(&self.nodes[0]), from, number)
     }
 
-    /// A light of the whole tree by a number in 0..1, and its probability.
-    pub fn choose(&self, from: &impl Weigh, number: f64) -> Option<(usize, f64)> {
-        self.choose_in(0, from, number)
-    }
-
-    /// The same in the branch below a node.
-    pub fn choose_in(&self, node: u32, from: &impl Weigh, mut number: f64) -> Option<(usize, f64)> {
-        let mut at = node as usize;
-        let mut probability = 1.0;
+    /// The same, where the shares of the root's children are known.
+    fn choose_below(
+        &self,
+        mut shares: Shares,
+        from: &Asker,
+        mut number: f64,
+    ) -> Option<(usize, f64)> {
+        let (mut probability, mut node) = (1.0, 0);
         loop {
-            match self.nodes.get(at)?.kind {
-                Kind::Leaf(light) => return Some((light as usize, probability)),
-                Kind::Inner(second) => {
-                    let share = self.share(at, second as usize, from)?;
-                    if number < share {
-                        number /= share;
-                        probability *= share;
-                        at += 1;
-                    } else {
-                        number = (number - share) / (1.0 - share);
-                        probability *= 1.0 - share;
-                        at = second as usize;
-                    }
+            let (child, share, rest) = shares.choose(number)?;
+            probability *= share;
+            match self.nodes[node].below()[child] {
+                Below::Light(light) => return Some((light as usize, probability)),
+                Below::Node(next) => node = next as usize,
+            }
+            shares = from.shares(&self.nodes[node]);
+            number = rest;
+        }
+    }
+
+    /// Several lights: all of them where they are at most [`MOST_AT_A_POINT`], else so many by numbers that are spread evenly
+    /// from one. Tells of each with its number and how many of it are expected.
+    pub fn choose_many(
+        &self,
+        from: &Asker,
+        number: f64,
+        mut tell: impl FnMut(usize, usize, f64),
+    ) {
+        if self.is_empty() {
+            return;
+        }
+        let root = from.shares(&self.nodes[0]);
+        for index in 0..self.count.min(MOST_AT_A_POINT) {
+            if self.count > MOST_AT_A_POINT {
+                let number = (number + index as f64) / MOST_AT_A_POINT as f64;
+                if let Some((light, probability)) = self.choose_below(root, from, number) {
+                    tell(index, light, probability * MOST_AT_A_POINT as f64);
                 }
+            } else if let Below::Light(light) = self.nodes[0].below()[index]
+                && root.any(index)
+            {
+                tell(index, light as usize, 1.0);
             }
         }
     }
 
     /// The probability with which [`Tree::choose`] gives this light.
-    pub fn probability(&self, from: &Reference, light: usize) -> f64 {
-        self.probability_in(&[0], from, light)
-    }
-
-    /// The probability with which [`Tree::choose_in`] gives this light in that of some branches that holds it.
-    pub fn probability_in(&self, branches: &[u32], from: &Reference, light: usize) -> f64 {
-        let Some(mut way) = self.ways[light] else {
-            return 0.0;
-        };
-        let mut at = 0;
-        let mut probability = branches.contains(&0).then_some(1.0);
-        while let Kind::Inner(second) = self.nodes[at].kind {
-            let first = way & 1 == 0;
-            if let Some(probability) = &mut probability {
-                let Some(share) = self.share(at, second as usize, from) else {
-                    return 0.0;
-                };
-                *probability *= if first { share } else { 1.0 - share };
-            }
-            at = if first { at + 1 } else { second as usize };
-            way >>= 1;
-            if branches.contains(&(at as u32)) {
-                probability = Some(1.0);
-            }
+    pub fn probability(&self, from: &Asker, light: usize) -> f64 {
+        let mut place = self.places[light];
+        let mut probability = f64::from(u8::from(place.is_some()));
+        while let Some(Place { node, child }) = place {
+            probability *= from.shares(&self.nodes[node as usize]).of(child as usize);
+            place = self.nodes[node as usize].above;
         }
-        probability.unwrap_or(0.0)
+        probability
     }
 
-    /// The first child's share of a node; `None` where neither matters.
-    fn share(&self, at: usize, second: usize, from: &impl Weigh) -> Option<f64> {
-        let [a, b] = [at + 1, second].map(|node| f64::from(from.importance_of(self, node)));
-        (a + b > 0.0).then(|| a / (a + b))
-    }
-}
-
-impl Weigh for Reference {
-    fn importance_of(&self, tree: &Tree, node: usize) -> f32 {
-        let of = |node: usize| {
-            let bounds = &tree.nodes[node].bounds;
-            bounds.importance(self.position.as_vec3(), self.normal)
-        };
-        let importance = of(node);
-        match tree.pair(node) {
-            Some([a, b]) if importance > 0.0 && of(a) == 0.0 && of(b) == 0.0 => 0.0,
-            _ => importance,
+    /// How many of this light are expected of [`Tree::choose_many`].
+    pub fn expected(&self, from: &Asker, light: usize) -> f64 {
+        let probability = self.probability(from, light);
+        match self.count > MOST_AT_A_POINT {
+            true => probability * MOST_AT_A_POINT as f64,
+            false => f64::from(u8::from(probability > 0.0)),
         }
     }
 }
 
-/// Trees of fewer nodes are weighed whole for many points at a time.
-const FEW: usize = 32;
+/// Around all lights of a group.
+fn around(lights: &[Bounds], group: &[u32]) -> Bounds {
+    let bounds = group.iter().map(|&i| lights[i as usize]);
+    bounds.reduce(|a, b| a.union(&b)).unwrap_or_default()
+}
 
-/// Parts a group in two by the cheapest of twelve planes along each axis, and says where the second part begins.
-fn split(lights: &[Bounds], group: &mut [u32], depth: u32) -> usize {
+/// Parts a group in two by the cheapest of twelve planes along each axis, or by number where it has no planes, and says
+/// where the second part begins.
+fn split(lights: &[Bounds], group: &mut [u32], planes: bool) -> usize {
     const BINS: usize = 12;
     let half = group.len() / 2;
     let center = |i: u32| lights[i as usize].center();
@@ -268,7 +212,7 @@ fn split(lights: &[Bounds], group: &mut [u32], depth: u32) -> usize {
             (low.min(c), high.max(c))
         });
     let size = high - low;
-    if depth >= DEEP || size.max_element() <= 0.0 {
+    if !planes || size.max_element() <= 0.0 {
         return half;
     }
     let bin = |i: u32, axis: usize| {

@@ -1,41 +1,55 @@
-//! What the nodes of a small tree of lights may matter to points, many at a time.
+//! What the children of nodes may matter to points: of one node to many of them at a time, or of any to one.
 
-use raycam_bvh::Loops;
+use raycam_bvh::{Loops, vectorized};
 
-use super::tree::{Tree, Weigh};
+use super::Reference;
+use super::node::{Node, Shares, Weigh};
 use crate::lanes::{LANES, Three, get};
 
-/// By node what it may matter to each point, as [`super::Reference`] says it of one.
+/// What each child of a node may matter to each point.
 #[derive(Debug, Default)]
 pub(crate) struct Weights {
-    of_nodes: Vec<[f32; LANES]>,
+    of_children: [[f32; LANES]; LANES],
 }
 
-impl Weights {
-    /// Those of a point.
-    pub fn of(&self, lane: usize) -> impl Weigh {
-        Known {
-            of_nodes: &self.of_nodes,
-            lane,
+/// A point that a tree of lights is asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asker<'a> {
+    pub from: &'a Reference,
+    /// What is known of the tree's only node, and the point's lane there.
+    pub known: Option<(&'a Weights, usize)>,
+}
+
+impl<'a> From<&'a Reference> for Asker<'a> {
+    fn from(from: &'a Reference) -> Self {
+        Self { from, known: None }
+    }
+}
+
+impl Asker<'_> {
+    /// How often the children of a node are chosen for it: never, where none of its lights matters.
+    pub(super) fn shares(&self, node: &Node) -> Shares {
+        let mut weights = [0.0; LANES];
+        match self.known {
+            Some((known, lane)) => {
+                for (weight, of_child) in weights.iter_mut().zip(&known.of_children) {
+                    *weight = of_child[lane];
+                }
+            }
+            None => vectorized(Weigh {
+                node,
+                position: self.from.position.as_vec3(),
+                normal: self.from.normal,
+                out: &mut weights,
+            }),
         }
+        Shares::new(weights)
     }
 }
 
-/// The weights of a point, looked up.
-struct Known<'a> {
-    of_nodes: &'a [[f32; LANES]],
-    lane: usize,
-}
-
-impl Weigh for Known<'_> {
-    fn importance_of(&self, _: &Tree, node: usize) -> f32 {
-        self.of_nodes[node][self.lane]
-    }
-}
-
-/// Finds the weights of points, given by position and normal.
+/// Finds the weights of points, given by position and normal: of the only node of a tree.
 pub(crate) struct FindWeights<'a> {
-    pub tree: &'a Tree,
+    pub node: &'a Node,
     pub points: &'a Three<f64, LANES>,
     pub normals: &'a Three<f32, LANES>,
     pub out: &'a mut Weights,
@@ -45,29 +59,22 @@ impl Loops for FindWeights<'_> {
     #[inline(always)]
     fn run(self) {
         let Self {
-            tree,
+            node,
             points,
             normals,
-            out: Weights { of_nodes },
+            out: Weights { of_children },
         } = self;
         let (points, normals) = (*points, *normals);
-        of_nodes.clear();
-        of_nodes.resize(tree.len(), [0.0; LANES]);
-        // Children come after their parents.
-        for node in (0..tree.len()).rev() {
-            let (bounds, mut weights) = (tree.bounds(node), [0.0; LANES]);
-            for (lane, weight) in weights.iter_mut().enumerate() {
-                let position = get(&points, lane).map(|x| x as f32);
-                *weight = bounds.importance(position.into(), get(&normals, lane).into());
-            }
-            if let Some([a, b]) = tree.pair(node) {
-                let [a, b] = [of_nodes[a], of_nodes[b]];
-                for lane in 0..LANES {
-                    let none = (a[lane] == 0.0) & (b[lane] == 0.0);
-                    weights[lane] = if none { 0.0 } else { weights[lane] };
+        for (child, out) in of_children.iter_mut().enumerate() {
+            let mut weights = [0.0; LANES];
+            if child < node.below().len() {
+                let reach = node.reach(child);
+                for (lane, weight) in weights.iter_mut().enumerate() {
+                    let position = get(&points, lane).map(|x| x as f32);
+                    *weight = reach.importance(position.into(), get(&normals, lane).into());
                 }
             }
-            of_nodes[node] = weights;
+            *out = weights;
         }
     }
 }
@@ -75,10 +82,9 @@ impl Loops for FindWeights<'_> {
 #[cfg(test)]
 mod tests {
     use glam::{DVec3, Vec3};
-    use raycam_bvh::vectorized;
-
-    use super::super::Reference;
+    
     use super::super::bounds::Bounds;
+    use super::super::tree::Tree;
     use super::*;
     use crate::lanes::{set, vector};
 
@@ -111,7 +117,7 @@ mod tests {
             }
             let mut weights = Weights::default();
             vectorized(FindWeights {
-                tree: &tree,
+                node: tree.only_node().unwrap(),
                 points: &points,
                 normals: &normals,
                 out: &mut weights,
@@ -121,11 +127,16 @@ mod tests {
                     position: vector(&points, lane),
                     normal: get(&normals, lane).into(),
                 };
-                for node in 0..tree.len() {
-                    let alone = from.importance_of(&tree, node);
-                    let known = weights.of(lane).importance_of(&tree, node);
-                    assert_eq!(known.to_bits(), alone.to_bits(), "{node} {from:?}");
-                    *(if known > 0.0 { &mut some } else { &mut none }) += 1;
+                let node = tree.only_node().unwrap();
+                let alone = Asker::from(&from);
+                let known = Asker {
+                    known: Some((&weights, lane)),
+                    ..alone
+                };
+                let [alone, known] = [alone, known].map(|asker| asker.shares(node));
+                for child in 0..LANES {
+                    assert_eq!(known.of(child).to_bits(), alone.of(child).to_bits());
+                    *(if known.any(child) { &mut some } else { &mut none }) += 1;
                 }
             }
         }
