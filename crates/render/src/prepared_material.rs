@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use raycam_scene::Material;
 
-use crate::scatter::{Interface, Lobe, inside, interfaces, is_clear, is_glossy, plain};
+use crate::scatter::{Interface, Lobe, inside, interfaces, is_clear, is_frosted, is_glossy, plain};
 
 #[derive(Debug)]
 pub(crate) struct PreparedMaterial {
@@ -19,6 +19,8 @@ pub(crate) struct PreparedMaterial {
     pub clear: bool,
     /// What [`is_glossy`] says.
     pub glossy: bool,
+    /// What [`is_frosted`] says.
+    pub frosted: bool,
     /// What [`inside`] says.
     pub inside: Option<Vec3>,
     /// What roughness loses where it refracts.
@@ -44,6 +46,7 @@ pub(crate) fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial>
             plain: plain(material),
             clear: is_clear(material),
             glossy: is_glossy(material),
+            frosted: is_frosted(material),
             inside: inside(material),
             interfaces: interfaces(material),
         })

@@ -3,17 +3,15 @@
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Loops, Ray, vectorized};
 
-use super::arriving::Arriving;
-use super::mattes::Mattes;
 use super::shadows::Shadows;
+use super::surfaces::Surfaces;
 use super::walk::Walk;
 use crate::lanes::{LANES, Three, get, set, vector};
 use crate::light::{
-    Around, Askers, BEFORE_LIGHT, Choice, Drawn, FindWeights, LightSamples, MOST_AT_ONCE, Reference,
-    Source, Weights,
+    Around, Askers, BEFORE_LIGHT, Choice, Drawn, FindWeights, LightSamples, MOST_AT_ONCE,
+    Reference, Source, Weights,
 };
 use crate::place::Places;
-use crate::scatter::{GlossyPoints, Values};
 
 /// What the surfaces of a turn ask lights for: the random numbers of all of them, and of some at a time what takes more
 /// room.
@@ -79,12 +77,13 @@ impl Asked {
             walk.asked().for_each(|i| self.samples[i].clear());
             let choice = walk.choice_of_turn();
             let small = walk.lights.small_trees(choice);
+            let normals = surfaces.normals(places);
             for (node, out) in small.iter().zip(&mut self.weights) {
                 if let Some(node) = node {
                     vectorized(FindWeights {
                         node,
                         points: places.positions(),
-                        normals: places.geometrics(),
+                        normals: &normals,
                         out,
                     });
                 }
@@ -93,7 +92,7 @@ impl Asked {
             for lane in (0..LANES).filter(|&lane| surfaces.has(lane)) {
                 let from = Reference {
                     position: places.position(lane),
-                    normal: places.geometric(lane),
+                    normal: get(&normals, lane).into(),
                 };
                 let index = number * LANES + lane;
                 let which = if walk.chosen {
@@ -132,12 +131,29 @@ impl Asked {
     pub fn ask(&self, lane: usize, ray: usize, shadows: &mut [Shadows]) {
         for (lit, shadows) in self.lit[..self.count].iter().zip(shadows) {
             if lit.any[lane] {
-                let shadow = Ray {
-                    origin: get(&lit.start, lane),
-                    direction: get(&lit.way, lane),
-                    t_max: lit.t_max[lane],
-                };
-                shadows.ask(shadow, ray, get(&lit.light, lane).into());
+                shadows.ask(lit.shadow(lane), ray, get(&lit.light, lane).into());
+            }
+        }
+    }
+
+    /// The same where light on its way from a direction and an end is multiplied by something.
+    #[inline]
+    pub fn ask_through(
+        &self,
+        lane: usize,
+        ray: usize,
+        shadows: &mut [Shadows],
+        through: impl Fn(Vec3, DVec3) -> Vec3,
+    ) {
+        for (i, (lit, shadows)) in self.lit[..self.count].iter().zip(shadows).enumerate() {
+            if lit.any[lane] {
+                let samples = &self.samples[i];
+                let mut light = Vec3::from(get(&lit.light, lane));
+                let end: DVec3 = vector(&samples.end, lane);
+                if end.x < f64::INFINITY {
+                    light *= through(get(&samples.direction, lane).into(), end);
+                }
+                shadows.ask(lit.shadow(lane), ray, light);
             }
         }
     }
@@ -165,40 +181,14 @@ impl<const N: usize> Default for Lit<N> {
     }
 }
 
-/// Surfaces of lanes, and the paths that arrive there.
-#[derive(Clone, Copy)]
-pub(super) struct Surfaces<'a, const N: usize> {
-    pub arriving: &'a Arriving<N>,
-    pub mattes: &'a Mattes<N>,
-    pub glossies: &'a GlossyPoints<N>,
-}
-
-impl<const N: usize> Surfaces<'_, N> {
-    fn has(&self, lane: usize) -> bool {
-        self.mattes.is[lane] || self.glossies.is[lane]
-    }
-
-    /// The values of light from these directions, where there are any of them.
+impl<const N: usize> Lit<N> {
     #[inline(always)]
-    fn evaluate(&self, places: &Places<N>, directions: &Three<f32, N>) -> Values<N> {
-        let Self {
-            mattes, glossies, ..
-        } = self;
-        if !glossies.any() {
-            return mattes.evaluate(places, directions);
+    fn shadow(&self, lane: usize) -> Ray {
+        Ray {
+            origin: get(&self.start, lane),
+            direction: get(&self.way, lane),
+            t_max: self.t_max[lane],
         }
-        let mut values = glossies.evaluate(places, directions);
-        if mattes.any() {
-            let matte = mattes.evaluate(places, directions);
-            for lane in 0..N {
-                let is = mattes.is[lane];
-                let value = if is { &matte } else { &values };
-                let (value, pdf) = (get(&value.value, lane), value.pdf[lane]);
-                set(&mut values.value, lane, value);
-                values.pdf[lane] = pdf;
-            }
-        }
-        values
     }
 }
 
@@ -255,21 +245,21 @@ impl<const N: usize> Loops for Light<'_, N> {
 
 #[cfg(test)]
 mod tests {
-    use glam::DAffine3;
-    use raycam_bvh::Hit;
-    use raycam_scene::{Material, Object, Principled, Reflectance, World, primitive};
+    use raycam_scene::World;
 
+    use super::super::arriving::Arriving;
     use super::super::mattes::tests::{alone, some, unit};
     use super::*;
     use crate::control::Control;
     use crate::light::LightSample;
     use crate::prepare::PreparedWorld;
-    use crate::scatter::{FindLobes, Scattering};
+    use crate::scatter::{FrostedPoints, GlossyPoints, Scattering};
 
     #[test]
     fn every_lane_is_what_it_is_alone() {
         let mut lit = 0;
-        let glossies = GlossyPoints::default();
+        let (glossies, frosted) = (GlossyPoints::default(), FrostedPoints::default());
+        let world = PreparedWorld::new(&World::default(), None, None, &Control::new()).unwrap();
         for first in (0..320).step_by(LANES) {
             let (places, mattes, directions) = some(first);
             let mut arriving = Arriving::default();
@@ -295,6 +285,8 @@ mod tests {
                     arriving: &arriving,
                     mattes: &mattes,
                     glossies: &glossies,
+                    frosted: &frosted,
+                    world: &world,
                 },
                 lit: &mut lanes,
             });
@@ -331,52 +323,5 @@ mod tests {
             }
         }
         assert!(lit > 60, "{lit}");
-    }
-
-    #[test]
-    fn each_lane_has_the_values_of_its_kind() {
-        let mut world = World::default();
-        let ball = world.add_mesh(primitive::sphere(0.5, 2).unwrap());
-        let material = Material {
-            reflectance: Reflectance::Principled(Principled::default().into()),
-            ..Material::default()
-        };
-        let material = world.add_material(material).unwrap();
-        let object = Object::new("", ball, vec![material], DAffine3::IDENTITY);
-        world.add_object(object).unwrap();
-        let world = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
-        let (places, mut mattes, directions) = some(0);
-        let mut glossies = GlossyPoints::default();
-        glossies.begin();
-        for lane in (0..LANES).step_by(2) {
-            let hit = Hit {
-                triangle: lane as u32,
-                ..Hit::MISS
-            };
-            mattes.is[lane] = false;
-            let hit = Hit { instance: 0, ..hit };
-            glossies.put((&places, lane), &world, world.material(&hit), &hit);
-        }
-        vectorized(FindLobes {
-            places: &places,
-            random: &[[0.4; LANES]; 2],
-            choice: &[0.3; LANES],
-            points: &mut glossies,
-        });
-        let surfaces = Surfaces {
-            arriving: &Arriving::default(),
-            mattes: &mattes,
-            glossies: &glossies,
-        };
-        let values = surfaces.evaluate(&places, &directions);
-        let glossy = glossies.evaluate(&places, &directions);
-        let matte = mattes.evaluate(&places, &directions);
-        for lane in 0..LANES {
-            let own = if lane % 2 == 0 { &glossy } else { &matte };
-            assert!(surfaces.has(lane));
-            assert_eq!(get(&values.value, lane), get(&own.value, lane));
-            assert_eq!(values.pdf[lane], own.pdf[lane]);
-            assert_ne!(glossy.pdf[lane], matte.pdf[lane]);
-        }
     }
 }

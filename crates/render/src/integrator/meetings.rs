@@ -4,17 +4,19 @@ use glam::Vec3;
 use raycam_bvh::{Hit, vectorized};
 
 use super::arriving::Arriving;
-use super::lit::{Asked, Surfaces};
+use super::frosteds::Frosteds;
+use super::lit::Asked;
 use super::mattes::{Mattes, Scatter};
 use super::path::Path;
 use super::smooths::Smooths;
+use super::surfaces::Surfaces;
 use super::walk::Walk;
 use crate::lanes::{Corners, LANES, Three, get, set_corners};
 use crate::light::{Drawn, LightSample, SampleArea, Source};
 use crate::place::{Place, Places};
 use crate::prepared_material::PreparedMaterial;
 use crate::sampler::{Pair, Sampler};
-use crate::scatter::{Aim, Directions, FindLobes, GlossyPoints};
+use crate::scatter::{Aim, Directions, FindFrosted, FindLobes, GlossyPoints};
 
 /// Of all paths of a turn at once, and of some at a time what takes more room.
 #[derive(Default)]
@@ -27,6 +29,7 @@ pub(super) struct Meetings {
     pub mattes: Mattes<LANES>,
     pub glossies: GlossyPoints<LANES>,
     pub smooths: Smooths,
+    pub frosteds: Frosteds,
     pub asked: Asked,
 }
 
@@ -148,12 +151,14 @@ impl Meetings {
             mattes,
             glossies,
             smooths,
+            frosteds,
             asked,
             ..
         } = self;
         mattes.is = [false; LANES];
         glossies.begin();
         smooths.points.begin();
+        frosteds.points.begin();
         let mut aimed = [false; LANES];
         for (lane, (&at, hit)) in live.iter().zip(hits).enumerate() {
             let path = &paths[at as usize];
@@ -162,6 +167,7 @@ impl Meetings {
             let Some(albedo) = walk.plain(path, (material, hit), places, lane) else {
                 walk.put_glossy(path, (material, hit), (places, lane), glossies);
                 walk.put_smooth(path, (material, hit), (places, lane), smooths);
+                walk.put_frosted(path, (material, hit), (places, lane), arriving, frosteds);
                 continue;
             };
             mattes.put(lane, albedo);
@@ -183,6 +189,15 @@ impl Meetings {
                 points: glossies,
             });
         }
+        if frosteds.points.any() {
+            vectorized(FindFrosted {
+                world: walk.world,
+                places,
+                random,
+                choice: &choice,
+                points: &mut frosteds.points,
+            });
+        }
         if mattes.any() {
             mattes.aims.clear();
             if !walk.mirrors.is_empty() && aimed != [false; LANES] {
@@ -201,11 +216,13 @@ impl Meetings {
                 mattes,
             });
         }
-        if walk.many && (mattes.any() || glossies.any()) {
+        if walk.many && (mattes.any() || glossies.any() || frosteds.points.any()) {
             let surfaces = Surfaces {
                 arriving,
                 mattes,
                 glossies,
+                frosted: &frosteds.points,
+                world: walk.world,
             };
             asked.find(walk, number, places, surfaces);
         }

@@ -3,6 +3,7 @@
 mod ao;
 mod arriving;
 mod flat;
+mod frosteds;
 mod glossies;
 mod lit;
 mod mattes;
@@ -12,6 +13,7 @@ mod next_event;
 mod path;
 mod shadows;
 mod smooths;
+mod surfaces;
 mod walk;
 
 use glam::{DVec3, Vec3};

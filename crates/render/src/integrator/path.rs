@@ -161,6 +161,8 @@ pub(super) fn radiance(
                     walk.step_glossy(path, meetings, lane, hit, wave, radiance)
                 } else if meetings.smooths.points.is[lane] {
                     walk.step_smooth(path, meetings, lane, wave, radiance)
+                } else if meetings.frosteds.points.is[lane] {
+                    walk.step_frosted(path, meetings, lane, hit, wave, radiance)
                 } else {
                     let meeting = meetings.at(&walk, number, lane, hit);
                     walk.step(path, &meeting, wave, radiance)
@@ -202,7 +204,7 @@ fn is_blind(world: &PreparedWorld, lights: &Lights) -> bool {
 fn branches(world: &PreparedWorld) -> bool {
     let choose = |prepared: &PreparedMaterial| {
         let glass = matches!(prepared.material.reflectance, Reflectance::Glass(_));
-        prepared.glossy || (prepared.clear && glass)
+        prepared.glossy || prepared.frosted || (prepared.clear && glass)
     };
     world.materials.iter().any(choose)
 }

@@ -114,12 +114,7 @@ impl Lights {
     }
 
     /// One of the lights without a mesh that are not infinitely far away, by a number in 0..1, and its probability.
-    pub(super) fn choose(
-        &self,
-        from: &Asker,
-        choice: Choice,
-        number: f64,
-    ) -> Option<(usize, f64)> {
+    pub(super) fn choose(&self, from: &Asker, choice: Choice, number: f64) -> Option<(usize, f64)> {
         if choice == Choice::Even {
             let count = self.finite.len();
             let index = (number * count as f64) as usize;

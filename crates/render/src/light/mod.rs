@@ -227,11 +227,12 @@ impl Lights {
             let sample = self.sample_infinite(from, Choice::Split, index, &random(index));
             found(index, sample);
         }
-        self.tree.choose_many(&by.finite(), which, |index, light, expected| {
-            let index = self.uneven + index;
-            let sample = self.sample_finite(from, light, expected, random(index).random);
-            found(index, sample);
-        });
+        self.tree
+            .choose_many(&by.finite(), which, |index, light, expected| {
+                let index = self.uneven + index;
+                let sample = self.sample_finite(from, light, expected, random(index).random);
+                found(index, sample);
+            });
         if self.has_surfaces() {
             let index = self.uneven + MOST_AT_A_POINT;
             let sample = self.sample_surfaces(world, by, 1.0, which, random(index).random);

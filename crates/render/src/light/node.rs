@@ -143,8 +143,15 @@ impl Shares {
     pub fn choose(&self, number: f64) -> Option<(usize, f64, f64)> {
         let target = number * self.sums[LANES - 1];
         let passed = |&end: &f64| usize::from(end <= target);
-        let quads: usize = [3, 7, 11].map(|end: usize| passed(&self.sums[end])).iter().sum();
-        let before = 4 * quads + self.sums[4 * quads..][..4].iter().map(passed).sum::<usize>();
+        let quads: usize = [3, 7, 11]
+            .map(|end: usize| passed(&self.sums[end]))
+            .iter()
+            .sum();
+        let before = 4 * quads
+            + self.sums[4 * quads..][..4]
+                .iter()
+                .map(passed)
+                .sum::<usize>();
         // Rounding may go beyond the last.
         let child = match before {
             LANES => (0..LANES).rfind(|&child| self.any(child))?,

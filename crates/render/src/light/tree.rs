@@ -113,9 +113,8 @@ impl Tree {
     /// How much all of it may matter to a point.
     pub fn importance(&self, from: &Reference) -> f64 {
         let position = from.position.as_vec3();
-        self.all.map_or(0.0, |all| {
-            f64::from(all.importance(position, from.normal))
-        })
+        self.all
+            .map_or(0.0, |all| f64::from(all.importance(position, from.normal)))
     }
 
     /// One of the lights by a number in 0..1, and its probability.
@@ -148,12 +147,7 @@ impl Tree {
 
     /// Several lights: all of them where they are at most [`MOST_AT_A_POINT`], else so many by numbers that are spread evenly
     /// from one. Tells of each with its number and how many of it are expected.
-    pub fn choose_many(
-        &self,
-        from: &Asker,
-        number: f64,
-        mut tell: impl FnMut(usize, usize, f64),
-    ) {
+    pub fn choose_many(&self, from: &Asker, number: f64, mut tell: impl FnMut(usize, usize, f64)) {
         if self.is_empty() {
             return;
         }

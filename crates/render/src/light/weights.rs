@@ -82,7 +82,7 @@ impl Loops for FindWeights<'_> {
 #[cfg(test)]
 mod tests {
     use glam::{DVec3, Vec3};
-    
+
     use super::super::bounds::Bounds;
     use super::super::tree::Tree;
     use super::*;
@@ -136,7 +136,11 @@ mod tests {
                 let [alone, known] = [alone, known].map(|asker| asker.shares(node));
                 for child in 0..LANES {
                     assert_eq!(known.of(child).to_bits(), alone.of(child).to_bits());
-                    *(if known.any(child) { &mut some } else { &mut none }) += 1;
+                    *(if known.any(child) {
+                        &mut some
+                    } else {
+                        &mut none
+                    }) += 1;
                 }
             }
         }

@@ -180,7 +180,7 @@ pub(super) fn along<const N: usize>(row: &[f32; N], cosine: f32) -> f32 {
 
 /// The entry of a cosine, and how far it is on the way to the next.
 #[inline(always)]
-fn step_of<const N: usize>(cosine: f32) -> (usize, f32) {
+pub(super) fn step_of<const N: usize>(cosine: f32) -> (usize, f32) {
     let position = cosine.clamp(0.0, 1.0).sqrt() * (N - 1) as f32;
     // By 32 bits: that is one instruction for many.
     let first = (position as i32).clamp(0, N as i32 - 2);

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use glam::Vec3;
 
 use super::energy::{
-    ROWS, STEPS, along, cosine_of, mean, of_row, over_visible_normals, row_of, schlick_weight,
+    ROWS, STEPS, cosine_of, mean, of_row, over_visible_normals, row_of, schlick_weight, step_of,
 };
 use super::fresnel::{Fresnel, reflect, refract, refracted_cosine};
 use super::ggx::Ggx;
@@ -41,8 +41,8 @@ struct Row([Side; 2]);
 /// All is linear in what is reflected head on (f0) and at grazing angles (f90): a constant and two factors.
 #[derive(Debug)]
 struct Side {
-    reflected: [[f32; STEPS]; 3],
-    refracted: [[f32; STEPS]; 3],
+    /// By the cosine, what one microfacet reflects, and what it refracts.
+    kept: [[[f32; 3]; 2]; STEPS],
     /// What is neither, in the mean over the hemisphere, weighed by the cosine.
     lost_mean: [f32; 3],
 }
@@ -81,19 +81,17 @@ impl Interface {
     fn row(&self, row: usize) -> Row {
         let ggx = of_row(row);
         Row([self.ior, 1.0 / self.ior].map(|eta| {
-            let [mut reflected, mut refracted] = [[[0.0; STEPS]; 3]; 2];
-            for column in 0..STEPS {
-                let [up, down] = self.kept(&ggx, eta, cosine_of(column));
-                for term in 0..3 {
-                    reflected[term][column] = up[term];
-                    refracted[term][column] = down[term];
-                }
+            let mut kept = [[[0.0; 3]; 2]; STEPS];
+            for (column, kept) in kept.iter_mut().enumerate() {
+                *kept = self.kept(&ggx, eta, cosine_of(column));
             }
-            let kept_mean = |term: usize| mean(&reflected[term]) + mean(&refracted[term]);
+            let kept_mean = |term: usize| {
+                let of = |part: usize| mean(&kept.map(|parts| parts[part][term]));
+                of(0) + of(1)
+            };
             Side {
                 lost_mean: [1.0 - kept_mean(0), -kept_mean(1), -kept_mean(2)],
-                reflected,
-                refracted,
+                kept,
             }
         }))
     }
@@ -138,12 +136,14 @@ impl Losses<'_> {
     /// Of light from a side at a cosine, where the interface reflects `f0` to `f90`: what one microfacet reflects, and what
     /// it refracts.
     pub fn kept(&self, inside: bool, cosine: f32, ends: (Vec3, Vec3)) -> [Vec3; 2] {
-        let of = |tables: fn(&Side) -> &[[f32; STEPS]; 3]| {
+        let (first, part) = step_of::<STEPS>(cosine);
+        [0, 1].map(|which: usize| {
             self.with(ends, |row, term| {
-                along(&tables(&row.0[usize::from(inside)])[term], cosine)
+                let kept = &row.0[usize::from(inside)].kept;
+                let [low, high] = [first, first + 1].map(|step| kept[step][which][term]);
+                low + (high - low) * part
             })
-        };
-        [of(|side| &side.reflected), of(|side| &side.refracted)]
+        })
     }
 
     /// What is lost in the mean over the hemisphere, weighed by the cosine.

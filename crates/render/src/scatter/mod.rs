@@ -11,6 +11,8 @@ mod energy;
 mod film;
 mod frame;
 mod fresnel;
+mod frosted_points;
+mod frosts;
 mod ggx;
 mod glass;
 mod glosses;
@@ -30,13 +32,14 @@ use glam::Vec3;
 use raycam_bvh::Hit;
 use raycam_scene::{Alpha, Material, Reflectance};
 
-use crate::lanes::Three;
+use crate::lanes::{Three, get, set};
 use crate::prepare::PreparedWorld;
 use crate::prepared_material::PreparedMaterial;
 use crate::texture::Footprint;
 
 pub(crate) use aims::{Aim, Aims, share};
 pub(crate) use frame::{Frame, above, cosine_direction, turn, turned};
+pub(crate) use frosted_points::{FindFrosted, FrostedPoints, is_frosted};
 pub(crate) use glossy_points::{FindLobes, GlossyPoints, is_glossy};
 pub(crate) use interface::Interface;
 pub(crate) use layered::Layered;
@@ -99,6 +102,19 @@ impl<const N: usize> Default for Values<N> {
         Self {
             value: [[0.0; N]; 3],
             pdf: [0.0; N],
+        }
+    }
+}
+
+impl<const N: usize> Values<N> {
+    /// Takes some lanes of others.
+    #[inline(always)]
+    pub fn take(&mut self, which: &[bool; N], others: &Self) {
+        for (lane, &which) in which.iter().enumerate() {
+            let from = if which { others } else { &*self };
+            let (value, pdf) = (get(&from.value, lane), from.pdf[lane]);
+            set(&mut self.value, lane, value);
+            self.pdf[lane] = pdf;
         }
     }
 }

@@ -219,8 +219,17 @@ fn ggx(p: &Principled, lookup: &Lookup, roughness: f32) -> Ggx {
 
 /// Whether it is an interface over a diffuse base and no more, as wide in all directions.
 pub(super) fn is_glossy(p: &Principled) -> bool {
+    p.transmission.value == 0.0 && is_plain(p)
+}
+
+/// Whether it is an interface that refracts and no more, as wide in all directions, where its textures do not say otherwise.
+pub(super) fn is_frosted(p: &Principled) -> bool {
+    is_solid(p) && is_plain(p)
+}
+
+/// Whether it has no other extension than these, and specular, ior and emissive strength.
+fn is_plain(p: &Principled) -> bool {
     let strengths = [
-        &p.transmission,
         &p.diffuse_transmission,
         &p.clearcoat,
         &p.iridescence,

@@ -68,7 +68,9 @@ fn probabilities_add_up_and_are_those_of_the_draw() {
     const DRAWS: u32 = 1 << 16;
     let (tree, count) = tree_of(&many());
     for from in points() {
-        let stated: Vec<f64> = (0..count).map(|i| tree.probability(&(&from).into(), i)).collect();
+        let stated: Vec<f64> = (0..count)
+            .map(|i| tree.probability(&(&from).into(), i))
+            .collect();
         // Few draws are lost below a node of which nothing matters.
         let sum: f64 = stated.iter().sum();
         assert!(sum > 0.8 && sum < 1.0 + 1e-5, "{sum}");
@@ -145,7 +147,9 @@ fn several_lights_are_as_many_as_expected() {
     for (many, most) in [(many(), MOST_AT_A_POINT), (many()[..3].to_vec(), 3)] {
         let (tree, count) = tree_of(&many);
         for from in points() {
-            let expected: Vec<f64> = (0..count).map(|i| tree.expected(&(&from).into(), i)).collect();
+            let expected: Vec<f64> = (0..count)
+                .map(|i| tree.expected(&(&from).into(), i))
+                .collect();
             let mut found = vec![0.0; count];
             for n in 0..DRAWS {
                 let number = (f64::from(n) + 0.5) / f64::from(DRAWS);

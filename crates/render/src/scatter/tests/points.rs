@@ -8,7 +8,9 @@ use crate::control::Control;
 use crate::lanes::{LANES, get, set, set_corners};
 use crate::place::Places;
 use crate::prepare::PreparedWorld;
-use crate::scatter::{FindLobes, FindWays, GlossyPoints, Scattering, SmoothPoints, Value};
+use crate::scatter::{
+    FindFrosted, FindLobes, FindWays, FrostedPoints, GlossyPoints, Scattering, SmoothPoints, Value,
+};
 use crate::surface::Surface;
 
 /// A ball of each of these.
@@ -210,4 +212,116 @@ fn glossy_ones() {
         }
     }
     assert!(on > 600 && lost > 10 && lit > 300, "{on} {lost} {lit}");
+}
+
+#[test]
+fn frosted_ones() {
+    let glass = |roughness, ior| {
+        Reflectance::Glass(Glass {
+            roughness,
+            ior,
+            ..Glass::default()
+        })
+    };
+    let principled = |roughness, metallic| {
+        let mut p = Principled::default();
+        (p.transmission.value, p.thickness.value) = (1.0, 1.0);
+        (p.metallic.value, p.roughness.value) = (metallic, roughness);
+        p.specular_color.value = [1.0, 0.5, 2.0];
+        Reflectance::Principled(p.into())
+    };
+    // The second loses next to nothing.
+    let world = world(&[
+        glass(0.4, 1.5),
+        glass(0.04, 1.3),
+        glass(1.0, 1.1),
+        principled(0.3, 0.0),
+        principled(0.9, 0.4),
+    ]);
+    let object = |i: usize| match i / LANES % 3 {
+        0 => i % 3,
+        1 => 3 + i % 2,
+        _ => i * 7 / 3 % 5,
+    };
+    let (mut on, mut through, mut lost, mut lit) = (0, 0, 0, [0; 2]);
+    let mut points = FrostedPoints::<LANES>::default();
+    for first in (0..1920).step_by(LANES) {
+        let Met {
+            hits,
+            directions,
+            places,
+        } = Met::new(&world, first, object);
+        points.begin();
+        for (lane, hit) in hits.iter().enumerate() {
+            points.put((&places, lane), &world, hit, None, 1.0);
+        }
+        assert_eq!(points.is, [true; LANES]);
+        let (choice, random) = (numbers(first, 5), [numbers(first, 7), numbers(first, 11)]);
+        vectorized(FindFrosted {
+            world: &world,
+            places: &places,
+            random: &random,
+            choice: &choice,
+            points: &mut points,
+        });
+        let mut lights = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            set(&mut lights, lane, unit(first + 13 * lane).to_array());
+        }
+        let values = points.evaluate(&world, &places, &lights);
+        for (lane, hit) in hits.iter().enumerate() {
+            let place = places.place(lane);
+            let Surface { frame, scatter, .. } =
+                Surface::new(&world, &place, directions[lane], hit, None, 1.0);
+            let random = [choice[lane], random[0][lane], random[1][lane]];
+            let alone = scatter.sample(&frame, random);
+            let alone = alone.map(|sample| (sample, place.start(sample.direction).as_vec3()));
+            assert_eq!(format!("{:?}", points.sample(lane)), format!("{alone:?}"));
+            let light = Vec3::from(get(&lights, lane));
+            let Value { value, pdf } = scatter.evaluate(&frame, light);
+            assert_eq!(Vec3::from(get(&values.value, lane)), value);
+            assert_eq!(values.pdf[lane], pdf);
+            let below = |direction: Vec3| frame.geometric.dot(direction) < 0.0;
+            match alone {
+                None => lost += 1,
+                Some((sample, _)) if below(sample.direction) => through += 1,
+                Some(_) => on += 1,
+            }
+            lit[usize::from(below(light))] += usize::from(value != Vec3::ZERO);
+        }
+    }
+    assert!(
+        on > 400 && through > 400 && lost > 10,
+        "{on} {through} {lost}"
+    );
+    assert!(lit[0] > 300 && lit[1] > 300, "{lit:?}");
+}
+
+#[test]
+fn what_is_more_than_frosted_goes_one_by_one() {
+    let with = |change: fn(&mut Principled)| {
+        let mut p = Principled::default();
+        (p.transmission.value, p.thickness.value) = (1.0, 1.0);
+        (p.metallic.value, p.roughness.value) = (0.0, 0.5);
+        change(&mut p);
+        Reflectance::Principled(p.into())
+    };
+    let world = world(&[
+        with(|_| {}),
+        with(|p| p.transmission.value = 0.5),
+        with(|p| p.roughness.value = 0.0),
+        with(|p| p.clearcoat.value = 1.0),
+        with(|p| p.anisotropy.value = 0.5),
+        Reflectance::Glass(Glass {
+            thin: true,
+            roughness: 0.5,
+            ..Glass::default()
+        }),
+    ]);
+    let Met { hits, places, .. } = Met::new(&world, 0, |i| i % 6);
+    let mut points = FrostedPoints::<LANES>::default();
+    for (lane, hit) in hits.iter().enumerate() {
+        points.put((&places, lane), &world, hit, None, 1.0);
+        assert_eq!(points.is[lane], hit.instance == 0, "{}", hit.instance);
+    }
 }
