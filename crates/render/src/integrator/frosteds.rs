@@ -2,7 +2,6 @@
 
 use glam::Vec3;
 use raycam_bvh::Hit;
-use raycam_scene::Alpha;
 
 use super::arriving::Arriving;
 use super::media::{Media, Skin};
@@ -51,8 +50,7 @@ impl Walk<'_> {
         // What the camera sees through something else chooses lights as nothing else does by now.
         let late = self.choice(path) != self.choice_of_turn();
         let lit = self.many || !(self.sampled || self.rules.ambient.is_some());
-        let known = prepared.frosted && prepared.material.alpha == Alpha::Opaque;
-        if !known || late || !lit {
+        if !prepared.frosted || late || !lit {
             return;
         }
         let channel = path.channel.map(usize::from);

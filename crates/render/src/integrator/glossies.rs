@@ -2,7 +2,6 @@
 
 use glam::Vec3;
 use raycam_bvh::Hit;
-use raycam_scene::Alpha;
 
 use super::meetings::Meetings;
 use super::path::{Path, Wave};
@@ -26,7 +25,7 @@ impl Walk<'_> {
         let material = &prepared.material;
         // What the camera sees through something else chooses lights as nothing else does by now.
         let late = self.choice(path) != self.choice_of_turn();
-        let known = prepared.glossy && material.alpha == Alpha::Opaque && path.media.is_empty();
+        let known = prepared.glossy && path.media.is_empty();
         if !known || late || self.is_back(path, material, places.front(lane)) {
             return;
         }

@@ -24,6 +24,8 @@ pub(super) struct Meetings {
     corners: Vec<Corners<LANES>>,
     scatter: Vec<[f32; 2]>,
     pub places: Places<LANES>,
+    /// Which surfaces are not there for the ray, by their opacity.
+    pub absent: [bool; LANES],
     pub matte: Three<f32, LANES>,
     pub arriving: Arriving<LANES>,
     pub mattes: Mattes<LANES>,
@@ -146,6 +148,7 @@ impl Meetings {
     ) {
         let Self {
             places,
+            absent,
             matte,
             arriving,
             mattes,
@@ -164,6 +167,12 @@ impl Meetings {
             let path = &paths[at as usize];
             let material = walk.world.material(hit);
             arriving.put(lane, path);
+            // The backs of one-sided surfaces are another matter.
+            absent[lane] = !walk.is_back(path, &material.material, places.front(lane))
+                && walk.is_absent(path, &material.material, hit);
+            if absent[lane] {
+                continue;
+            }
             let Some(albedo) = walk.plain(path, (material, hit), places, lane) else {
                 walk.put_glossy(path, (material, hit), (places, lane), glossies);
                 walk.put_smooth(path, (material, hit), (places, lane), smooths);

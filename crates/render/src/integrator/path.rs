@@ -155,7 +155,12 @@ pub(super) fn radiance(
             for (lane, hit) in hits.iter().enumerate() {
                 let at = live[first + lane];
                 let path = &mut paths[at as usize];
-                let goes_on = if meetings.mattes.is[lane] {
+                let goes_on = if meetings.absent[lane] {
+                    // The same ray, from the other side.
+                    let place = meetings.places.place(lane);
+                    wave.rays.push(place.leaving(path.direction, f32::INFINITY));
+                    true
+                } else if meetings.mattes.is[lane] {
                     walk.step_matte(path, meetings, (number, lane), hit, wave, radiance)
                 } else if meetings.glossies.is[lane] {
                     walk.step_glossy(path, meetings, lane, hit, wave, radiance)

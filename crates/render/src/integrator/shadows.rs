@@ -30,17 +30,23 @@ impl Shadows {
         coherence: Coherence,
         radiance: &mut [Vec3],
     ) {
-        if world.see_through {
-            self.settle_through(world, scene, radiance);
-        } else {
-            self.dark.clear();
-            self.dark.resize(self.rays.len(), false);
-            scene.occluded(&self.rays, &mut self.dark, coherence);
-            for (&(index, light), dark) in self.light.iter().zip(&self.dark) {
-                if !dark {
-                    radiance[index] += light;
-                }
+        self.dark.clear();
+        self.dark.resize(self.rays.len(), false);
+        scene.occluded(&self.rays, &mut self.dark, coherence);
+        for (&(index, light), dark) in self.light.iter().zip(&self.dark) {
+            if !dark {
+                radiance[index] += light;
             }
+        }
+        if world.see_through {
+            let is_dark = || {
+                let mut dark = self.dark.iter();
+                move || dark.next() == Some(&true)
+            };
+            let (mut of_ray, mut of_light) = (is_dark(), is_dark());
+            self.rays.retain(|_| of_ray());
+            self.light.retain(|_| of_light());
+            self.settle_through(world, scene, radiance);
         }
         self.clear();
     }
@@ -50,7 +56,7 @@ impl Shadows {
         self.light.clear();
     }
 
-    /// Where surfaces may let light through by their opacity: from one to the next.
+    /// What stands in the way may let light through by its opacity: from one surface to the next.
     fn settle_through(&mut self, world: &PreparedWorld, scene: &Scene, radiance: &mut [Vec3]) {
         let mut hits = vec![];
         while !self.rays.is_empty() {

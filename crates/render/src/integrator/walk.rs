@@ -193,6 +193,12 @@ impl Walk<'_> {
         if self.is_back(path, material, surface.place.front) {
             return !surface.scatter.is_transmissive();
         }
+        self.is_absent(path, material, hit)
+    }
+
+    /// Whether a surface is not there for this ray by its opacity.
+    #[inline]
+    pub(super) fn is_absent(&self, path: &Path, material: &Material, hit: &Hit) -> bool {
         if material.alpha == Alpha::Opaque {
             return false;
         }

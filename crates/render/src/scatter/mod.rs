@@ -30,7 +30,7 @@ mod smooth_points;
 
 use glam::Vec3;
 use raycam_bvh::Hit;
-use raycam_scene::{Alpha, Material, Reflectance};
+use raycam_scene::{Material, Reflectance};
 
 use crate::lanes::{Three, get, set};
 use crate::prepare::PreparedWorld;
@@ -154,7 +154,7 @@ impl PreparedMaterial {
     }
 }
 
-/// The diffuse part of a material that is matte and opaque and no more: without a lobe, normals or light of its own.
+/// The diffuse part of a material that is matte and no more: without a lobe, normals or light of its own.
 pub(crate) fn plain(material: &Material) -> Option<f32> {
     let Reflectance::Lecture {
         diffuse, specular, ..
@@ -164,8 +164,7 @@ pub(crate) fn plain(material: &Material) -> Option<f32> {
     };
     let plain = specular == [0.0; 3]
         && material.normal_map.is_none()
-        && material.emission.value == [0.0; 3]
-        && material.alpha == Alpha::Opaque;
+        && material.emission.value == [0.0; 3];
     plain.then_some(diffuse)
 }
 

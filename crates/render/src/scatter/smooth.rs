@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use raycam_bvh::Hit;
-use raycam_scene::{Alpha, Material, Reflectance};
+use raycam_scene::{Material, Reflectance};
 
 use super::frame::Frame;
 use super::fresnel::{Fresnel, refract};
@@ -106,7 +106,7 @@ impl Way {
     }
 }
 
-/// Whether a material is a smooth metal or clear glass and no more: opaque, of one index of refraction for all colours, without
+/// Whether a material is a smooth metal or clear glass and no more: of one index of refraction for all colours, without
 /// normals or light of its own.
 pub(crate) fn is_clear(material: &Material) -> bool {
     let roughness = match &material.reflectance {
@@ -118,7 +118,6 @@ pub(crate) fn is_clear(material: &Material) -> bool {
         && !is_dispersive(material)
         && material.normal_map.is_none()
         && material.emission.value == [0.0; 3]
-        && material.alpha == Alpha::Opaque
 }
 
 impl PreparedMaterial {
