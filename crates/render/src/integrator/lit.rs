@@ -46,7 +46,7 @@ impl Draws {
             return;
         };
         self.environment = number;
-        let splits = walk.choice_of_turn() == Choice::Split;
+        let splits = walk.choice_of_turn() == Choice::Several;
         for i in walk.asked().filter(|&i| walk.many || i == 0) {
             if !splits || i == number {
                 environment.sample_many(&self.numbers[i], &mut self.around[i]);

@@ -55,7 +55,7 @@ struct Rules<'a> {
     pub light_samples: usize,
     /// How they are chosen.
     pub choice: Choice,
-    /// Whether surfaces that the camera sees sample more than one where several kinds or branches of them matter.
+    /// Whether surfaces that the camera sees sample more than one where there are several.
     pub splits: bool,
     /// Takes the even skies for an ambient term, dimmed by what is nearer than a distance where there is one.
     pub ambient: Option<Option<f32>>,

@@ -17,7 +17,7 @@ impl Walk<'_> {
     /// How lights are chosen where a path is scattered.
     pub(super) fn choice(&self, path: &Path) -> Choice {
         if self.splits && path.from_camera {
-            Choice::Split
+            Choice::Several
         } else {
             self.rules.choice
         }
@@ -26,7 +26,7 @@ impl Walk<'_> {
     /// The same for all paths that nothing has let through before.
     pub(super) fn choice_of_turn(&self) -> Choice {
         if self.splits && self.turn == 0 {
-            Choice::Split
+            Choice::Several
         } else {
             self.rules.choice
         }
@@ -35,7 +35,7 @@ impl Walk<'_> {
     /// The numbers of the lights that may be sampled at surfaces of this turn.
     pub(super) fn asked(&self) -> impl Iterator<Item = usize> {
         let (split, count) = match self.choice_of_turn() {
-            Choice::Split => (true, MOST_AT_ONCE),
+            Choice::Several => (true, MOST_AT_ONCE),
             _ => (false, self.rules.light_samples),
         };
         (0..count).filter(move |&i| !split || self.lights.tells(i))
@@ -114,7 +114,7 @@ impl Walk<'_> {
             }
             return;
         }
-        if choice == Choice::Split {
+        if choice == Choice::Several {
             lights.sample_each(by, world, which, random, tell);
             return;
         }

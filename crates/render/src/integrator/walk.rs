@@ -38,7 +38,7 @@ pub(super) struct Walk<'a> {
     pub only: Option<&'a Source>,
     /// Whether what lights bring to matte and glossy surfaces is found for many at a time.
     pub many: bool,
-    /// Whether surfaces that the camera sees sample all branches of them.
+    /// Whether surfaces that the camera sees sample several of them.
     pub splits: bool,
     /// Whether of what stands in the way of a path's last segment only counts that it does.
     pub blind: bool,
@@ -212,7 +212,7 @@ impl Walk<'_> {
             1.0
         } else {
             let count = match path.choice {
-                Choice::Split => 1.0,
+                Choice::Several => 1.0,
                 _ => self.rules.light_samples as f32,
             };
             1.0 / (1.0 + count * pdf / path.pdf)

@@ -14,7 +14,7 @@ pub(crate) enum Choice {
     /// shine count as one.
     Even,
     /// Each of those infinitely far away, some of the others, and surfaces that shine: by [`Lights::sample_each`].
-    Split,
+    Several,
 }
 
 /// The most directions that [`Lights::sample_each`] tells of.
@@ -75,7 +75,7 @@ impl Lights {
     pub fn is_chosen(&self, choice: Choice) -> bool {
         match choice {
             Choice::Even => self.count() > 1,
-            Choice::Weighed | Choice::Split => {
+            Choice::Weighed | Choice::Several => {
                 self.has_surfaces() || self.uneven + self.tree.count() > 1
             }
         }
@@ -128,7 +128,7 @@ impl Lights {
         match choice {
             Choice::Weighed => self.tree.probability(&from.into(), light),
             Choice::Even => 1.0 / self.finite.len() as f64,
-            Choice::Split => self.tree.expected(&from.into(), light),
+            Choice::Several => self.tree.expected(&from.into(), light),
         }
     }
 
@@ -145,7 +145,7 @@ impl Lights {
                     surfaces: if shining { one } else { 0.0 },
                 }
             }
-            Choice::Split => Odds {
+            Choice::Several => Odds {
                 sought: self.uneven,
                 infinite: 1.0,
                 finite: 1.0,

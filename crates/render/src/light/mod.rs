@@ -207,7 +207,7 @@ impl Lights {
         }
     }
 
-    /// Directions to all kinds of light, as [`Choice::Split`] says: tells of each with its number, for which `random` gives
+    /// Directions to all kinds of light, as [`Choice::Several`] says: tells of each with its number, for which `random` gives
     /// where on the light. `which` chooses within branches, `by` knows what may matter to the point.
     pub fn sample_each(
         &self,
@@ -224,7 +224,7 @@ impl Lights {
             }
         };
         for index in 0..self.uneven {
-            let sample = self.sample_infinite(from, Choice::Split, index, &random(index));
+            let sample = self.sample_infinite(from, Choice::Several, index, &random(index));
             found(index, sample);
         }
         self.tree

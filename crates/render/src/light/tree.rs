@@ -24,6 +24,13 @@ pub(crate) struct Tree {
     count: usize,
 }
 
+/// Lights of a node that is being built, up to an end, for one child.
+struct Part {
+    end: usize,
+    bounds: Bounds,
+    cost: f32,
+}
+
 /// More than one light is chosen by so many numbers.
 pub(crate) const MOST_AT_A_POINT: usize = 4;
 
@@ -51,29 +58,32 @@ impl Tree {
     fn build(&mut self, lights: &[Bounds], group: &mut [u32], above: Option<Place>, depth: u32) {
         let at = self.nodes.len();
         self.nodes.push(Node::new(above));
-        // The ends of the parts, and what is around each.
-        let mut parts = vec![(group.len(), around(lights, group))];
+        let part = |lights: &[Bounds], group: &[u32], end: usize| {
+            let bounds = around(lights, group);
+            let cost = if depth < DEEP { bounds.cost() } else { 0.0 };
+            Part { end, bounds, cost }
+        };
+        let mut parts = vec![part(lights, group, group.len())];
         while parts.len() < LANES {
             let (mut most, mut start) = (None::<(f32, usize, usize, usize)>, 0);
-            for (part, &(end, bounds)) in parts.iter().enumerate() {
-                let cost = if depth < DEEP { bounds.cost() } else { 0.0 };
+            for (i, &Part { end, cost, .. }) in parts.iter().enumerate() {
                 let count = end - start;
                 if count > 1 && most.is_none_or(|(c, n, ..)| (cost, count) > (c, n)) {
-                    most = Some((cost, count, part, start));
+                    most = Some((cost, count, i, start));
                 }
                 start = end;
             }
-            let Some((_, count, part, start)) = most else {
+            let Some((_, count, i, start)) = most else {
                 break;
             };
             let whole = &mut group[start..start + count];
             let middle = split(lights, whole, depth < DEEP);
             let (left, right) = whole.split_at(middle);
-            parts[part].1 = around(lights, right);
-            parts.insert(part, (start + middle, around(lights, left)));
+            parts[i] = part(lights, right, start + count);
+            parts.insert(i, part(lights, left, start + middle));
         }
         let (mut rest, mut start) = (group, 0);
-        for (child, (end, bounds)) in parts.into_iter().enumerate() {
+        for (child, Part { end, bounds, .. }) in parts.into_iter().enumerate() {
             let part;
             (part, rest) = rest.split_at_mut(end - start);
             start = end;

@@ -127,7 +127,7 @@ impl<const N: usize> Frosts<N> {
             let sin2 = (1.0 - cosine * cosine).max(0.0) / (eta * eta);
             let outside = (1.0 - sin2).sqrt();
             let cosine = if eta < 1.0 { outside } else { cosine };
-            let all = (eta < 1.0) & !(sin2 < 1.0);
+            let all = (eta < 1.0) & (sin2 >= 1.0);
             for (out, (f0, f90)) in [
                 (&mut reflected, self.ends(lane)),
                 (&mut over, self.over(lane)),

@@ -72,8 +72,8 @@ impl<const N: usize> Loops for FindFrosted<'_, N> {
             // As `Layered` does: never a lobe without a share.
             let first = choice[lane];
             let (second, third) = (first - specular, first - specular - above);
-            let is_third = !(first < specular) & !(second < above) & (below > 0.0);
-            let is_second = !(first < specular) & !is_third & (above > 0.0);
+            let is_third = (first >= specular) & (second >= above) & (below > 0.0);
+            let is_second = (first >= specular) & !is_third & (above > 0.0);
             let is_first = !is_second & !is_third;
             let left = if first < specular {
                 first
