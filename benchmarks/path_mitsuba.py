@@ -29,6 +29,8 @@ def bsdf(material: dict[str, Any]) -> dict[str, Any]:
         if rough["alpha"]:
             return {"type": "roughdielectric", **glass, **rough}
         return {"type": "dielectric", **glass}
+    if "shines" in material:
+        return {"type": "diffuse", "reflectance": rgb([0, 0, 0])}
     if "pane" in material:
         return {"type": "thindielectric", "int_ior": material["pane"], "ext_ior": 1.0}
     return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(material["matte"])}}
@@ -88,6 +90,8 @@ def picture(
         data = np.load(path)
         properties = mi.Properties()
         properties["mesh_bsdf"] = mi.load_dict(bsdf(material))
+        if "shines" in material:
+            properties["mesh_emitter"] = mi.load_dict({"type": "area", "radiance": rgb(material["shines"])})
         mesh = mi.Mesh(f"m{number}", len(data["vertices"]), len(data["faces"]), props=properties)
         parameters = mi.traverse(mesh)
         parameters["vertex_positions"] = data["vertices"].ravel()

@@ -1,5 +1,5 @@
 """The scenes on which path tracers are compared, as data that each renderer's `path_RENDERER.py` reads: seven, and
-further ones with rough and principled matter, several lamps and an image all around.
+further ones with rough and principled matter, several and many lamps, a mesh that shines and an image all around.
 
 A scene is {camera, lights, objects}; an object is (file of triangles, material). It is plain data, so that another
 Python can be given it: `path_worker.py`.
@@ -116,4 +116,14 @@ def further(folder: Path, image: Path) -> dict[str, Scene]:
     add("steel", [around], ball_file, steel, stone)
     add("plastic rock", [around], rock_file, plastic, stone)
     add("frosted", [around], ball_file, frosted, grey)
+    add("frosted under a lamp", [lamp, sky], ball_file, frosted, grey)
+    shining = folder / "shining.npz"
+    vertices, faces = ball([1.0, 1.2, -0.6], 0.4, 2)
+    np.savez(shining, vertices=vertices.astype(np.float32), faces=faces.astype(np.uint32))
+    add("shining", [], ball_file, white, grey)
+    made["shining"]["objects"].append((str(shining), {"shines": [6.0, 5.0, 4.0]}))
+    random = np.random.default_rng(1)
+    places = random.uniform([-3, -3, 1.2], [3, 3, 2], (50, 3)).tolist()
+    bulbs = [{"bulb": place, "intensity": [1.0, 0.9, 0.7]} for place in places]
+    add("fifty bulbs", bulbs, ball_file, white, grey)
     return made
