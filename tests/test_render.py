@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -279,6 +280,32 @@ def test_threads_of_python_may_render_one_world() -> None:
     with ThreadPoolExecutor(4) as pool:
         for frame in pool.map(lambda _: raycam.render(world, camera(), samples=2), range(8)):
             assert_same(frame, expected)
+
+
+FIRST = """
+import sys, threading
+import raycam
+
+sys.setswitchinterval(1e-6)
+world, start = raycam.load(sys.argv[1]), threading.Barrier(4)
+view = raycam.Camera.look_at([3, -4, 2], [0, 0, 0], size=(320, 240))
+
+def render():
+    start.wait()
+    raycam.render(world, view, samples=1)
+
+for _ in range(4):
+    threading.Thread(target=render).start()
+"""
+
+
+def test_the_first_pictures_of_a_process_may_begin_together(tmp_path: Path) -> None:
+    """What is imported for the first picture runs code of Python, and with it the other threads."""
+    world = tmp_path / "world.toml"
+    world.write_text("[[object]]\nbox = { size = 1 }\n")
+    command = [sys.executable, "-c", FIRST, str(world)]
+    for _ in range(6):
+        subprocess.run(command, timeout=60, check=True)
 
 
 def test_the_gil_is_free_while_rendering() -> None:

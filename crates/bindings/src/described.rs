@@ -41,7 +41,9 @@ pub(crate) fn world_add_object(
     within: Option<PathBuf>,
 ) -> PyResult<usize> {
     let spec: ObjectSpec = from_node(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
-    world.add(within, |inner, files| spec.build(inner, files))
+    world.add(description.py(), within, |inner, files| {
+        spec.build(inner, files)
+    })
 }
 
 /// Adds a light, whose files are those of [`world_add_object`].
@@ -52,7 +54,7 @@ pub(crate) fn world_add_light(
     within: Option<PathBuf>,
 ) -> PyResult<usize> {
     let mut light: Light = from_node(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
-    world.add(within, |inner, files| {
+    world.add(description.py(), within, |inner, files| {
         light.read(files)?;
         Ok(inner.add_light(light)?)
     })
@@ -69,13 +71,14 @@ pub(crate) fn world_set_video(world: &World, description: &Bound<'_, PyAny>) -> 
 }
 
 impl World {
-    /// Adds what a description says.
-    fn add<T>(
+    /// Adds what a description says, while other threads of Python run.
+    fn add<T: Send>(
         &self,
+        py: Python<'_>,
         within: Option<PathBuf>,
-        add: impl FnOnce(&mut Inner, &mut Folder) -> Result<T, FormatError>,
+        add: impl FnOnce(&mut Inner, &mut Folder) -> Result<T, FormatError> + Send,
     ) -> PyResult<T> {
-        self.change(|inner| {
+        let change = |inner: &mut Inner| {
             let limit = inner.texture_memory.as_ref().map(|memory| memory.limit());
             let budget = budget(limit);
             let files = match within {
@@ -86,6 +89,7 @@ impl World {
             let added = add(inner, &mut files).map_err(IntoPyErr::into_py_err)?;
             files.finish(inner).map_err(IntoPyErr::into_py_err)?;
             Ok(added)
-        })
+        };
+        py.detach(|| self.change(change))
     }
 }

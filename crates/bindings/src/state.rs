@@ -47,7 +47,8 @@ impl World {
         self.state().world.clone()
     }
 
-    /// Changes the world; when that fails, it is as before.
+    /// Changes the world; when that fails, it is as before. `change` must not need the GIL, which others may hold while they
+    /// wait for it to end.
     pub(crate) fn change<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
         let mut state = self.state();
         let world = Arc::make_mut(&mut state.world);

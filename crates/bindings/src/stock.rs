@@ -39,7 +39,8 @@ struct Stock {
     pictures: u64,
 }
 
-/// Locked only while the GIL is held, and never for long: a fork finds it free.
+/// Locked only while the GIL is held, and never for long: a fork finds it free. Nothing is made meanwhile that Python owns:
+/// that may run its code (an import, a garbage collector), which lets other threads run, and these would wait here for ever.
 static STOCK: Mutex<Option<Stock>> = Mutex::new(None);
 
 impl Owner {
@@ -167,20 +168,20 @@ impl Planes {
         let mut lock = STOCK.lock().unwrap_or_else(PoisonError::into_inner);
         let stock = lock.get_or_insert_default();
         let dropped = stock.begin();
-        let planes = channels.iter().map(|&channel| {
+        let wanted = channels.iter().map(|&channel| {
             let (kind, values) = (channel.kind(), pixels * channel.components());
-            let used = stock.take(py, kind, values);
-            Plane {
-                channel,
-                values,
-                zero: used.is_none(),
-                owner: used.unwrap_or_else(|| Owner::zeros(py, kind, values)),
-            }
+            (channel, values, stock.take(py, kind, values))
         });
-        let planes = Self(planes.collect());
+        let wanted: Vec<_> = wanted.collect();
         drop(lock);
         drop(dropped);
-        planes
+        let planes = wanted.into_iter().map(|(channel, values, used)| Plane {
+            channel,
+            values,
+            zero: used.is_none(),
+            owner: used.unwrap_or_else(|| Owner::zeros(py, channel.kind(), values)),
+        });
+        Self(planes.collect())
     }
 
     /// Lets them be written.
