@@ -1,22 +1,29 @@
-//! Rough metals and glTF's principled material without its extensions, many points at a time, field by field: what
+//! Rough metals and glTF's principled material, also under coats and sheens, many points at a time, field by field: what
 //! [`Layered`](super::Layered) does one by one.
+
+mod find;
 
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
-use raycam_bvh::{Hit, Loops};
+use raycam_bvh::Hit;
 use raycam_scene::{Material, Reflectance};
 
+use super::coats::Coats;
 use super::energy::{Albedo, Rows, Tables, multiple, tables};
-use super::frame::{Frame, cosine_density, cosine_direction};
+use super::frame::{Frame, cosine_density};
 use super::ggx::Facets;
 use super::glosses::Glosses;
 use super::principled::{Lookup, Seen};
+use super::sheen::Sheen;
 use super::{ScatterSample, Values, is_smooth, metal, principled};
 use crate::lanes::{Three, get, set};
 use crate::place::Places;
 use crate::prepare::PreparedWorld;
 use crate::prepared_material::PreparedMaterial;
+
+pub(crate) use find::FindLobes;
+use find::Goes;
 
 /// Points of rough interfaces over diffuse bases. Each lane is computed as it would be alone.
 #[derive(Debug)]
@@ -26,6 +33,10 @@ pub(crate) struct GlossyPoints<const N: usize> {
     any: bool,
     normal: Three<f32, N>,
     made: Glosses<N>,
+    coats: Coats<N>,
+    /// Fibres are looked at one by one: most of them is powers.
+    sheens: [Option<Sheen>; N],
+    any_sheen: bool,
     seen: Views<N>,
     goes: Goes<N>,
 }
@@ -44,18 +55,8 @@ struct Views<const N: usize> {
     /// What the interface leaves for the base: from here, and in the mean.
     left: [f32; N],
     left_mean: [f32; N],
-    /// How often the interface and the base are sampled.
-    shares: [[f32; N]; 2],
-}
-
-/// Where light goes on, and where its rays start.
-#[derive(Clone, Copy, Debug)]
-struct Goes<const N: usize> {
-    goes: [bool; N],
-    direction: Three<f32, N>,
-    weight: Three<f32, N>,
-    pdf: [f32; N],
-    start: Three<f32, N>,
+    /// How often the interface, the base and the coat are sampled.
+    shares: [[f32; N]; 3],
 }
 
 impl<const N: usize> Default for Views<N> {
@@ -68,19 +69,7 @@ impl<const N: usize> Default for Views<N> {
             multiple: [[0.0; N]; 3],
             left: [0.0; N],
             left_mean: [1.0; N],
-            shares: [[0.0; N]; 2],
-        }
-    }
-}
-
-impl<const N: usize> Default for Goes<N> {
-    fn default() -> Self {
-        Self {
-            goes: [false; N],
-            direction: [[0.0; N]; 3],
-            weight: [[0.0; N]; 3],
-            pdf: [0.0; N],
-            start: [[0.0; N]; 3],
+            shares: [[0.0; N]; 3],
         }
     }
 }
@@ -92,6 +81,9 @@ impl<const N: usize> Default for GlossyPoints<N> {
             any: false,
             normal: [[0.0; N]; 3],
             made: Glosses::default(),
+            coats: Coats::default(),
+            sheens: [None; N],
+            any_sheen: false,
             seen: Views::default(),
             goes: Goes::default(),
         }
@@ -113,6 +105,7 @@ impl<const N: usize> GlossyPoints<N> {
     pub fn begin(&mut self) {
         self.is = [false; N];
         (self.any, self.made.any_metal) = (false, false);
+        (self.coats.any, self.any_sheen) = (false, false);
     }
 
     /// Whether there is any.
@@ -157,6 +150,9 @@ impl<const N: usize> GlossyPoints<N> {
             return;
         }
         self.made.put(lane, &layers, &material.reflectance);
+        self.coats.put(lane, layers.coat.as_ref());
+        self.sheens[lane] = layers.sheen;
+        self.any_sheen |= layers.sheen.is_some();
         set(&mut self.normal, lane, normal.to_array());
         self.is[lane] = true;
         self.any = true;
@@ -171,7 +167,7 @@ impl<const N: usize> GlossyPoints<N> {
                 direction: get(&goes.direction, lane).into(),
                 weight: get(&goes.weight, lane).into(),
                 pdf: goes.pdf[lane],
-                delta: false,
+                delta: goes.delta[lane],
                 squeeze: 1.0,
             };
             (sample, get(&goes.start, lane).into())
@@ -230,7 +226,37 @@ impl<const N: usize> GlossyPoints<N> {
             values.pdf[lane] = if up[lane] { pdf } else { 0.0 };
             set(&mut values.value, lane, value.to_array());
         }
+        if self.any_sheen {
+            self.add_sheens(&lights, &up, &mut values);
+        }
+        if self.coats.any {
+            let coatings = self.coats.evaluate(places, tables, directions);
+            for (lane, &up) in up.iter().enumerate() {
+                let below = Vec3::from(get(&values.value, lane));
+                let value = below * coatings.left[lane] + coatings.value[lane];
+                let pdf = values.pdf[lane] + coatings.pdf[lane] * seen.shares[2][lane];
+                values.pdf[lane] = if up { pdf } else { 0.0 };
+                let value = if up { value } else { Vec3::ZERO };
+                set(&mut values.value, lane, value.to_array());
+            }
+        }
         values
+    }
+
+    /// Adds what fibres send back, and takes what they do not let through.
+    #[inline(always)]
+    fn add_sheens(&self, lights: &Three<f32, N>, up: &[bool; N], values: &mut Values<N>) {
+        for (lane, sheen) in self.sheens.iter().enumerate() {
+            let Some(sheen) = sheen.filter(|_| up[lane]) else {
+                continue;
+            };
+            let v = Vec3::from(get(&self.seen.view, lane));
+            let l = Vec3::from(get(lights, lane));
+            let left = sheen.left(v.z).min(sheen.left(l.z));
+            let below = Vec3::from(get(&values.value, lane));
+            let value = below * left + sheen.evaluate(v, l);
+            set(&mut values.value, lane, value.to_array());
+        }
     }
 
     /// What depends on the view.
@@ -246,6 +272,18 @@ impl<const N: usize> GlossyPoints<N> {
             set(&mut seen.view, lane, view.to_array());
         }
         made.find_ends();
+        let mut of_sheen = [[0.0; N]; 3];
+        if self.any_sheen {
+            for (lane, sheen) in self.sheens.iter().enumerate() {
+                let reflected = sheen.map_or(Vec3::ZERO, |s| s.reflected(seen.view[2][lane]));
+                set(&mut of_sheen, lane, reflected.to_array());
+            }
+        }
+        let mut coated = [0.0; N];
+        if self.coats.any {
+            self.coats.see(places, tables);
+            coated = self.coats.coated;
+        }
         let reflected = made.reflected(&seen.view[2]);
         let (mut at, mut means) = ([[0.0; N]; 2], [[0.0; N]; 2]);
         for lane in 0..N {
@@ -267,11 +305,14 @@ impl<const N: usize> GlossyPoints<N> {
             } else {
                 own.single
             };
-            let weights = [mean(single), mean(own.multiple + diffuse * left)];
-            let sum = weights[0] + weights[1];
-            let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+            let of_sheen = Vec3::from(get(&of_sheen, lane));
+            let weights = [mean(single), mean(own.multiple + diffuse * left + of_sheen)];
+            let (sum, coated) = (weights[0] + weights[1], coated[lane]);
+            let scale = if sum > 0.0 { (1.0 - coated) / sum } else { 0.0 };
+            let all = if coated > 0.0 { 1.0 } else { 0.0 };
             seen.shares[0][lane] = weights[0] * scale;
             seen.shares[1][lane] = weights[1] * scale;
+            seen.shares[2][lane] = if sum > 0.0 { coated } else { all };
             seen.lost[lane] = lost;
             seen.kept[lane] = means[0];
             set(
@@ -283,60 +324,5 @@ impl<const N: usize> GlossyPoints<N> {
             seen.left_mean[lane] = Albedo::new(over, means, means[0]).left().max(1e-6);
         }
         self.seen = seen;
-    }
-}
-
-/// Finds where light goes on, by two random numbers and one that chooses between the interface and the base.
-pub(crate) struct FindLobes<'a, const N: usize> {
-    pub places: &'a Places<N>,
-    pub random: &'a [[f32; N]; 2],
-    pub choice: &'a [f32; N],
-    pub points: &'a mut GlossyPoints<N>,
-}
-
-impl<const N: usize> Loops for FindLobes<'_, N> {
-    #[inline(always)]
-    fn run(self) {
-        let Self {
-            places,
-            random,
-            choice,
-            points,
-        } = self;
-        points.see(places, tables());
-        let mut goes = Goes::default();
-        for lane in 0..N {
-            let v = Vec3::from(get(&points.seen.view, lane));
-            let [specular, diffuse] = [0, 1].map(|lobe: usize| points.seen.shares[lobe][lane]);
-            let random = [random[0][lane], random[1][lane]];
-            // As `Layered` does: never a lobe without a share.
-            let mirrored = (choice[lane] < specular) | (diffuse == 0.0);
-            let h = points.made.ggx(lane).sample(v, random);
-            let reflected = 2.0 * v.dot(h) * h - v;
-            let there = if mirrored {
-                (reflected.z > 0.0) & (specular > 0.0)
-            } else {
-                true
-            };
-            let l = if mirrored {
-                reflected
-            } else {
-                cosine_direction(random)
-            };
-            let direction = points.frame(places, lane).world(l);
-            let start = places.start(lane, direction).as_vec3();
-            goes.goes[lane] = there;
-            set(&mut goes.direction, lane, direction.to_array());
-            set(&mut goes.start, lane, start.to_array());
-        }
-        let values = points.evaluate(places, &goes.direction);
-        for lane in 0..N {
-            let pdf = values.pdf[lane];
-            let weight = Vec3::from(get(&values.value, lane)) / pdf;
-            goes.goes[lane] &= pdf > 0.0;
-            goes.pdf[lane] = pdf;
-            set(&mut goes.weight, lane, weight.to_array());
-        }
-        points.goes = goes;
     }
 }

@@ -7,6 +7,7 @@ mod aims;
 mod anisotropic;
 mod between;
 mod coat;
+mod coats;
 mod energy;
 mod film;
 mod frame;

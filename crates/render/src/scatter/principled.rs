@@ -217,27 +217,21 @@ fn ggx(p: &Principled, lookup: &Lookup, roughness: f32) -> Ggx {
     }
 }
 
-/// Whether it is an interface over a diffuse base and no more, as wide in all directions.
+/// Whether it is an interface over a diffuse base, as wide in all directions, perhaps under a coat and a sheen, and no more.
 pub(super) fn is_glossy(p: &Principled) -> bool {
     p.transmission.value == 0.0 && is_plain(p)
 }
 
 /// Whether it is an interface that refracts and no more, as wide in all directions, where its textures do not say otherwise.
 pub(super) fn is_frosted(p: &Principled) -> bool {
-    is_solid(p) && is_plain(p)
+    let bare = p.clearcoat.value == 0.0 && p.sheen_color.value == [0.0; 3];
+    is_solid(p) && is_plain(p) && bare
 }
 
-/// Whether it has no other extension than these, and specular, ior and emissive strength.
+/// Whether its interface has no film and no direction, and sends all colours the same way on.
 fn is_plain(p: &Principled) -> bool {
-    let strengths = [
-        &p.diffuse_transmission,
-        &p.clearcoat,
-        &p.iridescence,
-        &p.anisotropy,
-    ];
-    strengths.iter().all(|strength| strength.value == 0.0)
-        && p.sheen_color.value == [0.0; 3]
-        && p.dispersion == 0.0
+    let strengths = [&p.diffuse_transmission, &p.iridescence, &p.anisotropy];
+    strengths.iter().all(|strength| strength.value == 0.0) && p.dispersion == 0.0
 }
 
 /// Whether light that enters it is refracted: it has an inside and lets light through.

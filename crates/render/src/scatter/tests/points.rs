@@ -9,7 +9,8 @@ use crate::lanes::{LANES, get, set, set_corners};
 use crate::place::Places;
 use crate::prepare::PreparedWorld;
 use crate::scatter::{
-    FindFrosted, FindLobes, FindWays, FrostedPoints, GlossyPoints, Scattering, SmoothPoints, Value,
+    FindFrosted, FindLobes, FindWays, FrostedPoints, GlossyPoints, ScatterSample, Scattering,
+    SmoothPoints, Value,
 };
 use crate::surface::Surface;
 
@@ -155,22 +156,34 @@ fn glossy_ones() {
         p.specular_color.value = [1.0, 0.5, 2.0];
         Reflectance::Principled(p.into())
     };
+    let layered = |coat: [f32; 2], sheen: [f32; 3]| {
+        let mut p = Principled::default();
+        (p.metallic.value, p.roughness.value) = (0.2, 0.5);
+        (p.clearcoat.value, p.clearcoat_roughness.value) = coat.into();
+        (p.sheen_color.value, p.sheen_roughness.value) = (sheen, 0.6);
+        Reflectance::Principled(p.into())
+    };
     let world = world(&[
         principled(0.0, 0.4),
         principled(0.3, 1.0),
         principled(1.0, 0.1),
         metal("gold", 0.4),
         metal("silver", 0.05),
+        layered([0.7, 0.4], [0.0; 3]),
+        layered([1.0, 0.0], [0.0; 3]),
+        layered([0.5, 0.2], [0.3, 0.6, 0.2]),
+        layered([0.0, 0.0], [0.9; 3]),
     ]);
-    // The principled material alone, metal alone, and both.
-    let object = |i: usize| match i / LANES % 3 {
+    // The principled material alone, metal alone, coats alone, and all.
+    let object = |i: usize| match i / LANES % 4 {
         0 => i % 3,
         1 => 3 + i % 2,
-        _ => i * 7 / 3 % 5,
+        2 => 5 + i % 2,
+        _ => i * 7 / 3 % 9,
     };
-    let (mut on, mut lost, mut lit) = (0, 0, 0);
+    let (mut on, mut lost, mut lit, mut mirrored) = (0, 0, 0, 0);
     let mut points = GlossyPoints::<LANES>::default();
-    for first in (0..960).step_by(LANES) {
+    for first in (0..1920).step_by(LANES) {
         let Met {
             hits,
             directions,
@@ -206,12 +219,16 @@ fn glossy_ones() {
             assert_eq!(values.pdf[lane], pdf);
             match alone {
                 None => lost += 1,
-                Some(_) => on += 1,
+                Some((ScatterSample { delta, .. }, _)) => {
+                    on += 1;
+                    mirrored += usize::from(delta);
+                }
             }
             lit += usize::from(value != Vec3::ZERO);
         }
     }
-    assert!(on > 600 && lost > 10 && lit > 300, "{on} {lost} {lit}");
+    assert!(on > 1200 && lost > 20 && lit > 600, "{on} {lost} {lit}");
+    assert!(mirrored > 10, "{mirrored}");
 }
 
 #[test]
