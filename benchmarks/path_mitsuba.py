@@ -16,6 +16,9 @@ def rgb(value: list[float]) -> dict[str, Any]:
 def bsdf(material: dict[str, Any]) -> dict[str, Any]:
     if "principled" in material:
         shape = {name: material[name] for name in ("roughness", "metallic")}
+        if "coat" in material:
+            # A quarter of its coat is one, whose roughness is 0.1 without gloss.
+            shape |= {"clearcoat": 4 * material["coat"], "clearcoat_gloss": 0.0}
         return {"type": "principled", "base_color": rgb(material["principled"]), "specular": 0.5, **shape}
     # Mitsuba's roughness is its square.
     rough = {"distribution": "ggx", "alpha": material.get("roughness", 0.0) ** 2}
@@ -23,7 +26,7 @@ def bsdf(material: dict[str, Any]) -> dict[str, Any]:
         metal = {"eta": rgb(GOLD[0]), "k": rgb(GOLD[1])}
         if rough["alpha"]:
             return {"type": "twosided", "bsdf": {"type": "roughconductor", **metal, **rough}}
-        return {"type": "conductor", **metal}
+        return {"type": "twosided", "bsdf": {"type": "conductor", **metal}}
     if "glass" in material:
         glass = {"int_ior": material["glass"], "ext_ior": 1.0}
         if rough["alpha"]:

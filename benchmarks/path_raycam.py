@@ -24,6 +24,8 @@ def picture(scene: Scene, size: tuple[int, int]) -> Any:
         if "principled" in material:
             style = {"type": "principled", "color": material["principled"]}
             style |= {name: material[name] for name in ("roughness", "metallic")}
+        if "coat" in material:
+            style |= {"clearcoat": material["coat"], "clearcoat_roughness": 0.1**0.5}
         if "shines" in material:
             style = {"color": [0, 0, 0], "emission": material["shines"]}
         if "pane" in material:

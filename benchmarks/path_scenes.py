@@ -102,6 +102,7 @@ def further(folder: Path, image: Path) -> dict[str, Scene]:
     plastic = {"principled": [0.7, 0.2, 0.1], "roughness": 0.4, "metallic": 0.0}
     steel = {"principled": [0.6, 0.6, 0.65], "roughness": 0.3, "metallic": 1.0}
     stone = {"principled": [0.5] * 3, "roughness": 0.6, "metallic": 0.0}
+    lacquer = plastic | {"coat": 0.25}
     brushed, frosted = {"gold": True, "roughness": 0.4}, {"glass": 1.5, "roughness": 0.4}
 
     def add(name: str, lights: list[Any], thing: str, material: Any, ground: Any) -> None:
@@ -110,6 +111,7 @@ def further(folder: Path, image: Path) -> dict[str, Scene]:
 
     add("brushed", [lamp, sky], ball_file, brushed, grey)
     add("plastic", [lamp, sky], ball_file, plastic, stone)
+    add("lacquer", [lamp, sky], ball_file, lacquer, grey)
     add("lamps", [lamp, red, blue], rock_file, white, grey)
     add("plastic under lamps", [lamp, red, blue], ball_file, plastic, stone)
     add("image", [around], ball_file, white, grey)
