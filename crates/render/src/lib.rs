@@ -47,6 +47,7 @@ mod tangent;
 mod target;
 pub mod texture;
 mod threads;
+mod thrown;
 mod tile;
 mod told;
 mod truth;

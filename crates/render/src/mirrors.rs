@@ -6,9 +6,11 @@ use raycam_scene::{Material, Reflectance};
 
 use crate::prepare::{PreparedObject, PreparedWorld};
 
-/// A sphere around such an object.
+/// Such an object, and a sphere around it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mirror {
+    /// Its number in the world.
+    pub object: u32,
     /// Scene-local.
     pub center: DVec3,
     pub radius: f64,
@@ -21,7 +23,7 @@ const ROUGHEST: f32 = 0.35;
 
 /// Those of a world.
 pub(crate) fn mirrors(world: &PreparedWorld) -> Vec<Mirror> {
-    let gathers = |object: &&PreparedObject| {
+    let gathers = |(_, object): &(usize, &PreparedObject)| {
         let slots = object.mesh.mesh.slot_count().max(1);
         let of_slot = |&material: &usize| gathers(&world.materials[material].material);
         object.materials.iter().take(slots).all(of_slot)
@@ -29,8 +31,9 @@ pub(crate) fn mirrors(world: &PreparedWorld) -> Vec<Mirror> {
     let mut all: Vec<_> = world
         .objects
         .iter()
+        .enumerate()
         .filter(gathers)
-        .map(|object| Mirror::around(object, world.origin))
+        .map(|(number, object)| Mirror::around(number as u32, object, world.origin))
         .collect();
     // In the order of the world where they are of one size.
     all.sort_by(|a, b| b.radius.total_cmp(&a.radius));
@@ -39,12 +42,13 @@ pub(crate) fn mirrors(world: &PreparedWorld) -> Vec<Mirror> {
 }
 
 impl Mirror {
-    fn around(object: &PreparedObject, origin: DVec3) -> Self {
+    fn around(number: u32, object: &PreparedObject, origin: DVec3) -> Self {
         let placed = |point| object.world_from_mesh.transform_point3(point);
         let center = placed(object.mesh.center);
         let vertices = object.mesh.mesh.vertices.iter();
         let away = |&vertex: &DVec3| placed(vertex).distance_squared(center);
         Self {
+            object: number,
             center: center - origin,
             radius: vertices.map(away).fold(0.0, f64::max).sqrt(),
         }
@@ -168,20 +172,26 @@ mod tests {
         let pictures = |prepared: &PreparedWorld| -> Vec<_> {
             (1..=8).map(|seed| picture(prepared, seed)).collect()
         };
+        let thrown = pictures(&prepared);
+        prepared.thrown = vec![].into();
         let with = pictures(&prepared);
         prepared.mirrors.clear();
         let without = pictures(&prepared);
-        let [a, b] = [&with, &without].map(|all| all.iter().map(|one| mean(one)).sum::<f64>());
-        let [noise, plain] = [&with, &without].map(|all| {
+        let all = [&thrown, &with, &without];
+        let [a, b, c] = all.map(|all| all.iter().map(|one| mean(one)).sum::<f64>());
+        let [guided, noise, plain] = all.map(|all| {
             let pairs = all.chunks(2).map(|pair| apart(&pair[0], &pair[1]));
             pairs.sum::<f64>()
         });
-        // The three channels have one noise, so that their sum has three times the variance.
-        let error = (3.0 * (noise + plain)).sqrt();
-        assert!(
-            error < 3e-3 * b && (a - b).abs() < 4.0 * error,
-            "{a} {b} {error}"
-        );
+        for (a, b, noises) in [(a, b, guided + noise), (b, c, noise + plain)] {
+            // The three channels have one noise, so that their sum has three times the variance.
+            let error = (3.0 * noises).sqrt();
+            assert!(
+                error < 3e-3 * b && (a - b).abs() < 4.0 * error,
+                "{a} {b} {error}"
+            );
+        }
         assert!(noise < 0.7 * plain, "{noise} {plain}");
+        assert!(guided < 0.7 * noise, "{guided} {noise}");
     }
 }

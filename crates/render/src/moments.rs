@@ -250,6 +250,8 @@ impl PreparedWorld {
             textures: still.textures.clone(),
             texture_memory: still.texture_memory.clone(),
             mirrors: vec![],
+            // There are too many moments for light to be followed in each.
+            thrown: vec![].into(),
             lights: still.lights.clone(),
             default_lights: still.default_lights.clone(),
         };

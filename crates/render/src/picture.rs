@@ -114,6 +114,9 @@ impl<'a> Picture<'a> {
         if exact && moments.is_none() {
             world.expect_exact(u64::from(region[2]) * u64::from(region[3]));
         }
+        if colored {
+            integrator::guide(world, settings);
+        }
         let mut picture = Self {
             world,
             scene: match many {

@@ -1,7 +1,7 @@
 //! From a world as written to a world as rendered.
 
 use std::collections::HashSet;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_bvh::{BuildError, Bvh, ExactTriangles, Instance, Scene};
@@ -15,6 +15,7 @@ use crate::prepared_material::{PreparedMaterial, prepare_materials};
 use crate::prepared_mesh::{PreparedMesh, prepare_meshes};
 use crate::texture::{PreparedTexture, prepare_textures};
 use crate::threads::with_pool;
+use crate::thrown::Thrown;
 use crate::{control::Control, cover};
 
 /// A placed mesh.
@@ -56,6 +57,8 @@ pub struct PreparedWorld {
     pub(crate) texture_memory: Option<Arc<TextureMemory>>,
     /// What gathers light.
     pub(crate) mirrors: Vec<Mirror>,
+    /// What each of these throws, found when paths need it: see [`crate::integrator::guide`]. None of a moment of an exposure.
+    pub(crate) thrown: OnceLock<Vec<Thrown>>,
     pub(crate) lights: Arc<Lights>,
     /// What lights a world without lights.
     pub(crate) default_lights: Option<Arc<Lights>>,
@@ -101,6 +104,7 @@ impl PreparedWorld {
             textures: Arc::new(textures),
             texture_memory: world.texture_memory.clone(),
             mirrors: vec![],
+            thrown: OnceLock::new(),
             lights: Arc::default(),
             default_lights: None,
         };

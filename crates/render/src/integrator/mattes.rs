@@ -251,12 +251,14 @@ pub(super) mod tests {
         vectorized(&mut places);
         if first.is_multiple_of(2 * LANES) {
             let mirrors = [DVec3::X, DVec3::Y].map(|center| Mirror {
+                object: 0,
                 center: 2.0 * center,
                 radius: 0.7,
             });
             let random: Vec<f32> = (0..LANES).map(|i| unit(i + first).x.abs()).collect();
             vectorized(Aim {
                 mirrors: &mirrors,
+                thrown: &[],
                 places: &places,
                 active: &[true; LANES],
                 random: &[0, 1].map(|_| std::array::from_fn(|lane| random[lane])),

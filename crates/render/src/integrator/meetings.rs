@@ -18,6 +18,9 @@ use crate::prepared_material::PreparedMaterial;
 use crate::sampler::{Pair, Sampler};
 use crate::scatter::{Aim, Directions, FindFrosted, FindLobes, GlossyPoints};
 
+/// Segments from a surface through a mirror to a light, at least.
+pub(super) const BY_MIRROR: u32 = 2;
+
 /// Of all paths of a turn at once, and of some at a time what takes more room.
 #[derive(Default)]
 pub(super) struct Meetings {
@@ -180,8 +183,7 @@ impl Meetings {
                 continue;
             };
             mattes.put(lane, albedo);
-            // Through a mirror to a light are two segments more.
-            aimed[lane] = path.depth.saturating_add(2) <= walk.rules.max_depth;
+            aimed[lane] = path.depth.saturating_add(BY_MIRROR) <= walk.rules.max_depth;
         }
         arriving.find_near(walk.lights, places.directions());
         let mut choice = [0.0; LANES];
@@ -212,6 +214,7 @@ impl Meetings {
             if !walk.mirrors.is_empty() && aimed != [false; LANES] {
                 vectorized(Aim {
                     mirrors: walk.mirrors,
+                    thrown: walk.thrown,
                     places,
                     active: &aimed,
                     random,

@@ -11,6 +11,7 @@ mod media;
 mod meetings;
 mod next_event;
 mod path;
+mod photons;
 mod shadows;
 mod smooths;
 mod surfaces;
@@ -27,6 +28,7 @@ use crate::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 use crate::texture::Cone;
 pub(crate) use path::Room;
+pub(crate) use photons::guide;
 
 /// Rays of one tile and what they met, entry by entry.
 pub(crate) struct Batch<'a> {

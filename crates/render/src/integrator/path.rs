@@ -87,6 +87,7 @@ pub(super) fn radiance(
             true => &world.mirrors,
             false => &[],
         },
+        thrown: world.thrown.get().map_or(&[], Vec::as_slice),
         turn: 0,
     };
     let Room {

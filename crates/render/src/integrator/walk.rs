@@ -18,6 +18,7 @@ use crate::sampler::{Pair, Sampler};
 use crate::scatter::{Matte, ScatterSample, Scattering, is_dispersive};
 use crate::surface::Surface;
 use crate::texture::Footprint;
+use crate::thrown::Thrown;
 
 /// Segments before a path may end by roulette: the noise of ending sooner costs more than the time that it saves.
 const SAFE_DEPTH: u32 = 6;
@@ -46,6 +47,8 @@ pub(super) struct Walk<'a> {
     pub branches: bool,
     /// What the rays of matte surfaces are aimed at.
     pub mirrors: &'a [Mirror],
+    /// What each of these throws, where that is known.
+    pub thrown: &'a [Thrown],
     /// Surfaces that all paths at hand have met: which random numbers they have used.
     pub turn: u32,
 }
