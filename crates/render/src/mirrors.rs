@@ -19,7 +19,8 @@ pub(crate) struct Mirror {
 /// The largest that count: each takes time at every matte surface.
 pub(crate) const MIRRORS: usize = 4;
 /// Rougher ones gather little, and light that is sampled where they are met finds it.
-const ROUGHEST: f32 = 0.35;
+const ROUGHEST_METAL: f32 = 0.45;
+const ROUGHEST_GLASS: f32 = 0.35;
 
 /// Those of a world.
 pub(crate) fn mirrors(world: &PreparedWorld) -> Vec<Mirror> {
@@ -57,11 +58,12 @@ impl Mirror {
 
 fn gathers(material: &Material) -> bool {
     match &material.reflectance {
-        Reflectance::Metal(metal) => metal.roughness < ROUGHEST,
-        Reflectance::Glass(glass) => !glass.thin && glass.roughness < ROUGHEST,
+        Reflectance::Metal(metal) => metal.roughness < ROUGHEST_METAL,
+        Reflectance::Glass(glass) => !glass.thin && glass.roughness < ROUGHEST_GLASS,
         Reflectance::Principled(p) => {
-            let share = p.metallic.value.max(p.transmission.value);
-            share > 0.5 && p.roughness.value < ROUGHEST
+            let roughness = p.roughness.value;
+            (p.metallic.value > 0.5 && roughness < ROUGHEST_METAL)
+                || (p.transmission.value > 0.5 && roughness < ROUGHEST_GLASS)
         }
         Reflectance::Lecture { .. } | Reflectance::Unlit => false,
     }
