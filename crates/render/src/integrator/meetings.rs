@@ -55,9 +55,9 @@ pub(super) struct Meeting<'a> {
 
 impl Meetings {
     /// Begins a turn. Step by step over all of them: triangles come from all over the memory, and many are fetched at once.
-    pub fn find(&mut self, walk: &Walk, live: &[u32], hits: &[Hit]) {
+    pub fn find(&mut self, walk: &Walk, paths: &[Path], live: &[u32], hits: &[Hit]) {
         let world = walk.world;
-        let which = || live.iter().map(|&at| at as usize);
+        let which = || live.iter().map(|&at| paths[at as usize].ray);
         let turn = walk.turn;
         let Asked {
             draws,

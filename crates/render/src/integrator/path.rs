@@ -37,6 +37,8 @@ pub(super) struct Path {
     pub straight: bool,
     /// Whether nothing has scattered it yet.
     pub from_camera: bool,
+    /// How often it has gone two ways.
+    pub forks: u8,
     /// How lights were chosen where it was scattered last.
     pub choice: Choice,
     /// Segments, this one included, as the rules count them.
@@ -93,6 +95,7 @@ pub(super) fn radiance(
     let Room {
         paths,
         live,
+        next,
         hits,
         behind,
         meetings,
@@ -112,6 +115,7 @@ pub(super) fn radiance(
             pdf: 0.0,
             straight: true,
             from_camera: true,
+            forks: 0,
             choice: rules.choice,
             depth: 1,
             media: Media::default(),
@@ -148,8 +152,8 @@ pub(super) fn radiance(
         }
         live.truncate(met);
         hits.truncate(met);
-        meetings.find(&walk, live, hits);
-        let mut kept = 0;
+        meetings.find(&walk, paths, live, hits);
+        next.clear();
         for (number, hits) in hits.chunks(LANES).enumerate() {
             let first = number * LANES;
             meetings.locate(&walk, number, paths, &live[first..][..hits.len()], hits);
@@ -173,11 +177,16 @@ pub(super) fn radiance(
                     let meeting = meetings.at(&walk, number, lane, hit);
                     walk.step(path, &meeting, wave, radiance)
                 };
-                live[kept] = at;
-                kept += usize::from(goes_on);
+                if goes_on {
+                    next.push(at);
+                }
+                for fork in wave.forks.drain(..) {
+                    next.push(paths.len() as u32);
+                    paths.push(fork);
+                }
             }
         }
-        live.truncate(kept);
+        std::mem::swap(live, next);
         let coherence = if walk.turn == 0 {
             Coherence::Unknown
         } else {
@@ -219,8 +228,9 @@ fn branches(world: &PreparedWorld) -> bool {
 #[derive(Default)]
 pub(crate) struct Room {
     paths: Vec<Path>,
-    /// Which of them go on, and what these meet.
+    /// Which of them go on, which will then, and what these meet.
     live: Vec<u32>,
+    next: Vec<u32>,
     hits: Vec<Hit>,
     /// What the image all around has behind those that meet nothing.
     behind: Vec<(Vec3, f32)>,
@@ -237,6 +247,8 @@ pub(super) struct Wave {
     pub scattered: Shadows,
     /// Of the paths that go on.
     pub rays: Vec<Ray>,
+    /// Those that have begun where one went two ways.
+    pub forks: Vec<Path>,
 }
 
 impl Wave {
@@ -246,5 +258,6 @@ impl Wave {
         self.shadows.iter_mut().for_each(Shadows::clear);
         self.scattered.clear();
         self.rays.clear();
+        self.forks.clear();
     }
 }

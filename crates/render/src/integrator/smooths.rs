@@ -11,7 +11,10 @@ use crate::lanes::LANES;
 use crate::light::Reference;
 use crate::place::Places;
 use crate::prepared_material::PreparedMaterial;
-use crate::scatter::{FindWays, SmoothPoints};
+use crate::scatter::{FindWays, ScatterSample, SmoothPoints};
+
+/// How often a path from the camera goes both ways of clear glass, where each is often enough.
+const MOST_FORKS: u8 = 2;
 
 /// Paths at smooth metals and clear glass.
 #[derive(Debug, Default)]
@@ -47,7 +50,8 @@ impl Walk<'_> {
             .base_color_of(prepared, hit, places.footprint(lane));
         let side = (front, channel, skin.around);
         let points = &mut smooths.points;
-        points.put(lane, &material.reflectance, base, side);
+        let forks = path.forks < MOST_FORKS && path.straight;
+        points.put(lane, &material.reflectance, base, side, forks);
         if points.transmission(lane) == Vec3::ZERO && self.is_back(path, material, front) {
             points.is[lane] = false;
         }
@@ -103,14 +107,27 @@ impl Walk<'_> {
         if !self.free(path) && path.depth >= self.rules.max_depth {
             return false;
         }
-        let Some((sample, start)) = smooths.points.sample(lane) else {
-            return false;
+        let go = |path: &mut Path, (sample, start): (ScatterSample, Vec3), wave: &mut Wave| {
+            let media = if geometric.dot(sample.direction) < 0.0 {
+                smooths.after[lane]
+            } else {
+                path.media
+            };
+            self.send(path, &sample, start, from, media, wave)
         };
-        let media = if geometric.dot(sample.direction) < 0.0 {
-            smooths.after[lane]
-        } else {
-            path.media
+        let fork = smooths.points.fork(lane).map(|through| {
+            path.forks += 1;
+            (*path, through)
+        });
+        let goes_on = match smooths.points.sample(lane) {
+            Some(sample) => go(path, sample, wave),
+            None => false,
         };
-        self.send(path, &sample, start, from, media, wave)
+        if let Some((mut path, through)) = fork
+            && go(&mut path, through, wave)
+        {
+            wave.forks.push(path);
+        }
+        goes_on
     }
 }

@@ -21,11 +21,14 @@ pub(crate) struct Smooth {
     /// What is left of the light that goes on, and whether any ever does.
     refracted: Vec3,
     transmissive: bool,
-    /// How often each is sampled.
+    /// How often each is followed.
     shares: [f32; 2],
     /// The index of the other side relative to the viewer's; 1 for thin walls.
     eta: f32,
 }
+
+/// The number that chooses what passes, where any does.
+pub(super) const THROUGH: f32 = f32::INFINITY;
 
 /// Where light goes on, if it does: what [`Smooth::sample`] says, without branches.
 #[derive(Clone, Copy, Debug)]
@@ -39,12 +42,13 @@ pub(super) struct Way {
 impl Smooth {
     fn met(fresnel: &Fresnel, transmission: Vec3, eta: f32, frame: &Frame) -> Self {
         let view = frame.local(frame.view);
-        Self::new(view, fresnel.reflected(view.z), transmission, eta)
+        Self::new(view, fresnel.reflected(view.z), transmission, eta, 1.0)
     }
 
-    /// By the view in coordinates along tangent, bitangent and normal, and what is reflected of it.
+    /// By the view in coordinates along tangent, bitangent and normal, and what is reflected of it. Each way is followed
+    /// so many times as often as its share of the light, and at most always.
     #[inline(always)]
-    pub fn new(view: Vec3, reflected: Vec3, transmission: Vec3, eta: f32) -> Self {
+    pub fn new(view: Vec3, reflected: Vec3, transmission: Vec3, eta: f32, often: f32) -> Self {
         let mean = |color: Vec3| color.element_sum() / 3.0;
         let passed = mean(transmission);
         let below = if passed > 0.0 {
@@ -60,9 +64,16 @@ impl Smooth {
             reflected,
             refracted: (Vec3::ONE - reflected) * transmission,
             transmissive: transmission != Vec3::ZERO,
-            shares: weights.map(|weight| weight * scale),
+            shares: weights.map(|weight| (weight * scale * often).min(1.0)),
             eta,
         }
+    }
+
+    /// Whether by a number both ways are followed; [`THROUGH`] is the other then.
+    #[inline(always)]
+    pub(super) fn forks(&self, choice: f32) -> bool {
+        let [up, down] = self.shares;
+        (choice < up) & (choice >= 1.0 - down)
     }
 
     /// By a number that chooses between both ways.
@@ -234,5 +245,53 @@ mod tests {
             }
         }
         assert!(refracted > 20, "{refracted}");
+    }
+
+    #[test]
+    fn ways_that_are_followed_more_often_bring_as_much() {
+        const CHOICES: u32 = 4000;
+        let base = Vec3::new(0.9, 0.8, 0.5);
+        let mut both = 0;
+        for (degrees, thin, front) in [
+            (0.0f32, false, true),
+            (70.0, false, true),
+            (86.0, true, true),
+            (40.0, false, false),
+            (60.0, false, false),
+        ] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let frame = Frame::new(Vec3::Z, Vec3::Z, Vec3::new(0.6 * sin, -0.8 * sin, cos));
+            let clear = Glass {
+                thin,
+                ..Glass::default()
+            };
+            let eta = glass::eta(&clear, front, None, 1.0);
+            let reflected = glass::fresnel(&clear, eta).reflected(cos);
+            let beyond = glass::beyond(&clear, eta);
+            let [mut up, mut down] = [Vec3::ZERO; 2];
+            let smooth = Smooth::new(frame.local(frame.view), reflected, base, beyond, 3.0);
+            for i in 0..CHOICES {
+                let choice = (i as f32 + 0.5) / CHOICES as f32;
+                let mut follow = |way: Way| {
+                    let side = if way.direction.z > 0.0 {
+                        &mut up
+                    } else {
+                        &mut down
+                    };
+                    *side += way.weight / CHOICES as f32;
+                };
+                follow(smooth.way(&frame, choice));
+                if smooth.forks(choice) {
+                    both += 1;
+                    follow(smooth.way(&frame, THROUGH));
+                }
+            }
+            let passed = (Vec3::ONE - reflected) * base / (beyond * beyond);
+            for (met, expected) in [(up, reflected), (down, passed)] {
+                let off = (met - expected).abs().max_element();
+                assert!(off < 1e-3, "{degrees} {met} {expected}");
+            }
+        }
+        assert!(both > CHOICES, "{both}");
     }
 }

@@ -5,7 +5,7 @@ use raycam_bvh::Loops;
 use raycam_scene::Reflectance;
 
 use super::fresnel::{conductors, dielectric, pane};
-use super::smooth::{Smooth, Way};
+use super::smooth::{Smooth, THROUGH, Way};
 use super::{ScatterSample, glass};
 use crate::lanes::{Three, get, set};
 use crate::place::Places;
@@ -26,8 +26,16 @@ pub(crate) struct SmoothPoints<const N: usize> {
     /// Of glass: the index of the other side relative to the viewer's, or a pane's own.
     eta: [f32; N],
     thin: [bool; N],
+    /// Whether a lane's path may go both ways, and whether it does.
+    forks: [bool; N],
+    forked: [bool; N],
     goes: Goes<N>,
+    /// The other way, of lanes that are forked.
+    through: Goes<N>,
 }
+
+/// How many times as often as its share of the light each way of a fork is followed.
+const OFTEN: f32 = 3.0;
 
 /// Where light goes on, and where its rays start.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +71,10 @@ impl<const N: usize> Default for SmoothPoints<N> {
             extinction: [[0.0; N]; 3],
             eta: [1.0; N],
             thin: [false; N],
+            forks: [false; N],
+            forked: [false; N],
             goes: Goes::default(),
+            through: Goes::default(),
         }
     }
 }
@@ -73,6 +84,7 @@ impl<const N: usize> SmoothPoints<N> {
     #[inline]
     pub fn begin(&mut self) {
         self.is = [false; N];
+        self.forks = [false; N];
         (self.any_metal, self.any_glass) = (false, false);
     }
 
@@ -82,8 +94,8 @@ impl<const N: usize> SmoothPoints<N> {
         self.any_metal | self.any_glass
     }
 
-    /// Sets a lane: what it is made of, where the ray is on its front or not, in which colour if it has but one, and what is
-    /// around it.
+    /// Sets a lane: what it is made of, where the ray is on its front or not, in which colour if it has but one, what is
+    /// around it, and whether it may go both ways.
     #[inline]
     pub fn put(
         &mut self,
@@ -91,9 +103,11 @@ impl<const N: usize> SmoothPoints<N> {
         reflectance: &Reflectance,
         base: Vec3,
         (front, channel, around): (bool, Option<usize>, f32),
+        forks: bool,
     ) {
         set(&mut self.base, lane, base.to_array());
         self.metal[lane] = false;
+        self.forks[lane] = forks && !matches!(reflectance, Reflectance::Metal(_));
         match reflectance {
             Reflectance::Metal(metal) => {
                 self.metal[lane] = true;
@@ -124,15 +138,36 @@ impl<const N: usize> SmoothPoints<N> {
     /// The direction in which light goes on, and where its ray starts.
     #[inline]
     pub fn sample(&self, lane: usize) -> Option<(ScatterSample, Vec3)> {
-        let goes = &self.goes;
+        self.goes.sample(lane)
+    }
+
+    /// The same of what passes the surface, where another path is to follow it.
+    #[inline]
+    pub fn fork(&self, lane: usize) -> Option<(ScatterSample, Vec3)> {
+        self.forked[lane].then(|| self.through.sample(lane))?
+    }
+}
+
+impl<const N: usize> Goes<N> {
+    #[inline(always)]
+    fn put(&mut self, lane: usize, way: &Way, start: Vec3) {
+        self.goes[lane] = way.goes;
+        self.squeeze[lane] = way.squeeze;
+        set(&mut self.direction, lane, way.direction.to_array());
+        set(&mut self.weight, lane, way.weight.to_array());
+        set(&mut self.start, lane, start.to_array());
+    }
+
+    #[inline]
+    fn sample(&self, lane: usize) -> Option<(ScatterSample, Vec3)> {
         let way = Way {
-            goes: goes.goes[lane],
-            direction: get(&goes.direction, lane).into(),
-            weight: get(&goes.weight, lane).into(),
-            squeeze: goes.squeeze[lane],
+            goes: self.goes[lane],
+            direction: get(&self.direction, lane).into(),
+            weight: get(&self.weight, lane).into(),
+            squeeze: self.squeeze[lane],
         };
         way.sample()
-            .map(|sample| (sample, get(&goes.start, lane).into()))
+            .map(|sample| (sample, get(&self.start, lane).into()))
     }
 }
 
@@ -182,29 +217,33 @@ impl<const N: usize> Loops for FindWays<'_, N> {
                 }
             }
         }
-        let mut goes = Goes::default();
-        for (lane, &choice) in choice.iter().enumerate() {
-            let frame = places.frame(lane).about(get(&normals, lane).into());
-            let beyond = if points.metal[lane] | points.thin[lane] {
-                1.0
+        // What passes the surface is found where any path follows it besides.
+        let any_forks = points.forks != [false; N];
+        for through in [false, true] {
+            if through && !any_forks {
+                break;
+            }
+            let mut goes = Goes::default();
+            for (lane, &choice) in choice.iter().enumerate() {
+                let frame = places.frame(lane).about(get(&normals, lane).into());
+                let beyond = if points.metal[lane] | points.thin[lane] {
+                    1.0
+                } else {
+                    points.eta[lane]
+                };
+                let (view, reflected) = (get(&views, lane).into(), get(&reflected, lane).into());
+                let (forks, transmission) = (points.forks[lane], points.transmission(lane));
+                let often = if forks { OFTEN } else { 1.0 };
+                let smooth = Smooth::new(view, reflected, transmission, beyond, often);
+                points.forked[lane] = forks & smooth.forks(choice);
+                let way = smooth.way(&frame, if through { THROUGH } else { choice });
+                goes.put(lane, &way, places.start(lane, way.direction).as_vec3());
+            }
+            if through {
+                points.through = goes;
             } else {
-                points.eta[lane]
-            };
-            let (view, reflected) = (get(&views, lane), get(&reflected, lane));
-            let smooth = Smooth::new(
-                view.into(),
-                reflected.into(),
-                points.transmission(lane),
-                beyond,
-            );
-            let way = smooth.way(&frame, choice);
-            let start = places.start(lane, way.direction).as_vec3();
-            goes.goes[lane] = way.goes;
-            goes.squeeze[lane] = way.squeeze;
-            set(&mut goes.direction, lane, way.direction.to_array());
-            set(&mut goes.weight, lane, way.weight.to_array());
-            set(&mut goes.start, lane, start.to_array());
+                points.goes = goes;
+            }
         }
-        points.goes = goes;
     }
 }

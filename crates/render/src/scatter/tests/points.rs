@@ -8,6 +8,7 @@ use crate::control::Control;
 use crate::lanes::{LANES, get, set, set_corners};
 use crate::place::Places;
 use crate::prepare::PreparedWorld;
+use crate::scatter::smooth::THROUGH;
 use crate::scatter::{
     FindFrosted, FindLobes, FindWays, FrostedPoints, GlossyPoints, ScatterSample, Scattering,
     SmoothPoints, Value,
@@ -100,7 +101,7 @@ fn smooth_ones() {
         1 => 2 + i % 2,
         _ => i * 7 / 3 % 4,
     };
-    let (mut on, mut through, mut lost) = (0, 0, 0);
+    let (mut on, mut through, mut lost, mut forked) = (0, 0, 0, 0);
     let mut points = SmoothPoints::<LANES>::default();
     for first in (0..480).step_by(LANES) {
         let Met {
@@ -111,12 +112,19 @@ fn smooth_ones() {
         let channel = [None, Some(0)][first % 3 % 2];
         let around = |lane| [1.0, 1.33][lane % 2];
         let choice = numbers(first, 5);
+        let forks = |lane: usize| (first / LANES + lane).is_multiple_of(3);
         points.begin();
         for (lane, hit) in hits.iter().enumerate() {
             let (material, front) = (world.material(hit), places.front(lane));
             let base = world.base_color_of(material, hit, places.footprint(lane));
             let side = (front, channel, around(lane));
-            points.put(lane, &material.material.reflectance, base, side);
+            points.put(
+                lane,
+                &material.material.reflectance,
+                base,
+                side,
+                forks(lane),
+            );
         }
         vectorized(FindWays {
             places: &places,
@@ -133,8 +141,22 @@ fn smooth_ones() {
                 points.transmission(lane) != Vec3::ZERO,
                 smooth.is_transmissive()
             );
-            let alone = smooth.sample(&frame, [choice[lane], 0.0, 0.0]);
-            let alone = alone.map(|sample| (sample, place.start(sample.direction).as_vec3()));
+            let sample = |choice| {
+                let sample = smooth.sample(&frame, [choice, 0.0, 0.0]);
+                sample.map(|sample| (sample, place.start(sample.direction).as_vec3()))
+            };
+            let alone = sample(choice[lane]);
+            if forks(lane) && smooth.is_transmissive() {
+                // The weight is another test's.
+                let ways = |(sample, start): (ScatterSample, Vec3)| (sample.direction, start);
+                if let Some(fork) = points.fork(lane) {
+                    assert_eq!(ways(fork), ways(sample(THROUGH).unwrap()));
+                    assert_eq!(points.sample(lane).map(ways), sample(0.0).map(ways));
+                    forked += 1;
+                }
+                continue;
+            }
+            assert!(points.fork(lane).is_none());
             assert_eq!(format!("{:?}", points.sample(lane)), format!("{alone:?}"));
             match alone {
                 None => lost += 1,
@@ -145,7 +167,8 @@ fn smooth_ones() {
             }
         }
     }
-    assert!(on > 60 && through > 60 && lost > 3, "{on} {through} {lost}");
+    assert!(on > 40 && through > 40 && lost > 3, "{on} {through} {lost}");
+    assert!(forked > 10, "{forked}");
 }
 
 #[test]
