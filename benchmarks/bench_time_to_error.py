@@ -58,16 +58,22 @@ def reference(picture: Any) -> Array:
     return np.asarray(total / parts)
 
 
-def climb(picture: Any, pictures: int) -> tuple[Array, Array]:
-    """Some pictures of every rung, and the best time of each."""
-    images, times = [], []
+def climb(pictures: dict[str, Any], count: int) -> dict[str, tuple[Array, Array]]:
+    """Of each renderer so many pictures of every rung, and the best time of each: in turn, so that all have the same
+    machine."""
+    images: dict[str, list[list[Array]]] = {key: [] for key in pictures}
+    times: dict[str, list[float]] = {key: [] for key in pictures}
     for samples in LADDER:
         # Some renderers compile something for each number of samples.
-        picture(samples, 0)
-        found = [picture(samples, 1 + seed) for seed in range(pictures)]
-        images.append([image for image, _ in found])
-        times.append(min(took for _, took in found))
-    return np.array(images, np.float64), np.array(times)
+        for picture in pictures.values():
+            picture(samples, 0)
+        found = [
+            {key: picture(samples, 1 + seed) for key, picture in pictures.items()} for seed in range(count)
+        ]
+        for key in pictures:
+            images[key].append([turn[key][0] for turn in found])
+            times[key].append(min(turn[key][1] for turn in found))
+    return {key: (np.array(images[key], np.float64), np.array(times[key])) for key in pictures}
 
 
 def rungs(path: Path, truth: Array) -> list[tuple[float, float]]:
@@ -118,20 +124,34 @@ def main() -> None:
         for scene, parts in chosen.items():
             if options.scenes and scene not in options.scenes:
                 continue
-            found: dict[str, list[tuple[float, float]]] = {}
-            for kind, python, settings in plan:
-                if options.renderers and kind not in options.renderers:
-                    continue
-                truth, ladder = kept / f"{scene}-{kind}.npy", kept / f"{scene}-{label(kind, settings)}.npz"
-                if options.only != "ladders" and not truth.exists():
-                    with renderer(kind, python, parts, settings) as picture:
+            asked = [one for one in plan if not options.renderers or one[0] in options.renderers]
+            ladders = {
+                label(kind, settings): kept / f"{scene}-{label(kind, settings)}.npz"
+                for kind, _, settings in asked
+            }
+            with contextlib.ExitStack() as stack:
+                pictures = {}
+                for kind, python, settings in asked:
+                    truth, key = kept / f"{scene}-{kind}.npy", label(kind, settings)
+                    refer = options.only != "ladders" and not truth.exists()
+                    climbs = options.only != "references" and not ladders[key].exists()
+                    if not refer and not climbs:
+                        continue
+                    picture = stack.enter_context(renderer(kind, python, parts, settings))
+                    if refer:
                         np.save(truth, reference(picture))
-                if options.only != "references" and not ladder.exists():
-                    with renderer(kind, python, parts, settings) as picture:
-                        images, times = climb(picture, options.pictures)
-                        np.savez(ladder, images=images, times=times)
-                if not options.only:
-                    found[label(kind, settings)] = rungs(ladder, np.load(truth))
+                    if climbs:
+                        pictures[key] = picture
+                for key, (images, times) in climb(pictures, options.pictures).items():
+                    np.savez(ladders[key], images=images, times=times)
+            if options.only:
+                continue
+            found = {
+                label(kind, settings): rungs(
+                    ladders[label(kind, settings)], np.load(kept / f"{scene}-{kind}.npy")
+                )
+                for kind, _, settings in asked
+            }
             mine = found.pop("raycam", None)
             if mine is None:
                 continue

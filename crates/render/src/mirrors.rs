@@ -5,6 +5,7 @@ use glam::DVec3;
 use raycam_scene::{Material, Reflectance};
 
 use crate::prepare::{PreparedObject, PreparedWorld};
+use crate::scatter::is_solid;
 
 /// Such an object, and a sphere around it.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +64,7 @@ fn gathers(material: &Material) -> bool {
         Reflectance::Principled(p) => {
             let roughness = p.roughness.value;
             (p.metallic.value > 0.5 && roughness < ROUGHEST_METAL)
-                || (p.transmission.value > 0.5 && roughness < ROUGHEST_GLASS)
+                || (is_solid(p) && p.transmission.value > 0.5 && roughness < ROUGHEST_GLASS)
         }
         Reflectance::Lecture { .. } | Reflectance::Unlit => false,
     }
@@ -72,12 +73,15 @@ fn gathers(material: &Material) -> bool {
 #[cfg(test)]
 mod tests {
     use glam::DAffine3;
-    use raycam_scene::{Camera, Glass, Light, Metal, PixelCenter, World, camera, primitive};
+    use raycam_scene::{
+        Camera, Glass, Light, Metal, PixelCenter, Principled, World, camera, primitive,
+    };
 
     use super::*;
     use crate::{Channel, Control, Integrator, Plane, Settings, render};
 
-    /// Balls over a floor: matte, of gold, of rough gold, of glass and of thin glass, as many of these as are asked for.
+    /// Balls over a floor: matte, of gold, of rough gold, of glass and of thin glass, of glTF's glass and of a thin wall of it, as
+    /// many of these as are asked for.
     fn world(balls: std::ops::Range<usize>) -> PreparedWorld {
         let mut world = World::default();
         let of = |reflectance| Material {
@@ -93,12 +97,20 @@ mod tests {
             thin,
             ..Glass::default()
         };
+        let principled = |thickness| {
+            let mut p = Principled::default();
+            (p.metallic.value, p.roughness.value) = (0.0, 0.0);
+            (p.transmission.value, p.thickness.value) = (1.0, thickness);
+            p
+        };
         let materials = [
             Material::default(),
             of(Reflectance::Metal(gold)),
             of(Reflectance::Metal(rough)),
             of(Reflectance::Glass(glass(false))),
             of(Reflectance::Glass(glass(true))),
+            of(Reflectance::Principled(principled(0.1).into())),
+            of(Reflectance::Principled(principled(0.0).into())),
         ]
         .map(|material| world.add_material(material).unwrap());
         let floor = world.add_mesh(primitive::plane([12.0, 12.0]).unwrap());
@@ -127,15 +139,15 @@ mod tests {
 
     #[test]
     fn they_are_what_gathers_light() {
-        let prepared = world(0..5);
+        let prepared = world(0..7);
         let mut seen: Vec<_> = prepared
             .mirrors
             .iter()
             .map(|mirror| (mirror.center + prepared.origin, mirror.radius))
             .collect();
         seen.sort_by(|(a, _), (b, _)| a.x.total_cmp(&b.x));
-        let places = [-1.5, 1.5].map(|x| DVec3::new(x, 0.3, 0.6));
-        assert_eq!(seen.len(), 2);
+        let places = [-1.5, 1.5, 4.5].map(|x| DVec3::new(x, 0.3, 0.6));
+        assert_eq!(seen.len(), 3);
         for ((center, radius), place) in seen.into_iter().zip(places) {
             assert!(
                 center.distance(place) < 1e-9 && (0.49..0.501).contains(&radius),

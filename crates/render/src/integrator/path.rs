@@ -218,8 +218,8 @@ fn is_blind(world: &PreparedWorld, lights: &Lights) -> bool {
 /// Whether surfaces that are met many at a time choose between two ways: clear glass, and glossy ones.
 fn branches(world: &PreparedWorld) -> bool {
     let choose = |prepared: &PreparedMaterial| {
-        let glass = matches!(prepared.material.reflectance, Reflectance::Glass(_));
-        prepared.glossy || prepared.frosted || (prepared.clear && glass)
+        let metal = matches!(prepared.material.reflectance, Reflectance::Metal(_));
+        prepared.glossy || prepared.frosted || (prepared.clear && !metal)
     };
     world.materials.iter().any(choose)
 }

@@ -45,13 +45,10 @@ impl Walk<'_> {
         if skin.hidden || skin.before != path.media {
             return;
         }
-        let base = self
-            .world
-            .base_color_of(prepared, hit, places.footprint(lane));
-        let side = (front, channel, skin.around);
         let points = &mut smooths.points;
         let forks = path.forks < MOST_FORKS && path.straight;
-        points.put(lane, &material.reflectance, base, side, forks);
+        let at = (self.world, hit);
+        points.put((places, lane), at, channel, skin.around, forks);
         if points.transmission(lane) == Vec3::ZERO && self.is_back(path, material, front) {
             points.is[lane] = false;
         }

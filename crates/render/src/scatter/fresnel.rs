@@ -40,11 +40,7 @@ impl Fresnel {
         match *self {
             Self::Schlick { f0, f90, inside } => match inside {
                 None => schlick(f0, f90, cosine),
-                // By the angle on the thinner side, so that both directions agree.
-                Some(eta) => match refracted_cosine(cosine, eta) {
-                    Some(outside) => schlick(f0, f90, outside),
-                    None => Vec3::ONE,
-                },
+                Some(eta) => schlick_within(f0, f90, cosine, eta),
             },
             Self::Film {
                 film,
@@ -78,6 +74,19 @@ pub(super) fn schlick(f0: Vec3, f90: Vec3, cosine: f32) -> Vec3 {
     let x = (1.0 - cosine).clamp(0.0, 1.0);
     let x2 = x * x;
     f0 + (f90 - f0) * (x2 * x2 * x)
+}
+
+/// The same by the index of the other side relative to the viewer's.
+#[inline(always)]
+pub(super) fn schlick_within(f0: Vec3, f90: Vec3, cosine: f32, eta: f32) -> Vec3 {
+    if eta >= 1.0 {
+        return schlick(f0, f90, cosine);
+    }
+    // By the angle on the thinner side, so that both directions agree.
+    match refracted_cosine(cosine, eta) {
+        Some(outside) => schlick(f0, f90, outside),
+        None => Vec3::ONE,
+    }
 }
 
 /// The cosine on the other side; `None` for total reflection.

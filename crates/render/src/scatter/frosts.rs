@@ -65,10 +65,7 @@ impl<const N: usize> Frosts<N> {
         let is = !layers.ggx.is_smooth()
             && layers.ggx.is_isotropic()
             && layers.transmission != Vec3::ZERO
-            && layers.diffuse == Vec3::ZERO
-            && layers.through == Vec3::ZERO
-            && layers.coat.is_none()
-            && layers.sheen.is_none()
+            && layers.is_bare()
             && layers.eta != 1.0
             && layers.interface.is_some_and(between);
         if is {

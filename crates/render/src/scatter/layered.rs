@@ -41,6 +41,16 @@ pub(crate) struct Layers<'a> {
     pub sheen: Option<Sheen>,
 }
 
+impl Layers<'_> {
+    /// Whether it is the interface alone.
+    pub fn is_bare(&self) -> bool {
+        self.diffuse == Vec3::ZERO
+            && self.through == Vec3::ZERO
+            && self.coat.is_none()
+            && self.sheen.is_none()
+    }
+}
+
 /// Layers seen from a direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Layered<'a> {

@@ -47,6 +47,7 @@ pub(crate) use layered::Layered;
 pub(crate) use lecture::Lecture;
 pub(crate) use matte::{Directions, Matte};
 pub(crate) use phong::Lobe;
+pub(crate) use principled::is_solid;
 pub(crate) use smooth::is_clear;
 pub(crate) use smooth_points::{FindWays, SmoothPoints};
 

@@ -17,6 +17,7 @@ use super::ggx::Ggx;
 use super::interface::Interface;
 use super::layered::Layers;
 use super::sheen::Sheen;
+use super::smooth::is_smooth;
 use crate::prepare::PreparedWorld;
 use crate::texture::Footprint;
 
@@ -224,8 +225,18 @@ pub(super) fn is_glossy(p: &Principled) -> bool {
 
 /// Whether it is an interface that refracts and no more, as wide in all directions, where its textures do not say otherwise.
 pub(super) fn is_frosted(p: &Principled) -> bool {
-    let bare = p.clearcoat.value == 0.0 && p.sheen_color.value == [0.0; 3];
-    is_solid(p) && is_plain(p) && bare
+    is_solid(p) && is_plain(p) && is_bare(p) && !is_smooth(p.roughness.value)
+}
+
+/// Whether it is clear glass, where its textures do not say otherwise.
+pub(super) fn is_clear(p: &Principled) -> bool {
+    let passes = p.transmission.value == 1.0 && p.metallic.value == 0.0;
+    passes && is_plain(p) && is_bare(p) && is_smooth(p.roughness.value)
+}
+
+/// Whether nothing lies on its interface.
+fn is_bare(p: &Principled) -> bool {
+    p.clearcoat.value == 0.0 && p.sheen_color.value == [0.0; 3]
 }
 
 /// Whether its interface has no film and no direction, and sends all colours the same way on.
@@ -235,7 +246,7 @@ fn is_plain(p: &Principled) -> bool {
 }
 
 /// Whether light that enters it is refracted: it has an inside and lets light through.
-pub(super) fn is_solid(p: &Principled) -> bool {
+pub(crate) fn is_solid(p: &Principled) -> bool {
     p.thickness.value > 0.0 && p.ior > 0.0 && p.transmission.value > 0.0
 }
 

@@ -7,7 +7,7 @@ use raycam_scene::{Material, Reflectance};
 use super::frame::Frame;
 use super::fresnel::{Fresnel, refract};
 use super::ggx::Ggx;
-use super::{ScatterSample, Scattering, Value, glass, is_dispersive, metal};
+use super::{ScatterSample, Scattering, Value, glass, is_dispersive, metal, principled};
 use crate::place::Place;
 use crate::prepare::PreparedWorld;
 use crate::prepared_material::PreparedMaterial;
@@ -117,15 +117,16 @@ impl Way {
     }
 }
 
-/// Whether a material is a smooth metal or clear glass and no more: of one index of refraction for all colours, without
+/// Whether a material is a smooth metal or clear glass and no more, where its textures do not say otherwise: of one index of refraction for all colours, without
 /// normals or light of its own.
 pub(crate) fn is_clear(material: &Material) -> bool {
-    let roughness = match &material.reflectance {
-        Reflectance::Metal(metal) => metal.roughness,
-        Reflectance::Glass(glass) => glass.roughness,
+    let clear = match &material.reflectance {
+        Reflectance::Metal(metal) => is_smooth(metal.roughness),
+        Reflectance::Glass(glass) => is_smooth(glass.roughness),
+        Reflectance::Principled(p) => principled::is_clear(p),
         _ => return false,
     };
-    is_smooth(roughness)
+    clear
         && !is_dispersive(material)
         && material.normal_map.is_none()
         && material.emission.value == [0.0; 3]

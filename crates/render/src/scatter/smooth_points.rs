@@ -1,14 +1,16 @@
 //! Mirrors and clear glass, many points at a time, field by field.
 
 use glam::Vec3;
-use raycam_bvh::Loops;
+use raycam_bvh::{Hit, Loops};
 use raycam_scene::Reflectance;
 
-use super::fresnel::{conductors, dielectric, pane};
+use super::fresnel::{Fresnel, conductors, dielectric, pane, schlick_within};
+use super::principled::{Lookup, Seen};
 use super::smooth::{Smooth, THROUGH, Way};
-use super::{ScatterSample, glass};
+use super::{ScatterSample, glass, principled};
 use crate::lanes::{Three, get, set};
 use crate::place::Places;
+use crate::prepare::PreparedWorld;
 
 /// Points of smooth metals and clear glass. Each lane is computed as it would be alone.
 #[derive(Debug)]
@@ -18,11 +20,16 @@ pub(crate) struct SmoothPoints<const N: usize> {
     metal: [bool; N],
     any_metal: bool,
     any_glass: bool,
+    /// Which of them reflect as Schlick's approximation says.
+    schlick: [bool; N],
+    any_schlick: bool,
     /// What a metal's reflection is multiplied by, and what passes the surface of glass.
     base: Three<f32, N>,
     /// Of metals.
     ior: Three<f32, N>,
     extinction: Three<f32, N>,
+    /// What Schlick's approximation has at normal and at grazing incidence.
+    ends: [Three<f32, N>; 2],
     /// Of glass: the index of the other side relative to the viewer's, or a pane's own.
     eta: [f32; N],
     thin: [bool; N],
@@ -66,9 +73,12 @@ impl<const N: usize> Default for SmoothPoints<N> {
             metal: [false; N],
             any_metal: false,
             any_glass: false,
+            schlick: [false; N],
+            any_schlick: false,
             base: [[0.0; N]; 3],
             ior: [[1.0; N]; 3],
             extinction: [[0.0; N]; 3],
+            ends: [[[0.0; N]; 3]; 2],
             eta: [1.0; N],
             thin: [false; N],
             forks: [false; N],
@@ -85,30 +95,31 @@ impl<const N: usize> SmoothPoints<N> {
     pub fn begin(&mut self) {
         self.is = [false; N];
         self.forks = [false; N];
-        (self.any_metal, self.any_glass) = (false, false);
+        (self.any_metal, self.any_glass, self.any_schlick) = (false, false, false);
     }
 
     /// Whether there is any.
     #[inline]
     pub fn any(&self) -> bool {
-        self.any_metal | self.any_glass
+        self.any_metal | self.any_glass | self.any_schlick
     }
 
-    /// Sets a lane: what it is made of, where the ray is on its front or not, in which colour if it has but one, what is
-    /// around it, and whether it may go both ways.
+    /// Sets a lane, where the point there is such; its material is. `around` is the index of refraction of what is around
+    /// its matter, and it may go both ways where it `forks`.
     #[inline]
     pub fn put(
         &mut self,
-        lane: usize,
-        reflectance: &Reflectance,
-        base: Vec3,
-        (front, channel, around): (bool, Option<usize>, f32),
+        (places, lane): (&Places<N>, usize),
+        (world, hit): (&PreparedWorld, &Hit),
+        channel: Option<usize>,
+        around: f32,
         forks: bool,
     ) {
-        set(&mut self.base, lane, base.to_array());
-        self.metal[lane] = false;
-        self.forks[lane] = forks && !matches!(reflectance, Reflectance::Metal(_));
-        match reflectance {
+        let prepared = world.material(hit);
+        let (footprint, front) = (places.footprint(lane), places.front(lane));
+        let base = world.base_color_of(prepared, hit, footprint);
+        (self.metal[lane], self.schlick[lane], self.thin[lane]) = (false, false, false);
+        match &prepared.material.reflectance {
             Reflectance::Metal(metal) => {
                 self.metal[lane] = true;
                 self.any_metal = true;
@@ -120,8 +131,33 @@ impl<const N: usize> SmoothPoints<N> {
                 self.eta[lane] = glass::eta(glass, front, channel, around);
                 self.thin[lane] = glass.thin;
             }
+            Reflectance::Principled(p) => {
+                let seen = Seen {
+                    smooth: places.frame(lane),
+                    front,
+                    channel,
+                    around,
+                    base,
+                    interface: None,
+                };
+                let layers = principled::layers(p, &Lookup::new(world, hit, footprint), &seen);
+                // As it is where textures say nothing else.
+                let Fresnel::Schlick { f0, f90, .. } = layers.fresnel else {
+                    return;
+                };
+                if !(layers.is_bare() && layers.ggx.is_smooth()) {
+                    return;
+                }
+                self.schlick[lane] = true;
+                self.any_schlick = true;
+                self.eta[lane] = layers.eta;
+                set(&mut self.ends[0], lane, f0.to_array());
+                set(&mut self.ends[1], lane, f90.to_array());
+            }
             _ => return,
         }
+        set(&mut self.base, lane, base.to_array());
+        self.forks[lane] = forks && !self.metal[lane];
         self.is[lane] = true;
     }
 
@@ -199,6 +235,20 @@ impl<const N: usize> Loops for FindWays<'_, N> {
                 let once = dielectric(cosine, points.eta[lane]);
                 let all = if points.thin[lane] { pane(once) } else { once };
                 set(&mut reflected, lane, [all; 3]);
+            }
+        }
+        if points.any_schlick {
+            for (lane, &cosine) in views[2].iter().enumerate() {
+                let [f0, f90] = points.ends.each_ref().map(|end| get(end, lane).into());
+                let color = schlick_within(f0, f90, cosine, points.eta[lane]).to_array();
+                for axis in 0..3 {
+                    let out = &mut reflected[axis][lane];
+                    *out = if points.schlick[lane] {
+                        color[axis]
+                    } else {
+                        *out
+                    };
+                }
             }
         }
         if points.any_metal {
