@@ -16,6 +16,7 @@ import argparse
 import contextlib
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,7 @@ SIZE = (64, 48)
 REFERENCE = 16384
 LADDER = (16, 64, 256, 1024)
 TARGET = 256
+PAUSE = 0.1
 MITSUBA = [
     {"variant": variant, "sampler": sampler}
     for variant in ("scalar_rgb", "llvm_ad_rgb")
@@ -60,7 +62,13 @@ def reference(picture: Any) -> Array:
 
 def climb(pictures: dict[str, Any], count: int) -> dict[str, tuple[Array, Array]]:
     """Of each renderer so many pictures of every rung, and the best time of each: in turn, so that all have the same
-    machine."""
+    machine, and with a pause before each, in which the threads of the one before fall asleep."""
+
+    def rested(picture: Any, samples: int, seed: int) -> tuple[Array, float]:
+        time.sleep(PAUSE)
+        image, took = picture(samples, seed)
+        return image, took
+
     images: dict[str, list[list[Array]]] = {key: [] for key in pictures}
     times: dict[str, list[float]] = {key: [] for key in pictures}
     for samples in LADDER:
@@ -68,7 +76,8 @@ def climb(pictures: dict[str, Any], count: int) -> dict[str, tuple[Array, Array]
         for picture in pictures.values():
             picture(samples, 0)
         found = [
-            {key: picture(samples, 1 + seed) for key, picture in pictures.items()} for seed in range(count)
+            {key: rested(picture, samples, 1 + seed) for key, picture in pictures.items()}
+            for seed in range(count)
         ]
         for key in pictures:
             images[key].append([turn[key][0] for turn in found])
