@@ -2,9 +2,10 @@
 
 The error is the mean of (x - r)^2 / (r^2 + 0.01) over pixels and channels (relMSE), where r is a reference of 16384
 samples per pixel by the same renderer: none is charged for how another one reads the scene. Every renderer takes a
-ladder of samples per pixel; the time to the error that the others' best setting has at 256 samples is read off the
-ladder, by power laws between its rungs. Each of the others is tried in several settings, of which the fastest counts.
-Mitsuba and Cycles are other Pythons' (`--mitsuba PYTHON`, `--cycles PYTHON`); Cycles is charged for its samples alone.
+ladder of samples per pixel, in turn with the others; the time to the error that the others' best setting has at 256
+samples is read off the ladder, by power laws between its rungs. Each of the others is tried in several settings, of
+which the fastest counts. Mitsuba and Cycles are other Pythons' (`--mitsuba PYTHON`, `--cycles PYTHON`); Cycles is
+charged for its samples alone.
 
 With `--keep FOLDER`, references and ladders are kept there and measured only where they are missing, so that a long run
 can be made in parts.
@@ -31,7 +32,7 @@ SIZE = (64, 48)
 REFERENCE = 16384
 LADDER = (16, 64, 256, 1024)
 TARGET = 256
-PAUSE = 0.1
+PAUSE = 0.1  # seconds
 MITSUBA = [
     {"variant": variant, "sampler": sampler}
     for variant in ("scalar_rgb", "llvm_ad_rgb")
@@ -64,10 +65,9 @@ def climb(pictures: dict[str, Any], count: int) -> dict[str, tuple[Array, Array]
     """Of each renderer so many pictures of every rung, and the best time of each: in turn, so that all have the same
     machine, and with a pause before each, in which the threads of the one before fall asleep."""
 
-    def rested(picture: Any, samples: int, seed: int) -> tuple[Array, float]:
+    def rested(picture: Any, samples: int, seed: int) -> Any:
         time.sleep(PAUSE)
-        image, took = picture(samples, seed)
-        return image, took
+        return picture(samples, seed)
 
     images: dict[str, list[list[Array]]] = {key: [] for key in pictures}
     times: dict[str, list[float]] = {key: [] for key in pictures}

@@ -40,7 +40,7 @@ impl Fresnel {
         match *self {
             Self::Schlick { f0, f90, inside } => match inside {
                 None => schlick(f0, f90, cosine),
-                Some(eta) => schlick_within(f0, f90, cosine, eta),
+                Some(eta) => schlick_between(f0, f90, cosine, eta),
             },
             Self::Film {
                 film,
@@ -76,9 +76,9 @@ pub(super) fn schlick(f0: Vec3, f90: Vec3, cosine: f32) -> Vec3 {
     f0 + (f90 - f0) * (x2 * x2 * x)
 }
 
-/// The same by the index of the other side relative to the viewer's.
+/// The same from either side, by the index of the other one relative to the viewer's.
 #[inline(always)]
-pub(super) fn schlick_within(f0: Vec3, f90: Vec3, cosine: f32, eta: f32) -> Vec3 {
+pub(super) fn schlick_between(f0: Vec3, f90: Vec3, cosine: f32, eta: f32) -> Vec3 {
     if eta >= 1.0 {
         return schlick(f0, f90, cosine);
     }

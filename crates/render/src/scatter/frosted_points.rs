@@ -136,12 +136,10 @@ impl<const N: usize> FrostedPoints<N> {
             Reflectance::Principled(p) => {
                 let lookup = Lookup::new(world, hit, footprint);
                 let seen = Seen {
-                    smooth: places.frame(lane),
-                    front,
                     channel,
                     around,
-                    base,
                     interface,
+                    ..Seen::at(places, lane, base)
                 };
                 principled::layers(p, &lookup, &seen)
             }

@@ -134,15 +134,7 @@ impl<const N: usize> GlossyPoints<N> {
             Reflectance::Metal(metal) => metal::layers(metal, base),
             Reflectance::Principled(p) => {
                 let lookup = Lookup::new(world, hit, footprint);
-                let seen = Seen {
-                    smooth: places.frame(lane),
-                    front,
-                    channel: None,
-                    around: 1.0,
-                    base,
-                    interface: None,
-                };
-                principled::layers(p, &lookup, &seen)
+                principled::layers(p, &lookup, &Seen::at(places, lane, base))
             }
             _ => return,
         };

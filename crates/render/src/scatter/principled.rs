@@ -18,6 +18,7 @@ use super::interface::Interface;
 use super::layered::Layers;
 use super::sheen::Sheen;
 use super::smooth::is_smooth;
+use crate::place::Places;
 use crate::prepare::PreparedWorld;
 use crate::texture::Footprint;
 
@@ -102,6 +103,20 @@ pub(super) struct Seen<'a> {
     pub base: Vec3,
     /// What its roughness loses where it refracts.
     pub interface: Option<&'a Interface>,
+}
+
+impl Seen<'_> {
+    /// What is seen at a lane from empty space in all colours.
+    pub fn at<const N: usize>(places: &Places<N>, lane: usize, base: Vec3) -> Self {
+        Self {
+            smooth: places.frame(lane),
+            front: places.front(lane),
+            channel: None,
+            around: 1.0,
+            base,
+            interface: None,
+        }
+    }
 }
 
 /// Index of refraction of a channel (`KHR_materials_dispersion`).

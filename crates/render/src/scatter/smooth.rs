@@ -117,8 +117,8 @@ impl Way {
     }
 }
 
-/// Whether a material is a smooth metal or clear glass and no more, where its textures do not say otherwise: of one index of refraction for all colours, without
-/// normals or light of its own.
+/// Whether a material is a smooth metal or clear glass and no more, where its textures do not say otherwise: of one index of
+/// refraction for all colours, without normals or light of its own.
 pub(crate) fn is_clear(material: &Material) -> bool {
     let clear = match &material.reflectance {
         Reflectance::Metal(metal) => is_smooth(metal.roughness),

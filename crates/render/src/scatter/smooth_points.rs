@@ -4,7 +4,7 @@ use glam::Vec3;
 use raycam_bvh::{Hit, Loops};
 use raycam_scene::Reflectance;
 
-use super::fresnel::{Fresnel, conductors, dielectric, pane, schlick_within};
+use super::fresnel::{Fresnel, conductors, dielectric, pane, schlick_between};
 use super::principled::{Lookup, Seen};
 use super::smooth::{Smooth, THROUGH, Way};
 use super::{ScatterSample, glass, principled};
@@ -133,12 +133,9 @@ impl<const N: usize> SmoothPoints<N> {
             }
             Reflectance::Principled(p) => {
                 let seen = Seen {
-                    smooth: places.frame(lane),
-                    front,
                     channel,
                     around,
-                    base,
-                    interface: None,
+                    ..Seen::at(places, lane, base)
                 };
                 let layers = principled::layers(p, &Lookup::new(world, hit, footprint), &seen);
                 // As it is where textures say nothing else.
@@ -181,6 +178,42 @@ impl<const N: usize> SmoothPoints<N> {
     #[inline]
     pub fn fork(&self, lane: usize) -> Option<(ScatterSample, Vec3)> {
         self.forked[lane].then(|| self.through.sample(lane))?
+    }
+}
+
+impl<const N: usize> SmoothPoints<N> {
+    /// What the lanes reflect, by the cosines of their views.
+    #[inline(always)]
+    fn reflected(&self, cosines: &[f32; N]) -> Three<f32, N> {
+        let mut reflected = [[0.0; N]; 3];
+        let mut take = |lane: usize, is: bool, color: Vec3| {
+            for (out, color) in reflected.iter_mut().zip(color.to_array()) {
+                out[lane] = if is { color } else { out[lane] };
+            }
+        };
+        if self.any_glass {
+            for (lane, &cosine) in cosines.iter().enumerate() {
+                let once = dielectric(cosine, self.eta[lane]);
+                let all = if self.thin[lane] { pane(once) } else { once };
+                take(lane, true, Vec3::splat(all));
+            }
+        }
+        if self.any_schlick {
+            for (lane, &cosine) in cosines.iter().enumerate() {
+                let [f0, f90] = self.ends.each_ref().map(|end| get(end, lane).into());
+                let color = schlick_between(f0, f90, cosine, self.eta[lane]);
+                take(lane, self.schlick[lane], color);
+            }
+        }
+        if self.any_metal {
+            for (lane, &cosine) in cosines.iter().enumerate() {
+                let (ior, extinction) = (get(&self.ior, lane), get(&self.extinction, lane));
+                let tint = Vec3::from(get(&self.base, lane));
+                let color = tint * conductors(cosine, ior.into(), extinction.into());
+                take(lane, self.metal[lane], color);
+            }
+        }
+        reflected
     }
 }
 
@@ -229,44 +262,7 @@ impl<const N: usize> Loops for FindWays<'_, N> {
             set(&mut normals, lane, frame.normal.to_array());
             set(&mut views, lane, frame.local(frame.view).to_array());
         }
-        let mut reflected = [[0.0; N]; 3];
-        if points.any_glass {
-            for (lane, &cosine) in views[2].iter().enumerate() {
-                let once = dielectric(cosine, points.eta[lane]);
-                let all = if points.thin[lane] { pane(once) } else { once };
-                set(&mut reflected, lane, [all; 3]);
-            }
-        }
-        if points.any_schlick {
-            for (lane, &cosine) in views[2].iter().enumerate() {
-                let [f0, f90] = points.ends.each_ref().map(|end| get(end, lane).into());
-                let color = schlick_within(f0, f90, cosine, points.eta[lane]).to_array();
-                for axis in 0..3 {
-                    let out = &mut reflected[axis][lane];
-                    *out = if points.schlick[lane] {
-                        color[axis]
-                    } else {
-                        *out
-                    };
-                }
-            }
-        }
-        if points.any_metal {
-            for (lane, &cosine) in views[2].iter().enumerate() {
-                let (ior, extinction) = (get(&points.ior, lane), get(&points.extinction, lane));
-                let tint = Vec3::from(get(&points.base, lane));
-                let color = tint * conductors(cosine, ior.into(), extinction.into());
-                let color = color.to_array();
-                for axis in 0..3 {
-                    let out = &mut reflected[axis][lane];
-                    *out = if points.metal[lane] {
-                        color[axis]
-                    } else {
-                        *out
-                    };
-                }
-            }
-        }
+        let reflected = points.reflected(&views[2]);
         // What passes the surface is found where any path follows it besides.
         let any_forks = points.forks != [false; N];
         for through in [false, true] {
