@@ -12,8 +12,8 @@ use crate::mesh::{Bvh, scale_of};
 use crate::part::{Part, Placement, box_of, parts};
 use crate::ray::{Coherence, ExactHit, ExactRay, Hit, Ray};
 use crate::traverse;
-use crate::traverse::headed::Skip;
 use crate::traverse::local::{EPS, Extent};
+use crate::traverse::skip::Skip;
 
 /// A placed mesh: `world_from_mesh` maps mesh-local to scene-local coordinates, rows of a 3 x 4 matrix.
 #[derive(Clone, Debug)]
@@ -108,8 +108,11 @@ pub struct Scene {
     pub(crate) direct: bool,
     /// Whose the triangles of that mesh are, where it is several in one.
     pub(crate) members: Option<Members>,
-    /// Of rays that run apart.
-    pub(crate) skip: Skip,
+    /// Of rays that run apart: packets of them, and asking them at the gate.
+    pub(crate) packets: Skip,
+    pub(crate) gate: Skip,
+    /// Of packets of shadow rays that do not.
+    pub(crate) shadows: Skip,
     machine: Machine,
 }
 
@@ -180,7 +183,9 @@ impl Scene {
             condition: 1.0,
             direct,
             members: None,
-            skip: Skip::default(),
+            packets: Skip::default(),
+            gate: Skip::default(),
+            shadows: Skip::default(),
             machine: Machine::best(),
         };
         let mut placements: Vec<Option<Placement>> = Vec::with_capacity(instances.len());

@@ -116,6 +116,8 @@ impl<const N: usize> Vector for Array<N> {
 }
 
 impl Isa for Portable {
+    const FUSED: bool = false;
+
     type F8 = Array<8>;
     type F16 = Array<16>;
     type Index = [u8; 16];

@@ -73,6 +73,8 @@ pub trait Vector: Copy {
 pub trait Isa: Copy + 'static {
     /// Whether it computes with sixteen floats nearly as fast as with one.
     const WIDE: bool = false;
+    /// Whether it multiplies and subtracts at once; what does not takes long to round as if it did.
+    const FUSED: bool = true;
 
     type F8: Vector;
     type F16: Vector;

@@ -2,6 +2,7 @@
 
 use super::alike::{Members, Who, number};
 use super::fan::Apex;
+use super::gate::{ASKED, Gate};
 use super::headed::{BLOCK, Headed};
 use super::interleaved::Work;
 use super::packet::{Packet, SIZE};
@@ -155,6 +156,7 @@ pub struct Chunks<'a> {
     /// Of those taken last.
     numbers: [u32; SIZE],
     len: usize,
+    gate: Gate<'a>,
     headed: Headed<'a>,
     /// Whether those at hand are of `headed`.
     apart: bool,
@@ -170,7 +172,8 @@ impl<'a> Chunks<'a> {
             taken: 0,
             numbers: [0; SIZE],
             len: 0,
-            headed: Headed::new(&scene.skip),
+            gate: Gate::of(scene),
+            headed: Headed::new(&scene.packets),
             apart: false,
         }
     }
@@ -186,9 +189,14 @@ impl<'a> Chunks<'a> {
             }
             let left = self.rays.len() - self.taken;
             if self.coherence == Coherence::Incoherent {
-                let end = self.taken + left.min(self.headed.most());
-                apart.extend(self.taken as u32..end as u32);
-                self.taken = end;
+                let most = self.headed.most();
+                while self.taken < self.rays.len() && apart.len() + ASKED <= most {
+                    let end = self.rays.len().min(self.taken + ASKED);
+                    let from = apart.len();
+                    apart.extend(self.taken as u32..end as u32);
+                    self.gate.pass::<I>(self.rays, apart, from);
+                    self.taken = end;
+                }
             } else if left > 0 && apart.len() <= BLOCK - SIZE {
                 self.len = left.min(SIZE);
                 for (i, number) in self.numbers[..self.len].iter_mut().enumerate() {
@@ -201,6 +209,9 @@ impl<'a> Chunks<'a> {
             if apart.is_empty() {
                 return false;
             }
+            if self.coherence == Coherence::Unknown {
+                self.gate.pass::<I>(self.rays, apart, 0);
+            }
             if I::WIDE {
                 self.headed.set::<I>(self.rays, apart, &mut aside.whole);
             } else {
@@ -208,6 +219,12 @@ impl<'a> Chunks<'a> {
             }
             apart.clear();
         }
+    }
+
+    /// How many rays of the batch have been taken, put aside at once or not.
+    #[inline(always)]
+    pub fn taken(&self) -> usize {
+        self.taken
     }
 
     /// Asks for the rays that come next: until they are needed, they are there.

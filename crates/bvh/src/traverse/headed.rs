@@ -3,10 +3,9 @@
 //! Boxes are then tested for every ray, and rays go on alone where few are left: that pays near the root of any tree, and in
 //! all of a small one.
 
-use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
-
 use super::alike::{HEADINGS, ODD, headings};
 use super::packet::SIZE;
+use super::skip::Skip;
 use crate::ray::Ray;
 use crate::simd::Isa;
 
@@ -23,26 +22,6 @@ const ENOUGH: usize = 16;
 /// that need not go on alone.
 const TRIAL: usize = 4 * SIZE;
 const MOST_VISITS: usize = 1;
-
-/// How many blocks make no packets after one in which they did not pay.
-const SKIP: u32 = 48;
-
-/// How many blocks of rays make no packets, because they did not pay the last time: in the scene that they run through, as a
-/// batch is often shorter than it takes to find that out. Threads may count past each other: answers do not depend on it.
-#[derive(Debug, Default)]
-pub struct Skip(AtomicU32);
-
-impl Skip {
-    /// Whether the next block makes none.
-    #[inline(always)]
-    fn next(&self) -> bool {
-        let left = self.0.load(Relaxed);
-        if left > 0 {
-            self.0.store(left - 1, Relaxed);
-        }
-        left > 0
-    }
-}
 
 /// A block of rays in the order of where they head, of which some have been taken.
 pub struct Headed<'a> {
@@ -122,7 +101,7 @@ impl<'a> Headed<'a> {
             let answered = self.packed.saturating_sub(self.alone);
             self.pays = self.visits <= MOST_VISITS * answered;
             if !self.pays {
-                self.skip.0.store(SKIP, Relaxed);
+                self.skip.learn(false);
                 alone.extend_from_slice(&self.order[self.taken..]);
                 (self.taken, self.packed) = (self.order.len(), 0);
             }
@@ -143,6 +122,9 @@ impl<'a> Headed<'a> {
             let some = numbers.iter().map(|number| rays[*number as usize]);
             self.some.extend(some);
             return true;
+        }
+        if self.packed >= TRIAL {
+            self.skip.learn(true);
         }
         false
     }
@@ -229,9 +211,7 @@ mod tests {
         assert_eq!(packets(&mut headed, MOST_VISITS), all);
         let few = packets(&mut headed, MOST_VISITS + 1);
         assert!(few < all / 2 && headed.most() == FIRST, "{few}");
-        for _ in 0..SKIP {
-            assert_eq!(packets(&mut headed, MOST_VISITS), 0);
-        }
+        assert_eq!(packets(&mut headed, MOST_VISITS), 0);
         assert_eq!(packets(&mut headed, MOST_VISITS), all);
         // Nor in the next batch.
         packets(&mut headed, MOST_VISITS + 1);

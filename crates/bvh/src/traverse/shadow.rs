@@ -17,10 +17,7 @@ use crate::ray::{Coherence, Ray};
 use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
 
-/// How many chunks make no packets after one that fell apart.
-const SKIP: u32 = 48;
-
-/// One did if its packets visited more nodes and leaves than so many for each ray, where each ray that went on alone counts
+/// A chunk fell apart if its packets visited more nodes and leaves than so many for each ray, where each ray that went on alone counts
 /// as so many visits.
 const MOST_VISITS: usize = 4;
 const VISITS_ALONE: usize = 4;
@@ -38,16 +35,13 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherenc
     let (mut packets, mut scaled) = (Packets::NONE, Members::NONE);
     let (mut aside, mut apart) = (Aside::default(), Vec::new());
     let mut chunks = Chunks::of(scene, rays, coherence);
-    // Where packets fall apart into many pieces, the next few are not made.
-    let mut skip = 0u32;
     while chunks.advance::<I>(&mut aside, &mut apart) {
         let chunk = chunks.chunk(scene, &mut aside, &mut apart);
         let (numbers, coherence) = (chunk.numbers, chunk.coherence);
         let together = coherence != Coherence::Incoherent;
         let most = MOST_VISITS * numbers.len();
-        if skip > 0 && together {
+        if together && scene.shadows.next() {
             chunk.aside.whole.extend_from_slice(numbers);
-            skip -= 1;
         } else {
             let before = chunk.aside.len();
             let scaled = chunk.scaled(&mut scaled);
@@ -67,8 +61,9 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherenc
             let alone = aside.len() - before;
             let visits = std::mem::take(&mut aside.visits);
             chunks.count(alone, visits);
-            if together && visits + VISITS_ALONE * alone > most {
-                skip = SKIP;
+            if together {
+                let pays = visits + VISITS_ALONE * alone <= most;
+                scene.shadows.learn(pays);
             }
         }
         if aside.len() >= ASIDE {

@@ -57,42 +57,33 @@ fn in_chunks<I: Isa, const APART: bool>(
     hits: &mut [Hit],
     coherence: Coherence,
 ) {
-    if scene.root == NO_CHILD || coherence == Coherence::Incoherent {
-        hits.fill(Hit::MISS);
-    }
     if scene.root == NO_CHILD {
+        hits.fill(Hit::MISS);
         return;
     }
-    let mut scattered = [Hit::MISS; SIZE];
     let (mut packets, mut scaled) = (Packets::NONE, Members::NONE);
     let (mut aside, mut apart) = (Aside::default(), Vec::new());
     let mut chunks = Chunks::of(scene, rays, coherence);
+    let mut cleared = 0;
     while chunks.advance::<I>(&mut aside, &mut apart) {
+        // What is written soon is cleared when it is taken, not all of a long batch before.
+        if APART || !scene.direct {
+            hits[cleared..chunks.taken()].fill(Hit::MISS);
+            cleared = chunks.taken();
+        }
         let chunk = chunks.chunk(scene, &mut aside, &mut apart);
-        let (numbers, coherence) = (chunk.numbers, chunk.coherence);
         let before = chunk.aside.len();
         let scaled = chunk.scaled(&mut scaled);
-        let headed = APART && coherence == Coherence::Incoherent;
-        let first = numbers[0] as usize;
-        let met = match headed {
-            true => &mut scattered[..numbers.len()],
-            false => &mut hits[first..first + numbers.len()],
-        };
-        if APART || !scene.direct {
-            met.fill(Hit::MISS);
-        }
-        let mut together = Together::<APART> { chunk, hits: met };
+        let mut together = Together::<APART> { chunk, hits };
         packets.ask::<I, _>(&mut together, scene, scaled, None);
-        if headed {
-            for (number, met) in numbers.iter().zip(&scattered) {
-                hits[*number as usize] = *met;
-            }
-        }
         chunks.count(aside.len() - before, std::mem::take(&mut aside.visits));
         if aside.len() >= ASIDE {
             let work = aside.drain(rays);
             trace::<I, _, false>(scene, &mut NearestApart { work, hits });
         }
+    }
+    if APART || !scene.direct {
+        hits[cleared..].fill(Hit::MISS);
     }
     let work = aside.drain(rays);
     trace::<I, _, false>(scene, &mut NearestApart { work, hits });
@@ -101,7 +92,16 @@ fn in_chunks<I: Isa, const APART: bool>(
 /// The nearest hits of the chunk at hand.
 struct Together<'a, 'b, const APART: bool> {
     chunk: Chunk<'a>,
+    /// Of the whole batch.
     hits: &'b mut [Hit],
+}
+
+impl<const APART: bool> Together<'_, '_, APART> {
+    /// Where in the batch a ray of the chunk is.
+    #[inline(always)]
+    fn at(&self, number: usize) -> usize {
+        self.chunk.numbers[number] as usize
+    }
 }
 
 impl<const APART: bool> Query for Together<'_, '_, APART> {
@@ -113,20 +113,21 @@ impl<const APART: bool> Query for Together<'_, '_, APART> {
     #[inline(always)]
     fn turned(&self, ray: &Ray, number: usize, placed: &Placed) -> Ray {
         let mut ray = *ray;
-        ray.shorten(self.hits[number].t);
+        ray.shorten(self.hits[self.at(number)].t);
         placed.local(&ray)
     }
 
     #[inline(always)]
     fn limit(&self, number: usize, t_max: f32) -> f32 {
-        t_max.min(self.hits[number].t)
+        t_max.min(self.hits[self.at(number)].t)
     }
 
     #[inline(always)]
     fn alone<I: Isa>(&mut self, places: u64, part: Option<&Part>, who: Who) {
         if !APART && self.chunk.scene.direct {
             for place in (0..SIZE as u32).filter(|place| places >> place & 1 != 0) {
-                self.hits[number(place, who)] = Hit::MISS;
+                let at = self.at(number(place, who));
+                self.hits[at] = Hit::MISS;
             }
         }
         self.chunk.alone(places, part, who);
@@ -162,7 +163,8 @@ impl<const APART: bool> Query for Together<'_, '_, APART> {
                     triangle: mesh.id(slot),
                 };
             }
-            let known = &mut self.hits[number(place, who)];
+            let at = self.at(number(place, who));
+            let known = &mut self.hits[at];
             if !APART && self.chunk.scene.direct {
                 *known = hit;
             } else if slot != NO_SLOT {

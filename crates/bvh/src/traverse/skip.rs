@@ -1,0 +1,61 @@
+//! What is not tried again soon where it did not pay.
+
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+/// One block of rays goes without after one in which it did not pay, twice as many each time that it does not again, and at
+/// most so many.
+pub const MOST_SKIPPED: u32 = 64;
+
+/// How many blocks of rays go without: in the scene that they run through, as a batch is often shorter than it takes to find
+/// out. Threads may count past each other: answers do not depend on it.
+#[derive(Debug, Default)]
+pub struct Skip {
+    left: AtomicU32,
+    /// How many there were the last time.
+    last: AtomicU32,
+}
+
+impl Skip {
+    /// Whether the next block goes without.
+    #[inline(always)]
+    pub fn next(&self) -> bool {
+        let left = self.left.load(Relaxed);
+        if left > 0 {
+            self.left.store(left - 1, Relaxed);
+        }
+        left > 0
+    }
+
+    /// Is told whether it paid.
+    #[inline(always)]
+    pub fn learn(&self, pays: bool) {
+        let more = match pays {
+            true => 0,
+            false => (2 * self.last.load(Relaxed)).clamp(1, MOST_SKIPPED),
+        };
+        self.last.store(more, Relaxed);
+        self.left.store(more, Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_pay_is_tried_less_and_less() {
+        let skip = Skip::default();
+        for skipped in [1, 2, 4, 8, 16, 32, 64, 64] {
+            assert!(!skip.next());
+            skip.learn(false);
+            for _ in 0..skipped {
+                assert!(skip.next());
+            }
+        }
+        assert!(!skip.next());
+        skip.learn(true);
+        assert!(!skip.next());
+        skip.learn(false);
+        assert!(skip.next() && !skip.next());
+    }
+}
