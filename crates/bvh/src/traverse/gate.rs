@@ -21,6 +21,7 @@ pub struct Gate<'a> {
 }
 
 impl<'a> Gate<'a> {
+    /// Those of the tree over instances, or of the only mesh if that is in its place.
     #[inline(always)]
     pub fn of(scene: &'a Scene) -> Gate<'a> {
         let (blocks, root) = match (scene.direct, &*scene.placed) {
@@ -58,8 +59,8 @@ impl<'a> Gate<'a> {
             let some = &numbers[start..numbers.len().min(start + 16)];
             let every = u32::MAX >> (32 - some.len());
             let some = std::array::from_fn(|i| *some.get(i).unwrap_or(&some[0]));
-            let at: [*const Ray; 16] = some.map(|number| &raw const rays[number as usize]);
-            let mut staying = self.enter::<I>(root, at) & every;
+            let asked = some.map(|number| &rays[number as usize]);
+            let mut staying = self.enter::<I>(root, asked) & every;
             while staying != 0 {
                 numbers[kept] = some[staying.trailing_zeros() as usize & 15];
                 staying &= staying - 1;
@@ -73,9 +74,9 @@ impl<'a> Gate<'a> {
 
     /// Bit i: ray i may enter a child, or is odd in any way. Slabs are padded as those of packets are, or more.
     #[inline(always)]
-    fn enter<I: Isa>(&self, root: &Node, rays: [*const Ray; 16]) -> u32 {
+    fn enter<I: Isa>(&self, root: &Node, rays: [&Ray; 16]) -> u32 {
         let scene = self.scene;
-        let rays = rays.map(|ray| ray.cast::<f32>());
+        let rays = rays.map(|ray| std::ptr::from_ref(ray).cast::<f32>());
         // SAFETY: a ray is seven floats: origin, direction, t_max.
         let ([x, y, z, _], [dx, dy, dz, t_max]) = unsafe {
             (
@@ -194,11 +195,7 @@ mod tests {
                 _ => upper[k].next_up(),
             });
             let direction = std::array::from_fn(|k| to[k] - origin[k]);
-            let t_max = if i.is_multiple_of(3) {
-                1.0
-            } else {
-                f32::INFINITY
-            };
+            let t_max = [1.0, f32::INFINITY, f32::INFINITY][i % 3];
             Ray {
                 origin,
                 direction,
@@ -230,8 +227,7 @@ mod tests {
             let root = gate.root.unwrap();
             let (mut away, mut missing) = (0, 0);
             for some in rays(root, 64_000).chunks(16) {
-                let staying =
-                    gate.enter::<Portable>(root, std::array::from_fn(|i| &raw const some[i]));
+                let staying = gate.enter::<Portable>(root, std::array::from_fn(|i| &some[i]));
                 for (i, ray) in some.iter().enumerate() {
                     let stays = staying >> i & 1 != 0;
                     assert!(stays || !enters(root, ray), "{ray:?}");
@@ -266,8 +262,7 @@ mod tests {
         rays[6].origin[0] = -1e30;
         rays[7].direction = [1e-30; 3];
         rays[8].t_max = -1.0;
-        let all = std::array::from_fn(|i| &raw const rays[i]);
-        let staying = gate.enter::<Portable>(gate.root.unwrap(), all);
+        let staying = gate.enter::<Portable>(gate.root.unwrap(), rays.each_ref());
         assert_eq!(staying, 0b1_1111_1110);
     }
 
@@ -280,7 +275,7 @@ mod tests {
         let mut numbers: Vec<u32> = (0..1000).rev().collect();
         let mut expected = numbers.clone();
         expected.retain(|i| {
-            let all = [&raw const rays[*i as usize]; 16];
+            let all = [&rays[*i as usize]; 16];
             *i >= 990 || gate.enter::<Portable>(root, all) & 1 != 0
         });
         let away = gate.turn_away::<Portable>(root, &rays, &mut numbers, 10);

@@ -17,8 +17,8 @@ use crate::ray::{Coherence, Ray};
 use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
 
-/// A chunk fell apart if its packets visited more nodes and leaves than so many for each ray, where each ray that went on alone counts
-/// as so many visits.
+/// Packets of a chunk do not pay if they visited more nodes and leaves than so many for each ray, where each ray that went on
+/// alone counts as so many visits.
 const MOST_VISITS: usize = 4;
 const VISITS_ALONE: usize = 4;
 

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// One block of rays goes without after one in which it did not pay, twice as many each time that it does not again, and at
 /// most so many.
-pub const MOST_SKIPPED: u32 = 64;
+const MOST_SKIPPED: u32 = 64;
 
 /// How many blocks of rays go without: in the scene that they run through, as a batch is often shorter than it takes to find
 /// out. Threads may count past each other: answers do not depend on it.
