@@ -1,0 +1,35 @@
+//! Worlds from JSON text, and what is wrong with them.
+
+use raycam_scene::schema::{self, ObjectSpec, WorldFile};
+use raycam_scene::{Files, NoFiles, SceneError, World};
+
+use crate::common::node;
+
+pub fn build(json: &str) -> Result<World, SceneError> {
+    schema::from_node::<WorldFile>(&node(json))?.build(&mut NoFiles)
+}
+
+pub fn object(json: &str) -> Result<World, SceneError> {
+    object_with(json, &mut NoFiles)
+}
+
+pub fn object_with(
+    json: &str,
+    files: &mut impl Files<Error = SceneError>,
+) -> Result<World, SceneError> {
+    let mut world = World::default();
+    schema::from_node::<ObjectSpec>(&node(json))?.build(&mut world, files)?;
+    Ok(world)
+}
+
+/// A camera's keys, after those that every camera of these tests has.
+pub fn camera(json: &str) -> Result<World, SceneError> {
+    build(&format!(
+        r#"{{ "camera": {{ "size": [640, 480], {json} }} }}"#
+    ))
+}
+
+#[track_caller]
+pub fn assert_error(result: Result<World, SceneError>, expected: &str) {
+    assert_eq!(result.expect_err("an error").to_string(), expected);
+}
