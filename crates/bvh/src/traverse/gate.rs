@@ -21,7 +21,7 @@ pub struct Gate<'a> {
 }
 
 impl<'a> Gate<'a> {
-    /// Those of the tree over instances, or of the only mesh if that is in its place.
+    /// The gate of the tree over instances, or of the only mesh if that is in its place.
     #[inline(always)]
     pub fn of(scene: &'a Scene) -> Gate<'a> {
         let (blocks, root) = match (scene.direct, &*scene.placed) {

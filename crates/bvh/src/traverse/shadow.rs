@@ -17,7 +17,7 @@ use crate::ray::{Coherence, Ray};
 use crate::scene::{Placed, Scene};
 use crate::simd::Isa;
 
-/// Packets of a chunk do not pay if they visited more nodes and leaves than so many for each ray, where each ray that went on
+/// Packets of a chunk do not pay if they visit more nodes and leaves than so many for each ray, where each ray that goes on
 /// alone counts as so many visits.
 const MOST_VISITS: usize = 4;
 const VISITS_ALONE: usize = 4;

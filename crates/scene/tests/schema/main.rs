@@ -50,31 +50,24 @@ fn the_example_of_the_guide_is_a_world() {
 
 #[test]
 fn arrays_are_lists_of_lists_and_null_is_absent() {
+    let floats = |shape, data| Value::Floats { shape, data };
+    let integers = |shape, data| Value::Integers { shape, data };
     let entry = |key: &str, value| Entry {
         key: key.into(),
         key_span: None,
         node: Node::from(value),
     };
-    let vertices = Value::Floats {
-        shape: vec![3, 3],
-        data: vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0],
-    };
-    let triangles = Value::Integers {
-        shape: vec![1, 3],
-        data: vec![0, 1, 2],
-    };
+    let vertices = floats(
+        vec![3, 3],
+        vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+    );
+    let triangles = integers(vec![1, 3], vec![0, 1, 2]);
     let table = |vertices: &Value, triangles: &Value| {
         Node::from(Value::Table(vec![
             entry("vertices", vertices.clone()),
             entry("triangles", triangles.clone()),
             entry("color", Value::Null),
-            entry(
-                "diffuse",
-                Value::Floats {
-                    shape: vec![],
-                    data: vec![0.5],
-                },
-            ),
+            entry("diffuse", floats(vec![], vec![0.5])),
         ]))
     };
     let read = |node: &Node| schema::from_node::<ObjectSpec>(node);
@@ -89,57 +82,39 @@ fn arrays_are_lists_of_lists_and_null_is_absent() {
             expected
         );
     };
-    let flat = Value::Floats {
-        shape: vec![9],
-        data: vec![0.0; 9],
-    };
+    let flat = floats(vec![9], vec![0.0; 9]);
     fails(
         flat,
         triangles.clone(),
         "vertices[0]: 0: expected a list of 3",
     );
-    let wide = Value::Floats {
-        shape: vec![2, 4],
-        data: vec![0.0; 8],
-    };
+    let wide = floats(vec![2, 4], vec![0.0; 8]);
     fails(
         wide,
         triangles.clone(),
         "vertices[0]: a list of 4: expected a list of 3",
     );
-    let short = Value::Floats {
-        shape: vec![usize::MAX, 3],
-        data: vec![0.0; 8],
-    };
+    let short = floats(vec![usize::MAX, 3], vec![0.0; 8]);
     let shape = format!(
         "vertices: an array of shape [{}, 3] with 8 numbers",
         usize::MAX
     );
     fails(short, triangles, &shape);
-    let negative = Value::Integers {
-        shape: vec![1, 3],
-        data: vec![0, 1, -2],
-    };
+    let negative = integers(vec![1, 3], vec![0, 1, -2]);
     fails(
         vertices.clone(),
         negative,
         "triangles[0][2]: -2: expected a whole number >= 0",
     );
     // Whole floats are whole numbers, as NumPy makes them by the way.
-    let floats = Value::Floats {
-        shape: vec![1, 3],
-        data: vec![0.0, 1.0, 2.0],
-    };
+    let whole = floats(vec![1, 3], vec![0.0, 1.0, 2.0]);
     assert_eq!(
-        read(&table(&vertices, &floats)).unwrap().triangles.unwrap(),
+        read(&table(&vertices, &whole)).unwrap().triangles.unwrap(),
         [[0, 1, 2]]
     );
-    let empty = Value::Floats {
-        shape: vec![0, 3],
-        data: vec![],
-    };
+    let empty = floats(vec![0, 3], vec![]);
     assert!(
-        read(&table(&empty, &floats))
+        read(&table(&empty, &whole))
             .unwrap()
             .vertices
             .unwrap()
