@@ -9,6 +9,7 @@ mod binned;
 mod collapse;
 mod item;
 mod join;
+mod large;
 mod partition;
 mod plan;
 mod sample;

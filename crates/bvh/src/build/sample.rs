@@ -8,9 +8,11 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::item::{Item, Octet, Range};
+use super::large::Large;
 use super::plan::{Stock, Top};
 use super::treelet::Part;
 use super::{Leaves, MAX_DEPTH, Shared, TREELET, top};
+use crate::simd::Portable;
 
 /// Cells are cut to this depth: below it there are levels left to halve as many items as there can be.
 const DEEPEST: usize = MAX_DEPTH - 32;
@@ -102,7 +104,12 @@ pub fn divide<'a, L: Leaves, S: Source + ?Sized>(
         .map(|group| source.item(group * rate + jitter(group) % rate))
         .collect();
     let whole = top::range(shared.machine, &sample);
-    let cut = cut(&mut sample, whole, 0, (rate, shared));
+    let large = take_large(&mut sample, &whole);
+    let range = match sample.len() == groups {
+        true => whole,
+        false => top::range(shared.machine, &sample),
+    };
+    let cut = cut(&mut sample, range, 1, (rate, shared));
     drop(sample);
     let mut tree = Planes::default();
     let everywhere = Region {
@@ -116,7 +123,7 @@ pub fn divide<'a, L: Leaves, S: Source + ?Sized>(
         .into_par_iter()
         .map(|i| {
             let end = source.count().min((i + 1) * size);
-            tree.sort(source, i * size..end)
+            tree.sort(source, i * size..end, large)
         })
         .collect();
     let mut finish = Finish {
@@ -126,7 +133,23 @@ pub fn divide<'a, L: Leaves, S: Source + ?Sized>(
         cells: 0,
         stocks: vec![],
     };
-    (finish.top(&cut, 0), finish.stocks)
+    // They are sorted into a cell after all others.
+    let large = finish.cell(tree.regions.len(), whole.bounds, 1);
+    let top = match (large, finish.top(&cut, 1)) {
+        (Some(large), Some(rest)) => Some(Top::Split(whole.bounds, Box::new([large, rest]))),
+        (large, rest) => large.or(rest),
+    };
+    (top, finish.stocks)
+}
+
+/// What is large among the items of a sample, which it leaves; nothing where no others are.
+fn take_large(sample: &mut Vec<Item>, whole: &Range) -> Large {
+    let large = Large::within::<Portable>(whole);
+    if sample.iter().all(|item| large.is::<Portable>(item)) {
+        return Large::NONE;
+    }
+    sample.retain(|item| !large.is::<Portable>(item));
+    large
 }
 
 /// The most chunks.
@@ -186,14 +209,15 @@ impl<L: Leaves, S: Source + ?Sized> Finish<'_, '_, L, S> {
                     (left, right) => left.or(right),
                 }
             }
-            Cut::Cell(bounds) => self.cell(*bounds, depth),
+            Cut::Cell(bounds) => {
+                self.cells += 1;
+                self.cell(self.cells - 1, *bounds, depth)
+            }
         }
     }
 
-    fn cell(&mut self, bounds: Octet, depth: usize) -> Option<Top> {
+    fn cell(&mut self, cell: usize, bounds: Octet, depth: usize) -> Option<Top> {
         let (source, chunks) = (self.source, self.chunks.clone());
-        let cell = self.cells;
-        self.cells += 1;
         let count = chunks.iter().map(|chunk| chunk.ids(cell).len()).sum();
         let make = move |items: &mut Vec<Item>| {
             chunks
@@ -270,13 +294,24 @@ impl Planes {
         step.next
     }
 
-    /// Sorts items by their cells.
-    fn sort<S: Source + ?Sized>(&self, source: &S, items: std::ops::Range<usize>) -> Chunk {
-        let mut starts = vec![0; self.regions.len() + 1];
+    /// Sorts items by their cells, large ones into another after those.
+    fn sort<S: Source + ?Sized>(
+        &self,
+        source: &S,
+        items: std::ops::Range<usize>,
+        large: Large,
+    ) -> Chunk {
+        let mut starts = vec![0; self.regions.len() + 2];
         let mut cells = Vec::with_capacity(items.len());
         let mut cell = 0;
         for at in items.clone() {
-            let centre = source.item(at).centre().array();
+            let item = source.item(at);
+            if large.is::<Portable>(&item) {
+                cells.push(self.regions.len() as u32);
+                starts[self.regions.len()] += 1;
+                continue;
+            }
+            let centre = item.centre().array();
             // Most are where the one before is.
             if !self.regions[cell as usize].holds(&centre) {
                 cell = self.search(&centre);

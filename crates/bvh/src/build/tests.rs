@@ -1,6 +1,7 @@
 //! Trees over boxes of all kinds.
 
 use super::*;
+use crate::Bvh;
 
 /// Boxes as leaves, one each; the top of the tree by all of them or by one of so many.
 struct Boxes(Option<usize>);
@@ -139,5 +140,49 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
             };
             assert!(nodes(tree) == nodes(&trees[0]));
         }
+    }
+}
+
+/// One child of the root is flat at z = 0, and the others are above 0.001, where the floor is not.
+fn check_floor(blocks: &[Block], root: u32, case: &str) {
+    let root = crate::block::node(blocks, root);
+    let children = (0..root.children as usize).map(|k| root.bounds_of(k));
+    let (floor, others): (Vec<_>, Vec<_>) = children.partition(|(lower, _)| lower[2] < 0.001);
+    assert_eq!(floor.len(), 1, "{case}");
+    assert_eq!([floor[0].0[2], floor[0].1[2]], [0.0; 2], "{case}");
+    assert!(!others.is_empty(), "{case}");
+}
+
+#[test]
+fn a_floor_hangs_at_the_root_alone() {
+    for n in [30, 100, TREELET / 2, 3 * TREELET, 12 * TREELET] {
+        let place = |i: usize, k: u32| {
+            ((i as u32 * 3 + k).wrapping_mul(2_654_435_761) >> 16) as f32 / 65_536.0
+        };
+        let small = |i: usize| {
+            let lower = [place(i, 0), place(i, 1), 0.001 + place(i, 2)];
+            (lower, lower.map(|x| x + 0.01))
+        };
+        let mut boxes: Vec<_> = (0..n).map(small).collect();
+        // In the sample or not.
+        boxes.insert(n / 2, ([-1.0, -1.0, 0.0], [2.0, 2.0, 0.0]));
+        for sample in [None, Some(4), Some(16)] {
+            let tree = built(&boxes, sample);
+            check(&tree, &boxes);
+            check_floor(&tree.blocks, tree.root, &format!("{n} boxes, {sample:?}"));
+        }
+        let corners = boxes.iter().flat_map(|(lower, upper)| {
+            [
+                *lower,
+                *upper,
+                [lower[0], upper[1], 0.5 * (lower[2] + upper[2])],
+            ]
+        });
+        let corners: Vec<_> = corners.collect();
+        let triangles: Vec<_> = (0..=n as u32)
+            .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+            .collect();
+        let bvh = Bvh::build(&corners, &triangles, &Default::default()).unwrap();
+        check_floor(bvh.blocks(), bvh.root(), &format!("{n} triangles"));
     }
 }

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::binned::{Binning, Bins, Plane, may_choose};
 use super::item::{Item, Range};
+use super::large::split_off;
 use super::plan::Top;
 use super::treelet::Part;
 use super::{Leaves, PARALLEL, Shared, TREELET, partition};
@@ -55,7 +56,12 @@ pub fn divide<L: Leaves>(
         });
     }
     let bins = shared.leaves.bins(items.len());
-    let (middle, left, right) = split(shared.machine, items, &range, depth, bins);
+    let large = match depth {
+        0 => split_off::<Portable>(items, &range, depth),
+        _ => None,
+    };
+    let (middle, left, right) =
+        large.unwrap_or_else(|| split(shared.machine, items, &range, depth, bins));
     let (a, b) = items.split_at_mut(middle);
     let (a, b) = rayon::join(
         || divide(a, left, depth + 1, shared),

@@ -3,6 +3,7 @@
 use super::binned::split;
 use super::collapse::{Binary, children, collapse, emit};
 use super::item::{Item, Octet, Range};
+use super::large::split_off;
 use super::{Leaves, Shared};
 use crate::block::{Block, LEAF, Node};
 use crate::dispatch::kernel;
@@ -158,7 +159,12 @@ fn treelet<I: Isa, L: Leaves>(
         }
         let bins = leaves.bins(count as usize);
         let unit = leaves.binary_leaf() as u32;
-        let (middle, left, right) = split::<I>(here, &range, depth as usize, (bins, unit));
+        let large = match at {
+            0 => split_off::<I>(here, &range, depth as usize),
+            _ => None,
+        };
+        let (middle, left, right) =
+            large.unwrap_or_else(|| split::<I>(here, &range, depth as usize, (bins, unit)));
         let child = tree.len() as u32;
         tree[at as usize] = Binary::inner(range.bounds, child);
         (tree[at as usize].first, tree[at as usize].count) = (first, count);
