@@ -186,3 +186,25 @@ fn a_floor_hangs_at_the_root_alone() {
         check_floor(bvh.blocks(), bvh.root(), &format!("{n} triangles"));
     }
 }
+
+#[test]
+fn a_floor_is_a_part_of_its_own() {
+    let shared = Shared {
+        leaves: &Boxes(None),
+        machine: Machine::best(),
+    };
+    let small = |i: usize| {
+        let x = (i as u32).wrapping_mul(2_654_435_761) as f32 * 2.0_f32.powi(-32);
+        Item::new([x, 0.5, 0.0], [x, 0.5, 0.1 * x], i as u32)
+    };
+    let mut items: Vec<_> = (0..3 * TREELET).map(small).collect();
+    items.insert(TREELET, Item::new([0.0; 3], [1.0, 1.0, 0.0], u32::MAX));
+    let whole = top::range(shared.machine, &items);
+    let plan::Top::Split(_, halves) = top::divide(&mut items, whole, 0, &shared) else {
+        panic!("so many items are one part");
+    };
+    let [plan::Top::Part(floor), _] = &*halves else {
+        panic!("what comes first is split again");
+    };
+    assert_eq!((floor.count, items[0].id), (1, u32::MAX));
+}
