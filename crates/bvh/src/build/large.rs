@@ -3,9 +3,9 @@
 
 use super::binned::may_choose;
 use super::item::{Item, Range, half_area};
-use crate::simd::{Isa, Vector};
+use crate::simd::{Isa, Portable, Vector};
 
-/// What part of the surface of the box of all makes an item a large one.
+/// What part of the surface of the box of all makes an item a large one: less than a wall of a cubic room has, a third.
 const LARGE: f32 = 0.25;
 
 /// What is large beside the box of all.
@@ -16,11 +16,6 @@ pub struct Large {
 }
 
 impl Large {
-    /// Nothing is.
-    pub const NONE: Large = Large {
-        least: f32::INFINITY,
-    };
-
     /// Among the items of a range.
     #[inline(always)]
     pub fn within<I: Isa>(range: &Range) -> Large {
@@ -31,7 +26,19 @@ impl Large {
         }
     }
 
-    /// Whether an item is one.
+    /// Among the items of a sample, which those leave; nothing is where there are no others.
+    pub fn taken(sample: &mut Vec<Item>, range: &Range) -> Large {
+        let large = Large::within::<Portable>(range);
+        if sample.iter().all(|item| large.is::<Portable>(item)) {
+            return Large {
+                least: f32::INFINITY,
+            };
+        }
+        sample.retain(|item| !large.is::<Portable>(item));
+        large
+    }
+
+    /// Whether an item is one. Beside a surface that overflows nothing can be told from anything.
     #[inline(always)]
     pub fn is<I: Isa>(self, item: &Item) -> bool {
         let area = half_area::<I>(item.octet::<I>());
@@ -65,7 +72,7 @@ pub fn split_off<I: Isa>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::Portable;
+    use crate::build::MAX_DEPTH;
 
     /// A floor, or as many, among small boxes along a line above it.
     fn items(floors: usize, small: usize) -> Vec<Item> {
@@ -117,7 +124,7 @@ mod tests {
     fn levels_that_are_needed_are_not_taken() {
         let mut items = items(1, 100);
         let range = Range::of::<Portable>(&items);
-        assert!(split_off::<Portable>(&mut items, &range, super::super::MAX_DEPTH - 7).is_none());
-        assert!(split_off::<Portable>(&mut items, &range, super::super::MAX_DEPTH - 8).is_some());
+        assert!(split_off::<Portable>(&mut items, &range, MAX_DEPTH - 7).is_none());
+        assert!(split_off::<Portable>(&mut items, &range, MAX_DEPTH - 8).is_some());
     }
 }

@@ -1,5 +1,6 @@
 //! From boxes to blocks: a binary tree by the surface-area heuristic, folded into eight-wide nodes.
 //!
+//! What is about as large as all together is split off first ([`large`]).
 //! The tree is cut into treelets of about [`TREELET`] items, which depends on the items alone. Above them boxes are
 //! binned in parallel ([`top`]), of large trees those of a sample ([`sample`]); that part is folded first, for an
 //! expected cost of what is below ([`plan`]). Each treelet is then built and folded by one thread while it lies in that

@@ -104,7 +104,7 @@ pub fn divide<'a, L: Leaves, S: Source + ?Sized>(
         .map(|group| source.item(group * rate + jitter(group) % rate))
         .collect();
     let whole = top::range(shared.machine, &sample);
-    let large = take_large(&mut sample, &whole);
+    let large = Large::taken(&mut sample, &whole);
     let range = match sample.len() == groups {
         true => whole,
         false => top::range(shared.machine, &sample),
@@ -133,23 +133,13 @@ pub fn divide<'a, L: Leaves, S: Source + ?Sized>(
         cells: 0,
         stocks: vec![],
     };
-    // They are sorted into a cell after all others.
+    // Their cell comes after all others, see [`Planes::sort`].
     let large = finish.cell(tree.regions.len(), whole.bounds, 1);
     let top = match (large, finish.top(&cut, 1)) {
         (Some(large), Some(rest)) => Some(Top::Split(whole.bounds, Box::new([large, rest]))),
         (large, rest) => large.or(rest),
     };
     (top, finish.stocks)
-}
-
-/// What is large among the items of a sample, which it leaves; nothing where no others are.
-fn take_large(sample: &mut Vec<Item>, whole: &Range) -> Large {
-    let large = Large::within::<Portable>(whole);
-    if sample.iter().all(|item| large.is::<Portable>(item)) {
-        return Large::NONE;
-    }
-    sample.retain(|item| !large.is::<Portable>(item));
-    large
 }
 
 /// The most chunks.
@@ -301,14 +291,15 @@ impl Planes {
         items: std::ops::Range<usize>,
         large: Large,
     ) -> Chunk {
+        let apart = self.regions.len() as u32;
         let mut starts = vec![0; self.regions.len() + 2];
         let mut cells = Vec::with_capacity(items.len());
         let mut cell = 0;
         for at in items.clone() {
             let item = source.item(at);
             if large.is::<Portable>(&item) {
-                cells.push(self.regions.len() as u32);
-                starts[self.regions.len()] += 1;
+                cells.push(apart);
+                starts[apart as usize] += 1;
                 continue;
             }
             let centre = item.centre().array();

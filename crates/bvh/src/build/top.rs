@@ -56,6 +56,7 @@ pub fn divide<L: Leaves>(
         });
     }
     let bins = shared.leaves.bins(items.len());
+    // Below the root they are gone.
     let large = match depth {
         0 => split_off::<Portable>(items, &range, depth),
         _ => None,

@@ -159,6 +159,7 @@ fn treelet<I: Isa, L: Leaves>(
         }
         let bins = leaves.bins(count as usize);
         let unit = leaves.binary_leaf() as u32;
+        // Those of a cell or a part may be others than those of the whole tree, which are gone.
         let large = match at {
             0 => split_off::<I>(here, &range, depth as usize),
             _ => None,
