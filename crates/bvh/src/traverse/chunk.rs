@@ -231,10 +231,7 @@ impl<'a> Chunks<'a> {
     #[inline(always)]
     fn prefetch<I: Isa>(&self) {
         let rays = &self.rays[self.taken..];
-        let rays = &rays[..rays.len().min(SIZE)];
-        for line in 0..size_of_val(rays).div_ceil(64) {
-            I::prefetch(rays.as_ptr().cast::<u8>().wrapping_add(64 * line));
-        }
+        prefetch_all::<I, _>(&rays[..rays.len().min(SIZE)]);
     }
 
     /// Is told how often one of those at hand went on alone, and what their packets visited.
@@ -268,5 +265,13 @@ impl<'a> Chunks<'a> {
             aside,
             apart,
         }
+    }
+}
+
+/// Asks for all lines of some values.
+#[inline(always)]
+pub fn prefetch_all<I: Isa, T>(values: &[T]) {
+    for line in 0..size_of_val(values).div_ceil(64) {
+        I::prefetch(values.as_ptr().cast::<u8>().wrapping_add(64 * line));
     }
 }

@@ -97,14 +97,19 @@ pub fn sheared<I: Isa>(leaf: &Leaf, ray: impl Line) -> [I::F16; 2] {
 #[inline(always)]
 pub fn within<I: Isa>(leaf: &Leaf, ray: impl Line) -> u32 {
     let [px, py] = sheared::<I>(leaf, ray);
-    let index = indices::<I>(leaf);
-    let ([ax, bx, cx], [ay, by, cy]) = (corners::<I>(px, &index), corners::<I>(py, &index));
+    inside::<I>(px, py, &indices::<I>(leaf)) & leaf.solid
+}
+
+/// The triangles that have 0 within, of vertices in x and y.
+#[inline(always)]
+pub fn inside<I: Isa>(px: I::F16, py: I::F16, index: &[I::Index; 3]) -> u32 {
+    let ([ax, bx, cx], [ay, by, cy]) = (corners::<I>(px, index), corners::<I>(py, index));
     let u = cx.mul(by).sub(cy.mul(bx));
     let v = ax.mul(cy).sub(ay.mul(cx));
     let w = bx.mul(ay).sub(by.mul(ax));
     let zero = I::F16::splat(0.0);
     let inside = <I::F16 as Vector>::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero));
-    <I::F16 as Vector>::bits(inside) & leaf.solid
+    <I::F16 as Vector>::bits(inside)
 }
 
 /// Where a ray meets a triangle.

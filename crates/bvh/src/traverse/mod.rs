@@ -2,6 +2,7 @@
 
 mod alike;
 mod apart;
+mod candidates;
 mod chunk;
 mod exact;
 mod exact_packet;

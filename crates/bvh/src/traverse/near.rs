@@ -1,9 +1,9 @@
 //! Which triangles of a leaf the rays of a packet run through: all edges first, before anything is divided.
 
-use super::line::{Member, within};
+use super::line::inside;
 use super::packet::{Packet, SIZE};
 use super::rows::{bits, load, load3, store};
-use super::triangle::corner_lanes;
+use super::triangle::{corner_lanes, indices, relative};
 use crate::block::Leaf;
 use crate::simd::{Isa, Vector};
 
@@ -38,33 +38,60 @@ impl Near {
         if active.count_ones() > ALL_TRIANGLES {
             triangles = packet.candidates::<I>(leaf);
         }
-        if triangles.count_ones() * groups(active) < active.count_ones() {
-            self.find_by_triangles::<I>(leaf, active, packet, triangles);
-        } else {
-            self.find_by_rays::<I>(leaf, active, packet);
+        let by_triangles = triangles.count_ones() * groups(active) < active.count_ones();
+        // Where all rays start at one point, corners are counted from there once.
+        match (by_triangles, packet.start()) {
+            (true, None) => self.find_by_triangles::<I, false>(leaf, active, packet, triangles),
+            (true, Some(start)) => {
+                let leaf = &leaf.around::<I>(start);
+                self.find_by_triangles::<I, true>(leaf, active, packet, triangles);
+            }
+            (false, None) => self.find_by_rays::<I, false>(leaf, active, packet),
+            (false, Some(_)) => self.find_by_rays::<I, true>(leaf, active, packet),
         }
     }
 
-    /// One ray and sixteen triangles at a time.
+    /// One ray and sixteen triangles at a time. `ONE` where all rays start at one point.
     #[inline(always)]
-    fn find_by_rays<I: Isa>(&mut self, leaf: &Leaf, mut active: u64, packet: &Packet) {
+    fn find_by_rays<I: Isa, const ONE: bool>(
+        &mut self,
+        leaf: &Leaf,
+        mut active: u64,
+        packet: &Packet,
+    ) {
+        let [kx, ky, kz] = packet.axes;
+        let (x, y, z) = (&packet.origin[kx], &packet.origin[ky], &packet.origin[kz]);
+        let mut rx = relative::<I>(leaf, kx, x[0]);
+        let mut ry = relative::<I>(leaf, ky, y[0]);
+        let mut rz = relative::<I>(leaf, kz, z[0]);
+        let index = indices::<I>(leaf);
+        // In registers: stores of them in the loop may hold up the loads of its next turn, two- or threefold.
+        let (mut some, mut more) = (0, 0);
         while active != 0 {
             let i = active.trailing_zeros() as usize & (SIZE - 1);
             active &= active - 1;
-            let near = within::<I>(leaf, Member(packet, i));
+            if !ONE {
+                rx = relative::<I>(leaf, kx, x[i]);
+                ry = relative::<I>(leaf, ky, y[i]);
+                rz = relative::<I>(leaf, kz, z[i]);
+            }
+            let px = rx.sub(I::F16::splat(packet.shear[0][i]).mul(rz));
+            let py = ry.sub(I::F16::splat(packet.shear[1][i]).mul(rz));
+            let near = inside::<I>(px, py, &index) & leaf.solid;
             self.triangle[i] = near.trailing_zeros();
-            self.some |= u64::from(near != 0) << i;
+            some |= u64::from(near != 0) << i;
             let rest = near & near.wrapping_sub(1);
             if rest != 0 {
                 self.rest[i] = rest as f32;
-                self.more |= 1 << i;
+                more |= 1 << i;
             }
         }
+        (self.some, self.more) = (some, more);
     }
 
-    /// One triangle and sixteen rays at a time.
+    /// One triangle and sixteen rays at a time. `ONE` where the leaf is counted from where all rays start.
     #[inline(always)]
-    fn find_by_triangles<I: Isa>(
+    fn find_by_triangles<I: Isa, const ONE: bool>(
         &mut self,
         leaf: &Leaf,
         active: u64,
@@ -92,9 +119,9 @@ impl Near {
                 left &= left - 1;
                 let corner = corner_lanes(leaf, k as usize);
                 let [x, y, z] = [kx, ky, kz].map(|axis| corner.map(|lane| leaf.vertex[axis][lane]));
-                let (ax, ay) = sheared::<I>([x[0], y[0], z[0]], &origin, sx, sy);
-                let (bx, by) = sheared::<I>([x[1], y[1], z[1]], &origin, sx, sy);
-                let (cx, cy) = sheared::<I>([x[2], y[2], z[2]], &origin, sx, sy);
+                let (ax, ay) = sheared::<I, ONE>([x[0], y[0], z[0]], &origin, sx, sy);
+                let (bx, by) = sheared::<I, ONE>([x[1], y[1], z[1]], &origin, sx, sy);
+                let (cx, cy) = sheared::<I, ONE>([x[2], y[2], z[2]], &origin, sx, sy);
                 let u = cx.mul(by).sub(cy.mul(bx));
                 let v = ax.mul(cy).sub(ay.mul(cx));
                 let w = bx.mul(ay).sub(by.mul(ax));
@@ -134,6 +161,14 @@ impl Near {
         }
     }
 
+    /// Bit g: of group g of 16 rays some run through a triangle.
+    #[inline(always)]
+    pub fn groups(&self) -> u32 {
+        (0..SIZE / 16).fold(0, |groups, g| {
+            groups | u32::from(self.some >> (16 * g) & 0xffff != 0) << g
+        })
+    }
+
     /// Of a group of 16 rays those that run through a triangle.
     #[inline(always)]
     pub fn lanes(&self, group: usize) -> u32 {
@@ -143,15 +178,17 @@ impl Near {
 
 /// A corner, sheared for sixteen rays.
 #[inline(always)]
-fn sheared<I: Isa>(
-    [x, y, z]: [f32; 3],
+fn sheared<I: Isa, const ONE: bool>(
+    corner: [f32; 3],
     origin: &[I::F16; 3],
     sx: I::F16,
     sy: I::F16,
 ) -> (I::F16, I::F16) {
-    let x = I::F16::splat(x).sub(origin[0]);
-    let y = I::F16::splat(y).sub(origin[1]);
-    let z = I::F16::splat(z).sub(origin[2]);
+    let [x, y, z] = corner;
+    let (mut x, mut y, mut z) = (I::F16::splat(x), I::F16::splat(y), I::F16::splat(z));
+    if !ONE {
+        (x, y, z) = (x.sub(origin[0]), y.sub(origin[1]), z.sub(origin[2]));
+    }
     (x.sub(sx.mul(z)), y.sub(sy.mul(z)))
 }
 

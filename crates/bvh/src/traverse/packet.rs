@@ -9,8 +9,6 @@ use super::local::{
     END_PAD, EPS, Extent, ORIGIN_LIMIT, ORIGIN_PAD, REACH_LIMIT, RELATIVE, STEEPEST,
 };
 use super::rows::{Sides, bits, extremes, load, load3, store};
-use super::triangle::{corners, indices, relative};
-use crate::block::Leaf;
 use crate::ray::Ray;
 use crate::simd::{Isa, Vector};
 
@@ -35,7 +33,7 @@ pub struct Packet {
     pub fan: Fan,
     /// The least and greatest origin by axis, and shear in x and y.
     pub origins: [[f32; 2]; 3],
-    shears: [[f32; 2]; 2],
+    pub shears: [[f32; 2]; 2],
 }
 
 impl Packet {
@@ -294,6 +292,16 @@ impl Packet {
         entered & active
     }
 
+    /// Where all rays start, if that is one point.
+    #[inline(always)]
+    pub fn start(&self) -> Option<[f32; 3]> {
+        let one = self
+            .origins
+            .iter()
+            .all(|[least, greatest]| least == greatest);
+        one.then(|| self.origins.map(|[start, _]| start))
+    }
+
     /// The largest coordinate of their origins.
     #[inline(always)]
     pub fn distance(&self) -> f32 {
@@ -315,59 +323,22 @@ impl Packet {
         })
     }
 
-    /// Bit k: some ray may meet triangle k. The others lie to one side of the sheared axis for all rays: rounding is
-    /// monotonic, so what holds of the extremes holds of the values that the test computes for each ray.
-    #[inline(always)]
-    pub fn candidates<I: Isa>(&self, leaf: &Leaf) -> u32 {
-        self.candidates_within::<I>(leaf, 0.0) & leaf.solid
-    }
-
-    /// The same where the sheared corners of any triangle may be off by `slack`.
-    #[inline(always)]
-    pub fn candidates_within<I: Isa>(&self, leaf: &Leaf, slack: f32) -> u32 {
-        let [kx, ky, kz] = self.axes;
-        let index = indices::<I>(leaf);
-        let [least, greatest] = self.origins[kz];
-        let depth = [
-            relative::<I>(leaf, kz, greatest),
-            relative::<I>(leaf, kz, least),
-        ];
-        let (before, beyond) = (I::F16::splat(-slack), I::F16::splat(slack));
-        let mut near = (1u32 << leaf.count) - 1;
-        for (axis, shears) in [(kx, self.shears[0]), (ky, self.shears[1])] {
-            let [least, greatest] = self.origins[axis];
-            let (low, high) = (
-                relative::<I>(leaf, axis, greatest),
-                relative::<I>(leaf, axis, least),
-            );
-            let (s, t) = (I::F16::splat(shears[0]), I::F16::splat(shears[1]));
-            let products = [
-                s.mul(depth[0]),
-                s.mul(depth[1]),
-                t.mul(depth[0]),
-                t.mul(depth[1]),
-            ];
-            let least = products[0]
-                .min(products[1])
-                .min(products[2].min(products[3]));
-            let greatest = products[0]
-                .max(products[1])
-                .max(products[2].max(products[3]));
-            let (low, high) = (low.sub(greatest), high.sub(least));
-            let [a, b, c] = corners::<I>(low, &index);
-            let low = a.min(b).min(c);
-            let [a, b, c] = corners::<I>(high, &index);
-            let high = a.max(b).max(c);
-            near &=
-                <I::F16 as Vector>::bits(<I::F16 as Vector>::and(low.le(beyond), before.le(high)));
-        }
-        near
-    }
-
     /// The values of a group of 16 rays.
     #[inline(always)]
     pub fn lanes<I: Isa>(&self, row: &[f32; SIZE], group: usize) -> I::F16 {
         load::<I>(row, group & 3)
+    }
+
+    /// Bit i: ray i is of interest at `t`, and farther.
+    #[inline(always)]
+    pub fn reaching<I: Isa>(&self, t: f32) -> u64 {
+        let t = I::F16::splat(t);
+        let mut reaching = 0;
+        for group in 0..SIZE / 16 {
+            let lanes = bits::<I>(t.le(load::<I>(&self.t_max, group)));
+            reaching |= u64::from(lanes) << (16 * group);
+        }
+        reaching
     }
 
     /// The largest t that is of interest to any ray.

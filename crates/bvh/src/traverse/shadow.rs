@@ -6,7 +6,7 @@ use super::chunk::{ASIDE, Aside, Chunk, Chunks};
 use super::fan::Apex;
 use super::interleaved::trace;
 use super::near::Near;
-use super::packet::{Packet, SIZE};
+use super::packet::Packet;
 use super::packets::{Packets, Query};
 use super::stack::MaskStack;
 use super::together::prefetch;
@@ -149,11 +149,12 @@ fn dark_in_leaf<I: Isa>(leaf: &Leaf, active: u64, packet: &Packet, near: &mut Ne
     let mut dark = 0;
     near.find::<I>(leaf, active, packet);
     while near.some != 0 {
-        for group in 0..SIZE / 16 {
-            if near.lanes(group) != 0 {
-                let met = meet_each::<I, true>(leaf, packet, group, near);
-                dark |= u64::from(met.hit) << (16 * group);
-            }
+        let mut groups = near.groups();
+        while groups != 0 {
+            let group = groups.trailing_zeros() as usize & 3;
+            groups &= groups - 1;
+            let met = meet_each::<I, true>(leaf, packet, group, near);
+            dark |= u64::from(met.hit) << (16 * group);
         }
         near.next();
     }

@@ -34,6 +34,12 @@ impl Stack {
     /// ones come first.
     #[inline(always)]
     pub fn push<I: Isa>(&mut self, node: &Node, enter: I::F8, mask: u32) -> u32 {
+        self.push_ordered::<I>(node, enter, mask).0
+    }
+
+    /// The same, with the order in which the lanes were put there, the nearest one last.
+    #[inline(always)]
+    fn push_ordered<I: Isa>(&mut self, node: &Node, enter: I::F8, mask: u32) -> (u32, I::Order) {
         debug_assert!(self.len + 8 <= STACK && mask != 0);
         // SAFETY: `STACK` leaves room for 8 more entries, by the depth of every tree (see there). References are
         // carried as floats, of which no arithmetic is done.
@@ -44,7 +50,7 @@ impl Stack {
             let enter = I::reorder(enter, order);
             enter.store(self.enter.as_mut_ptr().add(self.len).cast());
             self.len += mask.count_ones() as usize - 1;
-            self.child.get_unchecked(self.len).assume_init()
+            (self.child.get_unchecked(self.len).assume_init(), order)
         }
     }
 
@@ -169,5 +175,64 @@ impl MaskStack {
         self.len = self.len.checked_sub(1)?;
         // SAFETY: entries below the former `len` were written by `push`.
         Some(unsafe { self.entries.get_unchecked(self.len).assume_init() })
+    }
+}
+
+/// A [`Stack`] of a packet, with the rays that enter each child.
+pub struct EnteredStack {
+    stack: Stack,
+    rays: [MaybeUninit<u64>; STACK],
+}
+
+/// The number of each lane, in the bits of floats.
+static LANES: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+
+impl EnteredStack {
+    #[inline(always)]
+    pub fn new() -> Self {
+        Self {
+            stack: Stack::new(),
+            rays: [const { MaybeUninit::uninit() }; STACK],
+        }
+    }
+
+    /// [`Stack::push`], with the rays that enter each lane; returns those of the nearest child too.
+    #[inline(always)]
+    pub fn push<I: Isa>(
+        &mut self,
+        node: &Node,
+        enter: I::F8,
+        mask: u32,
+        entered: &[u64; 8],
+    ) -> (u32, u64) {
+        let len = self.stack.len;
+        let (child, order) = self.stack.push_ordered::<I>(node, enter, mask);
+        let mut lanes = [0u32; 8];
+        // SAFETY: both arrays hold eight words, which as floats are only moved.
+        unsafe {
+            I::reorder(I::F8::load(LANES.as_ptr().cast()), order).store(lanes.as_mut_ptr().cast())
+        };
+        // All eight, for how many it are is anybody's guess.
+        for (i, lane) in lanes.iter().enumerate() {
+            // SAFETY: `STACK` leaves room for 8 more entries than `len`, as `push_ordered` says.
+            unsafe { self.rays.get_unchecked_mut(len + i) }.write(entered[*lane as usize & 7]);
+        }
+        let nearest = lanes[(self.stack.len - len) & 7];
+        (child, entered[nearest as usize & 7])
+    }
+
+    /// [`Stack::pop`], with the rays that were said to enter, and when one may at the earliest.
+    #[inline(always)]
+    pub fn pop(&mut self, t_max: f32) -> Option<(u32, u64, f32)> {
+        let child = self.stack.pop(0, t_max)?;
+        let last = self.stack.len;
+        // SAFETY: `push` writes both beside the child that was taken from there.
+        let (rays, enter) = unsafe {
+            (
+                self.rays.get_unchecked(last).assume_init(),
+                self.stack.enter.get_unchecked(last).assume_init(),
+            )
+        };
+        Some((child, rays, enter))
     }
 }

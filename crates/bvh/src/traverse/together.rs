@@ -3,14 +3,14 @@
 use super::NearestApart;
 use super::alike::{Members, Who, number};
 use super::apart::closest_apart;
-use super::chunk::{ASIDE, Aside, Chunk, Chunks};
+use super::chunk::{ASIDE, Aside, Chunk, Chunks, prefetch_all};
 use super::fan::Apex;
 use super::interleaved::trace;
 use super::near::Near;
 use super::packet::{Packet, SIZE};
 use super::packets::{Packets, Query};
 use super::rows::{bits, keep, load};
-use super::stack::Stack;
+use super::stack::EnteredStack;
 use super::steps::NO_SLOT;
 use super::triangle::{Met16, meet_each};
 use crate::block::{Block, LEAF, Leaf, NO_CHILD, leaf, node};
@@ -72,6 +72,9 @@ fn in_chunks<I: Isa, const APART: bool>(
             cleared = chunks.taken();
         }
         let chunk = chunks.chunk(scene, &mut aside, &mut apart);
+        if !APART {
+            prefetch_all::<I, _>(&hits[chunk.numbers[0] as usize..][..chunk.numbers.len()]);
+        }
         let before = chunk.aside.len();
         let scaled = chunk.scaled(&mut scaled);
         let mut together = Together::<APART> { chunk, hits };
@@ -197,44 +200,62 @@ impl Placed {
 #[inline(always)]
 fn closest_below<I: Isa>(mesh: &Bvh, start: u32, packet: &mut Packet, nearest: &mut Nearest) {
     let blocks = mesh.blocks();
-    let mut stack = Stack::new();
+    let mut stack = EnteredStack::new();
     let mut near = Near::NOTHING;
     let mut t_max = packet.farthest::<I>();
-    let mut at = start;
+    let (mut at, mut active) = (start, packet.active);
+    let mut met = 0;
     loop {
         if at & LEAF == 0 {
             let node = node(blocks, at);
-            let (mask, enter) = packet.fan.children::<I>(node, t_max);
-            if mask != 0 {
-                at = node.child[mask.trailing_zeros() as usize & 7];
-                prefetch::<I>(blocks, at);
-                let mut others = mask & (mask - 1);
-                if others != 0 {
-                    while others != 0 {
-                        prefetch::<I>(blocks, node.child[others.trailing_zeros() as usize & 7]);
-                        others &= others - 1;
+            let (mut mask, enter) = packet.fan.children::<I>(node, t_max);
+            let mut entered = [0; 8];
+            let mut left = mask;
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize & 7;
+                left &= left - 1;
+                let child = node.child[lane];
+                if child & LEAF != 0 {
+                    // The bounds of all rays enter many leaves that no ray does: those are not even asked for.
+                    entered[lane] = packet.enter::<I>(|row| node.bounds[row][lane], packet.active);
+                    if entered[lane] == 0 {
+                        mask &= !(1 << lane);
+                        continue;
                     }
-                    at = stack.push::<I>(node, enter, mask);
                 }
+                prefetch::<I>(blocks, child);
+            }
+            if mask != 0 {
+                (at, active) = if mask & (mask - 1) == 0 {
+                    let lane = mask.trailing_zeros() as usize & 7;
+                    (node.child[lane], entered[lane])
+                } else {
+                    stack.push::<I>(node, enter, mask, &entered)
+                };
                 continue;
             }
-        } else {
+        } else if active != 0 {
             let leaf = leaf(blocks, at);
-            let active = packet.enter::<I>(|row| leaf.bounds[row], packet.active);
-            let closer =
-                active != 0 && closest_in_leaf::<I>(mesh, leaf, active, packet, nearest, &mut near);
-            if closer {
+            let closer = closest_in_leaf::<I>(mesh, leaf, active, packet, nearest, &mut near);
+            met |= closer;
+            // Until each ray has met something, one of them is of interest as far as ever.
+            if closer != 0 && met == packet.active {
                 t_max = packet.farthest::<I>();
             }
         }
-        match stack.pop(0, t_max) {
-            Some(next) => at = next,
+        match stack.pop(t_max) {
+            Some((next, rays, enter)) => {
+                at = next;
+                if at & LEAF != 0 {
+                    active = rays & packet.reaching::<I>(enter);
+                }
+            }
             None => return,
         }
     }
 }
 
-/// Whether anything was found.
+/// The rays for which anything was found.
 #[inline(always)]
 pub fn closest_in_leaf<I: Isa>(
     mesh: &Bvh,
@@ -243,22 +264,24 @@ pub fn closest_in_leaf<I: Isa>(
     packet: &mut Packet,
     nearest: &mut Nearest,
     near: &mut Near,
-) -> bool {
+) -> u64 {
     let mut closer = 0;
     near.find::<I>(leaf, active, packet);
     while near.some != 0 {
-        for group in 0..SIZE / 16 {
-            if near.lanes(group) != 0 {
-                let met = meet_each::<I, false>(leaf, packet, group, near);
-                closer |= nearest.take::<I>(mesh, leaf, met, group, packet);
-            }
+        let mut groups = near.groups();
+        while groups != 0 {
+            let group = groups.trailing_zeros() as usize & 3;
+            groups &= groups - 1;
+            let met = meet_each::<I, false>(leaf, packet, group, near);
+            let first = nearest.take::<I>(mesh, leaf, met, group, packet);
+            closer |= u64::from(first) << (16 * group);
         }
         near.next();
     }
     if closer != 0 {
         mesh.prefetch_id::<I>(leaf.first);
     }
-    closer != 0
+    closer
 }
 
 impl Nearest {

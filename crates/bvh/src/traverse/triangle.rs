@@ -44,6 +44,19 @@ pub fn relative<I: Isa>(leaf: &Leaf, axis: usize, origin: f32) -> I::F16 {
     row.sub(I::F16::splat(origin))
 }
 
+impl Leaf {
+    /// The leaf with its vertices counted from a point.
+    #[inline(always)]
+    pub fn around<I: Isa>(&self, point: [f32; 3]) -> Leaf {
+        let mut leaf = *self;
+        for (axis, row) in leaf.vertex.iter_mut().enumerate() {
+            // SAFETY: the row holds 16 floats.
+            unsafe { relative::<I>(self, axis, point[axis]).store(row.as_mut_ptr()) };
+        }
+        leaf
+    }
+}
+
 /// The lanes of the corners of triangle `k`.
 #[inline(always)]
 pub fn corner_lanes(leaf: &Leaf, k: usize) -> [usize; 3] {
