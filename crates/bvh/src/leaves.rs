@@ -18,6 +18,9 @@ pub struct Triangles<'a> {
 /// A pair whose box is larger than this part of both boxes together stays two: rays would meet it in vain.
 const PAIR: f32 = 0.85;
 
+/// Corners as many vertices apart are in the nearest cache by chance alone.
+const SCATTERED: u32 = 4096;
+
 /// One triangle, or two with a common edge.
 #[derive(Clone, Copy)]
 struct Piece {
@@ -195,6 +198,22 @@ impl Source for Triangles<'_> {
     #[inline(always)]
     fn item(&self, t: usize) -> BuildItem {
         self.item_of(t as u32, self.triangles[t])
+    }
+
+    #[inline(always)]
+    fn ask(&self, items: std::ops::Range<usize>) {
+        let some = self.triangles.get(items).unwrap_or_default();
+        let [Some(first), Some(last)] = [some.first(), some.last()] else {
+            return;
+        };
+        let ends = || first.iter().chain(last);
+        let (least, most) = (ends().min(), ends().max());
+        if most.copied().unwrap_or(0) - least.copied().unwrap_or(0) < SCATTERED {
+            return;
+        }
+        for &vertex in some.as_flattened() {
+            prefetch(self.vertices.as_ptr().wrapping_add(vertex as usize));
+        }
     }
 
     fn items(&self, ids: &[u32], items: &mut Vec<BuildItem>) {

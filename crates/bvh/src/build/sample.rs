@@ -23,6 +23,11 @@ pub trait Source: Sync {
     fn count(&self) -> usize;
     /// The box of one.
     fn item(&self, at: usize) -> Item;
+
+    /// Asks for the memory that some are made of, where it may not be at hand, if there are that many.
+    #[inline(always)]
+    fn ask(&self, _items: std::ops::Range<usize>) {}
+
     /// The boxes of some, after those that are there.
     fn items(&self, ids: &[u32], items: &mut Vec<Item>) {
         items.extend(ids.iter().map(|&id| self.item(id as usize)));
@@ -141,6 +146,9 @@ pub fn divide<'a, L: Leaves, S: Source + ?Sized>(
     };
     (top, finish.stocks)
 }
+
+/// How many items are asked for at a time, before they are made.
+const ASKED: usize = 16;
 
 /// The most chunks.
 const CHUNKS: usize = 64;
@@ -296,6 +304,9 @@ impl Planes {
         let mut cells = Vec::with_capacity(items.len());
         let mut cell = 0;
         for at in items.clone() {
+            if at % ASKED == 0 {
+                source.ask(at + ASKED..at + 2 * ASKED);
+            }
             let item = source.item(at);
             if large.is::<Portable>(&item) {
                 cells.push(apart);
