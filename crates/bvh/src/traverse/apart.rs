@@ -59,7 +59,7 @@ pub fn closest_apart<I: Isa>(
             let leaf = leaf(blocks, at);
             let active = packet.enter::<I>(|row| leaf.bounds[row], active);
             if active != 0 {
-                closest_in_leaf::<I>(mesh, leaf, active, packet, nearest, &mut near);
+                closest_in_leaf::<I, false>(mesh, leaf, active, packet, nearest, &mut near);
             }
             continue;
         }

@@ -30,9 +30,9 @@ impl Near {
         more: 0,
     };
 
-    /// Finds those of the rays `active`.
+    /// Finds those of the rays `active`. `ONE` where all rays may well start at one point.
     #[inline(always)]
-    pub fn find<I: Isa>(&mut self, leaf: &Leaf, active: u64, packet: &Packet) {
+    pub fn find<I: Isa, const ONE: bool>(&mut self, leaf: &Leaf, active: u64, packet: &Packet) {
         (self.some, self.more) = (0, 0);
         let mut triangles = u32::MAX;
         if active.count_ones() > ALL_TRIANGLES {
@@ -40,7 +40,8 @@ impl Near {
         }
         let by_triangles = triangles.count_ones() * groups(active) < active.count_ones();
         // Where all rays start at one point, corners are counted from there once.
-        match (by_triangles, packet.start()) {
+        let start = if ONE { packet.start() } else { None };
+        match (by_triangles, start) {
             (true, None) => self.find_by_triangles::<I, false>(leaf, active, packet, triangles),
             (true, Some(start)) => {
                 let leaf = &leaf.around::<I>(start);

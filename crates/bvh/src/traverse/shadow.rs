@@ -147,7 +147,7 @@ impl Query for Shadows<'_> {
 #[inline(always)]
 fn dark_in_leaf<I: Isa>(leaf: &Leaf, active: u64, packet: &Packet, near: &mut Near) -> u64 {
     let mut dark = 0;
-    near.find::<I>(leaf, active, packet);
+    near.find::<I, false>(leaf, active, packet);
     while near.some != 0 {
         let mut groups = near.groups();
         while groups != 0 {

@@ -236,7 +236,7 @@ fn closest_below<I: Isa>(mesh: &Bvh, start: u32, packet: &mut Packet, nearest: &
             }
         } else if active != 0 {
             let leaf = leaf(blocks, at);
-            let closer = closest_in_leaf::<I>(mesh, leaf, active, packet, nearest, &mut near);
+            let closer = closest_in_leaf::<I, true>(mesh, leaf, active, packet, nearest, &mut near);
             met |= closer;
             // Until each ray has met something, one of them is of interest as far as ever.
             if closer != 0 && met == packet.active {
@@ -255,9 +255,9 @@ fn closest_below<I: Isa>(mesh: &Bvh, start: u32, packet: &mut Packet, nearest: &
     }
 }
 
-/// The rays for which anything was found.
+/// The rays for which anything was found. `ONE` as in [`Near::find`].
 #[inline(always)]
-pub fn closest_in_leaf<I: Isa>(
+pub fn closest_in_leaf<I: Isa, const ONE: bool>(
     mesh: &Bvh,
     leaf: &Leaf,
     active: u64,
@@ -266,7 +266,7 @@ pub fn closest_in_leaf<I: Isa>(
     near: &mut Near,
 ) -> u64 {
     let mut closer = 0;
-    near.find::<I>(leaf, active, packet);
+    near.find::<I, ONE>(leaf, active, packet);
     while near.some != 0 {
         let mut groups = near.groups();
         while groups != 0 {
