@@ -23,6 +23,10 @@ use crate::simd::{Isa, Vector};
 /// Rays of a packet that are fewer than this at a node go on alone.
 pub const FEW: u32 = 5;
 
+/// Once the bounds of all rays have entered more leaves than this that no ray does, what is seen is finer than the rays are
+/// apart: from there on nodes are asked for each ray too.
+const MOST_VAIN: u32 = 32;
+
 /// What the rays of a packet met in a mesh; t stands in the packet.
 pub struct Nearest {
     /// Words in the bits of floats.
@@ -204,7 +208,7 @@ fn closest_below<I: Isa>(mesh: &Bvh, start: u32, packet: &mut Packet, nearest: &
     let mut near = Near::NOTHING;
     let mut t_max = packet.farthest::<I>();
     let (mut at, mut active) = (start, packet.active);
-    let mut met = 0;
+    let (mut met, mut vain) = (0, 0);
     loop {
         if at & LEAF == 0 {
             let node = node(blocks, at);
@@ -215,10 +219,11 @@ fn closest_below<I: Isa>(mesh: &Bvh, start: u32, packet: &mut Packet, nearest: &
                 let lane = left.trailing_zeros() as usize & 7;
                 left &= left - 1;
                 let child = node.child[lane];
-                if child & LEAF != 0 {
+                if child & LEAF != 0 || vain > MOST_VAIN {
                     // The bounds of all rays enter many leaves that no ray does: those are not even asked for.
                     entered[lane] = packet.enter::<I>(|row| node.bounds[row][lane], packet.active);
                     if entered[lane] == 0 {
+                        vain += 1;
                         mask &= !(1 << lane);
                         continue;
                     }
