@@ -197,7 +197,6 @@ pub(super) fn radiance(
         }
         wave.scattered
             .settle(world, batch.scene, Coherence::Incoherent, radiance);
-        hits.clear();
         hits.resize(wave.rays.len(), Hit::MISS);
         batch.scene.closest(&wave.rays, hits, Coherence::Incoherent);
         wave.rays.clear();

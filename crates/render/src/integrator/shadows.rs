@@ -30,7 +30,6 @@ impl Shadows {
         coherence: Coherence,
         radiance: &mut [Vec3],
     ) {
-        self.dark.clear();
         self.dark.resize(self.rays.len(), false);
         scene.occluded(&self.rays, &mut self.dark, coherence);
         for (&(index, light), dark) in self.light.iter().zip(&self.dark) {

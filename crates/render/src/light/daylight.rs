@@ -2,9 +2,9 @@
 //! sky is the paper's equation 3 with the coefficients of its appendix A.2; the sun, white outside of the atmosphere, its
 //! appendix A.1 at three wavelengths that stand for red, green and blue.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 use raycam_scene::Up;
 
 use super::LightSample;
@@ -22,12 +22,14 @@ const SUN_ILLUMINANCE: f64 = 133_100.0;
 
 #[derive(Debug)]
 pub(crate) struct Daylight {
-    up: DVec3,
+    up: Vec3,
     /// Towards the sun.
-    sun: DVec3,
-    /// Of luminance and the two chromaticities: A to E, and the value at the zenith over F(0, angle of the sun).
-    perez: [([f64; 5], f64); 3],
-    scale: f64,
+    sun: Vec3,
+    /// The two factors of luminance and the two chromaticities, times their values at the zenith over F(0, angle of the sun):
+    /// one goes by the cosine of the angle to the zenith, one by [`from_sun`].
+    by_zenith: Curve,
+    by_sun: Curve,
+    scale: f32,
     ground: Vec3,
     frame: Frame,
     table: Option<Table>,
@@ -39,11 +41,23 @@ impl Daylight {
         let vertical = up.axis();
         let towards = -direction.normalize_or_zero();
         let zenith_angle = towards.dot(vertical).clamp(0.0, 1.0).acos();
+        let perez = perez(turbidity, zenith_angle);
+        let by_zenith = |cosine: f64| {
+            // At the horizon itself the model divides by zero.
+            perez.map(|([a, b, ..], zenith)| zenith * (1.0 + a * (b / cosine.max(1e-3)).exp()))
+        };
+        let by_sun = |place: f64| {
+            let angle = 2.0 * (place.min(1.0 - place) * SQRT_2).asin();
+            let angle = if place <= 0.5 { angle } else { PI - angle };
+            let square = angle.cos().powi(2);
+            perez.map(|([.., c, d, e], _)| 1.0 + c * (d * angle).exp() + e * square)
+        };
         let mut sky = Self {
-            up: vertical,
-            sun: towards,
-            perez: perez(turbidity, zenith_angle),
-            scale: scale * 1000.0 / LUMEN_PER_WATT,
+            up: vertical.as_vec3(),
+            sun: towards.as_vec3(),
+            by_zenith: Curve::of(by_zenith),
+            by_sun: Curve::of(by_sun),
+            scale: (scale * 1000.0 / LUMEN_PER_WATT) as f32,
             ground: Vec3::ZERO,
             frame: Frame::new(up, 0.0),
             table: None,
@@ -87,32 +101,22 @@ impl Daylight {
             for turn in 0..TURNS {
                 let (y, x) = ((turn as f64 + 0.5) / TURNS as f64 * TAU).sin_cos();
                 let local = DVec3::new(x * sine, y * sine, (1.0 - sine * sine).sqrt());
-                sum += self.above(self.frame.world(local));
+                sum += self.radiance(self.frame.world(local).as_vec3()).as_dvec3();
             }
         }
         sum * (PI / (RINGS * TURNS) as f64)
     }
 
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        let direction = direction.as_dvec3();
-        if direction.dot(self.up) < 0.0 {
-            self.ground
-        } else {
-            self.above(direction).as_vec3()
+        let up = direction.dot(self.up);
+        if up < 0.0 {
+            return self.ground;
         }
-    }
-
-    /// The sky above the horizon, in linear Rec. 709; colours outside of it lose what is negative.
-    fn above(&self, direction: DVec3) -> DVec3 {
-        // At the horizon itself the model divides by zero.
-        let cos_theta = direction.dot(self.up).max(1e-3);
-        let cos_gamma = direction.dot(self.sun).clamp(-1.0, 1.0);
-        let gamma = cos_gamma.acos();
-        let [luminance, x, y] = self.perez.map(|(coefficients, zenith)| {
-            zenith * shape(&coefficients, cos_theta, gamma, cos_gamma)
-        });
-        let xyz = DVec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance.max(0.0);
-        (RGB_FROM_XYZ * xyz).max(DVec3::ZERO) * self.scale
+        // In linear Rec. 709; colours outside of it lose what is negative.
+        let values = self.by_zenith.at(up) * self.by_sun.at(from_sun(direction, self.sun));
+        let [luminance, x, y] = values.to_array();
+        let xyz = Vec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance.max(0.0);
+        (RGB_FROM_XYZ * xyz).max(Vec3::ZERO) * self.scale
     }
 
     pub fn sample(&self, random: [f32; 2]) -> Option<LightSample> {
@@ -132,11 +136,42 @@ impl Daylight {
     }
 }
 
+/// From 0, towards the sun, to 1: by the distance of two directions on the unit sphere, or from the opposite one where that
+/// is less. It is nearly the angle where the sky is steep, and asks for no arc cosine.
+fn from_sun(direction: Vec3, sun: Vec3) -> f32 {
+    let place = |way: Vec3| way.length() * (0.5 / SQRT_2 as f32);
+    if direction.dot(sun) >= 0.0 {
+        place(direction - sun)
+    } else {
+        1.0 - place(direction + sun)
+    }
+}
+
+/// Three functions of a number from 0 to 1, linear between their values at even distances: for the curves of a sky good to
+/// one part in ten thousand. The exponentials of every ray would take longer than all else that is asked of it.
+#[derive(Debug)]
+struct Curve(Vec<Vec3>);
+
+impl Curve {
+    const STEPS: usize = 1024;
+
+    fn of(curves: impl Fn(f64) -> [f64; 3]) -> Self {
+        let at = |step| DVec3::from(curves(step as f64 / Self::STEPS as f64)).as_vec3();
+        Self((0..=Self::STEPS).map(at).collect())
+    }
+
+    fn at(&self, x: f32) -> Vec3 {
+        let place = x * Self::STEPS as f32;
+        let step = (place as usize).min(Self::STEPS - 1);
+        self.0[step].lerp(self.0[step + 1], (place - step as f32).min(1.0))
+    }
+}
+
 /// XYZ to linear Rec. 709, white D65 (IEC 61966-2-1).
-const RGB_FROM_XYZ: DMat3 = DMat3::from_cols(
-    DVec3::new(3.240_625, -0.968_931, 0.055_710),
-    DVec3::new(-1.537_208, 1.875_756, -0.204_021),
-    DVec3::new(-0.498_629, 0.041_518, 1.056_996),
+const RGB_FROM_XYZ: Mat3 = Mat3::from_cols(
+    Vec3::new(3.240_625, -0.968_931, 0.055_710),
+    Vec3::new(-1.537_208, 1.875_756, -0.204_021),
+    Vec3::new(-0.498_629, 0.041_518, 1.056_996),
 );
 
 /// Perez' F, the paper's equation 3.
@@ -205,4 +240,39 @@ fn sun_irradiance(turbidity: f64, zenith_angle: f64) -> DVec3 {
         SUN_ILLUMINANCE / LUMEN_PER_WATT * (-mass * (rayleigh + aerosol + 0.35 * ozone)).exp()
     });
     DVec3::new(r, g, b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_curves_are_the_models() {
+        for (turbidity, degrees) in [(2.0, 3.0_f64), (3.0, 40.0), (6.0, 85.0), (10.0, 60.0)] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let (sky, _) = Daylight::new(Up::Z, -DVec3::new(cos, 0.0, sin), turbidity, 1.0);
+            let perez = perez(turbidity, FRAC_PI_2 - degrees.to_radians());
+            let mut most: f32 = 0.0;
+            for i in 0..20_000 {
+                // Close to the sun and to the horizon as often as elsewhere.
+                let height = (f64::from(i % 200) / 199.0).powi(3);
+                let turn = PI * (f64::from(i / 200) / 99.0).powi(3);
+                let level = (1.0 - height * height).sqrt();
+                let direction = DVec3::new(turn.cos() * level, turn.sin() * level, height);
+                let cos_gamma = direction.dot(DVec3::new(cos, 0.0, sin)).clamp(-1.0, 1.0);
+                let [luminance, x, y] = perez.map(|(coefficients, zenith)| {
+                    zenith * shape(&coefficients, height.max(1e-3), cos_gamma.acos(), cos_gamma)
+                });
+                let xyz = DVec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance;
+                let rgb = (RGB_FROM_XYZ.as_dmat3() * xyz * (1000.0 / LUMEN_PER_WATT)).as_vec3();
+                let found = sky.radiance(direction.as_vec3());
+                let off = (found - rgb.max(Vec3::ZERO)).abs().max_element() / rgb.max_element();
+                most = most.max(off);
+            }
+            assert!(
+                most < 1e-4,
+                "turbidity {turbidity}, sun at {degrees}: {most}"
+            );
+        }
+    }
 }

@@ -16,7 +16,7 @@ use crate::sampler::{Pair, Sampler};
 use crate::settings::Settings;
 
 /// Rays of a batch, about.
-const BATCH: usize = 2048;
+const BATCH: usize = 4096;
 /// Samples of a pixel in a batch, at most. Rays of few pixels run alike for longer than rays of many.
 const TOGETHER: u32 = 64;
 
@@ -108,7 +108,6 @@ impl Picture<'_> {
                 directions.push(direction.as_vec3());
             }
         }
-        hits.clear();
         hits.resize(rays.len(), Hit::MISS);
         self.scene(world).closest(rays, hits, Coherence::Coherent);
     }
