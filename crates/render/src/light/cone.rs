@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
+use crate::scatter::turn;
+
 /// All directions within an angle of an axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cone {
@@ -28,8 +30,9 @@ impl Cone {
         let cap = f64::from(x) * self.height;
         let (sin, cos) = ((cap * (2.0 - cap)).sqrt(), 1.0 - cap);
         let (right, up) = self.axis.any_orthonormal_pair();
-        let (turn_sin, turn_cos) = (TAU * f64::from(y)).sin_cos();
-        self.axis * cos + (right * turn_cos + up * turn_sin) * sin
+        let (turn_sin, turn_cos) = turn(y);
+        let around = right * f64::from(turn_cos) + up * f64::from(turn_sin);
+        self.axis * cos + around * sin
     }
 
     /// Whether a direction of unit length lies inside.

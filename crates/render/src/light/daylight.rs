@@ -5,11 +5,12 @@
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
 
 use glam::{DVec3, Mat3, Vec3};
+use raycam_bvh::{Loops, vectorized};
 use raycam_scene::Up;
 
-use super::LightSample;
-use super::panorama::{Frame, Table};
+use super::panorama::Frame;
 use super::sun::Sun;
+use crate::lanes::{Three, get, set};
 
 /// Of light of one colour that the eye sees best.
 const LUMEN_PER_WATT: f64 = 683.0;
@@ -31,8 +32,6 @@ pub(crate) struct Daylight {
     by_sun: Curve,
     scale: f32,
     ground: Vec3,
-    frame: Frame,
-    table: Option<Table>,
 }
 
 impl Daylight {
@@ -59,8 +58,6 @@ impl Daylight {
             by_sun: Curve::of(by_sun),
             scale: (scale * 1000.0 / LUMEN_PER_WATT) as f32,
             ground: Vec3::ZERO,
-            frame: Frame::new(up, 0.0),
-            table: None,
         };
         let irradiance = sun_irradiance(turbidity, zenith_angle) * scale;
         let sun = Sun::new(
@@ -68,30 +65,14 @@ impl Daylight {
             irradiance.as_vec3().to_array(),
             SUN_DIAMETER,
         );
-        let on_ground = irradiance * towards.dot(vertical).max(0.0) + sky.irradiance();
+        let on_ground = irradiance * towards.dot(vertical).max(0.0) + sky.irradiance(up);
         sky.ground = (on_ground * (GROUND_ALBEDO / PI)).as_vec3();
-        let [columns, rows] = [256, 128];
-        // The brightest of a cell's corners and middle, so that the glow around the sun is not missed.
-        sky.table = Table::new([columns, rows], |column, row| {
-            let at = |dx: f64, dy: f64| {
-                let u = (column as f64 + dx) / columns as f64;
-                let angle = (row as f64 + dy) / rows as f64 * PI;
-                let (sin, cos) = (TAU * (0.5 - u)).sin_cos();
-                let local = DVec3::new(cos * angle.sin(), sin * angle.sin(), angle.cos());
-                let [r, g, b] = sky.radiance(sky.frame.world(local).as_vec3()).to_array();
-                f64::from(r + g + b)
-            };
-            let places = [(0.5, 0.5), (0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)];
-            places
-                .map(|(dx, dy)| at(dx, dy))
-                .into_iter()
-                .fold(0.0, f64::max)
-        });
         (sky, sun)
     }
 
     /// On a horizontal plane, from the sky alone: the midpoint rule.
-    fn irradiance(&self) -> DVec3 {
+    fn irradiance(&self, up: Up) -> DVec3 {
+        let frame = Frame::new(up, 0.0);
         const RINGS: usize = 64;
         const TURNS: usize = 128;
         let mut sum = DVec3::ZERO;
@@ -101,43 +82,73 @@ impl Daylight {
             for turn in 0..TURNS {
                 let (y, x) = ((turn as f64 + 0.5) / TURNS as f64 * TAU).sin_cos();
                 let local = DVec3::new(x * sine, y * sine, (1.0 - sine * sine).sqrt());
-                sum += self.radiance(self.frame.world(local).as_vec3()).as_dvec3();
+                sum += self.radiance(frame.world(local).as_vec3()).as_dvec3();
             }
         }
         sum * (PI / (RINGS * TURNS) as f64)
     }
 
+    #[inline(always)]
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let up = direction.dot(self.up);
-        if up < 0.0 {
-            return self.ground;
-        }
         // In linear Rec. 709; colours outside of it lose what is negative.
-        let values = self.by_zenith.at(up) * self.by_sun.at(from_sun(direction, self.sun));
+        let values = self.by_zenith.at(up.max(0.0)) * self.by_sun.at(from_sun(direction, self.sun));
         let [luminance, x, y] = values.to_array();
         let xyz = Vec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance.max(0.0);
-        (RGB_FROM_XYZ * xyz).max(Vec3::ZERO) * self.scale
+        let sky = (RGB_FROM_XYZ * xyz).max(Vec3::ZERO) * self.scale;
+        if up < 0.0 { self.ground } else { sky }
     }
 
-    pub fn sample(&self, random: [f32; 2]) -> Option<LightSample> {
-        let direction = self.table.as_ref()?.sample(&self.frame, random);
-        Some(LightSample {
-            direction,
-            end: None,
-            radiance: self.radiance(direction),
-            pdf: self.pdf(direction),
-            delta: false,
-        })
+    /// The same of many directions.
+    pub fn radiances<const N: usize>(&self, directions: &Three<f32, N>) -> Three<f32, N> {
+        let mut radiances = [[0.0; N]; 3];
+        vectorized(Radiances {
+            sky: self,
+            directions,
+            radiances: &mut radiances,
+        });
+        radiances
     }
 
-    pub fn pdf(&self, direction: Vec3) -> f32 {
-        let place = self.frame.place(direction);
-        self.table.as_ref().map_or(0.0, |table| table.pdf(place))
+    /// How bright a cell of a table for drawing directions is: the brightest of its corners and its middle, so that the glow
+    /// around the sun is not missed. The table has so many columns and rows.
+    pub fn brightness(&self, [columns, rows]: [usize; 2], frame: &Frame, cell: [usize; 2]) -> f64 {
+        let at = |dx: f64, dy: f64| {
+            let u = (cell[0] as f64 + dx) / columns as f64;
+            let angle = (cell[1] as f64 + dy) / rows as f64 * PI;
+            let (sin, cos) = (TAU * (0.5 - u)).sin_cos();
+            let local = DVec3::new(cos * angle.sin(), sin * angle.sin(), angle.cos());
+            let [r, g, b] = self.radiance(frame.world(local).as_vec3()).to_array();
+            f64::from(r + g + b)
+        };
+        let places = [(0.5, 0.5), (0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)];
+        places
+            .map(|(dx, dy)| at(dx, dy))
+            .into_iter()
+            .fold(0.0, f64::max)
+    }
+}
+
+/// Finds what comes out of directions.
+struct Radiances<'a, const N: usize> {
+    sky: &'a Daylight,
+    directions: &'a Three<f32, N>,
+    radiances: &'a mut Three<f32, N>,
+}
+
+impl<const N: usize> Loops for Radiances<'_, N> {
+    #[inline(always)]
+    fn run(self) {
+        for lane in 0..N {
+            let radiance = self.sky.radiance(get(self.directions, lane).into());
+            set(self.radiances, lane, radiance.to_array());
+        }
     }
 }
 
 /// From 0, towards the sun, to 1: by the distance of two directions on the unit sphere, or from the opposite one where that
 /// is less. It is nearly the angle where the sky is steep, and asks for no arc cosine.
+#[inline(always)]
 fn from_sun(direction: Vec3, sun: Vec3) -> f32 {
     let place = |way: Vec3| way.length() * (0.5 / SQRT_2 as f32);
     if direction.dot(sun) >= 0.0 {
@@ -160,6 +171,7 @@ impl Curve {
         Self((0..=Self::STEPS).map(at).collect())
     }
 
+    #[inline(always)]
     fn at(&self, x: f32) -> Vec3 {
         let place = x * Self::STEPS as f32;
         let step = (place as usize).min(Self::STEPS - 1);

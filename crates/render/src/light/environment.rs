@@ -1,4 +1,4 @@
-//! An image around the world.
+//! An image around the world, or a clear sky.
 
 use std::sync::Arc;
 
@@ -6,12 +6,16 @@ use glam::Vec3;
 use raycam_scene::{Image, Up};
 
 use super::backdrop::{Backdrop, Spots};
+use super::daylight::Daylight;
 use super::panorama::{Frame, Table};
 use super::{Around, LightSample};
 use crate::lanes::{Three, get, set};
 
 /// A table for drawing directions has at most this many columns, and rows; larger images share its cells.
 const MOST_CELLS: usize = 2048;
+
+/// Columns and rows of the table of a clear sky.
+const SKY_CELLS: [usize; 2] = [256, 128];
 
 /// How many directions are asked for together: what they read fits into the first cache.
 const BLOCK: usize = 64;
@@ -20,7 +24,33 @@ const BLOCK: usize = 64;
 pub(crate) struct Environment {
     frame: Frame,
     table: Option<Table>,
-    backdrop: Backdrop,
+    behind: Behind,
+}
+
+/// What is seen behind everything.
+#[derive(Debug)]
+enum Behind {
+    Image(Backdrop),
+    Sky(Daylight),
+}
+
+/// What is known of directions before their radiance is asked for.
+enum Views<'a, const N: usize> {
+    Image(&'a Backdrop, Spots<N>),
+    Sky {
+        places: [[f32; N]; 2],
+        radiances: Three<f32, N>,
+    },
+}
+
+impl<const N: usize> Views<'_, N> {
+    /// Where a lane lies in the picture.
+    fn place(&self, lane: usize) -> [f32; 2] {
+        match self {
+            Views::Image(_, spots) => spots.place(lane),
+            Views::Sky { places, .. } => places.map(|values| values[lane]),
+        }
+    }
 }
 
 impl Environment {
@@ -29,7 +59,18 @@ impl Environment {
         Self {
             frame: Frame::new(up, yaw),
             table: table.filter(|_| scale > 0.0),
-            backdrop: Backdrop { image, scale },
+            behind: Behind::Image(Backdrop { image, scale }),
+        }
+    }
+
+    /// A clear sky.
+    pub fn of_sky(sky: Daylight, up: Up) -> Self {
+        let frame = Frame::new(up, 0.0);
+        let size = SKY_CELLS;
+        Self {
+            frame,
+            table: Table::new(size, |x, y| sky.brightness(size, &frame, [x, y])),
+            behind: Behind::Sky(sky),
         }
     }
 
@@ -51,9 +92,9 @@ impl Environment {
         for random in random.chunks(BLOCK) {
             let mut directions = [[0.0; BLOCK]; 3];
             table.sample_many(&self.frame, random, &mut directions);
-            let spots = self.spots(&directions, random.len());
+            let views = self.views(&directions, random.len());
             out.extend((0..random.len()).map(|lane| {
-                let (radiance, pdf) = self.at(&spots, lane);
+                let (radiance, pdf) = self.at(&views, lane);
                 Around {
                     direction: get(&directions, lane).into(),
                     radiance,
@@ -66,7 +107,7 @@ impl Environment {
     /// The radiance out of a direction, and the density of [`Environment::sample`].
     pub fn behind(&self, direction: Vec3) -> (Vec3, f32) {
         let directions = direction.to_array().map(|value| [value]);
-        self.at(&self.spots(&directions, 1), 0)
+        self.at(&self.views(&directions, 1), 0)
     }
 
     /// The same of many: one after the other, what is read would be waited for.
@@ -75,8 +116,8 @@ impl Environment {
         let mut block = [[0.0; BLOCK]; 3];
         let mut count = 0;
         let mut find = |block: &Three<f32, BLOCK>, count| {
-            let spots = self.spots(block, count);
-            out.extend((0..count).map(|lane| self.at(&spots, lane)));
+            let views = self.views(block, count);
+            out.extend((0..count).map(|lane| self.at(&views, lane)));
         };
         for direction in directions {
             set(&mut block, count, direction.to_array());
@@ -89,26 +130,38 @@ impl Environment {
         find(&block, count);
     }
 
-    /// Where the first directions lie, and asks for what [`Environment::at`] reads there.
-    fn spots<const N: usize>(&self, directions: &Three<f32, N>, count: usize) -> Spots<N> {
+    /// Looks at the first directions, and asks for what [`Environment::at`] reads there.
+    fn views<const N: usize>(&self, directions: &Three<f32, N>, count: usize) -> Views<'_, N> {
         let mut places = [[0.0; N]; 2];
         self.frame.places(directions, &mut places);
-        let spots = self.backdrop.spots(places);
+        let views = match &self.behind {
+            Behind::Image(backdrop) => Views::Image(backdrop, backdrop.spots(places)),
+            Behind::Sky(sky) => Views::Sky {
+                places,
+                radiances: sky.radiances(directions),
+            },
+        };
         for lane in 0..if N > 1 { count } else { 0 } {
-            self.backdrop.prefetch(&spots, lane);
+            if let Views::Image(backdrop, spots) = &views {
+                backdrop.prefetch(spots, lane);
+            }
             if let Some(table) = &self.table {
-                table.prefetch(spots.place(lane));
+                table.prefetch(views.place(lane));
             }
         }
-        spots
+        views
     }
 
-    fn at<const N: usize>(&self, spots: &Spots<N>, lane: usize) -> (Vec3, f32) {
+    fn at<const N: usize>(&self, views: &Views<N>, lane: usize) -> (Vec3, f32) {
         let pdf = match &self.table {
-            Some(table) => table.pdf(spots.place(lane)),
+            Some(table) => table.pdf(views.place(lane)),
             None => 0.0,
         };
-        (self.backdrop.radiance(spots, lane), pdf)
+        let radiance = match views {
+            Views::Image(backdrop, spots) => backdrop.radiance(spots, lane),
+            Views::Sky { radiances, .. } => get(radiances, lane).into(),
+        };
+        (radiance, pdf)
     }
 }
 

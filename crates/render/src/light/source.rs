@@ -25,7 +25,6 @@ pub(crate) enum Source {
     Disk(Disk),
     Ies(Ies),
     Sky(Sky),
-    Daylight(Box<Daylight>),
     Environment(Box<Environment>),
 }
 
@@ -127,7 +126,8 @@ impl Source {
                 scale,
             } => {
                 let (sky, sun) = Daylight::new(up, direction.into(), turbidity, scale.into());
-                return vec![Self::Daylight(Box::new(sky)), Self::Sun(sun)];
+                let sky = Environment::of_sky(sky, up);
+                return vec![Self::Environment(Box::new(sky)), Self::Sun(sun)];
             }
             Light::Environment {
                 ref image,
@@ -145,7 +145,7 @@ impl Source {
 
     pub fn is_infinite(&self) -> bool {
         match self {
-            Self::Sun(_) | Self::Sky(_) | Self::Daylight(_) | Self::Environment(_) => true,
+            Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => true,
             Self::Bulb(_) | Self::Spot(_) | Self::Area(_) | Self::Disk(_) | Self::Ies(_) => false,
         }
     }
@@ -160,7 +160,6 @@ impl Source {
             Self::Disk(disk) => disk.sample(from.position, random),
             Self::Ies(ies) => ies.sample(from.position),
             Self::Sky(sky) => Some(sky.sample(from.normal, random)),
-            Self::Daylight(sky) => sky.sample(random),
             Self::Environment(environment) => environment.sample(random),
         }
     }
@@ -170,7 +169,6 @@ impl Source {
         match self {
             Self::Sun(sun) => (sun.radiance(direction), sun.pdf(direction)),
             Self::Sky(sky) => (sky.radiance(direction), sky.pdf(normal, direction)),
-            Self::Daylight(sky) => (sky.radiance(direction), sky.pdf(direction)),
             Self::Environment(environment) => environment.behind(direction),
             Self::Bulb(_) | Self::Spot(_) | Self::Area(_) | Self::Disk(_) | Self::Ies(_) => {
                 (Vec3::ZERO, 0.0)
@@ -185,7 +183,7 @@ impl Source {
             Self::Area(area) => area.crossed(from, direction),
             Self::Disk(disk) => disk.crossed(from, direction),
             Self::Spot(_) | Self::Ies(_) => None,
-            Self::Sun(_) | Self::Sky(_) | Self::Daylight(_) | Self::Environment(_) => None,
+            Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => None,
         }
     }
 
@@ -196,7 +194,7 @@ impl Source {
             Self::Bulb(bulb) => !bulb.is_point(),
             Self::Sky(sky) => !(ambient && sky.is_even()),
             Self::Spot(_) | Self::Ies(_) => false,
-            Self::Area(_) | Self::Disk(_) | Self::Daylight(_) | Self::Environment(_) => true,
+            Self::Area(_) | Self::Disk(_) | Self::Environment(_) => true,
         }
     }
 
@@ -216,9 +214,7 @@ impl Source {
             Self::Area(area) => area.bounds(),
             Self::Disk(disk) => disk.bounds(),
             Self::Ies(ies) => ies.bounds(),
-            Self::Sun(_) | Self::Sky(_) | Self::Daylight(_) | Self::Environment(_) => {
-                Bounds::default()
-            }
+            Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => Bounds::default(),
         }
     }
 }
