@@ -33,13 +33,13 @@ pub(super) struct Asked {
 #[derive(Default)]
 pub(super) struct Draws {
     pub numbers: [Vec<[f32; 2]>; MOST_AT_ONCE],
-    /// What they draw of the image all around, where it may be asked for, and its number.
+    /// What they draw of the image or the sky all around, where it may be asked for, and its number.
     around: [Vec<Around>; MOST_AT_ONCE],
     environment: usize,
 }
 
 impl Draws {
-    /// Draws from the image all around: for all surfaces, whatever they are, so that none waits for what it reads.
+    /// Draws from the image or the sky all around: for all surfaces, whatever they are, so that none waits for what it reads.
     pub fn look_around(&mut self, walk: &Walk) {
         self.around.iter_mut().for_each(Vec::clear);
         let Some((number, environment)) = walk.lights.environment() else {

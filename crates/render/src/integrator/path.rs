@@ -209,7 +209,7 @@ pub(super) fn radiance(
 fn is_blind(world: &PreparedWorld, lights: &Lights) -> bool {
     let clear = |prepared: &PreparedMaterial| prepared.inside.is_some();
     let dims = lights.has_finite() && world.materials.iter().any(clear);
-    // Of an image all around, only what is seen is worth reading.
+    // Of an image or a clear sky, only what is seen is worth finding.
     let reads = lights.environment().is_some();
     !(world.see_through || lights.has_surfaces() || dims || reads)
 }
@@ -231,7 +231,7 @@ pub(crate) struct Room {
     live: Vec<u32>,
     next: Vec<u32>,
     hits: Vec<Hit>,
-    /// What the image all around has behind those that meet nothing.
+    /// What the image or the sky all around has behind those that meet nothing.
     behind: Vec<(Vec3, f32)>,
     meetings: Meetings,
     wave: Wave,

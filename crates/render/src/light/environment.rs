@@ -243,33 +243,47 @@ mod tests {
         DVec3::new(radius * angle.cos(), radius * angle.sin(), z).as_vec3()
     }
 
+    /// Asks for many directions, and sees that each is what it is alone; the radiance of each.
+    fn many(environment: &Environment, count: usize) -> Vec<Vec3> {
+        let random = |i: usize| [(i * 53 % 211) as f32 / 210.0, (i % 97) as f32 / 96.0];
+        let random: Vec<[f32; 2]> = (0..count).map(random).collect();
+        let mut drawn = vec![];
+        environment.sample_many(&random, &mut drawn);
+        assert_eq!(drawn.len(), count);
+        for (random, around) in random.iter().zip(&drawn) {
+            let each = environment.sample(*random).unwrap();
+            assert_eq!(format!("{:?}", around.sample()), format!("{each:?}"));
+        }
+        let mut behind = vec![];
+        environment.behind_many((0..count).map(unit), &mut behind);
+        let each = (0..count).map(|i| environment.behind(unit(i)));
+        assert!(behind.iter().copied().eq(each));
+        behind.into_iter().map(|(radiance, _)| radiance).collect()
+    }
+
+    const COUNTS: [usize; 5] = [0, 1, BLOCK - 1, BLOCK, 3 * BLOCK + 5];
+
     #[test]
-    fn many_are_what_each_is() {
+    fn many_of_an_image_are_what_each_is() {
         for size in [[1, 1], [2, 1], [37, 20], [512, 256]] {
             let (environment, texture) = made(size);
-            for count in [0, 1, BLOCK - 1, BLOCK, 3 * BLOCK + 5] {
-                let random = |i: usize| [(i * 53 % 211) as f32 / 210.0, (i % 97) as f32 / 96.0];
-                let random: Vec<[f32; 2]> = (0..count).map(random).collect();
-                let mut drawn = vec![];
-                environment.sample_many(&random, &mut drawn);
-                assert_eq!(drawn.len(), count);
-                for (random, around) in random.iter().zip(&drawn) {
-                    let each = environment.sample(*random).unwrap();
-                    assert_eq!(format!("{:?}", around.sample()), format!("{each:?}"));
-                }
-                let mut behind = vec![];
-                environment.behind_many((0..count).map(unit), &mut behind);
-                assert!(
-                    behind
-                        .iter()
-                        .copied()
-                        .eq((0..count).map(|i| environment.behind(unit(i))))
-                );
-                for (i, (radiance, _)) in behind.iter().enumerate() {
+            for count in COUNTS {
+                for (i, radiance) in many(&environment, count).into_iter().enumerate() {
                     let texel = texture.lookup(environment.frame.place(unit(i)));
-                    let off = *radiance - Vec3::from_slice(&texel) * 2.0;
+                    let off = radiance - Vec3::from_slice(&texel) * 2.0;
                     assert!(off.abs().max_element() < 2e-2, "{size:?}, {i}: {off}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn many_of_a_clear_sky_are_what_each_is() {
+        let made = || Daylight::new(Up::Y, DVec3::new(1.0, -0.4, 0.2), 3.0, 1.5).0;
+        let (environment, sky) = (Environment::of_sky(made(), Up::Y), made());
+        for count in COUNTS {
+            for (i, radiance) in many(&environment, count).into_iter().enumerate() {
+                assert_eq!(radiance, sky.radiance(unit(i)));
             }
         }
     }

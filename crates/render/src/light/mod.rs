@@ -345,7 +345,7 @@ impl Lights {
         (radiance, pdf)
     }
 
-    /// The first image all around, and its number among those infinitely far away.
+    /// The first image or clear sky all around, and its number among those infinitely far away.
     pub fn environment(&self) -> Option<(usize, &Environment)> {
         let mut uneven = self.infinite[..self.uneven].iter().enumerate();
         uneven.find_map(|(number, &i)| match &self.sources[i] {
