@@ -369,16 +369,18 @@ impl<'a> Picture<'a> {
             estimate.see_sky(pixel);
         }
         let limit = self.settings.clamp.unwrap_or(f32::INFINITY);
-        let (mut last, mut gain) = (usize::MAX, 1.0);
+        // Of one pixel there are many in a row.
+        let mut last = None;
         for (&(pixel, sample), &mut radiance) in of.iter().zip(radiance) {
             if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
                 self.tally.reject();
                 continue;
             }
-            if pixel != last {
-                gain = self.camera.gain(self.center_of(pixels[pixel])) as f32;
-                last = pixel;
-            }
+            let gain = match last {
+                Some((known, gain)) if known == pixel => gain,
+                _ => self.camera.gain(self.center_of(pixels[pixel])) as f32,
+            };
+            last = Some((pixel, gain));
             let brightest = radiance.max_element();
             if brightest > limit {
                 self.tally.clamp();

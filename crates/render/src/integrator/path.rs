@@ -197,6 +197,7 @@ pub(super) fn radiance(
         }
         wave.scattered
             .settle(world, batch.scene, Coherence::Incoherent, radiance);
+        // All are written; what they were does not matter.
         hits.resize(wave.rays.len(), Hit::MISS);
         batch.scene.closest(&wave.rays, hits, Coherence::Incoherent);
         wave.rays.clear();

@@ -30,6 +30,7 @@ impl Shadows {
         coherence: Coherence,
         radiance: &mut [Vec3],
     ) {
+        // All are written; what they were does not matter.
         self.dark.resize(self.rays.len(), false);
         scene.occluded(&self.rays, &mut self.dark, coherence);
         for (&(index, light), dark) in self.light.iter().zip(&self.dark) {

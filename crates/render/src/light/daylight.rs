@@ -43,13 +43,11 @@ impl Daylight {
         let perez = perez(turbidity, zenith_angle);
         let by_zenith = |cosine: f64| {
             // At the horizon itself the model divides by zero.
-            perez.map(|([a, b, ..], zenith)| zenith * (1.0 + a * (b / cosine.max(1e-3)).exp()))
+            perez.map(|(coefficients, zenith)| zenith * by_height(&coefficients, cosine.max(1e-3)))
         };
         let by_sun = |place: f64| {
-            let angle = 2.0 * (place.min(1.0 - place) * SQRT_2).asin();
-            let angle = if place <= 0.5 { angle } else { PI - angle };
-            let square = angle.cos().powi(2);
-            perez.map(|([.., c, d, e], _)| 1.0 + c * (d * angle).exp() + e * square)
+            let angle = angle_from_sun(place);
+            perez.map(|(coefficients, _)| by_angle(&coefficients, angle, angle.cos()))
         };
         let mut sky = Self {
             up: vertical.as_vec3(),
@@ -72,9 +70,9 @@ impl Daylight {
 
     /// On a horizontal plane, from the sky alone: the midpoint rule.
     fn irradiance(&self, up: Up) -> DVec3 {
-        let frame = Frame::new(up, 0.0);
         const RINGS: usize = 64;
         const TURNS: usize = 128;
+        let frame = Frame::new(up, 0.0);
         let mut sum = DVec3::ZERO;
         for ring in 0..RINGS {
             // Even in the square of the sine: each place has the same share of the irradiance.
@@ -109,24 +107,6 @@ impl Daylight {
         });
         radiances
     }
-
-    /// How bright a cell of a table for drawing directions is: the brightest of its corners and its middle, so that the glow
-    /// around the sun is not missed. The table has so many columns and rows.
-    pub fn brightness(&self, [columns, rows]: [usize; 2], frame: &Frame, cell: [usize; 2]) -> f64 {
-        let at = |dx: f64, dy: f64| {
-            let u = (cell[0] as f64 + dx) / columns as f64;
-            let angle = (cell[1] as f64 + dy) / rows as f64 * PI;
-            let (sin, cos) = (TAU * (0.5 - u)).sin_cos();
-            let local = DVec3::new(cos * angle.sin(), sin * angle.sin(), angle.cos());
-            let [r, g, b] = self.radiance(frame.world(local).as_vec3()).to_array();
-            f64::from(r + g + b)
-        };
-        let places = [(0.5, 0.5), (0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)];
-        places
-            .map(|(dx, dy)| at(dx, dy))
-            .into_iter()
-            .fold(0.0, f64::max)
-    }
 }
 
 /// Finds what comes out of directions.
@@ -158,6 +138,12 @@ fn from_sun(direction: Vec3, sun: Vec3) -> f32 {
     }
 }
 
+/// The angle to the sun where [`from_sun`] is this.
+fn angle_from_sun(place: f64) -> f64 {
+    let angle = 2.0 * (place.min(1.0 - place) * SQRT_2).asin();
+    if place <= 0.5 { angle } else { PI - angle }
+}
+
 /// Three functions of a number from 0 to 1, linear between their values at even distances: for the curves of a sky good to
 /// one part in ten thousand. The exponentials of every ray would take longer than all else that is asked of it.
 #[derive(Debug)]
@@ -186,9 +172,17 @@ const RGB_FROM_XYZ: Mat3 = Mat3::from_cols(
     Vec3::new(-0.498_629, 0.041_518, 1.056_996),
 );
 
-/// Perez' F, the paper's equation 3.
-fn shape([a, b, c, d, e]: &[f64; 5], cos_theta: f64, gamma: f64, cos_gamma: f64) -> f64 {
-    (1.0 + a * (b / cos_theta).exp()) * (1.0 + c * (d * gamma).exp() + e * cos_gamma * cos_gamma)
+/// Perez' F, the paper's equation 3: a product of what the angle to the zenith and the angle to the sun make of it.
+fn shape(coefficients: &[f64; 5], cos_theta: f64, gamma: f64, cos_gamma: f64) -> f64 {
+    by_height(coefficients, cos_theta) * by_angle(coefficients, gamma, cos_gamma)
+}
+
+fn by_height([a, b, ..]: &[f64; 5], cos_theta: f64) -> f64 {
+    1.0 + a * (b / cos_theta).exp()
+}
+
+fn by_angle([.., c, d, e]: &[f64; 5], gamma: f64, cos_gamma: f64) -> f64 {
+    1.0 + c * (d * gamma).exp() + e * cos_gamma * cos_gamma
 }
 
 /// The paper's appendix A.2: luminance in kcd/m², and the chromaticities.

@@ -1,5 +1,6 @@
 //! An image around the world, or a clear sky.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -34,7 +35,8 @@ enum Behind {
     Sky(Daylight),
 }
 
-/// What is known of directions before their radiance is asked for.
+/// Directions that were looked at: for an image what is to be read of it, which is on its way; for a sky, which is
+/// computed and not read, the radiance itself.
 enum Views<'a, const N: usize> {
     Image(&'a Backdrop, Spots<N>),
     Sky {
@@ -66,10 +68,9 @@ impl Environment {
     /// A clear sky.
     pub fn of_sky(sky: Daylight, up: Up) -> Self {
         let frame = Frame::new(up, 0.0);
-        let size = SKY_CELLS;
         Self {
             frame,
-            table: Table::new(size, |x, y| sky.brightness(size, &frame, [x, y])),
+            table: table_of_sky(&sky, &frame),
             behind: Behind::Sky(sky),
         }
     }
@@ -210,6 +211,20 @@ fn table(image: &Image) -> Option<Table> {
             }
         }
         sum / count
+    })
+}
+
+/// By the brightest of each cell's corners and its middle, so that the glow around the sun is not missed.
+fn table_of_sky(sky: &Daylight, frame: &Frame) -> Option<Table> {
+    let [columns, rows] = SKY_CELLS.map(|n| n as f64);
+    Table::new(SKY_CELLS, |column, row| {
+        let bright = |(dx, dy): (f64, f64)| {
+            let (u, v) = ((column as f64 + dx) / columns, (row as f64 + dy) / rows);
+            let [r, g, b] = sky.radiance(frame.direction(u, (PI * v).cos())).to_array();
+            f64::from(r + g + b)
+        };
+        let places = [(0.5, 0.5), (0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)];
+        places.map(bright).into_iter().fold(0.0, f64::max)
     })
 }
 

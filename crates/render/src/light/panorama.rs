@@ -56,7 +56,7 @@ impl Frame {
 
     /// The direction of a place in the picture, of unit length; `down` is the cosine of the angle to the zenith.
     #[inline(always)]
-    fn direction(&self, u: f64, down: f64) -> Vec3 {
+    pub fn direction(&self, u: f64, down: f64) -> Vec3 {
         // A half turn from where u begins.
         let (sin, cos) = turn(u as f32);
         let radius = (1.0 - down * down).max(0.0).sqrt() as f32;

@@ -108,6 +108,7 @@ impl Picture<'_> {
                 directions.push(direction.as_vec3());
             }
         }
+        // All are written; what they were does not matter.
         hits.resize(rays.len(), Hit::MISS);
         self.scene(world).closest(rays, hits, Coherence::Coherent);
     }
