@@ -4,12 +4,12 @@ use super::alike::{Members, Who, number, numbers};
 use super::exact::{Moved, may_meet, off, through_part, through_scene, turned};
 use super::exact_rays::ExactRays;
 use super::fan::Apex;
+use super::leaf_by_leaf::{AtLeaf, leaf_by_leaf};
 use super::line::Member;
 use super::local::EPS;
 use super::packet::{Packet, SIZE};
 use super::packets::{Packets, Query};
-use super::stack::Stack;
-use crate::block::{LEAF, Leaf, NO_CHILD, leaf, node};
+use crate::block::{LEAF_SIZE, Leaf, NO_CHILD};
 use crate::part::Part;
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::{ExactTriangles, Placed, Scene};
@@ -17,6 +17,8 @@ use crate::simd::Isa;
 
 /// Rays start where they are given, and so at one point, up to this many times the reach of the scene.
 const NEAR: f64 = 8.0;
+
+type Corners = [[f64; 3]; 3];
 
 /// Candidates for each ray from which on each triangle of a leaf is tested by itself for every ray at once.
 const RAYS_EACH: u32 = 2;
@@ -141,84 +143,116 @@ impl Query for Exact<'_> {
         let mesh = &*placed.bvh;
         let off = off(self.scene, placed, self.distance, self.drift)
             + 8.0 * EPS * (packet.distance().max(mesh.reach()) + mesh.reach());
-        let mut stack = Stack::new();
-        let mut t_max = packet.farthest::<I>();
-        let mut at = part.start;
-        loop {
-            if at & LEAF == 0 {
-                let node = node(mesh.blocks(), at);
-                let (mask, enter) = packet.fan.children::<I>(node, t_max);
-                if mask != 0 {
-                    at = stack.push::<I>(node, enter, mask);
-                    continue;
-                }
-            } else {
-                let leaf = leaf(mesh.blocks(), at);
-                let active = packet.enter::<I>(|row| leaf.bounds[row], packet.active);
-                if active != 0 && self.in_leaf::<I>(leaf, active, off, part, packet, who) {
-                    t_max = packet.farthest::<I>();
-                }
-            }
-            match stack.pop(0, t_max) {
-                Some(next) => at = next,
-                None => return,
-            }
-        }
+        let query = InMesh {
+            query: self,
+            part,
+            off,
+            who,
+        };
+        leaf_by_leaf::<I, _>(mesh, part.start, packet, query);
+    }
+}
+
+/// The same in a mesh.
+struct InMesh<'a, 'b> {
+    query: &'a mut Exact<'b>,
+    part: &'a Part,
+    /// What float32 coordinates there may be off by.
+    off: f32,
+    who: Who<'a>,
+}
+
+impl AtLeaf for InMesh<'_, '_> {
+    #[inline(always)]
+    fn meet<I: Isa>(&mut self, leaf: &Leaf, active: u64, packet: &mut Packet) -> u64 {
+        self.query
+            .in_leaf::<I>(leaf, active, self.off, self.part, packet, self.who)
     }
 }
 
 impl Exact<'_> {
-    /// The rays of a packet that enter a leaf; whether any of them now ends sooner.
+    /// The rays of a packet that enter a leaf; those of them that may now end sooner.
     #[inline(always)]
     fn in_leaf<I: Isa>(
         &mut self,
         leaf: &Leaf,
-        mut active: u64,
+        active: u64,
         off: f32,
         part: &Part,
         packet: &mut Packet,
         who: Who,
-    ) -> bool {
+    ) -> u64 {
         let mesh = &*self.scene.placed[part.instance as usize].bvh;
+        mesh.prefetch_id::<I>(leaf.first);
         let mut candidates = packet.candidates_within::<I>(leaf, 4.0 * off);
-        let mut closer = false;
-        if candidates.count_ones() * RAYS_EACH <= active.count_ones() {
-            // Large triangles: many rays meet each.
+        // Large triangles: many rays meet each.
+        let large = candidates.count_ones() * RAYS_EACH <= active.count_ones();
+        let (mut near, mut some) = ([0; SIZE], 0);
+        if !large {
+            candidates = 0;
+            let mut left = active;
+            while left != 0 {
+                let place = left.trailing_zeros() as usize & (SIZE - 1);
+                left &= left - 1;
+                near[place] = may_meet::<I>(leaf, Member(packet, place), off);
+                some |= u64::from(near[place] != 0) << place;
+                candidates |= near[place];
+            }
+        }
+        let triangles = self.fetch(leaf, part, candidates);
+        if large {
             let rays = numbers(active, who);
+            let mut closer = false;
             while candidates != 0 {
-                let triangle = mesh.id(leaf.first + candidates.trailing_zeros());
+                let (id, corners) =
+                    triangles[candidates.trailing_zeros() as usize & (LEAF_SIZE - 1)];
                 candidates &= candidates - 1;
-                let corners = self.triangles.corners(part.instance, triangle);
-                let triangle = (part.instance, triangle);
-                closer |= self.rays.meet_all(rays, corners, triangle, self.hits);
+                closer |= self
+                    .rays
+                    .meet_all(rays, corners, (part.instance, id), self.hits);
             }
-            while closer && active != 0 {
-                let place = active.trailing_zeros();
-                active &= active - 1;
-                let t_max = self.rays.limit(number(place, who)).next_up();
-                packet.t_max[place as usize & (SIZE - 1)] = t_max;
-            }
-            return closer;
+            some = if closer { active } else { 0 };
         }
-        while active != 0 {
-            let place = active.trailing_zeros();
-            let i = place as usize & (SIZE - 1);
-            active &= active - 1;
-            let mut near = may_meet::<I>(leaf, Member(packet, i), off);
-            if near == 0 {
-                continue;
-            }
+        let mut sooner = 0;
+        while some != 0 {
+            let place = some.trailing_zeros();
+            some &= some - 1;
             let number = number(place, who);
+            let mut near = near[place as usize & (SIZE - 1)];
             while near != 0 {
-                let triangle = mesh.id(leaf.first + near.trailing_zeros());
+                let (id, corners) = triangles[near.trailing_zeros() as usize & (LEAF_SIZE - 1)];
                 near &= near - 1;
-                let corners = self.triangles.corners(part.instance, triangle);
-                let triangle = (part.instance, triangle);
-                self.rays.meet(number, corners, triangle, self.hits);
+                self.rays
+                    .meet(number, corners, (part.instance, id), self.hits);
             }
-            packet.t_max[i] = self.rays.limit(number).next_up();
-            closer = true;
+            sooner |= self.shorten(place, packet, who);
         }
-        closer
+        sooner
+    }
+
+    /// Some triangles of a leaf: their ids and corners. They come from all over the memory; a short loop keeps many fetches
+    /// under way.
+    #[inline(always)]
+    fn fetch(&self, leaf: &Leaf, part: &Part, mut which: u32) -> [(u32, Corners); LEAF_SIZE] {
+        let mesh = &*self.scene.placed[part.instance as usize].bvh;
+        let mut triangles = [(0, Corners::default()); LEAF_SIZE];
+        while which != 0 {
+            let k = which.trailing_zeros();
+            which &= which - 1;
+            let id = mesh.id(leaf.first + k);
+            let corners = self.triangles.corners(part.instance, id);
+            triangles[k as usize & (LEAF_SIZE - 1)] = (id, corners);
+        }
+        triangles
+    }
+
+    /// Ends a ray of a packet at what it has met; its bit if that is sooner than before.
+    #[inline(always)]
+    fn shorten(&self, place: u32, packet: &mut Packet, who: Who) -> u64 {
+        let t_max = &mut packet.t_max[place as usize & (SIZE - 1)];
+        let limit = self.rays.limit(number(place, who)).next_up();
+        let sooner = limit < *t_max;
+        *t_max = limit;
+        u64::from(sooner) << place
     }
 }

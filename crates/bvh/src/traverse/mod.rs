@@ -11,6 +11,7 @@ mod fan;
 mod gate;
 mod headed;
 mod interleaved;
+mod leaf_by_leaf;
 mod line;
 pub mod local;
 mod near;

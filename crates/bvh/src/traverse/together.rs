@@ -6,14 +6,14 @@ use super::apart::closest_apart;
 use super::chunk::{ASIDE, Aside, Chunk, Chunks, prefetch_all};
 use super::fan::Apex;
 use super::interleaved::trace;
+use super::leaf_by_leaf::{AtLeaf, leaf_by_leaf};
 use super::near::Near;
 use super::packet::{Packet, SIZE};
 use super::packets::{Packets, Query};
 use super::rows::{bits, keep, load};
-use super::stack::EnteredStack;
 use super::steps::NO_SLOT;
 use super::triangle::{Met16, meet_each};
-use crate::block::{Block, LEAF, Leaf, NO_CHILD, leaf, node};
+use crate::block::{Leaf, NO_CHILD};
 use crate::mesh::Bvh;
 use crate::part::Part;
 use crate::ray::{Coherence, Hit, Ray};
@@ -22,10 +22,6 @@ use crate::simd::{Isa, Vector};
 
 /// Rays of a packet that are fewer than this at a node go on alone.
 pub const FEW: u32 = 5;
-
-/// Once the bounds of all rays have entered more leaves than this that no ray does, what is seen is finer than the rays are
-/// apart: from there on nodes are asked for each ray too.
-const MOST_VAIN: u32 = 32;
 
 /// What the rays of a packet met in a mesh; t stands in the packet.
 pub struct Nearest {
@@ -203,60 +199,30 @@ impl Placed {
 
 #[inline(always)]
 fn closest_below<I: Isa>(mesh: &Bvh, start: u32, packet: &mut Packet, nearest: &mut Nearest) {
-    let blocks = mesh.blocks();
-    let mut stack = EnteredStack::new();
     let mut near = Near::NOTHING;
-    let mut t_max = packet.farthest::<I>();
-    let (mut at, mut active) = (start, packet.active);
-    let (mut met, mut vain) = (0, 0);
-    loop {
-        if at & LEAF == 0 {
-            let node = node(blocks, at);
-            let (mut mask, enter) = packet.fan.children::<I>(node, t_max);
-            let mut entered = [0; 8];
-            let mut left = mask;
-            while left != 0 {
-                let lane = left.trailing_zeros() as usize & 7;
-                left &= left - 1;
-                let child = node.child[lane];
-                if child & LEAF != 0 || vain > MOST_VAIN {
-                    // The bounds of all rays enter many leaves that no ray does: those are not even asked for.
-                    entered[lane] = packet.enter::<I>(|row| node.bounds[row][lane], packet.active);
-                    if entered[lane] == 0 {
-                        vain += 1;
-                        mask &= !(1 << lane);
-                        continue;
-                    }
-                }
-                prefetch::<I>(blocks, child);
-            }
-            if mask != 0 {
-                (at, active) = if mask & (mask - 1) == 0 {
-                    let lane = mask.trailing_zeros() as usize & 7;
-                    (node.child[lane], entered[lane])
-                } else {
-                    stack.push::<I>(node, enter, mask, &entered)
-                };
-                continue;
-            }
-        } else if active != 0 {
-            let leaf = leaf(blocks, at);
-            let closer = closest_in_leaf::<I, true>(mesh, leaf, active, packet, nearest, &mut near);
-            met |= closer;
-            // Until each ray has met something, one of them is of interest as far as ever.
-            if closer != 0 && met == packet.active {
-                t_max = packet.farthest::<I>();
-            }
-        }
-        match stack.pop(t_max) {
-            Some((next, rays, enter)) => {
-                at = next;
-                if at & LEAF != 0 {
-                    active = rays & packet.reaching::<I>(enter);
-                }
-            }
-            None => return,
-        }
+    leaf_by_leaf::<I, _>(
+        mesh,
+        start,
+        packet,
+        Closest {
+            mesh,
+            nearest,
+            near: &mut near,
+        },
+    );
+}
+
+/// The nearest hits in the leaves of a mesh.
+struct Closest<'a> {
+    mesh: &'a Bvh,
+    nearest: &'a mut Nearest,
+    near: &'a mut Near,
+}
+
+impl AtLeaf for Closest<'_> {
+    #[inline(always)]
+    fn meet<I: Isa>(&mut self, leaf: &Leaf, active: u64, packet: &mut Packet) -> u64 {
+        closest_in_leaf::<I, true>(self.mesh, leaf, active, packet, self.nearest, self.near)
     }
 }
 
@@ -330,16 +296,5 @@ impl Nearest {
                 known == NO_SLOT || mesh.id(slots[*lane]) < mesh.id(known)
             })
             .fold(0, |lanes, lane| lanes | 1 << lane)
-    }
-}
-
-#[inline(always)]
-pub fn prefetch<I: Isa>(blocks: &[Block], at: u32) {
-    let start = blocks
-        .as_ptr()
-        .wrapping_add((at & !LEAF) as usize)
-        .cast::<u8>();
-    for line in 0..4 {
-        I::prefetch(start.wrapping_add(64 * line));
     }
 }
