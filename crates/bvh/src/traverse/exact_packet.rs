@@ -199,7 +199,16 @@ impl Exact<'_> {
                 candidates |= near[place];
             }
         }
-        let triangles = self.fetch(leaf, part, candidates);
+        let mut triangles = [(0, Corners::default()); LEAF_SIZE];
+        // They come from all over the memory: a short loop keeps many fetches under way.
+        let mut left = candidates;
+        while left != 0 {
+            let k = left.trailing_zeros();
+            left &= left - 1;
+            let id = mesh.id(leaf.first + k);
+            let corners = self.triangles.corners(part.instance, id);
+            triangles[k as usize & (LEAF_SIZE - 1)] = (id, corners);
+        }
         if large {
             let rays = numbers(active, who);
             let mut closer = false;
@@ -228,22 +237,6 @@ impl Exact<'_> {
             sooner |= self.shorten(place, packet, who);
         }
         sooner
-    }
-
-    /// Some triangles of a leaf: their ids and corners. They come from all over the memory; a short loop keeps many fetches
-    /// under way.
-    #[inline(always)]
-    fn fetch(&self, leaf: &Leaf, part: &Part, mut which: u32) -> [(u32, Corners); LEAF_SIZE] {
-        let mesh = &*self.scene.placed[part.instance as usize].bvh;
-        let mut triangles = [(0, Corners::default()); LEAF_SIZE];
-        while which != 0 {
-            let k = which.trailing_zeros();
-            which &= which - 1;
-            let id = mesh.id(leaf.first + k);
-            let corners = self.triangles.corners(part.instance, id);
-            triangles[k as usize & (LEAF_SIZE - 1)] = (id, corners);
-        }
-        triangles
     }
 
     /// Ends a ray of a packet at what it has met; its bit if that is sooner than before.
