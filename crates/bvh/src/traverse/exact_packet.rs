@@ -10,6 +10,7 @@ use super::local::EPS;
 use super::packet::{Packet, SIZE};
 use super::packets::{Packets, Query};
 use crate::block::{LEAF_SIZE, Leaf, NO_CHILD};
+use crate::mesh::Bvh;
 use crate::part::Part;
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::{ExactTriangles, Placed, Scene};
@@ -17,8 +18,6 @@ use crate::simd::Isa;
 
 /// Rays start where they are given, and so at one point, up to this many times the reach of the scene.
 const NEAR: f64 = 8.0;
-
-type Corners = [[f64; 3]; 3];
 
 /// Candidates for each ray from which on each triangle of a leaf is tested by itself for every ray at once.
 const RAYS_EACH: u32 = 2;
@@ -145,7 +144,8 @@ impl Query for Exact<'_> {
             + 8.0 * EPS * (packet.distance().max(mesh.reach()) + mesh.reach());
         let query = InMesh {
             query: self,
-            part,
+            mesh,
+            instance: part.instance,
             off,
             who,
         };
@@ -153,10 +153,11 @@ impl Query for Exact<'_> {
     }
 }
 
-/// The same in a mesh.
+/// The rays of a packet in a mesh.
 struct InMesh<'a, 'b> {
     query: &'a mut Exact<'b>,
-    part: &'a Part,
+    mesh: &'a Bvh,
+    instance: u32,
     /// What float32 coordinates there may be off by.
     off: f32,
     who: Who<'a>,
@@ -165,27 +166,16 @@ struct InMesh<'a, 'b> {
 impl AtLeaf for InMesh<'_, '_> {
     #[inline(always)]
     fn meet<I: Isa>(&mut self, leaf: &Leaf, active: u64, packet: &mut Packet) -> u64 {
-        self.query
-            .in_leaf::<I>(leaf, active, self.off, self.part, packet, self.who)
-    }
-}
-
-impl Exact<'_> {
-    /// The rays of a packet that enter a leaf; those of them that may now end sooner.
-    #[inline(always)]
-    fn in_leaf<I: Isa>(
-        &mut self,
-        leaf: &Leaf,
-        active: u64,
-        off: f32,
-        part: &Part,
-        packet: &mut Packet,
-        who: Who,
-    ) -> u64 {
-        let mesh = &*self.scene.placed[part.instance as usize].bvh;
+        let Self {
+            ref mut query,
+            mesh,
+            instance,
+            off,
+            who,
+        } = *self;
         mesh.prefetch_id::<I>(leaf.first);
         let mut candidates = packet.candidates_within::<I>(leaf, 4.0 * off);
-        // Large triangles: many rays meet each.
+        // Large triangles are asked for all rays at a time, for many meet each; small ones where a ray may meet them.
         let large = candidates.count_ones() * RAYS_EACH <= active.count_ones();
         let (mut near, mut some) = ([0; SIZE], 0);
         if !large {
@@ -199,14 +189,14 @@ impl Exact<'_> {
                 candidates |= near[place];
             }
         }
-        let mut triangles = [(0, Corners::default()); LEAF_SIZE];
+        let mut triangles = [(0, [[0.0; 3]; 3]); LEAF_SIZE];
         // They come from all over the memory: a short loop keeps many fetches under way.
         let mut left = candidates;
         while left != 0 {
             let k = left.trailing_zeros();
             left &= left - 1;
             let id = mesh.id(leaf.first + k);
-            let corners = self.triangles.corners(part.instance, id);
+            let corners = query.triangles.corners(instance, id);
             triangles[k as usize & (LEAF_SIZE - 1)] = (id, corners);
         }
         if large {
@@ -216,9 +206,8 @@ impl Exact<'_> {
                 let (id, corners) =
                     triangles[candidates.trailing_zeros() as usize & (LEAF_SIZE - 1)];
                 candidates &= candidates - 1;
-                closer |= self
-                    .rays
-                    .meet_all(rays, corners, (part.instance, id), self.hits);
+                let triangle = (instance, id);
+                closer |= query.rays.meet_all(rays, corners, triangle, query.hits);
             }
             some = if closer { active } else { 0 };
         }
@@ -231,14 +220,15 @@ impl Exact<'_> {
             while near != 0 {
                 let (id, corners) = triangles[near.trailing_zeros() as usize & (LEAF_SIZE - 1)];
                 near &= near - 1;
-                self.rays
-                    .meet(number, corners, (part.instance, id), self.hits);
+                query.rays.meet(number, corners, (instance, id), query.hits);
             }
-            sooner |= self.shorten(place, packet, who);
+            sooner |= query.shorten(place, packet, who);
         }
         sooner
     }
+}
 
+impl Exact<'_> {
     /// Ends a ray of a packet at what it has met; its bit if that is sooner than before.
     #[inline(always)]
     fn shorten(&self, place: u32, packet: &mut Packet, who: Who) -> u64 {
