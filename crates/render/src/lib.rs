@@ -9,6 +9,7 @@
 
 #![forbid(unsafe_code)]
 
+mod bodies;
 mod channel;
 #[cfg(test)]
 mod chi_squared;

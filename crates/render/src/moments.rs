@@ -14,6 +14,7 @@ use raycam_scene::video::Clock;
 use raycam_scene::{Camera, Mesh, Object, World};
 use rayon::prelude::*;
 
+use crate::bodies::bodies;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::mirrors::mirrors;
@@ -235,17 +236,19 @@ impl PreparedWorld {
         let origin = still.origin;
         let (objects, scene) = place(world, meshes, origin)?;
         let radius = (upper - origin).abs().max((lower - origin).abs()).length();
+        let materials = match world.materials == before.materials {
+            true => still.materials.clone(),
+            false => Arc::new(prepare_materials(&world.materials)),
+        };
         let mut moved = Self {
             scene,
             merged: Arc::default(),
             origin,
             radius,
             boxes: vec![], // for pictures of worlds that stand
+            bodies: bodies(&objects, &materials, origin),
             objects,
-            materials: match world.materials == before.materials {
-                true => still.materials.clone(),
-                false => Arc::new(prepare_materials(&world.materials)),
-            },
+            materials,
             see_through: is_see_through(world),
             textures: still.textures.clone(),
             texture_memory: still.texture_memory.clone(),

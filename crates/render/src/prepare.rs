@@ -7,6 +7,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use raycam_bvh::{BuildError, Bvh, ExactTriangles, Instance, Scene};
 use raycam_scene::{Alpha, Camera, Material, Object, TextureMemory, World};
 
+use crate::bodies::bodies;
 use crate::error::RenderError;
 use crate::light::{Lights, default_lights};
 use crate::merge::Merged;
@@ -50,6 +51,8 @@ pub struct PreparedWorld {
     /// Where they lie: see [`cover::boxes`].
     pub(crate) boxes: Vec<[DVec3; 2]>,
     pub(crate) materials: Arc<Vec<PreparedMaterial>>,
+    /// Where clear matter lies: see [`bodies`].
+    pub(crate) bodies: Vec<Option<[DVec3; 2]>>,
     /// Whether some material's opacity counts.
     pub(crate) see_through: bool,
     pub(crate) textures: Arc<Vec<Arc<PreparedTexture>>>,
@@ -91,6 +94,7 @@ impl PreparedWorld {
         let origin = lower + (upper - lower) / 2.0;
         // In our pool too: rayon's own does not survive a fork.
         let (objects, scene) = with_pool(threads, || place(world, meshes, origin))??;
+        let materials = Arc::new(prepare_materials(&world.materials));
         let textures = prepare_textures(world, previous.map(|previous| &previous.textures[..]));
         let mut prepared = Self {
             scene,
@@ -98,8 +102,9 @@ impl PreparedWorld {
             origin,
             radius: (upper - origin).length(),
             boxes: cover::boxes(&objects, origin, (upper - origin).length()),
+            bodies: with_pool(threads, || bodies(&objects, &materials, origin))?,
             objects,
-            materials: Arc::new(prepare_materials(&world.materials)),
+            materials,
             see_through: is_see_through(world),
             textures: Arc::new(textures),
             texture_memory: world.texture_memory.clone(),
@@ -223,6 +228,15 @@ impl PreparedObject {
             category,
             mesh,
         }
+    }
+
+    /// A box around it, in the world.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let PreparedMesh { lower, upper, .. } = *self.mesh;
+        let place = self.world_from_mesh;
+        let middle = place.transform_point3(lower + (upper - lower) / 2.0);
+        let half = place.matrix3.abs() * ((upper - lower) / 2.0);
+        [middle - half, middle + half]
     }
 
     /// What float32 may do to it, and to rays that start up to `reach` from the scene's origin, along each axis.

@@ -1,13 +1,14 @@
 //! Meshes ready to be traced: built once, refitted while they only change their form.
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use raycam_bvh::{BuildOptions, Bvh};
 use raycam_scene::{Mesh, World};
 use rayon::prelude::*;
 
+use crate::bodies::is_body;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::PreparedWorld;
@@ -20,6 +21,8 @@ pub(crate) struct PreparedMesh {
     pub lower: DVec3,
     pub upper: DVec3,
     pub center: DVec3,
+    /// What [`is_body`] says, once it is asked.
+    body: OnceLock<bool>,
     /// What the tree cost when it was built, not refitted.
     built_cost: f64,
 }
@@ -104,7 +107,15 @@ impl PreparedMesh {
             lower,
             upper,
             center,
+            body: OnceLock::new(),
         })
+    }
+
+    /// What [`is_body`] says. Found first and kept then: threads that work meanwhile must not wait for the cell.
+    pub fn is_body(&self) -> bool {
+        let known = self.body.get().copied();
+        let body = known.unwrap_or_else(|| is_body(&self.mesh));
+        *self.body.get_or_init(|| body)
     }
 
     /// The same triangles with their vertices elsewhere; `None` where it takes a new tree.
@@ -124,6 +135,7 @@ impl PreparedMesh {
             lower,
             upper,
             center,
+            body: OnceLock::new(),
         })
     }
 }

@@ -109,6 +109,13 @@ impl Sampler {
         self.numbers(self.shuffled(group.key), pair.number(), group)
     }
 
+    /// A number in [0, 1) that is spread by chance alone: where evenness brings nothing, for a part of the time.
+    #[inline]
+    pub fn chance(&self, number: u32) -> f32 {
+        let pixel = mix(u64::from(self.block[0]) << 32 | u64::from(self.place ^ number));
+        (mix(pixel ^ u64::from(self.sample)) >> 40) as f32 * (1.0 / (1 << 24) as f32)
+    }
+
     /// Pairs of one group, each in a list of its own, of some samples of a batch, in the order of `which`.
     pub fn pairs<const K: usize>(
         samplers: &[Self],
@@ -342,7 +349,7 @@ fn lowbias(mut x: u32) -> u32 {
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood, 2014).
 #[inline]
-fn mix(mut x: u64) -> u64 {
+pub(crate) fn mix(mut x: u64) -> u64 {
     x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -5,7 +5,7 @@ mod common;
 use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
-use raycam_scene::{Camera, Glass, Light, Material, Reflectance, World, primitive};
+use raycam_scene::{Camera, Glass, Light, Material, Mesh, Reflectance, World, primitive};
 
 const GLASS: f64 = 1.5;
 const WATER: f64 = 1.33;
@@ -209,4 +209,88 @@ fn lights_within_clear_matter_lose_on_their_way() {
             "{tinted:?} {clear:?}"
         );
     }
+}
+
+/// Frosted matter in the sun and beside a bulb, on a floor. An `open` mesh has a triangle too many, which has no area.
+fn frosted(mesh: Mesh, open: bool) -> World {
+    let mut world = plane(20.0, 0.5);
+    let mut mesh = Mesh {
+        vertices: mesh.vertices,
+        triangles: mesh.triangles,
+        ..Mesh::default()
+    };
+    if open {
+        let first = mesh.vertices.len() as u32;
+        let along = |x: f64| DVec3::new(x, 0.0, 0.0);
+        mesh.vertices.extend([along(0.0), along(0.1), along(0.2)]);
+        mesh.triangles.push([first, first + 1, first + 2]);
+    }
+    let rough = Glass {
+        roughness: 0.5,
+        ..Glass::default()
+    };
+    let place = DAffine3::from_translation(DVec3::new(0.0, 0.0, 1.2));
+    add(&mut world, mesh, matter(rough, 0), place);
+    let sun = Light::Sun {
+        direction: [0.3, 0.6, -1.0],
+        irradiance: [2.0; 3],
+        angular_diameter: 0.0,
+    };
+    let bulb = Light::Bulb {
+        position: [2.0, 0.0, 2.0],
+        power: None,
+        intensity: Some([4.0; 3]),
+        radius: 0.0,
+    };
+    world.add_light(sun).unwrap();
+    world.add_light(bulb).unwrap();
+    world
+}
+
+#[test]
+fn light_that_bodies_shut_out_is_rarely_asked_for() {
+    let camera = look_at(
+        DVec3::new(0.0, -5.0, 2.0),
+        DVec3::new(0.0, 0.0, 1.2),
+        30.0,
+        [16; 2],
+    );
+    let ball = || primitive::sphere(1.0, 4).unwrap();
+    let picture = |open| {
+        let settings = Settings {
+            integrator: Integrator::Path,
+            samples: 64,
+            ..Settings::default()
+        };
+        let frame = render(&frosted(ball(), open), &camera, &settings);
+        f32s(&frame, Channel::Color).to_vec()
+    };
+    assert!(picture(false) == picture(true));
+}
+
+#[test]
+fn parts_that_are_turned_inside_out_are_lit_all_the_same() {
+    // A ball that is inside out, and a larger one that is not, out of sight: together they have a volume.
+    let mesh = || {
+        let mut mesh = primitive::sphere(1.0, 3).unwrap();
+        mesh.triangles
+            .iter_mut()
+            .for_each(|triangle| triangle.reverse());
+        let other = primitive::sphere(2.0, 3).unwrap();
+        let first = mesh.vertices.len() as u32;
+        let away = |&vertex: &DVec3| vertex + DVec3::new(0.0, -30.0, 0.0);
+        mesh.vertices.extend(other.vertices.iter().map(away));
+        let triangles = other.triangles.iter();
+        mesh.triangles
+            .extend(triangles.map(|triangle| triangle.map(|vertex| vertex + first)));
+        mesh
+    };
+    let camera = look_at(
+        DVec3::new(0.0, -5.0, 2.0),
+        DVec3::new(0.0, 0.0, 1.2),
+        10.0,
+        [8; 2],
+    );
+    let [body, open] = [false, true].map(|open| mean(&frosted(mesh(), open), &camera, 4096)[0]);
+    assert!((body / open - 1.0).abs() < 0.02, "{body} {open}");
 }

@@ -107,11 +107,7 @@ impl Walk<'_> {
         if self.many {
             asked.ask_through(lane, path.ray, &mut wave.shadows, |direction, end| {
                 let media = frosteds.beyond(lane, geometric, direction);
-                if media.is_empty() {
-                    return Vec3::ONE;
-                }
-                let way = end - places.start(lane, direction);
-                (-media.absorption(self.world) * way.length() as f32).exp()
+                self.arrives(path.ray, media, places.start(lane, direction), end)
             });
         }
         let Some((sample, start)) = frosteds.points.sample(lane) else {

@@ -136,7 +136,7 @@ impl Asked {
         }
     }
 
-    /// The same where light on its way from a direction and an end is multiplied by something.
+    /// The same where only a part of the light from a direction and an end arrives, or none.
     #[inline]
     pub fn ask_through(
         &self,
@@ -148,12 +148,12 @@ impl Asked {
         for (i, (lit, shadows)) in self.lit[..self.count].iter().zip(shadows).enumerate() {
             if lit.any[lane] {
                 let samples = &self.samples[i];
-                let mut light = Vec3::from(get(&lit.light, lane));
                 let end: DVec3 = vector(&samples.end, lane);
-                if end.x < f64::INFINITY {
-                    light *= through(get(&samples.direction, lane).into(), end);
+                let part = through(get(&samples.direction, lane).into(), end);
+                if part != Vec3::ZERO {
+                    let light = part * Vec3::from(get(&lit.light, lane));
+                    shadows.ask(lit.shadow(lane), ray, light);
                 }
-                shadows.ask(lit.shadow(lane), ray, light);
             }
         }
     }

@@ -4,7 +4,7 @@
 //! where closed meshes overlap, the one of the highest priority is there, and the surfaces of the others are not. Among
 //! equals, the one that was entered last is there: matter that lies within other matter displaces it.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 
 use super::path::{Path, Wave};
@@ -16,6 +16,10 @@ use crate::surface::Surface;
 /// How many a path remembers; of more, the one it entered first is forgotten.
 const DEPTH: usize = 6;
 const NOTHING: u32 = u32::MAX;
+
+/// One of how many shadow rays is asked for that should meet the border of a body, for which it counts as all of them.
+/// Where parts of a mesh are turned inside out, light comes that way.
+const RARELY: f32 = 16.0;
 
 /// Materials in the order in which they were entered. No material twice where one mesh is inside of itself: each skin
 /// that is crossed counts.
@@ -140,6 +144,12 @@ impl Media {
             .unwrap_or(Vec3::ZERO)
     }
 
+    /// Whether what is within is a closed body, and a light with this end is not within its box.
+    fn shuts_out(&self, world: &PreparedWorld, end: DVec3) -> bool {
+        let body = self.top(world).and_then(|there| world.bodies[there]);
+        body.is_some_and(|[lower, upper]| end.cmplt(lower).any() || end.cmpgt(upper).any())
+    }
+
     /// Of which material it is where the path is.
     #[inline]
     fn top(&self, world: &PreparedWorld) -> Option<usize> {
@@ -187,6 +197,27 @@ impl Walk<'_> {
         if absorption != Vec3::ZERO {
             path.throughput *= (-absorption * distance as f32).exp();
         }
+    }
+
+    /// What part of a light's arrives through clear matter, from its end to a start, as far as no surface tells; zero where it is
+    /// not worth asking these.
+    #[inline]
+    pub(super) fn arrives(&self, ray: usize, media: Media, start: DVec3, end: DVec3) -> Vec3 {
+        if media.is_empty() {
+            return Vec3::ONE;
+        }
+        let mut part = Vec3::ONE;
+        if media.shuts_out(self.world, end) {
+            if self.samplers[ray].chance(self.turn) * RARELY >= 1.0 {
+                return Vec3::ZERO;
+            }
+            part *= RARELY;
+        }
+        if end.x < f64::INFINITY {
+            let way = (end - start).length() as f32;
+            part *= (-media.absorption(self.world) * way).exp();
+        }
+        part
     }
 
     /// Goes on through a surface that other matter hides. Light sampling does not look through it: what the ray finds

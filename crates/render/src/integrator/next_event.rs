@@ -1,6 +1,6 @@
 //! The light of lights at a surface: what is asked for by shadow rays (next event estimation).
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use raycam_bvh::Ray;
 
 use super::media::Skin;
@@ -151,19 +151,19 @@ impl Walk<'_> {
         if light == Vec3::ZERO {
             return;
         }
+        let media = skin.beyond(surface.frame.geometric, sample.direction);
+        let start = surface.place.start(sample.direction);
+        let end = sample.end.unwrap_or(DVec3::INFINITY);
+        light *= self.arrives(path.ray, media, start, end);
+        if light == Vec3::ZERO {
+            return;
+        }
         let ray = match sample.end {
             None => surface.place.leaving(sample.direction, f32::INFINITY),
-            Some(end) => {
-                let way = end - surface.place.start(sample.direction);
-                let media = skin.beyond(surface.frame.geometric, sample.direction);
-                if !media.is_empty() {
-                    light *= (-media.absorption(self.world) * way.length() as f32).exp();
-                }
-                Ray {
-                    direction: way.as_vec3().to_array(),
-                    ..surface.place.leaving(sample.direction, BEFORE_LIGHT)
-                }
-            }
+            Some(end) => Ray {
+                direction: (end - start).as_vec3().to_array(),
+                ..surface.place.leaving(sample.direction, BEFORE_LIGHT)
+            },
         };
         shadows.ask(ray, path.ray, light);
     }

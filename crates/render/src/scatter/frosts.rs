@@ -172,9 +172,10 @@ impl<const N: usize> Frosts<N> {
         heights: &[f32; N],
     ) -> Three<f32, N> {
         let mut all = [[0.0; N]; 3];
+        let mut last = None;
         for lane in lanes {
             let inside = self.eta[lane] < 1.0;
-            let losses = self.losses(world, lane);
+            let losses = self.losses(world, lane, &mut last);
             let [up, down] = losses.kept(inside != other[lane], heights[lane], self.over(lane));
             set(&mut all, lane, (Vec3::ONE - up - down).to_array());
         }
@@ -189,9 +190,10 @@ impl<const N: usize> Frosts<N> {
             all: [[0.0; N]; 3],
             mean: [[[0.0; N]; 3]; 2],
         };
+        let mut last = None;
         for lane in (0..N).filter(|&lane| is[lane]) {
             let (inside, ends) = (self.eta[lane] < 1.0, self.over(lane));
-            let losses = self.losses(world, lane);
+            let losses = self.losses(world, lane, &mut last);
             let [up, down] = losses.kept(inside, heights[lane], ends);
             for (out, kept) in lost.kept.iter_mut().zip([up, down]) {
                 out[lane] = kept.element_sum() / 3.0;
@@ -204,9 +206,24 @@ impl<const N: usize> Frosts<N> {
         lost
     }
 
-    fn losses<'a>(&self, world: &'a PreparedWorld, lane: usize) -> Losses<'a> {
-        // Put only where there is one; without dispersion it is the only one.
-        let interfaces = &world.materials[self.material[lane] as usize].interfaces;
-        interfaces[0].at(&self.ggx(lane))
+    /// Those of a lane. Most are those of the lane asked for last.
+    #[inline(always)]
+    fn losses<'a>(
+        &self,
+        world: &'a PreparedWorld,
+        lane: usize,
+        last: &mut Option<(u32, f32, Losses<'a>)>,
+    ) -> Losses<'a> {
+        let (material, alpha) = (self.material[lane], self.alpha[lane]);
+        match *last {
+            Some((m, a, losses)) if (m, a) == (material, alpha) => losses,
+            _ => {
+                // Put only where there is one; without dispersion it is the only one.
+                let interfaces = &world.materials[material as usize].interfaces;
+                let losses = interfaces[0].at(&self.ggx(lane));
+                *last = Some((material, alpha, losses));
+                losses
+            }
+        }
     }
 }

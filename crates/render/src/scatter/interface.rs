@@ -52,6 +52,7 @@ struct Side {
 pub(super) struct Losses<'a> {
     rows: [&'a Row; 2],
     between: f32,
+    curve: Curve,
 }
 
 impl Interface {
@@ -75,6 +76,7 @@ impl Interface {
         Losses {
             rows: [row(low), row(low + 1)],
             between,
+            curve: self.curve,
         }
     }
 
@@ -135,6 +137,7 @@ impl Interface {
 impl Losses<'_> {
     /// Of light from a side at a cosine, where the interface reflects `f0` to `f90`: what one microfacet reflects, and what
     /// it refracts.
+    #[inline(always)]
     pub fn kept(&self, inside: bool, cosine: f32, ends: (Vec3, Vec3)) -> [Vec3; 2] {
         let (first, part) = step_of::<STEPS>(cosine);
         [0, 1].map(|which: usize| {
@@ -147,16 +150,22 @@ impl Losses<'_> {
     }
 
     /// What is lost in the mean over the hemisphere, weighed by the cosine.
+    #[inline(always)]
     pub fn lost_mean(&self, inside: bool, ends: (Vec3, Vec3)) -> Vec3 {
         self.with(ends, |row, term| row.0[usize::from(inside)].lost_mean[term])
     }
 
+    #[inline(always)]
     fn with(&self, (f0, f90): (Vec3, Vec3), of: impl Fn(&Row, usize) -> f32) -> Vec3 {
         let [low, high] = self.rows;
         let term = |term| {
             let low = of(low, term);
             low + (of(high, term) - low) * self.between
         };
-        Vec3::splat(term(0)) + f0 * term(1) + f90 * term(2)
+        match self.curve {
+            // The others are zero.
+            Curve::Exact => Vec3::splat(term(0)),
+            Curve::Schlick => Vec3::splat(term(0)) + f0 * term(1) + f90 * term(2),
+        }
     }
 }
