@@ -132,26 +132,23 @@ impl Tree {
         if self.is_empty() {
             return None;
         }
-        self.choose_below(from.shares(&self.nodes[0]), from, number)
+        let root = from.shares(&self.nodes[0]);
+        self.choose_below(&root, from, number)
     }
 
     /// The same, where the shares of the root's children are known.
-    fn choose_below(
-        &self,
-        mut shares: Shares,
-        from: &Asker,
-        mut number: f64,
-    ) -> Option<(usize, f64)> {
-        let (mut probability, mut node) = (1.0, 0);
+    fn choose_below(&self, root: &Shares, from: &Asker, number: f64) -> Option<(usize, f64)> {
+        let (mut child, mut probability, mut number) = root.choose(number)?;
+        let mut at = 0;
         loop {
-            let (child, share, rest) = shares.choose(number)?;
-            probability *= share;
-            match self.nodes[node].below()[child] {
+            match self.nodes[at as usize].below()[child] {
                 Below::Light(light) => return Some((light as usize, probability)),
-                Below::Node(next) => node = next as usize,
+                Below::Node(next) => at = next,
             }
-            shares = from.shares(&self.nodes[node]);
-            number = rest;
+            let shares = from.shares(&self.nodes[at as usize]);
+            let share;
+            (child, share, number) = shares.choose(number)?;
+            probability *= share;
         }
     }
 
@@ -165,7 +162,8 @@ impl Tree {
         for index in 0..self.count.min(MOST_AT_A_POINT) {
             if self.count > MOST_AT_A_POINT {
                 let number = (number + index as f64) / MOST_AT_A_POINT as f64;
-                if let Some((light, probability)) = self.choose_below(root, from, number) {
+                let chosen = self.choose_below(&root, from, number);
+                if let Some((light, probability)) = chosen {
                     tell(index, light, probability * MOST_AT_A_POINT as f64);
                 }
             } else if let Below::Light(light) = self.nodes[0].below()[index]

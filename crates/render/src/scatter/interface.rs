@@ -140,13 +140,15 @@ impl Losses<'_> {
     #[inline(always)]
     pub fn kept(&self, inside: bool, cosine: f32, ends: (Vec3, Vec3)) -> [Vec3; 2] {
         let (first, part) = step_of::<STEPS>(cosine);
-        [0, 1].map(|which: usize| {
+        // Spelled out: the compiler may leave `map` a call.
+        let of = |which: usize| {
             self.with(ends, |row, term| {
                 let kept = &row.0[usize::from(inside)].kept;
-                let [low, high] = [first, first + 1].map(|step| kept[step][which][term]);
+                let (low, high) = (kept[first][which][term], kept[first + 1][which][term]);
                 low + (high - low) * part
             })
-        })
+        };
+        [of(0), of(1)]
     }
 
     /// What is lost in the mean over the hemisphere, weighed by the cosine.
