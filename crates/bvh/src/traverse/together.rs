@@ -270,16 +270,14 @@ impl Nearest {
     /// Writes the hits of a full packet, each in its place: four at a time, and without a branch, for where rays miss is
     /// anybody's guess.
     #[inline(always)]
-    fn write<I: Isa>(
-        &self,
-        mesh: &Bvh,
-        instance: u32,
-        packet: &Packet,
-        hits: &mut [Hit; SIZE],
-    ) {
+    fn write<I: Isa>(&self, mesh: &Bvh, instance: u32, packet: &Packet, hits: &mut [Hit; SIZE]) {
         let (mut t, mut instances) = ([0.0; SIZE], [0.0; SIZE]);
-        let [far, here, nowhere] =
-            [f32::INFINITY, f32::from_bits(instance), f32::from_bits(NOTHING)].map(I::F16::splat);
+        let [far, here, nowhere] = [
+            f32::INFINITY,
+            f32::from_bits(instance),
+            f32::from_bits(NOTHING),
+        ]
+        .map(I::F16::splat);
         for group in 0..SIZE / 16 {
             let slot = load::<I>(&self.slot, group);
             // As a float, `NO_SLOT` is NaN, and no other is.
