@@ -33,13 +33,16 @@ pub fn leaf_by_leaf<I: Isa, L: AtLeaf>(
         if at & LEAF == 0 {
             let node = node(blocks, at);
             let (mut mask, enter) = packet.fan.children::<I>(node, t_max);
+            // Where some rays have met something and others go on, the bounds of all do not end: of what lies behind, only
+            // the rays themselves can say that they do not come there.
+            let edge = met != 0 && met != packet.active;
             let mut entered = [0; 8];
             let mut left = mask;
             while left != 0 {
                 let lane = left.trailing_zeros() as usize & 7;
                 left &= left - 1;
                 let child = node.child[lane];
-                if child & LEAF != 0 || vain > MOST_VAIN {
+                if child & LEAF != 0 || edge || vain > MOST_VAIN {
                     // The bounds of all rays enter many leaves that no ray does: those are not even asked for.
                     entered[lane] = packet.enter::<I>(|row| node.bounds[row][lane], packet.active);
                     if entered[lane] == 0 {

@@ -17,6 +17,7 @@ pub mod local;
 mod near;
 mod packet;
 mod packets;
+mod ready;
 mod rows;
 mod shadow;
 pub mod skip;

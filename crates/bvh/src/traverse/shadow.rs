@@ -71,8 +71,10 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherenc
             trace::<I, _, true>(scene, &mut Any { work, dark });
         }
     }
-    let work = aside.drain(rays);
-    trace::<I, _, true>(scene, &mut Any { work, dark });
+    if aside.len() > 0 {
+        let work = aside.drain(rays);
+        trace::<I, _, true>(scene, &mut Any { work, dark });
+    }
 }
 
 /// Any hits of the chunk at hand.

@@ -10,15 +10,15 @@ use super::leaf_by_leaf::{AtLeaf, leaf_by_leaf};
 use super::near::Near;
 use super::packet::{Packet, SIZE};
 use super::packets::{Packets, Query};
-use super::rows::{bits, keep, load};
+use super::rows::{bits, keep, load, store};
 use super::steps::NO_SLOT;
 use super::triangle::{Met16, meet_each};
 use crate::block::{Leaf, NO_CHILD};
 use crate::mesh::Bvh;
 use crate::part::Part;
-use crate::ray::{Coherence, Hit, Ray};
+use crate::ray::{Coherence, Hit, NOTHING, Ray};
 use crate::scene::{Placed, Scene};
-use crate::simd::{Isa, Vector};
+use crate::simd::{Isa, Quad, Vector};
 
 /// Rays of a packet that are fewer than this at a node go on alone.
 pub const FEW: u32 = 5;
@@ -88,8 +88,10 @@ fn in_chunks<I: Isa, const APART: bool>(
     if APART || !scene.direct {
         hits[cleared..].fill(Hit::MISS);
     }
-    let work = aside.drain(rays);
-    trace::<I, _, false>(scene, &mut NearestApart { work, hits });
+    if aside.len() > 0 {
+        let work = aside.drain(rays);
+        trace::<I, _, false>(scene, &mut NearestApart { work, hits });
+    }
 }
 
 /// The nearest hits of the chunk at hand.
@@ -152,6 +154,15 @@ impl<const APART: bool> Query for Together<'_, '_, APART> {
             }
         } else {
             closest_below::<I>(mesh, part.start, packet, &mut nearest);
+        }
+        let first = self.chunk.numbers[0] as usize;
+        if !APART
+            && self.chunk.scene.direct
+            && who.is_none()
+            && let Ok(hits) = (&mut self.hits[first..][..self.chunk.numbers.len()]).try_into()
+        {
+            nearest.write::<I>(mesh, part.instance, packet, hits);
+            return;
         }
         for place in 0..packet.active.count_ones() {
             let i = place as usize & (SIZE - 1);
@@ -256,6 +267,40 @@ pub fn closest_in_leaf<I: Isa, const ONE: bool>(
 }
 
 impl Nearest {
+    /// Writes the hits of a full packet, each in its place: four at a time, and without a branch, for where rays miss is
+    /// anybody's guess.
+    #[inline(always)]
+    fn write<I: Isa>(&self, mesh: &Bvh, instance: u32, packet: &Packet, hits: &mut [Hit; SIZE]) {
+        let (mut t, mut instances) = ([0.0; SIZE], [0.0; SIZE]);
+        let [far, here, nowhere] = [
+            f32::INFINITY,
+            f32::from_bits(instance),
+            f32::from_bits(NOTHING),
+        ]
+        .map(I::F16::splat);
+        for group in 0..SIZE / 16 {
+            let slot = load::<I>(&self.slot, group);
+            // As a float, `NO_SLOT` is NaN, and no other is.
+            let met = slot.eq(slot);
+            let known = load::<I>(&packet.t_max, group);
+            store::<I>(&mut t, group, I::F16::select(met, known, far));
+            store::<I>(&mut instances, group, I::F16::select(met, here, nowhere));
+        }
+        for (four, hits) in hits.chunks_exact_mut(4).enumerate() {
+            let columns = [&t, &self.u, &self.v, &instances];
+            let columns = columns.map(|row| Quad::new(std::array::from_fn(|i| row[4 * four + i])));
+            let rows = Quad::transpose(columns);
+            for (i, (hit, row)) in hits.iter_mut().zip(rows).enumerate() {
+                // SAFETY: a hit begins with t, u, v and the instance, four words.
+                unsafe { (&raw mut *hit).cast::<[f32; 4]>().write(row.array()) };
+                // All bits of what is nothing are set.
+                let slot = self.slot[4 * four + i].to_bits();
+                let missed = u32::from(slot == NO_SLOT).wrapping_neg();
+                hit.triangle = mesh.id(slot & !missed) | missed;
+            }
+        }
+    }
+
     /// Takes what rays of a group met, where it comes first by (t, id); returns the lanes where it does.
     #[inline(always)]
     fn take<I: Isa>(
