@@ -91,6 +91,12 @@ impl Lights {
         (one && choice == Choice::Weighed).then_some(only)
     }
 
+    /// Whether the only light is one that is infinitely far away and uneven: then there is nothing to choose.
+    pub(super) fn is_alone(&self, choice: Choice) -> bool {
+        let one = self.uneven == 1 && self.infinite.len() == 1 && self.finite.is_empty();
+        one && choice == Choice::Weighed && !self.has_surfaces()
+    }
+
     /// The most directions that [`Lights::sample_each`] tells of, if there is more than one kind of light to tell apart and
     /// not too much of what is infinitely far away.
     pub fn most_at_once(&self) -> Option<usize> {

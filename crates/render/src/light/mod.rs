@@ -187,6 +187,11 @@ impl Lights {
         which: f32,
         drawn: &Drawn,
     ) -> Option<LightSample> {
+        if let Some((_, around)) = drawn.around
+            && self.is_alone(choice)
+        {
+            return (around.pdf > 0.0).then(|| around.sample());
+        }
         let from = by.from;
         let odds = self.odds(from, choice);
         let mut which = f64::from(which);
@@ -329,6 +334,11 @@ impl Lights {
     ) -> (Vec3, f32) {
         if self.uneven == 0 && choice != Choice::Even {
             return (self.ambient, 0.0);
+        }
+        if let Some((_, own)) = known
+            && self.is_alone(choice)
+        {
+            return own;
         }
         let odds = self.odds(from, choice);
         let (mut radiance, mut pdf) = (Vec3::ZERO, 0.0);

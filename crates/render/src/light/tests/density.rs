@@ -3,11 +3,13 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3, Vec3};
-use raycam_scene::{Light, Up};
+use raycam_scene::{Light, Up, World};
 
-use super::super::Choice;
+use super::super::{Askers, Choice, Drawn};
 use super::*;
 use crate::chi_squared::{limit, statistic};
+use crate::control::Control;
+use crate::prepare::PreparedWorld;
 
 /// A square mapped onto all directions that a light may be sampled in: a direction and its solid angle per area of the
 /// square, and back.
@@ -233,5 +235,39 @@ fn samples_are_spread_as_their_density_says() {
             chi2 < limit(freedom - 1.0, tests),
             "{name}: chi squared {chi2} of {freedom} cells"
         );
+    }
+}
+
+#[test]
+fn a_light_that_is_alone_is_sampled_as_one_of_several() {
+    let alone = lights(&[hard_environment()]);
+    assert!(alone.is_alone(Choice::Weighed) && !alone.is_alone(Choice::Even));
+    // A second one, so dark that it changes nothing.
+    let dark = environment([16, 8], |_, _| 0.0);
+    let several = lights(&[hard_environment(), dark]);
+    assert!(!several.is_alone(Choice::Weighed));
+    let world = PreparedWorld::new(&World::default(), None, None, &Control::new()).unwrap();
+    let (_, environment) = alone.environment().unwrap();
+    let random: Vec<_> = (0..64).map(random).collect();
+    let mut drawn = vec![];
+    environment.sample_many(&random, &mut drawn);
+    for (random, around) in random.into_iter().zip(drawn) {
+        let around = Some((0, around));
+        let ask = |lights: &Lights, choice, which| {
+            let drawn = Drawn { random, around };
+            let by = Askers::from(&AT_ORIGIN);
+            lights.sample(&by, &world, choice, which, &drawn).unwrap()
+        };
+        let (one, half) = (
+            ask(&alone, Choice::Weighed, 0.25),
+            ask(&several, Choice::Weighed, 0.25),
+        );
+        assert_eq!(one.direction, half.direction);
+        assert_eq!(one.radiance, half.radiance);
+        assert_eq!(one.pdf, 2.0 * half.pdf);
+        let (direction, known) = (one.direction, environment.behind(one.direction));
+        let behind = |known| alone.behind(&AT_ORIGIN, Choice::Weighed, direction, known);
+        assert_eq!(behind(Some((0, known))), behind(None));
+        assert_eq!(behind(None), (one.radiance, one.pdf));
     }
 }
