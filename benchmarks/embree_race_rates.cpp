@@ -104,12 +104,12 @@ int main(int argc, char** argv) {
   std::vector<Hit> ph(prim.size()), bh, shh;
   auto closest1 = [&](const std::vector<Ray>& rays, std::vector<Hit>& out, bool coherent) {
     out.resize(rays.size());
-    parallel(rays.size(), 1024, [&](size_t a, size_t b) {
+    parallel(rays.size(), 4096, [&](size_t a, size_t b) {
       QueryArguments args; args.flags = coherent ? COHERENT : 0;
       for (size_t i = a; i < b; i++) { RTCRayHit r; fill(r, rays[i]); rtcIntersect1(sc, &r, &args); out[i] = {r.ray.tfar, r.hit.primID}; } }); };
   auto closest16 = [&](const std::vector<Ray>& rays, std::vector<Hit>& out, bool coherent) {
     out.resize(rays.size());
-    parallel(rays.size(), 1024, [&](size_t a, size_t b) {
+    parallel(rays.size(), 4096, [&](size_t a, size_t b) {
       QueryArguments args; args.flags = coherent ? COHERENT : 0;
       for (size_t i = a; i < b; i += 16) {
         RTCRayHit16 r; alignas(64) int valid[16];
@@ -120,12 +120,12 @@ int main(int argc, char** argv) {
         for (int j = 0; j < 16 && i + j < b; j++) out[i + j] = {r.ray.tfar[j], r.hit.primID[j]}; } }); };
   auto any1 = [&](const std::vector<Ray>& rays, std::vector<Hit>& out) {
     out.resize(rays.size());
-    parallel(rays.size(), 1024, [&](size_t a, size_t b) {
+    parallel(rays.size(), 4096, [&](size_t a, size_t b) {
       QueryArguments args;
       for (size_t i = a; i < b; i++) { RTCRayHit r; fill(r, rays[i]); rtcOccluded1(sc, &r.ray, &args); out[i] = {r.ray.tfar, r.ray.tfar < 0}; } }); };
   auto any16 = [&](const std::vector<Ray>& rays, std::vector<Hit>& out) {
     out.resize(rays.size());
-    parallel(rays.size(), 1024, [&](size_t a, size_t b) {
+    parallel(rays.size(), 4096, [&](size_t a, size_t b) {
       QueryArguments args; args.flags = COHERENT;
       for (size_t i = a; i < b; i += 16) {
         RTCRay16 r; alignas(64) int valid[16];

@@ -52,6 +52,9 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
+/// Rays of a batch: as many as pictures and casts of rays ask for at a time.
+const BATCH: usize = 4096;
+
 struct Options {
     threads: usize,
     quality: Quality,
@@ -158,9 +161,9 @@ fn replay(scene: &Scene, mesh: &Corners, path: &str, options: &Options) -> Resul
         let cpu_start = cpu_seconds();
         if options.cpu {
             for ((rays, hits), dark) in rays
-                .chunks(1024)
-                .zip(hits.chunks_mut(1024))
-                .zip(dark.chunks_mut(1024))
+                .chunks(BATCH)
+                .zip(hits.chunks_mut(BATCH))
+                .zip(dark.chunks_mut(BATCH))
             {
                 match any {
                     true => scene.occluded(rays, dark, coherence),
@@ -269,14 +272,14 @@ fn cpu_seconds() -> f64 {
         * 1e-9
 }
 
-/// Deals rays out to threads, 1024 at a time.
+/// Deals rays out to threads, a batch at a time.
 fn in_parallel<T: Send>(
     threads: usize,
     rays: &[Ray],
     answers: &mut [T],
     query: impl Fn(&[Ray], &mut [T]) + Sync,
 ) {
-    let work = std::sync::Mutex::new(rays.chunks(1024).zip(answers.chunks_mut(1024)));
+    let work = std::sync::Mutex::new(rays.chunks(BATCH).zip(answers.chunks_mut(BATCH)));
     std::thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
