@@ -12,8 +12,7 @@ use crate::sampler::mix;
 const PART: usize = 1 << 14;
 
 /// For each material a box, scene-local, around all bodies that it fills; `None` where it is not clear, or a mesh of it
-/// leaves open where its inside ends, or lets light
-/// through holes that are not in its triangles.
+/// leaves open where its inside ends, or lets light through by its opacity.
 pub(crate) fn bodies(
     objects: &[PreparedObject],
     materials: &[PreparedMaterial],
@@ -41,7 +40,7 @@ pub(crate) fn bodies(
 }
 
 /// Whether a mesh is the border of a body: every edge is passed as often one way as the other, and what is inside has a
-/// volume that is not negative. Vertices in the same place are the same.
+/// positive volume. Vertices in the same place are the same.
 ///
 /// Edges are not sorted: the numbers of their ends' hashes are summed up, with the sign of the way, and are zero in the end.
 pub(crate) fn is_body(mesh: &Mesh) -> bool {

@@ -51,7 +51,7 @@ pub struct PreparedWorld {
     /// Where they lie: see [`cover::boxes`].
     pub(crate) boxes: Vec<[DVec3; 2]>,
     pub(crate) materials: Arc<Vec<PreparedMaterial>>,
-    /// Where clear matter lies: see [`bodies`].
+    /// For each material, where closed bodies of it lie: see [`bodies`].
     pub(crate) bodies: Vec<Option<[DVec3; 2]>>,
     /// Whether some material's opacity counts.
     pub(crate) see_through: bool,

@@ -22,6 +22,7 @@ mod daylight;
 mod disk;
 mod emissive;
 mod environment;
+mod fallback;
 mod ies;
 mod node;
 mod panorama;
@@ -46,6 +47,7 @@ use bounds::Bounds;
 pub(crate) use choice::{Askers, Choice, MOST_AT_ONCE};
 use emissive::Emissive;
 use environment::Environment;
+pub(crate) use fallback::default_lights;
 pub(crate) use samples::{Around, Drawn, LightSamples};
 pub(crate) use source::Source;
 use sphere::Sphere;
@@ -102,23 +104,6 @@ pub(crate) struct Lights {
     tree: Tree,
     /// Surfaces that shine.
     surfaces: Emissive,
-}
-
-/// What a world without lights gets where light is needed to see anything: a sky, and a sun that stands high to the
-/// left of the default camera, because a sky alone shows no shape. A white floor then has a radiance of about 1.
-pub(crate) fn default_lights(up: Up) -> [Light; 2] {
-    let direction = match up {
-        Up::Z => [1.0, 2.0, -3.0],
-        Up::Y => [1.0, -3.0, -2.0],
-    };
-    [
-        Light::even_sky([0.4; 3]),
-        Light::Sun {
-            direction,
-            irradiance: [2.4; 3],
-            angular_diameter: 0.0,
-        },
-    ]
 }
 
 impl Lights {
