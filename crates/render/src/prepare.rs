@@ -230,13 +230,9 @@ impl PreparedObject {
         }
     }
 
-    /// A box around it, in the world.
+    /// A box around it, lower and upper corner, in the world.
     pub fn bounds(&self) -> [DVec3; 2] {
-        let PreparedMesh { lower, upper, .. } = *self.mesh;
-        let place = self.world_from_mesh;
-        let middle = place.transform_point3(lower + (upper - lower) / 2.0);
-        let half = place.matrix3.abs() * ((upper - lower) / 2.0);
-        [middle - half, middle + half]
+        around(&self.mesh, &self.world_from_mesh)
     }
 
     /// What float32 may do to it, and to rays that start up to `reach` from the scene's origin, along each axis.
@@ -358,26 +354,27 @@ pub(crate) fn check(world: &World) -> Result<(), RenderError> {
 
 /// A box around everything; a single untransformed mesh has the box of its mesh, exactly.
 pub(crate) fn bounds(objects: &[Object], meshes: &[Arc<PreparedMesh>]) -> (DVec3, DVec3) {
-    let boxes = objects.iter().zip(meshes).map(|(object, mesh)| {
-        let corner = |i: u32| {
-            let pick = |axis: usize| {
-                if i >> axis & 1 == 1 {
-                    mesh.upper[axis]
-                } else {
-                    mesh.lower[axis]
-                }
-            };
-            object
-                .world_from_mesh
-                .transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
-        };
-        (0..8)
-            .map(corner)
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, u), c| {
-                (l.min(c), u.max(c))
-            })
-    });
+    let boxes = objects.iter().zip(meshes);
     boxes
+        .map(|(object, mesh)| around(mesh, &object.world_from_mesh).into())
         .reduce(|(a, b), (l, u)| (a.min(l), b.max(u)))
         .unwrap_or_default()
+}
+
+/// A box around a placed mesh: around the corners of its own.
+fn around(mesh: &PreparedMesh, world_from_mesh: &DAffine3) -> [DVec3; 2] {
+    let corner = |i: u32| {
+        let pick = |axis: usize| {
+            if i >> axis & 1 == 1 {
+                mesh.upper[axis]
+            } else {
+                mesh.lower[axis]
+            }
+        };
+        world_from_mesh.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
+    };
+    let nothing = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    (0..8)
+        .map(corner)
+        .fold(nothing, |[l, u], c| [l.min(c), u.max(c)])
 }

@@ -247,14 +247,15 @@ fn frosted(mesh: Mesh, open: bool) -> World {
     world
 }
 
+/// Sees what [`frosted`] stands there.
+fn in_front(fov: f64, size: [u32; 2]) -> Camera {
+    let target = DVec3::new(0.0, 0.0, 1.2);
+    look_at(DVec3::new(0.0, -5.0, 2.0), target, fov, size)
+}
+
 #[test]
 fn light_that_bodies_shut_out_is_rarely_asked_for() {
-    let camera = look_at(
-        DVec3::new(0.0, -5.0, 2.0),
-        DVec3::new(0.0, 0.0, 1.2),
-        30.0,
-        [16; 2],
-    );
+    let camera = in_front(30.0, [16; 2]);
     let ball = || primitive::sphere(1.0, 4).unwrap();
     let picture = |open| {
         let settings = Settings {
@@ -285,12 +286,7 @@ fn parts_that_are_turned_inside_out_are_lit_all_the_same() {
             .extend(triangles.map(|triangle| triangle.map(|vertex| vertex + first)));
         mesh
     };
-    let camera = look_at(
-        DVec3::new(0.0, -5.0, 2.0),
-        DVec3::new(0.0, 0.0, 1.2),
-        10.0,
-        [8; 2],
-    );
+    let camera = in_front(10.0, [8; 2]);
     let [body, open] = [false, true].map(|open| mean(&frosted(mesh(), open), &camera, 4096)[0]);
     assert!((body / open - 1.0).abs() < 0.02, "{body} {open}");
 }

@@ -14,7 +14,7 @@ use super::rows::{bits, keep, load, store};
 use super::steps::NO_SLOT;
 use super::triangle::{Met16, meet_each};
 use crate::block::{Leaf, NO_CHILD};
-use crate::mesh::Bvh;
+use crate::mesh::{Bvh, TRIANGLE_LIMIT};
 use crate::part::Part;
 use crate::ray::{Coherence, Hit, NOTHING, Ray};
 use crate::scene::{Placed, Scene};
@@ -266,6 +266,8 @@ pub fn closest_in_leaf<I: Isa, const ONE: bool>(
     closer
 }
 
+const _: () = assert!(TRIANGLE_LIMIT < f32::INFINITY.to_bits() as usize);
+
 impl Nearest {
     /// Writes the hits of a full packet, each in its place: four at a time, and without a branch, for where rays miss is
     /// anybody's guess.
@@ -280,7 +282,7 @@ impl Nearest {
         .map(I::F16::splat);
         for group in 0..SIZE / 16 {
             let slot = load::<I>(&self.slot, group);
-            // As a float, `NO_SLOT` is NaN, and no other is.
+            // As a float, `NO_SLOT` is NaN, and no other is: there are too few triangles.
             let met = slot.eq(slot);
             let known = load::<I>(&packet.t_max, group);
             store::<I>(&mut t, group, I::F16::select(met, known, far));

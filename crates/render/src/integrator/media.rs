@@ -17,8 +17,8 @@ use crate::surface::Surface;
 const DEPTH: usize = 6;
 const NOTHING: u32 = u32::MAX;
 
-/// One of how many shadow rays is asked for that should meet the border of a body, for which it counts as all of them.
-/// Where parts of a mesh are turned inside out, light comes that way.
+/// Of so many shadow rays that should meet the border of a body one is asked for, and counts as all of them: not none, for
+/// where parts of a mesh are turned inside out light does come that way.
 const RARELY: f32 = 16.0;
 
 /// Materials in the order in which they were entered. No material twice where one mesh is inside of itself: each skin
@@ -199,8 +199,8 @@ impl Walk<'_> {
         }
     }
 
-    /// What part of a light's arrives through clear matter, from its end to a start, as far as no surface tells; zero where it is
-    /// not worth asking these.
+    /// The share of a light at `end` (scene-local, infinite where it is infinitely far away) that clear matter lets through to
+    /// `start`, per channel, for a shadow ray that no surface stops; zero where none is asked for.
     #[inline]
     pub(super) fn arrives(&self, ray: usize, media: Media, start: DVec3, end: DVec3) -> Vec3 {
         if media.is_empty() {
