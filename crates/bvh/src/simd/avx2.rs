@@ -126,6 +126,7 @@ impl Vector for Ymm {
 
 impl Isa for Avx2 {
     const WIDE: bool = true;
+    const HALVES: bool = true;
     type F8 = Ymm;
     type F16 = Pair<Ymm, 8>;
     type Index = (__m256i, __m256i);
@@ -150,19 +151,15 @@ impl Isa for Avx2 {
     }
     #[inline(always)]
     fn lookup(table: Self::F16, (lower, upper): Self::Index) -> Self::F16 {
-        let half = |index| {
-            on_avx2!({
-                // The permutation reads the low three bits; bit 3, moved to the sign, chooses the register.
-                let a = _mm256_permutevar8x32_ps(table.0.0, index);
-                let b = _mm256_permutevar8x32_ps(table.1.0, index);
-                Ymm(_mm256_blendv_ps(
-                    a,
-                    b,
-                    _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index)),
-                ))
-            })
-        };
-        Pair(half(lower), half(upper))
+        Pair(look_up(table, lower), look_up(table, upper))
+    }
+    #[inline(always)]
+    fn lookup_half<const HALF: usize>(table: Self::F16, packed: u64) -> Ymm {
+        on_avx2!({
+            let words = _mm256_set1_epi64x((packed >> (16 * HALF)) as i64);
+            let index = _mm256_srlv_epi32(words, _mm256_setr_epi32(0, 0, 4, 4, 8, 8, 12, 12));
+            look_up(table, index)
+        })
     }
     #[inline(always)]
     fn lanes(bits: Self::F16) -> Self::Index {
@@ -205,17 +202,8 @@ impl Isa for Avx2 {
         on_avx2!(Ymm(_mm256_permutevar8x32_ps(v.0, order)))
     }
     #[inline(always)]
-    fn least_lane(v: Ymm, mask: u32) -> usize {
-        on_avx2!({
-            let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-            let bit = _mm256_sllv_epi32(_mm256_set1_epi32(1), lanes);
-            let named =
-                _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), bit), bit);
-            lane_of_least(_mm256_or_si256(
-                keys(v),
-                _mm256_andnot_si256(named, _mm256_set1_epi32(-1)),
-            ))
-        })
+    fn least_lane(v: Ymm, mask: __m256) -> usize {
+        least_lane(v, mask)
     }
     #[inline(always)]
     unsafe fn columns(rows: [*const f32; 16]) -> [Self::F16; 4] {
@@ -233,6 +221,18 @@ impl Isa for Avx2 {
     fn prefetch(at: *const u8) {
         on_avx2!(_mm_prefetch::<_MM_HINT_T0>(at.cast()))
     }
+}
+
+/// Sixteen lanes by eight indices in the low four bits.
+#[inline(always)]
+fn look_up(table: Pair<Ymm, 8>, index: __m256i) -> Ymm {
+    on_avx2!({
+        // The permutation reads the low three bits; bit 3, moved to the sign, chooses the register.
+        let a = _mm256_permutevar8x32_ps(table.0.0, index);
+        let b = _mm256_permutevar8x32_ps(table.1.0, index);
+        let upper = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index));
+        Ymm(_mm256_blendv_ps(a, b, upper))
+    })
 }
 
 /// [`Isa::columns`] of half as many rows.
@@ -309,17 +309,20 @@ pub fn sorted(v: __m256i) -> __m256i {
 
 /// Unsigned keys that rise with the value, which is not negative, and hold the lane in the low three bits.
 #[inline(always)]
-pub fn keys(v: Ymm) -> __m256i {
+fn keys(v: Ymm) -> __m256i {
     on_avx2!({
         let high = _mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(v.0));
         _mm256_or_si256(high, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7))
     })
 }
 
-/// The lane in the least of eight keys.
+/// [`Isa::least_lane`].
 #[inline(always)]
-pub fn lane_of_least(keys: __m256i) -> usize {
+pub fn least_lane(v: Ymm, mask: __m256) -> usize {
     on_avx2!({
+        // The mask as it is: what becomes bits and a mask again takes as long as all of the rest.
+        let others = _mm256_andnot_si256(_mm256_castps_si256(mask), _mm256_set1_epi32(-1));
+        let keys = _mm256_or_si256(keys(v), others);
         let v = _mm_min_epu32(
             _mm256_castsi256_si128(keys),
             _mm256_extracti128_si256::<1>(keys),

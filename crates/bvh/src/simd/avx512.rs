@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::avx2::{Ymm, descending_keys, keys, lane_of_least, sorted};
+use super::avx2::{Ymm, descending_keys, least_lane, sorted};
 use super::{Isa, Quad, Vector};
 
 /// x86-64 with AVX-512 F, VL, DQ and BW.
@@ -165,12 +165,8 @@ impl Isa for Avx512 {
         on_avx512!(Ymm(_mm256_permutevar8x32_ps(v.0, order)))
     }
     #[inline(always)]
-    fn least_lane(v: Ymm, mask: u32) -> usize {
-        on_avx512!(lane_of_least(_mm256_mask_mov_epi32(
-            _mm256_set1_epi32(-1),
-            mask as u8,
-            keys(v)
-        )))
+    fn least_lane(v: Ymm, mask: __m256) -> usize {
+        least_lane(v, mask)
     }
     #[inline(always)]
     unsafe fn columns(rows: [*const f32; 16]) -> [Zmm; 4] {

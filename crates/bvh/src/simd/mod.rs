@@ -73,6 +73,8 @@ pub trait Vector: Copy {
 pub trait Isa: Copy + 'static {
     /// Whether it computes with sixteen floats nearly as fast as with one.
     const WIDE: bool = false;
+    /// Whether [`Isa::lookup_half`] is half of the work of [`Isa::lookup`].
+    const HALVES: bool = false;
     /// Whether it multiplies and subtracts at once; what does not takes long to round as if it did.
     const FUSED: bool = true;
 
@@ -87,6 +89,17 @@ pub trait Isa: Copy + 'static {
     fn index(packed: u64) -> Self::Index;
     /// `table[index]`, lane by lane.
     fn lookup(table: Self::F16, index: Self::Index) -> Self::F16;
+    /// Lanes `8 * HALF ..` of `table[index]`, by packed indices.
+    #[inline(always)]
+    fn lookup_half<const HALF: usize>(table: Self::F16, packed: u64) -> Self::F8 {
+        let mut lanes = [0.0; 16];
+        // SAFETY: the array holds 16 floats, those that are read back 8.
+        unsafe {
+            table.store(lanes.as_mut_ptr());
+            let at = |i: usize| lanes[usize::from(packed_index(packed, 8 * HALF + i))];
+            Self::F8::load(std::array::from_fn::<f32, 8, _>(at).as_ptr())
+        }
+    }
     /// The indices that stand in the low four bits of each lane.
     fn lanes(bits: Self::F16) -> Self::Index;
     /// What [`Isa::index`] spreads, in the low four bits of each lane; no arithmetic is to be done with them.
@@ -100,8 +113,9 @@ pub trait Isa: Copy + 'static {
     fn descending(v: Self::F8, mask: u32) -> Self::Order;
     /// `v[order]`, lane by lane.
     fn reorder(v: Self::F8, order: Self::Order) -> Self::F8;
-    /// The lane of the least value among those named by `mask`, up to 7 ulp. The values are not negative.
-    fn least_lane(v: Self::F8, mask: u32) -> usize;
+    /// The lane of the least value among those named by `mask`, up to 7 ulp; any where it names none. The values are not
+    /// negative.
+    fn least_lane(v: Self::F8, mask: <Self::F8 as Vector>::Mask) -> usize;
     /// The first four lanes and the last four.
     #[inline(always)]
     fn quads(v: Self::F8) -> [Quad; 2] {

@@ -201,11 +201,11 @@ impl Isa for Neon {
         }
     }
     #[inline(always)]
-    fn least_lane(v: Eight, mask: u32) -> usize {
+    fn least_lane(v: Eight, mask: <Eight as Vector>::Mask) -> usize {
         let mut values = [0.0f32; 8];
         // SAFETY: the array holds 8 floats.
         unsafe { v.store(values.as_mut_ptr()) };
-        least_lane(&values, mask)
+        least_lane(&values, Eight::bits(mask))
     }
     #[inline(always)]
     fn prefetch(_at: *const u8) {}

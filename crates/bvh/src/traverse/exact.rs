@@ -180,6 +180,7 @@ pub fn through_scene<I: Isa>(scene: &Scene, ray: &mut Moved, triangles: &dyn Exa
                 let node = node(scene.blocks(), at);
                 let limit = outer.inner_t(ray.limit()).next_up();
                 let (into, enter) = enter_children::<I>(node, &outer, limit);
+                let into = <I::F8 as Vector>::bits(into);
                 if into != 0 {
                     at = stack.push::<I>(node, enter, into);
                     continue;
@@ -237,6 +238,7 @@ pub fn through_part<I: Isa>(
             let node = node(mesh.blocks(), at);
             let (into, enter) =
                 enter_children::<I>(node, &local, local.inner_t(ray.limit()).next_up());
+            let into = <I::F8 as Vector>::bits(into);
             if into != 0 {
                 at = stack.push::<I>(node, enter, into);
                 continue;

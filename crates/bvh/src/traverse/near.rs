@@ -78,7 +78,7 @@ impl Near {
             }
             let px = rx.sub(I::F16::splat(packet.shear[0][i]).mul(rz));
             let py = ry.sub(I::F16::splat(packet.shear[1][i]).mul(rz));
-            let near = inside::<I>(px, py, &index) & leaf.solid;
+            let near = inside::<I>(px, py, leaf, &index) & leaf.solid;
             self.triangle[i] = near.trailing_zeros();
             some |= u64::from(near != 0) << i;
             let rest = near & near.wrapping_sub(1);

@@ -90,10 +90,11 @@ impl Stack {
         &mut self,
         node: &Node,
         enter: I::F8,
-        mask: u32,
+        mask: <I::F8 as Vector>::Mask,
     ) -> u32 {
         debug_assert!(self.len > 0 && self.len + 8 <= STACK);
         let lane = I::least_lane(enter, mask);
+        let mask = <I::F8 as Vector>::bits(mask);
         let rest = mask & !(1 << lane);
         // SAFETY: as in `push` and `next`.
         unsafe {

@@ -69,7 +69,11 @@ pub fn any(leaf: &Leaf, mut near: u32, ray: impl Line, t_max: f32) -> bool {
 
 /// Which children of a node the ray enters no later than `t_max`, and where.
 #[inline(always)]
-pub fn enter_children<I: Isa>(node: &Node, ray: &LocalRay, t_max: f32) -> (u32, I::F8) {
+pub fn enter_children<I: Isa>(
+    node: &Node,
+    ray: &LocalRay,
+    t_max: f32,
+) -> (<I::F8 as Vector>::Mask, I::F8) {
     let [x, y, z, _] = ray.entry;
     let enter = passes::<I>(node, &ray.near, 0, x);
     let enter = enter.max(passes::<I>(node, &ray.near, 1, y));
@@ -81,7 +85,7 @@ pub fn enter_children<I: Isa>(node: &Node, ray: &LocalRay, t_max: f32) -> (u32, 
     let t_leave = leave
         .min(passes::<I>(node, &ray.far, 2, z ^ ROW))
         .min(I::F8::splat(t_max));
-    (<I::F8 as Vector>::bits(t_enter.le(t_leave)), t_enter)
+    (t_enter.le(t_leave), t_enter)
 }
 
 /// The t at which a ray passes a row of bounds, by where it begins.
