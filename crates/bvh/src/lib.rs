@@ -11,6 +11,10 @@
 //!   `benchmarks/brute_force.py` and `make leak` do the last two at length.
 //! - AddressSanitizer, over the kernels of every instruction set:
 //!   `RUSTFLAGS=-Zsanitizer=address cargo +nightly test -p raycam-bvh --target x86_64-unknown-linux-gnu`.
+//! - The same tests with NEON, where the target is installed and QEMU runs its programs:
+//!   `CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc
+//!   CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER="qemu-aarch64 -L /usr/aarch64-linux-gnu"
+//!   cargo test -p raycam-bvh --target aarch64-unknown-linux-gnu`.
 //! - Miri, over the partition of the builder, whose ends are written without bounds being checked:
 //!   `MIRIFLAGS="-Zmiri-tree-borrows -Zmiri-ignore-leaks" cargo +nightly miri test -p raycam-bvh --lib partition`.
 //!   Without the last word it takes whole builds as well, of smaller parts, and many minutes. rayon's queues

@@ -120,6 +120,7 @@ impl Isa for Portable {
 
     type F8 = Array<8>;
     type F16 = Array<16>;
+    type Rays = Self::F16;
     type Index = [u8; 16];
     type Order = [u8; 8];
 
@@ -132,8 +133,8 @@ impl Isa for Portable {
         Array(std::array::from_fn(|i| table.0[(index[i] & 15) as usize]))
     }
     #[inline(always)]
-    fn lanes(bits: Array<16>) -> [u8; 16] {
-        bits.0.map(|lane| lane.to_bits() as u8 & 15)
+    fn find(table: Array<16>, index: Array<16>) -> Array<16> {
+        Self::lookup(table, index.0.map(|lane| lane.to_bits() as u8 & 15))
     }
     #[inline(always)]
     fn spread(packed: u64) -> Array<16> {

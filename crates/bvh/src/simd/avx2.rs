@@ -126,9 +126,10 @@ impl Vector for Ymm {
 
 impl Isa for Avx2 {
     const WIDE: bool = true;
-    const HALVES: bool = true;
     type F8 = Ymm;
     type F16 = Pair<Ymm, 8>;
+    type Rays = Ymm;
+    const RAYS: usize = 8;
     type Index = (__m256i, __m256i);
     type Order = __m256i;
 
@@ -162,8 +163,8 @@ impl Isa for Avx2 {
         })
     }
     #[inline(always)]
-    fn lanes(bits: Self::F16) -> Self::Index {
-        on_avx2!((_mm256_castps_si256(bits.0.0), _mm256_castps_si256(bits.1.0)))
+    fn find(table: Self::F16, index: Ymm) -> Ymm {
+        look_up(table, on_avx2!(_mm256_castps_si256(index.0)))
     }
     #[inline(always)]
     fn spread(packed: u64) -> Self::F16 {
@@ -174,8 +175,11 @@ impl Isa for Avx2 {
         ))
     }
     #[inline(always)]
-    fn plus(bits: Self::F16, by: u32) -> Self::F16 {
-        Pair(plus(bits.0, by), plus(bits.1, by))
+    fn plus(bits: Ymm, by: u32) -> Ymm {
+        on_avx2!(Ymm(_mm256_castsi256_ps(_mm256_add_epi32(
+            _mm256_castps_si256(bits.0),
+            _mm256_set1_epi32(by as i32)
+        ))))
     }
     #[inline(always)]
     fn compress(v: Ymm, mask: u32) -> Ymm {
@@ -266,15 +270,6 @@ unsafe fn two_rows(lower: *const f32, upper: *const f32) -> __m256 {
         _mm256_castps128_ps256(_mm_loadu_ps(lower)),
         _mm_loadu_ps(upper)
     ))
-}
-
-/// Integers in the bits of floats, and one added to all.
-#[inline(always)]
-fn plus(v: Ymm, by: u32) -> Ymm {
-    on_avx2!(Ymm(_mm256_castsi256_ps(_mm256_add_epi32(
-        _mm256_castps_si256(v.0),
-        _mm256_set1_epi32(by as i32)
-    ))))
 }
 
 /// Unsigned keys that fall as the value rises, with the lane in the low three bits; none is the largest integer.

@@ -110,6 +110,7 @@ impl Isa for Avx512 {
     const WIDE: bool = true;
     type F8 = Ymm;
     type F16 = Zmm;
+    type Rays = Self::F16;
     type Index = __m512i;
     type Order = __m256i;
 
@@ -134,8 +135,8 @@ impl Isa for Avx512 {
         on_avx512!(Zmm(_mm512_permutexvar_ps(index, table.0)))
     }
     #[inline(always)]
-    fn lanes(bits: Zmm) -> __m512i {
-        on_avx512!(_mm512_castps_si512(bits.0))
+    fn find(table: Zmm, index: Zmm) -> Zmm {
+        Self::lookup(table, on_avx512!(_mm512_castps_si512(index.0)))
     }
     #[inline(always)]
     fn spread(packed: u64) -> Zmm {

@@ -73,13 +73,16 @@ pub trait Vector: Copy {
 pub trait Isa: Copy + 'static {
     /// Whether it computes with sixteen floats nearly as fast as with one.
     const WIDE: bool = false;
-    /// Whether [`Isa::lookup_half`] is half of the work of [`Isa::lookup`].
-    const HALVES: bool = false;
     /// Whether it multiplies and subtracts at once; what does not takes long to round as if it did.
     const FUSED: bool = true;
 
     type F8: Vector;
     type F16: Vector;
+    /// Rays that are tested at once, each against a triangle of its own: [`Isa::F8`] where sixteen would take more
+    /// registers than there are, else [`Isa::F16`].
+    type Rays: Vector;
+    /// How many those are.
+    const RAYS: usize = 16;
     /// Sixteen indices into sixteen lanes.
     type Index: Copy;
     /// Eight indices into eight lanes.
@@ -100,12 +103,12 @@ pub trait Isa: Copy + 'static {
             Self::F8::load(std::array::from_fn::<f32, 8, _>(at).as_ptr())
         }
     }
-    /// The indices that stand in the low four bits of each lane.
-    fn lanes(bits: Self::F16) -> Self::Index;
+    /// `table[index]`, by indices in the low four bits of each lane.
+    fn find(table: Self::F16, index: Self::Rays) -> Self::Rays;
     /// What [`Isa::index`] spreads, in the low four bits of each lane; no arithmetic is to be done with them.
     fn spread(packed: u64) -> Self::F16;
     /// Integers in the bits of floats, and one added to all of them.
-    fn plus(bits: Self::F16, by: u32) -> Self::F16;
+    fn plus(bits: Self::Rays, by: u32) -> Self::Rays;
     /// The lanes named by `mask`, in order, in the first lanes; what follows them is anything.
     fn compress(v: Self::F8, mask: u32) -> Self::F8;
     /// The lanes named by `mask` from the greatest value to the least, up to 7 ulp; what follows them is anything.

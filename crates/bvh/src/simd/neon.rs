@@ -116,6 +116,7 @@ type Eight = Pair<Quad, 4>;
 impl Isa for Neon {
     type F8 = Eight;
     type F16 = Pair<Eight, 8>;
+    type Rays = Self::F16;
     type Index = [uint8x16_t; 4];
     type Order = [u8; 8];
 
@@ -145,14 +146,15 @@ impl Isa for Neon {
         })
     }
     #[inline(always)]
-    fn lanes(Pair(Pair(a, b), Pair(c, d)): Self::F16) -> Self::Index {
+    fn find(table: Self::F16, Pair(Pair(a, b), Pair(c, d)): Self::F16) -> Self::F16 {
         // Four bytes of each lane: four times the index, and 0 to 3 more.
-        [a, b, c, d].map(|v| {
+        let index = [a, b, c, d].map(|v| {
             on_neon!({
                 let lane = vandq_u32(vreinterpretq_u32_f32(v.0), vdupq_n_u32(15));
                 vreinterpretq_u8_u32(vmlaq_n_u32(vdupq_n_u32(0x0302_0100), lane, 0x0404_0404))
             })
-        })
+        });
+        Self::lookup(table, index)
     }
     #[inline(always)]
     fn spread(packed: u64) -> Self::F16 {

@@ -100,7 +100,7 @@ pub fn within<I: Isa>(leaf: &Leaf, ray: impl Line) -> u32 {
     inside::<I>(px, py, leaf, &indices::<I>(leaf)) & leaf.solid
 }
 
-/// [`inside`], where eight triangles are half of the work of sixteen: many leaves have no more.
+/// [`inside`], where sixteen triangles take more registers than there are: eight at a time, and many leaves have no more.
 #[inline(always)]
 fn inside_by_halves<I: Isa>(px: I::F16, py: I::F16, leaf: &Leaf) -> u32 {
     let lower = inside_half::<I, 0>(px, py, leaf);
@@ -121,10 +121,10 @@ fn inside_half<I: Isa, const HALF: usize>(px: I::F16, py: I::F16, leaf: &Leaf) -
     )
 }
 
-/// The triangles that have 0 within, of vertices in x and y.
+/// The triangles that have 0 within, of vertices in x and y; `index` as [`indices`] has it.
 #[inline(always)]
 pub fn inside<I: Isa>(px: I::F16, py: I::F16, leaf: &Leaf, index: &[I::Index; 3]) -> u32 {
-    if I::HALVES {
+    if I::RAYS < 16 {
         return inside_by_halves::<I>(px, py, leaf);
     }
     let ([ax, bx, cx], [ay, by, cy]) = (corners::<I>(px, index), corners::<I>(py, index));

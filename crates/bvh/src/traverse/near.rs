@@ -162,18 +162,18 @@ impl Near {
         }
     }
 
-    /// Bit g: of group g of 16 rays some run through a triangle.
+    /// Bit g: of group g of [`Isa::RAYS`] rays some run through a triangle.
     #[inline(always)]
-    pub fn groups(&self) -> u32 {
-        (0..SIZE / 16).fold(0, |groups, g| {
-            groups | u32::from(self.some >> (16 * g) & 0xffff != 0) << g
+    pub fn groups<I: Isa>(&self) -> u32 {
+        (0..SIZE / I::RAYS).fold(0, |groups, g| {
+            groups | u32::from(self.lanes::<I>(g) != 0) << g
         })
     }
 
-    /// Of a group of 16 rays those that run through a triangle.
+    /// Of such a group those rays that run through a triangle.
     #[inline(always)]
-    pub fn lanes(&self, group: usize) -> u32 {
-        (self.some >> (16 * group)) as u32 & 0xffff
+    pub fn lanes<I: Isa>(&self, group: usize) -> u32 {
+        (self.some >> (I::RAYS * group)) as u32 & ((1 << I::RAYS) - 1)
     }
 }
 

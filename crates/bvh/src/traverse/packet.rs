@@ -117,12 +117,6 @@ impl Packet {
         })
     }
 
-    /// The values of a group of 16 rays.
-    #[inline(always)]
-    pub fn lanes<I: Isa>(&self, row: &[f32; SIZE], group: usize) -> I::F16 {
-        load::<I>(row, group & 3)
-    }
-
     /// Bit i: ray i is of interest at `t`, and farther.
     #[inline(always)]
     pub fn reaching<I: Isa>(&self, t: f32) -> u64 {

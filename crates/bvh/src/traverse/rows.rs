@@ -17,16 +17,24 @@ pub fn store<I: Isa>(row: &mut [f32; SIZE], group: usize, values: I::F16) {
     unsafe { values.store(row.as_mut_ptr().add(16 * group)) }
 }
 
-/// Stores the lanes of a mask.
+/// The values of a group of [`Isa::RAYS`] rays.
+#[inline(always)]
+pub fn rays<I: Isa>(row: &[f32; SIZE], group: usize) -> I::Rays {
+    // SAFETY: the groups fill the row, and there is no other number of one.
+    unsafe { I::Rays::load(row.as_ptr().add(I::RAYS * (group % (SIZE / I::RAYS)))) }
+}
+
+/// Stores the lanes of a mask in such a group.
 #[inline(always)]
 pub fn keep<I: Isa>(
     row: &mut [f32; SIZE],
     group: usize,
-    lanes: <I::F16 as Vector>::Mask,
-    values: I::F16,
+    lanes: <I::Rays as Vector>::Mask,
+    values: I::Rays,
 ) {
-    let values = I::F16::select(lanes, values, load::<I>(row, group));
-    store::<I>(row, group, values);
+    let values = I::Rays::select(lanes, values, rays::<I>(row, group));
+    // SAFETY: as in `rays`.
+    unsafe { values.store(row.as_mut_ptr().add(I::RAYS * (group % (SIZE / I::RAYS)))) }
 }
 
 #[inline(always)]
@@ -57,11 +65,11 @@ impl Sides {
         plane.mul_add(self.reciprocal[axis][i], -self.offset[axis][i])
     }
 
-    /// The t at which each ray of a group passes a plane of its own across an axis.
+    /// The t at which each ray of a group, as of [`rays`], passes a plane of its own across an axis.
     #[inline(always)]
-    pub fn each_passes<I: Isa>(&self, axis: usize, group: usize, planes: I::F16) -> I::F16 {
-        let reciprocal = load::<I>(&self.reciprocal[axis], group);
-        planes.mul_sub(reciprocal, load::<I>(&self.offset[axis], group))
+    pub fn each_passes<I: Isa>(&self, axis: usize, group: usize, planes: I::Rays) -> I::Rays {
+        let reciprocal = rays::<I>(&self.reciprocal[axis], group);
+        planes.mul_sub(reciprocal, rays::<I>(&self.offset[axis], group))
     }
 
     #[inline(always)]

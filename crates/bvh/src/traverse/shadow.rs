@@ -151,12 +151,12 @@ fn dark_in_leaf<I: Isa>(leaf: &Leaf, active: u64, packet: &Packet, near: &mut Ne
     let mut dark = 0;
     near.find::<I, false>(leaf, active, packet);
     while near.some != 0 {
-        let mut groups = near.groups();
+        let mut groups = near.groups::<I>();
         while groups != 0 {
-            let group = groups.trailing_zeros() as usize & 3;
+            let group = groups.trailing_zeros() as usize;
             groups &= groups - 1;
             let met = meet_each::<I, true>(leaf, packet, group, near);
-            dark |= u64::from(met.hit) << (16 * group);
+            dark |= u64::from(met.hit) << (I::RAYS * group);
         }
         near.next();
     }

@@ -10,9 +10,9 @@ use super::leaf_by_leaf::{AtLeaf, leaf_by_leaf};
 use super::near::Near;
 use super::packet::{Packet, SIZE};
 use super::packets::{Packets, Query};
-use super::rows::{bits, keep, load, store};
+use super::rows::{keep, load, rays, store};
 use super::steps::NO_SLOT;
-use super::triangle::{Met16, meet_each};
+use super::triangle::{MetEach, meet_each};
 use crate::block::{Leaf, NO_CHILD};
 use crate::mesh::{Bvh, TRIANGLE_LIMIT};
 use crate::part::Part;
@@ -250,13 +250,13 @@ pub fn closest_in_leaf<I: Isa, const ONE: bool>(
     let mut closer = 0;
     near.find::<I, ONE>(leaf, active, packet);
     while near.some != 0 {
-        let mut groups = near.groups();
+        let mut groups = near.groups::<I>();
         while groups != 0 {
-            let group = groups.trailing_zeros() as usize & 3;
+            let group = groups.trailing_zeros() as usize;
             groups &= groups - 1;
             let met = meet_each::<I, false>(leaf, packet, group, near);
             let first = nearest.take::<I>(mesh, leaf, met, group, packet);
-            closer |= u64::from(first) << (16 * group);
+            closer |= u64::from(first) << (I::RAYS * group);
         }
         near.next();
     }
@@ -309,19 +309,19 @@ impl Nearest {
         &mut self,
         mesh: &Bvh,
         leaf: &Leaf,
-        met: Met16<I::F16>,
+        met: MetEach<I::Rays>,
         group: usize,
         packet: &mut Packet,
     ) -> u32 {
-        let Met16 { hit, t, u, v, .. } = met;
-        let known = load::<I>(&packet.t_max, group);
+        let MetEach { hit, t, u, v, .. } = met;
+        let known = rays::<I>(&packet.t_max, group);
         let slot = I::plus(met.triangle, leaf.first);
-        let ties = bits::<I>(t.eq(known)) & hit;
+        let ties = <I::Rays as Vector>::bits(t.eq(known)) & hit;
         let mut first = hit & !ties;
         if ties != 0 {
             first |= self.ties::<I>(mesh, slot, group, ties);
         }
-        let lanes = <I::F16 as Vector>::mask(first);
+        let lanes = <I::Rays as Vector>::mask(first);
         keep::<I>(&mut packet.t_max, group, lanes, t);
         keep::<I>(&mut self.u, group, lanes, u);
         keep::<I>(&mut self.v, group, lanes, v);
@@ -332,14 +332,14 @@ impl Nearest {
     /// Of lanes whose t is the one that is known those that come first by their id, or because nothing was met there.
     #[cold]
     #[inline(never)]
-    fn ties<I: Isa>(&self, mesh: &Bvh, slot: I::F16, group: usize, ties: u32) -> u32 {
+    fn ties<I: Isa>(&self, mesh: &Bvh, slot: I::Rays, group: usize, ties: u32) -> u32 {
         let mut slots = [0u32; 16];
-        // SAFETY: the array holds 16 words, which as floats are only moved.
+        // SAFETY: the array holds at least as many words, which as floats are only moved.
         unsafe { slot.store(slots.as_mut_ptr().cast()) };
         (0..16)
             .filter(|lane| ties >> lane & 1 != 0)
             .filter(|lane| {
-                let known = self.slot[16 * group + lane].to_bits();
+                let known = self.slot[I::RAYS * group + lane].to_bits();
                 known == NO_SLOT || mesh.id(slots[*lane]) < mesh.id(known)
             })
             .fold(0, |lanes, lane| lanes | 1 << lane)

@@ -7,12 +7,13 @@
 //!
 //! That is done in two steps: edges first, of one ray and sixteen triangles ([`super::line::within`]) or of one triangle and
 //! sixteen rays ([`super::near`]); then the few triangles that remain, one by one for a ray alone
-//! ([`super::line::meet_one`]), or one for each of sixteen rays ([`meet_each`]). Each computes every value by the same
+//! ([`super::line::meet_one`]), or one for each of some rays ([`meet_each`]). Each computes every value by the same
 //! operations in the same order, so a ray and a triangle have the same answer in any of them.
 
 use super::line::{Member, depth_in_float64};
 use super::near::Near;
-use super::packet::Packet;
+use super::packet::{Packet, SIZE};
+use super::rows::rays;
 use crate::block::Leaf;
 use crate::simd::{Isa, Vector, packed_index};
 
@@ -64,8 +65,8 @@ pub fn corner_lanes(leaf: &Leaf, k: usize) -> [usize; 3] {
         .map(|packed| usize::from(packed_index(packed, k)))
 }
 
-/// Where sixteen rays meet a triangle each, in the lanes of `hit`.
-pub struct Met16<V> {
+/// Where rays meet a triangle each, in the lanes of `hit`.
+pub struct MetEach<V> {
     pub hit: u32,
     /// Which triangles, in the bits.
     pub triangle: V,
@@ -74,7 +75,7 @@ pub struct Met16<V> {
     pub v: V,
 }
 
-/// Where rays of a group meet a triangle each, at a t of `0..=t_max`: those that [`Near`] names. With `ANY`
+/// Where the [`Isa::RAYS`] rays of a group meet a triangle each, at a t of `0..=t_max`: those that [`Near`] names. With `ANY`
 /// only `hit` counts: t and the rest may be left out.
 #[inline(always)]
 pub fn meet_each<I: Isa, const ANY: bool>(
@@ -82,41 +83,41 @@ pub fn meet_each<I: Isa, const ANY: bool>(
     packet: &Packet,
     group: usize,
     near: &Near,
-) -> Met16<I::F16> {
-    let mut hit = near.lanes(group);
-    let zero = I::F16::splat(0.0);
-    // SAFETY: a row of 64 words, of which a group takes 16; as floats they are only moved.
-    let triangle = unsafe { I::F16::load(near.triangle.as_ptr().add(16 * (group & 3)).cast()) };
-    let lanes = I::lanes(triangle);
+) -> MetEach<I::Rays> {
+    let mut hit = near.lanes::<I>(group);
+    let zero = I::Rays::splat(0.0);
+    let start = I::RAYS * (group % (SIZE / I::RAYS));
+    // SAFETY: a row of 64 words, which groups fill; as floats they are only moved.
+    let triangle = unsafe { I::Rays::load(near.triangle.as_ptr().add(start).cast()) };
     let corner = [
-        I::lanes(I::lookup(I::spread(leaf.corner[0]), lanes)),
-        I::lanes(I::lookup(I::spread(leaf.corner[1]), lanes)),
-        I::lanes(I::lookup(I::spread(leaf.corner[2]), lanes)),
+        I::find(I::spread(leaf.corner[0]), triangle),
+        I::find(I::spread(leaf.corner[1]), triangle),
+        I::find(I::spread(leaf.corner[2]), triangle),
     ];
     let [kx, ky, kz] = packet.axes;
     let (px, py, pz) = (
-        corners::<I>(row::<I>(leaf, kx), &corner),
-        corners::<I>(row::<I>(leaf, ky), &corner),
-        corners::<I>(row::<I>(leaf, kz), &corner),
+        each_corner::<I>(leaf, kx, &corner),
+        each_corner::<I>(leaf, ky, &corner),
+        each_corner::<I>(leaf, kz, &corner),
     );
-    let along = |axis: usize| packet.lanes::<I>(&packet.origin[axis], group);
-    let z = less::<I>(pz, along(kz));
+    let along = |axis: usize| rays::<I>(&packet.origin[axis], group);
+    let z = less(pz, along(kz));
     // Where the rays enter and leave the triangles' own boxes: see END_PAD.
-    let (first, last) = ends::<I>(px, packet.entry[kx]);
+    let (first, last) = ends(px, packet.entry[kx]);
     let ex = packet.near.each_passes::<I>(kx, group, first);
     let lx = packet.far.each_passes::<I>(kx, group, last);
-    let (first, last) = ends::<I>(py, packet.entry[ky]);
+    let (first, last) = ends(py, packet.entry[ky]);
     let ey = packet.near.each_passes::<I>(ky, group, first);
     let ly = packet.far.each_passes::<I>(ky, group, last);
-    let (first, last) = ends::<I>(z, packet.entry[kz]);
-    let scale = packet.lanes::<I>(&packet.shear[2], group);
+    let (first, last) = ends(z, packet.entry[kz]);
+    let scale = rays::<I>(&packet.shear[2], group);
     let (ez, lz) = (first.mul(scale), last.mul(scale));
     let (enter, leave) = (ex.max(ey).max(ez), lx.min(ly).min(lz));
-    let t_max = packet.lanes::<I>(&packet.t_max, group);
+    let t_max = rays::<I>(&packet.t_max, group);
     // What t will be clamped to says it already, one way or the other.
-    let soon = <I::F16 as Vector>::and(enter.le(t_max), zero.le(enter.max(leave)));
-    hit &= <I::F16 as Vector>::bits(soon);
-    let nothing = Met16 {
+    let soon = <I::Rays as Vector>::and(enter.le(t_max), zero.le(enter.max(leave)));
+    hit &= <I::Rays as Vector>::bits(soon);
+    let nothing = MetEach {
         hit: 0,
         triangle,
         t: zero,
@@ -126,60 +127,60 @@ pub fn meet_each<I: Isa, const ANY: bool>(
     if hit == 0 {
         return nothing;
     }
-    let (x, y) = (less::<I>(px, along(kx)), less::<I>(py, along(ky)));
-    let sx = packet.lanes::<I>(&packet.shear[0], group);
-    let sy = packet.lanes::<I>(&packet.shear[1], group);
-    let [ax, bx, cx] = sheared::<I>(x, sx, z);
-    let [ay, by, cy] = sheared::<I>(y, sy, z);
+    let (x, y) = (less(px, along(kx)), less(py, along(ky)));
+    let sx = rays::<I>(&packet.shear[0], group);
+    let sy = rays::<I>(&packet.shear[1], group);
+    let [ax, bx, cx] = sheared(x, sx, z);
+    let [ay, by, cy] = sheared(y, sy, z);
     let mut u = cx.mul(by).sub(cy.mul(bx));
     let mut v = ax.mul(cy).sub(ay.mul(cx));
     let mut w = bx.mul(ay).sub(by.mul(ax));
     let smallest = u.abs().min(v.abs()).min(w.abs());
-    let unsure = <I::F16 as Vector>::bits(smallest.eq(zero)) & hit;
+    let unsure = <I::Rays as Vector>::bits(smallest.eq(zero)) & hit;
     if unsure != 0 {
         let mut edges = [[0.0; 16]; 3];
         let mut corners = [[0.0; 16]; 6];
         for (array, vector) in corners.iter_mut().zip([ax, ay, bx, by, cx, cy]) {
-            // SAFETY: each array holds 16 floats.
+            // SAFETY: each array holds at least as many floats.
             unsafe { vector.store(array.as_mut_ptr()) };
         }
         for (array, vector) in edges.iter_mut().zip([u, v, w]) {
-            // SAFETY: each array holds 16 floats.
+            // SAFETY: each array holds at least as many floats.
             unsafe { vector.store(array.as_mut_ptr()) };
         }
         hit = decide_lanes(&corners, unsure, hit, &mut edges);
-        // SAFETY: each array holds 16 floats.
+        // SAFETY: each array holds at least as many floats.
         unsafe {
-            u = I::F16::load(edges[0].as_ptr());
-            v = I::F16::load(edges[1].as_ptr());
-            w = I::F16::load(edges[2].as_ptr());
+            u = I::Rays::load(edges[0].as_ptr());
+            v = I::Rays::load(edges[1].as_ptr());
+            w = I::Rays::load(edges[2].as_ptr());
         }
     }
     if ANY {
         // What t would be clamped to says it already.
-        let sure = <I::F16 as Vector>::and(zero.le(enter), enter.max(leave).le(t_max));
-        if hit & !<I::F16 as Vector>::bits(sure) == 0 {
-            return Met16 { hit, ..nothing };
+        let sure = <I::Rays as Vector>::and(zero.le(enter), enter.max(leave).le(t_max));
+        if hit & !<I::Rays as Vector>::bits(sure) == 0 {
+            return MetEach { hit, ..nothing };
         }
     }
     let det = u.add(v).add(w);
     let (wa, wb, wc) = (u.div(det), v.div(det), w.div(det));
     let mut depth = wa.mul(z[0]).add(wb.mul(z[1])).add(wc.mul(z[2]));
     if leaf.has_thin() {
-        let behind = hit & !<I::F16 as Vector>::bits(zero.le(enter));
+        let behind = hit & !<I::Rays as Vector>::bits(zero.le(enter));
         if behind != 0 {
             let mut depths = [0.0; 16];
-            // SAFETY: the array holds 16 floats.
+            // SAFETY: the array holds at least as many floats.
             unsafe { depth.store(depths.as_mut_ptr()) };
-            thin_depths(leaf, packet, group, near, behind, &mut depths);
+            thin_depths(leaf, packet, start, near, behind, &mut depths);
             // SAFETY: as above.
-            depth = unsafe { I::F16::load(depths.as_ptr()) };
+            depth = unsafe { I::Rays::load(depths.as_ptr()) };
         }
     }
     let t = depth.mul(scale).min(leave).max(enter);
-    let counts = <I::F16 as Vector>::and(zero.le(t), t.le(t_max));
-    Met16 {
-        hit: hit & <I::F16 as Vector>::bits(counts),
+    let counts = <I::Rays as Vector>::and(zero.le(t), t.le(t_max));
+    MetEach {
+        hit: hit & <I::Rays as Vector>::bits(counts),
         triangle,
         t,
         u: wb,
@@ -187,31 +188,32 @@ pub fn meet_each<I: Isa, const ANY: bool>(
     }
 }
 
-/// The vertices of a leaf along an axis.
+/// Three corners for each ray, by the vertices of a leaf along an axis.
 #[inline(always)]
-fn row<I: Isa>(leaf: &Leaf, axis: usize) -> I::F16 {
+fn each_corner<I: Isa>(leaf: &Leaf, axis: usize, [a, b, c]: &[I::Rays; 3]) -> [I::Rays; 3] {
     // SAFETY: each row of `vertex` holds 16 floats.
-    unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) }
+    let row = unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) };
+    [I::find(row, *a), I::find(row, *b), I::find(row, *c)]
 }
 
 #[inline(always)]
-fn less<I: Isa>([a, b, c]: [I::F16; 3], origin: I::F16) -> [I::F16; 3] {
+fn less<V: Vector>([a, b, c]: [V; 3], origin: V) -> [V; 3] {
     [a.sub(origin), b.sub(origin), c.sub(origin)]
 }
 
 #[inline(always)]
-fn sheared<I: Isa>([a, b, c]: [I::F16; 3], s: I::F16, z: [I::F16; 3]) -> [I::F16; 3] {
+fn sheared<V: Vector>([a, b, c]: [V; 3], s: V, z: [V; 3]) -> [V; 3] {
     [a.sub(s.mul(z[0])), b.sub(s.mul(z[1])), c.sub(s.mul(z[2]))]
 }
 
 /// Of three corners that which rays come to first, and last; `entry` is their row of bounds where they enter.
 #[inline(always)]
-fn ends<I: Isa>([a, b, c]: [I::F16; 3], entry: usize) -> (I::F16, I::F16) {
+fn ends<V: Vector>([a, b, c]: [V; 3], entry: usize) -> (V, V) {
     let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
-    let backwards = <I::F16 as Vector>::mask(0u32.wrapping_sub(entry as u32 & 1) & 0xffff);
+    let backwards = V::mask(0u32.wrapping_sub(entry as u32 & 1) & 0xffff);
     (
-        I::F16::select(backwards, upper, lower),
-        I::F16::select(backwards, lower, upper),
+        V::select(backwards, upper, lower),
+        V::select(backwards, lower, upper),
     )
 }
 
@@ -221,13 +223,13 @@ fn ends<I: Isa>([a, b, c]: [I::F16; 3], entry: usize) -> (I::F16, I::F16) {
 fn thin_depths(
     leaf: &Leaf,
     packet: &Packet,
-    group: usize,
+    start: usize,
     near: &Near,
     behind: u32,
     depths: &mut [f32; 16],
 ) {
     for lane in (0..16).filter(|lane| behind >> lane & 1 != 0) {
-        let i = 16 * group + lane;
+        let i = start + lane;
         let k = near.triangle[i] as usize;
         if leaf.is_thin(k) {
             depths[lane] = depth_in_float64(leaf, k, Member(packet, i), depths[lane]);
