@@ -20,7 +20,7 @@ pub fn store<I: Isa>(row: &mut [f32; SIZE], group: usize, values: I::F16) {
 /// The values of a group of [`Isa::RAYS`] rays.
 #[inline(always)]
 pub fn rays<I: Isa>(row: &[f32; SIZE], group: usize) -> I::Rays {
-    // SAFETY: the groups fill the row, and there is no other number of one.
+    // SAFETY: a group is taken modulo how many there are, which fill the row.
     unsafe { I::Rays::load(row.as_ptr().add(I::RAYS * (group % (SIZE / I::RAYS)))) }
 }
 

@@ -87,7 +87,7 @@ pub fn meet_each<I: Isa, const ANY: bool>(
     let mut hit = near.lanes::<I>(group);
     let zero = I::Rays::splat(0.0);
     let start = I::RAYS * (group % (SIZE / I::RAYS));
-    // SAFETY: a row of 64 words, which groups fill; as floats they are only moved.
+    // SAFETY: a row of 64 words, and a group, as of `rays`, lies within; as floats they are only moved.
     let triangle = unsafe { I::Rays::load(near.triangle.as_ptr().add(start).cast()) };
     let corner = [
         I::find(I::spread(leaf.corner[0]), triangle),
