@@ -1,10 +1,11 @@
 """How the time of a primary ray grows with the number of triangles, and what a second thread brings.
 
-    python benchmarks/scaling.py [SCENE ...] [--triangles 0.25e6 1e6 ...] [--threads 1 2]
+    python benchmarks/scaling.py [SCENE ...] [--triangles 0.25e6 1e6 ...] [--threads 1 2] [--size 1024 768]
 
-Generated scenes of growing numbers of triangles, seen by the same camera: 1024 x 768 rays in tiles of 8 x 8, played by
-the example `replay` of crates/bvh, and by Embree (the better of its single rays and packets, at medium quality) beside
-it on one thread.
+Generated scenes of growing numbers of triangles, seen by the same camera: a ray for each pixel in tiles of 8 x 8,
+played by the example `replay` of crates/bvh, and by Embree (the better of its single rays and packets, at medium
+quality) beside it on one thread. With few pixels there are soon more triangles than rays, and rays share less and less
+of what they read.
 """
 
 from __future__ import annotations
@@ -28,11 +29,11 @@ ROOT = Path(__file__).resolve().parent.parent
 REPLAY = ROOT / "target/release/examples/replay"
 
 
-def prepare(folder: Path, name: str, triangles: int) -> int:
+def prepare(folder: Path, name: str, triangles: int, size: tuple[int, int]) -> int:
     """Writes a scene and its rays; how many triangles it has."""
     scene = generate(name, triangles)
-    camera = Camera.look_at(scene.eye, scene.target, [0, 0, 1], size=(1024, 768), fov=scene.fov)
-    origins, directions = camera.rays(tiled(1024, 768))
+    camera = Camera.look_at(scene.eye, scene.target, [0, 0, 1], size=size, fov=scene.fov)
+    origins, directions = camera.rays(tiled(*size))
     rays = np.concatenate([origins, directions, np.full((len(origins), 1), np.inf)], axis=1)
     rays.astype("<f4").tofile(folder / "primary.rays")
     embree_race_scenes.write_one(folder / "scene", scene)
@@ -53,9 +54,10 @@ def play(folder: Path, threads: int, repeat: int) -> dict[str, float]:
     return dict(zip(names, map(float, build.groups()), strict=True)) | {"rays": float(rays[1])}
 
 
-def embree_rays(driver: Path, folder: Path) -> float:
+def embree_rays(driver: Path, folder: Path, size: tuple[int, int]) -> float:
     """Million primary rays a second on one thread."""
-    return embree_race.run([str(driver), str(folder / "scene"), "--threads", "1"])["primary"]
+    command = [str(driver), str(folder / "scene"), "--threads", "1", "--size", "{}x{}".format(*size)]
+    return embree_race.run(command)["primary"]
 
 
 def grown(count0: float, time0: float, count: float, time: float) -> str:
@@ -70,9 +72,11 @@ def main() -> None:
     parser.add_argument("--triangles", type=float, nargs="+", default=[0.25e6, 1e6, 4e6, 16e6, 64e6])
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--repeat", type=int, default=7)
+    parser.add_argument("--size", type=int, nargs=2, default=[1024, 768], help="of the picture, in pixels")
     options = parser.parse_args()
     cargo = ["cargo", "build", "-q", "--locked", "--release", "-p", "raycam-bvh", "--example", "replay"]
     subprocess.run(cargo, cwd=ROOT, check=True)
+    size = (options.size[0], options.size[1])
     rows = []
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
@@ -80,10 +84,10 @@ def main() -> None:
         for name in options.scenes:
             before: list[float] = []
             for asked in options.triangles:
-                count = prepare(folder, name, int(asked))
+                count = prepare(folder, name, int(asked), size)
                 gc.collect()
                 found = [play(folder, threads, options.repeat) for threads in options.threads]
-                times = [1e3 / rate for rate in (found[0]["rays"], embree_rays(driver, folder))]
+                times = [1e3 / rate for rate in (found[0]["rays"], embree_rays(driver, folder, size))]
                 row = [name, f"{count:,}"]
                 for k, time in enumerate(times):
                     row += [f"{time:.1f}", grown(before[0], before[k + 1], count, time) if before else ""]
@@ -98,7 +102,8 @@ def main() -> None:
     head += [f"{n} threads to {one}" for n in more]
     head += [f"build, Mtri/s, {options.threads[-1]} threads", "held, B/tri", "peak, B/tri"]
     notes = [
-        f"Times on {one} thread, Embree's on one; best of {options.repeat} (Embree: 7). Builds: best of 3. "
+        f"{size[0]} x {size[1]} rays. Times on {one} thread, Embree's on one; best of {options.repeat} (Embree: 7). "
+        "Builds: best of 3. "
         "`for 4x`: the factor for four times the triangles, from the row above.",
     ]
     report.write("scaling", "Primary rays beside the number of triangles", notes, head, rows)
