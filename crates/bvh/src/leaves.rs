@@ -21,6 +21,9 @@ const PAIR: f32 = 0.85;
 /// Corners as many vertices apart are in the nearest cache by chance alone.
 const SCATTERED: u32 = 4096;
 
+/// How many triangles before it is needed one is asked for: since its box was made it may have left the nearest caches.
+const AHEAD: usize = 8;
+
 /// One triangle, or two with a common edge.
 #[derive(Clone, Copy)]
 struct Piece {
@@ -117,6 +120,11 @@ impl Pieces {
     /// `None` where there are too many vertices or triangles for a leaf.
     #[inline(always)]
     fn share(&mut self, items: &[BuildItem]) -> Option<Shared> {
+        // Nothing is looked up for what is too much anyway.
+        let count = |item: &BuildItem| usize::from(self.pieces[item.id as usize].count);
+        if items.iter().map(count).sum::<usize>() > LEAF_SIZE {
+            return None;
+        }
         self.leaf += 1;
         if self.leaf >> 28 != 0 {
             self.seen.fill(0);
@@ -131,9 +139,6 @@ impl Pieces {
         };
         for item in items {
             let piece = &self.pieces[item.id as usize];
-            if shared.triangles + piece.count as usize > LEAF_SIZE {
-                return None;
-            }
             let mut places = [0; 4];
             for (place, &vertex) in places.iter_mut().zip(&piece.vertices) {
                 let mut at = (vertex.wrapping_mul(0x9e37_79b1) >> 22) as usize % SEEN;
@@ -252,6 +257,9 @@ impl Leaves for Triangles<'_> {
         let mut n = 0;
         for i in 0..items.len() {
             let mut item = items[i];
+            if let Some(later) = items.get(i + AHEAD) {
+                prefetch(self.triangles.as_ptr().wrapping_add(later.id as usize));
+            }
             let corners = self.triangles[item.id as usize];
             let piece = Piece::one(item.id, corners);
             let mut best: Option<(f32, usize, Piece)> = None;
@@ -313,6 +321,10 @@ impl Leaves for Triangles<'_> {
             Quality::Default => 16,
             Quality::High => 32,
         }
+    }
+
+    fn widest(&self) -> bool {
+        self.quality == Quality::Fast
     }
 
     fn expected(&self) -> (usize, usize) {

@@ -14,7 +14,7 @@ use crate::traverse::local::{Extent, REACH_LIMIT};
 /// How much time a build may take for faster rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// For geometry that changes every frame: few bins, and a top found from a small sample.
+    /// For geometry that changes every frame: few bins, along one axis, and a top found from a small sample.
     Fast,
     /// Binned surface-area heuristic.
     #[default]

@@ -49,6 +49,20 @@ impl Binning {
         }
     }
 
+    /// The same along the axis with the least `scale` alone, along which centres lie farthest apart, and that axis.
+    fn along_widest(&self) -> Option<(Binning, usize)> {
+        let scale = self.scale.array();
+        let along = (0..3).filter(|&axis| scale[axis] > 0.0);
+        let axis = along.min_by(|&a, &b| scale[a].total_cmp(&scale[b]))?;
+        let mut alone = [0.0; 4];
+        alone[axis] = scale[axis];
+        let binning = Binning {
+            scale: Quad::new(alone),
+            ..*self
+        };
+        Some((binning, axis))
+    }
+
     /// The bins of a centre, and what is left over.
     #[inline(always)]
     pub fn place(&self, centre: Quad) -> Quad {
@@ -92,6 +106,20 @@ impl<const N: usize> Bins<N> {
                 unsafe { I::F8::load(bounds).min(octet).store(bounds) };
                 self.count[axis][b] += 1;
             }
+        }
+    }
+
+    /// Adds items along one axis.
+    #[inline(always)]
+    fn add_along<I: Isa>(&mut self, items: &[Item], binning: &Binning, axis: usize) {
+        let (bounds, count) = (&mut self.bounds[axis], &mut self.count[axis]);
+        for item in items {
+            // As in `add`.
+            let b = binning.place(item.centre()).truncated()[axis] as usize & (N - 1);
+            let bounds = bounds[b].as_mut_ptr();
+            // SAFETY: a box has eight floats.
+            unsafe { I::F8::load(bounds).min(item.octet::<I>()).store(bounds) };
+            count[b] += 1;
         }
     }
 
@@ -171,18 +199,19 @@ pub fn may_choose(items: &[Item], depth: usize) -> bool {
     depth + (items.len().next_power_of_two().trailing_zeros() as usize) < MAX_DEPTH
 }
 
-/// Splits at least two items in two, by the cheapest plane between 8, 16 or 32 bins along each axis where leaves hold
-/// `unit` items: reorders them and returns where the right side starts, and both ranges.
+/// Splits at least two items in two, by the cheapest plane between 8, 16 or 32 bins along each axis, or the widest one
+/// alone, where leaves hold `unit` items: reorders them and returns where the right side starts, and both ranges.
 #[inline(always)]
 pub fn split<I: Isa>(
     items: &mut [Item],
     range: &Range,
     depth: usize,
-    (bins, unit): (usize, u32),
+    (bins, widest, unit): (usize, bool, u32),
 ) -> (usize, Range, Range) {
     if may_choose(items, depth) {
         let binning = Binning::of(range, bins);
         let best = match bins {
+            _ if widest => best_along_widest::<I, 8>(items, &binning, unit),
             8 => best::<I, 8>(items, &binning, unit),
             16 => best::<I, 16>(items, &binning, unit),
             _ => best::<I, 32>(items, &binning, unit),
@@ -201,4 +230,16 @@ fn best<I: Isa, const N: usize>(items: &[Item], binning: &Binning, unit: u32) ->
     let mut bins = Bins::<N>::empty();
     bins.add::<I>(items, binning);
     bins.best::<I>(binning, unit)
+}
+
+#[inline(always)]
+fn best_along_widest<I: Isa, const N: usize>(
+    items: &[Item],
+    binning: &Binning,
+    unit: u32,
+) -> Option<Plane> {
+    let (binning, axis) = binning.along_widest()?;
+    let mut bins = Bins::<N>::empty();
+    bins.add_along::<I>(items, &binning, axis);
+    bins.best::<I>(&binning, unit)
 }

@@ -72,6 +72,10 @@ pub trait Leaves: Sync {
     fn binary_leaf(&self) -> usize;
     /// How many bins along an axis a range of items is worth: 8, 16 or 32, and above the treelets 64 or 256.
     fn bins(&self, items: usize) -> usize;
+    /// Whether treelets are split across the widest axis only.
+    fn widest(&self) -> bool {
+        false
+    }
     /// About how many blocks and ids there will be: room that is not needed is given back, and where it does not suffice
     /// all is copied.
     fn expected(&self) -> (usize, usize) {

@@ -164,8 +164,9 @@ fn treelet<I: Isa, L: Leaves>(
             0 => split_off::<I>(here, &range, depth as usize),
             _ => None,
         };
+        let how = (bins, leaves.widest(), unit);
         let (middle, left, right) =
-            large.unwrap_or_else(|| split::<I>(here, &range, depth as usize, (bins, unit)));
+            large.unwrap_or_else(|| split::<I>(here, &range, depth as usize, how));
         let child = tree.len() as u32;
         tree[at as usize] = Binary::inner(range.bounds, child);
         (tree[at as usize].first, tree[at as usize].count) = (first, count);
