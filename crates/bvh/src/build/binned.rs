@@ -199,8 +199,8 @@ pub fn may_choose(items: &[Item], depth: usize) -> bool {
     depth + (items.len().next_power_of_two().trailing_zeros() as usize) < MAX_DEPTH
 }
 
-/// Splits at least two items in two, by the cheapest plane between 8, 16 or 32 bins along each axis, or the widest one
-/// alone, where leaves hold `unit` items: reorders them and returns where the right side starts, and both ranges.
+/// Splits at least two items in two, by the cheapest plane between 8, 16 or 32 bins along each axis, or between 8 along the
+/// widest one alone, where leaves hold `unit` items: reorders them and returns where the right side starts, and both ranges.
 #[inline(always)]
 pub fn split<I: Isa>(
     items: &mut [Item],
@@ -209,14 +209,13 @@ pub fn split<I: Isa>(
     (bins, widest, unit): (usize, bool, u32),
 ) -> (usize, Range, Range) {
     if may_choose(items, depth) {
-        let binning = Binning::of(range, bins);
         let best = match bins {
-            _ if widest => best_along_widest::<I, 8>(items, &binning, unit),
-            8 => best::<I, 8>(items, &binning, unit),
-            16 => best::<I, 16>(items, &binning, unit),
-            _ => best::<I, 32>(items, &binning, unit),
+            _ if widest => best_along_widest::<I, 8>(items, range, unit),
+            8 => best::<I, 8>(items, range, unit),
+            16 => best::<I, 16>(items, range, unit),
+            _ => best::<I, 32>(items, range, unit),
         };
-        if let Some(plane) = best {
+        if let Some((binning, plane)) = best {
             return partition(items, &binning, &plane);
         }
     }
@@ -226,20 +225,61 @@ pub fn split<I: Isa>(
 }
 
 #[inline(always)]
-fn best<I: Isa, const N: usize>(items: &[Item], binning: &Binning, unit: u32) -> Option<Plane> {
+fn best<I: Isa, const N: usize>(
+    items: &[Item],
+    range: &Range,
+    unit: u32,
+) -> Option<(Binning, Plane)> {
+    let binning = Binning::of(range, N);
     let mut bins = Bins::<N>::empty();
-    bins.add::<I>(items, binning);
-    bins.best::<I>(binning, unit)
+    bins.add::<I>(items, &binning);
+    Some((binning, bins.best::<I>(&binning, unit)?))
 }
 
 #[inline(always)]
 fn best_along_widest<I: Isa, const N: usize>(
     items: &[Item],
-    binning: &Binning,
+    range: &Range,
     unit: u32,
-) -> Option<Plane> {
-    let (binning, axis) = binning.along_widest()?;
+) -> Option<(Binning, Plane)> {
+    let (binning, axis) = Binning::of(range, N).along_widest()?;
     let mut bins = Bins::<N>::empty();
     bins.add_along::<I>(items, &binning, axis);
-    bins.best::<I>(&binning, unit)
+    Some((binning, bins.best::<I>(&binning, unit)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::Portable;
+
+    #[test]
+    fn the_boxes_of_both_sides_are_those_of_their_items() {
+        let place = |i: u32, k: u32| {
+            let word = u64::from(i * 3 + k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let word = (word ^ word >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            (word >> 40) as f32
+        };
+        // Parts may have more items than are expected of them, for which more bins are asked.
+        for bins in [8, 16, 32, 64, 256] {
+            for widest in [false, true] {
+                let lower = |i| [0, 1, 2].map(|k| place(i, k));
+                let item = |i| Item::new(lower(i), lower(i).map(|x| x + 9e3), i);
+                let mut items: Vec<_> = (0..5000).map(item).collect();
+                let range = Range::of::<Portable>(&items);
+                let how = (bins, widest, 4);
+                let (middle, left, right) = split::<Portable>(&mut items, &range, 0, how);
+                let (of_left, of_right) = items.split_at(middle);
+                assert!(!of_left.is_empty() && !of_right.is_empty());
+                for (side, items) in [(left, of_left), (right, of_right)] {
+                    let box_of = |range: &Range| [0, 1, 2, 4, 5, 6].map(|k| range.bounds[k]);
+                    assert_eq!(
+                        box_of(&side),
+                        box_of(&Range::of::<Portable>(items)),
+                        "{bins} bins, widest axis alone: {widest}"
+                    );
+                }
+            }
+        }
+    }
 }

@@ -4,7 +4,7 @@ use super::binned::split;
 use super::collapse::{Binary, children, collapse, emit};
 use super::item::{Item, Octet, Range};
 use super::large::split_off;
-use super::{Leaves, Shared};
+use super::{Leaves, Shared, TREELET};
 use crate::block::{Block, LEAF, Node};
 use crate::dispatch::kernel;
 use crate::simd::Isa;
@@ -157,7 +157,7 @@ fn treelet<I: Isa, L: Leaves>(
         if count == 1 || few && leaves.alike(here, notes) {
             continue;
         }
-        let bins = leaves.bins(count as usize);
+        let bins = leaves.bins((count as usize).min(TREELET));
         let unit = leaves.binary_leaf() as u32;
         // Those of a cell or a part may be others than those of the whole tree, which are gone.
         let large = match at {
