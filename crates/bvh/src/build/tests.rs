@@ -1,7 +1,7 @@
 //! Trees over boxes of all kinds.
 
 use super::*;
-use crate::Bvh;
+use crate::{BuildOptions, Bvh, Quality};
 
 /// Boxes as leaves, one each; the top of the tree by all of them or by one of so many.
 struct Boxes(Option<usize>);
@@ -110,6 +110,57 @@ fn trees_hold_every_box_once_whatever_the_boxes() {
     for boxes in [same, spread, shrinking, nested, hidden, vec![point(0.0)]] {
         for sample in [None, Some(1), Some(4), Some(16)] {
             check(&built(&boxes, sample), &boxes);
+        }
+    }
+}
+
+/// Triangles without common edges, in eight clouds.
+fn clouds(count: u32, seed: u32) -> Vec<[f32; 3]> {
+    let random = |i: u32, k: u32| {
+        let word = u64::from((seed * count + i) * 8 + k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let word = (word ^ word >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        (word >> 40) as f32 / (1 << 24) as f32
+    };
+    let corner = |i: u32| {
+        let (triangle, cloud) = (i / 3, i / 3 % 8);
+        std::array::from_fn(|axis| {
+            let k = axis as u32;
+            let (centre, size) = (random(cloud, k + 3), 0.2 * random(cloud + 8, k + 3));
+            let about = random(triangle, k) + random(triangle + count, k) - 1.0;
+            centre + size * about + 0.003 * random(i + 2 * count, k)
+        })
+    };
+    (0..3 * count).map(corner).collect()
+}
+
+#[test]
+fn boxes_hold_what_is_below_them_where_no_triangles_are_joined() {
+    for (seed, parts) in (0..12).zip((9..).step_by(2)) {
+        let count = parts * TREELET as u32;
+        let vertices = clouds(count, seed);
+        let triangles: Vec<_> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        for quality in [Quality::Fast, Quality::Default, Quality::High] {
+            let bvh = Bvh::build(&vertices, &triangles, &BuildOptions { quality }).unwrap();
+            let mut open = vec![bvh.root()];
+            while let Some(at) = open.pop() {
+                let node = crate::block::node(bvh.blocks(), at);
+                for k in 0..node.children as usize {
+                    let ((lower, upper), child) = (node.bounds_of(k), node.child[k]);
+                    let mut below = vec![];
+                    if child & LEAF != 0 {
+                        let [a, b, c, d, e, f] = crate::block::leaf(bvh.blocks(), child).bounds;
+                        below.push(([a, c, e], [b, d, f]));
+                    } else {
+                        let inner = crate::block::node(bvh.blocks(), child);
+                        below.extend((0..inner.children as usize).map(|k| inner.bounds_of(k)));
+                        open.push(child);
+                    }
+                    let within = |(l, u): &([f32; 3], [f32; 3])| {
+                        (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a])
+                    };
+                    assert!(below.iter().all(within), "{quality:?}, clouds {seed}");
+                }
+            }
         }
     }
 }
