@@ -49,7 +49,7 @@ impl Binning {
         }
     }
 
-    /// The same along the axis with the least `scale` alone, along which centres lie farthest apart, and that axis.
+    /// The same along the axis alone along which centres lie farthest apart, and that axis.
     fn along_widest(&self) -> Option<(Binning, usize)> {
         let scale = self.scale.array();
         let along = (0..3).filter(|&axis| scale[axis] > 0.0);
@@ -210,10 +210,10 @@ pub fn split<I: Isa>(
 ) -> (usize, Range, Range) {
     if may_choose(items, depth) {
         let best = match bins {
-            _ if widest => best_along_widest::<I, 8>(items, range, unit),
-            8 => best::<I, 8>(items, range, unit),
-            16 => best::<I, 16>(items, range, unit),
-            _ => best::<I, 32>(items, range, unit),
+            _ if widest => best::<I, 8, true>(items, range, unit),
+            8 => best::<I, 8, false>(items, range, unit),
+            16 => best::<I, 16, false>(items, range, unit),
+            _ => best::<I, 32, false>(items, range, unit),
         };
         if let Some((binning, plane)) = best {
             return partition(items, &binning, &plane);
@@ -225,26 +225,20 @@ pub fn split<I: Isa>(
 }
 
 #[inline(always)]
-fn best<I: Isa, const N: usize>(
+fn best<I: Isa, const N: usize, const WIDEST: bool>(
     items: &[Item],
     range: &Range,
     unit: u32,
 ) -> Option<(Binning, Plane)> {
-    let binning = Binning::of(range, N);
+    let mut binning = Binning::of(range, N);
     let mut bins = Bins::<N>::empty();
-    bins.add::<I>(items, &binning);
-    Some((binning, bins.best::<I>(&binning, unit)?))
-}
-
-#[inline(always)]
-fn best_along_widest<I: Isa, const N: usize>(
-    items: &[Item],
-    range: &Range,
-    unit: u32,
-) -> Option<(Binning, Plane)> {
-    let (binning, axis) = Binning::of(range, N).along_widest()?;
-    let mut bins = Bins::<N>::empty();
-    bins.add_along::<I>(items, &binning, axis);
+    if WIDEST {
+        let axis;
+        (binning, axis) = binning.along_widest()?;
+        bins.add_along::<I>(items, &binning, axis);
+    } else {
+        bins.add::<I>(items, &binning);
+    }
     Some((binning, bins.best::<I>(&binning, unit)?))
 }
 
