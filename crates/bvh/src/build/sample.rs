@@ -3,6 +3,7 @@
 //! Only the sample is binned and moved, over and over. All other items are looked at once, to see into which cell they
 //! fall, and made where that is built: they never stand in memory all together.
 
+use std::array;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -59,11 +60,13 @@ enum Cut {
 /// A node of the tree of planes, as it is searched.
 #[derive(Clone, Copy)]
 struct Step {
+    /// Nothing is on the right of a cell's.
     at: f32,
-    /// 3 for a cell.
     axis: u32,
-    /// The left child, which the right one follows; or the number of the cell.
+    /// The left child, which the right one follows; of a cell it is the cell itself.
     next: u32,
+    /// The number of the cell.
+    cell: u32,
 }
 
 /// Which centres are in a cell.
@@ -122,7 +125,7 @@ pub fn divide<'a, L: Leaves, S: Source + ?Sized>(
         upper: [f32::INFINITY; 3],
     };
     tree.steps.push(Step::EMPTY);
-    tree.add(&cut, 0, everywhere);
+    tree.add(&cut, 0, everywhere, 0);
     let size = source.count().div_ceil(CHUNKS).max(16 * TREELET);
     let chunks: Vec<_> = (0..source.count().div_ceil(size))
         .into_par_iter()
@@ -149,6 +152,9 @@ pub fn divide<'a, L: Leaves, S: Source + ?Sized>(
 
 /// How many items are asked for at a time, before they are made.
 const ASKED: usize = 16;
+
+/// Of so many items more than this are elsewhere than the one before where it pays to look for all of them.
+const SCATTERED: usize = 3;
 
 /// The most chunks.
 const CHUNKS: usize = 64;
@@ -248,24 +254,33 @@ impl<L: Leaves, S: Source + ?Sized> Finish<'_, '_, L, S> {
 struct Planes {
     steps: Vec<Step>,
     regions: Vec<Region>,
+    /// How many planes there are above a cell at most.
+    depth: usize,
 }
 
 impl Step {
     const EMPTY: Step = Step {
-        at: 0.0,
-        axis: 3,
+        at: f32::INFINITY,
+        axis: 0,
         next: 0,
+        cell: 0,
     };
 }
 
 impl Planes {
-    fn add(&mut self, cut: &Cut, step: usize, region: Region) {
+    /// Adds what is below `depth` planes.
+    fn add(&mut self, cut: &Cut, step: usize, region: Region, depth: usize) {
         let Cut::Plane {
             axis, at, halves, ..
         } = cut
         else {
-            self.steps[step].next = self.regions.len() as u32;
+            self.steps[step] = Step {
+                next: step as u32,
+                cell: self.regions.len() as u32,
+                ..Step::EMPTY
+            };
             self.regions.push(region);
+            self.depth = self.depth.max(depth);
             return;
         };
         let next = self.steps.len();
@@ -274,22 +289,25 @@ impl Planes {
             at: *at,
             axis: *axis as u32,
             next: next as u32,
+            cell: 0,
         };
         let (mut left, mut right) = (region, region);
         (left.upper[*axis], right.lower[*axis]) = (*at, *at);
-        self.add(&halves[0], next, left);
-        self.add(&halves[1], next + 1, right);
+        self.add(&halves[0], next, left, depth + 1);
+        self.add(&halves[1], next + 1, right, depth + 1);
     }
 
-    /// The cell of a centre.
+    /// The cells of some centres: one step of all of them after the other, so that none waits for what another loads.
     #[inline(always)]
-    fn search(&self, centre: &[f32; 4]) -> u32 {
-        let mut step = self.steps[0];
-        while step.axis != 3 {
-            let right = centre[step.axis as usize & 3] >= step.at;
-            step = self.steps[step.next as usize + usize::from(right)];
+    fn search<const N: usize>(&self, centres: &[[f32; 4]; N]) -> [u32; N] {
+        let mut at = [0; N];
+        for _ in 0..self.depth {
+            for (at, centre) in at.iter_mut().zip(centres) {
+                let step = &self.steps[*at as usize];
+                *at = step.next + u32::from(centre[step.axis as usize & 3] >= step.at);
+            }
         }
-        step.next
+        at.map(|at| self.steps[at as usize].cell)
     }
 
     /// Sorts items by their cells, large ones into another after those.
@@ -302,24 +320,41 @@ impl Planes {
         let apart = self.regions.len() as u32;
         let mut starts = vec![0; self.regions.len() + 2];
         let mut cells = Vec::with_capacity(items.len());
-        let mut cell = 0;
-        for at in items.clone() {
-            if at % ASKED == 0 {
-                source.ask(at + ASKED..at + 2 * ASKED);
+        let (mut cell, mut scattered) = (0, false);
+        for first in items.clone().step_by(ASKED) {
+            let here = first..items.end.min(first + ASKED);
+            source.ask(here.end..here.end + ASKED);
+            let (mut found, mut moves) = ([apart; ASKED], 0);
+            if scattered {
+                let item = |i: usize| source.item(here.end.min(first + i + 1) - 1);
+                let made: [_; ASKED] = array::from_fn(item);
+                let of_all: [_; ASKED] = self.search(&array::from_fn(|i| made[i].centre().array()));
+                for ((found, item), of_this) in found.iter_mut().zip(&made).zip(of_all) {
+                    if !large.is::<Portable>(item) {
+                        moves += usize::from(cell != of_this);
+                        cell = of_this;
+                        *found = cell;
+                    }
+                }
+            } else {
+                for (found, at) in found.iter_mut().zip(here.clone()) {
+                    let item = source.item(at);
+                    if !large.is::<Portable>(&item) {
+                        let centre = item.centre().array();
+                        // Most are where the one before is.
+                        if !self.regions[cell as usize].holds(&centre) {
+                            [cell] = self.search(&[centre]);
+                            moves += 1;
+                        }
+                        *found = cell;
+                    }
+                }
             }
-            let item = source.item(at);
-            if large.is::<Portable>(&item) {
-                cells.push(apart);
-                starts[apart as usize] += 1;
-                continue;
+            scattered = moves > SCATTERED;
+            for cell in &found[..here.len()] {
+                cells.push(*cell);
+                starts[*cell as usize] += 1;
             }
-            let centre = item.centre().array();
-            // Most are where the one before is.
-            if !self.regions[cell as usize].holds(&centre) {
-                cell = self.search(&centre);
-            }
-            cells.push(cell);
-            starts[cell as usize] += 1;
         }
         let mut end = 0;
         for start in &mut starts {
