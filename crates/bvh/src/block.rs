@@ -83,27 +83,33 @@ const THIN: f64 = 64.0;
 
 impl Leaf {
     /// Packs triangles, given as corner indices into `vertices`.
+    #[inline(always)]
     pub fn new(vertices: &[[f32; 3]], corners: &[[u8; 3]], first: u32) -> Leaf {
-        let vertex = std::array::from_fn(|axis| {
-            std::array::from_fn(|i| vertices.get(i).unwrap_or(&vertices[0])[axis])
-        });
-        let corner = std::array::from_fn(|k| {
-            crate::simd::pack_index(&std::array::from_fn(|i| corners.get(i).map_or(0, |c| c[k])))
-        });
-        let (mut solid, mut thin) = (0, 0);
-        for (i, c) in corners.iter().enumerate() {
-            let corners = c.map(|k| vertices[k as usize].map(f64::from));
-            solid |= u32::from(cross(corners) != [0.0; 3]) << i;
-            thin |= u32::from(is_thin(corners)) << i;
+        let mut vertex = [0, 1, 2].map(|axis| [vertices[0][axis]; LEAF_SIZE]);
+        for (lane, at) in vertices.iter().enumerate() {
+            for axis in 0..3 {
+                vertex[axis][lane] = at[axis];
+            }
         }
+        let mut lanes = [[0; LEAF_SIZE]; 3];
+        let mut places = [[[0.0; LEAF_SIZE]; 3]; 3];
+        for (triangle, corners) in corners.iter().enumerate() {
+            for k in 0..3 {
+                lanes[k][triangle] = corners[k];
+                for axis in 0..3 {
+                    places[k][axis][triangle] = vertices[corners[k] as usize][axis].into();
+                }
+            }
+        }
+        let (solid, thin) = kinds(&places);
         let bounds = std::array::from_fn(|k| {
-            let along = vertices.iter().map(|v| v[k / 2]);
-            if k % 2 == 0 {
-                along.fold(f32::INFINITY, f32::min)
-            } else {
-                along.fold(f32::NEG_INFINITY, f32::max)
+            let along = vertex[k / 2].into_iter();
+            match k % 2 {
+                0 => along.fold(f32::INFINITY, |a, b| if b < a { b } else { a }),
+                _ => along.fold(f32::NEG_INFINITY, |a, b| if b > a { b } else { a }),
             }
         });
+        let corner = lanes.map(|lanes| crate::simd::pack_index(&lanes));
         Leaf {
             vertex,
             corner,
@@ -150,7 +156,23 @@ impl Leaf {
     }
 }
 
+/// Which of some triangles have an area, and which are thin, as bits; corners by place in the triangle, axis and triangle.
+/// Without a branch, so that compilers do several at a time.
+#[inline(always)]
+fn kinds(corners: &[[[f64; LEAF_SIZE]; 3]; 3]) -> (u32, u32) {
+    let (mut solid, mut thin) = ([0; LEAF_SIZE], [0; LEAF_SIZE]);
+    for i in 0..LEAF_SIZE {
+        let triangle = std::array::from_fn(|k| std::array::from_fn(|axis| corners[k][axis][i]));
+        let [x, y, z] = cross(triangle);
+        solid[i] = u32::from((x != 0.0) | (y != 0.0) | (z != 0.0)) << i;
+        thin[i] = u32::from(is_thin(triangle)) << i;
+    }
+    let all = |bits: [u32; LEAF_SIZE]| bits.into_iter().fold(0, |all, bit| all | bit);
+    (all(solid), all(thin))
+}
+
 /// (b - a) x (c - a) of a triangle a, b, c.
+#[inline(always)]
 pub fn cross([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     let (e, f): ([f64; 3], [f64; 3]) = (
         std::array::from_fn(|axis| b[axis] - a[axis]),
@@ -163,10 +185,12 @@ pub fn cross([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     ]
 }
 
+#[inline(always)]
 fn is_thin([a, b, c]: [[f64; 3]; 3]) -> bool {
     let square = |p: [f64; 3]| p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
     let edge = |p: [f64; 3], q: [f64; 3]| square([p[0] - q[0], p[1] - q[1], p[2] - q[2]]);
-    let longest = edge(a, b).max(edge(b, c)).max(edge(c, a));
+    let more = |a: f64, b: f64| if b > a { b } else { a };
+    let longest = more(more(edge(a, b), edge(b, c)), edge(c, a));
     longest * longest > THIN * THIN * square(cross([a, b, c]))
 }
 

@@ -93,6 +93,10 @@ pub struct Pieces {
     /// By a hash of the vertex: it in the upper half; in the lower one which leaf it was seen in and at what place.
     seen: Box<[u64; SEEN]>,
     leaf: u32,
+    /// What was found to fit into a leaf...
+    fitting: Vec<Shared>,
+    /// ... last of those that begin with each piece: its place, counted from 1.
+    last: Vec<u32>,
 }
 
 const SEEN: usize = 1 << 10;
@@ -104,6 +108,8 @@ impl Default for Pieces {
             edges: vec![],
             seen: Box::new([0; SEEN]),
             leaf: 0,
+            fitting: vec![],
+            last: vec![],
         }
     }
 }
@@ -249,8 +255,17 @@ impl Leaves for Triangles<'_> {
     /// Finds the pairs: each triangle takes the best of the open neighbours among those before it, if there is a good one.
     #[inline(always)]
     fn enter(&self, items: &mut [BuildItem], notes: &mut Pieces) -> usize {
-        let Pieces { pieces, edges, .. } = notes;
+        let Pieces {
+            pieces,
+            edges,
+            fitting,
+            last,
+            ..
+        } = notes;
         pieces.clear();
+        fitting.clear();
+        last.clear();
+        last.resize(items.len(), 0);
         let bits = (8 * items.len()).next_power_of_two().trailing_zeros();
         edges.clear();
         edges.resize(1 << bits, 0);
@@ -357,7 +372,16 @@ impl Leaves for Triangles<'_> {
 
     #[inline(always)]
     fn fit(&self, items: &[BuildItem], notes: &mut Pieces) -> bool {
-        items.len() <= LEAF_SIZE && self.alike(items, notes) && notes.share(items).is_some()
+        if items.len() > LEAF_SIZE || !self.alike(items, notes) {
+            return false;
+        }
+        let shared = notes.share(items);
+        let fits = shared.is_some();
+        notes.fitting.extend(shared);
+        if fits {
+            notes.last[items[0].id as usize] = notes.fitting.len() as u32;
+        }
+        fits
     }
 
     #[inline(always)]
@@ -369,9 +393,25 @@ impl Leaves for Triangles<'_> {
         blocks: &mut Vec<Block>,
     ) -> u32 {
         // A binary leaf has at most 4 pieces and so 16 vertices; anything larger was asked for by `fit`.
-        let Some(shared) = notes.share(items) else {
-            unreachable!("a leaf that does not fit")
+        let made;
+        let known = (notes.last[items[0].id as usize] as usize).wrapping_sub(1);
+        let shared = match notes.fitting.get(known) {
+            Some(shared) => shared,
+            None => {
+                made = notes.share(items);
+                let Some(shared) = &made else {
+                    unreachable!("a leaf that does not fit")
+                };
+                shared
+            }
         };
+        debug_assert_eq!(
+            shared.triangles,
+            items
+                .iter()
+                .map(|item| notes.pieces[item.id as usize].count as usize)
+                .sum()
+        );
         let mut vertices = [[0.0; 3]; LEAF_SIZE];
         for (vertex, &index) in vertices.iter_mut().zip(&shared.vertices[..shared.count]) {
             *vertex = self.vertex(index);

@@ -103,30 +103,49 @@ pub fn apart<I: Isa>(left: &Octet, right: &Octet) -> Octet {
     cost
 }
 
-/// Writes the wide nodes below a binary node; returns the reference of the root.
+/// Writes the wide nodes below a binary node, parents before children; returns the reference of the root. No recursion:
+/// it is compiled into the kernel that calls it, leaves included.
+#[inline(always)]
 pub fn emit(
     tree: &[Binary],
-    at: usize,
+    root: usize,
     blocks: &mut Vec<Block>,
-    leaf: &mut impl FnMut(&Binary, &mut Vec<Block>) -> u32,
+    mut leaf: impl FnMut(&Binary, &mut Vec<Block>) -> u32,
 ) -> u32 {
-    let node = &tree[at];
-    if node.leaf {
-        return leaf(node, blocks);
+    // What is still to be written, and where its reference goes: the node and which of its children.
+    let mut open = vec![(root, NO_CHILD as usize, 0)];
+    let mut first = NO_CHILD;
+    while let Some((at, above, lane)) = open.pop() {
+        let reference = if tree[at].leaf {
+            leaf(&tree[at], blocks)
+        } else {
+            let mut below = [(NOTHING, NO_CHILD); 8];
+            let (found, n) = children(tree, at, 8, true);
+            for ((child, _), below) in found[..n].iter().zip(&mut below) {
+                // Until it has its reference, what it is and its number.
+                let kind = u32::from(tree[*child].leaf) * LEAF;
+                *below = (tree[*child].bounds, kind | *child as u32);
+            }
+            let node = wide(&below[..n]);
+            let index = blocks.len();
+            for (child, _) in found[..n].iter().rev() {
+                let is_it = |reference: &u32| (reference & !LEAF) as usize == *child;
+                open.push((
+                    *child,
+                    index,
+                    node.child.iter().position(is_it).unwrap_or(0),
+                ));
+            }
+            blocks.push(Block { node });
+            index as u32
+        };
+        match blocks.get_mut(above) {
+            // SAFETY: it is a node that was written here.
+            Some(above) => unsafe { above.node.child[lane] = reference },
+            None => first = reference,
+        }
     }
-    let index = blocks.len();
-    blocks.push(Block { node: Node::EMPTY });
-    let mut below = [(NOTHING, NO_CHILD); 8];
-    let mut n = 0;
-    for (child, _) in children(tree, at, 8, true) {
-        below[n] = (tree[child].bounds, emit(tree, child, blocks, leaf));
-        debug_assert_ne!(below[n].1, NO_CHILD);
-        n += 1;
-    }
-    let wide = wide(&below[..n]);
-    blocks[index] = Block { node: wide };
-    debug_assert_eq!(index as u32 & LEAF, 0);
-    index as u32
+    first
 }
 
 /// The node above some children: leaves come last, for of several children the last is where a packet of shadow rays goes
@@ -144,47 +163,48 @@ pub fn wide(children: &[(Octet, u32)]) -> Node {
     node
 }
 
-/// The binary nodes that `at` becomes in `places` places, and how many of them each takes; `opened`: not `at` itself.
+/// The binary nodes that `at` becomes in `places` places, each with how many of them it takes, and how many nodes they
+/// are; `opened`: not `at` itself.
+#[inline(always)]
 pub fn children(
     tree: &[Binary],
     at: usize,
     places: usize,
     opened: bool,
-) -> impl Iterator<Item = (usize, usize)> + use<> {
+) -> ([(usize, usize); 8], usize) {
     let mut found = [(0, 0); 8];
     let mut n = 0;
-    gather(tree, at, places, opened, &mut found, &mut n);
-    found.into_iter().take(n)
-}
-
-fn gather(
-    tree: &[Binary],
-    at: usize,
-    mut places: usize,
-    opened: bool,
-    found: &mut [(usize, usize); 8],
-    n: &mut usize,
-) {
-    let node = &tree[at];
-    if !opened {
-        // No more places than are of use.
-        while places > 1 && node.cost[places - 1] == node.cost[places - 2] {
-            places -= 1;
+    // They have eight places together, and each takes one at least.
+    let mut open = [(at, places); 8];
+    let mut left = 1;
+    let mut opened = opened;
+    while left > 0 {
+        left -= 1;
+        let (at, mut places) = open[left & 7];
+        let node = &tree[at];
+        if !std::mem::take(&mut opened) {
+            // No more places than are of use.
+            while places > 1 && node.cost[places - 1] == node.cost[places - 2] {
+                places -= 1;
+            }
+            if places == 1 || node.left == 0 {
+                found[n & 7] = (at, places);
+                n += 1;
+                continue;
+            }
         }
-        if places == 1 || node.left == 0 {
-            found[*n] = (at, places);
-            *n += 1;
-            return;
+        let child = node.left as usize;
+        let [a, b] = [0, 1].map(|side| &tree[child + side].cost);
+        let (mut take, mut least) = (1, f32::INFINITY);
+        for left_takes in 1..places {
+            let cost = a[left_takes - 1] + b[places - left_takes - 1];
+            if cost < least {
+                (take, least) = (left_takes, cost);
+            }
         }
+        open[left & 7] = (child + 1, places - take);
+        open[(left + 1) & 7] = (child, take);
+        left += 2;
     }
-    let [left, right] = [0, 1].map(|side| &tree[node.left as usize + side].cost);
-    let (mut take, mut least) = (1, f32::INFINITY);
-    for left_takes in 1..places {
-        let cost = left[left_takes - 1] + right[places - left_takes - 1];
-        if cost < least {
-            (take, least) = (left_takes, cost);
-        }
-    }
-    gather(tree, node.left as usize, take, false, found, n);
-    gather(tree, node.left as usize + 1, places - take, false, found, n);
+    (found, n)
 }

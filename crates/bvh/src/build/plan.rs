@@ -96,7 +96,8 @@ impl Plan {
     fn node(&mut self, at: usize) -> usize {
         let index = self.nodes.len();
         self.nodes.push(vec![]);
-        for (binary, places) in children(&self.binary, at, 8, true) {
+        let (found, n) = children(&self.binary, at, 8, true);
+        for (binary, places) in found.into_iter().take(n) {
             let child = if self.binary[binary].leaf {
                 let treelet = self.binary[binary].first as usize;
                 self.places[treelet] = places;

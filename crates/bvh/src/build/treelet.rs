@@ -179,8 +179,9 @@ fn treelet<I: Isa, L: Leaves>(
     let items = &*items;
     let below = |node: &Binary| &items[node.first as usize..(node.first + node.count) as usize];
     collapse::<I>(tree, |_| [1.0; 8], |node| leaves.fit(below(node), notes));
-    for (at, _) in children(tree, 0, places, false) {
-        let reference = emit(tree, at, blocks, &mut |node, blocks| {
+    let (found, n) = children(tree, 0, places, false);
+    for (at, _) in found.into_iter().take(n) {
+        let reference = emit(tree, at, blocks, |node, blocks| {
             leaves.emit(below(node), notes, ids, blocks)
         });
         let bounds = tree[at].bounds;
