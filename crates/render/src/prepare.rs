@@ -117,7 +117,7 @@ impl PreparedWorld {
             prepared.merged = previous.merged.clone();
         }
         prepared.mirrors = mirrors(&prepared);
-        prepared.light(world);
+        with_pool(threads, || prepared.light(world))?;
         Ok(prepared)
     }
 

@@ -105,17 +105,16 @@ impl Bounds {
     pub fn cost(&self) -> f32 {
         let size = self.upper - self.lower;
         let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
-        let (normals, emission) = (
-            self.cos_normals.clamp(-1.0, 1.0).acos(),
-            self.cos_emission.acos(),
-        );
+        let cos_normals = self.cos_normals.clamp(-1.0, 1.0);
+        let sin_normals = Angle::of_cosine(cos_normals).sin;
+        let (normals, emission) = (cos_normals.acos(), self.cos_emission.acos());
         let edge = (normals + emission).min(PI);
-        let directions = 2.0 * PI * (1.0 - self.cos_normals)
+        let directions = 2.0 * PI * (1.0 - cos_normals)
             + PI / 2.0
-                * (2.0 * edge * normals.sin()
+                * (2.0 * edge * sin_normals
                     - (normals - 2.0 * edge).cos()
-                    - 2.0 * normals * normals.sin()
-                    + self.cos_normals);
+                    - 2.0 * normals * sin_normals
+                    + cos_normals);
         // Lights in one point or line still cost more apart.
         self.intensity * directions * (area + size.max_element().powi(2))
     }
@@ -211,14 +210,15 @@ impl Angle {
 
 /// The smallest cone that holds two, as axis and cosine of the half angle.
 fn cone_union(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
-    let [ta, tb] = [a.1, b.1].map(|cos| cos.clamp(-1.0, 1.0).acos());
-    let between = a.0.dot(b.0).clamp(-1.0, 1.0).acos();
-    if (between + tb).min(PI) <= ta {
+    let between = a.0.dot(b.0).clamp(-1.0, 1.0);
+    // Most often one holds the other, and no angle is asked for.
+    if holds(a.1, b.1, between) {
         return a;
     }
-    if (between + ta).min(PI) <= tb {
+    if holds(b.1, a.1, between) {
         return b;
     }
+    let [ta, tb, between] = [a.1, b.1, between].map(|cos| cos.clamp(-1.0, 1.0).acos());
     let half = (ta + tb + between) / 2.0;
     let turn = a.0.cross(b.0);
     if half >= PI || turn.length_squared() < 1e-12 {
@@ -227,4 +227,10 @@ fn cone_union(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
     let axis = glam::Quat::from_axis_angle(turn.normalize(), half - ta) * a.0;
     // A little wider against rounding.
     (axis.normalize(), (half + 1e-4).min(PI).cos())
+}
+
+/// Whether a cone holds another one, by the cosines of their half angles and of the angle between their axes.
+fn holds(outer: f32, inner: f32, between: f32) -> bool {
+    let [wide, narrow] = [outer, inner].map(|cos| Angle::of_cosine(cos.clamp(-1.0, 1.0)));
+    outer <= -1.0 || (wide.cos <= narrow.cos && between >= wide.less(narrow).cos)
 }

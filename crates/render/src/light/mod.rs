@@ -23,6 +23,7 @@ mod disk;
 mod emissive;
 mod environment;
 mod fallback;
+mod grow;
 mod ies;
 mod node;
 mod panorama;

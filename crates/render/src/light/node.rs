@@ -41,7 +41,7 @@ pub(crate) enum Below {
 }
 
 impl Node {
-    pub fn new(above: Option<Place>) -> Self {
+    pub fn new() -> Self {
         Self {
             center: [[0.0; LANES]; 3],
             half: [[0.0; LANES]; 3],
@@ -53,7 +53,7 @@ impl Node {
             intensity: [0.0; LANES],
             below: [Below::Light(0); LANES],
             count: 0,
-            above,
+            above: None,
         }
     }
 
@@ -76,6 +76,15 @@ impl Node {
 
     pub fn below(&self) -> &[Below] {
         &self.below[..self.count]
+    }
+
+    /// Moves the nodes below by so many.
+    pub fn shift(&mut self, by: usize) {
+        for below in &mut self.below[..self.count] {
+            if let Below::Node(node) = below {
+                *node += by as u32;
+            }
+        }
     }
 
     #[inline(always)]
@@ -220,7 +229,7 @@ mod tests {
 
     #[test]
     fn every_child_weighs_what_its_bounds_say() {
-        let mut node = Node::new(None);
+        let mut node = Node::new();
         let at = |i: usize| DVec3::new(i as f64, (i as f64).sin(), 2.0);
         for i in 0..11 {
             let light = match i % 2 {

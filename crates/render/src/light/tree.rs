@@ -3,13 +3,11 @@
 //! A. Conty Estevez and C. Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018, with nodes
 //! of up to sixteen children, of which one is chosen at a time.
 
-use glam::Vec3;
-
 use super::Reference;
 use super::bounds::{Bounds, Reach};
+use super::grow::{around, grow};
 use super::node::{Below, Node, Place, Shares};
 use super::weights::Asker;
-use crate::lanes::LANES;
 
 /// Which light to choose for a point. Lights keep their numbers.
 #[derive(Debug, Default)]
@@ -24,18 +22,8 @@ pub(crate) struct Tree {
     count: usize,
 }
 
-/// Lights of a node that is being built, up to an end, for one child.
-struct Part {
-    end: usize,
-    bounds: Bounds,
-    cost: f32,
-}
-
 /// More than one light is chosen by so many numbers.
 pub(crate) const MOST_AT_A_POINT: usize = 4;
-
-/// Below so many nodes, lights are halved by number: then trees are not deeper than lights are many.
-const DEEP: u32 = 8;
 
 impl Tree {
     pub fn new(lights: &[Bounds]) -> Self {
@@ -45,61 +33,25 @@ impl Tree {
         let mut tree = Self {
             nodes: vec![],
             places: vec![None; lights.len()],
-            all: (!shining.is_empty()).then(|| around(lights, &shining).reach()),
+            all: (!shining.is_empty()).then(|| around(lights, shining.iter().copied()).reach()),
             count: shining.len(),
         };
         if !shining.is_empty() {
-            tree.build(lights, &mut shining, None, 0);
+            grow(lights, &mut shining, 0, &mut tree.nodes);
+        }
+        for node in 0..tree.nodes.len() {
+            for child in 0..tree.nodes[node].below().len() {
+                let place = Some(Place {
+                    node: node as u32,
+                    child: child as u32,
+                });
+                match tree.nodes[node].below()[child] {
+                    Below::Light(light) => tree.places[light as usize] = place,
+                    Below::Node(below) => tree.nodes[below as usize].above = place,
+                }
+            }
         }
         tree
-    }
-
-    /// Adds the node of a group and all below it.
-    fn build(&mut self, lights: &[Bounds], group: &mut [u32], above: Option<Place>, depth: u32) {
-        let at = self.nodes.len();
-        self.nodes.push(Node::new(above));
-        let part = |lights: &[Bounds], group: &[u32], end: usize| {
-            let bounds = around(lights, group);
-            let cost = if depth < DEEP { bounds.cost() } else { 0.0 };
-            Part { end, bounds, cost }
-        };
-        let mut parts = vec![part(lights, group, group.len())];
-        while parts.len() < LANES {
-            let (mut most, mut start) = (None::<(f32, usize, usize, usize)>, 0);
-            for (i, &Part { end, cost, .. }) in parts.iter().enumerate() {
-                let count = end - start;
-                if count > 1 && most.is_none_or(|(c, n, ..)| (cost, count) > (c, n)) {
-                    most = Some((cost, count, i, start));
-                }
-                start = end;
-            }
-            let Some((_, count, i, start)) = most else {
-                break;
-            };
-            let whole = &mut group[start..start + count];
-            let middle = split(lights, whole, depth < DEEP);
-            let (left, right) = whole.split_at(middle);
-            parts[i] = part(lights, right, start + count);
-            parts.insert(i, part(lights, left, start + middle));
-        }
-        let (mut rest, mut start) = (group, 0);
-        for (child, Part { end, bounds, .. }) in parts.into_iter().enumerate() {
-            let part;
-            (part, rest) = rest.split_at_mut(end - start);
-            start = end;
-            let place = Place {
-                node: at as u32,
-                child: child as u32,
-            };
-            if let [only] = *part {
-                self.places[only as usize] = Some(place);
-                self.nodes[at].push(&bounds, Below::Light(only));
-            } else {
-                let below = Below::Node(self.nodes.len() as u32);
-                self.nodes[at].push(&bounds, below);
-                self.build(lights, part, Some(place), depth + 1);
-            }
-        }
     }
 
     /// Whether no light shines.
@@ -193,64 +145,4 @@ impl Tree {
             false => f64::from(u8::from(probability > 0.0)),
         }
     }
-}
-
-/// Around all lights of a group.
-fn around(lights: &[Bounds], group: &[u32]) -> Bounds {
-    let bounds = group.iter().map(|&i| lights[i as usize]);
-    bounds.reduce(|a, b| a.union(&b)).unwrap_or_default()
-}
-
-/// Parts a group in two by the cheapest of twelve planes along each axis, or by number where it has no planes, and says
-/// where the second part begins.
-fn split(lights: &[Bounds], group: &mut [u32], planes: bool) -> usize {
-    const BINS: usize = 12;
-    let half = group.len() / 2;
-    let center = |i: u32| lights[i as usize].center();
-    let (low, high) = group
-        .iter()
-        .map(|&i| center(i))
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), c| {
-            (low.min(c), high.max(c))
-        });
-    let size = high - low;
-    if !planes || size.max_element() <= 0.0 {
-        return half;
-    }
-    let bin = |i: u32, axis: usize| {
-        let place = (center(i)[axis] - low[axis]) / size[axis];
-        ((place * BINS as f32) as usize).min(BINS - 1)
-    };
-    let mut best: Option<(f32, usize, usize)> = None;
-    for axis in (0..3).filter(|&axis| size[axis] > 0.0) {
-        let mut bins: [Option<Bounds>; BINS] = [None; BINS];
-        for &i in &*group {
-            let light = &lights[i as usize];
-            let bin = &mut bins[bin(i, axis)];
-            *bin = Some(bin.map_or(*light, |bounds| bounds.union(light)));
-        }
-        // Thin boxes are cheap to cut along their length alone.
-        let stretch = size.max_element() / size[axis];
-        let merge = |a: Option<Bounds>, b: &Option<Bounds>| match (a, b) {
-            (Some(a), Some(b)) => Some(a.union(b)),
-            (a, b) => a.or(*b),
-        };
-        for plane in 1..BINS {
-            let [left, right] =
-                [&bins[..plane], &bins[plane..]].map(|part| part.iter().fold(None, merge));
-            let (Some(left), Some(right)) = (left, right) else {
-                continue;
-            };
-            let cost = stretch * (left.cost() + right.cost());
-            if best.is_none_or(|(least, ..)| cost < least) {
-                best = Some((cost, axis, plane));
-            }
-        }
-    }
-    let Some((_, axis, plane)) = best else {
-        return half;
-    };
-    // Stable: the tree depends on the order of the lights alone.
-    group.sort_by_key(|&i| bin(i, axis) >= plane);
-    group.partition_point(|&i| bin(i, axis) < plane)
 }

@@ -189,3 +189,31 @@ fn trees_are_not_deeper_than_lights_are_many() {
         assert!((sum - 1.0).abs() < 1e-6, "{sum}");
     }
 }
+
+#[test]
+fn large_trees_are_whole_and_the_same_for_any_threads() {
+    // More than one thread builds, most by a sample alone.
+    let lights: Vec<Bounds> = (0..9000)
+        .map(|i| {
+            let ([x, y], [z, size]) = (random(2 * i), random(2 * i + 1));
+            let at = DVec3::new(x.into(), y.into(), z.into()) * 10.0;
+            Bounds::around(at, at + 0.01 * f64::from(size), Vec3::splat(size))
+        })
+        .collect();
+    let built = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| Tree::new(&lights))
+    };
+    let tree = built(1);
+    assert_eq!(format!("{tree:?}"), format!("{:?}", built(3)));
+    for from in points() {
+        let stated = |i| tree.probability(&(&from).into(), i);
+        let sum: f64 = (0..lights.len()).map(stated).sum();
+        assert!(
+            (sum - 1.0).abs() < 1e-4 || from.normal != Vec3::ZERO,
+            "{sum}"
+        );
+        let (light, probability) = tree.choose(&(&from).into(), 0.3).unwrap();
+        assert!((probability / stated(light) - 1.0).abs() < 1e-5);
+    }
+}
