@@ -79,7 +79,7 @@ pub(super) fn around(lights: &[Bounds], some: impl Iterator<Item = u32>) -> Boun
 
 /// About [`SAMPLE`] of a group, or all of them. Every so many: an odd number, or of houses it would always be one wall.
 fn sample(group: &[u32]) -> impl Iterator<Item = u32> + Clone {
-    group.iter().copied().step_by(group.len() / SAMPLE | 1)
+    group.iter().copied().step_by((group.len() / SAMPLE) | 1)
 }
 
 /// A part for each light of a group, in the order in which they lie along the axis along which they lie farthest apart.
