@@ -34,6 +34,7 @@ mod merged;
 mod mesh;
 mod part;
 mod past_cache;
+mod piece;
 mod ray;
 mod refit;
 mod scene;
