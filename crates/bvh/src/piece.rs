@@ -5,6 +5,7 @@
 pub struct Piece {
     /// The fourth vertex is the third again where there is one triangle.
     pub vertices: [u32; 4],
+    /// Their ids; the same twice where there is one.
     pub triangles: [u32; 2],
     /// The corners of the second triangle among the vertices; those of the first are 0, 1 and 2.
     pub second: [u8; 3],

@@ -112,7 +112,7 @@ pub fn emit(
     blocks: &mut Vec<Block>,
     mut leaf: impl FnMut(&Binary, &mut Vec<Block>) -> u32,
 ) -> u32 {
-    // What is still to be written, and where its reference goes: the node and which of its children.
+    // What is still to be written, and where its reference goes: the node, which is none for the root, and which child.
     let mut open = vec![(root, NO_CHILD as usize, 0)];
     let mut first = NO_CHILD;
     while let Some((at, above, lane)) = open.pop() {

@@ -39,6 +39,7 @@ pub(super) fn grow(lights: &[Bounds], group: &mut [u32], depth: u32, nodes: &mut
         start = end;
         groups.push(part);
     }
+    // Nodes of each child are counted from its own start until all before it are known: the order is that of one thread.
     if many {
         let grown = groups.into_par_iter().map(|group| {
             let mut below = vec![];
