@@ -22,10 +22,8 @@ const MANY: usize = 1 << 12;
 /// Below so many nodes, lights are halved by number: then trees are not deeper than lights are many.
 const DEEP: u32 = 8;
 
-/// Adds the node of a group, which may be reordered, and all below it.
-pub(super) fn grow(lights: &[Bounds], group: &mut [u32], depth: u32, nodes: &mut Vec<Node>) {
-    let at = nodes.len();
-    nodes.push(Node::new());
+/// The node of a group, which may be reordered, and behind it all below it.
+pub(super) fn grow(lights: &[Bounds], group: &mut [u32], depth: u32) -> Vec<Node> {
     let parts = match group.len() <= LANES {
         true => one_by_one(lights, group),
         false => parts(lights, group, depth < DEEP),
@@ -39,37 +37,30 @@ pub(super) fn grow(lights: &[Bounds], group: &mut [u32], depth: u32, nodes: &mut
         start = end;
         groups.push(part);
     }
-    // Nodes of each child are counted from its own start until all before it are known: the order is that of one thread.
-    if many {
-        let grown = groups.into_par_iter().map(|group| {
-            let mut below = vec![];
-            if group.len() > 1 {
-                grow(lights, group, depth + 1, &mut below);
-            }
-            (around(lights, group.iter().copied()), group[0], below)
-        });
-        for (bounds, first, mut below) in grown.collect::<Vec<_>>() {
-            let next = nodes.len();
-            let child = match below.is_empty() {
-                true => Below::Light(first),
-                false => Below::Node(next as u32),
-            };
-            nodes[at].push(&bounds, child);
-            below.iter_mut().for_each(|node| node.shift(next));
-            nodes.append(&mut below);
-        }
-        return;
+    let child = |group: &mut [u32]| {
+        let below = match group.len() {
+            1 => vec![],
+            _ => grow(lights, group, depth + 1),
+        };
+        (around(lights, group.iter().copied()), group[0], below)
+    };
+    let children: Vec<_> = match many {
+        true => groups.into_par_iter().map(child).collect(),
+        false => groups.into_iter().map(child).collect(),
+    };
+    let mut nodes = vec![Node::new()];
+    for (bounds, first, mut below) in children {
+        // Its nodes are counted from its own start until all before it are known.
+        let start = nodes.len();
+        let child = match below.is_empty() {
+            true => Below::Light(first),
+            false => Below::Node(start as u32),
+        };
+        nodes[0].push(&bounds, child);
+        below.iter_mut().for_each(|node| node.shift(start));
+        nodes.append(&mut below);
     }
-    for group in groups {
-        let bounds = around(lights, group.iter().copied());
-        if let [only] = *group {
-            nodes[at].push(&bounds, Below::Light(only));
-        } else {
-            let below = Below::Node(nodes.len() as u32);
-            nodes[at].push(&bounds, below);
-            grow(lights, group, depth + 1, nodes);
-        }
-    }
+    nodes
 }
 
 /// Around some lights.

@@ -30,15 +30,16 @@ impl Tree {
         let mut shining: Vec<u32> = (0..lights.len() as u32)
             .filter(|&i| lights[i as usize].intensity > 0.0)
             .collect();
+        let nodes = match shining.is_empty() {
+            true => vec![],
+            false => grow(lights, &mut shining, 0),
+        };
         let mut tree = Self {
-            nodes: vec![],
+            nodes,
             places: vec![None; lights.len()],
             all: (!shining.is_empty()).then(|| around(lights, shining.iter().copied()).reach()),
             count: shining.len(),
         };
-        if !shining.is_empty() {
-            grow(lights, &mut shining, 0, &mut tree.nodes);
-        }
         for node in 0..tree.nodes.len() {
             for child in 0..tree.nodes[node].below().len() {
                 let place = Some(Place {
