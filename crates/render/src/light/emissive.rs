@@ -2,7 +2,6 @@
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
-use rayon::prelude::*;
 
 use super::bounds::Bounds;
 use super::tree::Tree;
@@ -36,23 +35,19 @@ impl Emissive {
             if !object.materials.iter().any(shines) {
                 continue;
             }
-            let instance = instance as u32;
-            let light = |triangle| {
-                let material = world.material_index(instance, triangle);
-                shines(&material).then(|| measure(world, instance, triangle))?
-            };
-            let count = object.mesh.mesh.triangles.len() as u32;
-            let lights: Vec<_> = (0..count).into_par_iter().map(light).collect();
-            let mut numbers = vec![DARK; lights.len()];
-            for (triangle, light) in lights.into_iter().enumerate() {
-                let Some(light) = light else {
-                    continue;
-                };
-                numbers[triangle] = found.triangles.len() as u32;
-                found.triangles.push([instance, triangle as u32]);
-                bounds.push(light);
+            let count = object.mesh.mesh.triangles.len();
+            let mut numbers = vec![DARK; count];
+            for (triangle, number) in numbers.iter_mut().enumerate() {
+                let (instance, triangle) = (instance as u32, triangle as u32);
+                if shines(&world.material_index(instance, triangle))
+                    && let Some(light) = measure(world, instance, triangle)
+                {
+                    *number = found.triangles.len() as u32;
+                    found.triangles.push([instance, triangle]);
+                    bounds.push(light);
+                }
             }
-            found.numbers[instance as usize] = numbers;
+            found.numbers[instance] = numbers;
         }
         found.tree = Tree::new(&bounds);
         found

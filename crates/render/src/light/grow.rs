@@ -22,16 +22,16 @@ const MANY: usize = 1 << 12;
 /// Below so many nodes, lights are halved by number: then trees are not deeper than lights are many.
 const DEEP: u32 = 8;
 
-/// The node of a group, which may be reordered, and behind it all below it.
+/// The node of a group, which may be reordered, and behind it all below it; `depth` nodes are above.
 pub(super) fn grow(lights: &[Bounds], group: &mut [u32], depth: u32) -> Vec<Node> {
-    let parts = match group.len() <= LANES {
+    let ends = match group.len() <= LANES {
         true => one_by_one(lights, group),
         false => parts(lights, group, depth < DEEP),
     };
     let many = group.len() > MANY;
     let (mut rest, mut start) = (group, 0);
     let mut groups = vec![];
-    for Part { end, .. } in parts {
+    for end in ends {
         let part;
         (part, rest) = rest.split_at_mut(end - start);
         start = end;
@@ -74,18 +74,18 @@ fn sample(group: &[u32]) -> impl Iterator<Item = u32> + Clone {
     group.iter().copied().step_by((group.len() / SAMPLE) | 1)
 }
 
-/// A part for each light of a group, in the order in which they lie along the axis along which they lie farthest apart.
-fn one_by_one(lights: &[Bounds], group: &mut [u32]) -> Vec<Part> {
+/// Sorts a group along the axis along which it is longest: a part for each light, as where it ends.
+fn one_by_one(lights: &[Bounds], group: &mut [u32]) -> Vec<usize> {
     let center = |i: u32| lights[i as usize].center();
     let (low, high) = range(group.iter().map(|&i| center(i)));
     let axis = (high - low).max_position();
     group.sort_by(|&a, &b| center(a)[axis].total_cmp(&center(b)[axis]));
-    let part = |end| Part { end, cost: 0.0 };
-    (1..=group.len()).map(part).collect()
+    (1..=group.len()).collect()
 }
 
 /// Halves a group, and always the part that costs most, as long as a node has places; by number where it has no planes.
-fn parts(lights: &[Bounds], group: &mut [u32], planes: bool) -> Vec<Part> {
+/// Where the parts end.
+fn parts(lights: &[Bounds], group: &mut [u32], planes: bool) -> Vec<usize> {
     let part = |group: &[u32], end: usize| {
         let some = sample(group);
         let share = group.len() as f32 / some.clone().count() as f32;
@@ -115,7 +115,7 @@ fn parts(lights: &[Bounds], group: &mut [u32], planes: bool) -> Vec<Part> {
         parts[i] = part(right, start + count);
         parts.insert(i, part(left, start + middle));
     }
-    parts
+    parts.into_iter().map(|part| part.end).collect()
 }
 
 /// The lower and the upper corner of the box of some points.
