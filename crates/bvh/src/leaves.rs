@@ -1,9 +1,9 @@
-//! How triangles become leaves: those with a common edge go in pairs, and a leaf names each vertex once.
+//! How triangles become leaves: a leaf names each vertex once.
 
 use crate::block::{Block, LEAF, LEAF_SIZE, Leaf};
 use crate::build::{BuildItem, Leaves, Source, TREELET};
 use crate::mesh::Quality;
-use crate::piece::Piece;
+use crate::pairs::Pairs;
 use crate::simd::prefetch;
 
 /// The triangles as the builder sees them.
@@ -16,32 +16,12 @@ pub struct Triangles<'a> {
     pub firsts: &'a [u32],
 }
 
-/// A pair whose box is larger than this part of both boxes together stays two: rays would meet it in vain.
-const PAIR: f32 = 0.85;
-
 /// Corners as many vertices apart are in the nearest cache by chance alone.
 const SCATTERED: u32 = 4096;
 
-/// How many triangles before it is needed one is asked for: since its box was made it may have left the nearest caches.
-const AHEAD: usize = 8;
-
-/// How many places are looked at: where more edges are in a row, or are one, some are forgotten.
-const PROBES: usize = 8;
-
-/// A number that hardly any other edge has.
-#[inline(always)]
-fn edge_hash(a: u32, b: u32) -> u64 {
-    let edge = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
-    let hash = edge.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    (hash ^ hash >> 32).wrapping_mul(0xd6e8_feb8_6659_fd93)
-}
-
 /// What a thread knows of the triangles of the treelet it builds.
 pub struct Pieces {
-    pieces: Vec<Piece>,
-    /// The edges of the triangles of the treelet, with room for more: in the upper half a part of the edge's hash, in the
-    /// lower one the item, counted from 1.
-    edges: Vec<u32>,
+    pairs: Pairs,
     /// By a hash of the vertex: it in the upper half; in the lower one which leaf it was seen in and at what place.
     seen: Box<[u64; SEEN]>,
     leaf: u32,
@@ -56,8 +36,7 @@ const SEEN: usize = 1 << 10;
 impl Default for Pieces {
     fn default() -> Self {
         Self {
-            pieces: vec![],
-            edges: vec![],
+            pairs: Pairs::default(),
             seen: Box::new([0; SEEN]),
             leaf: 0,
             fitting: vec![],
@@ -79,7 +58,7 @@ impl Pieces {
     #[inline(always)]
     fn share(&mut self, items: &[BuildItem]) -> Option<Shared> {
         // Nothing is looked up for what is too much anyway.
-        let count = |item: &BuildItem| usize::from(self.pieces[item.id as usize].count);
+        let count = |item: &BuildItem| usize::from(self.pairs.pieces[item.id as usize].count);
         if items.iter().map(count).sum::<usize>() > LEAF_SIZE {
             return None;
         }
@@ -96,7 +75,7 @@ impl Pieces {
             triangles: 0,
         };
         for item in items {
-            let piece = &self.pieces[item.id as usize];
+            let piece = &self.pairs.pieces[item.id as usize];
             let mut places = [0; 4];
             for (place, &vertex) in places.iter_mut().zip(&piece.vertices) {
                 let mut at = (vertex.wrapping_mul(0x9e37_79b1) >> 22) as usize % SEEN;
@@ -204,72 +183,13 @@ impl Leaves for Triangles<'_> {
     const USUAL: usize = 10;
     type Notes = Pieces;
 
-    /// Finds the pairs: each triangle takes the best of the open neighbours among those before it, if there is a good one.
     #[inline(always)]
     fn enter(&self, items: &mut [BuildItem], notes: &mut Pieces) -> usize {
-        let Pieces {
-            pieces,
-            edges,
-            fitting,
-            last,
-            ..
-        } = notes;
-        pieces.clear();
-        fitting.clear();
-        last.clear();
-        last.resize(items.len(), 0);
-        let bits = (8 * items.len()).next_power_of_two().trailing_zeros();
-        edges.clear();
-        edges.resize(1 << bits, 0);
-        let mut n = 0;
-        for i in 0..items.len() {
-            let mut item = items[i];
-            if let Some(later) = items.get(i + AHEAD) {
-                prefetch(self.triangles.as_ptr().wrapping_add(later.id as usize));
-            }
-            let corners = self.triangles[item.id as usize];
-            let piece = Piece::one(item.id, corners);
-            let mut best: Option<(f32, usize, Piece)> = None;
-            let mut places = [usize::MAX; 3];
-            let tag = |hash: u64| (hash >> 16) as u32 & 0xffff_0000;
-            let hashes = [0, 1, 2].map(|k| edge_hash(corners[k], corners[(k + 1) % 3]));
-            for k in 0..3 {
-                let (first, tag) = ((hashes[k] >> (64 - bits)) as usize, tag(hashes[k]));
-                for place in first..first + PROBES {
-                    let place = place & (edges.len() - 1);
-                    let found = edges[place];
-                    if found == 0 {
-                        places[k] = place;
-                        break;
-                    }
-                    let other = (found as u16 - 1) as usize;
-                    if (found ^ tag) >> 16 == 0
-                        && pieces[other].count == 1
-                        && let Some(pair) = pieces[other].joined(&piece)
-                    {
-                        let ratio = items[other].join_cost(&item);
-                        if ratio <= best.map_or(PAIR, |b| b.0) {
-                            best = Some((ratio, other, pair));
-                        }
-                    }
-                }
-            }
-            if let Some((_, other, pair)) = best {
-                pieces[other] = pair;
-                items[other] = items[other].joined(&item);
-                continue;
-            }
-            for k in 0..3 {
-                if let Some(place) = edges.get_mut(places[k]) {
-                    *place = tag(hashes[k]) | (n as u32 + 1);
-                }
-            }
-            item.id = n as u32;
-            items[n] = item;
-            pieces.push(piece);
-            n += 1;
-        }
-        n
+        notes.fitting.clear();
+        notes.last.clear();
+        notes.last.resize(items.len(), 0);
+        let hurry = self.quality == Quality::Fast;
+        notes.pairs.find(self.triangles, items, hurry)
     }
 
     fn binary_leaf(&self) -> usize {
@@ -313,7 +233,7 @@ impl Leaves for Triangles<'_> {
         if self.firsts.len() < 2 {
             return true;
         }
-        let triangle = |item: &BuildItem| notes.pieces[item.id as usize].triangles[0];
+        let triangle = |item: &BuildItem| notes.pairs.pieces[item.id as usize].triangles[0];
         let mesh = |item| {
             self.firsts
                 .partition_point(|first| *first <= triangle(item))
@@ -361,7 +281,7 @@ impl Leaves for Triangles<'_> {
             shared.triangles,
             items
                 .iter()
-                .map(|item| notes.pieces[item.id as usize].count as usize)
+                .map(|item| notes.pairs.pieces[item.id as usize].count as usize)
                 .sum()
         );
         let mut vertices = [[0.0; 3]; LEAF_SIZE];
@@ -374,7 +294,7 @@ impl Leaves for Triangles<'_> {
             leaf: Leaf::new(&vertices[..shared.count], corners, ids.len() as u32),
         });
         for item in items {
-            let piece = &notes.pieces[item.id as usize];
+            let piece = &notes.pairs.pieces[item.id as usize];
             ids.extend_from_slice(&piece.triangles[..piece.count as usize]);
         }
         index | LEAF

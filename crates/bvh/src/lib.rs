@@ -32,6 +32,7 @@ mod leaves;
 mod memory;
 mod merged;
 mod mesh;
+mod pairs;
 mod part;
 mod past_cache;
 mod piece;

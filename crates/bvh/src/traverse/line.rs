@@ -207,13 +207,17 @@ fn meet<L: Line, const THIN: bool>(leaf: &Leaf, k: usize, ray: L, t_max: f32) ->
         [u, v, w] = decide([ax, ay, bx, by, cx, cy])?;
     }
     let det = u + v + w;
-    let (wa, wb, wc) = (u / det, v / det, w / det);
-    let mut depth = wa * z[0] + wb * z[1] + wc * z[2];
+    // One division, not one for each weight: what comes too late needs none of those.
+    let mut depth = (u * z[0] + v * z[1] + w * z[2]) / det;
     if THIN {
         depth = depth_in_float64(leaf, k, ray, depth);
     }
     let t = greatest(least(depth * ray.shear(2), leave), enter);
-    (0.0 <= t && t <= t_max).then_some(Met { t, u: wb, v: wc })
+    (0.0 <= t && t <= t_max).then(|| Met {
+        t,
+        u: v / det,
+        v: w / det,
+    })
 }
 
 /// How far along the main axis the ray meets triangle `k` of the leaf, by float64's plane of its corners.

@@ -27,8 +27,10 @@ pub const FEW: u32 = 5;
 pub struct Nearest {
     /// Words in the bits of floats.
     slot: [f32; SIZE],
+    /// Times `det`, until [`Nearest::divide`].
     u: [f32; SIZE],
     v: [f32; SIZE],
+    det: [f32; SIZE],
 }
 
 impl Nearest {
@@ -36,6 +38,7 @@ impl Nearest {
         slot: [f32::from_bits(NO_SLOT); SIZE],
         u: [0.0; SIZE],
         v: [0.0; SIZE],
+        det: [1.0; SIZE],
     };
 }
 
@@ -155,6 +158,7 @@ impl<const APART: bool> Query for Together<'_, '_, APART> {
         } else {
             closest_below::<I>(mesh, part.start, packet, &mut nearest);
         }
+        nearest.divide::<I>();
         let first = self.chunk.numbers[0] as usize;
         if !APART
             && self.chunk.scene.direct
@@ -269,6 +273,18 @@ pub fn closest_in_leaf<I: Isa, const ONE: bool>(
 const _: () = assert!(TRIANGLE_LIMIT < f32::INFINITY.to_bits() as usize);
 
 impl Nearest {
+    /// Makes u and v what they are, once all has been met.
+    #[inline(always)]
+    fn divide<I: Isa>(&mut self) {
+        for group in 0..SIZE / 16 {
+            let det = load::<I>(&self.det, group);
+            let u = load::<I>(&self.u, group).div(det);
+            let v = load::<I>(&self.v, group).div(det);
+            store::<I>(&mut self.u, group, u);
+            store::<I>(&mut self.v, group, v);
+        }
+    }
+
     /// Writes the hits of a full packet, each in its place: four at a time, and without a branch, for where rays miss is
     /// anybody's guess.
     #[inline(always)]
@@ -313,7 +329,9 @@ impl Nearest {
         group: usize,
         packet: &mut Packet,
     ) -> u32 {
-        let MetEach { hit, t, u, v, .. } = met;
+        let MetEach {
+            hit, t, u, v, det, ..
+        } = met;
         let known = rays::<I>(&packet.t_max, group);
         let slot = I::plus(met.triangle, leaf.first);
         let ties = <I::Rays as Vector>::bits(t.eq(known)) & hit;
@@ -325,6 +343,7 @@ impl Nearest {
         keep::<I>(&mut packet.t_max, group, lanes, t);
         keep::<I>(&mut self.u, group, lanes, u);
         keep::<I>(&mut self.v, group, lanes, v);
+        keep::<I>(&mut self.det, group, lanes, det);
         keep::<I>(&mut self.slot, group, lanes, slot);
         first
     }

@@ -71,8 +71,10 @@ pub struct MetEach<V> {
     /// Which triangles, in the bits.
     pub triangle: V,
     pub t: V,
+    /// Times `det`: a ray meets several triangles on its way to the nearest, and divides once.
     pub u: V,
     pub v: V,
+    pub det: V,
 }
 
 /// Where the [`Isa::RAYS`] rays of a group meet a triangle each, at a t of `0..=t_max`: those that [`Near`] names. With `ANY`
@@ -123,6 +125,7 @@ pub fn meet_each<I: Isa, const ANY: bool>(
         t: zero,
         u: zero,
         v: zero,
+        det: zero,
     };
     if hit == 0 {
         return nothing;
@@ -164,8 +167,7 @@ pub fn meet_each<I: Isa, const ANY: bool>(
         }
     }
     let det = u.add(v).add(w);
-    let (wa, wb, wc) = (u.div(det), v.div(det), w.div(det));
-    let mut depth = wa.mul(z[0]).add(wb.mul(z[1])).add(wc.mul(z[2]));
+    let mut depth = u.mul(z[0]).add(v.mul(z[1])).add(w.mul(z[2])).div(det);
     if leaf.has_thin() {
         let behind = hit & !<I::Rays as Vector>::bits(zero.le(enter));
         if behind != 0 {
@@ -183,8 +185,9 @@ pub fn meet_each<I: Isa, const ANY: bool>(
         hit: hit & <I::Rays as Vector>::bits(counts),
         triangle,
         t,
-        u: wb,
-        v: wc,
+        u: v,
+        v: w,
+        det,
     }
 }
 
