@@ -16,7 +16,7 @@ const HOPE: usize = 16;
 /// How many places are looked at: where more edges are in a row, or are one, some are forgotten.
 const PROBES: usize = 8;
 
-/// What a thread knows of the triangles of the treelet it builds.
+/// The pairs of a treelet's triangles, and room to find them in, kept from one treelet to the next.
 #[derive(Default)]
 pub struct Pairs {
     /// By the ids that items have after [`Pairs::find`].
@@ -36,7 +36,8 @@ fn edge_hash(a: u32, b: u32) -> u64 {
 
 impl Pairs {
     /// Joins items, whose ids are those of triangles: each takes the best of the open neighbours among those before it, if
-    /// there is a good one. Returns how many are left; they come first, and their ids are those of pieces.
+    /// there is a good one. Returns how many are left; they come first, and their ids are those of pieces. Of items, which
+    /// half a word numbers, no treelet has more than twice `TREELET`.
     ///
     /// Most quads that were cut in two lie beside each other. In a `hurry` that is looked at first, as long as it pays:
     /// such a pair need not be the best, and no edge of it is looked up.
