@@ -3,8 +3,8 @@
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use raycam_formats::{exr, hdr, mask, png};
-use raycam_render::display;
+use raycam_formats::encode::{exr, hdr, mask, png};
+use raycam_render::film::display;
 use raycam_scene::{View, color};
 
 use crate::arrays::array;

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_render::flow::{View, flow as follow};
-use raycam_render::keypoints::{Anchor, Keypoint, keypoints as find};
-use raycam_render::{PreparedWorld, silhouette};
+use raycam_render::PreparedWorld;
+use raycam_render::annotations::amodal;
+use raycam_render::annotations::flow::{View, flow as follow};
+use raycam_render::annotations::keypoints::{Anchor, Keypoint, keypoints as find};
 
 use crate::arrays::{Floats, array, rows, rows_of, vector};
 use crate::camera::Camera;
@@ -75,7 +76,7 @@ pub(crate) fn silhouettes<'py>(
     let world = world.prepared_world(py, threads)?;
     let seen = view(&world, &camera);
     let found = watched(py, None, |control| {
-        silhouette::silhouettes(seen, &objects, margin, threads, control)
+        amodal::silhouettes(seen, &objects, margin, threads, control)
     })?;
     found
         .into_iter()

@@ -7,7 +7,8 @@ use std::sync::{Arc, Mutex};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_render::{queries, render_into, room};
+use raycam_render::annotations::ray_queries;
+use raycam_render::{render_into, room};
 use raycam_scene::video::Clock;
 use raycam_scene::{TextureMemory, World as Inner};
 
@@ -322,7 +323,7 @@ impl World {
         let (origins, directions) = (rows(&origins, "origins")?, rows(&directions, "directions")?);
         let prepared = self.prepared(py, threads)?;
         let hits = watched(py, None, |control| {
-            queries::cast_rays(&prepared, origins, directions, coherent, threads, control)
+            ray_queries::cast_rays(&prepared, origins, directions, coherent, threads, control)
         })?;
         hit_arrays(py, hits)
     }
@@ -341,7 +342,7 @@ impl World {
         let t_max = rows::<f64, 1>(&t_max, "t_max")?.as_flattened();
         let prepared = self.prepared(py, threads)?;
         let dark = watched(py, None, |control| {
-            queries::occluded(
+            ray_queries::occluded(
                 &prepared, origins, directions, t_max, coherent, threads, control,
             )
         })?;

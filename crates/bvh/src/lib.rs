@@ -23,30 +23,21 @@
 // Loops over axes and lanes read several arrays by one index.
 #![allow(clippy::needless_range_loop)]
 
-mod block;
-mod boxes;
+mod blas;
 mod build;
-mod dispatch;
 mod error;
-mod leaves;
-mod memory;
-mod merged;
-mod mesh;
-mod pairs;
-mod part;
-mod past_cache;
-mod piece;
+mod node;
+mod platform;
 mod ray;
-mod refit;
 mod scene;
 mod simd;
 mod traverse;
 
-pub use dispatch::{InstructionSet, Loops, vectorized};
+pub use crate::blas::{BuildOptions, Bvh, Quality, TRIANGLE_LIMIT};
+pub use crate::platform::dispatch::{InstructionSet, Loops, vectorized};
+pub use crate::platform::huge_page_vec::zeros;
+pub use crate::platform::streaming_store::{PastCache, Plain, past_cache};
 pub use error::BuildError;
-pub use memory::zeros;
-pub use mesh::{BuildOptions, Bvh, Quality, TRIANGLE_LIMIT};
-pub use past_cache::{PastCache, Plain, past_cache};
 pub use ray::{Coherence, ExactHit, ExactRay, Hit, NOTHING, Ray};
 pub use scene::{ExactTriangles, Instance, Scene};
 pub use simd::prefetch;

@@ -7,7 +7,7 @@ use raycam_scene::Profile;
 
 use crate::budget::Budget;
 use crate::error::FormatError;
-use crate::folder::Source;
+use crate::io::asset_root::Source;
 
 /// The profile in a file. Its candela are those of the luminaire as tested: multiplier and ballast factors are applied.
 ///

@@ -10,12 +10,12 @@ use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb};
 use raycam_scene::{Mesh, Model};
 
-use crate::corners::Corner;
 use crate::error::FormatError;
-use crate::folder::{Folder, Source};
-use crate::polygons::{Polygons, Thin};
+use crate::geometry::polygons::{Polygons, Thin};
+use crate::geometry::vertex_dedup::Corner;
+use crate::io::asset_root::{Folder, Source};
+use crate::io::lexer::{self, Lines, Words};
 use crate::single;
-use crate::text::{self, Lines, Words};
 
 /// What the first word says that vertices have, in this order.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,7 +30,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
     let path = &source.path;
     let mut rows = Rows {
         path,
-        lines: Lines::new(text::plain(path, &source.bytes)?),
+        lines: Lines::new(lexer::plain(path, &source.bytes)?),
         line: 0,
     };
     let (kind, counts) = rows.header()?;
@@ -78,7 +78,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
     let (mut polygons, mut thin) = (Polygons::default(), Thin::default());
     for number in 0..faces {
         let mut words = rows.next("faces", number, faces)?;
-        let size = words.next().and_then(text::integer).unwrap_or(-1);
+        let size = words.next().and_then(lexer::integer).unwrap_or(-1);
         if size < 0 {
             return Err(rows.error(format!("face {number}: expected a number of corners")));
         }
@@ -88,12 +88,12 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
                     "face {number} ends after {corner} of {size} corners"
                 )));
             };
-            match text::integer(word).and_then(|i| usize::try_from(i).ok()) {
+            match lexer::integer(word).and_then(|i| usize::try_from(i).ok()) {
                 Some(index) if index < vertices => polygons.corner(Corner::plain(index as u32)),
                 _ => {
                     let message = format!(
                         "face {number}: vertex {}, but the file has {vertices} vertices (from 0)",
-                        text::shown(word)
+                        lexer::shown(word)
                     );
                     return Err(rows.error(message));
                 }
@@ -197,13 +197,13 @@ impl<'a> Rows<'a> {
         let mut kind = Kind::default();
         let first = words.clone().next().unwrap_or_default();
         // The word may be missing, and the numbers may follow without a space, as in ModelNet.
-        if text::integer(first).is_none() {
+        if lexer::integer(first).is_none() {
             let end = first.windows(3).position(|window| window == b"OFF");
             let parts = end.map(|at| (&first[..at], &first[at + 3..]));
             let Some((mut prefix, glued)) =
                 parts.filter(|(_, glued)| glued.iter().all(u8::is_ascii_digit))
             else {
-                return Err(self.error(format!("{}: not an OFF file", text::shown(first))));
+                return Err(self.error(format!("{}: not an OFF file", lexer::shown(first))));
             };
             let line = words.0;
             words.next();
@@ -219,7 +219,7 @@ impl<'a> Rows<'a> {
                 }
             }
             if !prefix.is_empty() {
-                let message = format!("{}: only three dimensions are read", text::shown(first));
+                let message = format!("{}: only three dimensions are read", lexer::shown(first));
                 return Err(FormatError::unsupported(self.path, message));
             }
             match words.clone().next() {
@@ -240,7 +240,7 @@ impl<'a> Rows<'a> {
         let mut count = || {
             words
                 .next()
-                .and_then(text::integer)
+                .and_then(lexer::integer)
                 .and_then(|n| usize::try_from(n).ok())
         };
         match (count(), count()) {
@@ -250,12 +250,14 @@ impl<'a> Rows<'a> {
     }
 
     fn number(&self, word: &[u8], what: &str, number: usize) -> Result<f64, FormatError> {
-        text::number(word).filter(|v| v.is_finite()).ok_or_else(|| {
-            self.error(format!(
-                "{what} {number}: {} is not a finite number",
-                text::shown(word)
-            ))
-        })
+        lexer::number(word)
+            .filter(|v| v.is_finite())
+            .ok_or_else(|| {
+                self.error(format!(
+                    "{what} {number}: {} is not a finite number",
+                    lexer::shown(word)
+                ))
+            })
     }
 
     fn numbers(
@@ -308,11 +310,12 @@ impl Colors {
         let mut rgba = [0.0, 0.0, 0.0, f64::NAN];
         for (value, word) in rgba.iter_mut().zip(words) {
             *value = rows.number(word, "colour", number)?;
-            self.fractions |= text::integer(word).is_none();
+            self.fractions |= lexer::integer(word).is_none();
             if *value < 0.0 {
-                return Err(
-                    rows.error(format!("colour {}: expected at least 0", text::shown(word)))
-                );
+                return Err(rows.error(format!(
+                    "colour {}: expected at least 0",
+                    lexer::shown(word)
+                )));
             }
             if *value > self.largest.0 {
                 self.largest = (*value, rows.line);

@@ -12,9 +12,9 @@ use glam::DVec3;
 use raycam_scene::{Material, Mesh, Model, Part};
 
 use crate::error::FormatError;
-use crate::folder::{Folder, Source};
-use crate::text::{self, Lines, Words};
-use crate::weld::{self, Weld};
+use crate::geometry::weld::{self, Weld};
+use crate::io::asset_root::{Folder, Source};
+use crate::io::lexer::{self, Lines, Words};
 
 /// Before the facets of a binary file: 80 bytes of anything and their number.
 const HEADER: usize = 84;
@@ -186,9 +186,9 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
     let mut expect = Expect::Solid;
     let (mut corners, mut count) = ([DVec3::ZERO; 3], 0);
     let mut last = 0;
-    for (line, text) in Lines::new(text::plain(path, bytes)?) {
+    for (line, text) in Lines::new(lexer::plain(path, bytes)?) {
         last = line;
-        let (key, rest) = text::split_word(text);
+        let (key, rest) = lexer::split_word(text);
         let key = key.to_ascii_lowercase();
         expect = match (expect, &key[..]) {
             (same, b"") => same,
@@ -200,7 +200,7 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
                         "more than 65536 solids in one file",
                     ));
                 }
-                solids.push((text::name(rest), Weld::default(), Vec::new()));
+                solids.push((lexer::name(rest), Weld::default(), Vec::new()));
                 Expect::Facet
             }
             // The normal follows from the corners.
@@ -228,7 +228,7 @@ fn text(path: &Path, bytes: &[u8]) -> Result<Vec<Solid>, FormatError> {
                 let message = format!(
                     "expected {}, found {}",
                     name(expected),
-                    text::shown(text::trim(text))
+                    lexer::shown(lexer::trim(text))
                 );
                 return Err(FormatError::line(path, line, message));
             }
@@ -266,10 +266,10 @@ fn corner(path: &Path, line: usize, rest: &[u8]) -> Result<DVec3, FormatError> {
     for value in &mut values {
         *value = words
             .next()
-            .and_then(text::number)
+            .and_then(lexer::number)
             .filter(|v| v.is_finite())
             .ok_or_else(|| {
-                let found = text::shown(text::trim(rest));
+                let found = lexer::shown(lexer::trim(rest));
                 FormatError::line(
                     path,
                     line,
@@ -278,7 +278,7 @@ fn corner(path: &Path, line: usize, rest: &[u8]) -> Result<DVec3, FormatError> {
             })?;
     }
     if let Some(word) = words.next() {
-        let message = format!("vertex: {} after three numbers", text::shown(word));
+        let message = format!("vertex: {} after three numbers", lexer::shown(word));
         return Err(FormatError::line(path, line, message));
     }
     Ok(DVec3::from(values))

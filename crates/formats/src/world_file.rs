@@ -10,7 +10,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
-use crate::folder::{Folder, Source};
+use crate::io::asset_root::{Folder, Source};
 
 /// The world that `text` describes. `path` names it in errors; the files it names are read from `folder` and nowhere
 /// else.

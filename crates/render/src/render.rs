@@ -8,16 +8,16 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::estimate::Estimate;
-use crate::film::Film;
-use crate::frame::Frame;
-use crate::moments::Moments;
-use crate::picture::{Buffers, Part, Picture};
+use crate::film::estimator::Estimate;
+use crate::film::film::Film;
+use crate::film::frame::Frame;
+use crate::film::output_plane::{self, Target};
+use crate::film::tile::Tile;
+use crate::motion::shutter::Moments;
 use crate::prepare::PreparedWorld;
 use crate::settings::Settings;
-use crate::target::{self, Target};
-use crate::threads::with_pool;
-use crate::tile::Tile;
+use crate::thread_pool::with_pool;
+use crate::tile_renderer::{Buffers, Part, Picture};
 
 /// Renders what a camera sees.
 ///
@@ -85,7 +85,10 @@ pub fn render_into(
 /// [`RenderError::Settings`] and [`RenderError::TooLarge`].
 pub fn room(camera: &Camera, settings: &Settings) -> Result<([u32; 4], usize), RenderError> {
     let region = settings.check(camera.size())?;
-    Ok((region, target::check_room(region, &settings.channels)?))
+    Ok((
+        region,
+        output_plane::check_room(region, &settings.channels)?,
+    ))
 }
 
 fn picture_of(
@@ -97,7 +100,7 @@ fn picture_of(
 ) -> Result<Frame, RenderError> {
     let region = settings.check(camera.size())?;
     let mut planes = with_pool(settings.threads, || {
-        target::planes(region, &settings.channels)
+        output_plane::planes(region, &settings.channels)
     })??;
     let picture = Asked {
         world,

@@ -1,8 +1,8 @@
 //! What is asked of a picture.
 
-use crate::channel::Channel;
 use crate::error::RenderError;
-use crate::filter::Filter;
+use crate::film::channel::Channel;
+use crate::sampling::filter::Filter;
 
 /// How the colour of a ray is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

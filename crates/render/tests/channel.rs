@@ -7,8 +7,9 @@ use std::sync::Arc;
 use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Frame, Settings};
+use raycam_scene::mesh::primitive;
 use raycam_scene::texture::{Image, Texels, TextureSampler, TextureSlot};
-use raycam_scene::{Texture, World, Wrap, primitive};
+use raycam_scene::{Texture, World, Wrap};
 
 fn settings() -> Settings {
     Settings {

@@ -5,7 +5,8 @@ mod common;
 use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
-use raycam_scene::{Light, Mesh, Reflectance, World, primitive};
+use raycam_scene::mesh::primitive;
+use raycam_scene::{Light, Mesh, Reflectance, World};
 
 fn settings(samples: u32) -> Settings {
     Settings {

@@ -1,6 +1,6 @@
 //! Pictures for displays: every pixel by itself, whatever its neighbours and the threads.
 
-use raycam_render::display::{srgb8, srgb16};
+use raycam_render::film::display::{srgb8, srgb16};
 use raycam_scene::View;
 use raycam_scene::color::srgb_from_linear;
 

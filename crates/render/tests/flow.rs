@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use common::*;
 use glam::DVec3;
-use raycam_render::flow::{View, flow};
+use raycam_render::annotations::flow::{View, flow};
 use raycam_render::{Control, RenderError};
 
 #[test]

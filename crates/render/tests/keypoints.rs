@@ -4,8 +4,8 @@ mod common;
 
 use common::*;
 use glam::{DVec2, DVec3};
-use raycam_render::flow::View;
-use raycam_render::keypoints::{Anchor, Keypoint, keypoints};
+use raycam_render::annotations::flow::View;
+use raycam_render::annotations::keypoints::{Anchor, Keypoint, keypoints};
 use raycam_render::{Control, RenderError};
 
 fn seen(anchors: &[Anchor]) -> Result<Vec<Keypoint>, RenderError> {

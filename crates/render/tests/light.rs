@@ -7,9 +7,10 @@ use std::sync::Arc;
 use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
+use raycam_scene::mesh::primitive;
 use raycam_scene::{
     Image, Interpolation, Light, Material, Reflectance, Texels, Texture, TextureSampler,
-    TextureSlot, World, primitive,
+    TextureSlot, World,
 };
 
 fn seen(world: &World, at: DVec3, samples: u32, integrator: Integrator) -> f64 {

@@ -6,7 +6,8 @@ use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Frame, Settings, TruthSurface};
 use raycam_scene::material::Alpha;
-use raycam_scene::{Camera, Material, Reflectance, World, primitive};
+use raycam_scene::mesh::primitive;
+use raycam_scene::{Camera, Material, Reflectance, World};
 
 /// Planes at heights 4, 3, 2, ... of these materials, the first one on top; a camera looks down from 6.
 fn stack(materials: Vec<Material>) -> (World, Camera) {

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
-use raycam_scene::{Alpha, Light, Material, Mesh, Reflectance, World, primitive};
+use raycam_scene::mesh::primitive;
+use raycam_scene::{Alpha, Light, Material, Mesh, Reflectance, World};
 
 fn settings(integrator: Integrator, samples: u32) -> Settings {
     Settings {

@@ -36,7 +36,8 @@ mod common;
 use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
-use raycam_scene::{Camera, Glass, Light, Material, Metal, Reflectance, World, primitive};
+use raycam_scene::mesh::primitive;
+use raycam_scene::{Camera, Glass, Light, Material, Metal, Reflectance, World};
 
 fn settings(integrator: Integrator, samples: u32) -> Settings {
     Settings {

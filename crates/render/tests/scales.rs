@@ -5,7 +5,8 @@ mod common;
 use common::*;
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
-use raycam_scene::{Light, World, primitive};
+use raycam_scene::mesh::primitive;
+use raycam_scene::{Light, World};
 
 const PLACES: [DVec3; 3] = [
     DVec3::ZERO,

@@ -4,8 +4,8 @@ mod common;
 
 use common::*;
 use glam::{DAffine3, DQuat, DVec3};
-use raycam_render::flow::View;
-use raycam_render::silhouette::silhouettes;
+use raycam_render::annotations::amodal::silhouettes;
+use raycam_render::annotations::flow::View;
 use raycam_render::{Channel, Control, PreparedWorld, RenderError, Settings};
 use raycam_scene::{Camera, Lens, LensModel, World};
 

@@ -6,10 +6,10 @@ use std::collections::HashSet;
 
 use common::*;
 use glam::{DAffine3, DMat3, DVec3};
-use raycam_render::{Channel, Control, Filter, Settings, queries};
-use raycam_scene::{
-    Camera, Light, Mesh, PixelCenter, Texture, TextureSlot, World, Wrap, primitive,
-};
+use raycam_render::annotations::ray_queries;
+use raycam_render::{Channel, Control, Filter, Settings};
+use raycam_scene::mesh::primitive;
+use raycam_scene::{Camera, Light, Mesh, PixelCenter, Texture, TextureSlot, World, Wrap};
 
 fn settings() -> Settings {
     Settings {
@@ -299,7 +299,7 @@ fn cast_rays_agrees_with_the_picture() {
     let (origins, directions): (Vec<_>, Vec<_>) =
         rays.map(|(o, d)| (o.to_array(), d.to_array())).unzip();
     let cast = |coherent, threads| {
-        queries::cast_rays(
+        ray_queries::cast_rays(
             &prepared,
             &origins,
             &directions,
@@ -369,10 +369,11 @@ fn queries_take_any_ray() {
     let origins = rays.map(|ray| ray.0);
     let directions = rays.map(|ray| ray.1);
     let control = Control::new();
-    let hits = queries::cast_rays(&prepared, &origins, &directions, None, None, &control).unwrap();
+    let hits =
+        ray_queries::cast_rays(&prepared, &origins, &directions, None, None, &control).unwrap();
     let limit = |factor: f64| {
         let t_max = rays.map(|ray| if ray.2 > 0.0 { ray.2 * factor } else { ray.2 });
-        queries::occluded(
+        ray_queries::occluded(
             &prepared,
             &origins,
             &directions,
@@ -394,7 +395,7 @@ fn queries_take_any_ray() {
         assert_eq!(beyond[i], t.is_finite(), "ray {i}");
         assert_eq!(before[i], t == 0.0, "ray {i}");
     }
-    let all = queries::occluded(
+    let all = ray_queries::occluded(
         &prepared,
         &origins,
         &directions,
@@ -405,13 +406,13 @@ fn queries_take_any_ray() {
     )
     .unwrap();
     assert_eq!(all[..13], beyond[..13]);
-    let error = queries::cast_rays(&prepared, &origins, &directions[1..], None, None, &control)
+    let error = ray_queries::cast_rays(&prepared, &origins, &directions[1..], None, None, &control)
         .unwrap_err();
     assert!(
         error.to_string().contains("14 origins and 13 directions"),
         "{error}"
     );
-    let error = queries::occluded(
+    let error = ray_queries::occluded(
         &prepared,
         &origins,
         &directions,
@@ -425,7 +426,7 @@ fn queries_take_any_ray() {
         error.to_string().contains("3 values of t_max for 14 rays"),
         "{error}"
     );
-    let none = queries::cast_rays(&prepared, &[], &[], None, None, &control).unwrap();
+    let none = ray_queries::cast_rays(&prepared, &[], &[], None, None, &control).unwrap();
     assert!(none.t.is_empty());
     assert!(!hits.t[13].is_nan());
 }

@@ -1,7 +1,8 @@
 //! Categories: names, numbers, and both.
 
 use glam::DAffine3;
-use raycam_scene::{Material, NoFiles, Object, World, primitive, schema};
+use raycam_scene::mesh::primitive;
+use raycam_scene::{Material, NoFiles, Object, World, schema};
 
 fn world(categories: &[Option<&str>]) -> World {
     let mut world = World::default();

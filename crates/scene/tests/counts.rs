@@ -1,7 +1,8 @@
 //! What a world holds, in numbers.
 
 use glam::DAffine3;
-use raycam_scene::{Counts, Light, Material, Object, World, primitive};
+use raycam_scene::mesh::primitive;
+use raycam_scene::{Counts, Light, Material, Object, World};
 
 #[test]
 fn triangles_count_once_per_mesh_and_once_per_object() {

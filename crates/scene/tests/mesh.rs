@@ -1,7 +1,8 @@
 //! Meshes: what fits together and what does not.
 
 use glam::{DAffine3, DVec3};
-use raycam_scene::{Material, Mesh, Model, Part, primitive};
+use raycam_scene::mesh::primitive;
+use raycam_scene::{Material, Mesh, Model, Part};
 
 fn message(change: impl FnOnce(&mut Mesh)) -> String {
     let mut mesh = primitive::plane([1.0, 1.0]).unwrap();

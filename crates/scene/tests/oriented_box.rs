@@ -1,9 +1,10 @@
 //! Oriented boxes against their closed form.
 
 use glam::{DAffine3, DMat3, DVec3};
-use raycam_scene::{Material, Object, World, primitive};
+use raycam_scene::mesh::primitive;
+use raycam_scene::{Material, Object, World};
 
-fn placed(world_from_mesh: DAffine3) -> raycam_scene::oriented_box::OrientedBox {
+fn placed(world_from_mesh: DAffine3) -> raycam_scene::mesh::oriented_box::OrientedBox {
     let mut world = World::default();
     let mesh = primitive::box_([2.0, 4.0, 6.0]).unwrap();
     let material = world.add_material(Material::plain(&mesh)).unwrap();

@@ -5,7 +5,7 @@ mod common;
 use common::Random;
 use glam::{DMat3, DVec3};
 use raycam_scene::Up;
-use raycam_scene::pose::{
+use raycam_scene::math::rotation::{
     CAMERA_FROM_BODY, object_rotation, rotation_from_rpy, rotation_towards, rpy_from_rotation,
     world_from_reference,
 };

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use raycam_scene::{Mesh, primitive};
+use raycam_scene::Mesh;
+use raycam_scene::mesh::primitive;
 
 /// Corners with equal coordinates are the same corner.
 fn corners(mesh: &Mesh) -> Vec<[[u64; 3]; 3]> {

@@ -3,8 +3,9 @@
 use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
-use raycam_scene::refine::{loop_subdivide, midpoint};
-use raycam_scene::{Mesh, primitive};
+use raycam_scene::Mesh;
+use raycam_scene::mesh::primitive;
+use raycam_scene::mesh::subdivide::{loop_subdivide, midpoint};
 
 fn bits(v: DVec3) -> [u64; 3] {
     v.to_array().map(|x| (x + 0.0).to_bits())

@@ -3,10 +3,11 @@
 mod common;
 
 use common::{FakeFiles, node};
+use raycam_scene::mesh::primitive;
 use raycam_scene::schema::{self, ObjectSpec};
 use raycam_scene::{
     Glass, Interpolation, Material, Model, Part, Principled, Reflectance, SceneError, Texels,
-    World, Wrap, primitive,
+    World, Wrap,
 };
 
 fn build(json: &str) -> Result<World, SceneError> {

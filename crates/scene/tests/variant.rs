@@ -1,8 +1,9 @@
 //! Looks of a world.
 
 use glam::DAffine3;
-use raycam_scene::variant::Variant;
-use raycam_scene::{Material, Object, World, primitive};
+use raycam_scene::mesh::primitive;
+use raycam_scene::world::variant::Variant;
+use raycam_scene::{Material, Object, World};
 
 #[test]
 fn a_variant_changes_materials_and_nothing_else() {

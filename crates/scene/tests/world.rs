@@ -5,8 +5,9 @@ mod common;
 use common::node;
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_scene::camera::intrinsics_from_focal;
+use raycam_scene::mesh::primitive;
 use raycam_scene::schema::{self, WorldFile};
-use raycam_scene::{Camera, Material, NoFiles, Object, PixelCenter, Up, World, primitive};
+use raycam_scene::{Camera, Material, NoFiles, Object, PixelCenter, Up, World};
 
 fn world(json: &str) -> World {
     schema::from_node::<WorldFile>(&node(json))

@@ -1,9 +1,9 @@
 //! Folds a binary tree into nodes of eight at the least expected cost: the dynamic programme of Ylitie, Karras and
 //! Laine 2017, section 3.1, which also merges binary leaves into leaves of sixteen triangles.
 
-use super::item::{NOTHING, Octet, corners, half_area};
 use super::{LEAF, NO_CHILD};
-use crate::block::{Block, Node};
+use crate::build::prim_ref::{NOTHING, Octet, corners, half_area};
+use crate::node::{Block, Node};
 use crate::simd::{Isa, Vector};
 
 /// A node of the binary tree and what it costs as 1 to 8 children of a wide node.

@@ -6,29 +6,32 @@
 //! expected cost of what is below ([`plan`]). Each treelet is then built and folded by one thread while it lies in that
 //! core's cache ([`treelet`]).
 
-mod binned;
+pub(crate) mod binned_sah;
 mod collapse;
-mod item;
-mod join;
-mod large;
+pub(crate) mod concat;
+pub(crate) mod kd_sample;
+pub(crate) mod large_prims;
+pub(crate) mod parallel_split;
 mod partition;
-mod plan;
-mod sample;
+pub(crate) mod prim_ref;
 #[cfg(test)]
 mod tests;
-mod top;
+pub(crate) mod top_plan;
 mod treelet;
+pub(crate) mod triangle_leaves;
+pub(crate) mod triangle_pair;
+pub(crate) mod triangle_pairs;
 
 use rayon::prelude::*;
 
-use crate::block::{Block, LEAF, NO_CHILD};
-use crate::dispatch::Machine;
-use crate::memory::Pages;
-use item::Item;
-use plan::{Plan, Stock};
+use crate::build::prim_ref::Item;
+use crate::build::top_plan::{Plan, Stock};
+use crate::node::{Block, LEAF, NO_CHILD};
+use crate::platform::dispatch::Machine;
+use crate::platform::huge_page_vec::Pages;
 
-pub use item::Item as BuildItem;
-pub use sample::Source;
+pub use crate::build::kd_sample::Source;
+pub use crate::build::prim_ref::Item as BuildItem;
 
 /// About the most items of a part that is built by one thread. Few under Miri, which is slow: it sees every path all the same.
 pub const TREELET: usize = if cfg!(miri) { 1 << 5 } else { 1 << 12 };
@@ -111,13 +114,13 @@ pub fn build<L: Leaves, S: Source + ?Sized>(machine: Machine, source: &S, leaves
     let shared = Shared { leaves, machine };
     let count = source.count();
     let (top, stocks) = match leaves.sample() {
-        Some(rate) if count > MANY => sample::divide(source, rate, &shared),
+        Some(rate) if count > MANY => kd_sample::divide(source, rate, &shared),
         _ if count == 0 => (None, vec![]),
         _ => {
             let made = (0..count).into_par_iter().with_min_len(TREELET);
             let mut items: Vec<_> = made.map(|at| source.item(at)).collect();
-            let whole = top::range(machine, &items);
-            let top = top::divide(&mut items, whole, 0, &shared);
+            let whole = parallel_split::range(machine, &items);
+            let top = parallel_split::divide(&mut items, whole, 0, &shared);
             (Some(top), vec![Stock::Items(items)])
         }
     };

@@ -1,8 +1,8 @@
 //! Brings the items on one side of a plane before those on the other, without a branch per item: which side one is on
 //! is what no processor can guess.
 
-use super::binned::{Binning, Plane};
-use super::item::{Item, Range};
+use crate::build::binned_sah::{Binning, Plane};
+use crate::build::prim_ref::{Item, Range};
 use crate::simd::Quad;
 
 /// Items that are read at a time. Few under Miri, which is slow.
@@ -127,8 +127,8 @@ fn along<const AXIS: usize>(items: &mut [Item], sides: &mut Sides) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::binned::Bins;
     use super::*;
+    use crate::build::binned_sah::Bins;
     use crate::simd::Portable;
 
     /// Boxes whose centres lie at `xs`.

@@ -57,7 +57,7 @@ fn check(tree: &Tree, boxes: &[([f32; 3], [f32; 3])]) -> usize {
             );
             continue;
         }
-        let node = crate::block::node(&tree.blocks, at);
+        let node = crate::node::node(&tree.blocks, at);
         assert!(node.children > 0);
         let below = &node.child[..node.children as usize];
         assert!(
@@ -103,7 +103,7 @@ fn trees_hold_every_box_once_whatever_the_boxes() {
     // All that the sample does not show lies in one place.
     let hidden = (0..N as usize)
         .map(|i| {
-            let shown = i % 4 == sample::jitter(i / 4) % 4;
+            let shown = i % 4 == kd_sample::jitter(i / 4) % 4;
             point(if shown { i as f32 } else { 0.5 })
         })
         .collect();
@@ -143,15 +143,15 @@ fn boxes_hold_what_is_below_them_where_no_triangles_are_joined() {
             let bvh = Bvh::build(&vertices, &triangles, &BuildOptions { quality }).unwrap();
             let mut open = vec![bvh.root()];
             while let Some(at) = open.pop() {
-                let node = crate::block::node(bvh.blocks(), at);
+                let node = crate::node::node(bvh.blocks(), at);
                 for k in 0..node.children as usize {
                     let ((lower, upper), child) = (node.bounds_of(k), node.child[k]);
                     let mut below = vec![];
                     if child & LEAF != 0 {
-                        let [a, b, c, d, e, f] = crate::block::leaf(bvh.blocks(), child).bounds;
+                        let [a, b, c, d, e, f] = crate::node::leaf(bvh.blocks(), child).bounds;
                         below.push(([a, c, e], [b, d, f]));
                     } else {
-                        let inner = crate::block::node(bvh.blocks(), child);
+                        let inner = crate::node::node(bvh.blocks(), child);
                         below.extend((0..inner.children as usize).map(|k| inner.bounds_of(k)));
                         open.push(child);
                     }
@@ -196,7 +196,7 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
 
 /// One child of the root is flat at z = 0, and the others are above 0.001, where the floor is not.
 fn check_floor(blocks: &[Block], root: u32, case: &str) {
-    let root = crate::block::node(blocks, root);
+    let root = crate::node::node(blocks, root);
     let children = (0..root.children as usize).map(|k| root.bounds_of(k));
     let (floor, others): (Vec<_>, Vec<_>) = children.partition(|(lower, _)| lower[2] < 0.001);
     assert_eq!(floor.len(), 1, "{case}");
@@ -250,11 +250,11 @@ fn a_floor_is_a_part_of_its_own() {
     };
     let mut items: Vec<_> = (0..3 * TREELET).map(small).collect();
     items.insert(TREELET, Item::new([0.0; 3], [1.0, 1.0, 0.0], u32::MAX));
-    let whole = top::range(shared.machine, &items);
-    let plan::Top::Split(_, halves) = top::divide(&mut items, whole, 0, &shared) else {
+    let whole = parallel_split::range(shared.machine, &items);
+    let top_plan::Top::Split(_, halves) = parallel_split::divide(&mut items, whole, 0, &shared) else {
         panic!("so many items are one part");
     };
-    let [plan::Top::Part(floor), _] = &*halves else {
+    let [top_plan::Top::Part(floor), _] = &*halves else {
         panic!("what comes first is split again");
     };
     assert_eq!((floor.count, items[0].id), (1, u32::MAX));

@@ -1,12 +1,12 @@
 //! A part of the tree that one thread builds while it lies in that core's cache.
 
-use super::binned::split;
 use super::collapse::{Binary, children, collapse, emit};
-use super::item::{Item, Octet, Range};
-use super::large::split_off;
 use super::{Leaves, Shared, TREELET};
-use crate::block::{Block, LEAF, Node};
-use crate::dispatch::kernel;
+use crate::build::binned_sah::split;
+use crate::build::large_prims::split_off;
+use crate::build::prim_ref::{Item, Octet, Range};
+use crate::node::{Block, LEAF, Node};
+use crate::platform::dispatch::kernel;
 use crate::simd::Isa;
 
 /// What is to become a treelet.

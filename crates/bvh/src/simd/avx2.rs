@@ -2,8 +2,8 @@
 
 use std::arch::x86_64::*;
 
-use super::pair::Pair;
 use super::{COMPRESS, Isa, Quad, Vector};
+use crate::simd::double_width::Pair;
 
 /// x86-64 with AVX2 and FMA.
 #[derive(Clone, Copy)]

@@ -1,30 +1,30 @@
 //! Vectors of 8 and 16 floats behind one trait, so that every kernel is written once.
 //!
-//! A kernel is generic over [`Isa`] and `#[inline(always)]`; [`crate::dispatch`] instantiates it inside a function that
+//! A kernel is generic over [`Isa`] and `#[inline(always)]`; [`crate::platform::dispatch`] instantiates it inside a function that
 //! enables the instruction set, after the machine was asked for it. The vector types never leave the crate, so no code
 //! names an instruction set the machine lacks: that is the safety argument of every intrinsic below this module.
 //!
 //! Only `+ - * /`, [`Vector::mul_sub`], comparisons and selects reach an answer, all correctly rounded: the bits do not
 //! depend on the instruction set.
 
-mod array;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+pub(crate) mod double_width;
+pub(crate) mod f32x4;
 #[cfg(target_arch = "aarch64")]
 mod neon;
-mod pair;
-mod quad;
+pub(crate) mod portable;
 
-pub use array::Portable;
+pub use crate::simd::f32x4::{Quad, prefetch};
+pub use crate::simd::portable::Portable;
 #[cfg(target_arch = "x86_64")]
 pub use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
 pub use avx512::Avx512;
 #[cfg(target_arch = "aarch64")]
 pub use neon::Neon;
-pub use quad::{Quad, prefetch};
 
 /// Floats that are computed together.
 pub trait Vector: Copy {

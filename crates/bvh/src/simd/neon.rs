@@ -2,8 +2,8 @@
 
 use std::arch::aarch64::*;
 
-use super::pair::Pair;
 use super::{COMPRESS, Isa, Vector, descending, least_lane};
+use crate::simd::double_width::Pair;
 
 /// aarch64 with NEON.
 #[derive(Clone, Copy)]

@@ -1,39 +1,23 @@
 //! From a batch of rays to its answers.
 
-mod alike;
-mod apart;
-mod candidates;
-mod chunk;
-mod exact;
-mod exact_packet;
-mod exact_rays;
-mod fan;
-mod gate;
-mod headed;
-mod interleaved;
-mod leaf_by_leaf;
-mod line;
-pub mod local;
-mod near;
+pub(crate) mod closest;
+pub(crate) mod exact;
+pub(crate) mod node_test;
+pub(crate) mod occluded;
 mod packet;
-mod packets;
-mod ready;
-mod rows;
-mod shadow;
-pub mod skip;
-mod slot;
+pub(crate) mod single;
 mod stack;
-mod steps;
-mod together;
-mod triangle;
+pub(crate) mod stream;
+pub mod trav_ray;
+pub(crate) mod triangle;
 
-use crate::dispatch::kernel;
+use crate::platform::dispatch::kernel;
 use crate::ray::{Coherence, ExactHit, ExactRay, Hit, NOTHING, Ray};
 use crate::scene::{ExactTriangles, Scene};
-use exact::closest_exact_batch;
-use interleaved::{Batch, Work};
-use shadow::occluded as occluded_packets;
-use together::closest as closest_packets;
+use crate::traverse::closest::closest as closest_packets;
+use crate::traverse::exact::single::closest_exact_batch;
+use crate::traverse::occluded::occluded as occluded_packets;
+use crate::traverse::single::interleaved::{Batch, Work};
 
 kernel! {
     /// The nearest hits.

@@ -4,13 +4,13 @@ use std::mem::MaybeUninit;
 
 use std::hint::select_unpredictable;
 
-use crate::block::{NO_CHILD, Node};
 use crate::build::MAX_DEPTH;
+use crate::node::{NO_CHILD, Node};
 use crate::simd::{Isa, Vector};
 
 /// A path has at most `MAX_DEPTH` nodes in the tree over instances and as many in a mesh, each leaves at most 7
 /// children for later, both have a [`Stack::floor`], and [`Stack::push`] writes 8 at once: no stack grows beyond this. Eight more
-/// make the slots that hold one an odd number of lines, see [`super::slot::Slot`].
+/// make the slots that hold one an odd number of lines, see [`crate::traverse::single::ray_state::Slot`].
 const STACK: usize = 2 * (7 * MAX_DEPTH + 1) + 8 + 8;
 
 /// References with the t at which the ray enters them.

@@ -7,11 +7,12 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
-use super::tree::At;
-use super::write::{joined, number, quoted, rows3};
-use super::{Calibration, Known, Pose, Record, Rotation, Written, text, yaml};
+use crate::calibration::document::At;
+use crate::calibration::document::number_format::{joined, number, quoted, rows3};
+use crate::calibration::document::yaml;
+use crate::calibration::{Calibration, Known, Pose, Record, Rotation, Written, text};
 use crate::error::FormatError;
-use crate::folder::{Folder, Source};
+use crate::io::asset_root::{Folder, Source};
 
 pub(super) fn is(_: &Path, text: &str) -> bool {
     text.contains("\"cam_K\"") || text.contains("\"depth_scale\"") && text.contains("\"fx\"")

@@ -10,12 +10,13 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
-use super::mount::{one_rig, poses_on_one_rig};
-use super::tree::At;
-use super::write::{joined, quoted, rows34};
-use super::{Calibration, Known, Pose, Record, Rotation, Written, text, yaml};
+use crate::calibration::document::At;
+use crate::calibration::document::number_format::{joined, quoted, rows34};
+use crate::calibration::document::yaml;
+use crate::calibration::rig_mount::{one_rig, poses_on_one_rig};
+use crate::calibration::{Calibration, Known, Pose, Record, Rotation, Written, text};
 use crate::error::FormatError;
-use crate::folder::{Folder, Source};
+use crate::io::asset_root::{Folder, Source};
 
 const KEYS: [&str; 10] = [
     "camera_model",

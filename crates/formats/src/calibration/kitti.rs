@@ -10,13 +10,13 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use glam::{DMat3, DVec3};
 
-use super::mount::{one_rig, poses_on_one_rig};
-use super::tree::rigid;
 use super::tum::{has, lines, numbers};
-use super::write::{joined, rows34};
 use super::{Calibration, Known, Pose, Record, Rotation, Written, text};
+use crate::calibration::document::number_format::{joined, rows34};
+use crate::calibration::document::rigid;
+use crate::calibration::rig_mount::{one_rig, poses_on_one_rig};
 use crate::error::FormatError;
-use crate::folder::{Folder, Source};
+use crate::io::asset_root::{Folder, Source};
 
 pub(super) fn is(_: &Path, text: &str) -> bool {
     lines(text).any(|(_, line)| {

@@ -5,31 +5,25 @@
 
 mod bop;
 mod colmap;
-mod colmap_binary;
-mod colmap_text;
+pub(crate) mod document;
 mod kalibr;
 mod kitti;
-mod mount;
 mod nerf;
-mod opencv;
-mod opencv_write;
+pub(crate) mod opencv;
 mod pose;
 mod record;
+pub(crate) mod rig_mount;
 mod ros;
-mod tree;
 mod tum;
-mod write;
-mod xml;
-mod yaml;
 
 use std::path::{Path, PathBuf};
 
-pub use self::mount::Mount;
 pub use self::pose::{Pose, Rotation};
 pub use self::record::Record;
 use crate::budget::Budget;
+pub use crate::calibration::rig_mount::Mount;
 use crate::error::FormatError;
-use crate::folder::{Folder, Source};
+use crate::io::asset_root::{Folder, Source};
 
 /// What a file of cameras holds.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -85,16 +79,16 @@ struct Format {
 const FORMATS: &[Format] = &[
     Format {
         name: "colmap",
-        is: colmap_text::is,
-        read: colmap_text::read,
-        write: colmap_text::write,
+        is: colmap::text::is,
+        read: colmap::text::read,
+        write: colmap::text::write,
         rigs: true,
     },
     Format {
         name: "colmap-binary",
-        is: colmap_binary::is,
-        read: colmap_binary::read,
-        write: colmap_binary::write,
+        is: colmap::binary::is,
+        read: colmap::binary::read,
+        write: colmap::binary::write,
         rigs: true,
     },
     Format {
@@ -134,9 +128,9 @@ const FORMATS: &[Format] = &[
     },
     Format {
         name: "opencv",
-        is: opencv::is,
-        read: opencv::read,
-        write: opencv_write::write,
+        is: opencv::read::is,
+        read: opencv::read::read,
+        write: opencv::write::write,
         rigs: false,
     },
     Format {

@@ -8,11 +8,12 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::{LensModel, PixelCenter};
 
-use super::tree::At;
-use super::write::{joined, number, quoted, rows3};
-use super::{Calibration, Known, Record, Written, stem, text, yaml};
+use crate::calibration::document::At;
+use crate::calibration::document::number_format::{joined, number, quoted, rows3};
+use crate::calibration::document::yaml;
+use crate::calibration::{Calibration, Known, Record, Written, stem, text};
 use crate::error::FormatError;
-use crate::folder::{Folder, Source};
+use crate::io::asset_root::{Folder, Source};
 
 const KEYS: [&str; 24] = [
     "image_width",

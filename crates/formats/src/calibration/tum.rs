@@ -5,10 +5,10 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::PixelCenter;
 
-use super::write::{joined, number};
 use super::{Calibration, Known, Pose, Record, Rotation, Written, text};
+use crate::calibration::document::number_format::{joined, number};
 use crate::error::FormatError;
-use crate::folder::{Folder, Source};
+use crate::io::asset_root::{Folder, Source};
 
 /// The lines of a text that say something, with their numbers.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {

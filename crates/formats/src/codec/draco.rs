@@ -9,7 +9,7 @@ use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
-use crate::guard::guarded;
+use crate::io::catch_panic::guarded;
 
 /// What a stream holds.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,11 +1,11 @@
 //! Accessors: typed elements in bytes (glTF 2.0, section 3.6.2), strided, sparse, normalised or none of these.
 
 use super::Document;
-use super::elements::{Component, Elements};
 use super::json::Accessor;
-use super::ledger::Ledger;
-use crate::bytes::Bytes;
 use crate::error::FormatError;
+use crate::gltf::accessor_view::{Component, Elements};
+use crate::gltf::diagnostics::Ledger;
+use crate::io::byte_source::Bytes;
 
 /// Columns, rows, and so components of an element of this type.
 fn shape(kind: &str) -> Option<(usize, usize)> {

@@ -2,14 +2,14 @@
 
 use super::Document;
 use super::accessor::ATTRIBUTE_FORMAT;
-use super::elements::{Component, Elements};
 use super::json::{Draco, Primitive};
-use super::ledger::Ledger;
-use crate::bytes::Bytes;
 use crate::codec::draco;
 use crate::error::FormatError;
-use crate::folder::Folder;
-use crate::parallel;
+use crate::gltf::accessor_view::{Component, Elements};
+use crate::gltf::diagnostics::Ledger;
+use crate::io::asset_root::Folder;
+use crate::io::byte_source::Bytes;
+use crate::io::parallel;
 
 /// A primitive's attributes by name.
 pub(super) struct AttributeSource<'a> {

@@ -8,9 +8,9 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::json::Root;
-use super::ledger::Ledger;
 use crate::error::FormatError;
-use crate::folder::Source;
+use crate::gltf::diagnostics::Ledger;
+use crate::io::asset_root::Source;
 
 const MAGIC: &[u8; 4] = b"glTF";
 const JSON: &[u8; 4] = b"JSON";

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::json::Root;
-use super::ledger::Ledger;
 use crate::error::FormatError;
+use crate::gltf::diagnostics::Ledger;
 
 /// Every extension that is read.
 const READ: &[&str] = &[

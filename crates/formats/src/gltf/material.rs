@@ -1,15 +1,15 @@
 //! Materials: metallic-roughness and the extensions that add to it.
 
 use raycam_scene::Mesh;
+use raycam_scene::material::principled::{NormalMap, Principled, Textured};
 use raycam_scene::material::{Alpha, Material, Reflectance};
-use raycam_scene::principled::{NormalMap, Principled, Textured};
 use raycam_scene::texture::TextureSlot;
 
 use super::json::{Primitive, TextureInfo};
-use super::json_material::{self as json, Extensions};
-use super::ledger::Ledger;
 use super::{Builder, Document};
 use crate::error::FormatError;
+use crate::gltf::diagnostics::Ledger;
+use crate::gltf::json::material::{self as json, Extensions};
 use crate::image::ColorUse::{self, Color, Data};
 
 /// Any number that is not negative.
@@ -53,7 +53,11 @@ impl Builder<'_, '_> {
         }
     }
 
-    fn material(&mut self, place: &str, json: &json::Material) -> Result<Material, FormatError> {
+    fn material(
+        &mut self,
+        place: &str,
+        json: &json::Material,
+    ) -> Result<Material, FormatError> {
         let pbr = &json.pbr_metallic_roughness;
         let at = |key: &str| format!("{place}.{key}");
         let pbr_at = |key: &str| format!("{place}.pbrMetallicRoughness.{key}");

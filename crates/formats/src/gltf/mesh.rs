@@ -7,8 +7,8 @@ use raycam_scene::animation::Shape;
 use raycam_scene::{Material, Mesh, Model, Part};
 
 use super::Builder;
-use super::deformation::Deformation;
 use crate::error::FormatError;
+use crate::gltf::skin_morph::Deformation;
 
 /// What has been read so far, by index in the document.
 #[derive(Default)]

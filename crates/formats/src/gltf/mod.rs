@@ -4,25 +4,23 @@
 //! Errors and notices name the place in the document and, where it has one, the code of Khronos' glTF-Validator.
 
 mod accessor;
+pub(crate) mod accessor_view;
 mod animation;
+pub(crate) mod animation_pointer;
 mod attributes;
+pub(crate) mod buffers;
 mod camera;
 mod container;
-mod deformation;
-mod elements;
+pub(crate) mod diagnostics;
 mod extensions;
 mod json;
-mod json_extensions;
-mod json_material;
-mod ledger;
 mod light;
 mod material;
 mod mesh;
 mod node;
-mod pointer;
 mod primitive;
-mod resource;
 mod skin;
+pub(crate) mod skin_morph;
 mod specular_glossiness;
 mod tangent;
 mod texture;
@@ -35,12 +33,12 @@ use raycam_scene::{SceneError, Up, World};
 
 use self::container::Container;
 use self::json::Root;
-use self::ledger::Ledger;
 use self::mesh::Meshes;
-use self::resource::Resources;
 use self::texture::Textures;
 use crate::error::FormatError;
-use crate::folder::{Folder, Source};
+use crate::gltf::buffers::Resources;
+use crate::gltf::diagnostics::Ledger;
+use crate::io::asset_root::{Folder, Source};
 
 pub(crate) use container::head;
 pub use writer::write;
@@ -61,7 +59,7 @@ impl Document<'_> {
 
     /// The error of bytes that cannot be read any more.
     fn unread(&self, error: io::Error) -> FormatError {
-        resource::unread(self.path, error)
+        buffers::unread(self.path, error)
     }
 
     /// The error of an index that leads nowhere.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
 use raycam_scene::animation::{self as rig, CameraMount, Mount, Rig, Transform};
-use raycam_scene::variant::Variant;
+use raycam_scene::world::variant::Variant;
 use raycam_scene::{Mesh, Object, World};
 
 use super::json::Node;

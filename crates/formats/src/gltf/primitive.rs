@@ -4,15 +4,15 @@ use glam::{DVec3, Vec3};
 use raycam_scene::Mesh;
 
 use super::attributes::AttributeSource;
-use super::deformation::Deformation;
-use super::elements::{Component, Elements};
 use super::json::Primitive;
-use super::ledger::Ledger;
 use super::tangent;
 use super::{Document, material};
 use crate::error::FormatError;
-use crate::folder::Folder;
-use crate::parallel;
+use crate::gltf::accessor_view::{Component, Elements};
+use crate::gltf::diagnostics::Ledger;
+use crate::gltf::skin_morph::Deformation;
+use crate::io::asset_root::Folder;
+use crate::io::parallel;
 
 /// A primitive of triangles.
 pub(super) struct Part {

@@ -7,13 +7,13 @@
 use std::sync::Arc;
 
 use raycam_scene::material::Material;
-use raycam_scene::principled::{Principled, Textured};
+use raycam_scene::material::principled::{Principled, Textured};
 use raycam_scene::texture::TextureSlot;
 use raycam_scene::{Files, Image, Texels, Texture};
 
 use super::Builder;
-use super::json_material::SpecularGlossiness;
 use crate::error::FormatError;
+use crate::gltf::json::material::SpecularGlossiness;
 use crate::image::ColorUse::Color;
 
 impl Builder<'_, '_> {

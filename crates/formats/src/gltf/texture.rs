@@ -8,9 +8,9 @@ use raycam_scene::texture::{Interpolation, TextureSampler, TextureSlot};
 use raycam_scene::{Files, Image, Texture, Wrap};
 
 use super::json::{Sampler, TextureInfo};
-use super::resource;
 use super::{Builder, Document};
 use crate::error::FormatError;
+use crate::gltf::buffers;
 use crate::image::{ColorUse, decode_image};
 
 /// What has been read so far, by index in the document and use.
@@ -98,7 +98,7 @@ impl Builder<'_, '_> {
         let (bytes, name) = match (&image.uri, image.buffer_view) {
             (Some(uri), _) => {
                 let uri_place = format!("{place}.uri");
-                let fetched = resource::fetch(document.source, uri, &uri_place, self.folder)?;
+                let fetched = buffers::fetch(document.source, uri, &uri_place, self.folder)?;
                 let named = !uri.starts_with("data:");
                 (fetched.into(), named.then_some(&uri[..]))
             }

@@ -8,8 +8,8 @@ use ::image::codecs::bmp::BmpDecoder;
 use raycam_scene::Image;
 
 use super::Decoder;
-use super::raster::{pixels, refused};
 use crate::error::FormatError;
+use crate::image::png::{pixels, refused};
 
 pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let decoder = BmpDecoder::new(Cursor::new(file.bytes));

@@ -6,8 +6,8 @@ use ::image::codecs::hdr::HdrDecoder;
 use raycam_scene::{Image, Texels};
 
 use super::Decoder;
-use super::raster::{pixels, refused};
 use crate::error::FormatError;
+use crate::image::png::{pixels, refused};
 
 pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     // The other signature means the same.

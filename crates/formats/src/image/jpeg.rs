@@ -10,8 +10,8 @@ use raycam_scene::Image;
 
 use super::Decoder;
 use super::jpeg_scan::{Component, Passes, Scan, Table};
-use super::raster::{pixels, refused};
 use crate::error::FormatError;
+use crate::image::png::{pixels, refused};
 
 /// The most scans of one picture, as many as the decoder takes: each may visit all of it with a few bytes.
 const SCANS: usize = 100;

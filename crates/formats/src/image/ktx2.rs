@@ -6,9 +6,9 @@ use raycam_scene::{Image, Texels};
 use ruzstd::decoding::StreamingDecoder;
 use std::io::{self, Read, Write};
 
-use super::raster::grouped;
 use super::{ColorUse, Decoder};
 use crate::error::FormatError;
+use crate::image::png::grouped;
 
 pub(super) const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 

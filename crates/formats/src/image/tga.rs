@@ -8,8 +8,8 @@ use ::image::codecs::tga::TgaDecoder;
 use raycam_scene::Image;
 
 use super::Decoder;
-use super::raster::{pixels, refused};
 use crate::error::FormatError;
+use crate::image::png::{pixels, refused};
 
 /// Whether the file can begin like this: TGA has no magic, and its footer came later and is optional.
 pub(super) fn is_tga(bytes: &[u8]) -> bool {

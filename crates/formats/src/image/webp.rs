@@ -8,9 +8,9 @@ use ::image::codecs::webp::WebPDecoder;
 use raycam_scene::Image;
 
 use super::Decoder;
-use super::raster::{pixels, refused};
 use super::webp_lossless::{Lossless, headed};
 use crate::error::FormatError;
+use crate::image::png::{pixels, refused};
 
 pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     // The length that the container tells (RIFF, a chunk of so many bytes after it).

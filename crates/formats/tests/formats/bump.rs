@@ -1,7 +1,7 @@
 use std::f32::consts::TAU;
 use std::fs;
 
-use raycam_formats::png::{Samples, encode};
+use raycam_formats::encode::png::{Samples, encode};
 use raycam_formats::{Budget, read_model};
 use raycam_scene::{Model, Texels};
 

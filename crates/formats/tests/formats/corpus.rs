@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use raycam_formats::calibration::{self, Known};
-use raycam_formats::{Budget, ColorUse, load, read_image, read_model};
+use raycam_formats::{Budget, ColorUse, read_image, read_model, load};
 
 use crate::common::data;
 

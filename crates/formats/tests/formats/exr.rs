@@ -5,7 +5,7 @@ use ::exr::image::read::read;
 use ::exr::meta::attribute::{AttributeValue, Text};
 use ::exr::prelude::{ReadChannels, ReadLayers};
 use glam::DVec3;
-use raycam_formats::exr::{Layer, Samples, channel_names, encode};
+use raycam_formats::encode::exr::{Layer, Samples, channel_names, encode};
 use raycam_scene::{Camera, PixelCenter, Up, camera};
 
 fn layer<'a>(name: &'a str, components: usize, samples: Samples<'a>) -> Layer<'a> {

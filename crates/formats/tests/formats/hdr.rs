@@ -1,7 +1,8 @@
 use std::path::Path;
 
 use ::image::codecs::hdr::HdrDecoder;
-use raycam_formats::{Budget, ColorUse, decode_image, hdr};
+use raycam_formats::encode::hdr;
+use raycam_formats::{Budget, ColorUse, decode_image};
 use raycam_scene::Texels;
 
 use crate::image::damage_is_found_before;

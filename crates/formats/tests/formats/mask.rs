@@ -1,4 +1,4 @@
-use raycam_formats::mask::{coco_runs, polygons};
+use raycam_formats::encode::mask::{coco_runs, polygons};
 
 fn mask(rows: &[&str]) -> (Vec<bool>, usize, usize) {
     let pixels = rows.iter().flat_map(|row| row.bytes().map(|c| c == b'#'));

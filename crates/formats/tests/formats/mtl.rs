@@ -1,6 +1,6 @@
 use std::fs;
 
-use raycam_formats::{Budget, load, read_model};
+use raycam_formats::{Budget, read_model, load};
 use raycam_scene::color::linear_from_srgb;
 use raycam_scene::{Alpha, Model, Reflectance, Texels, Wrap};
 
@@ -23,20 +23,24 @@ fn within(budget: &Budget, mtl: &str) -> Result<Model, String> {
     fs::write(folder.join("other.mtl"), "# nothing\n").unwrap();
     fs::create_dir(folder.join("textures")).unwrap();
     for name in ["wood.png", "textures/my wood.png", "-x.png"] {
-        let png = raycam_formats::png::encode(
+        let png = raycam_formats::encode::png::encode(
             [1, 2],
             3,
-            raycam_formats::png::Samples::U8(&[255, 0, 0, 0, 255, 0]),
+            raycam_formats::encode::png::Samples::U8(&[255, 0, 0, 0, 255, 0]),
         );
         fs::write(folder.join(name), png.unwrap()).unwrap();
     }
-    let clear = raycam_formats::png::encode(
+    let clear = raycam_formats::encode::png::encode(
         [2, 1],
         4,
-        raycam_formats::png::Samples::U8(&[7, 7, 7, 255, 8, 8, 8, 51]),
+        raycam_formats::encode::png::Samples::U8(&[7, 7, 7, 255, 8, 8, 8, 51]),
     );
     fs::write(folder.join("clear.png"), clear.unwrap()).unwrap();
-    let grey = raycam_formats::png::encode([1, 1], 1, raycam_formats::png::Samples::U8(&[9]));
+    let grey = raycam_formats::encode::png::encode(
+        [1, 1],
+        1,
+        raycam_formats::encode::png::Samples::U8(&[9]),
+    );
     fs::write(folder.join("grey.png"), grey.unwrap()).unwrap();
     read_model(&path, budget).map_err(|error| message(error, &path))
 }

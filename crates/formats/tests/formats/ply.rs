@@ -1,6 +1,7 @@
 use std::fs;
 
-use raycam_formats::{Budget, png, read_model};
+use raycam_formats::encode::png;
+use raycam_formats::{Budget, read_model};
 
 use crate::common::{
     area, data, error, folder, mesh, message, model, mutations, rgb, truncations, vector_area,

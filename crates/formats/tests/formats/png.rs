@@ -1,6 +1,6 @@
 use std::io::Cursor;
 
-use raycam_formats::png::{Samples, encode};
+use raycam_formats::encode::png::{Samples, encode};
 
 #[test]
 fn another_reader_finds_the_same_samples_marked_as_srgb() {

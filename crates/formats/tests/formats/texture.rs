@@ -2,7 +2,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use raycam_formats::png::{Samples, encode};
+use raycam_formats::encode::png::{Samples, encode};
 use raycam_formats::{Budget, FormatError, decode_texture, read_texture};
 use raycam_scene::{Texels, Texture};
 

@@ -1,7 +1,8 @@
 use std::fs;
 use std::path::Path;
 
-use raycam_formats::{Budget, load, png, world_file};
+use raycam_formats::encode::png;
+use raycam_formats::{Budget, load, world_file};
 use raycam_scene::{Up, World};
 
 use crate::common::{file, folder, rgb};

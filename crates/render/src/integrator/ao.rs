@@ -3,12 +3,12 @@
 use glam::Vec3;
 use raycam_bvh::Coherence;
 
-use super::shadows::Shadows;
 use super::{Batch, is_miss};
-use crate::place::Place;
+use crate::bsdf::{above, cosine_direction};
+use crate::integrator::shadow_queue::Shadows;
+use crate::interaction::Place;
 use crate::prepare::PreparedWorld;
-use crate::sampler::Pair;
-use crate::scatter::{above, cosine_direction};
+use crate::sampling::sampler::Pair;
 
 /// 1 in the open and for the background, 0 where all directions, weighed by their cosine, end within `distance`.
 pub(super) fn radiance(

@@ -1,34 +1,27 @@
 //! From hits to radiance: the closed set of integrators, each a chain of stages over a batch of rays.
 
 mod ao;
-mod arriving;
-mod flat;
-mod frosteds;
-mod glossies;
-mod lit;
-mod mattes;
-mod media;
-mod meetings;
-mod next_event;
+pub(crate) mod batch;
+pub(crate) mod direct_lighting;
+pub(crate) mod nested_dielectrics;
 mod path;
-mod photons;
-mod shadows;
-mod smooths;
-mod surfaces;
-mod walk;
+pub(crate) mod photon_pass;
+pub(crate) mod shade;
+pub(crate) mod shadow_queue;
+pub(crate) mod unlit;
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, NOTHING, Scene};
 
 use crate::control::Control;
 use crate::error::RenderError;
+pub(crate) use crate::integrator::photon_pass::guide;
 use crate::light::{Choice, Lights};
 use crate::prepare::PreparedWorld;
-use crate::sampler::Sampler;
+use crate::prepare::texture::Cone;
+use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
-use crate::texture::Cone;
 pub(crate) use path::Room;
-pub(crate) use photons::guide;
 
 /// Rays of one tile and what they met, entry by entry.
 pub(crate) struct Batch<'a> {
@@ -79,7 +72,7 @@ pub(crate) fn radiance(
     let lights = integrator.lights(world);
     let reach = settings.ambient_occlusion;
     match integrator {
-        Integrator::Flat => flat::radiance(world, batch, radiance, sky),
+        Integrator::Flat => unlit::radiance(world, batch, radiance, sky),
         Integrator::Ao => {
             let distance = reach.unwrap_or(f64::INFINITY) as f32;
             ao::radiance(world, distance, batch, radiance, sky);

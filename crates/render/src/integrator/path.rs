@@ -8,18 +8,18 @@ use glam::Vec3;
 use raycam_bvh::{Coherence, Hit, Ray};
 use raycam_scene::Reflectance;
 
-use super::media::Media;
-use super::meetings::Meetings;
-use super::shadows::Shadows;
-use super::walk::Walk;
 use super::{Batch, Rules, is_miss};
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::lanes::LANES;
+use crate::integrator::batch::hits::Meetings;
+use crate::integrator::nested_dielectrics::Media;
+use crate::integrator::shade::Walk;
+use crate::integrator::shadow_queue::Shadows;
 use crate::light::{Choice, Lights, MOST_AT_ONCE, Reference};
 use crate::prepare::PreparedWorld;
-use crate::prepared_material::PreparedMaterial;
-use crate::texture::Cone;
+use crate::prepare::material::PreparedMaterial;
+use crate::prepare::texture::Cone;
+use crate::soa::LANES;
 
 /// A ray on its way from the camera.
 #[derive(Clone, Copy, Debug)]

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use glam::Vec3;
 use raycam_scene::{Image, Up};
 
-use super::backdrop::{Backdrop, Spots};
-use super::daylight::Daylight;
-use super::panorama::{Frame, Table};
 use super::{Around, LightSample};
-use crate::lanes::{Three, get, set};
+use crate::light::environment_image::{Backdrop, Spots};
+use crate::light::equirect::{Frame, Table};
+use crate::light::preetham::Daylight;
+use crate::soa::{Three, get, set};
 
 /// A table for drawing directions has at most this many columns, and rows; larger images share its cells.
 const MOST_CELLS: usize = 2048;

@@ -12,48 +12,44 @@
 //! direction: that is all that multiple importance sampling needs (E. Veach, "Robust Monte Carlo Methods for Light
 //! Transport Simulation", 1997, chapter 9).
 
-mod area;
-mod backdrop;
 mod bounds;
-mod bulb;
-mod choice;
-mod cone;
-mod daylight;
+pub(crate) mod default_lights;
 mod disk;
-mod emissive;
+pub(crate) mod emissive_triangles;
 mod environment;
-mod fallback;
-mod grow;
+pub(crate) mod environment_image;
+pub(crate) mod equirect;
+pub(crate) mod gradient_sky;
 mod ies;
-mod node;
-mod panorama;
+pub(crate) mod light_cull;
+pub(crate) mod light_sampling;
+pub(crate) mod point;
+pub(crate) mod preetham;
+pub(crate) mod prepared_light;
+pub(crate) mod rectangle;
 mod samples;
-mod sky;
-mod source;
-mod sphere;
 mod spot;
 mod sun;
 #[cfg(test)]
 mod tests;
 mod tree;
-mod weights;
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 use raycam_scene::{Light, Up};
 
+pub(crate) use crate::light::default_lights::default_lights;
+use crate::light::emissive_triangles::Emissive;
+use crate::light::light_cull::Sphere;
+pub(crate) use crate::light::light_sampling::{Askers, Choice, MOST_AT_ONCE};
+pub(crate) use crate::light::prepared_light::Source;
+pub(crate) use crate::light::rectangle::SampleArea;
+pub(crate) use crate::light::tree::importance::{FindWeights, Weights};
 use crate::prepare::PreparedWorld;
-pub(crate) use area::SampleArea;
 use bounds::Bounds;
-pub(crate) use choice::{Askers, Choice, MOST_AT_ONCE};
-use emissive::Emissive;
 use environment::Environment;
-pub(crate) use fallback::default_lights;
 pub(crate) use samples::{Around, Drawn, LightSamples};
-pub(crate) use source::Source;
-use sphere::Sphere;
 use tree::{MOST_AT_A_POINT, Tree};
-pub(crate) use weights::{FindWeights, Weights};
 
 /// A point that is lit.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::LightSample;
-use crate::lanes::{Three, get, set};
+use crate::soa::{Three, get, set};
 
 /// Where on a light.
 #[derive(Clone, Copy, Debug, Default)]

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3};
 
 use super::LightSample;
-use super::cone::Cone;
+use crate::sampling::direction_cone::Cone;
 
 #[derive(Debug)]
 pub(crate) struct Sun {

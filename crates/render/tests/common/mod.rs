@@ -4,8 +4,9 @@
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Control, Frame, Plane, PreparedWorld, Settings};
 use raycam_scene::camera::intrinsics_from_fov;
+use raycam_scene::mesh::primitive;
 use raycam_scene::world::Object;
-use raycam_scene::{Camera, Light, Material, Mesh, PixelCenter, Reflectance, World, primitive};
+use raycam_scene::{Camera, Light, Material, Mesh, PixelCenter, Reflectance, World};
 
 /// The lecture's material.
 pub fn material(color: [f32; 3], diffuse: f32, specular: f32, shininess: f32) -> Material {

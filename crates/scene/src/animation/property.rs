@@ -3,8 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::material::principled::Principled;
 use crate::material::{Alpha, Material, Reflectance};
-use crate::principled::Principled;
 use crate::texture::TextureSlot;
 
 /// A property of a material.

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3, DVec4};
 
-use super::{Center, infinite};
+use crate::camera::{Center, parallel};
 use crate::error::SceneError;
 
 /// Below this, relative to its operands, a difference is rounding error.
@@ -33,7 +33,7 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<Decomposed, SceneError> {
         .flat_map(|row| &row[..3])
         .fold(0.0, |a: f64, v| a.max(v.abs()));
     if largest == 0.0 {
-        return infinite::decompose(p);
+        return parallel::decompose(p);
     }
     // A power of two, so that scaling rounds nothing; two steps, as 1 / 2^e may overflow where 2^-e/2 twice does not.
     let half = 2.0_f64.powi(-(largest.log2() / 2.0).floor() as i32);
@@ -43,19 +43,19 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<Decomposed, SceneError> {
     // Gram-Schmidt from the third row upwards is RQ; orthogonalising twice keeps R orthonormal whatever the condition.
     let k33 = m3.length();
     if k33 <= f64::EPSILON * m1.length().max(m2.length()) {
-        return infinite::decompose(p);
+        return parallel::decompose(p);
     }
     let r3 = m3 / k33;
     let once = m2 - m2.dot(r3) * r3;
     let across = once - once.dot(r3) * r3;
     if across.length() <= NEGLIGIBLE * m2.length() {
-        return infinite::decompose(p);
+        return parallel::decompose(p);
     }
     let r2 = across.normalize();
     let r1 = r2.cross(r3).normalize();
     let (k11, k22) = (m1.dot(r1), m2.dot(r2));
     if k11.abs() <= NEGLIGIBLE * m1.length() {
-        return infinite::decompose(p);
+        return parallel::decompose(p);
     }
     // sign(det M) = sign(k11), as k22 and k33 are positive and R is a rotation so far. P and -P are the same camera:
     // with -P the rows r3 and r2 change sign and r1 does not.

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::PixelCenter;
-use super::checks::rows;
+use crate::camera::validate::rows;
 use crate::error::SceneError;
 
 /// Intrinsics with square pixels of a vertical field of view in degrees, the principal point at the image's centre.

@@ -2,11 +2,11 @@
 
 use glam::{DMat3, DVec3};
 
-use super::checks::{check_size, checked_rotation, matrix_of};
 use super::intrinsics::checked_intrinsics;
 use super::lens::Lens;
-use super::starts::Starts;
 use super::{Aperture, Camera, Center, Motion, Pose, Vignetting};
+use crate::camera::undistort_table::Starts;
+use crate::camera::validate::{check_size, checked_rotation, matrix_of};
 use crate::error::SceneError;
 
 impl Camera {

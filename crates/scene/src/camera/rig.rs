@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use serde::{Deserialize, Serialize};
 
-use super::checks::checked_rotation;
 use super::{Camera, Motion, Pose};
+use crate::camera::validate::checked_rotation;
 use crate::error::{SceneError, suggestion};
 use crate::world::{NamedCamera, Names, World};
 

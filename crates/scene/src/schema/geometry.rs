@@ -5,16 +5,16 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::build::Failure;
 use super::keys::Keys;
-use super::object::{KEYS, ObjectSpec};
-use super::words::{Refine, Scheme};
 use crate::error::SceneError;
 use crate::material::Material;
 use crate::mesh::Mesh;
+use crate::mesh::primitive;
+use crate::mesh::subdivide;
 use crate::model::Files;
-use crate::primitive;
-use crate::refine;
+use crate::schema::build_world::Failure;
+use crate::schema::shorthand::{Refine, Scheme};
+use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
 
 /// The mesh files that were read so far, by name: one that several objects name is read once.
@@ -126,8 +126,8 @@ impl ObjectSpec {
         mesh.validate()?;
         if let Some(Refine { levels, scheme }) = self.refine {
             let refined = match scheme {
-                Scheme::Loop => refine::loop_subdivide(mesh, levels),
-                Scheme::Midpoint => refine::midpoint(mesh, levels),
+                Scheme::Loop => subdivide::loop_subdivide(mesh, levels),
+                Scheme::Midpoint => subdivide::midpoint(mesh, levels),
             };
             *mesh = refined.map_err(|error| error.within("refine"))?;
         }

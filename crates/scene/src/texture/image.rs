@@ -5,9 +5,9 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::paged::PagedTexels;
 use crate::color::linear_from_srgb8;
 use crate::error::SceneError;
+use crate::texture::cache::paged::PagedTexels;
 
 /// The texels of an image, row-major, row 0 at the top: red, green, blue and alpha. Alpha is always linear.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,7 +27,7 @@ pub enum Texels {
 
 /// How a texel is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum TexelKind {
+pub(crate) enum TexelKind {
     Srgb8,
     Linear8,
     Linear16,

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::image::TexelKind;
-use super::paged::PagedTexels;
 use super::{Image, Texels};
+use crate::texture::cache::paged::PagedTexels;
 
 impl Image {
     /// Its mip map: the image itself, then each half as large as the one before.

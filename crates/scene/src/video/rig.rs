@@ -5,7 +5,7 @@ use glam::DMat3;
 use super::Video;
 use crate::camera::{Camera, PixelCenter, Pose, Rig};
 use crate::error::SceneError;
-use crate::pose;
+use crate::math::rotation;
 
 impl Video {
     /// A rig as the video moves it, at a time in seconds: by the keyframes of that index in the world, or else as it
@@ -33,7 +33,7 @@ impl Video {
             let k = DMat3::IDENTITY;
             let ahead = Camera::new(
                 k,
-                pose::CAMERA_FROM_BODY * body.r,
+                rotation::CAMERA_FROM_BODY * body.r,
                 body.c,
                 [1, 1],
                 PixelCenter::Integer,
@@ -42,12 +42,12 @@ impl Video {
             if moved == ahead {
                 return Ok(rig.clone());
             }
-            let r = pose::CAMERA_FROM_BODY.transpose() * moved.r();
+            let r = rotation::CAMERA_FROM_BODY.transpose() * moved.r();
             return rig.at_pose(Pose { r, c: moved.c() });
         };
         let c = motion.location.at(time).unwrap_or(body.c);
         let r = match (motion.target.at(time), motion.rotation.at(time)) {
-            (Some(target), _) => pose::rotation_towards(target - c, self.up.axis())
+            (Some(target), _) => rotation::rotation_towards(target - c, self.up.axis())
                 .ok_or_else(|| {
                     SceneError::Camera(format!(
                         "rig {:?} at {c} cannot face {target} at {time} s: it is there, or straight above or below it",

@@ -1,8 +1,9 @@
 //! Objects as people write them: where they stand, what they share, what files bring.
 
 use glam::DVec3;
+use raycam_scene::mesh::primitive;
 use raycam_scene::schema::{self, ObjectSpec};
-use raycam_scene::{Files, Material, Model, NoFiles, Part, TextureSlot, Wrap, primitive};
+use raycam_scene::{Files, Material, Model, NoFiles, Part, TextureSlot, Wrap};
 
 use crate::common::{FakeFiles, node};
 use crate::described::{assert_error, build, object, object_with};

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::Writer;
 use super::binary::Purpose;
-use crate::gltf::pointer::{
+use crate::gltf::animation_pointer::{
     CAMERA_PROPERTIES, LIGHT_PROPERTIES, LIGHTS, PARTS, PROPERTIES, TEXTURES,
 };
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use raycam_scene::material::principled::{NormalMap, Principled, Textured};
 use raycam_scene::material::{Alpha, Material};
-use raycam_scene::principled::{NormalMap, Principled, Textured};
 use raycam_scene::texture::TextureSlot;
 use raycam_scene::{Image, Texels};
 use serde_json::{Map, Value, json};

@@ -8,9 +8,9 @@ mod light;
 mod material;
 mod mesh;
 mod node;
-mod place;
 mod reflectance;
 mod texture;
+pub(crate) mod transform;
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -8,7 +8,7 @@ use raycam_scene::animation::{Rig, Transform};
 use serde_json::{Map, Value, json};
 
 use super::mesh::Variants;
-use super::{Writer, place};
+use crate::gltf::writer::{Writer, transform};
 
 impl Writer<'_> {
     /// Adds everything there is, and returns the roots.
@@ -85,7 +85,7 @@ impl Writer<'_> {
                     translation,
                     rotation,
                     scale,
-                } => place::parts(*translation, *rotation, *scale),
+                } => transform::parts(*translation, *rotation, *scale),
                 Transform::Matrix(matrix) => {
                     let matrix = glam::DMat4::from(*matrix).to_cols_array().to_vec();
                     Map::from_iter([("matrix".into(), json!(matrix))])
@@ -115,7 +115,10 @@ impl Writer<'_> {
                 nodes[on].extend(leaf);
                 return;
             }
-            let mut json = place::nodes(place).into_iter().next().unwrap_or_default();
+            let mut json = transform::nodes(place)
+                .into_iter()
+                .next()
+                .unwrap_or_default();
             json.extend(leaf);
             more.push((on, json));
         };
@@ -198,7 +201,7 @@ impl Writer<'_> {
     fn placed(&mut self, world_from_node: DAffine3, leaf: Value) -> usize {
         let mut below = leaf;
         let mut index = 0;
-        for mut json in place::nodes(world_from_node).into_iter().rev() {
+        for mut json in transform::nodes(world_from_node).into_iter().rev() {
             if let Value::Object(leaf) = below {
                 json.extend(leaf);
             }

@@ -2,7 +2,7 @@
 
 use raycam_scene::Material;
 use raycam_scene::material::Reflectance;
-use raycam_scene::principled::Principled;
+use raycam_scene::material::principled::Principled;
 
 use super::Writer;
 

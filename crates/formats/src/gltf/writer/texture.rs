@@ -10,9 +10,9 @@ use serde_json::{Map, Value, json};
 
 use super::binary::Purpose;
 use super::{Writer, short};
+use crate::encode::png::{self, Samples};
 use crate::error::FormatError;
 use crate::image::ColorUse;
-use crate::png::{self, Samples};
 
 /// What has been written so far.
 #[derive(Default)]

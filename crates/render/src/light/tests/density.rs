@@ -7,9 +7,9 @@ use raycam_scene::{Light, Up, World};
 
 use super::super::{Askers, Choice, Drawn};
 use super::*;
-use crate::chi_squared::{limit, statistic};
 use crate::control::Control;
 use crate::prepare::PreparedWorld;
+use crate::sampling::chi_squared::{limit, statistic};
 
 /// A square mapped onto all directions that a light may be sampled in: a direction and its solid angle per area of the
 /// square, and back.
@@ -81,7 +81,7 @@ fn sheet(corner: DVec3, u: DVec3, v: DVec3, round: bool) -> Chart {
 
 /// By the angle to the zenith and the azimuth, as the table of the environment with its yaw of 30 degrees.
 fn panorama() -> Chart {
-    let frame = super::super::panorama::Frame::new(Up::Z, 30.0);
+    let frame = crate::light::equirect::Frame::new(Up::Z, 30.0);
     Chart {
         at: Box::new(move |p| {
             let (sin, cos) = (TAU * (0.5 - p.x)).sin_cos();

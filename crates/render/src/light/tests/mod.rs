@@ -9,9 +9,9 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use raycam_scene::{FromFile, Image, Light, Profile, Texels, Up};
 
-use super::source::Source;
 use super::{Lights, Reference};
-use crate::sampler::{Pair, Sampler};
+use crate::light::prepared_light::Source;
+use crate::sampling::sampler::{Pair, Sampler};
 
 pub(super) const RADIANCE: [f32; 3] = [2.0; 3];
 pub(super) const AT_ORIGIN: Reference = Reference {

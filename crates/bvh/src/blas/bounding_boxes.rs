@@ -1,0 +1,88 @@
+//! What a mesh looks like from afar: a few boxes around all of it.
+
+use crate::blas::Bvh;
+use crate::node::{LEAF, node};
+
+/// Lower and upper corner; of [`Bvh::boxes`] in the mesh's coordinates.
+pub type Corners = [[f32; 3]; 2];
+
+impl Bvh {
+    /// At most `count` boxes (but one in any case) that hold all triangles; none of a mesh without any.
+    pub fn boxes(&self, count: usize) -> Vec<Corners> {
+        let extent = self.extent();
+        if self.triangle_count() == 0 {
+            return vec![];
+        }
+        let mut boxes = vec![([extent.lower, extent.upper], self.root())];
+        loop {
+            // The largest is opened, as long as there is room for its children.
+            let inner = |(_, (_, at)): &(usize, &(Corners, u32))| at & LEAF == 0;
+            let large = |a: &Corners, b: &Corners| area(a).total_cmp(&area(b));
+            let largest = boxes.iter().enumerate().filter(inner);
+            let Some((i, &(_, at))) = largest.max_by(|(_, (a, _)), (_, (b, _))| large(a, b)) else {
+                break;
+            };
+            let node = node(self.blocks(), at);
+            let children = node.children as usize;
+            if boxes.len() - 1 + children > count {
+                break;
+            }
+            boxes.swap_remove(i);
+            boxes.extend((0..children).map(|k| {
+                let (lower, upper) = node.bounds_of(k);
+                ([lower, upper], node.child[k])
+            }));
+        }
+        let scale = self.scale();
+        let in_mesh =
+            |(corners, _): (Corners, u32)| corners.map(|corner| corner.map(|x| x / scale));
+        boxes.into_iter().map(in_mesh).collect()
+    }
+}
+
+/// Half the area of a box.
+pub fn area([lower, upper]: &Corners) -> f32 {
+    let [x, y, z] = [0, 1, 2].map(|axis| upper[axis] - lower[axis]);
+    x * y + y * z + z * x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{BuildOptions, Bvh};
+
+    #[test]
+    fn every_triangle_lies_in_a_box() {
+        // A ring of small triangles: the boxes leave its middle free.
+        let mut vertices = vec![];
+        for i in 0..3000u32 {
+            let turn = i as f32 * 0.7;
+            let at = [turn.cos(), turn.sin(), 0.1 * (3.0 * turn).sin()];
+            vertices.extend([
+                at,
+                [at[0] + 0.01, at[1], at[2]],
+                [at[0], at[1] + 0.01, at[2]],
+            ]);
+        }
+        let triangles: Vec<_> = (0..3000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let bvh = Bvh::build(&vertices, &triangles, &BuildOptions::default()).unwrap();
+        for count in [1, 10, 100, 100_000] {
+            let boxes = bvh.boxes(count);
+            assert!(!boxes.is_empty() && boxes.len() <= count);
+            let within = |v: [f32; 3], [lower, upper]: &Corners| {
+                (0..3).all(|axis| lower[axis] <= v[axis] && v[axis] <= upper[axis])
+            };
+            for triangle in &triangles {
+                let corners = triangle.map(|i| vertices[i as usize]);
+                assert!(boxes.iter().any(|b| corners.iter().all(|&v| within(v, b))));
+            }
+            assert_eq!(boxes.iter().any(|b| within([0.0; 3], b)), count == 1);
+        }
+        assert!(
+            Bvh::build(&[], &[], &BuildOptions::default())
+                .unwrap()
+                .boxes(9)
+                .is_empty()
+        );
+    }
+}

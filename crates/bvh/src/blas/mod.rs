@@ -1,0 +1,298 @@
+//! One mesh, ready to be traced.
+
+pub(crate) mod bounding_boxes;
+pub(crate) mod refit;
+
+use rayon::prelude::*;
+
+use crate::build;
+use crate::build::triangle_leaves::Triangles;
+use crate::error::BuildError;
+use crate::node::Block;
+use crate::platform::dispatch::Machine;
+use crate::platform::huge_page_vec::Pages;
+use crate::simd::Isa;
+use crate::traverse::trav_ray::{Extent, REACH_LIMIT};
+
+/// How much time a build may take for faster rays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quality {
+    /// For geometry that changes every frame: few bins, along one axis, and a top found from a small sample.
+    Fast,
+    /// Binned surface-area heuristic.
+    #[default]
+    Default,
+    /// For geometry that is traced very often: twice as many bins, and a top found from twice as large a sample.
+    High,
+}
+
+/// How a mesh is built.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BuildOptions {
+    /// Time against speed.
+    pub quality: Quality,
+}
+
+/// The most triangles of a mesh: block indices have 31 bits, and a triangle takes at most two blocks.
+pub const TRIANGLE_LIMIT: usize = 1 << 30;
+
+/// One mesh, ready to be traced: mesh-local float32 coordinates.
+#[derive(Clone)]
+pub struct Bvh {
+    blocks: Pages<Block>,
+    root: u32,
+    ids: Vec<u32>,
+    extent: Extent,
+    scale: f32,
+}
+
+impl std::fmt::Debug for Bvh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "Bvh of {} triangles in {} blocks",
+            self.ids.len(),
+            self.blocks.len()
+        )
+    }
+}
+
+impl Bvh {
+    /// Builds over indexed triangles. Zero-area triangles are kept and never hit.
+    ///
+    /// Runs in parallel on the rayon pool it is called in; the result does not depend on that pool.
+    pub fn build(
+        vertices: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        options: &BuildOptions,
+    ) -> Result<Self, BuildError> {
+        Self::build_with(Machine::best(), vertices, triangles, &[], options)
+    }
+
+    /// The same of several meshes, of which each has its first triangle in `firsts`.
+    pub(crate) fn of_meshes(
+        vertices: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        firsts: &[u32],
+    ) -> Result<Self, BuildError> {
+        let (machine, options) = (Machine::best(), BuildOptions::default());
+        Self::build_with(machine, vertices, triangles, firsts, &options)
+    }
+
+    fn build_with(
+        machine: Machine,
+        vertices: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        firsts: &[u32],
+        options: &BuildOptions,
+    ) -> Result<Self, BuildError> {
+        let scale = scale_of(check(vertices, triangles)?);
+        let mesh = Triangles {
+            vertices,
+            triangles,
+            scale,
+            quality: options.quality,
+            firsts,
+        };
+        let tree = build::build(machine, &mesh, &mesh);
+        Ok(Self {
+            blocks: tree.blocks,
+            root: tree.root,
+            ids: tree.ids,
+            extent: Extent {
+                lower: tree.lower,
+                upper: tree.upper,
+            },
+            scale,
+        })
+    }
+
+    /// How many triangles the mesh has.
+    pub fn triangle_count(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// Bytes held by the tree, leaves and ids included.
+    pub fn byte_count(&self) -> usize {
+        self.blocks.capacity() * size_of::<Block>() + self.ids.capacity() * size_of::<u32>()
+    }
+
+    /// Coordinates in the tree are mesh coordinates times this power of two.
+    pub(crate) fn scale(&self) -> f32 {
+        self.scale
+    }
+
+    /// The box of everything, in the tree's coordinates.
+    #[inline(always)]
+    pub(crate) fn extent(&self) -> &Extent {
+        &self.extent
+    }
+
+    /// The largest coordinate in the tree.
+    pub(crate) fn reach(&self) -> f32 {
+        self.extent.reach()
+    }
+
+    pub(crate) fn root(&self) -> u32 {
+        self.root
+    }
+
+    /// The root, the ids in the order of the leaves, and all blocks.
+    pub(crate) fn parts_mut(&mut self) -> (u32, &[u32], &mut [Block]) {
+        (self.root, &self.ids, &mut self.blocks)
+    }
+
+    pub(crate) fn set_bounds(&mut self, (lower, upper): ([f32; 3], [f32; 3])) {
+        self.extent = Extent { lower, upper };
+    }
+
+    pub(crate) fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    /// Asks for what [`Bvh::id`] will read.
+    #[inline(always)]
+    pub(crate) fn prefetch_id<I: Isa>(&self, slot: u32) {
+        I::prefetch(self.ids.as_ptr().wrapping_add(slot as usize).cast());
+    }
+
+    /// The triangle at a position in the order of the leaves.
+    #[inline(always)]
+    pub(crate) fn id(&self, slot: u32) -> u32 {
+        debug_assert!((slot as usize) < self.ids.len());
+        // SAFETY: slots come from the leaves of this tree, whose triangles all have an id.
+        unsafe { *self.ids.get_unchecked(slot as usize) }
+    }
+}
+
+/// A power of two that brings `reach` into range; 1 for all but extreme scenes.
+pub(crate) fn scale_of(reach: f32) -> f32 {
+    if reach == 0.0 || (1.0 / (1 << 20) as f32..=REACH_LIMIT).contains(&reach) {
+        return 1.0;
+    }
+    let power = f64::from_bits(f64::from(reach).to_bits() & (0x7ff << 52));
+    (1.0 / power).min(f64::from(2f32.powi(126))) as f32
+}
+
+/// Vertices or triangles that one thread looks at.
+const CHECKED: usize = 1 << 14;
+
+/// The largest coordinate of a mesh that can be built over.
+pub(crate) fn check(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<f32, BuildError> {
+    if triangles.len() > TRIANGLE_LIMIT {
+        return Err(BuildError::TooLarge {
+            what: "triangles",
+            given: triangles.len(),
+            limit: TRIANGLE_LIMIT,
+        });
+    }
+    // Without their sign, floats are in the order of their bits, and what is not finite comes last. The largest is
+    // found in wide vectors; only where it is too large is it looked for.
+    let largest = |words: &[[u32; 3]]| words.as_flattened().iter().fold(0, |a, &b| a.max(b));
+    let size = |v: &[[f32; 3]]| {
+        let sizes = v.as_flattened().iter().map(|x| x.to_bits() << 1 >> 1);
+        sizes.fold(0, u32::max)
+    };
+    let reach = f32::from_bits(vertices.par_chunks(CHECKED).map(size).max().unwrap_or(0));
+    if !reach.is_finite() {
+        let bad = |v: &[f32; 3]| !v.iter().all(|x| x.is_finite());
+        let at = vertices.par_iter().position_first(bad).unwrap_or_default();
+        return Err(BuildError::NotFinite {
+            what: format!("vertex {at}"),
+        });
+    }
+    let last = triangles.par_chunks(CHECKED).map(largest).max();
+    if last.is_some_and(|last| last as usize >= vertices.len()) {
+        let outside = |index: &u32| *index as usize >= vertices.len();
+        let flat = triangles.as_flattened();
+        let at = flat.par_iter().position_first(outside).unwrap_or_default();
+        return Err(BuildError::IndexOutOfRange {
+            triangle: at / 3,
+            index: flat[at],
+            vertices: vertices.len(),
+        });
+    }
+    Ok(reach)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::platform::dispatch::InstructionSet;
+
+    type Indexed = (&'static str, Vec<[f32; 3]>, Vec<[u32; 3]>);
+
+    /// A height field, whose triangles share vertices; triangles of any size all over the place; many copies of few.
+    fn meshes(side: u32) -> [Indexed; 3] {
+        let random = |i: u32| (i.wrapping_mul(2_654_435_761) >> 9) as f32 / (1 << 22) as f32 - 1.0;
+        let across = side + 1;
+        let heights = (0..across * across)
+            .map(|i| [(i % across) as f32, (i / across) as f32, random(i)])
+            .collect();
+        let cells = (0..side * side).flat_map(|k| {
+            let a = k / side * across + k % side;
+            [[a, a + 1, a + across], [a + 1, a + across + 1, a + across]]
+        });
+        let n = 2 * side * side;
+        let apart = (0..3 * n).map(|i| {
+            let [centre, size] = [random(i / 3), 0.3 * random(i / 3 + 7).powi(8)];
+            std::array::from_fn(|a| centre * (a as f32 + 0.5) + size * random(3 * i + a as u32))
+        });
+        let alone = |i: u32| [3 * i, 3 * i + 1, 3 * i + 2];
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5], [1.0; 3]];
+        let few = [[0, 1, 2], [1, 2, 3], [0, 1, 3]];
+        [
+            ("heights", heights, cells.collect()),
+            ("apart", apart.collect(), (0..n).map(alone).collect()),
+            (
+                "copies",
+                corners.to_vec(),
+                (0..n as usize).map(|i| few[i % 3]).collect(),
+            ),
+        ]
+    }
+
+    fn bytes(bvh: &Bvh) -> Vec<u8> {
+        let mut bytes: Vec<_> = bvh
+            .blocks
+            .iter()
+            // SAFETY: nodes and leaves fill their blocks with plain numbers, without gaps.
+            .flat_map(|block| unsafe { std::mem::transmute::<Block, [u8; 256]>(*block) })
+            .collect();
+        let corners = [bvh.extent.lower, bvh.extent.upper].into_iter().flatten();
+        let floats = corners.chain([bvh.scale]).flat_map(f32::to_ne_bytes);
+        let words = bvh.ids.iter().chain([&bvh.root]);
+        bytes.extend(words.flat_map(|word| word.to_ne_bytes()).chain(floats));
+        bytes
+    }
+
+    #[test]
+    fn a_tree_is_the_same_bytes_on_every_instruction_set_and_number_of_threads() {
+        // Enough for several treelets, found by a sample and binned by several threads.
+        let side = if cfg!(miri) { 12 } else { 132 };
+        let counts: &[usize] = if cfg!(miri) { &[2] } else { &[1, 2, 5] };
+        for (name, vertices, triangles) in meshes(side) {
+            for quality in [Quality::Fast, Quality::Default, Quality::High] {
+                let options = BuildOptions { quality };
+                let build = |isa, threads| {
+                    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                    let machine = Machine::with(isa).unwrap();
+                    let mesh = || Bvh::build_with(machine, &vertices, &triangles, &[], &options);
+                    bytes(&pool.unwrap().install(mesh).unwrap())
+                };
+                let expected = build(InstructionSet::Portable, 1);
+                let available = InstructionSet::ALL.into_iter();
+                for isa in available.filter(|isa| isa.is_available()) {
+                    for &threads in counts {
+                        let same = build(isa, threads) == expected;
+                        assert!(
+                            same,
+                            "{name}, {quality:?}, {}, {threads} threads",
+                            isa.name()
+                        );
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! Moves the vertices of a mesh: its tree keeps its shape, its boxes and leaves follow.
+
+use crate::blas::{Bvh, check, scale_of};
+use crate::error::BuildError;
+use crate::node::{Block, LEAF, Leaf, NO_CHILD};
+
+/// Lower and upper corner.
+type Corners = ([f32; 3], [f32; 3]);
+
+/// The box of nothing.
+const NOTHING: Corners = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+
+impl Bvh {
+    /// The same tree over the same triangles with vertices elsewhere: answers are those of a tree built anew. The more
+    /// the mesh changes its shape, the slower are rays: see [`Bvh::cost`].
+    ///
+    /// # Errors
+    /// Those of [`Bvh::build`]; and [`BuildError::OtherMesh`] where the triangles are not those it was built over, as far
+    /// as their number and the number of vertices tell, or the mesh has grown or shrunk by so much that float32 needs
+    /// another scale. The tree is as it was then.
+    pub fn refit(
+        &mut self,
+        vertices: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+    ) -> Result<(), BuildError> {
+        let reach = check(vertices, triangles)?;
+        if triangles.len() != self.triangle_count() || scale_of(reach) != self.scale() {
+            return Err(BuildError::OtherMesh {
+                given: triangles.len(),
+                built: self.triangle_count(),
+            });
+        }
+        if self.root() == NO_CHILD {
+            return Ok(());
+        }
+        let scale = self.scale();
+        let (root, ids, blocks) = self.parts_mut();
+        let vertex = |index: u32| vertices[index as usize].map(|x| x * scale);
+        let moved = |leaf: &mut Leaf| {
+            let ids = &ids[leaf.first as usize..][..leaf.count as usize];
+            leaf.refit(ids.iter().map(|&id| triangles[id as usize].map(vertex)))
+        };
+        let bounds = refit(blocks, root, &moved);
+        self.set_bounds(bounds);
+        Ok(())
+    }
+
+    /// The expected number of nodes and leaves that a ray through the mesh's box visits (the surface-area heuristic of
+    /// Goldsmith and Salmon 1987): what to compare before and after a [`Bvh::refit`].
+    pub fn cost(&self) -> f64 {
+        if self.root() == NO_CHILD {
+            return 0.0;
+        }
+        let area = |(lower, upper): Corners| {
+            let [x, y, z] = [0, 1, 2].map(|a| f64::from(upper[a]) - f64::from(lower[a]));
+            x * y + y * z + z * x
+        };
+        let extent = self.extent();
+        let mut sum = area((extent.lower, extent.upper));
+        let whole = sum;
+        let mut open = vec![self.root()];
+        while let Some(at) = open.pop() {
+            if at & LEAF != 0 {
+                continue;
+            }
+            let node = crate::node::node(self.blocks(), at);
+            for k in 0..node.children as usize {
+                sum += area(node.bounds_of(k));
+                open.push(node.child[k]);
+            }
+        }
+        if whole > 0.0 { sum / whole } else { 1.0 }
+    }
+}
+
+/// Refits what is at and below a reference; its box. As deep as the tree, whose depth is bounded.
+fn refit(blocks: &mut [Block], at: u32, moved: &impl Fn(&mut Leaf) -> Corners) -> Corners {
+    let index = (at & !LEAF) as usize;
+    if at & LEAF != 0 {
+        // SAFETY: a reference with `LEAF` leads to a leaf.
+        return moved(unsafe { &mut blocks[index].leaf });
+    }
+    // SAFETY: a reference without `LEAF` leads to a node.
+    let node = unsafe { blocks[index].node };
+    let mut whole = NOTHING;
+    for k in 0..node.children as usize {
+        let bounds = refit(blocks, node.child[k], moved);
+        for a in 0..3 {
+            whole.0[a] = whole.0[a].min(bounds.0[a]);
+            whole.1[a] = whole.1[a].max(bounds.1[a]);
+        }
+        // SAFETY: as above.
+        unsafe { blocks[index].node.set_bounds(k, bounds) };
+    }
+    whole
+}

@@ -1,0 +1,173 @@
+//! Which instruction set the kernels run with.
+
+use std::sync::OnceLock;
+
+/// An instruction set that kernels are compiled for. All give the same answers, bit for bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InstructionSet {
+    /// No particular one: any machine.
+    Portable,
+    /// x86-64 with AVX2 and FMA.
+    Avx2,
+    /// x86-64 with AVX-512 F, VL, DQ and BW.
+    Avx512,
+    /// aarch64.
+    Neon,
+}
+
+impl InstructionSet {
+    /// All, the simplest first.
+    pub const ALL: [InstructionSet; 4] = [Self::Portable, Self::Neon, Self::Avx2, Self::Avx512];
+
+    /// Its name, as `RAYCAM_ISA` spells it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Portable => "portable",
+            Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
+            Self::Neon => "neon",
+        }
+    }
+
+    /// Whether this machine has it.
+    pub fn is_available(self) -> bool {
+        match self {
+            Self::Portable => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => {
+                is_x86_feature_detected!("avx2")
+                    && is_x86_feature_detected!("fma")
+                    && is_x86_feature_detected!("bmi1")
+                    && is_x86_feature_detected!("bmi2")
+                    && is_x86_feature_detected!("lzcnt")
+                    && is_x86_feature_detected!("popcnt")
+            }
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => {
+                Self::Avx2.is_available()
+                    && is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512bw")
+            }
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => std::arch::is_aarch64_feature_detected!("neon"),
+            #[allow(unreachable_patterns)]
+            _ => false,
+        }
+    }
+
+    /// The widest this machine has, unless the environment variable `RAYCAM_ISA` names another that it has. A name
+    /// that is unknown or not available here is said on stderr, once, and does not count.
+    pub fn best() -> InstructionSet {
+        static BEST: OnceLock<InstructionSet> = OnceLock::new();
+        *BEST.get_or_init(|| {
+            let available = || Self::ALL.into_iter().filter(|isa| isa.is_available());
+            let widest = available().next_back().unwrap_or(Self::Portable);
+            let Some(asked) = std::env::var_os("RAYCAM_ISA").filter(|name| !name.is_empty()) else {
+                return widest;
+            };
+            available()
+                .find(|isa| asked == isa.name())
+                .unwrap_or_else(|| {
+                    let names: Vec<_> = available().map(Self::name).collect();
+                    eprintln!(
+                        "RAYCAM_ISA={}: this machine has {}",
+                        asked.display(),
+                        names.join(", ")
+                    );
+                    widest
+                })
+        })
+    }
+}
+
+/// An instruction set that this machine has.
+#[derive(Clone, Copy, Debug)]
+pub struct Machine(InstructionSet);
+
+impl Machine {
+    /// The best one.
+    pub fn best() -> Machine {
+        Machine(InstructionSet::best())
+    }
+
+    /// A certain one, if it is there.
+    pub fn with(isa: InstructionSet) -> Option<Machine> {
+        isa.is_available().then_some(Machine(isa))
+    }
+
+    /// Which it is.
+    pub fn isa(self) -> InstructionSet {
+        self.0
+    }
+}
+
+/// `kernel!(fn name(arguments) = generic)`: a function that runs `generic::<I>(arguments)` compiled for each
+/// instruction set, and takes the [`Machine`] first. It may be generic: `fn name[T: Trait](arguments)`.
+macro_rules! kernel {
+    ($(#[$doc:meta])* fn $name:ident$([$g:ident: $bound:path])?($($arg:ident: $type:ty),* $(,)?) = $generic:ident) => {
+        $(#[$doc])*
+        pub fn $name$(<$g: $bound>)?(machine: $crate::platform::dispatch::Machine, $($arg: $type),*) {
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+            fn avx2$(<$g: $bound>)?($($arg: $type),*) {
+                $generic::<$crate::simd::Avx2 $(, $g)?>($($arg),*)
+            }
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+            fn avx512$(<$g: $bound>)?($($arg: $type),*) {
+                $generic::<$crate::simd::Avx512 $(, $g)?>($($arg),*)
+            }
+            #[cfg(target_arch = "aarch64")]
+            #[target_feature(enable = "neon")]
+            fn neon$(<$g: $bound>)?($($arg: $type),*) {
+                $generic::<$crate::simd::Neon $(, $g)?>($($arg),*)
+            }
+            match machine.isa() {
+                // SAFETY: a `Machine` is made only of an instruction set that was found to be available.
+                #[cfg(target_arch = "x86_64")]
+                $crate::platform::dispatch::InstructionSet::Avx2 => unsafe { avx2($($arg),*) },
+                // SAFETY: as above.
+                #[cfg(target_arch = "x86_64")]
+                $crate::platform::dispatch::InstructionSet::Avx512 => unsafe { avx512($($arg),*) },
+                // SAFETY: as above.
+                #[cfg(target_arch = "aarch64")]
+                $crate::platform::dispatch::InstructionSet::Neon => unsafe { neon($($arg),*) },
+                _ => $generic::<$crate::simd::Portable $(, $g)?>($($arg),*),
+            }
+        }
+    };
+}
+pub(crate) use kernel;
+
+/// Work whose loops are worth vectorising, outside of this room: `run` and what it calls are `#[inline(always)]`.
+pub trait Loops {
+    /// Does the work.
+    fn run(self);
+}
+
+/// Does work compiled for [`InstructionSet::best`]. The answers are those of any other, bit for bit: the compiler may
+/// neither reorder nor fuse floating-point operations.
+pub fn vectorized<W: Loops>(work: W) {
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    fn avx2<W: Loops>(work: W) {
+        work.run();
+    }
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    fn avx512<W: Loops>(work: W) {
+        work.run();
+    }
+    match InstructionSet::best() {
+        // SAFETY: `best` is an instruction set that was found to be available.
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx2 => unsafe { avx2(work) },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        InstructionSet::Avx512 => unsafe { avx512(work) },
+        // Neon is part of every aarch64.
+        _ => work.run(),
+    }
+}

@@ -1,0 +1,218 @@
+//! Plain arrays: any machine, and the yardstick of the others.
+
+use crate::simd::{COMPRESS, Isa, Vector, descending, least_lane};
+
+/// No instruction set in particular.
+#[derive(Clone, Copy)]
+pub struct Portable;
+
+/// Floats in an array.
+#[derive(Clone, Copy)]
+pub struct Array<const N: usize>([f32; N]);
+
+impl<const N: usize> Array<N> {
+    #[inline(always)]
+    fn zip(self, b: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        Self(std::array::from_fn(|i| f(self.0[i], b.0[i])))
+    }
+
+    #[inline(always)]
+    fn test(self, b: Self, f: impl Fn(f32, f32) -> bool) -> u32 {
+        (0..N).fold(0, |bits, i| bits | u32::from(f(self.0[i], b.0[i])) << i)
+    }
+}
+
+impl<const N: usize> Vector for Array<N> {
+    type Mask = u32;
+
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        Self([x; N])
+    }
+    #[inline(always)]
+    unsafe fn load(from: *const f32) -> Self {
+        // SAFETY: the caller vouches for N readable floats.
+        Self(unsafe { from.cast::<[f32; N]>().read_unaligned() })
+    }
+    #[inline(always)]
+    unsafe fn store(self, to: *mut f32) {
+        // SAFETY: the caller vouches for N writable floats.
+        unsafe { to.cast::<[f32; N]>().write_unaligned(self.0) }
+    }
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        self.zip(b, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        self.zip(b, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        self.zip(b, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn div(self, b: Self) -> Self {
+        self.zip(b, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        self.zip(b, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        self.zip(b, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        Self(std::array::from_fn(|i| fused(self.0[i], b.0[i], c.0[i])))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.map(f32::abs))
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> u32 {
+        self.test(b, |a, b| a <= b)
+    }
+    #[inline(always)]
+    fn eq(self, b: Self) -> u32 {
+        self.test(b, |a, b| a == b)
+    }
+    #[inline(always)]
+    fn and(a: u32, b: u32) -> u32 {
+        a & b
+    }
+    #[inline(always)]
+    fn or(a: u32, b: u32) -> u32 {
+        a | b
+    }
+    #[inline(always)]
+    fn least(self) -> f32 {
+        self.0
+            .into_iter()
+            .fold(f32::INFINITY, |a, b| if b < a { b } else { a })
+    }
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        self.0
+            .into_iter()
+            .fold(f32::NEG_INFINITY, |a, b| if b > a { b } else { a })
+    }
+    #[inline(always)]
+    fn bits(mask: u32) -> u32 {
+        mask
+    }
+    #[inline(always)]
+    fn mask(bits: u32) -> u32 {
+        bits
+    }
+    #[inline(always)]
+    fn select(mask: u32, a: Self, b: Self) -> Self {
+        Self(std::array::from_fn(|i| {
+            if mask >> i & 1 != 0 { a.0[i] } else { b.0[i] }
+        }))
+    }
+}
+
+impl Isa for Portable {
+    const FUSED: bool = false;
+
+    type F8 = Array<8>;
+    type F16 = Array<16>;
+    type Rays = Self::F16;
+    type Index = [u8; 16];
+    type Order = [u8; 8];
+
+    #[inline(always)]
+    fn index(packed: u64) -> [u8; 16] {
+        std::array::from_fn(|i| (packed >> (32 * (i % 2) + 4 * (i / 2))) as u8 & 15)
+    }
+    #[inline(always)]
+    fn lookup(table: Array<16>, index: [u8; 16]) -> Array<16> {
+        Array(std::array::from_fn(|i| table.0[(index[i] & 15) as usize]))
+    }
+    #[inline(always)]
+    fn find(table: Array<16>, index: Array<16>) -> Array<16> {
+        Self::lookup(table, index.0.map(|lane| lane.to_bits() as u8 & 15))
+    }
+    #[inline(always)]
+    fn spread(packed: u64) -> Array<16> {
+        Array(Self::index(packed).map(|lane| f32::from_bits(u32::from(lane))))
+    }
+    #[inline(always)]
+    fn plus(bits: Array<16>, by: u32) -> Array<16> {
+        Array(bits.0.map(|x| f32::from_bits(x.to_bits().wrapping_add(by))))
+    }
+    #[inline(always)]
+    fn compress(v: Array<8>, mask: u32) -> Array<8> {
+        Array(COMPRESS[mask as usize & 255].map(|lane| v.0[lane as usize & 7]))
+    }
+    #[inline(always)]
+    fn descending(v: Array<8>, mask: u32) -> [u8; 8] {
+        descending(&v.0, mask)
+    }
+    #[inline(always)]
+    fn reorder(v: Array<8>, order: [u8; 8]) -> Array<8> {
+        Array(order.map(|lane| v.0[lane as usize & 7]))
+    }
+    #[inline(always)]
+    fn least_lane(v: Array<8>, mask: u32) -> usize {
+        least_lane(&v.0, mask)
+    }
+    #[inline(always)]
+    fn prefetch(_at: *const u8) {}
+}
+
+/// `a * b - c`, rounded once, where the machine has no instruction for it: float64 holds the product, and its difference
+/// rounded to odd may be rounded again (Boldo and Melquiond 2008).
+#[inline(always)]
+fn fused(a: f32, b: f32, c: f32) -> f32 {
+    let (product, c) = (f64::from(a) * f64::from(b), f64::from(c));
+    let sum = product - c;
+    // What rounding took away (Knuth's two-sum).
+    let part = sum - product;
+    let rest = (product - (sum - part)) - (c + part);
+    // Not of infinities, whose rest is NaN.
+    let inexact = rest.abs() > 0.0;
+    let away = (rest > 0.0) == (sum > 0.0);
+    let bits = sum.to_bits();
+    let odd = if inexact && bits & 1 == 0 {
+        if away { bits + 1 } else { bits - 1 }
+    } else {
+        bits
+    };
+    f64::from_bits(odd) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fused;
+
+    #[test]
+    fn a_product_less_a_number_is_rounded_once() {
+        let mut state = 1u64;
+        let mut next = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 32) as u32
+        };
+        let mut twice = 0;
+        for _ in 0..1_000_000 {
+            let [a, b] = [0, 1].map(|_| f32::from_bits(next() % (30 << 23) + (112 << 23)));
+            // Half of the time so near to the product that little is left.
+            let c = if next() & 1 == 0 {
+                f32::from_bits((a * b).to_bits().wrapping_add(next() % 9).wrapping_sub(4))
+            } else {
+                f32::from_bits(next() % (60 << 23) + (90 << 23))
+            };
+            let c = if next() & 1 == 0 { c } else { -c };
+            assert_eq!(fused(a, b, c), a.mul_add(b, -c), "{a} * {b} - {c}");
+            twice += usize::from(fused(a, b, c) != a * b - c);
+        }
+        assert!(twice > 10_000, "nothing was tried");
+        assert_eq!(fused(f32::INFINITY, -2.0, 1.0), f32::NEG_INFINITY);
+        assert!(fused(f32::INFINITY, 1.0, f32::INFINITY).is_nan());
+    }
+}

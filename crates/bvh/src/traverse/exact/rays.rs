@@ -1,0 +1,388 @@
+//! The rays of a chunk in float64, component by component, and the nearest hits so far.
+
+use crate::node::cross;
+use crate::ray::{ExactHit, ExactRay, Ray};
+use crate::scene::Scene;
+use crate::traverse::exact::single::{EPS64, Moved, limit};
+use crate::traverse::packet::SIZE;
+
+/// A value of each ray.
+type Row = [f64; SIZE];
+
+/// Up to 64 rays that start near the scene, by number; what is told of the others means nothing.
+pub struct ExactRays {
+    /// Start in the world and direction as given, but scaled to a largest component of 1 to 2.
+    origin: [Row; 3],
+    direction: [Row; 3],
+    /// The given t is the t along `direction` divided by this power of two.
+    power: Row,
+    /// The t of the nearest hit so far, along `direction`.
+    best: Row,
+    /// How much x and y change along the main axis, see [`ExactRays::axes`].
+    shear: [Row; 2],
+    /// The main axis, along which the direction is steepest.
+    main: [u8; SIZE],
+    /// The same in scaled scene coordinates, as float32 has it.
+    start: [[f32; SIZE]; 3],
+    along: [[f32; SIZE]; 3],
+    /// The largest coordinate there.
+    farthest: Row,
+    state: [u8; SIZE],
+    /// The main axis of all of them, if it is one.
+    common: Option<usize>,
+}
+
+/// What is to be done with a ray: it can meet nothing, it starts near, or far from the scene.
+const NOWHERE: u8 = 0;
+const NEAR: u8 = 1;
+
+/// The axes after the main one.
+const NEXT: [usize; 3] = [1, 2, 0];
+
+impl ExactRays {
+    pub const NONE: ExactRays = ExactRays {
+        origin: [[0.0; SIZE]; 3],
+        direction: [[0.0; SIZE]; 3],
+        power: [0.0; SIZE],
+        best: [0.0; SIZE],
+        shear: [[0.0; SIZE]; 2],
+        main: [0; SIZE],
+        start: [[0.0; SIZE]; 3],
+        along: [[0.0; SIZE]; 3],
+        farthest: [0.0; SIZE],
+        state: [NOWHERE; SIZE],
+        common: None,
+    };
+
+    /// Takes rays. They start near where that is within `reach` of the scene's origin, in scaled scene coordinates.
+    #[inline(always)]
+    pub fn take(&mut self, scene: &Scene, rays: &[ExactRay], reach: f64) {
+        for (i, ray) in rays.iter().enumerate() {
+            for axis in 0..3 {
+                self.origin[axis][i & (SIZE - 1)] = ray.origin[axis];
+                self.direction[axis][i & (SIZE - 1)] = ray.direction[axis];
+            }
+            self.best[i & (SIZE - 1)] = ray.t_max;
+        }
+        let ([ox, oy, oz], [dx, dy, dz]) = (&self.origin, &mut self.direction);
+        let [sx, sy] = &mut self.shear;
+        let ([wx, wy, wz], unit) = (scene.origin(), scene.unit);
+        let ([px, py, pz], [ax, ay, az]) = (&mut self.start, &mut self.along);
+        // All of it without a branch: compilers make vectors of that.
+        for i in 0..SIZE {
+            let size = [dx[i].abs(), dy[i].abs(), dz[i].abs()];
+            let steepest = larger(larger(size[0], size[1]), size[2]);
+            let finite = (size[0] <= f64::MAX)
+                & (size[1] <= f64::MAX)
+                & (size[2] <= f64::MAX)
+                & (ox[i].abs() <= f64::MAX)
+                & (oy[i].abs() <= f64::MAX)
+                & (oz[i].abs() <= f64::MAX);
+            // Also left here: subnormal directions, whose scaling would not be exact, and a t_max that is NaN.
+            let sane = finite & (steepest >= f64::MIN_POSITIVE) & (self.best[i] >= 0.0);
+            let power = f64::from_bits(steepest.to_bits() & (0x7ff << 52));
+            let d = [dx[i] / power, dy[i] / power, dz[i] / power];
+            (dx[i], dy[i], dz[i]) = (d[0], d[1], d[2]);
+            self.power[i] = power;
+            self.best[i] *= power;
+            let size = [d[0].abs(), d[1].abs(), d[2].abs()];
+            let first = (size[0] >= size[1]) & (size[0] >= size[2]);
+            let second = size[1] >= size[2];
+            let main = if first {
+                d[0]
+            } else if second {
+                d[1]
+            } else {
+                d[2]
+            };
+            let after = if first {
+                d[1]
+            } else if second {
+                d[2]
+            } else {
+                d[0]
+            };
+            let last = if first {
+                d[2]
+            } else if second {
+                d[0]
+            } else {
+                d[1]
+            };
+            (sx[i], sy[i]) = (after / main, last / main);
+            self.main[i] = if first {
+                0
+            } else if second {
+                1
+            } else {
+                2
+            };
+            let start = [
+                (ox[i] - wx) * unit,
+                (oy[i] - wy) * unit,
+                (oz[i] - wz) * unit,
+            ];
+            let farthest = larger(larger(start[0].abs(), start[1].abs()), start[2].abs());
+            self.farthest[i] = farthest;
+            self.state[i] = (sane as u8) * (2 - (farthest <= reach) as u8);
+            (px[i], py[i], pz[i]) = (start[0] as f32, start[1] as f32, start[2] as f32);
+            (ax[i], ay[i], az[i]) = (
+                (d[0] * unit) as f32,
+                (d[1] * unit) as f32,
+                (d[2] * unit) as f32,
+            );
+        }
+        let first = self.main[0];
+        let same = self.main[..rays.len()].iter().all(|main| *main == first);
+        self.common = same.then_some(usize::from(first));
+    }
+
+    /// Whether ray `i` can meet anything, and then whether it starts near.
+    #[inline(always)]
+    pub fn starts_near(&self, i: usize) -> Option<bool> {
+        let state = self.state[i & (SIZE - 1)];
+        (state != NOWHERE).then_some(state == NEAR)
+    }
+
+    /// The ray in scaled scene coordinates, with the largest of them and what they may be off by.
+    #[inline(always)]
+    pub fn rounded(&self, scene: &Scene, i: usize) -> (Ray, f32, f64) {
+        let i = i & (SIZE - 1);
+        let origin = [self.start[0][i], self.start[1][i], self.start[2][i]];
+        let ray = Ray {
+            origin,
+            direction: [self.along[0][i], self.along[1][i], self.along[2][i]],
+            t_max: self.limit(i).next_up(),
+        };
+        let farthest = self.farthest[i];
+        (ray, farthest as f32, drift(scene, farthest))
+    }
+
+    /// How far boxes need to be looked at.
+    #[inline(always)]
+    pub fn limit(&self, i: usize) -> f32 {
+        limit(self.best[i & (SIZE - 1)], 0.0)
+    }
+
+    /// Start in scaled scene coordinates and direction of a ray.
+    #[inline(always)]
+    pub fn line(&self, scene: &Scene, i: usize) -> ([f64; 3], [f64; 3]) {
+        let (i, world) = (i & (SIZE - 1), scene.origin());
+        (
+            std::array::from_fn(|a| (self.origin[a][i] - world[a]) * scene.unit),
+            std::array::from_fn(|a| self.direction[a][i]),
+        )
+    }
+
+    /// A ray by itself, with what it has met.
+    pub fn alone(&self, scene: &Scene, i: usize, hit: &ExactHit) -> Moved {
+        let i = i & (SIZE - 1);
+        let (start, direction) = self.line(scene, i);
+        Moved {
+            origin: std::array::from_fn(|a| self.origin[a][i]),
+            direction,
+            power: self.power[i],
+            start,
+            forward: 0.0,
+            drift: drift(scene, self.farthest[i]),
+            best: ExactHit {
+                t: self.best[i],
+                ..*hit
+            },
+        }
+    }
+
+    /// Keeps what it has met then.
+    pub fn keep(&mut self, i: usize, ray: &Moved, hit: &mut ExactHit) {
+        self.best[i & (SIZE - 1)] = ray.best.t;
+        *hit = ray.best;
+    }
+
+    /// The t of its hit, if any, as the ray was given.
+    #[inline(always)]
+    pub fn answer(&self, i: usize, hit: &mut ExactHit) {
+        let i = i & (SIZE - 1);
+        if hit.triangle != crate::NOTHING {
+            hit.t = self.best[i] / self.power[i];
+        }
+    }
+
+    /// Lets one ray meet a triangle.
+    #[inline(always)]
+    pub fn meet(
+        &mut self,
+        i: usize,
+        corners: [[f64; 3]; 3],
+        triangle: (u32, u32),
+        hits: &mut [ExactHit],
+    ) {
+        let i = i & (SIZE - 1);
+        let normal = cross(corners);
+        let [u, v, w] = self.edges(i, usize::from(self.main[i]) % 3, &corners);
+        if is_inside(u, v, w) && normal != [0.0; 3] {
+            self.accept(i, [u, v, w], &corners, normal, triangle, hits);
+        }
+    }
+
+    /// Lets many rays meet a triangle. The answers are those of [`ExactRays::meet`].
+    #[inline(always)]
+    pub fn meet_all(
+        &mut self,
+        rays: u64,
+        corners: [[f64; 3]; 3],
+        triangle: (u32, u32),
+        hits: &mut [ExactHit],
+    ) -> bool {
+        let normal = cross(corners);
+        // Rounding may give corners in a line a determinant.
+        if normal == [0.0; 3] {
+            return false;
+        }
+        let mut inside = match self.common {
+            Some(0) => self.inside::<0>(&corners),
+            Some(1) => self.inside::<1>(&corners),
+            Some(2) => self.inside::<2>(&corners),
+            _ => u64::MAX,
+        } & rays;
+        let mut closer = false;
+        while inside != 0 {
+            let i = inside.trailing_zeros() as usize;
+            inside &= inside - 1;
+            let [u, v, w] = self.edges(i, usize::from(self.main[i]) % 3, &corners);
+            if is_inside(u, v, w) {
+                closer |= self.accept(i, [u, v, w], &corners, normal, triangle, hits);
+            }
+        }
+        closer
+    }
+
+    /// Bit i: ray i, whose main axis is `Z`, runs within the edges.
+    #[inline(always)]
+    fn inside<const Z: usize>(&self, corners: &[[f64; 3]; 3]) -> u64 {
+        let (x, y) = (NEXT[Z], NEXT[NEXT[Z]]);
+        let (ox, oy, oz) = (&self.origin[x], &self.origin[y], &self.origin[Z]);
+        let [sx, sy] = &self.shear;
+        let [a, b, c] = *corners;
+        let mut inside = [0u8; SIZE];
+        for i in 0..SIZE {
+            let (za, zb, zc) = (a[Z] - oz[i], b[Z] - oz[i], c[Z] - oz[i]);
+            let (ax, ay) = (a[x] - ox[i] - sx[i] * za, a[y] - oy[i] - sy[i] * za);
+            let (bx, by) = (b[x] - ox[i] - sx[i] * zb, b[y] - oy[i] - sy[i] * zb);
+            let (cx, cy) = (c[x] - ox[i] - sx[i] * zc, c[y] - oy[i] - sy[i] * zc);
+            let u = cx * by - cy * bx;
+            let v = ax * cy - ay * cx;
+            let w = bx * ay - by * ax;
+            inside[i] = is_inside(u, v, w) as u8;
+        }
+        bits(&inside)
+    }
+
+    /// The edge functions of a triangle, sheared so that ray `i` runs along its main axis `z` from 0: those of
+    /// [`crate::traverse::triangle::packet`] in float64.
+    #[inline(always)]
+    fn edges(&self, i: usize, z: usize, corners: &[[f64; 3]; 3]) -> [f64; 3] {
+        let (x, y) = (NEXT[z], NEXT[NEXT[z]]);
+        let i = i & (SIZE - 1);
+        let (sx, sy) = (self.shear[0][i], self.shear[1][i]);
+        let (ox, oy, oz) = (self.origin[x][i], self.origin[y][i], self.origin[z][i]);
+        let [a, b, c] = corners.map(|p| {
+            let along = p[z] - oz;
+            [p[x] - ox - sx * along, p[y] - oy - sy * along]
+        });
+        [
+            c[0] * b[1] - c[1] * b[0],
+            a[0] * c[1] - a[1] * c[0],
+            b[0] * a[1] - b[1] * a[0],
+        ]
+    }
+
+    /// Takes a triangle within whose edges ray `i` runs, if it is met before the best one.
+    #[inline(always)]
+    fn accept(
+        &mut self,
+        i: usize,
+        [u, v, w]: [f64; 3],
+        corners: &[[f64; 3]; 3],
+        normal: [f64; 3],
+        (instance, triangle): (u32, u32),
+        hits: &mut [ExactHit],
+    ) -> bool {
+        let i = i & (SIZE - 1);
+        let z = usize::from(self.main[i]) % 3;
+        let det = u + v + w;
+        if det == 0.0 {
+            return false;
+        }
+        let (wa, wb, wc) = (u / det, v / det, w / det);
+        let [a, b, c] = corners.map(|p| (p[z] - self.origin[z][i]) / self.direction[z][i]);
+        let t = wa * a + wb * b + wc * c;
+        let (best, hit) = (self.best[i], &mut hits[i]);
+        let first =
+            hit.triangle == crate::NOTHING || (instance, triangle) < (hit.instance, hit.triangle);
+        if !(t >= 0.0 && (t < best || t == best && first)) {
+            return false;
+        }
+        self.best[i] = t;
+        *hit = ExactHit {
+            t,
+            u: wb,
+            v: wc,
+            instance,
+            triangle,
+            normal,
+        };
+        true
+    }
+}
+
+/// Whether edge functions do not differ in sign.
+#[inline(always)]
+fn is_inside(u: f64, v: f64, w: f64) -> bool {
+    ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0))
+}
+
+/// What the start of a ray may be off by, in scaled scene coordinates.
+#[inline(always)]
+fn drift(scene: &Scene, farthest: f64) -> f64 {
+    let world = scene.origin().map(|x| (x * scene.unit).abs());
+    let offset = farthest.max(world[0]).max(world[1]).max(world[2]);
+    EPS64 * (offset + f64::from(scene.reach))
+}
+
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// Bit i: byte i is 1; the others are 0.
+#[inline(always)]
+fn bits(bytes: &[u8; SIZE]) -> u64 {
+    let mut all = 0;
+    for (k, eight) in bytes.as_chunks::<8>().0.iter().enumerate() {
+        // Bit 8 j times bit 56 - 7 j is bit 56 + j, and no two products meet.
+        let some = u64::from_le_bytes(*eight).wrapping_mul(0x0102_0408_1020_4080) >> 56;
+        all |= some << (8 * k);
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_become_bits() {
+        for mask in [
+            0,
+            1,
+            0x80,
+            u64::MAX,
+            0x0123_4567_89ab_cdef,
+            1 << 63,
+            0xa5a5_5a5a_0f0f_f00f,
+        ] {
+            let bytes = std::array::from_fn(|i| (mask >> i & 1) as u8);
+            assert_eq!(bits(&bytes), mask);
+        }
+    }
+}

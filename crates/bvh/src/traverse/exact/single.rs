@@ -1,0 +1,357 @@
+//! The nearest hit as float64 geometry has it: float32 boxes find the candidates, float64 corners decide.
+//!
+//! Every float32 quantity on the way (the ray, the vertices, the transform) is off by a bounded length; boxes and
+//! triangles are padded by that length, so nothing that float64 would hit is passed by. What is found is decided from
+//! [`ExactTriangles::corners`] alone. A ray that starts far away is first moved, in float64, to where it enters the
+//! scene's box: the bound counts from there.
+
+use crate::node::{LEAF, Leaf, NO_CHILD, cross, leaf, node};
+use crate::ray::{ExactHit, ExactRay};
+use crate::scene::rebraid::Part;
+use crate::scene::{ExactTriangles, Placed, Scene};
+use crate::simd::{Isa, Vector};
+use crate::traverse::exact::packet::closest_exact_chunk;
+use crate::traverse::exact::rays::ExactRays;
+use crate::traverse::node_test::enter_children;
+use crate::traverse::packet::SIZE;
+use crate::traverse::packet::tlas::Packets;
+use crate::traverse::stack::Stack;
+use crate::traverse::stream::packet_groups::Members;
+use crate::traverse::trav_ray::{EPS, LocalRay};
+use crate::traverse::triangle::packet::{corners, indices};
+use crate::traverse::triangle::single::{Line, sheared};
+
+/// The relative error of a few float64 roundings.
+pub const EPS64: f64 = 1.0 / (1u64 << 50) as f64;
+
+#[inline(always)]
+pub fn closest_exact_batch<I: Isa>(
+    scene: &Scene,
+    rays: &[ExactRay],
+    triangles: &dyn ExactTriangles,
+    hits: &mut [ExactHit],
+) {
+    let (mut packets, mut near) = (Packets::NONE, Members::NONE);
+    let mut exact = ExactRays::NONE;
+    for (rays, hits) in rays.chunks(SIZE).zip(hits.chunks_mut(SIZE)) {
+        let room = (&mut packets, &mut near, &mut exact);
+        closest_exact_chunk::<I>(scene, rays, triangles, hits, room);
+    }
+}
+
+/// A ray that was moved to the scene's box.
+#[derive(Clone, Copy)]
+pub struct Moved {
+    /// Start in the world and direction as given, but scaled to a largest component of 1 to 2.
+    pub origin: [f64; 3],
+    pub direction: [f64; 3],
+    /// The given t is the t along `direction` divided by this power of two.
+    pub power: f64,
+    /// Start in scaled scene coordinates, `forward` along `direction`, which is in them as well.
+    pub start: [f64; 3],
+    pub forward: f64,
+    /// What `start` may be off by.
+    pub drift: f64,
+    /// The nearest hit so far, `t` along `direction`.
+    pub best: ExactHit,
+}
+
+impl Moved {
+    pub fn new(scene: &Scene, ray: &ExactRay) -> Option<Moved> {
+        let steepest = ray.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        let finite = ray
+            .origin
+            .iter()
+            .chain(&ray.direction)
+            .all(|x| x.is_finite());
+        // Also left here: subnormal directions, whose scaling would not be exact, and a t_max that is NaN.
+        if !finite
+            || steepest < f64::MIN_POSITIVE
+            || ray.t_max.is_nan()
+            || ray.t_max < 0.0
+            || scene.root == NO_CHILD
+        {
+            return None;
+        }
+        let power = f64::from_bits(steepest.to_bits() & (0x7ff << 52));
+        let direction = ray.direction.map(|d| d / power);
+        let world = scene.origin();
+        let far: [f64; 3] = std::array::from_fn(|a| (ray.origin[a] - world[a]) * scene.unit);
+        let scale = scene.unit;
+        // In scaled scene coordinates the direction is `scale` times as long, and t the same.
+        let along = direction.map(|d| d * scale);
+        let fat = f64::from(scene.slack(scene.reach)) * 2.0 + 1e-5 * f64::from(scene.reach);
+        let (mut enter, mut leave) = (0.0f64, ray.t_max * power);
+        let offset = (0..3).fold(0.0, |m: f64, a| {
+            m.max(far[a].abs()).max((world[a] * scale).abs())
+        });
+        let drift = EPS64 * (offset + f64::from(scene.reach));
+        for axis in 0..3 {
+            let lower = f64::from(scene.extent.lower[axis]) - fat - drift - far[axis];
+            let upper = f64::from(scene.extent.upper[axis]) + fat + drift - far[axis];
+            if along[axis] == 0.0 {
+                if lower > 0.0 || upper < 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = (lower / along[axis], upper / along[axis]);
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        // `enter` is rounded: what it moves too far is covered by the fat.
+        if enter > leave {
+            return None;
+        }
+        let start = std::array::from_fn(|a| far[a] + enter * along[a]);
+        let best = ExactHit {
+            t: ray.t_max * power,
+            ..ExactHit::MISS
+        };
+        Some(Moved {
+            origin: ray.origin,
+            direction,
+            power,
+            start,
+            forward: enter,
+            drift,
+            best,
+        })
+    }
+
+    /// How far boxes need to be looked at, in t from `start`.
+    #[inline(always)]
+    pub fn limit(&self) -> f32 {
+        limit(self.best.t, self.forward)
+    }
+
+    /// What was found, by the t of the ray as it was given.
+    pub fn answer(&self) -> ExactHit {
+        if self.best.triangle == crate::NOTHING {
+            return ExactHit::MISS;
+        }
+        ExactHit {
+            t: self.best.t / self.power,
+            ..self.best
+        }
+    }
+
+    /// Takes a triangle if it is hit before the best one.
+    #[inline(always)]
+    pub fn decide(&mut self, corners: [[f64; 3]; 3], instance: u32, triangle: u32) {
+        let Some(Meeting { t, u, v, normal }) = meet(self.origin, self.direction, corners) else {
+            return;
+        };
+        let best = &self.best;
+        let first = best.triangle == crate::NOTHING
+            || (instance, triangle) < (best.instance, best.triangle);
+        if t < best.t || t == best.t && first {
+            self.best = ExactHit {
+                t,
+                u,
+                v,
+                instance,
+                triangle,
+                normal,
+            };
+        }
+    }
+}
+
+/// How far boxes need to be looked at for what comes before `t`, in t from `forward`.
+#[inline(always)]
+pub fn limit(t: f64, forward: f64) -> f32 {
+    let limit = t - forward + EPS64 * forward;
+    (limit as f32).next_up().max(0.0)
+}
+
+/// One ray through everything.
+#[inline(always)]
+pub fn through_scene<I: Isa>(scene: &Scene, ray: &mut Moved, triangles: &dyn ExactTriangles) {
+    let start = ray.start.map(|x| x as f32);
+    let direction = ray.direction.map(|d| (d * scene.unit) as f32);
+    let distance = largest(start);
+    let slack = 2.0 * scene.slack(distance) + ray.drift as f32 * 2.0;
+    let mut stack = Stack::new();
+    let mut at = scene.root;
+    if let Some(outer) = LocalRay::new(start, direction, &scene.extent, slack) {
+        loop {
+            if at & LEAF == 0 {
+                let node = node(scene.blocks(), at);
+                let limit = outer.inner_t(ray.limit()).next_up();
+                let (into, enter) = enter_children::<I>(node, &outer, limit);
+                let into = <I::F8 as Vector>::bits(into);
+                if into != 0 {
+                    at = stack.push::<I>(node, enter, into);
+                    continue;
+                }
+            } else {
+                let part = &scene.parts[(at & !LEAF) as usize];
+                through_part::<I>(scene, part, ray, triangles);
+            }
+            match stack.pop(0, outer.inner_t(ray.limit()).next_up()) {
+                Some(next) => at = next,
+                None => return,
+            }
+        }
+    }
+}
+
+/// One ray in the coordinates of a mesh's tree.
+#[inline(always)]
+pub fn turned(
+    scene: &Scene,
+    placed: &Placed,
+    (start, direction): ([f64; 3], [f64; 3]),
+) -> ([f32; 3], [f32; 3]) {
+    let matrix = placed.mesh_from_scene.map(|row| row.map(f64::from));
+    let turned = |v: [f64; 3], row: usize| (0..3).map(|k| matrix[row][k] * v[k]).sum::<f64>();
+    let along = direction.map(|d| d * scene.unit);
+    (
+        std::array::from_fn(|row| (turned(start, row) + matrix[row][3]) as f32),
+        std::array::from_fn(|row| turned(along, row) as f32),
+    )
+}
+
+/// One ray through a part of a mesh.
+#[inline(always)]
+pub fn through_part<I: Isa>(
+    scene: &Scene,
+    part: &Part,
+    ray: &mut Moved,
+    triangles: &dyn ExactTriangles,
+) {
+    let instance = part.instance;
+    let placed: &Placed = &scene.placed[instance as usize];
+    let mesh = &*placed.bvh;
+    let (origin, direction) = turned(scene, placed, (ray.start, ray.direction));
+    let distance = largest(ray.start.map(|x| x as f32));
+    let off = off(scene, placed, distance, ray.drift);
+    let Some(local) = LocalRay::new(origin, direction, mesh.extent(), off) else {
+        return;
+    };
+    let off = off + 8.0 * EPS * (largest(origin).max(mesh.reach()) + mesh.reach());
+    let mut stack = Stack::new();
+    let mut at = part.start;
+    loop {
+        if at & LEAF == 0 {
+            let node = node(mesh.blocks(), at);
+            let (into, enter) =
+                enter_children::<I>(node, &local, local.inner_t(ray.limit()).next_up());
+            let into = <I::F8 as Vector>::bits(into);
+            if into != 0 {
+                at = stack.push::<I>(node, enter, into);
+                continue;
+            }
+        } else {
+            let leaf = leaf(mesh.blocks(), at);
+            let mut near = may_meet::<I>(leaf, &local, off);
+            while near != 0 {
+                let lane = near.trailing_zeros();
+                near &= near - 1;
+                let triangle = mesh.id(leaf.first + lane);
+                ray.decide(triangles.corners(instance, triangle), instance, triangle);
+            }
+        }
+        match stack.pop(0, local.inner_t(ray.limit()).next_up()) {
+            Some(next) => at = next,
+            None => return,
+        }
+    }
+}
+
+/// The largest coordinate.
+fn largest(point: [f32; 3]) -> f32 {
+    point[0].abs().max(point[1].abs()).max(point[2].abs())
+}
+
+/// What a ray that starts within `distance` of the scene's origin and the vertices of a mesh are off by in its
+/// coordinates: ray, matrix and vertices were rounded to float32, at the size they have in the scene or in the mesh.
+pub fn off(scene: &Scene, placed: &Placed, distance: f32, drift: f64) -> f32 {
+    placed.stretch * (32.0 * EPS * (distance + scene.reach) + drift as f32 * 2.0)
+        + 8.0 * EPS * placed.bvh.reach()
+}
+
+/// Bit i: the ray might meet triangle i if ray and corners are off by at most `off`.
+///
+/// The shear adds to that at most the error along its axis, so a sheared corner is off by e = 2 `off`; an edge function
+/// x1 y2 - y1 x2 then by e (|x1| + |y1| + |x2| + |y2|) + 2 e^2, and rounding, which `off` exceeds by far, by less than
+/// that again.
+#[inline(always)]
+pub fn may_meet<I: Isa>(leaf: &Leaf, ray: impl Line, off: f32) -> u32 {
+    let [px, py] = sheared::<I>(leaf, ray);
+    let size = px.abs().add(py.abs());
+    let index = indices::<I>(leaf);
+    let (x, y) = (corners::<I>(px, &index), corners::<I>(py, &index));
+    let size = corners::<I>(size, &index);
+    let e = I::F16::splat(4.0 * off);
+    let square = I::F16::splat(16.0 * off * off);
+    let zero = I::F16::splat(0.0);
+    let u = edge::<I>(&x, &y, &size, [1, 2], e, square);
+    let v = edge::<I>(&x, &y, &size, [2, 0], e, square);
+    let w = edge::<I>(&x, &y, &size, [0, 1], e, square);
+    let inside = <I::F16 as Vector>::or(
+        zero.le(u.0.min(v.0).min(w.0)),
+        u.1.max(v.1).max(w.1).le(zero),
+    );
+    <I::F16 as Vector>::bits(inside) & ((1u32 << leaf.count) - 1)
+}
+
+/// The greatest and the least value an edge function may have.
+#[inline(always)]
+fn edge<I: Isa>(
+    x: &[I::F16; 3],
+    y: &[I::F16; 3],
+    size: &[I::F16; 3],
+    [a, b]: [usize; 2],
+    e: I::F16,
+    square: I::F16,
+) -> (I::F16, I::F16) {
+    let value = x[b].mul(y[a]).sub(y[b].mul(x[a]));
+    let slack = e.mul(size[a].add(size[b])).add(square);
+    (value.add(slack), value.sub(slack))
+}
+
+/// Where a ray meets a triangle; fields as of [`ExactHit`].
+struct Meeting {
+    t: f64,
+    u: f64,
+    v: f64,
+    normal: [f64; 3],
+}
+
+/// The test of [`crate::traverse::triangle::packet`] in float64.
+fn meet(origin: [f64; 3], direction: [f64; 3], corners: [[f64; 3]; 3]) -> Option<Meeting> {
+    let size = direction.map(f64::abs);
+    let z = if size[0] >= size[1] && size[0] >= size[2] {
+        0
+    } else if size[1] >= size[2] {
+        1
+    } else {
+        2
+    };
+    let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+    let (sx, sy) = (direction[x] / direction[z], direction[y] / direction[z]);
+    let [a, b, c] = corners.map(|p| {
+        let r: [f64; 3] = std::array::from_fn(|k| p[k] - origin[k]);
+        [r[x] - sx * r[z], r[y] - sy * r[z], r[z] / direction[z]]
+    });
+    let u = c[0] * b[1] - c[1] * b[0];
+    let v = a[0] * c[1] - a[1] * c[0];
+    let w = b[0] * a[1] - b[1] * a[0];
+    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+    let det = u + v + w;
+    if !inside || det == 0.0 {
+        return None;
+    }
+    let (wa, wb, wc) = (u / det, v / det, w / det);
+    let t = wa * a[2] + wb * b[2] + wc * c[2];
+    let normal = cross(corners);
+    // Rounding may have given corners in a line a determinant.
+    (t >= 0.0 && normal != [0.0; 3]).then_some(Meeting {
+        t,
+        u: wb,
+        v: wc,
+        normal,
+    })
+}

@@ -1,0 +1,57 @@
+//! Which triangles of a leaf any ray of a packet may meet.
+
+use crate::node::Leaf;
+use crate::simd::{Isa, Vector};
+use crate::traverse::packet::Packet;
+use crate::traverse::triangle::packet::{corners, indices, relative};
+
+impl Packet {
+    /// Bit k: some ray may meet triangle k. The others lie to one side of the sheared axis for all rays: rounding is
+    /// monotonic, so what holds of the extremes holds of the values that the test computes for each ray.
+    #[inline(always)]
+    pub fn candidates<I: Isa>(&self, leaf: &Leaf) -> u32 {
+        self.candidates_within::<I>(leaf, 0.0) & leaf.solid
+    }
+
+    /// The same where the sheared corners of any triangle may be off by `slack`.
+    #[inline(always)]
+    pub fn candidates_within<I: Isa>(&self, leaf: &Leaf, slack: f32) -> u32 {
+        let [kx, ky, kz] = self.axes;
+        let index = indices::<I>(leaf);
+        let [least, greatest] = self.origins[kz];
+        let depth = [
+            relative::<I>(leaf, kz, greatest),
+            relative::<I>(leaf, kz, least),
+        ];
+        let (before, beyond) = (I::F16::splat(-slack), I::F16::splat(slack));
+        let mut near = (1u32 << leaf.count) - 1;
+        for (axis, shears) in [(kx, self.shears[0]), (ky, self.shears[1])] {
+            let [least, greatest] = self.origins[axis];
+            let (low, high) = (
+                relative::<I>(leaf, axis, greatest),
+                relative::<I>(leaf, axis, least),
+            );
+            let (s, t) = (I::F16::splat(shears[0]), I::F16::splat(shears[1]));
+            let products = [
+                s.mul(depth[0]),
+                s.mul(depth[1]),
+                t.mul(depth[0]),
+                t.mul(depth[1]),
+            ];
+            let least = products[0]
+                .min(products[1])
+                .min(products[2].min(products[3]));
+            let greatest = products[0]
+                .max(products[1])
+                .max(products[2].max(products[3]));
+            let (low, high) = (low.sub(greatest), high.sub(least));
+            let [a, b, c] = corners::<I>(low, &index);
+            let low = a.min(b).min(c);
+            let [a, b, c] = corners::<I>(high, &index);
+            let high = a.max(b).max(c);
+            near &=
+                <I::F16 as Vector>::bits(<I::F16 as Vector>::and(low.le(beyond), before.le(high)));
+        }
+        near
+    }
+}

@@ -1,0 +1,274 @@
+//! Triangles against rays: the watertight test of Woop, Benthin and Wald 2013, sixteen at a time.
+//!
+//! The ray is sheared to the axis along which it runs most; the triangle is hit where its three edge functions do not
+//! differ in sign. Each is a difference of two rounded products, never fused: two triangles that share an edge compute
+//! the same value with opposite sign, so no ray passes between them, and where a value is 0 float64 decides exactly.
+//! Front and back are both hit. The edges count as inside.
+//!
+//! That is done in two steps: edges first, of one ray and sixteen triangles ([`crate::traverse::triangle::single::within`]) or of one triangle and
+//! sixteen rays ([`crate::traverse::triangle::packet_edges`]); then the few triangles that remain, one by one for a ray alone
+//! ([`crate::traverse::triangle::single::meet_one`]), or one for each of some rays ([`meet_each`]). Each computes every value by the same
+//! operations in the same order, so a ray and a triangle have the same answer in any of them.
+
+use crate::node::Leaf;
+use crate::simd::{Isa, Vector, packed_index};
+use crate::traverse::packet::soa::rays;
+use crate::traverse::packet::{Packet, SIZE};
+use crate::traverse::triangle::packet_edges::Near;
+use crate::traverse::triangle::single::{Member, depth_in_float64};
+
+/// The corners of the triangles of a leaf.
+#[inline(always)]
+pub fn corners<I: Isa>(v: I::F16, index: &[I::Index; 3]) -> [I::F16; 3] {
+    [
+        I::lookup(v, index[0]),
+        I::lookup(v, index[1]),
+        I::lookup(v, index[2]),
+    ]
+}
+
+/// The indices that [`corners`] takes.
+#[inline(always)]
+pub fn indices<I: Isa>(leaf: &Leaf) -> [I::Index; 3] {
+    [
+        I::index(leaf.corner[0]),
+        I::index(leaf.corner[1]),
+        I::index(leaf.corner[2]),
+    ]
+}
+
+/// The vertices of a leaf along an axis, less an origin.
+#[inline(always)]
+pub fn relative<I: Isa>(leaf: &Leaf, axis: usize, origin: f32) -> I::F16 {
+    // SAFETY: each row of `vertex` holds 16 floats.
+    let row = unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) };
+    row.sub(I::F16::splat(origin))
+}
+
+impl Leaf {
+    /// The leaf with its vertices counted from a point.
+    #[inline(always)]
+    pub fn around<I: Isa>(&self, point: [f32; 3]) -> Leaf {
+        let mut leaf = *self;
+        for (axis, row) in leaf.vertex.iter_mut().enumerate() {
+            // SAFETY: the row holds 16 floats.
+            unsafe { relative::<I>(self, axis, point[axis]).store(row.as_mut_ptr()) };
+        }
+        leaf
+    }
+}
+
+/// The lanes of the corners of triangle `k`.
+#[inline(always)]
+pub fn corner_lanes(leaf: &Leaf, k: usize) -> [usize; 3] {
+    leaf.corner
+        .map(|packed| usize::from(packed_index(packed, k)))
+}
+
+/// Where rays meet a triangle each, in the lanes of `hit`.
+pub struct MetEach<V> {
+    pub hit: u32,
+    /// Which triangles, in the bits.
+    pub triangle: V,
+    pub t: V,
+    /// Times `det`: a ray meets several triangles on its way to the nearest, and divides once.
+    pub u: V,
+    pub v: V,
+    pub det: V,
+}
+
+/// Where the [`Isa::RAYS`] rays of a group meet a triangle each, at a t of `0..=t_max`: those that [`Near`] names. With `ANY`
+/// only `hit` counts: t and the rest may be left out.
+#[inline(always)]
+pub fn meet_each<I: Isa, const ANY: bool>(
+    leaf: &Leaf,
+    packet: &Packet,
+    group: usize,
+    near: &Near,
+) -> MetEach<I::Rays> {
+    let mut hit = near.lanes::<I>(group);
+    let zero = I::Rays::splat(0.0);
+    let start = I::RAYS * (group % (SIZE / I::RAYS));
+    // SAFETY: a row of 64 words, and a group, as of `rays`, lies within; as floats they are only moved.
+    let triangle = unsafe { I::Rays::load(near.triangle.as_ptr().add(start).cast()) };
+    let corner = [
+        I::find(I::spread(leaf.corner[0]), triangle),
+        I::find(I::spread(leaf.corner[1]), triangle),
+        I::find(I::spread(leaf.corner[2]), triangle),
+    ];
+    let [kx, ky, kz] = packet.axes;
+    let (px, py, pz) = (
+        each_corner::<I>(leaf, kx, &corner),
+        each_corner::<I>(leaf, ky, &corner),
+        each_corner::<I>(leaf, kz, &corner),
+    );
+    let along = |axis: usize| rays::<I>(&packet.origin[axis], group);
+    let z = less(pz, along(kz));
+    // Where the rays enter and leave the triangles' own boxes: see END_PAD.
+    let (first, last) = ends(px, packet.entry[kx]);
+    let ex = packet.near.each_passes::<I>(kx, group, first);
+    let lx = packet.far.each_passes::<I>(kx, group, last);
+    let (first, last) = ends(py, packet.entry[ky]);
+    let ey = packet.near.each_passes::<I>(ky, group, first);
+    let ly = packet.far.each_passes::<I>(ky, group, last);
+    let (first, last) = ends(z, packet.entry[kz]);
+    let scale = rays::<I>(&packet.shear[2], group);
+    let (ez, lz) = (first.mul(scale), last.mul(scale));
+    let (enter, leave) = (ex.max(ey).max(ez), lx.min(ly).min(lz));
+    let t_max = rays::<I>(&packet.t_max, group);
+    // What t will be clamped to says it already, one way or the other.
+    let soon = <I::Rays as Vector>::and(enter.le(t_max), zero.le(enter.max(leave)));
+    hit &= <I::Rays as Vector>::bits(soon);
+    let nothing = MetEach {
+        hit: 0,
+        triangle,
+        t: zero,
+        u: zero,
+        v: zero,
+        det: zero,
+    };
+    if hit == 0 {
+        return nothing;
+    }
+    let (x, y) = (less(px, along(kx)), less(py, along(ky)));
+    let sx = rays::<I>(&packet.shear[0], group);
+    let sy = rays::<I>(&packet.shear[1], group);
+    let [ax, bx, cx] = sheared(x, sx, z);
+    let [ay, by, cy] = sheared(y, sy, z);
+    let mut u = cx.mul(by).sub(cy.mul(bx));
+    let mut v = ax.mul(cy).sub(ay.mul(cx));
+    let mut w = bx.mul(ay).sub(by.mul(ax));
+    let smallest = u.abs().min(v.abs()).min(w.abs());
+    let unsure = <I::Rays as Vector>::bits(smallest.eq(zero)) & hit;
+    if unsure != 0 {
+        let mut edges = [[0.0; 16]; 3];
+        let mut corners = [[0.0; 16]; 6];
+        for (array, vector) in corners.iter_mut().zip([ax, ay, bx, by, cx, cy]) {
+            // SAFETY: each array holds at least as many floats.
+            unsafe { vector.store(array.as_mut_ptr()) };
+        }
+        for (array, vector) in edges.iter_mut().zip([u, v, w]) {
+            // SAFETY: each array holds at least as many floats.
+            unsafe { vector.store(array.as_mut_ptr()) };
+        }
+        hit = decide_lanes(&corners, unsure, hit, &mut edges);
+        // SAFETY: each array holds at least as many floats.
+        unsafe {
+            u = I::Rays::load(edges[0].as_ptr());
+            v = I::Rays::load(edges[1].as_ptr());
+            w = I::Rays::load(edges[2].as_ptr());
+        }
+    }
+    if ANY {
+        // What t would be clamped to says it already.
+        let sure = <I::Rays as Vector>::and(zero.le(enter), enter.max(leave).le(t_max));
+        if hit & !<I::Rays as Vector>::bits(sure) == 0 {
+            return MetEach { hit, ..nothing };
+        }
+    }
+    let det = u.add(v).add(w);
+    let mut depth = u.mul(z[0]).add(v.mul(z[1])).add(w.mul(z[2])).div(det);
+    if leaf.has_thin() {
+        let behind = hit & !<I::Rays as Vector>::bits(zero.le(enter));
+        if behind != 0 {
+            let mut depths = [0.0; 16];
+            // SAFETY: the array holds at least as many floats.
+            unsafe { depth.store(depths.as_mut_ptr()) };
+            thin_depths(leaf, packet, start, near, behind, &mut depths);
+            // SAFETY: as above.
+            depth = unsafe { I::Rays::load(depths.as_ptr()) };
+        }
+    }
+    let t = depth.mul(scale).min(leave).max(enter);
+    let counts = <I::Rays as Vector>::and(zero.le(t), t.le(t_max));
+    MetEach {
+        hit: hit & <I::Rays as Vector>::bits(counts),
+        triangle,
+        t,
+        u: v,
+        v: w,
+        det,
+    }
+}
+
+/// Three corners for each ray, by the vertices of a leaf along an axis.
+#[inline(always)]
+fn each_corner<I: Isa>(leaf: &Leaf, axis: usize, [a, b, c]: &[I::Rays; 3]) -> [I::Rays; 3] {
+    // SAFETY: each row of `vertex` holds 16 floats.
+    let row = unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) };
+    [I::find(row, *a), I::find(row, *b), I::find(row, *c)]
+}
+
+#[inline(always)]
+fn less<V: Vector>([a, b, c]: [V; 3], origin: V) -> [V; 3] {
+    [a.sub(origin), b.sub(origin), c.sub(origin)]
+}
+
+#[inline(always)]
+fn sheared<V: Vector>([a, b, c]: [V; 3], s: V, z: [V; 3]) -> [V; 3] {
+    [a.sub(s.mul(z[0])), b.sub(s.mul(z[1])), c.sub(s.mul(z[2]))]
+}
+
+/// Of three corners that which rays come to first, and last; `entry` is their row of bounds where they enter.
+#[inline(always)]
+fn ends<V: Vector>([a, b, c]: [V; 3], entry: usize) -> (V, V) {
+    let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
+    let backwards = V::mask(0u32.wrapping_sub(entry as u32 & 1) & 0xffff);
+    (
+        V::select(backwards, upper, lower),
+        V::select(backwards, lower, upper),
+    )
+}
+
+/// Puts float64's depths where thin triangles are met that begin behind the ray.
+#[cold]
+#[inline(never)]
+fn thin_depths(
+    leaf: &Leaf,
+    packet: &Packet,
+    start: usize,
+    near: &Near,
+    behind: u32,
+    depths: &mut [f32; 16],
+) {
+    for lane in (0..16).filter(|lane| behind >> lane & 1 != 0) {
+        let i = start + lane;
+        let k = near.triangle[i] as usize;
+        if leaf.is_thin(k) {
+            depths[lane] = depth_in_float64(leaf, k, Member(packet, i), depths[lane]);
+        }
+    }
+}
+
+/// Decides the lanes of `unsure`; returns the lanes of `hit` that stay.
+#[cold]
+#[inline(never)]
+fn decide_lanes(
+    corners: &[[f32; 16]; 6],
+    unsure: u32,
+    mut hit: u32,
+    edges: &mut [[f32; 16]; 3],
+) -> u32 {
+    for lane in (0..16).filter(|lane| unsure >> lane & 1 != 0) {
+        match decide(corners.map(|row| row[lane])) {
+            Some(decided) => {
+                for (edge, value) in edges.iter_mut().zip(decided) {
+                    edge[lane] = value;
+                }
+            }
+            None => hit &= !(1 << lane),
+        }
+    }
+    hit
+}
+
+/// The edge functions by float64, in which the products are exact; `None` outside.
+#[cold]
+#[inline(never)]
+pub fn decide(corners: [f32; 6]) -> Option<[f32; 3]> {
+    let [ax, ay, bx, by, cx, cy] = corners.map(f64::from);
+    let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
+    let det = u + v + w;
+    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+    (inside && det != 0.0).then(|| [u, v, w].map(|value| (value / det) as f32))
+}

@@ -1,0 +1,251 @@
+//! One ray against the triangles of a leaf, by the test of [`crate::traverse::triangle::packet`]: all edges at once, then the few
+//! triangles that remain one by one.
+
+use std::hint::select_unpredictable;
+
+use crate::node::{Leaf, cross};
+use crate::simd::{Isa, Vector};
+use crate::traverse::packet::{Packet, SIZE};
+use crate::traverse::trav_ray::LocalRay;
+use crate::traverse::triangle::packet::{corner_lanes, corners, decide, indices, relative};
+
+/// A ray as it is tested against triangles, one of a packet or not.
+pub trait Line: Copy {
+    /// See [`LocalRay::axes`].
+    fn axes(&self) -> [usize; 3];
+    fn origin(&self, axis: usize) -> f32;
+    fn shear(&self, k: usize) -> f32;
+    fn reciprocal(&self, axis: usize) -> f32;
+    /// The t at which a slab is entered whose bound that is, padded.
+    fn enters(&self, axis: usize, bound: f32) -> f32;
+    /// The t at which it is left, padded.
+    fn leaves(&self, axis: usize, bound: f32) -> f32;
+}
+
+impl Line for &LocalRay {
+    #[inline(always)]
+    fn axes(&self) -> [usize; 3] {
+        let [x, y, z, _] = self.axes;
+        [x as usize, y as usize, z as usize]
+    }
+    #[inline(always)]
+    fn origin(&self, axis: usize) -> f32 {
+        self.origin[axis]
+    }
+    #[inline(always)]
+    fn shear(&self, k: usize) -> f32 {
+        self.shear[k]
+    }
+    #[inline(always)]
+    fn reciprocal(&self, axis: usize) -> f32 {
+        self.reciprocal[axis]
+    }
+    #[inline(always)]
+    fn enters(&self, axis: usize, bound: f32) -> f32 {
+        self.near.passes(axis, bound)
+    }
+    #[inline(always)]
+    fn leaves(&self, axis: usize, bound: f32) -> f32 {
+        self.far.passes(axis, bound)
+    }
+}
+
+/// Ray `1` of a packet.
+#[derive(Clone, Copy)]
+pub struct Member<'a>(pub &'a Packet, pub usize);
+
+impl Line for Member<'_> {
+    #[inline(always)]
+    fn axes(&self) -> [usize; 3] {
+        self.0.axes
+    }
+    #[inline(always)]
+    fn origin(&self, axis: usize) -> f32 {
+        self.0.origin[axis][self.1 & (SIZE - 1)]
+    }
+    #[inline(always)]
+    fn shear(&self, k: usize) -> f32 {
+        self.0.shear[k][self.1 & (SIZE - 1)]
+    }
+    #[inline(always)]
+    fn reciprocal(&self, axis: usize) -> f32 {
+        self.0.reciprocal[axis][self.1 & (SIZE - 1)]
+    }
+    #[inline(always)]
+    fn enters(&self, axis: usize, bound: f32) -> f32 {
+        self.0.near.passes(axis, self.1 & (SIZE - 1), bound)
+    }
+    #[inline(always)]
+    fn leaves(&self, axis: usize, bound: f32) -> f32 {
+        self.0.far.passes(axis, self.1 & (SIZE - 1), bound)
+    }
+}
+
+/// The vertices of a leaf in x and y, sheared so that the ray runs along z from 0.
+#[inline(always)]
+pub fn sheared<I: Isa>(leaf: &Leaf, ray: impl Line) -> [I::F16; 2] {
+    let [kx, ky, kz] = ray.axes();
+    let rx = relative::<I>(leaf, kx, ray.origin(kx));
+    let ry = relative::<I>(leaf, ky, ray.origin(ky));
+    let rz = relative::<I>(leaf, kz, ray.origin(kz));
+    let px = rx.sub(I::F16::splat(ray.shear(0)).mul(rz));
+    let py = ry.sub(I::F16::splat(ray.shear(1)).mul(rz));
+    [px, py]
+}
+
+/// Bit i: the line of the ray runs within the edges of triangle i of the leaf, or so close that [`meet_one`] decides.
+#[inline(always)]
+pub fn within<I: Isa>(leaf: &Leaf, ray: impl Line) -> u32 {
+    let [px, py] = sheared::<I>(leaf, ray);
+    inside::<I>(px, py, leaf, &indices::<I>(leaf)) & leaf.solid
+}
+
+/// [`inside`], where sixteen triangles take more registers than there are: eight at a time, and many leaves have no more.
+#[inline(always)]
+fn inside_by_halves<I: Isa>(px: I::F16, py: I::F16, leaf: &Leaf) -> u32 {
+    let lower = inside_half::<I, 0>(px, py, leaf);
+    if leaf.count <= 8 {
+        return lower;
+    }
+    lower | inside_half::<I, 1>(px, py, leaf) << 8
+}
+
+/// [`inside`] of triangles `8 * HALF ..`.
+#[inline(always)]
+fn inside_half<I: Isa, const HALF: usize>(px: I::F16, py: I::F16, leaf: &Leaf) -> u32 {
+    let [a, b, c] = leaf.corner;
+    enclosing(
+        (I::lookup_half::<HALF>(px, a), I::lookup_half::<HALF>(py, a)),
+        (I::lookup_half::<HALF>(px, b), I::lookup_half::<HALF>(py, b)),
+        (I::lookup_half::<HALF>(px, c), I::lookup_half::<HALF>(py, c)),
+    )
+}
+
+/// The triangles that have 0 within, of vertices in x and y; `index` as [`indices`] has it.
+#[inline(always)]
+pub fn inside<I: Isa>(px: I::F16, py: I::F16, leaf: &Leaf, index: &[I::Index; 3]) -> u32 {
+    if I::RAYS < 16 {
+        return inside_by_halves::<I>(px, py, leaf);
+    }
+    let ([ax, bx, cx], [ay, by, cy]) = (corners::<I>(px, index), corners::<I>(py, index));
+    enclosing((ax, ay), (bx, by), (cx, cy))
+}
+
+/// The triangles that have 0 within, of their corners' x and y.
+#[inline(always)]
+fn enclosing<V: Vector>((ax, ay): (V, V), (bx, by): (V, V), (cx, cy): (V, V)) -> u32 {
+    let u = cx.mul(by).sub(cy.mul(bx));
+    let v = ax.mul(cy).sub(ay.mul(cx));
+    let w = bx.mul(ay).sub(by.mul(ax));
+    let zero = V::splat(0.0);
+    V::bits(V::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero)))
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Met {
+    pub t: f32,
+    pub u: f32,
+    pub v: f32,
+}
+
+/// Where the ray meets triangle `k` of the leaf, at a t of `0..=t_max`: for those that [`within`] names.
+#[inline(always)]
+pub fn meet_one(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met> {
+    meet::<_, false>(leaf, k, ray, t_max)
+}
+
+/// Apart, so that the others pay nothing for it.
+#[cold]
+#[inline(never)]
+fn meet_thin(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met> {
+    meet::<_, true>(leaf, k, ray, t_max)
+}
+
+#[inline(always)]
+fn meet<L: Line, const THIN: bool>(leaf: &Leaf, k: usize, ray: L, t_max: f32) -> Option<Met> {
+    let corner = corner_lanes(leaf, k);
+    let [kx, ky, kz] = ray.axes();
+    let at = |axis: usize| corner.map(|lane| leaf.vertex[axis][lane]);
+    let along = |axis: usize, at: [f32; 3]| at.map(|x| x - ray.origin(axis));
+    let (px, py) = (at(kx), at(ky));
+    let (x, y, z) = (along(kx, px), along(ky, py), along(kz, at(kz)));
+    // Where the ray enters and leaves the triangle's own box: see END_PAD.
+    let ends = |axis: usize, [a, b, c]: [f32; 3]| {
+        let (lower, upper) = (least(least(a, b), c), greatest(greatest(a, b), c));
+        let backwards = ray.reciprocal(axis) < 0.0;
+        (
+            select_unpredictable(backwards, upper, lower),
+            select_unpredictable(backwards, lower, upper),
+        )
+    };
+    let slab = |axis: usize, corners: [f32; 3]| {
+        let (first, last) = ends(axis, corners);
+        (ray.enters(axis, first), ray.leaves(axis, last))
+    };
+    let (ex, lx) = slab(kx, px);
+    let (ey, ly) = slab(ky, py);
+    let (first, last) = ends(kz, z);
+    let (ez, lz) = (first * ray.reciprocal(kz), last * ray.reciprocal(kz));
+    let (enter, leave) = (greatest(greatest(ex, ey), ez), least(least(lx, ly), lz));
+    // What t will be clamped to says it already, one way or the other.
+    if (enter > t_max) | ((enter < 0.0) & (leave < 0.0)) {
+        return None;
+    }
+    if !THIN && leaf.is_thin(k) && enter < 0.0 {
+        // Field by field: in one piece, what is found here would go through memory too, and wait for it.
+        let Met { t, u, v } = meet_thin(leaf, k, ray, t_max)?;
+        return Some(Met { t, u, v });
+    }
+    let (sx, sy) = (ray.shear(0), ray.shear(1));
+    let sheared = |i: usize| (x[i] - sx * z[i], y[i] - sy * z[i]);
+    let ((ax, ay), (bx, by), (cx, cy)) = (sheared(0), sheared(1), sheared(2));
+    let mut u = cx * by - cy * bx;
+    let mut v = ax * cy - ay * cx;
+    let mut w = bx * ay - by * ax;
+    if u == 0.0 || v == 0.0 || w == 0.0 {
+        [u, v, w] = decide([ax, ay, bx, by, cx, cy])?;
+    }
+    let det = u + v + w;
+    // One division, not one for each weight: what comes too late needs none of those.
+    let mut depth = (u * z[0] + v * z[1] + w * z[2]) / det;
+    if THIN {
+        depth = depth_in_float64(leaf, k, ray, depth);
+    }
+    let t = greatest(least(depth * ray.shear(2), leave), enter);
+    (0.0 <= t && t <= t_max).then(|| Met {
+        t,
+        u: v / det,
+        v: w / det,
+    })
+}
+
+/// How far along the main axis the ray meets triangle `k` of the leaf, by float64's plane of its corners.
+///
+/// As a sum of its corners with weights it may be off by as much as they are far, if the triangle is thin: where its box
+/// does not say so, whether it is ahead or behind is then anyone's guess. (`depth` is returned where there is no plane.)
+pub fn depth_in_float64(leaf: &Leaf, k: usize, ray: impl Line, depth: f32) -> f32 {
+    let axes = ray.axes();
+    let [a, b, c] = corner_lanes(leaf, k).map(|lane| {
+        axes.map(|axis| f64::from(leaf.vertex[axis][lane]) - f64::from(ray.origin(axis)))
+    });
+    let normal = cross([a, b, c]);
+    let along = |p: [f64; 3]| normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2];
+    let slope = along([f64::from(ray.shear(0)), f64::from(ray.shear(1)), 1.0]);
+    if slope == 0.0 {
+        return depth;
+    }
+    (along(a) / slope) as f32
+}
+
+/// [`Vector::min`] of one lane.
+#[inline(always)]
+fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// [`Vector::max`] of one lane.
+#[inline(always)]
+fn greatest(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}

@@ -1,0 +1,268 @@
+//! What YAML, JSON and XML files have in common: a tree of maps, lists and words, each with its line.
+
+pub(crate) mod number_format;
+pub(crate) mod xml;
+pub(crate) mod yaml;
+
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use raycam_scene::{Lens, LensModel, suggestion};
+
+use crate::error::FormatError;
+
+/// How deep a tree may be.
+pub(crate) const DEEPEST: usize = 32;
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Value {
+    /// A word, a number, or nothing.
+    Word(String),
+    List(Vec<Node>),
+    Map(Vec<(String, Node)>),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Node {
+    pub(crate) value: Value,
+    pub(crate) line: usize,
+}
+
+/// A node, and where it is.
+#[derive(Clone, Debug)]
+pub(crate) struct At<'a> {
+    pub(crate) node: &'a Node,
+    path: &'a Path,
+    pub(crate) key: String,
+}
+
+impl<'a> At<'a> {
+    pub(crate) fn root(node: &'a Node, path: &'a Path) -> Self {
+        Self {
+            node,
+            path,
+            key: String::new(),
+        }
+    }
+
+    /// The error of this node.
+    pub(crate) fn fail(&self, message: impl std::fmt::Display) -> FormatError {
+        let key = if self.key.is_empty() {
+            "the file"
+        } else {
+            &self.key
+        };
+        FormatError::line(self.path, self.node.line, format!("{key}: {message}"))
+    }
+
+    fn child(&self, key: &str, node: &'a Node) -> Self {
+        let joint = if self.key.is_empty() { "" } else { "." };
+        Self {
+            node,
+            path: self.path,
+            key: format!("{}{joint}{key}", self.key),
+        }
+    }
+
+    /// The entries of a map.
+    pub(crate) fn entries(&self) -> Result<Vec<(&'a str, At<'a>)>, FormatError> {
+        match &self.node.value {
+            Value::Map(entries) => Ok(entries
+                .iter()
+                .map(|(key, node)| (key.as_str(), self.child(key, node)))
+                .collect()),
+            _ => Err(self.fail("expected keys and values")),
+        }
+    }
+
+    pub(crate) fn is_map(&self) -> bool {
+        matches!(self.node.value, Value::Map(_))
+    }
+
+    /// The value of a key, if it is there and not null.
+    pub(crate) fn get(&self, key: &str) -> Option<At<'a>> {
+        let Value::Map(entries) = &self.node.value else {
+            return None;
+        };
+        let (_, node) = entries.iter().find(|(name, _)| name == key)?;
+        let null =
+            matches!(&node.value, Value::Word(word) if matches!(word.as_str(), "" | "null" | "~"));
+        (!null).then(|| self.child(key, node))
+    }
+
+    /// The value of the first of some keys that mean the same.
+    pub(crate) fn any(&self, keys: &[&str]) -> Option<At<'a>> {
+        keys.iter().find_map(|key| self.get(key))
+    }
+
+    /// The value of a key that has to be there.
+    pub(crate) fn need(&self, key: &str) -> Result<At<'a>, FormatError> {
+        self.get(key)
+            .ok_or_else(|| self.fail(format_args!("{key} is missing")))
+    }
+
+    pub(crate) fn word(&self) -> Result<&'a str, FormatError> {
+        match &self.node.value {
+            Value::Word(word) => Ok(word),
+            _ => Err(self.fail("expected a word")),
+        }
+    }
+
+    pub(crate) fn number(&self) -> Result<f64, FormatError> {
+        let Value::Word(word) = &self.node.value else {
+            return Err(self.fail("expected a number"));
+        };
+        match word.parse::<f64>() {
+            Ok(number) if number.is_finite() => Ok(number),
+            _ => Err(self.fail(format_args!("{word:?}: expected a finite number"))),
+        }
+    }
+
+    /// A number of pixels.
+    pub(crate) fn count(&self) -> Result<u32, FormatError> {
+        let number = self.number()?;
+        if number.fract() != 0.0 || !(0.0..=4294967295.0).contains(&number) {
+            return Err(self.fail(format_args!("{number}: expected a whole number from 0")));
+        }
+        Ok(number as u32)
+    }
+
+    /// The elements of a list.
+    pub(crate) fn list(&self) -> Result<Vec<At<'a>>, FormatError> {
+        let Value::List(items) = &self.node.value else {
+            return Err(self.fail("expected a list"));
+        };
+        let item = |(i, node)| Self {
+            node,
+            path: self.path,
+            key: format!("{}[{i}]", self.key),
+        };
+        Ok(items.iter().enumerate().map(item).collect())
+    }
+
+    /// Numbers in a list, in a list of lists, or in the `data` of a matrix whose `rows` and `cols` agree with them.
+    pub(crate) fn numbers(&self) -> Result<Vec<f64>, FormatError> {
+        if self.is_map() {
+            let numbers = self.need("data")?.numbers()?;
+            // OpenCV 5's opencv-nd-matrix.
+            if let Some(sizes) = self.get("sizes") {
+                // In XML, one size alone is no list.
+                let count = match sizes.numbers() {
+                    Ok(sizes) => sizes.iter().product(),
+                    Err(_) => f64::from(sizes.count()?),
+                };
+                if count != numbers.len() as f64 {
+                    return Err(sizes.fail(format_args!("data has {} numbers", numbers.len())));
+                }
+                return Ok(numbers);
+            }
+            let (rows, cols) = (self.need("rows")?.count()?, self.need("cols")?.count()?);
+            if u64::from(rows) * u64::from(cols) != numbers.len() as u64 {
+                return Err(self.fail(format_args!(
+                    "{rows} rows of {cols} columns, but data has {} numbers",
+                    numbers.len()
+                )));
+            }
+            return Ok(numbers);
+        }
+        let mut numbers = Vec::new();
+        for item in self.list()? {
+            match item.node.value {
+                Value::List(_) => {
+                    for inner in item.list()? {
+                        numbers.push(inner.number()?);
+                    }
+                }
+                _ => numbers.push(item.number()?),
+            }
+        }
+        Ok(numbers)
+    }
+
+    /// So many numbers.
+    pub(crate) fn array<const N: usize>(&self) -> Result<[f64; N], FormatError> {
+        let numbers = self.numbers()?;
+        let count = numbers.len();
+        numbers
+            .try_into()
+            .map_err(|_| self.fail(format_args!("{count} numbers, expected {N}")))
+    }
+
+    /// A 3x3 matrix, row by row.
+    pub(crate) fn matrix3(&self) -> Result<DMat3, FormatError> {
+        Ok(DMat3::from_cols_array(&self.array::<9>()?).transpose())
+    }
+
+    /// R and t of a 4x4 matrix, row by row.
+    pub(crate) fn matrix4(&self) -> Result<(DMat3, DVec3), FormatError> {
+        let numbers = self.numbers()?;
+        let m: [f64; 12] = match numbers.len() {
+            16 if numbers[12..] != [0.0, 0.0, 0.0, 1.0] => {
+                return Err(self.fail("the last row is not 0 0 0 1: is the matrix transposed?"));
+            }
+            12 | 16 => std::array::from_fn(|i| numbers[i]),
+            count => return Err(self.fail(format_args!("{count} numbers, expected a 4x4 matrix"))),
+        };
+        Ok(rigid(&m))
+    }
+
+    /// The lens of a name that calibration tools use and its coefficients.
+    pub(crate) fn lens(&self, name: &str, coefficients: &[f64]) -> Result<Lens, FormatError> {
+        lens(name, coefficients).map_err(|message| self.fail(message))
+    }
+
+    /// A word for every key that is not among those named.
+    pub(crate) fn unread(&self, known: &[&str]) -> Vec<String> {
+        let Value::Map(entries) = &self.node.value else {
+            return vec![];
+        };
+        let place = if self.key.is_empty() {
+            String::new()
+        } else {
+            format!("{}: ", self.key)
+        };
+        entries
+            .iter()
+            .filter(|(key, _)| !known.contains(&key.as_str()))
+            .map(|(key, node)| format!("{place}{key} (line {}) is not read", node.line))
+            .collect()
+    }
+}
+
+/// R and t of the rows of a 3x4 matrix.
+pub(crate) fn rigid(m: &[f64; 12]) -> (DMat3, DVec3) {
+    let column = |i: usize| DVec3::new(m[i], m[4 + i], m[8 + i]);
+    (DMat3::from_cols(column(0), column(1), column(2)), column(3))
+}
+
+/// The lens that calibration tools call by a name.
+fn lens(name: &str, given: &[f64]) -> Result<Lens, String> {
+    let model = match name {
+        "plumb_bob"
+        | "rational_polynomial"
+        | "thin_prism"
+        | "radtan"
+        | "radial-tangential"
+        | "opencv"
+        | "brown" => LensModel::OpenCv,
+        "equidistant" | "fisheye" | "equi" | "kannala_brandt" => LensModel::Fisheye,
+        "fov" => LensModel::Fov,
+        "none" | "" if given.iter().all(|v| *v == 0.0) => return Ok(Lens::Pinhole),
+        _ => {
+            let names = [
+                "plumb_bob",
+                "rational_polynomial",
+                "radtan",
+                "equidistant",
+                "fov",
+                "none",
+            ];
+            let hint = suggestion(name, names);
+            return Err(format!("raycam has no distortion model {name:?}{hint}"));
+        }
+    };
+    if model == LensModel::OpenCv && given.is_empty() {
+        return Ok(Lens::Pinhole);
+    }
+    Lens::new(model, given).map_err(|error| error.to_string())
+}

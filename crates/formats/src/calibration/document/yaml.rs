@@ -1,0 +1,97 @@
+//! YAML, and JSON, which is a part of it, as trees. Anchors and aliases, tags that change a value and several documents
+//! are refused: no calibration tool writes them.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use saphyr_parser::{Event, Parser};
+
+use crate::calibration::document::{DEEPEST, Node, Value};
+use crate::error::FormatError;
+
+/// What is being filled.
+enum Open {
+    List(Vec<Node>),
+    Map(Vec<(String, Node)>, Option<String>, HashSet<String>),
+}
+
+/// The tree of a text. OpenCV's `%YAML:1.0`, which is no YAML, is read over.
+pub(crate) fn parse(text: &str, path: &Path) -> Result<Node, FormatError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let body = text.strip_prefix("%YAML:1.0").unwrap_or(text);
+    let mut open: Vec<(Open, usize)> = Vec::new();
+    let mut root: Option<Node> = None;
+    for event in Parser::new_from_str(body) {
+        let (event, span) =
+            event.map_err(|error| FormatError::line(path, error.marker().line(), error.info()))?;
+        let line = span.start.line();
+        let fail = |message: &str| Err(FormatError::line(path, line, message));
+        let done = match event {
+            Event::Scalar(word, _, 0, _) => Node {
+                value: Value::Word(word.into_owned()),
+                line,
+            },
+            Event::SequenceStart(0, _) | Event::MappingStart(0, _) => {
+                if open.len() >= DEEPEST {
+                    return fail("nested too deeply for a calibration");
+                }
+                let new = match event {
+                    Event::SequenceStart(..) => Open::List(vec![]),
+                    _ => Open::Map(vec![], None, HashSet::new()),
+                };
+                open.push((new, line));
+                continue;
+            }
+            Event::SequenceEnd | Event::MappingEnd => match open.pop() {
+                Some((Open::List(items), line)) => Node {
+                    value: Value::List(items),
+                    line,
+                },
+                Some((Open::Map(entries, None, _), line)) => Node {
+                    value: Value::Map(entries),
+                    line,
+                },
+                _ => return fail("a key without a value"),
+            },
+            Event::Alias(_)
+            | Event::Scalar(..)
+            | Event::SequenceStart(..)
+            | Event::MappingStart(..) => {
+                return fail("anchors and aliases (& and *) are not read: write the values out");
+            }
+            Event::DocumentStart(_) if root.is_some() => {
+                return fail("a second document; expected one calibration in a file");
+            }
+            Event::Nothing
+            | Event::StreamStart
+            | Event::StreamEnd
+            | Event::DocumentStart(_)
+            | Event::DocumentEnd => continue,
+        };
+        match open.last_mut() {
+            None => root = Some(done),
+            Some((Open::List(items), _)) => items.push(done),
+            Some((Open::Map(entries, key, known), _)) => match (key.take(), done) {
+                (Some(key), value) => entries.push((key, value)),
+                (
+                    None,
+                    Node {
+                        value: Value::Word(word),
+                        line,
+                    },
+                ) => {
+                    if !known.insert(word.clone()) {
+                        return Err(FormatError::line(
+                            path,
+                            line,
+                            format!("{word} is there twice"),
+                        ));
+                    }
+                    *key = Some(word);
+                }
+                (None, _) => return fail("a key that is no word"),
+            },
+        }
+    }
+    root.ok_or_else(|| FormatError::whole(path, "an empty file"))
+}

@@ -1,0 +1,4 @@
+//! TODO: what is here.
+
+pub(crate) mod read;
+pub(crate) mod write;

@@ -1,0 +1,201 @@
+//! Polygons to triangles, by cutting ears (Meisters 1975).
+
+#[cfg(test)]
+pub(crate) mod tests;
+
+use std::collections::VecDeque;
+
+use glam::{DVec2, DVec3};
+
+use crate::geometry::reflex_kd_tree::{Tree, turn};
+
+/// The work that was allowed is used up.
+#[derive(Debug)]
+pub(crate) struct OutOfSteps;
+
+/// Cuts the polygon with these corners (at least 3) into exactly `corners.len() - 2` triangles of corner numbers, with
+/// its own turning sense, appended to `triangles`.
+///
+/// The polygon is seen along its area vector (Newell), may be concave, and need not be quite flat. Corners in the middle
+/// of a straight side are used too, so that neighbours that share them meet without gaps. One that crosses itself keeps
+/// its signed area; one without area becomes triangles without area. `steps` is counted down by the work done.
+pub(crate) fn triangulate(
+    corners: &[DVec3],
+    steps: &mut u64,
+    triangles: &mut Vec<[u32; 3]>,
+) -> Result<(), OutOfSteps> {
+    let count = corners.len() as u32;
+    if count > 3
+        && let Some(flat) = project(corners)
+        && !strictly_convex(&flat)
+    {
+        return Ears::new(flat).cut(steps, triangles);
+    }
+    triangles.extend((2..count).map(|i| [0, i - 1, i]));
+    Ok(())
+}
+
+/// The corners in their best plane, turning to the left; `None` where there is no such plane.
+fn project(corners: &[DVec3]) -> Option<Vec<DVec2>> {
+    let origin = corners[0];
+    let area: DVec3 = corners
+        .windows(2)
+        .map(|w| (w[0] - origin).cross(w[1] - origin))
+        .sum();
+    let normal = area.try_normalize()?;
+    let (x, y) = normal.any_orthonormal_pair();
+    let (x, y) = if x.cross(y).dot(normal) > 0.0 {
+        (x, y)
+    } else {
+        (y, x)
+    };
+    Some(
+        corners
+            .iter()
+            .map(|&p| DVec2::new((p - origin).dot(x), (p - origin).dot(y)))
+            .collect(),
+    )
+}
+
+fn strictly_convex(flat: &[DVec2]) -> bool {
+    let at = |i: usize| flat[i % flat.len()];
+    (0..flat.len()).all(|i| turn(at(i), at(i + 1), at(i + 2)) > 0.0)
+        // Turning to the left all the way, but more than once around, is a star.
+        && (1..flat.len() - 1).all(|i| turn(flat[0], flat[i], flat[i + 1]) > 0.0)
+}
+
+/// In place of a neighbour: the corner has been cut off.
+const CUT: u32 = u32::MAX;
+
+/// What is left of a polygon: a ring of corners.
+///
+/// A corner is tried again only when its neighbours have changed or the one that lay in its ear does so no longer, so
+/// that the work grows little faster than the number of corners.
+struct Ears {
+    flat: Vec<DVec2>,
+    next: Vec<u32>,
+    previous: Vec<u32>,
+    /// Marked are the corners that are not strictly convex: only these can lie in an ear.
+    reflex: Tree,
+    /// Convex corners to try, each with its number in `tries`: an older one no longer counts.
+    queue: VecDeque<(u32, u32)>,
+    tries: Vec<u32>,
+    /// By the corner that lies in their ears.
+    blocked: Vec<Vec<u32>>,
+}
+
+impl Ears {
+    fn new(flat: Vec<DVec2>) -> Self {
+        let count = flat.len() as u32;
+        let mut ears = Self {
+            next: (1..count).chain([0]).collect(),
+            previous: [count - 1].into_iter().chain(0..count - 1).collect(),
+            reflex: Tree::new(&flat),
+            queue: VecDeque::with_capacity(flat.len()),
+            tries: vec![0; flat.len()],
+            blocked: vec![Vec::new(); flat.len()],
+            flat,
+        };
+        (0..count).for_each(|corner| ears.classify(corner));
+        ears
+    }
+
+    fn cut(mut self, steps: &mut u64, triangles: &mut Vec<[u32; 3]>) -> Result<(), OutOfSteps> {
+        let mut corner = 0;
+        for left in (4..=self.flat.len()).rev() {
+            let ear = self.next_ear(steps)?;
+            // No ear: it crosses or touches itself. Take the corner that loses least.
+            let ear = match ear {
+                Some(ear) => ear,
+                None => self.least_bad(corner, left, steps)?,
+            };
+            let (before, after) = self.neighbours(ear);
+            triangles.push([before, ear, after]);
+            self.next[before as usize] = after;
+            self.previous[after as usize] = before;
+            self.next[ear as usize] = CUT;
+            self.set_reflex(ear, false);
+            self.classify(before);
+            self.classify(after);
+            corner = after;
+        }
+        let (before, after) = self.neighbours(corner);
+        triangles.push([before, corner, after]);
+        Ok(())
+    }
+
+    fn neighbours(&self, corner: u32) -> (u32, u32) {
+        (self.previous[corner as usize], self.next[corner as usize])
+    }
+
+    fn corners(&self, corner: u32) -> [DVec2; 3] {
+        let (before, after) = self.neighbours(corner);
+        [before, corner, after].map(|i| self.flat[i as usize])
+    }
+
+    fn turn_at(&self, corner: u32) -> f64 {
+        let [a, b, c] = self.corners(corner);
+        turn(a, b, c)
+    }
+
+    /// The next corner whose triangle can be cut off.
+    fn next_ear(&mut self, steps: &mut u64) -> Result<Option<u32>, OutOfSteps> {
+        while let Some((corner, number)) = self.queue.pop_front() {
+            spend(steps, 1)?;
+            if number != self.tries[corner as usize] || self.next[corner as usize] == CUT {
+                continue;
+            }
+            let (obstacle, looked_at) = self.reflex.inside(&self.flat, self.corners(corner));
+            spend(steps, looked_at)?;
+            match obstacle {
+                None => return Ok(Some(corner)),
+                Some(obstacle) => self.blocked[obstacle as usize].push(corner),
+            }
+        }
+        Ok(None)
+    }
+
+    /// The first convex corner from `start` on, else the one that turns to the right the least.
+    fn least_bad(&self, start: u32, left: usize, steps: &mut u64) -> Result<u32, OutOfSteps> {
+        let mut best = (start, f64::NEG_INFINITY);
+        let mut corner = start;
+        for _ in 0..left {
+            spend(steps, 1)?;
+            if !self.reflex.is_marked(corner) {
+                return Ok(corner);
+            }
+            let turn = self.turn_at(corner);
+            if turn > best.1 {
+                best = (corner, turn);
+            }
+            corner = self.next[corner as usize];
+        }
+        Ok(best.0)
+    }
+
+    /// Says of a corner with new neighbours what it is now.
+    fn classify(&mut self, corner: u32) {
+        let reflex = self.turn_at(corner) <= 0.0;
+        self.set_reflex(corner, reflex);
+        self.tries[corner as usize] += 1;
+        if !reflex {
+            self.queue.push_back((corner, self.tries[corner as usize]));
+        }
+    }
+
+    fn set_reflex(&mut self, corner: u32, reflex: bool) {
+        self.reflex.mark(corner, reflex);
+        if !reflex {
+            for waiting in std::mem::take(&mut self.blocked[corner as usize]) {
+                self.tries[waiting as usize] += 1;
+                self.queue
+                    .push_back((waiting, self.tries[waiting as usize]));
+            }
+        }
+    }
+}
+
+fn spend(steps: &mut u64, amount: u64) -> Result<(), OutOfSteps> {
+    *steps = steps.checked_sub(amount).ok_or(OutOfSteps)?;
+    Ok(())
+}

@@ -1,0 +1,7 @@
+//! TODO: what is here.
+
+pub(crate) mod ear_clipping;
+pub(crate) mod polygons;
+pub(crate) mod reflex_kd_tree;
+pub(crate) mod vertex_dedup;
+pub(crate) mod weld;

@@ -1,0 +1,215 @@
+//! The polygons of a file, and the triangles they become.
+
+use std::ops::Range;
+use std::path::Path;
+
+use glam::DVec3;
+
+use crate::budget::Budget;
+use crate::error::FormatError;
+use crate::geometry::ear_clipping;
+use crate::geometry::vertex_dedup::{Corner, NONE};
+
+/// The most corners of one polygon: the memory to cut it stays in proportion to the file.
+const MOST_CORNERS: usize = 1 << 20;
+
+/// Faces of fewer than 3 corners: they have no area, and are passed over as other readers do.
+#[derive(Debug, Default)]
+pub(crate) struct Thin {
+    count: usize,
+    /// Where the first is.
+    first: Option<String>,
+}
+
+impl Thin {
+    /// Counts one.
+    pub(crate) fn add(&mut self, place: impl FnOnce() -> String) {
+        self.count += 1;
+        self.first.get_or_insert_with(place);
+    }
+
+    /// Counts those of a later part of the file.
+    pub(crate) fn append(&mut self, later: Self) {
+        self.count += later.count;
+        self.first = self.first.take().or(later.first);
+    }
+
+    /// What there is to say about them, if there are any.
+    pub(crate) fn notice(&self, path: &Path) -> Option<String> {
+        let (path, count, first) = (path.display(), self.count, self.first.as_ref()?);
+        Some(format!(
+            "{path}: faces of fewer than 3 corners are skipped: {count}, the first in {first}"
+        ))
+    }
+}
+
+/// Polygons as one flat list of corners. Most files have nothing but triangles, and many nothing but positions: what
+/// these do not need takes no memory, for touching memory is much of the time that a file takes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Polygons {
+    positions: Vec<u32>,
+    /// Texture coordinates and normal of each corner; none at all while no corner has any.
+    attributes: Vec<[u32; 2]>,
+    /// How many triangles come first.
+    triangles: usize,
+    /// Where each polygon after those ends in `positions`.
+    ends: Vec<usize>,
+}
+
+impl Polygons {
+    /// Makes room for what [`Polygons::append`] will add.
+    pub(crate) fn reserve<'a>(&mut self, later: impl Iterator<Item = &'a Self> + Clone) {
+        let sum = |count: fn(&Self) -> usize| later.clone().map(count).sum();
+        self.positions.reserve_exact(sum(|p| p.positions.len()));
+        self.attributes.reserve_exact(sum(|p| p.attributes.len()));
+        self.ends.reserve_exact(sum(|p| p.ends.len()));
+    }
+
+    /// How many polygons there are.
+    pub(crate) fn len(&self) -> usize {
+        self.triangles + self.ends.len()
+    }
+
+    /// Adds a corner to the polygon under way.
+    pub(crate) fn corner(&mut self, corner: Corner) {
+        let attributes = [corner.uv, corner.normal];
+        if !self.attributes.is_empty() || attributes != [NONE; 2] {
+            self.attributes.resize(self.positions.len(), [NONE; 2]);
+            self.attributes.push(attributes);
+        }
+        self.positions.push(corner.position);
+    }
+
+    /// Ends the polygon under way, or lets go of it where it has fewer than 3 corners; whether it was kept.
+    pub(crate) fn end_face(&mut self) -> bool {
+        let (start, end) = (self.start(self.len()), self.positions.len());
+        match end - start {
+            0..3 => {
+                self.positions.truncate(start);
+                self.attributes.truncate(start);
+                return false;
+            }
+            3 if self.ends.is_empty() => self.triangles += 1,
+            _ => self.ends.push(end),
+        }
+        true
+    }
+
+    /// Adds polygons after these.
+    pub(crate) fn append(&mut self, mut later: Self) {
+        let start = self.positions.len();
+        if self.ends.is_empty() {
+            self.triangles += later.triangles;
+        } else {
+            let ends = (1..=later.triangles).map(|count| start + 3 * count);
+            self.ends.extend(ends);
+        }
+        self.ends.extend(later.ends.iter().map(|end| start + end));
+        if !self.attributes.is_empty() || !later.attributes.is_empty() {
+            self.attributes.resize(start, [NONE; 2]);
+            later.attributes.resize(later.positions.len(), [NONE; 2]);
+            self.attributes.append(&mut later.attributes);
+        }
+        self.positions.append(&mut later.positions);
+    }
+
+    /// How many corners all polygons have, with the one under way.
+    pub(crate) fn corner_count(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// A corner, counted over all polygons.
+    fn at(&self, corner: usize) -> Corner {
+        let [uv, normal] = (self.attributes.get(corner)).map_or([NONE; 2], |given| *given);
+        Corner {
+            position: self.positions[corner],
+            uv,
+            normal,
+        }
+    }
+
+    /// Changes a corner, counted over all polygons, if it is there.
+    pub(crate) fn change(&mut self, corner: usize, change: impl FnOnce(&mut Corner)) {
+        if corner >= self.positions.len() {
+            return;
+        }
+        let mut changed = self.at(corner);
+        change(&mut changed);
+        self.positions[corner] = changed.position;
+        let attributes = [changed.uv, changed.normal];
+        if !self.attributes.is_empty() || attributes != [NONE; 2] {
+            self.attributes.resize(self.positions.len(), [NONE; 2]);
+            self.attributes[corner] = attributes;
+        }
+    }
+
+    /// Takes the texture coordinates (1) or normals (2) from all corners.
+    pub(crate) fn forget(&mut self, kind: usize) {
+        for attributes in &mut self.attributes {
+            attributes[kind - 1] = NONE;
+        }
+    }
+
+    /// Where a polygon starts in all corners.
+    fn start(&self, polygon: usize) -> usize {
+        match polygon.checked_sub(self.triangles + 1) {
+            None => 3 * polygon,
+            Some(before) => self.ends[before],
+        }
+    }
+
+    /// Which of all corners are a polygon's.
+    pub(crate) fn range(&self, polygon: usize) -> Range<usize> {
+        self.start(polygon)..self.start(polygon + 1)
+    }
+
+    /// The corners of a polygon.
+    pub(crate) fn get(&self, polygon: usize) -> impl ExactSizeIterator<Item = Corner> + Clone {
+        self.range(polygon).map(|corner| self.at(corner))
+    }
+
+    /// Cuts a range of the polygons, of at least 3 corners each, and shows every triangle with the number of its
+    /// polygon, in order. Corners and work are taken from the budget.
+    pub(crate) fn triangles(
+        &self,
+        range: Range<usize>,
+        path: &Path,
+        budget: &mut Budget,
+        position: impl Fn(Corner) -> DVec3,
+        mut triangle: impl FnMut(usize, [Corner; 3]),
+    ) -> Result<(), FormatError> {
+        let corners = self.start(range.end) - self.start(range.start);
+        budget.take_elements(path, corners as u64)?;
+        let before = budget.steps;
+        let (mut points, mut cut) = (Vec::new(), Vec::new());
+        for polygon in range {
+            let corners = self.range(polygon);
+            if corners.len() == 3 {
+                triangle(polygon, [0, 1, 2].map(|i| self.at(corners.start + i)));
+                continue;
+            }
+            if corners.len() > MOST_CORNERS {
+                let message = format!(
+                    "a face of {} corners, more than {MOST_CORNERS}",
+                    corners.len()
+                );
+                return Err(FormatError::unsupported(path, message));
+            }
+            points.clear();
+            points.extend(self.get(polygon).map(&position));
+            cut.clear();
+            ear_clipping::triangulate(&points, &mut budget.steps, &mut cut).map_err(|_| {
+                FormatError::Budget {
+                    path: path.into(),
+                    what: "steps were not enough to cut its polygons into triangles",
+                    amount: before,
+                    left: 0,
+                }
+            })?;
+            for corner in &cut {
+                triangle(polygon, corner.map(|i| self.at(corners.start + i as usize)));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,277 @@
+//! Elements of accessors, out of their bytes into numbers.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::codec::draco;
+use crate::error::FormatError;
+use crate::gltf::Document;
+use crate::gltf::diagnostics::Ledger;
+use crate::io::byte_source::Bytes;
+use crate::io::parallel;
+
+/// Elements that are decoded at a time.
+const ELEMENTS: usize = 1 << 15;
+
+/// All bytes are a number.
+fn any(_: &[u8]) -> bool {
+    true
+}
+
+/// The type of one number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    pub(crate) fn from_code(code: u32) -> Option<Self> {
+        Some(match code {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            _ => return None,
+        })
+    }
+
+    /// That of a Draco stream, unless glTF cannot have it.
+    pub(crate) fn from_draco(component: draco::Component) -> Option<Self> {
+        Some(match component {
+            draco::Component::I8 => Self::I8,
+            draco::Component::U8 => Self::U8,
+            draco::Component::I16 => Self::I16,
+            draco::Component::U16 => Self::U16,
+            draco::Component::U32 => Self::U32,
+            draco::Component::F32 => Self::F32,
+            draco::Component::I32 => return None,
+        })
+    }
+
+    pub(crate) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+}
+
+/// The elements of an accessor.
+pub(crate) struct Elements<'a> {
+    /// As errors name it: `accessors[3]`.
+    pub(crate) place: String,
+    /// What glTF-Validator calls numbers of another format than those that are expected here.
+    pub(crate) wrong_format: &'static str,
+    pub(crate) component: Component,
+    pub(crate) arity: usize,
+    pub(crate) normalized: bool,
+    pub(crate) count: usize,
+    pub(crate) stride: usize,
+    /// At least `(count - 1) * stride` and one element.
+    pub(crate) bytes: Bytes<'a>,
+}
+
+impl Elements<'_> {
+    /// Only the elements from `first` on, `count` of them.
+    pub(crate) fn window(self, first: usize, count: usize) -> Self {
+        if first == 0 && count == self.count {
+            return self;
+        }
+        let start = (first * self.stride).min(self.bytes.len());
+        let end = self.bytes.len();
+        Self {
+            bytes: self.bytes.part(start..end),
+            count,
+            ..self
+        }
+    }
+
+    /// All elements as floats, integers divided by their largest where they are normalised.
+    pub(crate) fn floats<const N: usize>(
+        &self,
+        document: &Document<'_>,
+        ledger: &mut Ledger,
+    ) -> Result<Vec<[f32; N]>, FormatError> {
+        self.made_of_floats(document, ledger, |values| values)
+    }
+
+    /// What `make` makes of the floats of every element.
+    pub(crate) fn made_of_floats<const N: usize, T: Copy + Default + Send>(
+        &self,
+        document: &Document<'_>,
+        ledger: &mut Ledger,
+        make: impl Fn([f32; N]) -> [T; N] + Sync,
+    ) -> Result<Vec<[T; N]>, FormatError> {
+        if self.arity != N {
+            return Err(document.fault(format!(
+                "{}.type: {} components, expected {N} ({})",
+                self.place, self.arity, self.wrong_format
+            )));
+        }
+        ledger.take(document.path, &self.place, self.count as u64, 4 * N as u64)?;
+        let unit = self.normalized;
+        let made = match self.component {
+            Component::F32 => {
+                // Without a way out of the loop, which is some times as fast.
+                let finite = |bytes: &[u8]| {
+                    let numbers = bytes.as_chunks::<4>().0.iter();
+                    numbers.fold(true, |all, &v| all & f32::from_le_bytes(v).is_finite())
+                };
+                self.decode::<4, N, _, _>(f32::from_le_bytes, finite, make)
+            }
+            Component::I8 if unit => {
+                self.decode::<1, N, _, _>(|[v]| (f32::from(v as i8) / 127.0).max(-1.0), any, make)
+            }
+            Component::I8 => self.decode::<1, N, _, _>(|[v]| f32::from(v as i8), any, make),
+            Component::U8 if unit => {
+                self.decode::<1, N, _, _>(|[v]| f32::from(v) / 255.0, any, make)
+            }
+            Component::U8 => self.decode::<1, N, _, _>(|[v]| f32::from(v), any, make),
+            Component::I16 if unit => self.decode::<2, N, _, _>(
+                |v| (f32::from(i16::from_le_bytes(v)) / 32767.0).max(-1.0),
+                any,
+                make,
+            ),
+            Component::I16 => {
+                self.decode::<2, N, _, _>(|v| f32::from(i16::from_le_bytes(v)), any, make)
+            }
+            Component::U16 if unit => {
+                self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)) / 65535.0, any, make)
+            }
+            Component::U16 => {
+                self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)), any, make)
+            }
+            Component::U32 => {
+                return Err(document.fault(format!(
+                    "{}.componentType: 5125 is for indices only ({})",
+                    self.place, self.wrong_format
+                )));
+            }
+        };
+        let (made, finite) = made.map_err(|error| document.unread(error))?;
+        if finite {
+            Ok(made)
+        } else {
+            Err(self.not_finite::<N>(document))
+        }
+    }
+
+    /// The error of the first element that is not finite.
+    fn not_finite<const N: usize>(&self, document: &Document<'_>) -> FormatError {
+        let all = self.decode::<4, N, _, _>(f32::from_le_bytes, any, |values| values);
+        let values = match all {
+            Ok((values, _)) => values,
+            Err(error) => return document.unread(error),
+        };
+        let finite = |value: &[f32; N]| value.iter().all(|v| v.is_finite());
+        let i = values.iter().position(|value| !finite(value)).unwrap_or(0);
+        document.fault(format!(
+            "{}: element {i} is {:?}: expected finite numbers (ACCESSOR_INVALID_FLOAT)",
+            self.place, values[i]
+        ))
+    }
+
+    /// What `make` makes of every element, whose numbers `read` reads, and whether the bytes of all are `valid`. Several
+    /// cores do it.
+    fn decode<const S: usize, const N: usize, V, T: Copy + Default + Send>(
+        &self,
+        read: impl Fn([u8; S]) -> V + Sync,
+        valid: impl Fn(&[u8]) -> bool + Sync,
+        make: impl Fn([V; N]) -> [T; N] + Sync,
+    ) -> io::Result<(Vec<[T; N]>, bool)> {
+        let size = S * N;
+        let element = |bytes: &[u8]| {
+            let (numbers, _) = bytes.as_chunks::<S>();
+            make(std::array::from_fn(|i| read(numbers[i])))
+        };
+        let mut made = vec![[T::default(); N]; self.count];
+        let (stride, all_valid) = (self.stride, AtomicBool::new(true));
+        let block = |first: usize, block: &mut [[T; N]]| {
+            let count = block.len();
+            let window = |number: usize, bytes: &[u8]| {
+                let block = &mut block[number..];
+                let all = if stride == size {
+                    let elements = bytes.chunks_exact(size);
+                    block
+                        .iter_mut()
+                        .zip(elements)
+                        .for_each(|(to, from)| *to = element(from));
+                    valid(bytes)
+                } else {
+                    let elements = bytes.chunks(stride);
+                    block
+                        .iter_mut()
+                        .zip(elements)
+                        .fold(true, |all, (to, from)| {
+                            *to = element(from);
+                            all & valid(&from[..size])
+                        })
+                };
+                if !all {
+                    all_valid.store(false, Ordering::Relaxed);
+                }
+            };
+            self.bytes
+                .windows(first * stride, count, stride, size, window)
+        };
+        parallel::make(&mut made, ELEMENTS, block)?;
+        Ok((made, all_valid.into_inner()))
+    }
+
+    /// All elements as unsigned integers.
+    pub(crate) fn integers<const N: usize>(
+        &self,
+        document: &Document<'_>,
+        ledger: &mut Ledger,
+    ) -> Result<Vec<[u32; N]>, FormatError> {
+        self.unsigned(document, N)?;
+        ledger.take(document.path, &self.place, self.count as u64, 4 * N as u64)?;
+        let made = match self.component {
+            Component::U8 => self.decode::<1, N, _, _>(|[v]| u32::from(v), any, |v| v),
+            Component::U16 => {
+                self.decode::<2, N, _, _>(|v| u32::from(u16::from_le_bytes(v)), any, |v| v)
+            }
+            _ => self.decode::<4, N, _, _>(u32::from_le_bytes, any, |v| v),
+        };
+        let (made, _) = made.map_err(|error| document.unread(error))?;
+        Ok(made)
+    }
+
+    /// Whether the elements are so many unsigned integers each.
+    fn unsigned(&self, document: &Document<'_>, expected: usize) -> Result<(), FormatError> {
+        let kind = self.component;
+        let unsigned = matches!(kind, Component::U8 | Component::U16 | Component::U32);
+        if self.arity == expected && unsigned && !self.normalized {
+            return Ok(());
+        }
+        let normalized = if self.normalized { ", normalised" } else { "" };
+        Err(document.fault(format!(
+            "{}: {} of type {kind:?}{normalized}, expected {expected} unsigned integers, not normalised ({})",
+            self.place, self.arity, self.wrong_format
+        )))
+    }
+
+    /// Single integers in order, `N` at a time, and how many are left over.
+    pub(crate) fn groups<const N: usize>(
+        mut self,
+        document: &Document<'_>,
+        ledger: &mut Ledger,
+    ) -> Result<(Vec<[u32; N]>, usize), FormatError> {
+        self.unsigned(document, 1)?;
+        let over = self.count % N;
+        if self.arity == 1 && self.stride == self.component.size() {
+            (self.arity, self.count, self.stride) = (N, self.count / N, self.stride * N);
+            return Ok((self.integers(document, ledger)?, over));
+        }
+        let single = self.integers::<1>(document, ledger)?;
+        Ok((single.as_flattened().as_chunks().0.to_vec(), over))
+    }
+}

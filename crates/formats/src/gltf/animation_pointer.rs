@@ -1,0 +1,389 @@
+//! `KHR_animation_pointer`: what a path into the document moves here.
+
+use raycam_scene::animation::{
+    LightProperty, MaterialProperty, MovingMaterial, Target, TextureUse, UvProperty, UvTransform,
+};
+
+use crate::gltf::json::TextureInfo;
+use crate::gltf::json::material::Material;
+use crate::gltf::{Builder, Document};
+
+use MaterialProperty as P;
+use TextureUse as T;
+
+/// Properties of a material, by their paths below it.
+pub(crate) const PROPERTIES: &[(&str, MaterialProperty)] = &[
+    ("pbrMetallicRoughness/baseColorFactor", P::BaseColor),
+    ("pbrMetallicRoughness/metallicFactor", P::Metallic),
+    ("pbrMetallicRoughness/roughnessFactor", P::Roughness),
+    ("alphaCutoff", P::AlphaCutoff),
+    ("emissiveFactor", P::EmissionColor),
+    (
+        "extensions/KHR_materials_emissive_strength/emissiveStrength",
+        P::EmissionStrength,
+    ),
+    ("normalTexture/scale", P::NormalScale),
+    ("occlusionTexture/strength", P::OcclusionStrength),
+    ("extensions/KHR_materials_ior/ior", P::Ior),
+    (
+        "extensions/KHR_materials_specular/specularFactor",
+        P::Specular,
+    ),
+    (
+        "extensions/KHR_materials_specular/specularColorFactor",
+        P::SpecularColor,
+    ),
+    (
+        "extensions/KHR_materials_transmission/transmissionFactor",
+        P::Transmission,
+    ),
+    (
+        "extensions/KHR_materials_volume/thicknessFactor",
+        P::Thickness,
+    ),
+    (
+        "extensions/KHR_materials_volume/attenuationColor",
+        P::AttenuationColor,
+    ),
+    (
+        "extensions/KHR_materials_volume/attenuationDistance",
+        P::AttenuationDistance,
+    ),
+    (
+        "extensions/KHR_materials_dispersion/dispersion",
+        P::Dispersion,
+    ),
+    (
+        "extensions/KHR_materials_clearcoat/clearcoatFactor",
+        P::Clearcoat,
+    ),
+    (
+        "extensions/KHR_materials_clearcoat/clearcoatRoughnessFactor",
+        P::ClearcoatRoughness,
+    ),
+    (
+        "extensions/KHR_materials_clearcoat/clearcoatNormalTexture/scale",
+        P::ClearcoatNormalScale,
+    ),
+    (
+        "extensions/KHR_materials_sheen/sheenColorFactor",
+        P::SheenColor,
+    ),
+    (
+        "extensions/KHR_materials_sheen/sheenRoughnessFactor",
+        P::SheenRoughness,
+    ),
+    (
+        "extensions/KHR_materials_iridescence/iridescenceFactor",
+        P::Iridescence,
+    ),
+    (
+        "extensions/KHR_materials_iridescence/iridescenceIor",
+        P::IridescenceIor,
+    ),
+    (
+        "extensions/KHR_materials_iridescence/iridescenceThicknessMinimum",
+        P::IridescenceThinnest,
+    ),
+    (
+        "extensions/KHR_materials_iridescence/iridescenceThicknessMaximum",
+        P::IridescenceThickest,
+    ),
+    (
+        "extensions/KHR_materials_anisotropy/anisotropyStrength",
+        P::Anisotropy,
+    ),
+    (
+        "extensions/KHR_materials_anisotropy/anisotropyRotation",
+        P::AnisotropyRotation,
+    ),
+    (
+        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionFactor",
+        P::DiffuseTransmission,
+    ),
+    (
+        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorFactor",
+        P::DiffuseTransmissionColor,
+    ),
+];
+
+type Find = fn(&Material) -> Option<&TextureInfo>;
+
+/// Textures of a material, by their paths below it.
+pub(crate) const TEXTURES: &[(&str, TextureUse, Find)] = &[
+    ("pbrMetallicRoughness/baseColorTexture", T::BaseColor, |m| {
+        m.pbr_metallic_roughness.base_color_texture.as_ref()
+    }),
+    (
+        "pbrMetallicRoughness/metallicRoughnessTexture",
+        T::MetallicRoughness,
+        |m| m.pbr_metallic_roughness.metallic_roughness_texture.as_ref(),
+    ),
+    ("normalTexture", T::Normal, |m| m.normal_texture.as_ref()),
+    ("occlusionTexture", T::Occlusion, |m| {
+        m.occlusion_texture.as_ref()
+    }),
+    ("emissiveTexture", T::Emission, |m| {
+        m.emissive_texture.as_ref()
+    }),
+    (
+        "extensions/KHR_materials_specular/specularTexture",
+        T::Specular,
+        |m| m.extensions.specular.as_ref()?.specular_texture.as_ref(),
+    ),
+    (
+        "extensions/KHR_materials_specular/specularColorTexture",
+        T::SpecularColor,
+        |m| {
+            m.extensions
+                .specular
+                .as_ref()?
+                .specular_color_texture
+                .as_ref()
+        },
+    ),
+    (
+        "extensions/KHR_materials_transmission/transmissionTexture",
+        T::Transmission,
+        |m| {
+            m.extensions
+                .transmission
+                .as_ref()?
+                .transmission_texture
+                .as_ref()
+        },
+    ),
+    (
+        "extensions/KHR_materials_volume/thicknessTexture",
+        T::Thickness,
+        |m| m.extensions.volume.as_ref()?.thickness_texture.as_ref(),
+    ),
+    (
+        "extensions/KHR_materials_clearcoat/clearcoatTexture",
+        T::Clearcoat,
+        |m| m.extensions.clearcoat.as_ref()?.clearcoat_texture.as_ref(),
+    ),
+    (
+        "extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture",
+        T::ClearcoatRoughness,
+        |m| {
+            m.extensions
+                .clearcoat
+                .as_ref()?
+                .clearcoat_roughness_texture
+                .as_ref()
+        },
+    ),
+    (
+        "extensions/KHR_materials_clearcoat/clearcoatNormalTexture",
+        T::ClearcoatNormal,
+        |m| {
+            m.extensions
+                .clearcoat
+                .as_ref()?
+                .clearcoat_normal_texture
+                .as_ref()
+        },
+    ),
+    (
+        "extensions/KHR_materials_sheen/sheenColorTexture",
+        T::SheenColor,
+        |m| m.extensions.sheen.as_ref()?.sheen_color_texture.as_ref(),
+    ),
+    (
+        "extensions/KHR_materials_sheen/sheenRoughnessTexture",
+        T::SheenRoughness,
+        |m| {
+            m.extensions
+                .sheen
+                .as_ref()?
+                .sheen_roughness_texture
+                .as_ref()
+        },
+    ),
+    (
+        "extensions/KHR_materials_iridescence/iridescenceTexture",
+        T::Iridescence,
+        |m| {
+            m.extensions
+                .iridescence
+                .as_ref()?
+                .iridescence_texture
+                .as_ref()
+        },
+    ),
+    (
+        "extensions/KHR_materials_iridescence/iridescenceThicknessTexture",
+        T::IridescenceThickness,
+        |m| {
+            m.extensions
+                .iridescence
+                .as_ref()?
+                .iridescence_thickness_texture
+                .as_ref()
+        },
+    ),
+    (
+        "extensions/KHR_materials_anisotropy/anisotropyTexture",
+        T::Anisotropy,
+        |m| {
+            m.extensions
+                .anisotropy
+                .as_ref()?
+                .anisotropy_texture
+                .as_ref()
+        },
+    ),
+    (
+        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionTexture",
+        T::DiffuseTransmission,
+        |m| {
+            m.extensions
+                .diffuse_transmission
+                .as_ref()?
+                .diffuse_transmission_texture
+                .as_ref()
+        },
+    ),
+    (
+        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorTexture",
+        T::DiffuseTransmissionColor,
+        |m| {
+            let extension = m.extensions.diffuse_transmission.as_ref()?;
+            extension.diffuse_transmission_color_texture.as_ref()
+        },
+    ),
+];
+
+/// The parts of a texture's transform, by their paths below the texture.
+pub(crate) const PARTS: &[(&str, UvProperty)] = &[
+    (
+        "/extensions/KHR_texture_transform/offset",
+        UvProperty::Offset,
+    ),
+    (
+        "/extensions/KHR_texture_transform/rotation",
+        UvProperty::Rotation,
+    ),
+    ("/extensions/KHR_texture_transform/scale", UvProperty::Scale),
+];
+
+/// Where the lights of a document are.
+pub(crate) const LIGHTS: &str = "/extensions/KHR_lights_punctual/lights/";
+
+/// The target of a camera's definition.
+pub(crate) type OfCamera = fn(usize) -> Target;
+
+/// What moves of a camera, by its path.
+pub(crate) const CAMERA_PROPERTIES: &[(&str, OfCamera)] = &[
+    ("perspective/yfov", Target::FieldOfView),
+    ("orthographic/xmag", |camera| {
+        Target::Magnification(camera, 0)
+    }),
+    ("orthographic/ymag", |camera| {
+        Target::Magnification(camera, 1)
+    }),
+];
+
+/// Properties of a light, by their paths below it.
+pub(crate) const LIGHT_PROPERTIES: &[(&str, LightProperty)] = &[
+    ("color", LightProperty::Color),
+    ("intensity", LightProperty::Intensity),
+    ("spot/innerConeAngle", LightProperty::InnerAngle),
+    ("spot/outerConeAngle", LightProperty::OuterAngle),
+];
+
+/// A number and what follows it.
+fn numbered(rest: &str) -> Option<(usize, &str)> {
+    let (number, rest) = rest.split_once('/')?;
+    Some((number.parse().ok()?, rest))
+}
+
+impl Document<'_> {
+    /// What a pointer that is none of a node's moves; `None` where that is nothing that moves here.
+    pub(crate) fn pointed_at(&self, pointer: &str) -> Option<Vec<Target>> {
+        let row = |found: bool, target| found.then(|| vec![target]);
+        if let Some((mesh, "weights")) = pointer.strip_prefix("/meshes/").and_then(numbered) {
+            let nodes = self.root.nodes.iter().enumerate();
+            let users = nodes.filter(|(_, node)| node.mesh == Some(mesh) && node.weights.is_none());
+            return Some(users.map(|(i, _)| Target::Weights(i)).collect());
+        }
+        if let Some((material, path)) = pointer.strip_prefix("/materials/").and_then(numbered) {
+            let property = property(path)?;
+            let exists = material < self.root.materials.len();
+            return row(exists, Target::Material(material, property));
+        }
+        if let Some((light, path)) = pointer.strip_prefix(LIGHTS).and_then(numbered) {
+            let (_, property) = LIGHT_PROPERTIES.iter().find(|(other, _)| *other == path)?;
+            return Some(vec![Target::Light(light, *property)]);
+        }
+        let (camera, path) = pointer.strip_prefix("/cameras/").and_then(numbered)?;
+        let (_, target) = CAMERA_PROPERTIES.iter().find(|(other, _)| *other == path)?;
+        Some(vec![target(camera)])
+    }
+}
+
+fn property(path: &str) -> Option<MaterialProperty> {
+    if let Some((_, property)) = PROPERTIES.iter().find(|(other, _)| *other == path) {
+        return Some(*property);
+    }
+    PARTS.iter().find_map(|(part, property)| {
+        let texture = path.strip_suffix(part)?;
+        let (_, used, _) = TEXTURES.iter().find(|(other, ..)| *other == texture)?;
+        Some(P::Uv(*used, *property))
+    })
+}
+
+impl Builder<'_, '_> {
+    /// The materials that channels move, as they are when nothing has moved.
+    pub(crate) fn moving_materials(
+        &self,
+        targets: impl Iterator<Item = Target>,
+    ) -> Vec<MovingMaterial> {
+        let mut moving: Vec<MovingMaterial> = Vec::new();
+        for target in targets {
+            let Target::Material(material, property) = target else {
+                continue;
+            };
+            let document = &self.document.root.materials;
+            let (Some(json), Some(base)) =
+                (document.get(material), self.world.materials.get(material))
+            else {
+                continue;
+            };
+            let known = moving.iter().position(|other| other.material == material);
+            let index = known.unwrap_or_else(|| {
+                let strength = json.extensions.emissive_strength.as_ref();
+                let strength = strength.and_then(|e| e.emissive_strength).unwrap_or(1.0);
+                moving.push(MovingMaterial {
+                    material,
+                    base: base.clone(),
+                    emission: (json.emissive_factor.map(|v| v as f32), strength as f32),
+                    uvs: Vec::new(),
+                });
+                moving.len() - 1
+            });
+            let P::Uv(used, _) = property else { continue };
+            let uvs = &mut moving[index].uvs;
+            let info = TEXTURES.iter().find(|(_, other, _)| *other == used);
+            if let Some(info) = info.and_then(|(_, _, find)| find(json))
+                && uvs.iter().all(|(other, _)| *other != used)
+            {
+                uvs.push((used, info.uv_transform()));
+            }
+        }
+        moving
+    }
+}
+
+impl TextureInfo {
+    /// `KHR_texture_transform`; one that changes nothing where there is none.
+    pub(crate) fn uv_transform(&self) -> UvTransform {
+        let transform = self.extensions.transform.as_ref();
+        UvTransform {
+            offset: transform.map_or([0.0; 2], |t| t.offset),
+            rotation: transform.map_or(0.0, |t| t.rotation),
+            scale: transform.map_or([1.0; 2], |t| t.scale),
+        }
+    }
+}

@@ -1,0 +1,376 @@
+//! Buffers, their views and images: in the GLB file, in data URIs, in files of the same folder.
+
+use std::borrow::Cow;
+use std::io;
+use std::ops::Range;
+use std::path::Path;
+
+use crate::codec::meshopt::{self, Filter, Mode, Shape};
+use crate::error::FormatError;
+use crate::gltf::Source;
+use crate::gltf::container::Container;
+use crate::gltf::diagnostics::Ledger;
+use crate::gltf::json::extensions::MeshoptView;
+use crate::gltf::json::{BufferView, Root};
+use crate::io::asset_root::Folder;
+use crate::io::byte_source::Bytes;
+
+/// All bytes of a document.
+pub(crate) struct Resources<'a> {
+    buffers: Vec<Bytes<'a>>,
+    views: Vec<View>,
+}
+
+struct View {
+    bytes: Held,
+    stride: Option<usize>,
+}
+
+enum Held {
+    /// In a buffer.
+    Plain(usize, Range<usize>),
+    /// Decompressed.
+    Decoded(Vec<u8>),
+}
+
+impl<'a> Resources<'a> {
+    /// Reads every buffer and decompresses the views that are compressed.
+    pub(crate) fn read(
+        source: &'a Source,
+        container: &Container,
+        root: &Root,
+        folder: &mut Folder,
+        ledger: &mut Ledger,
+    ) -> Result<Self, FormatError> {
+        let mut buffers = Vec::new();
+        for (i, buffer) in root.buffers.iter().enumerate() {
+            let place = format!("buffers[{i}]");
+            let fault =
+                |message: String| FormatError::whole(&source.path, format!("{place}{message}"));
+            // Its place may be taken by compressed views.
+            let mut views = root.buffer_views.iter();
+            let unused = views.all(|view| view.buffer != i || is_packed(view));
+            let bytes = match (&buffer.uri, &container.binary) {
+                (Some(uri), _) => {
+                    let bytes = fetch(source, uri, &format!("{place}.uri"), folder)?;
+                    ledger.grant(bytes.len());
+                    Bytes::Memory(bytes.into())
+                }
+                (None, Some(range)) if i == 0 => {
+                    let bytes = source.part(range.clone());
+                    if only_arrays(root) {
+                        bytes
+                    } else {
+                        let bytes = bytes.read().map_err(|error| unread(&source.path, error))?;
+                        Bytes::Memory(bytes)
+                    }
+                }
+                (None, _) if unused => {
+                    buffers.push(Bytes::Memory(Cow::Borrowed(&[])));
+                    continue;
+                }
+                (None, _) => {
+                    let message = ".uri: missing, and the file has no binary chunk for it \
+                                   (BUFFER_MISSING_GLB_DATA)";
+                    return Err(fault(message.into()));
+                }
+            };
+            if (bytes.len() as u64) < buffer.byte_length {
+                return Err(fault(format!(
+                    ".byteLength: {} declared, but there are {} bytes (BUFFER_BYTE_LENGTH_MISMATCH)",
+                    buffer.byte_length,
+                    bytes.len()
+                )));
+            }
+            buffers.push(bytes);
+        }
+        let mut resources = Self {
+            buffers,
+            views: Vec::new(),
+        };
+        for (i, view) in root.buffer_views.iter().enumerate() {
+            let view = resources.view(i, view, source, folder, ledger)?;
+            resources.views.push(view);
+        }
+        Ok(resources)
+    }
+
+    fn view(
+        &self,
+        i: usize,
+        view: &BufferView,
+        source: &Source,
+        folder: &mut Folder,
+        ledger: &mut Ledger,
+    ) -> Result<View, FormatError> {
+        let fault = |message: String| {
+            FormatError::whole(&source.path, format!("bufferViews[{i}]{message}"))
+        };
+        // glTF 1.0 had 0 for elements without gaps.
+        let stride = view.byte_stride.map(|stride| stride as usize);
+        let stride = stride.filter(|&stride| stride > 0);
+        if let Some(stride) = view
+            .byte_stride
+            .filter(|s| !(4..=252).contains(s) || s % 4 != 0)
+        {
+            let message = match stride {
+                0 => "0, read as none (VALUE_NOT_IN_RANGE)".into(),
+                _ => format!("{stride}, not a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)"),
+            };
+            ledger.note(format!("bufferViews[{i}].byteStride"), message);
+        }
+        let extensions = &view.extensions;
+        let packed = [
+            ("KHR_meshopt_compression", &extensions.khr_meshopt),
+            ("EXT_meshopt_compression", &extensions.ext_meshopt),
+        ];
+        if let Some((name, packed)) = packed
+            .iter()
+            .find_map(|(name, packed)| packed.as_ref().map(|packed| (name, packed)))
+        {
+            let place = format!(".extensions.{name}");
+            let range = self
+                .range(packed.buffer, packed.byte_offset, packed.byte_length)
+                .map_err(|message| fault(format!("{place}{message}")))?;
+            let shape = shape(packed).map_err(|message| fault(format!("{place}{message}")))?;
+            let packed_stride = packed.byte_stride as usize;
+            let packed = self.buffers[packed.buffer].borrowed().part(range).read();
+            let bytes = meshopt::decode(
+                &packed.map_err(|error| unread(&source.path, error))?,
+                shape,
+                &source.path,
+                &mut folder.budget,
+            )?;
+            if (bytes.len() as u64) < view.byte_length {
+                return Err(fault(format!(
+                    ".byteLength: {}, but {} bytes were compressed",
+                    view.byte_length,
+                    bytes.len()
+                )));
+            }
+            ledger.grant(bytes.len());
+            return Ok(View {
+                bytes: Held::Decoded(bytes),
+                stride: stride.or(Some(packed_stride)),
+            });
+        }
+        let range = self
+            .range(view.buffer, view.byte_offset, view.byte_length)
+            .map_err(fault)?;
+        Ok(View {
+            bytes: Held::Plain(view.buffer, range),
+            stride,
+        })
+    }
+
+    fn range(&self, buffer: usize, offset: u64, length: u64) -> Result<Range<usize>, String> {
+        let Some(bytes) = self.buffers.get(buffer) else {
+            return Err(format!(
+                ".buffer: {buffer}, but there are {} (UNRESOLVED_REFERENCE)",
+                self.buffers.len()
+            ));
+        };
+        match offset.checked_add(length) {
+            Some(end) if end <= bytes.len() as u64 => Ok(offset as usize..end as usize),
+            _ => Err(format!(
+                ": {length} bytes from {offset}, but buffers[{buffer}] has {} (BUFFER_VIEW_TOO_LONG)",
+                bytes.len()
+            )),
+        }
+    }
+
+    /// The bytes of a view and its stride, or the reason why there are none.
+    pub(crate) fn bytes(&self, view: usize) -> Result<(Bytes<'_>, Option<usize>), String> {
+        match self.views.get(view) {
+            Some(View { bytes, stride }) => Ok((
+                match bytes {
+                    Held::Plain(buffer, range) => {
+                        self.buffers[*buffer].borrowed().part(range.clone())
+                    }
+                    Held::Decoded(bytes) => Bytes::Memory(bytes[..].into()),
+                },
+                *stride,
+            )),
+            None => Err(format!(
+                "{view}, but there are {} (UNRESOLVED_REFERENCE)",
+                self.views.len()
+            )),
+        }
+    }
+}
+
+/// Whether a view's bytes are decompressed from others.
+fn is_packed(BufferView { extensions, .. }: &BufferView) -> bool {
+    extensions.ext_meshopt.is_some() || extensions.khr_meshopt.is_some()
+}
+
+/// Whether every buffer holds nothing but arrays that are decoded from their bytes as they stand: these need not be in memory.
+fn only_arrays(root: &Root) -> bool {
+    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    root.images.iter().all(|image| image.buffer_view.is_none())
+        && root
+            .accessors
+            .iter()
+            .all(|accessor| accessor.sparse.is_none())
+        && !root.buffer_views.iter().any(is_packed)
+        && primitives.all(|primitive| primitive.extensions.draco.is_none())
+}
+
+/// The error of bytes that cannot be read, or no longer.
+pub(crate) fn unread(path: &Path, source: io::Error) -> FormatError {
+    FormatError::Io {
+        path: path.into(),
+        source,
+    }
+}
+
+fn shape(view: &MeshoptView) -> Result<Shape, String> {
+    let filter = match &view.filter[..] {
+        "NONE" => Filter::None,
+        "OCTAHEDRAL" => Filter::Octahedral,
+        "QUATERNION" => Filter::Quaternion,
+        "EXPONENTIAL" => Filter::Exponential,
+        "COLOR" => Filter::Color,
+        other => return Err(format!(".filter: {other:?} is unknown")),
+    };
+    let mode = match &view.mode[..] {
+        "ATTRIBUTES" => Mode::Attributes(filter),
+        "TRIANGLES" => Mode::Triangles,
+        "INDICES" => Mode::Indices,
+        other => return Err(format!(".mode: {other:?} is unknown")),
+    };
+    let whole = |name, value: u64| {
+        usize::try_from(value).map_err(|_| format!(".{name}: {value} is too large"))
+    };
+    Ok(Shape {
+        mode,
+        count: whole("count", view.count)?,
+        stride: whole("byteStride", view.byte_stride)?,
+    })
+}
+
+/// The bytes a URI stands for: in itself, or in a file of the same folder.
+pub(crate) fn fetch(
+    source: &Source,
+    uri: &str,
+    place: &str,
+    folder: &mut Folder,
+) -> Result<Vec<u8>, FormatError> {
+    let fault = |message: String| FormatError::whole(&source.path, format!("{place}: {message}"));
+    if let Some(data) = uri.strip_prefix("data:") {
+        let Some((head, data)) = data.split_once(',') else {
+            return Err(fault("a data URI without a comma (INVALID_URI)".into()));
+        };
+        // Both encodings never grow.
+        folder.budget.take_bytes(&source.path, data.len() as u64)?;
+        let bytes = match head.strip_suffix(";base64") {
+            Some(_) => base64(&percent_decoded(data)),
+            None => Some(percent_decoded(data).into_owned()),
+        };
+        return bytes.ok_or_else(|| fault("not base64 (INVALID_URI)".into()));
+    }
+    let name = percent_decoded(uri);
+    let name = std::str::from_utf8(&name)
+        .map_err(|_| fault(format!("{uri:?} is not UTF-8 text (INVALID_URI)")))?;
+    // As browsers take it.
+    let file = folder.follow(&source.path, &name.replace('\\', "/"));
+    let named = |error| FormatError::Named {
+        place: None,
+        key: format!("{}: {place}", source.path.display()),
+        source: Box::new(error),
+    };
+    Ok(file.map_err(named)?.bytes)
+}
+
+/// RFC 3986, section 2.1. A percent sign without two digits stands for itself.
+fn percent_decoded(text: &str) -> Cow<'_, [u8]> {
+    if !text.contains('%') {
+        return text.as_bytes().into();
+    }
+    let digit = |byte: Option<&u8>| byte.and_then(|&byte| (byte as char).to_digit(16));
+    let bytes = text.as_bytes();
+    let mut decoded = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while let Some(&byte) = bytes.get(at) {
+        at += 1;
+        match (byte, digit(bytes.get(at)), digit(bytes.get(at + 1))) {
+            (b'%', Some(high), Some(low)) => {
+                decoded.push((16 * high + low) as u8);
+                at += 2;
+            }
+            _ => decoded.push(byte),
+        }
+    }
+    decoded.into()
+}
+
+/// RFC 4648, section 4, with or without padding.
+fn base64(text: &[u8]) -> Option<Vec<u8>> {
+    const INVALID: u8 = 0xff;
+    const VALUES: [u8; 256] = {
+        let mut values = [INVALID; 256];
+        let alphabet = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+        let mut i = 0;
+        while i < 64 {
+            values[alphabet[i] as usize] = i as u8;
+            i += 1;
+        }
+        values
+    };
+    let end = text
+        .iter()
+        .rposition(|&byte| byte != b'=')
+        .map_or(0, |i| i + 1);
+    let text = (text.len() - end <= 2).then_some(&text[..end])?;
+    if text.len() % 4 == 1 {
+        return None;
+    }
+    let mut bytes = Vec::with_capacity(text.len() / 4 * 3 + 2);
+    for group in text.chunks(4) {
+        let mut bits = 0;
+        for i in 0..4 {
+            let value = group.get(i).map_or(0, |&byte| VALUES[usize::from(byte)]);
+            if value == INVALID {
+                return None;
+            }
+            bits = bits << 6 | u32::from(value);
+        }
+        bytes.extend_from_slice(&bits.to_be_bytes()[1..group.len()]);
+    }
+    Some(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_of_rfc_4648() {
+        for (text, bytes) in [
+            ("", ""),
+            ("Zg==", "f"),
+            ("Zm8=", "fo"),
+            ("Zm8", "fo"),
+            ("Zm9v", "foo"),
+            ("Zm9vYmFy", "foobar"),
+        ] {
+            assert_eq!(base64(text.as_bytes()).unwrap(), bytes.as_bytes());
+        }
+        for bad in ["A", "Z===", "Zg=g", "Z g=", "Zm9v-"] {
+            assert_eq!(base64(bad.as_bytes()), None, "{bad}");
+        }
+    }
+
+    #[test]
+    fn percent_signs() {
+        for (text, bytes) in [
+            ("a%20b", "a b"),
+            ("%2E%2e/", "../"),
+            ("50%", "50%"),
+            ("%4", "%4"),
+            ("%zz", "%zz"),
+        ] {
+            assert_eq!(&*percent_decoded(text), bytes.as_bytes());
+        }
+    }
+}

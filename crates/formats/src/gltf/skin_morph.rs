@@ -1,0 +1,188 @@
+//! Morph targets and joints of a primitive's vertices.
+
+use raycam_scene::animation::{JointSet, MorphTarget, Shape};
+
+use crate::error::FormatError;
+use crate::gltf::diagnostics::Ledger;
+use crate::gltf::json::{Attributes, Primitive};
+use crate::gltf::primitive::Window;
+use crate::gltf::tangent::resample;
+
+/// What bends a mesh: a [`Shape`] without its mesh.
+#[derive(Default)]
+pub(crate) struct Deformation {
+    targets: Vec<MorphTarget>,
+    joints: Vec<JointSet>,
+}
+
+impl Window<'_> {
+    /// What bends the vertices.
+    pub(crate) fn deformation(
+        &self,
+        place: &str,
+        primitive: &Primitive,
+        ledger: &mut Ledger,
+    ) -> Result<Deformation, FormatError> {
+        let mut deformation = Deformation::default();
+        for (i, attributes) in primitive.targets.iter().enumerate() {
+            let target = self.target(&format!("targets[{i}]"), attributes, ledger)?;
+            deformation.targets.push(target);
+        }
+        for set in 0.. {
+            let (joints, weights) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
+            let found = (
+                self.elements(&joints, ledger)?,
+                self.elements(&weights, ledger)?,
+            );
+            let (Some(joints), Some(weights)) = found else {
+                break;
+            };
+            let joints = joints.integers::<4>(self.document, ledger)?;
+            let weights = weights.floats::<4>(self.document, ledger)?;
+            if weights.as_flattened().iter().any(|&weight| weight < 0.0) {
+                let message = format!(
+                    "{place}.attributes.WEIGHTS_{set}: negative (ACCESSOR_WEIGHTS_NEGATIVE)"
+                );
+                return Err(self.document.fault(message));
+            }
+            let narrow = |all: [u32; 4]| all.map(|joint| joint.min(u32::from(u16::MAX)) as u16);
+            let joints = joints.into_iter().map(narrow).collect();
+            deformation.joints.push((joints, weights));
+        }
+        deformation.normalize();
+        Ok(deformation)
+    }
+
+    fn target(
+        &self,
+        place: &str,
+        attributes: &Attributes,
+        ledger: &mut Ledger,
+    ) -> Result<MorphTarget, FormatError> {
+        let mut target = MorphTarget::default();
+        for (name, &index) in attributes {
+            let elements = self.accessor(index, &format!("{place}.{name}"), ledger)?;
+            match (&name[..], elements.arity) {
+                ("POSITION", _) => target.vertices = Some(elements.floats(self.document, ledger)?),
+                ("NORMAL", _) => target.normals = Some(elements.floats(self.document, ledger)?),
+                ("TANGENT", _) => target.tangents = Some(elements.floats(self.document, ledger)?),
+                ("TEXCOORD_0", _) => target.uvs = Some(elements.floats(self.document, ledger)?),
+                ("COLOR_0", 3) => target.colors = Some(elements.floats(self.document, ledger)?),
+                ("COLOR_0", _) => {
+                    let colors = elements.floats::<4>(self.document, ledger)?;
+                    target.colors =
+                        Some(colors.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
+                }
+                _ => ledger.note(format!("{place}.{name}"), "is not morphed"),
+            }
+        }
+        Ok(target)
+    }
+}
+
+impl Deformation {
+    /// Makes each joint count once for a vertex (3.7.3.3), and its weights add up to 1, over all sets.
+    fn normalize(&mut self) {
+        let count = self.joints.first().map_or(0, |(joints, _)| joints.len());
+        for vertex in 0..count {
+            for later in 1..4 * self.joints.len() {
+                let (joints, weights) = &self.joints[later / 4];
+                let (joint, weight) = (joints[vertex][later % 4], weights[vertex][later % 4]);
+                let first = (0..later).find(|&first| {
+                    let (joints, weights) = &self.joints[first / 4];
+                    joints[vertex][first % 4] == joint && weights[vertex][first % 4] > 0.0
+                });
+                if let Some(first) = first.filter(|_| weight > 0.0) {
+                    self.joints[first / 4].1[vertex][first % 4] += weight;
+                    self.joints[later / 4].1[vertex][later % 4] = 0.0;
+                }
+            }
+            let sum: f32 = self
+                .joints
+                .iter()
+                .flat_map(|(_, weights)| weights[vertex])
+                .sum();
+            if sum > 0.0 {
+                for (_, weights) in &mut self.joints {
+                    weights[vertex] = weights[vertex].map(|weight| weight / sum);
+                }
+            }
+        }
+    }
+
+    /// For vertices that were split: which vertex each one was.
+    pub(crate) fn resample(&mut self, sources: &[u32]) {
+        for target in &mut self.targets {
+            target
+                .vertices
+                .iter_mut()
+                .for_each(|all| resample(all, sources));
+            target
+                .normals
+                .iter_mut()
+                .for_each(|all| resample(all, sources));
+            target
+                .tangents
+                .iter_mut()
+                .for_each(|all| resample(all, sources));
+            target.uvs.iter_mut().for_each(|all| resample(all, sources));
+            target
+                .colors
+                .iter_mut()
+                .for_each(|all| resample(all, sources));
+        }
+        for (joints, weights) in &mut self.joints {
+            resample(joints, sources);
+            resample(weights, sources);
+        }
+    }
+
+    /// That of several primitives with so many vertices one after the other; `None` where none bends.
+    pub(crate) fn joined(parts: &[(usize, Self)]) -> Option<Self> {
+        let targets = parts.iter().map(|(_, part)| part.targets.len()).max()?;
+        let sets = parts.iter().map(|(_, part)| part.joints.len()).max()?;
+        if targets + sets == 0 {
+            return None;
+        }
+        let target = |i: usize| MorphTarget {
+            vertices: gathered(parts, |part| part.targets.get(i)?.vertices.as_ref()),
+            normals: gathered(parts, |part| part.targets.get(i)?.normals.as_ref()),
+            tangents: gathered(parts, |part| part.targets.get(i)?.tangents.as_ref()),
+            uvs: gathered(parts, |part| part.targets.get(i)?.uvs.as_ref()),
+            colors: gathered(parts, |part| part.targets.get(i)?.colors.as_ref()),
+        };
+        let set = |i: usize| {
+            let joints = gathered(parts, |part| part.joints.get(i).map(|(joints, _)| joints));
+            let weights = gathered(parts, |part| part.joints.get(i).map(|(_, weights)| weights));
+            (joints.unwrap_or_default(), weights.unwrap_or_default())
+        };
+        Some(Self {
+            targets: (0..targets).map(target).collect(),
+            joints: (0..sets).map(set).collect(),
+        })
+    }
+
+    pub(crate) fn shape(self, mesh: std::sync::Arc<raycam_scene::Mesh>) -> Shape {
+        Shape {
+            mesh,
+            targets: self.targets,
+            joints: self.joints,
+        }
+    }
+}
+
+/// One array of all parts, zeros where a part has none; `None` where no part has any.
+fn gathered<T: Copy + Default>(
+    parts: &[(usize, Deformation)],
+    of: impl Fn(&Deformation) -> Option<&Vec<T>>,
+) -> Option<Vec<T>> {
+    parts.iter().find_map(|(_, part)| of(part))?;
+    let mut all = Vec::new();
+    for (count, part) in parts {
+        match of(part) {
+            Some(values) => all.extend_from_slice(values),
+            None => all.resize(all.len() + count, T::default()),
+        }
+    }
+    Some(all)
+}

@@ -1,0 +1,68 @@
+//! The statements of an OBJ file that are passed over, so that a notice can name them.
+
+use crate::io::lexer;
+
+/// The most keywords that are remembered; a file with more is something else than OBJ.
+const LIMIT: usize = 32;
+
+/// Keywords with their first lines.
+#[derive(Default)]
+pub(crate) struct Skipped(Vec<(Vec<u8>, usize)>);
+
+impl Skipped {
+    /// Remembers a keyword once; the message of an error when there are too many.
+    pub fn add(&mut self, line: usize, key: &[u8]) -> Result<(), String> {
+        let key = &key[..key.len().min(40)];
+        if self.0.iter().any(|(known, _)| known == key) {
+            return Ok(());
+        }
+        if self.0.len() == LIMIT {
+            return Err(format!(
+                "{}: the {}rd unknown keyword; is this an OBJ file?",
+                lexer::shown(key),
+                LIMIT + 1
+            ));
+        }
+        self.0.push((key.into(), line));
+        Ok(())
+    }
+
+    /// Remembers those of a later stretch too; where they are too many, the line and what to say.
+    pub fn append(&mut self, later: Self) -> Result<(), (usize, String)> {
+        let mut later = later.0.into_iter();
+        later.try_for_each(|(key, line)| self.add(line, &key).map_err(|message| (line, message)))
+    }
+
+    /// What was passed over, if anything was.
+    pub fn described(&self) -> Option<String> {
+        let described: Vec<_> = (self.0.iter())
+            .map(|(key, line)| {
+                let what = match &key[..] {
+                    b"p" => " (points)",
+                    b"l" => " (lines)",
+                    _ => "",
+                };
+                format!("{}{what} (line {line})", key.escape_ascii())
+            })
+            .collect();
+        (!described.is_empty()).then(|| described.join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_keyword_is_named_once_with_its_first_line() {
+        let mut skipped = Skipped::default();
+        assert_eq!(skipped.described(), None);
+        for (line, key) in [(3, "l"), (5, "l"), (7, "curv")] {
+            skipped.add(line, key.as_bytes()).unwrap();
+        }
+        assert_eq!(
+            skipped.described().unwrap(),
+            "l (lines) (line 3), curv (line 7)"
+        );
+    }
+}

@@ -1,0 +1,373 @@
+//! MTL: the materials of OBJ files (Alias Wavefront, 1995, appendix "Material Library File"), with the keys for physically
+//! based ones (Pr, Pm, Ps, Pc, Pcr, aniso, anisor, norm) that Clara.io, Blender and others write.
+//!
+//! A material with any of those, or of an illumination model that refracts, is principled; any other is the lecture's, of
+//! Kd, Ks and Ns. Colours are taken as linear, as Blender writes them. What says more than its default and has no place in
+//! either is named in a notice.
+
+use std::path::Path;
+
+use raycam_scene::color::Rgb;
+use raycam_scene::{Alpha, Material, NormalMap, Principled, Reflectance, TextureSlot};
+
+use crate::error::FormatError;
+use crate::io::lexer::{self, Lines, Words};
+use crate::obj::mtl_map::{self, Map, Role};
+
+/// A material before its textures are read.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MtlMaterial {
+    pub(crate) name: String,
+    line: usize,
+    diffuse: Rgb,
+    specular: Rgb,
+    emission: Rgb,
+    shininess: f32,
+    opacity: f32,
+    /// What is left of light that goes through.
+    filter: Rgb,
+    ior: f32,
+    /// 0 and 1 have no highlights, 6 and 7 refract.
+    illumination: i64,
+    /// The keys of physically based materials, where there is one.
+    principled: Option<Principled>,
+    pub(crate) maps: Vec<Map>,
+}
+
+impl MtlMaterial {
+    /// Before its first statement.
+    fn grey(name: &str) -> Self {
+        Self {
+            name: name.into(),
+            line: 0,
+            diffuse: [0.8; 3],
+            specular: [0.0; 3],
+            emission: [0.0; 3],
+            shininess: 32.0,
+            opacity: 1.0,
+            filter: [1.0; 3],
+            ior: 1.0,
+            illumination: 2,
+            principled: None,
+            maps: Vec::new(),
+        }
+    }
+
+    /// As a material of a world, with the texture of each map.
+    pub(crate) fn material(
+        &self,
+        path: &Path,
+        textures: &[(Role, TextureSlot, f32)],
+        notices: &mut Vec<String>,
+    ) -> Material {
+        let refracts = matches!(self.illumination, 6 | 7);
+        let slot = |role| (textures.iter().rev()).find(|&&(r, ..)| r == role);
+        let texture = |role| slot(role).map(|&(_, slot, _)| slot);
+        let mut material = Material {
+            name: self.name.clone(),
+            color: self.diffuse,
+            texture: texture(Role::Color),
+            emission: self.emission.into(),
+            ..Material::default()
+        };
+        material.emission.texture = texture(Role::Emission);
+        if material.emission.texture.is_some() && self.emission == [0.0; 3] {
+            material.emission.value = [1.0; 3];
+        }
+        material.normal_map =
+            slot(Role::Normal).map(|&(_, texture, scale)| NormalMap { texture, scale });
+        if !refracts && (self.opacity < 1.0 || texture(Role::Opacity).is_some()) {
+            material.opacity = self.opacity;
+            material.alpha = Alpha::Blend;
+        }
+        material.reflectance = match &self.principled {
+            None if !refracts => {
+                let (specular, shininess) = (self.kept_specular(path, notices), self.shininess);
+                Reflectance::Lecture {
+                    diffuse: 1.0,
+                    specular,
+                    shininess,
+                }
+            }
+            given => {
+                let mut principled = given.clone().unwrap_or_else(|| self.glass());
+                principled.metallic.texture = texture(Role::Metallic);
+                principled.roughness.texture = texture(Role::Roughness);
+                principled.sheen_color.texture = texture(Role::Sheen);
+                // A map of what is 0 otherwise stands for itself.
+                if principled.metallic.texture.is_some() && principled.metallic.value == 0.0 {
+                    principled.metallic.value = 1.0;
+                }
+                if principled.sheen_color.texture.is_some()
+                    && principled.sheen_color.value == [0.0; 3]
+                {
+                    principled.sheen_color.value = [1.0; 3];
+                }
+                if self.ior > 1.0 {
+                    principled.ior = self.ior;
+                }
+                if refracts {
+                    principled.transmission = 1.0.into();
+                    principled.thickness = 1.0.into();
+                    material.color = self.filter;
+                }
+                Reflectance::Principled(Box::new(principled))
+            }
+        };
+        material
+    }
+
+    /// Where Kd and Ks reflect more light than falls in, Ks gives way, with a notice.
+    fn kept_specular(&self, path: &Path, notices: &mut Vec<String>) -> Rgb {
+        let wanted = if self.illumination < 2 {
+            [0.0; 3]
+        } else {
+            self.specular
+        };
+        let mut specular = wanted;
+        for (ks, kd) in specular.iter_mut().zip(self.diffuse) {
+            *ks = ks.min(1.0 - kd);
+        }
+        if specular != wanted {
+            notices.push(format!(
+                "{}:{}: material {:?} reflects more than all light (Kd + Ks > 1): Ks reduced from {wanted:?} to {specular:?}",
+                path.display(),
+                self.line,
+                self.name,
+            ));
+        }
+        specular
+    }
+
+    /// Of a material that refracts and says nothing physically based: as rough as its exponent is low (Walter et al.,
+    /// 2007: alpha^2 = 2 / (Ns + 2)).
+    fn glass(&self) -> Principled {
+        Principled {
+            metallic: 0.0.into(),
+            roughness: (2.0 / (self.shininess + 2.0)).powf(0.25).into(),
+            ..Principled::default()
+        }
+    }
+
+    /// The physically based part: rough and not metallic until said otherwise.
+    fn physical(&mut self) -> &mut Principled {
+        self.principled.get_or_insert_with(|| Principled {
+            metallic: 0.0.into(),
+            roughness: 1.0.into(),
+            ..Principled::default()
+        })
+    }
+}
+
+/// The materials of an MTL file, in its order.
+pub(crate) fn parse(
+    path: &Path,
+    bytes: &[u8],
+    notices: &mut Vec<String>,
+) -> Result<Vec<MtlMaterial>, FormatError> {
+    let mut materials: Vec<MtlMaterial> = Vec::new();
+    let mut unused: Vec<(usize, String)> = Vec::new();
+    for (line, text) in Lines::new(lexer::plain(path, bytes)?) {
+        let text = lexer::trim(text);
+        let (key, rest) = lexer::split_word(text);
+        if key.is_empty() || key[0] == b'#' {
+            continue;
+        }
+        if key.eq_ignore_ascii_case(b"newmtl") {
+            if materials.len() == 1 << 16 {
+                return Err(FormatError::line(
+                    path,
+                    line,
+                    "more than 65536 materials in one file",
+                ));
+            }
+            materials.push(MtlMaterial {
+                line,
+                ..MtlMaterial::grey(&lexer::name(rest))
+            });
+            continue;
+        }
+        let Some(material) = materials.last_mut() else {
+            notice_once(&mut unused, line, key);
+            continue;
+        };
+        let fail = |message: String| Err(FormatError::line(path, line, message));
+        match &key.to_ascii_lowercase()[..] {
+            lower @ (b"kd" | b"ks" | b"ke" | b"tf") => match color(rest, lower == b"ke") {
+                Ok(value) => match lower {
+                    b"kd" => material.diffuse = value,
+                    b"ks" => material.specular = value,
+                    b"ke" => material.emission = value,
+                    _ => material.filter = value,
+                },
+                Err(Reason::Kind) => notice_once(&mut unused, line, text),
+                Err(Reason::Value) => {
+                    let key = lexer::shown(key);
+                    let value = lexer::shown(lexer::trim(rest));
+                    return fail(format!(
+                        "{key} is {value}, expected 1 or 3 numbers in 0..=1{}",
+                        if lower == b"ke" { " or more" } else { "" }
+                    ));
+                }
+            },
+            b"ns" => match Words(rest).next().and_then(lexer::number) {
+                Some(value) if (0.0..=1e6).contains(&value) => material.shininess = value as f32,
+                // Blender wrote -1.96 for a hardness of 0.
+                Some(value) if (-2.0..0.0).contains(&value) => {
+                    material.shininess = 0.0;
+                    notices.push(format!(
+                        "{}:{line}: Ns is {value}, taken as 0",
+                        path.display()
+                    ));
+                }
+                _ => {
+                    let value = lexer::shown(lexer::trim(rest));
+                    return fail(format!("Ns is {value}, expected a number in 0..=1000000"));
+                }
+            },
+            b"illum" => match Words(rest).next().and_then(lexer::integer) {
+                Some(value @ 0..=10) => material.illumination = value,
+                _ => {
+                    let value = lexer::shown(lexer::trim(rest));
+                    return fail(format!("illum is {value}, expected 0 to 10"));
+                }
+            },
+            b"ni" => match Words(rest).next().and_then(lexer::number) {
+                Some(value) if (0.001..=10.0).contains(&value) => material.ior = value as f32,
+                // What several exporters write for matter whose index they do not know.
+                Some(0.0) => {}
+                _ => {
+                    let value = lexer::shown(lexer::trim(rest));
+                    return fail(format!(
+                        "Ni is {value}, expected a number in 0.001..=10, or 0 for unknown"
+                    ));
+                }
+            },
+            lower @ (b"d" | b"tr" | b"pr" | b"pm" | b"ps" | b"pc" | b"pcr" | b"aniso"
+            | b"anisor") => {
+                let word = Words(rest).next();
+                let value = word.and_then(lexer::number).map(|value| value as f32);
+                let Some(value) = value.filter(|v| (0.0..=1.0).contains(v)) else {
+                    // As `d -halo 0.5`, which depends on the direction.
+                    if word.is_some_and(|word| word.starts_with(b"-halo")) {
+                        notice_once(&mut unused, line, text);
+                        continue;
+                    }
+                    let (key, value) = (lexer::shown(key), lexer::shown(lexer::trim(rest)));
+                    return fail(format!("{key} is {value}, expected a number in 0..=1"));
+                };
+                match lower {
+                    b"d" => material.opacity = value,
+                    // What nobody could see is not what an author meant: programs that take it for opacity write so.
+                    b"tr" if value == 1.0 => notices.push(format!(
+                        "{}:{line}: Tr is 1, which is invisible: taken as a mistake for opaque; d 0 makes invisible",
+                        path.display()
+                    )),
+                    b"tr" => material.opacity = 1.0 - value,
+                    b"pr" => material.physical().roughness = value.into(),
+                    b"pm" => material.physical().metallic = value.into(),
+                    b"ps" => material.physical().sheen_color = [value; 3].into(),
+                    b"pc" => material.physical().clearcoat = value.into(),
+                    b"pcr" => material.physical().clearcoat_roughness = value.into(),
+                    b"aniso" => material.physical().anisotropy = value.into(),
+                    _ => {
+                        let turn = std::f32::consts::TAU * value;
+                        material.physical().anisotropy_rotation = turn;
+                    }
+                }
+            }
+            lower if Role::of(lower).is_some() => {
+                let role = Role::of(lower).unwrap_or(Role::Color);
+                if matches!(role, Role::Roughness | Role::Metallic | Role::Sheen) {
+                    material.physical();
+                }
+                material
+                    .maps
+                    .extend(mtl_map::read(path, line, role, key, rest, notices)?);
+            }
+            other if says_nothing(other, rest) => {}
+            _ => notice_once(&mut unused, line, key),
+        }
+    }
+    if !unused.is_empty() {
+        let keys: Vec<_> = unused
+            .iter()
+            .map(|(line, key)| format!("{key} (line {line})"))
+            .collect();
+        notices.push(format!("{}: not used: {}", path.display(), keys.join(", ")));
+    }
+    Ok(materials)
+}
+
+/// Notes each key once, and no more than a few of them.
+fn notice_once(unused: &mut Vec<(usize, String)>, line: usize, key: &[u8]) {
+    let key = String::from_utf8_lossy(&key[..key.len().min(40)])
+        .escape_debug()
+        .to_string();
+    if unused.len() < 12 && unused.iter().all(|(_, known)| *known != key) {
+        unused.push((line, key));
+    }
+}
+
+/// Whether a key that raycam has no use for has the value of its absence.
+fn says_nothing(key: &[u8], rest: &[u8]) -> bool {
+    let all = |expected: f64| {
+        let mut values = Words(rest).map(lexer::number).peekable();
+        values.peek().is_some() && values.all(|v| v == Some(expected))
+    };
+    match key {
+        b"ka" => all(0.0),
+        _ => false,
+    }
+}
+
+enum Reason {
+    /// Given as a spectrum or in CIE XYZ.
+    Kind,
+    Value,
+}
+
+fn color(rest: &[u8], bright: bool) -> Result<Rgb, Reason> {
+    let mut values = [0.0; 3];
+    let mut count = 0;
+    for word in Words(rest) {
+        if count == 0 && (word == b"spectral" || word == b"xyz") {
+            return Err(Reason::Kind);
+        }
+        let value = lexer::number(word)
+            .filter(|&v| (0.0..=1.0).contains(&v) || bright && (0.0..1e30).contains(&v))
+            .ok_or(Reason::Value)?;
+        *values.get_mut(count).ok_or(Reason::Value)? = value as f32;
+        count += 1;
+    }
+    match count {
+        // "If only r is specified, then g, and b are assumed to be equal to r."
+        1 => Ok([values[0]; 3]),
+        3 => Ok(values),
+        _ => Err(Reason::Value),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn damage_is_never_fatal() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/fuzz");
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let bytes = fs::read(&path).unwrap();
+            for length in 0..bytes.len() {
+                let text = [b"newmtl m\n", &bytes[..length]].concat();
+                let mut notices = Vec::new();
+                match parse(&path, &text, &mut notices) {
+                    Ok(materials) => assert_eq!(materials[0].name, "m"),
+                    Err(error) => assert!(error.to_string().contains("fuzz"), "{error}"),
+                }
+            }
+        }
+    }
+}

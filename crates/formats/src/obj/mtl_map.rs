@@ -1,0 +1,185 @@
+//! The images that an MTL material names, and how they are laid on.
+
+use std::path::Path;
+
+use raycam_scene::{Texture, Wrap};
+
+use crate::error::FormatError;
+use crate::image::ColorUse;
+use crate::io::asset_root::Folder;
+use crate::io::lexer;
+use crate::io::optional_asset;
+
+/// What an image is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Role {
+    Color,
+    Emission,
+    Opacity,
+    Roughness,
+    Metallic,
+    Sheen,
+    Normal,
+}
+
+impl Role {
+    /// That of a key in small letters.
+    pub(crate) fn of(key: &[u8]) -> Option<Self> {
+        Some(match key {
+            b"map_kd" => Self::Color,
+            b"map_ke" => Self::Emission,
+            b"map_d" => Self::Opacity,
+            b"map_pr" => Self::Roughness,
+            b"map_pm" => Self::Metallic,
+            b"map_ps" => Self::Sheen,
+            b"norm" | b"map_norm" | b"map_bump" | b"bump" => Self::Normal,
+            _ => return None,
+        })
+    }
+}
+
+/// An image of a material.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Map {
+    pub(crate) role: Role,
+    pub(crate) file: String,
+    pub(crate) clamp: bool,
+    /// `-bm`: the strength of a bump or normal map.
+    pub(crate) strength: f32,
+    /// From the mesh's texture coordinates, whose origin is at the top left, to the image's.
+    pub(crate) image_from_mesh: [[f32; 3]; 2],
+    /// Where it is named.
+    pub(crate) line: usize,
+}
+
+impl Map {
+    /// Whether it is laid on the mesh as the other is.
+    pub(crate) fn lies_as(&self, other: &Self) -> bool {
+        (self.image_from_mesh, self.clamp) == (other.image_from_mesh, other.clamp)
+    }
+
+    /// Its image as a texture, where it can be read.
+    pub(crate) fn texture(
+        &self,
+        library: &Path,
+        color_use: ColorUse,
+        folder: &mut Folder,
+        notices: &mut Vec<String>,
+    ) -> Result<Option<Texture>, FormatError> {
+        let wrap = if self.clamp {
+            Wrap::Clamp
+        } else {
+            Wrap::Repeat
+        };
+        optional_asset::texture(library, &self.file, wrap, color_use, folder, notices)
+    }
+}
+
+/// The file and options of a map. The file name is the rest of the line and may have spaces.
+pub(crate) fn read(
+    path: &Path,
+    line: usize,
+    role: Role,
+    key: &[u8],
+    rest: &[u8],
+    notices: &mut Vec<String>,
+) -> Result<Option<Map>, FormatError> {
+    let key = String::from_utf8_lossy(key);
+    let mut rest = lexer::trim(rest);
+    let (mut clamp, mut strength) = (false, 1.0);
+    let (mut scale, mut offset) = ([1.0; 2], [0.0; 2]);
+    while rest.first() == Some(&b'-') {
+        let (option, mut after) = lexer::split_word(rest);
+        let option = option.to_ascii_lowercase();
+        let mut values: Vec<&[u8]> = Vec::new();
+        let (least, most) = match &option[..] {
+            b"-clamp" | b"-blendu" | b"-blendv" | b"-cc" | b"-bm" | b"-boost" | b"-texres"
+            | b"-imfchan" | b"-type" | b"-colorspace" => (1, 1),
+            b"-mm" => (2, 2),
+            b"-s" | b"-o" | b"-t" => (1, 3),
+            // A file name may begin with a dash.
+            _ => break,
+        };
+        while values.len() < most {
+            let (word, then) = lexer::split_word(after);
+            let optional = values.len() >= least;
+            if word.is_empty()
+                || optional && (lexer::number(word).is_none() || lexer::trim(then).is_empty())
+            {
+                break;
+            }
+            values.push(word);
+            after = then;
+        }
+        if values.len() < least {
+            let message = format!("{key}: option {} without its value", lexer::shown(&option));
+            return Err(FormatError::line(path, line, message));
+        }
+        let numbers = || {
+            values
+                .iter()
+                .map(|v| lexer::number(v).filter(|v| v.abs() < 1e6))
+        };
+        // Up to two numbers over their defaults; `None` where one of the words is none.
+        let pair = |default: f64| {
+            let mut pair = [default; 2];
+            for (to, number) in pair.iter_mut().zip(numbers()) {
+                *to = number?;
+            }
+            Some(pair)
+        };
+        let applied = match &option[..] {
+            b"-clamp" => {
+                clamp = values[0].eq_ignore_ascii_case(b"on");
+                true
+            }
+            b"-bm" => match numbers().next().flatten() {
+                Some(value) => {
+                    strength = value as f32;
+                    role == Role::Normal || value == 1.0
+                }
+                None => false,
+            },
+            b"-s" => pair(1.0).inspect(|given| scale = *given).is_some(),
+            b"-o" => pair(0.0).inspect(|given| offset = *given).is_some(),
+            b"-t" => numbers().all(|v| v == Some(0.0)),
+            b"-mm" => numbers().eq([Some(0.0), Some(1.0)]),
+            b"-cc" => !values[0].eq_ignore_ascii_case(b"on"),
+            // What each kind of map is read as anyway.
+            b"-colorspace" => {
+                let color = matches!(role, Role::Color | Role::Emission);
+                values[0].eq_ignore_ascii_case(if color { b"sRGB" } else { b"linear" })
+            }
+            b"-imfchan" => role == Role::Opacity,
+            // How to filter: nothing that changes a value looked up.
+            _ => true,
+        };
+        if !applied {
+            let given = String::from_utf8_lossy(&rest[..rest.len() - after.len()]).into_owned();
+            notices.push(format!(
+                "{}:{line}: {key} option {given:?} is not applied to the texture",
+                path.display()
+            ));
+        }
+        rest = lexer::trim(after);
+    }
+    if rest.is_empty() {
+        notices.push(format!(
+            "{}:{line}: {key} without a file name",
+            path.display()
+        ));
+        return Ok(None);
+    }
+    // In the file v goes up: 1 - v' = s (1 - v) + o.
+    let [[su, sv], [ou, ov]] = [scale, offset];
+    let image_from_mesh =
+        [[su, 0.0, ou], [0.0, sv, 1.0 - sv - ov]].map(|row| row.map(|v| v as f32));
+    Ok(Some(Map {
+        role,
+        file: lexer::name(rest),
+        clamp,
+        strength,
+        image_from_mesh,
+        line,
+    }))
+}

@@ -1,0 +1,259 @@
+//! The rows of a PLY file, value by value.
+
+use std::path::Path;
+
+use crate::error::FormatError;
+use crate::io::byte_source::Bytes;
+use crate::io::lexer::{self, Lines, Words};
+use crate::ply::scalar::Kind;
+
+/// What comes after the header.
+pub(crate) struct Body<'a> {
+    path: &'a Path,
+    form: Form<'a>,
+}
+
+enum Form<'a> {
+    /// One row a line.
+    Text {
+        lines: Lines<'a>,
+        words: Words<'a>,
+        header: usize,
+        line: usize,
+        /// Rows that go on after their last value, and the line of the first.
+        long: Option<(usize, usize)>,
+    },
+    /// The whole file.
+    Binary {
+        bytes: Bytes<'a>,
+        at: usize,
+        big_endian: bool,
+    },
+}
+
+/// All bytes of a file, which are read where they are not in memory yet.
+fn in_memory<'b>(path: &Path, bytes: &'b mut Bytes<'_>) -> Result<&'b [u8], FormatError> {
+    if let Bytes::Disk { .. } = bytes {
+        let read = bytes.borrowed().read().map_err(|source| FormatError::Io {
+            path: path.into(),
+            source,
+        })?;
+        *bytes = Bytes::Memory(read.into_owned().into());
+    }
+    match bytes {
+        Bytes::Memory(bytes) => Ok(bytes),
+        Bytes::Disk { .. } => Ok(&[]), // was just read
+    }
+}
+
+impl<'a> Body<'a> {
+    /// The rows of a text after a header of so many lines.
+    pub(crate) fn text(path: &'a Path, rows: &'a [u8], header: usize) -> Self {
+        let form = Form::Text {
+            lines: Lines::new(rows),
+            words: Words(&[]),
+            header,
+            line: header,
+            long: None,
+        };
+        Self { path, form }
+    }
+
+    /// The rows that begin at a byte of a file.
+    pub(crate) fn binary(path: &'a Path, bytes: Bytes<'a>, at: usize, big_endian: bool) -> Self {
+        let form = Form::Binary {
+            bytes,
+            at,
+            big_endian,
+        };
+        Self { path, form }
+    }
+
+    /// An error where reading has got to.
+    pub(crate) fn error(&self, message: impl Into<String>) -> FormatError {
+        match self.form {
+            Form::Text { line, .. } => FormatError::line(self.path, line, message),
+            Form::Binary { at, .. } => FormatError::byte(self.path, at, message),
+        }
+    }
+
+    /// Where reading has got to, for a notice.
+    pub(crate) fn place(&self) -> String {
+        match self.form {
+            Form::Text { line, .. } => format!("line {line}"),
+            Form::Binary { at, .. } => format!("the row that ends at byte {at}"),
+        }
+    }
+
+    fn cut(&self) -> FormatError {
+        self.error("ends before the rows that its header declares")
+    }
+
+    /// Begins a row.
+    pub(crate) fn row(&mut self) -> Result<(), FormatError> {
+        if let Form::Text {
+            lines,
+            words,
+            header,
+            line,
+            ..
+        } = &mut self.form
+        {
+            let next = lines.find(|(_, text)| !lexer::trim(text).is_empty());
+            let Some((number, text)) = next else {
+                return Err(self.cut());
+            };
+            *line = *header + number;
+            *words = Words(text);
+        }
+        Ok(())
+    }
+
+    /// Ends a row: what is left of a line is not used.
+    pub(crate) fn end_row(&mut self) {
+        if let Form::Text {
+            words, line, long, ..
+        } = &mut self.form
+            && words.next().is_some()
+        {
+            let (count, first) = long.unwrap_or((0, *line));
+            *long = Some((count + 1, first));
+        }
+    }
+
+    /// The next value of the row. All kinds fit a float64.
+    pub(crate) fn value(&mut self, kind: Kind) -> Result<f64, FormatError> {
+        match &mut self.form {
+            Form::Text { words, .. } => {
+                let Some(word) = words.next() else {
+                    return Err(self.error("fewer values than the header declares"));
+                };
+                match lexer::number(word) {
+                    Some(value) if kind.is_float() || value.fract() == 0.0 => Ok(value),
+                    _ => {
+                        let expected = if kind.is_float() {
+                            "a number"
+                        } else {
+                            "a whole number"
+                        };
+                        Err(self.error(format!("{} is not {expected}", lexer::shown(word))))
+                    }
+                }
+            }
+            Form::Binary {
+                bytes,
+                at,
+                big_endian,
+            } => {
+                let size = kind.bytes();
+                let Some(found) = in_memory(self.path, bytes)?.get(*at..*at + size) else {
+                    return Err(self.cut());
+                };
+                *at += size;
+                Ok(kind.number(found, *big_endian))
+            }
+        }
+    }
+
+    /// The next values of the row.
+    pub(crate) fn values(
+        &mut self,
+        kind: Kind,
+        count: usize,
+        values: &mut Vec<f64>,
+    ) -> Result<(), FormatError> {
+        if let Form::Binary {
+            bytes,
+            at,
+            big_endian,
+        } = &mut self.form
+        {
+            let size = kind.bytes();
+            let end = count.checked_mul(size).and_then(|n| at.checked_add(n));
+            let bytes = in_memory(self.path, bytes)?;
+            let Some(found) = end.and_then(|end| bytes.get(*at..end)) else {
+                return Err(self.cut());
+            };
+            *at += found.len();
+            let numbers = found.chunks_exact(size);
+            values.extend(numbers.map(|number| kind.number(number, *big_endian)));
+            return Ok(());
+        }
+        for _ in 0..count {
+            values.push(self.value(kind)?);
+        }
+        Ok(())
+    }
+
+    /// The next bytes of a binary file, if there are so many, and whether their numbers begin with the highest.
+    pub(crate) fn ahead(&self, count: usize) -> Option<(Bytes<'_>, bool)> {
+        let Form::Binary {
+            bytes,
+            at,
+            big_endian,
+        } = &self.form
+        else {
+            return None;
+        };
+        let end = at.checked_add(count).filter(|&end| end <= bytes.len())?;
+        Some((bytes.borrowed().part(*at..end), *big_endian))
+    }
+
+    /// How many bytes are before, of a binary file.
+    pub(crate) fn at(&self) -> Option<usize> {
+        match self.form {
+            Form::Binary { at, .. } => Some(at),
+            Form::Text { .. } => None,
+        }
+    }
+
+    /// Passes over bytes that were looked at [`ahead`](Self::ahead).
+    pub(crate) fn skip(&mut self, count: usize) {
+        if let Form::Binary { at, .. } = &mut self.form {
+            *at += count;
+        }
+    }
+
+    /// The length of a list.
+    pub(crate) fn length(&mut self, kind: Kind) -> Result<usize, FormatError> {
+        let length = self.value(kind)?;
+        // The items are read one by one, so that a length alone takes no memory.
+        if length < 0.0 {
+            Err(self.error(format!("a list of {length} items")))
+        } else {
+            Ok(length as usize)
+        }
+    }
+
+    /// What there is to say about the rows, once all are read: what was more than declared, and how the file ends.
+    pub(crate) fn notices(mut self) -> Vec<String> {
+        let path = self.path.display();
+        let mut notices = Vec::new();
+        match &mut self.form {
+            Form::Text { lines, long, .. } => {
+                if let Some((count, first)) = long {
+                    notices.push(format!(
+                        "{path}: rows go on after the values that the header declares; the rest is not used: \
+                         {count}, the first in line {first}"
+                    ));
+                }
+                if lines.any(|(_, text)| !lexer::trim(text).is_empty()) {
+                    notices.push(format!("{path}: the lines after the last row are not used"));
+                } else if !lines.ended() {
+                    notices.push(format!(
+                        "{path}: the last line has no line end; the file may be cut off"
+                    ));
+                }
+            }
+            Form::Binary { bytes, at, .. } => {
+                let left = bytes.len() - *at;
+                if left > 0 {
+                    notices.push(format!(
+                        "{path}: {left} bytes after the last row are not used"
+                    ));
+                }
+            }
+        }
+        notices
+    }
+}

@@ -1,0 +1,181 @@
+//! The rows of a PLY file's tables by what their columns mean.
+
+use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
+
+use crate::error::FormatError;
+use crate::ply::body::Body;
+use crate::ply::header::{self, Element};
+use crate::ply::scalar::Kind;
+
+/// What a column means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Meaning {
+    X,
+    Y,
+    Z,
+    NormalX,
+    NormalY,
+    NormalZ,
+    Red,
+    Green,
+    Blue,
+    Alpha,
+    U,
+    V,
+    /// The image of a face.
+    Image,
+    /// A list of vertices.
+    Corners,
+    /// A list of texture coordinates, two for each corner.
+    CornerUvs,
+    Nothing,
+}
+
+use Meaning::{Alpha, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
+
+impl Meaning {
+    fn of(name: &str, list: bool) -> Self {
+        match (name, list) {
+            ("x", false) => X,
+            ("y", false) => Y,
+            ("z", false) => Z,
+            ("nx", false) => NormalX,
+            ("ny", false) => NormalY,
+            ("nz", false) => NormalZ,
+            ("red" | "r" | "diffuse_red", false) => Red,
+            ("green" | "g" | "diffuse_green", false) => Green,
+            ("blue" | "b" | "diffuse_blue", false) => Blue,
+            ("alpha" | "a" | "diffuse_alpha", false) => Alpha,
+            ("s" | "u" | "texture_u" | "texcoord_u", false) => U,
+            ("t" | "v" | "texture_v" | "texcoord_v", false) => V,
+            ("texnumber", false) => Self::Image,
+            ("vertex_indices" | "vertex_index", true) => Self::Corners,
+            ("texcoord", true) => Self::CornerUvs,
+            _ => Self::Nothing,
+        }
+    }
+}
+
+/// One row of a table: its numbers by meaning, and its lists.
+#[derive(Default)]
+pub(crate) struct Row {
+    pub(crate) numbers: [f64; Meaning::Nothing as usize + 1],
+    pub(crate) corners: Vec<f64>,
+    pub(crate) uvs: Vec<f64>,
+    unused: Vec<f64>,
+}
+
+/// The columns of an element.
+pub(crate) struct Columns<'a> {
+    element: &'a Element,
+    meanings: Vec<Meaning>,
+    /// The kind of its colours.
+    color: Kind,
+}
+
+impl<'a> Columns<'a> {
+    pub(crate) fn new(element: &'a Element) -> Self {
+        let meaning = |p: &header::Property| Meaning::of(&p.name, p.list.is_some());
+        let meanings: Vec<_> = element.properties.iter().map(meaning).collect();
+        let red = meanings.iter().position(|&m| m == Red);
+        Self {
+            element,
+            color: red.map_or(Kind::U8, |i| element.properties[i].kind),
+            meanings,
+        }
+    }
+
+    pub(crate) fn have(&self, wanted: &[Meaning]) -> bool {
+        wanted.iter().all(|meaning| self.meanings.contains(meaning))
+    }
+
+    /// What each column means.
+    pub(crate) fn meanings(&self) -> impl Iterator<Item = Meaning> {
+        self.meanings.iter().copied()
+    }
+
+    pub(crate) fn read(&self, body: &mut Body<'_>, row: &mut Row) -> Result<(), FormatError> {
+        row.corners.clear();
+        row.uvs.clear();
+        row.unused.clear();
+        body.row()?;
+        for (property, &meaning) in self.element.properties.iter().zip(&self.meanings) {
+            let Some(list) = property.list else {
+                row.numbers[meaning as usize] = body.value(property.kind)?;
+                continue;
+            };
+            let length = body.length(list)?;
+            let values = match meaning {
+                Meaning::Corners => &mut row.corners,
+                Meaning::CornerUvs => &mut row.uvs,
+                _ => &mut row.unused,
+            };
+            body.values(property.kind, length, values)?;
+        }
+        body.end_row();
+        Ok(())
+    }
+
+    /// The bytes of a row without lists in a binary file.
+    pub(crate) fn stride(&self) -> Option<usize> {
+        let properties = &self.element.properties;
+        let lists = properties.iter().any(|p| p.list.is_some());
+        (!lists).then(|| properties.iter().map(|p| p.kind.bytes()).sum())
+    }
+
+    /// Where the columns with a meaning lie in a row without lists.
+    pub(crate) fn places(&self) -> Vec<(Meaning, Kind, usize)> {
+        let mut at = 0;
+        let place = |(property, meaning): (&header::Property, Meaning)| {
+            let start = at;
+            at += property.kind.bytes();
+            (meaning, property.kind, start)
+        };
+        let all = self.element.properties.iter().zip(self.meanings());
+        let used = |place: &(Meaning, Kind, usize)| place.0 != Meaning::Nothing;
+        all.map(place).filter(used).collect()
+    }
+
+    /// The linear colour of a row.
+    pub(crate) fn color(
+        &self,
+        body: &Body<'_>,
+        row: &Row,
+        number: usize,
+    ) -> Result<Rgb, FormatError> {
+        let given = [Red, Green, Blue].map(|m| row.numbers[m as usize]);
+        self.linear(given).ok_or_else(|| {
+            let (name, one) = (&self.element.name, self.white());
+            body.error(format!(
+                "{name} {number}: colour {given:?} outside 0..={one}"
+            ))
+        })
+    }
+
+    /// The linear colour that red, green and blue are, if they are one.
+    pub(crate) fn linear(&self, given: [f64; 3]) -> Option<Rgb> {
+        let one = self.white();
+        let share = || given.map(|c| (c / one) as f32);
+        given
+            .iter()
+            .all(|c| (0.0..=one).contains(c))
+            .then(|| match self.color {
+                Kind::F32 | Kind::F64 => share(),
+                Kind::U8 => linear_from_srgb8(given.map(|c| c as u8)),
+                _ => share().map(linear_from_srgb),
+            })
+    }
+
+    /// The largest value of a colour.
+    pub(crate) fn white(&self) -> f64 {
+        match self.color {
+            Kind::F32 | Kind::F64 => 1.0,
+            Kind::U16 => 65535.0,
+            _ => 255.0,
+        }
+    }
+
+    pub(crate) fn opaque(&self, row: &Row) -> bool {
+        !self.have(&[Alpha]) || row.numbers[Alpha as usize] >= self.white()
+    }
+}

@@ -1,0 +1,363 @@
+//! PLY (Turk, "The PLY Polygon File Format", 1994): text and binary of both byte orders.
+//!
+//! Read are `vertex` (x y z, nx ny nz, red green blue, s t or u v), `face` (vertex_indices, colours, texcoord as MeshLab
+//! writes it) and `tristrips`; other elements and properties are passed over. Whole-number colours are sRGB, of 8 bits
+//! or, as ushort, 16; floating-point colours are linear. Texture coordinates have their origin at the bottom left in the
+//! file and at the top left here.
+
+pub(crate) mod body;
+pub(crate) mod columns;
+pub(crate) mod header;
+pub(crate) mod scalar;
+pub(crate) mod table;
+pub(crate) mod triangles;
+pub(crate) mod vertices;
+
+use std::collections::{BTreeSet, HashMap};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use raycam_scene::color::Rgb;
+use raycam_scene::{Mesh, Model, TextureSlot, Wrap};
+
+use crate::error::FormatError;
+use crate::geometry::polygons::{Polygons, Thin};
+use crate::geometry::vertex_dedup::{Corner, NONE, Vertices};
+use crate::image::ColorUse;
+use crate::io::asset_root::{Folder, Source};
+use crate::io::byte_source::Bytes;
+use crate::io::optional_asset;
+use crate::ply::body::Body;
+use crate::ply::columns::Meaning::{self, Blue, Green, Red};
+use crate::ply::columns::{Columns, Row};
+use crate::ply::header::{Element, Header};
+use crate::single;
+
+/// The model in a PLY file: one part.
+pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
+    let path = &source.path;
+    let file = source.part(0..source.len());
+    let (header, mut body) = header::parse(path, &source.bytes, file)?;
+    let declared = |name| {
+        header
+            .elements
+            .iter()
+            .filter(|e| e.name == name)
+            .map(|e| e.count)
+            .sum()
+    };
+    let vertices: usize = declared("vertex");
+    folder.budget.take_elements(path, vertices as u64)?;
+
+    let mut ply = Ply::new(path, vertices);
+    for element in &header.elements {
+        match &element.name[..] {
+            "vertex" => ply.vertices(element, &mut body)?,
+            "face" => ply.faces(element, &mut body)?,
+            "tristrips" => ply.strips(element, &mut body)?,
+            _ => ply.pass(element, &mut body)?,
+        }
+    }
+    ply.notices.extend(ply.thin.notice(path));
+    ply.notices.extend(body.notices());
+    ply.model(&header, folder)
+}
+
+/// How much of a file has to be in memory: of a binary one that is as long as one of triangles alone is, its header. Where a
+/// row turns out to be another, the rest is read after all.
+pub(crate) fn head(file: &File, size: u64) -> Option<u64> {
+    /// The longest header and row of these.
+    const HEADER: u64 = 1 << 14;
+    const ROW: usize = 256;
+    let mut head = Vec::new();
+    file.take(HEADER).read_to_end(&mut head).ok()?;
+    let (start, length) = (0, usize::try_from(size).ok()?);
+    let all = Bytes::Disk {
+        file,
+        start,
+        length,
+    };
+    let (header, body) = header::parse(Path::new(""), &head, all).ok()?;
+    let at = body.at()?;
+    let mut end = at;
+    for element in &header.elements {
+        let columns = Columns::new(element);
+        let row = match &element.name[..] {
+            "vertex" => columns.stride(),
+            "face" => triangles::stride(element, &columns),
+            _ => None,
+        };
+        end = end.checked_add(element.count.checked_mul(row.filter(|&row| row <= ROW)?)?)?;
+    }
+    (end == length).then_some(at as u64)
+}
+
+struct Ply<'a> {
+    path: &'a Path,
+    /// How many vertices there will be.
+    declared: usize,
+    mesh: Mesh,
+    polygons: Polygons,
+    /// In place of polygons, where all are plain triangles.
+    triangles: Vec<[u32; 3]>,
+    face_colors: Option<Vec<Rgb>>,
+    corner_uvs: Vec<[f32; 2]>,
+    /// Where each is in `corner_uvs`, by its bits.
+    known_uvs: HashMap<[u32; 2], u32>,
+    translucent: bool,
+    images: BTreeSet<i64>,
+    thin: Thin,
+    notices: Vec<String>,
+}
+
+impl<'a> Ply<'a> {
+    fn new(path: &'a Path, declared: usize) -> Self {
+        Self {
+            path,
+            declared,
+            mesh: Mesh::default(),
+            polygons: Polygons::default(),
+            triangles: Vec::new(),
+            face_colors: None,
+            corner_uvs: Vec::new(),
+            known_uvs: HashMap::new(),
+            translucent: false,
+            images: BTreeSet::new(),
+            thin: Thin::default(),
+            notices: Vec::new(),
+        }
+    }
+
+    fn vertices(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+        if !self.mesh.vertices.is_empty() {
+            return Err(FormatError::whole(self.path, "a second element vertex"));
+        }
+        let vertices = vertices::read(self.path, element, body)?;
+        self.translucent |= vertices.translucent;
+        self.mesh.vertices = vertices.positions;
+        self.mesh.normals = vertices.normals;
+        self.mesh.vertex_colors = vertices.colors;
+        self.mesh.uvs = vertices.uvs;
+        // A vertex without a direction has no normal; a mesh with one such is taken as flat.
+        let normals = self.mesh.normals.iter().flatten();
+        let directionless = normals.filter(|n| **n == [0.0; 3]).count();
+        if directionless > 0 {
+            let path = self.path.display();
+            self.notices.push(format!(
+                "{path}: {directionless} normals without a direction; all normals are ignored"
+            ));
+            self.mesh.normals = None;
+        }
+        Ok(())
+    }
+
+    fn has_faces(&self) -> bool {
+        self.polygons.len() + self.triangles.len() > 0
+    }
+
+    fn position(&self, body: &Body<'_>, face: usize, index: f64) -> Result<u32, FormatError> {
+        if index >= 0.0 && index < self.declared as f64 {
+            return Ok(index as u32);
+        }
+        let count = self.declared;
+        let message =
+            format!("face {face}: vertex {index}, but the file has {count} vertices (from 0)");
+        Err(body.error(message))
+    }
+
+    fn faces(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+        let columns = Columns::new(element);
+        if !columns.have(&[Meaning::Corners]) {
+            return Err(FormatError::whole(
+                self.path,
+                "element face has no list vertex_indices",
+            ));
+        }
+        if self.has_faces() {
+            return Err(FormatError::whole(self.path, "a second element with faces"));
+        }
+        if let Some(triangles) = triangles::read(element, &columns, body, self.declared) {
+            self.triangles = triangles;
+            return Ok(());
+        }
+        let mut colors = columns.have(&[Red, Green, Blue]).then(Vec::new);
+        let mut row = Row::default();
+        for number in 0..element.count {
+            columns.read(body, &mut row)?;
+            let own_uvs = !row.uvs.is_empty();
+            if own_uvs && row.uvs.len() != 2 * row.corners.len() {
+                let (uvs, corners) = (row.uvs.len(), row.corners.len());
+                let message =
+                    format!("face {number}: {uvs} texture coordinates for {corners} corners");
+                return Err(body.error(message));
+            }
+            for (i, &index) in row.corners.iter().enumerate() {
+                let mut uv = NONE;
+                if own_uvs {
+                    let value = vertices::uv(body, row.uvs[2 * i], row.uvs[2 * i + 1])?;
+                    uv = *self
+                        .known_uvs
+                        .entry(value.map(f32::to_bits))
+                        .or_insert_with(|| {
+                            self.corner_uvs.push(value);
+                            (self.corner_uvs.len() - 1) as u32
+                        });
+                }
+                let position = self.position(body, number, index)?;
+                self.polygons.corner(Corner {
+                    position,
+                    uv,
+                    normal: NONE,
+                });
+            }
+            if !self.polygons.end_face() {
+                self.thin.add(|| body.place());
+                continue;
+            }
+            if let Some(colors) = &mut colors {
+                colors.push(columns.color(body, &row, number)?);
+                self.translucent |= !columns.opaque(&row);
+            }
+            if columns.have(&[Meaning::Image]) {
+                self.images
+                    .insert(row.numbers[Meaning::Image as usize] as i64);
+            }
+        }
+        self.face_colors = colors;
+        Ok(())
+    }
+
+    /// Strips of triangles that turn in alternation; -1 begins another.
+    fn strips(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+        let columns = Columns::new(element);
+        if self.has_faces() {
+            return Err(FormatError::whole(self.path, "a second element with faces"));
+        }
+        let mut row = Row::default();
+        for number in 0..element.count {
+            columns.read(body, &mut row)?;
+            for strip in row.corners.split(|&index| index == -1.0) {
+                let strip: Result<Vec<u32>, _> = strip
+                    .iter()
+                    .map(|&index| self.position(body, number, index))
+                    .collect();
+                for (i, triangle) in strip?.windows(3).enumerate() {
+                    let &[mut a, mut b, c] = triangle else {
+                        continue;
+                    };
+                    // Repeated corners only lead the strip on.
+                    if a == b || b == c || c == a {
+                        continue;
+                    }
+                    if i % 2 == 1 {
+                        std::mem::swap(&mut a, &mut b);
+                    }
+                    for position in [a, b, c] {
+                        self.polygons.corner(Corner {
+                            position,
+                            uv: NONE,
+                            normal: NONE,
+                        });
+                    }
+                    self.polygons.end_face();
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads over an element without a use.
+    fn pass(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+        let columns = Columns::new(element);
+        let mut row = Row::default();
+        (0..element.count).try_for_each(|_| columns.read(body, &mut row))
+    }
+
+    fn model(mut self, header: &Header, folder: &mut Folder) -> Result<Model, FormatError> {
+        let path = self.path;
+        if !self.has_faces() {
+            let message = format!("no faces, only {} vertices: nothing to see", self.declared);
+            return Err(FormatError::whole(path, message));
+        }
+        if self.mesh.vertices.len() != self.declared {
+            return Err(FormatError::whole(path, "more than one element vertex"));
+        }
+        if self.translucent {
+            self.notices
+                .push(format!("{}: its transparency is dropped", path.display()));
+        }
+        let Self {
+            mesh,
+            polygons,
+            triangles,
+            face_colors,
+            corner_uvs,
+            ..
+        } = &mut self;
+        // Without texture coordinates of their own, corners are the file's vertices.
+        let seams = !corner_uvs.is_empty();
+        let mut vertices = Vertices::new(if seams { mesh.vertices.len() } else { 0 });
+        if seams {
+            vertices.reserve(0..mesh.vertices.len() as u32);
+        }
+        folder
+            .budget
+            .take_elements(path, 3 * triangles.len() as u64)?;
+        triangles.reserve_exact(polygons.len());
+        let mut colors = Vec::new();
+        let position = |c: Corner| mesh.vertices[c.position as usize];
+        let all = 0..polygons.len();
+        polygons.triangles(
+            all,
+            path,
+            &mut folder.budget,
+            position,
+            |polygon, corners| {
+                triangles.push(if seams {
+                    corners.map(|corner| vertices.vertex(corner))
+                } else {
+                    corners.map(|corner| corner.position)
+                });
+                colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
+            },
+        )?;
+        mesh.triangles = std::mem::take(triangles);
+        mesh.face_colors = face_colors.is_some().then_some(colors);
+        if seams {
+            let of = |c: &Corner| corner_uvs.get(c.uv as usize).copied().unwrap_or([0.0; 2]);
+            let origin = |c: &Corner| c.position as usize;
+            let made_of = &vertices.made_of;
+            mesh.uvs = Some(made_of.iter().map(of).collect());
+            mesh.vertices = made_of.iter().map(|c| mesh.vertices[origin(c)]).collect();
+            let normals = mesh.normals.take();
+            mesh.normals = normals.map(|n| made_of.iter().map(|c| n[origin(c)]).collect());
+            let colors = mesh.vertex_colors.take();
+            mesh.vertex_colors = colors.map(|n| made_of.iter().map(|c| n[origin(c)]).collect());
+        }
+        let textured = self.mesh.uvs.is_some();
+        let mut model = single::model(self.mesh, self.notices);
+        if let Some(file) = header.textures.first().filter(|_| textured) {
+            let texture = optional_asset::texture(
+                path,
+                file,
+                Wrap::Repeat,
+                ColorUse::Color,
+                folder,
+                &mut model.notices,
+            )?;
+            if let Some(texture) = texture {
+                model.materials[0].texture = Some(TextureSlot::plain(model.textures.len()));
+                model.materials[0].color = [1.0; 3];
+                model.textures.push(texture);
+            }
+            if self.images.len() > 1 || header.textures.len() > 1 {
+                model.notices.push(format!(
+                    "{}: several images; all faces have the first, {file:?}",
+                    path.display()
+                ));
+            }
+        }
+        Ok(model)
+    }
+}

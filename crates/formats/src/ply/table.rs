@@ -1,0 +1,94 @@
+//! The rows of a binary PLY table without lists: as they all have one length, several cores read them at a time.
+
+use crate::io::byte_source::Bytes;
+use crate::io::parallel;
+use crate::ply::body::Body;
+use crate::ply::columns::{Columns, Meaning};
+use crate::ply::scalar::Kind;
+
+/// Rows that are read at a time.
+pub(crate) const ROWS: usize = 1 << 15;
+
+/// The rows of an element.
+pub(crate) struct Table<'a> {
+    bytes: Bytes<'a>,
+    stride: usize,
+    big_endian: bool,
+    places: Vec<(Meaning, Kind, usize)>,
+}
+
+impl<'a> Table<'a> {
+    /// The rows of the next element, of which there are `count`; `None` where they are text, have lists, or are cut off.
+    pub(crate) fn of(columns: &Columns<'_>, count: usize, body: &'a Body<'_>) -> Option<Self> {
+        let stride = columns.stride()?;
+        let (bytes, big_endian) = body.ahead(count.checked_mul(stride)?)?;
+        Some(Self {
+            bytes,
+            stride,
+            big_endian,
+            places: columns.places(),
+        })
+    }
+
+    /// How many bytes they are.
+    pub(crate) fn length(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// What `make` makes of these columns of each row; `None` where one is missing, or nothing can be made of some row.
+    pub(crate) fn read<const N: usize, T, const M: usize>(
+        &self,
+        columns: [Meaning; N],
+        make: impl Fn([f64; N]) -> Option<[T; M]> + Sync,
+    ) -> Option<Vec<[T; M]>>
+    where
+        T: Copy + Default + Send,
+    {
+        // Of a meaning that comes twice, the last one counts.
+        let place = |meaning| self.places.iter().rev().find(|(m, ..)| *m == meaning);
+        let mut places = [(Kind::F64, 0); N];
+        for (to, meaning) in places.iter_mut().zip(columns) {
+            let &(_, kind, at) = place(meaning)?;
+            *to = (kind, at);
+        }
+        let little = |kind| !self.big_endian && places.iter().all(|&(k, _)| k == kind);
+        if little(Kind::F32) {
+            return self.rows(|row| {
+                make(places.map(|(_, at)| {
+                    row.get(at..)
+                        .and_then(<[u8]>::first_chunk)
+                        .map_or(0.0, |&four| f32::from_le_bytes(four).into())
+                }))
+            });
+        }
+        self.rows(|row| make(places.map(|(kind, at)| kind.number(&row[at..], self.big_endian))))
+    }
+
+    fn rows<T: Copy + Default + Send, const M: usize>(
+        &self,
+        make: impl Fn(&[u8]) -> Option<[T; M]> + Sync,
+    ) -> Option<Vec<[T; M]>> {
+        let mut made = vec![[T::default(); M]; self.bytes.len() / self.stride];
+        let block = |first: usize, block: &mut [[T; M]]| {
+            let (start, count) = (first * self.stride, block.len());
+            let mut all = true;
+            let window = |number: usize, bytes: &[u8]| {
+                let rows = bytes.chunks_exact(self.stride);
+                for (to, row) in block[number..].iter_mut().zip(rows) {
+                    match make(row) {
+                        Some(made) => *to = made,
+                        None => {
+                            all = false;
+                            return;
+                        }
+                    }
+                }
+            };
+            // What cannot be read is an error when it is tried again, row by row.
+            let read = (self.bytes).windows(start, count, self.stride, self.stride, window);
+            if all && read.is_ok() { Ok(()) } else { Err(()) }
+        };
+        parallel::make(&mut made, ROWS, block).ok()?;
+        Some(made)
+    }
+}

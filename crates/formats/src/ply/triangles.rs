@@ -1,0 +1,113 @@
+//! The faces of a binary PLY file, where all of them are triangles of the usual kind: read at once.
+
+use std::ops::Range;
+
+use crate::io::byte_source::Bytes;
+use crate::io::parallel;
+use crate::ply::body::Body;
+use crate::ply::columns::{Columns, Meaning};
+use crate::ply::header::Element;
+use crate::ply::scalar::Kind;
+use crate::ply::table::ROWS;
+
+/// The triangles of an element with one list, of 32-bit vertex indices below `vertices`, and nothing else that is used.
+///
+/// `None`, and nothing is read, where the element is another or any row is not such a triangle: reading row by row says
+/// what is wrong, if anything is.
+pub(crate) fn read(
+    element: &Element,
+    columns: &Columns<'_>,
+    body: &mut Body<'_>,
+    vertices: usize,
+) -> Option<Vec<[u32; 3]>> {
+    let (before, length, stride) = layout(element, columns)?;
+    let (bytes, big_endian) = body.ahead(element.count.checked_mul(stride)?)?;
+    let skip = bytes.len();
+    let rows = Rows {
+        bytes,
+        stride,
+        three: before..before + length.bytes(),
+        vertices,
+    };
+    // As a number of this kind.
+    let mut three = [0; 8];
+    let three = &mut three[..length.bytes()];
+    let last = three.len() - 1;
+    three[if big_endian { last } else { 0 }] = 3;
+    let triangles = match (big_endian, &*three) {
+        (false, &[three]) => rows.read(u32::from_le_bytes, |length| *length == [three]),
+        (false, three) => rows.read(u32::from_le_bytes, |length| length == three),
+        (true, three) => rows.read(u32::from_be_bytes, |length| length == three),
+    }?;
+    body.skip(skip);
+    Some(triangles)
+}
+
+/// Of such an element in a binary file: the bytes before the list in a row, the kind of the list's length, and the bytes
+/// of a row of one triangle.
+fn layout(element: &Element, columns: &Columns<'_>) -> Option<(usize, Kind, usize)> {
+    let (mut before, mut list, mut stride) = (0, None, 0);
+    for (property, meaning) in element.properties.iter().zip(columns.meanings()) {
+        match (property.list, meaning) {
+            (None, Meaning::Nothing) => stride += property.kind.bytes(),
+            (Some(length), Meaning::Corners) if list.is_none() => {
+                if !matches!(property.kind, Kind::I32 | Kind::U32) {
+                    return None;
+                }
+                (before, list) = (stride, Some(length));
+                stride += length.bytes() + 12;
+            }
+            _ => return None,
+        }
+    }
+    Some((before, list?, stride))
+}
+
+/// The bytes of a row, as [`layout`].
+pub(crate) fn stride(element: &Element, columns: &Columns<'_>) -> Option<usize> {
+    layout(element, columns).map(|(_, _, stride)| stride)
+}
+
+struct Rows<'a> {
+    bytes: Bytes<'a>,
+    stride: usize,
+    /// Where in a row the length of its list is; the corners are behind it.
+    three: Range<usize>,
+    /// How many vertices there are.
+    vertices: usize,
+}
+
+impl Rows<'_> {
+    /// The triangles, if all are.
+    fn read(
+        &self,
+        word: impl Fn([u8; 4]) -> u32 + Sync,
+        is_three: impl Fn(&[u8]) -> bool + Sync,
+    ) -> Option<Vec<[u32; 3]>> {
+        let mut triangles = vec![[0; 3]; self.bytes.len() / self.stride];
+        let block = |first: usize, block: &mut [[u32; 3]]| {
+            let (start, count) = (first * self.stride, block.len());
+            let (mut whole, mut largest) = (true, 0);
+            let window = |number: usize, bytes: &[u8]| {
+                let rows = bytes.chunks_exact(self.stride);
+                for (to, row) in block[number..].iter_mut().zip(rows) {
+                    let &[a, b, c, ..] = row[self.three.end..].as_chunks::<4>().0 else {
+                        whole = false;
+                        return;
+                    };
+                    let triangle @ [a, b, c] = [a, b, c].map(&word);
+                    // An index below zero is far above every vertex here.
+                    largest = largest.max(a).max(b).max(c);
+                    whole &= is_three(&row[self.three.clone()]);
+                    *to = triangle;
+                }
+            };
+            // What cannot be read is an error when it is tried again, row by row.
+            let read = (self.bytes).windows(start, count, self.stride, self.stride, window);
+            let all = read.is_ok() && whole && (largest as usize) < self.vertices;
+            if all { Ok(()) } else { Err(()) }
+        };
+        parallel::make(&mut triangles, ROWS, block).ok()?;
+        Some(triangles)
+    }
+}

@@ -1,0 +1,323 @@
+//! Silhouettes: what of the picture each object would cover if nothing stood before it (its amodal mask).
+
+use glam::{DMat3, DVec2, DVec3};
+use raycam_bvh::{ExactHit, ExactRay, ExactTriangles, NOTHING, Scene};
+use raycam_scene::Camera;
+use rayon::prelude::*;
+
+use crate::annotations::flow::View;
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::film::output_plane::MAX_FRAME_BYTES;
+use crate::film::tile::{TILE, Tile};
+use crate::ground_truth::center_rays::exact_ray;
+use crate::prepare::PreparedWorld;
+use crate::thread_pool::with_pool;
+
+/// What one object alone covers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Silhouette {
+    /// Index of the object.
+    pub object: usize,
+    /// First column and row, which may be negative within the margin, width and height of the smallest box.
+    pub region: [i32; 4],
+    /// Whether the exact ray through each pixel's centre meets the object: `height * width`, row by row.
+    pub mask: Vec<bool>,
+}
+
+/// The silhouettes of those of `objects` that cover any pixel centre, in their order. `margin` columns to either side
+/// of the picture and rows above and below it count as well, so that an object cut off by the picture's edge is whole.
+/// Where the world moves on while the camera reads its lines, each line shows the world at its own time.
+///
+/// # Errors
+/// [`RenderError::Settings`] for an object there is not, [`RenderError::TooLarge`] for a margin beyond memory,
+/// [`RenderError::Cancelled`], and those of [`with_pool`].
+pub fn silhouettes(
+    view: View,
+    objects: &[usize],
+    margin: [u32; 2],
+    threads: Option<usize>,
+    control: &Control,
+) -> Result<Vec<Silhouette>, RenderError> {
+    let world = view.world;
+    let count = world.objects.len();
+    if let Some(object) = objects.iter().find(|&&object| object >= count) {
+        return Err(RenderError::Settings(format!(
+            "object {object} of a world with {count} objects"
+        )));
+    }
+    let camera = &world.before(view.camera);
+    let canvas = [0, 1].map(|axis| u64::from(camera.size()[axis]) + 2 * u64::from(margin[axis]));
+    let [Ok(width), Ok(height)] = canvas.map(i32::try_from) else {
+        return Err(too_large(canvas));
+    };
+    if canvas[0] * canvas[1] > MAX_FRAME_BYTES {
+        return Err(too_large(canvas));
+    }
+    let moments = view.moments();
+    let whole = [0, 0, width as u32, height as u32];
+    let lines = moments.as_ref().map(|m| m.lines(camera, whole));
+    let regions = lines.unwrap_or_else(|| vec![whole]);
+    let tiles = |region: &[u32; 4]| Tile::of_region(*region);
+    control.start(regions.iter().map(|region| tiles(region).len()).sum());
+    let covered = with_pool(threads, || {
+        let of_region = |region: &[u32; 4]| {
+            let pixel = canvas_pixel(camera, margin, region[0].into(), region[1].into());
+            let then = moments.as_ref().map(|m| m.at_line(camera, pixel, control));
+            let then = then.transpose()?;
+            let world = then.as_deref().unwrap_or(world);
+            let alone: Vec<Alone> = objects
+                .par_iter()
+                .map(|&object| Alone::new(world, object))
+                .collect::<Result<_, _>>()?;
+            tiles(region)
+                .into_par_iter()
+                .map(|tile| {
+                    control.check()?;
+                    let covered = cover(&tile, camera, margin, &alone);
+                    control.advance();
+                    Ok((tile, covered))
+                })
+                .collect::<Result<Vec<_>, RenderError>>()
+        };
+        regions
+            .par_iter()
+            .map(of_region)
+            .collect::<Result<Vec<_>, _>>()
+    })??;
+    let mut patches: Vec<Vec<(Tile, Rows)>> = vec![vec![]; objects.len()];
+    for (tile, covered) in covered.into_iter().flatten() {
+        for (i, rows) in covered {
+            patches[i].push((tile, rows));
+        }
+    }
+    let silhouette = |(&object, patches): (&usize, Vec<_>)| join(object, &patches, margin);
+    Ok(objects.iter().zip(patches).filter_map(silhouette).collect())
+}
+
+/// The pixel coordinates of a pixel of the picture and its margin.
+fn canvas_pixel(camera: &Camera, margin: [u32; 2], x: f64, y: f64) -> DVec2 {
+    let shift = DVec2::new(margin[0].into(), margin[1].into());
+    DVec2::new(x, y) - shift + camera.pixel_center().offset()
+}
+
+fn too_large([width, height]: [u64; 2]) -> RenderError {
+    RenderError::TooLarge {
+        what: format!("a picture with its margin of {width} x {height} pixels"),
+        bytes: width.saturating_mul(height),
+        limit: MAX_FRAME_BYTES,
+    }
+}
+
+/// The pixels of a tile: bit x of row y.
+type Rows = [u32; TILE as usize];
+
+/// One object as if it were all there is.
+struct Alone<'a> {
+    world: &'a PreparedWorld,
+    object: u32,
+    scene: Scene,
+    /// A ball around it.
+    center: DVec3,
+    radius: f64,
+    /// A box around it, in the coordinates of its mesh.
+    lower: DVec3,
+    upper: DVec3,
+    mesh_from_world: DMat3,
+    place: DVec3,
+}
+
+impl ExactTriangles for Alone<'_> {
+    fn corners(&self, _instance: u32, triangle: u32) -> [[f64; 3]; 3] {
+        let corners = self.world.corners(self.object, triangle);
+        corners.map(|corner| corner.to_array())
+    }
+}
+
+impl<'a> Alone<'a> {
+    fn new(world: &'a PreparedWorld, object: usize) -> Result<Self, RenderError> {
+        let placed = &world.objects[object];
+        let instance = placed.instance(world.origin);
+        let scene = Scene::build(vec![instance], world.origin.to_array())
+            .map_err(|error| RenderError::World(error.to_string()))?;
+        let [lower, upper] = [placed.mesh.lower, placed.mesh.upper];
+        let center = placed
+            .world_from_mesh
+            .transform_point3(lower + (upper - lower) / 2.0);
+        let corner = |i: u32| {
+            let pick = |axis: usize| [lower, upper][(i >> axis & 1) as usize][axis];
+            let corner = DVec3::new(pick(0), pick(1), pick(2));
+            placed.world_from_mesh.transform_point3(corner)
+        };
+        let radius = (0..8)
+            .map(|i| corner(i).distance(center))
+            .fold(0.0, f64::max);
+        Ok(Self {
+            world,
+            object: object as u32,
+            scene,
+            center,
+            radius,
+            lower,
+            upper,
+            mesh_from_world: placed.world_from_mesh.matrix3.inverse(),
+            place: placed.world_from_mesh.translation,
+        })
+    }
+
+    /// False only where a ray, of unit length, does not meet the ball or the box. Most rays of a tile do not, and are not
+    /// worth a search.
+    fn may_meet(&self, ray: &ExactRay) -> bool {
+        let [origin, direction] = [ray.origin, ray.direction].map(DVec3::from);
+        let way = self.center - origin;
+        let radius = self.radius + SLACK * (self.radius + way.length());
+        if way.cross(direction).length_squared() > radius * radius {
+            return false;
+        }
+        let origin = self.mesh_from_world * (origin - self.place);
+        let direction = self.mesh_from_world * direction;
+        let slack = SLACK * ((self.upper - self.lower).length() + origin.length());
+        let to_lower = (self.lower - slack - origin) / direction;
+        let to_upper = (self.upper + slack - origin) / direction;
+        let (enter, leave) = (to_lower.min(to_upper), to_lower.max(to_upper));
+        // Comparisons with NaN are false: where nothing is known, the ray is searched for.
+        !(enter.max_element() > leave.min_element() || leave.min_element() < 0.0)
+    }
+}
+
+/// What of a tile each object covers, of those that cover any of it.
+fn cover(tile: &Tile, camera: &Camera, margin: [u32; 2], alone: &[Alone]) -> Vec<(usize, Rows)> {
+    let ray = |x: f64, y: f64| camera.ray(canvas_pixel(camera, margin, x, y));
+    let cone = Cone::around(tile, ray);
+    let near: Vec<usize> = (0..alone.len())
+        .filter(|&i| cone.may_meet(alone[i].center, alone[i].radius))
+        .collect();
+    if near.is_empty() {
+        return vec![];
+    }
+    let mut pixels = vec![];
+    tile.pixels(&mut pixels);
+    let centers = pixels
+        .iter()
+        .map(|&[x, y]| canvas_pixel(camera, margin, x.into(), y.into()));
+    let mut rays: Vec<ExactRay> = Vec::with_capacity(pixels.len());
+    camera.rays(centers, |ray| rays.push(exact_ray(ray)));
+    let mut covered = vec![];
+    for i in near {
+        let (pixels, rays): (Vec<_>, Vec<_>) = pixels
+            .iter()
+            .zip(&rays)
+            .filter(|(_, ray)| alone[i].may_meet(ray))
+            .map(|(pixel, ray)| (*pixel, *ray))
+            .unzip();
+        let mut hits = vec![ExactHit::MISS; rays.len()];
+        alone[i].scene.closest_exact(&rays, &alone[i], &mut hits);
+        let mut rows = [0; TILE as usize];
+        for ([x, y], hit) in pixels.iter().zip(&hits) {
+            rows[(y - tile.y) as usize] |= u32::from(hit.instance != NOTHING) << (x - tile.x);
+        }
+        if rows != [0; TILE as usize] {
+            covered.push((i, rows));
+        }
+    }
+    covered
+}
+
+/// All rays of a tile: directions within an angle of an axis, origins within a distance of a point.
+struct Cone {
+    origin: DVec3,
+    axis: DVec3,
+    angle: f64,
+    width: f64,
+}
+
+/// By this share of its size and distance a box is made larger, for rounding.
+const SLACK: f64 = 1e-6;
+/// How much farther apart the rays inside of a tile may be than those at its edge: lenses bend.
+const BENT: f64 = 1.5;
+
+impl Cone {
+    fn around(tile: &Tile, ray: impl Fn(f64, f64) -> (DVec3, DVec3)) -> Cone {
+        let thirds = |start: u32, length: u32| {
+            let (start, end) = (f64::from(start), f64::from(start + length - 1));
+            [start, (start + end) / 2.0, end]
+        };
+        let (columns, rows) = (thirds(tile.x, tile.width), thirds(tile.y, tile.height));
+        let rays: Vec<_> = rows
+            .iter()
+            .flat_map(|&y| columns.iter().map(move |&x| (x, y)))
+            .map(|(x, y)| ray(x, y))
+            .collect();
+        let count = rays.len() as f64;
+        let origin = rays.iter().map(|ray| ray.0).sum::<DVec3>() / count;
+        let axis = rays
+            .iter()
+            .map(|ray| ray.1)
+            .sum::<DVec3>()
+            .normalize_or_zero();
+        // NaN, where a ray is missing, stays NaN: nothing is left out then.
+        let widest = |a: f64, b: f64| if a >= b { a } else { b };
+        let angle = rays
+            .iter()
+            .map(|ray| ray.1.angle_between(axis))
+            .fold(0.0, widest);
+        let width = rays
+            .iter()
+            .map(|ray| ray.0.distance(origin))
+            .fold(0.0, widest);
+        let known = axis != DVec3::ZERO && rays.iter().all(|(o, d)| o.is_finite() && d.is_finite());
+        Cone {
+            origin,
+            axis,
+            angle: if known { BENT * angle + 1e-6 } else { f64::NAN },
+            width: BENT * width,
+        }
+    }
+
+    /// False only where no ray meets the ball.
+    fn may_meet(&self, center: DVec3, radius: f64) -> bool {
+        let way = center - self.origin;
+        let radius = (radius + self.width) * (1.0 + 1e-6);
+        let distance = way.length();
+        if distance <= radius || self.angle.is_nan() {
+            return true;
+        }
+        way.angle_between(self.axis) <= self.angle + (radius / distance).asin() + 1e-6
+    }
+}
+
+/// An object's patches in one mask.
+fn join(object: usize, patches: &[(Tile, Rows)], margin: [u32; 2]) -> Option<Silhouette> {
+    let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
+    for (tile, rows) in patches {
+        let all = rows.iter().fold(0, |all, row| all | row);
+        let first = rows.iter().position(|&row| row != 0)? as u32;
+        let last = rows.iter().rposition(|&row| row != 0)? as u32;
+        let left = tile.x + all.trailing_zeros();
+        let right = tile.x + 31 - all.leading_zeros();
+        low = [low[0].min(left), low[1].min(tile.y + first)];
+        high = [high[0].max(right), high[1].max(tile.y + last)];
+    }
+    if low[0] > high[0] {
+        return None;
+    }
+    let [width, height] = [0, 1].map(|axis| (high[axis] - low[axis] + 1) as usize);
+    let mut mask = vec![false; width * height];
+    for (tile, rows) in patches {
+        for (y, &row) in rows.iter().enumerate() {
+            let mut row = row;
+            while row != 0 {
+                let x = tile.x + row.trailing_zeros() - low[0];
+                row &= row - 1;
+                mask[(tile.y as usize + y - low[1] as usize) * width + x as usize] = true;
+            }
+        }
+    }
+    // The canvas fits int32.
+    let [x, y] = [0, 1].map(|axis| low[axis] as i32 - margin[axis] as i32);
+    Some(Silhouette {
+        object,
+        region: [x, y, width as i32, height as i32],
+        mask,
+    })
+}

@@ -1,0 +1,299 @@
+//! Optical flow and scene flow: where what a camera sees is in another world, and where another camera sees it there.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use raycam_bvh::{ExactHit, ExactRay, NOTHING};
+use raycam_scene::camera::Center;
+use raycam_scene::{Camera, World};
+use rayon::prelude::*;
+
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::film::tile::{TILE, Tile};
+use crate::ground_truth::center_rays::exact_ray;
+use crate::motion::shutter::Moments;
+use crate::prepare::PreparedWorld;
+use crate::thread_pool::with_pool;
+
+/// What lies nearer to the second camera by this share of the distance hides a point.
+const IN_FRONT: f64 = 1e-6;
+
+/// A world and a camera that sees it.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    /// The world; of one that moves on while the shutter is open, as it stands in the middle of that.
+    pub world: &'a PreparedWorld,
+    /// The same as it is described, which says how it moves on; none for a world that stands.
+    pub moving: Option<&'a World>,
+    /// The camera.
+    pub camera: &'a Camera,
+}
+
+impl<'a> View<'a> {
+    /// The times at which its lines see the world, where these differ.
+    pub(crate) fn moments(&self) -> Option<Moments<'a>> {
+        Moments::new(self.moving?, self.world, self.camera).filter(Moments::is_rolling)
+    }
+}
+
+/// For each pixel of the first view, row by row, the surface point at its centre, followed to the second view.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Flow {
+    /// How far its image moves right and down, in pixels; NaN where the first view shows the background, and where the
+    /// second camera has no image of the point.
+    pub flow: Vec<[f32; 2]>,
+    /// How far the point moves in the world, in metres; NaN for the background.
+    pub scene_flow: Vec<[f32; 3]>,
+    /// Its z along the second camera's principal axis, in metres; NaN for the background.
+    pub depth: Vec<f32>,
+    /// Whether the second camera has it inside of its picture, but something hides it.
+    pub occluded: Vec<bool>,
+    /// Whether it is not inside of the second picture.
+    pub outside: Vec<bool>,
+}
+
+/// Follows what the first view shows to the second. Points keep their object, triangle and barycentric coordinates, so
+/// that moved and deformed meshes are followed alike. All in float64 at the exact pixel-centre ray; a ray of the second
+/// camera finds what hides a point.
+///
+/// # Errors
+/// [`RenderError::World`] where the worlds do not have the same objects with as many triangles, and where a second one
+/// moves on while its camera reads line after line, and its objects and meshes that bend take too much memory;
+/// [`RenderError::Cancelled`], and those of [`with_pool`].
+pub fn flow(
+    first: View,
+    second: View,
+    threads: Option<usize>,
+    control: &Control,
+) -> Result<Flow, RenderError> {
+    check(first.world, second.world)?;
+    let moments = first.moments();
+    let cameras = [&first, &second].map(|view| view.world.before(view.camera));
+    let [first, second] =
+        [(first, &cameras[0]), (second, &cameras[1])].map(|(view, camera)| View { camera, ..view });
+    let size @ [width, height] = first.camera.size();
+    let count = width as usize * height as usize;
+    let mut found = Flow {
+        flow: vec![[f32::NAN; 2]; count],
+        scene_flow: vec![[f32::NAN; 3]; count],
+        depth: vec![f32::NAN; count],
+        occluded: vec![false; count],
+        outside: vec![false; count],
+    };
+    let shown = with_pool(threads, || Shown::new(second, control))??;
+    let band = width as usize * TILE as usize;
+    control.start(count.div_ceil(band));
+    with_pool(threads, || {
+        let Flow {
+            flow,
+            scene_flow,
+            depth,
+            occluded,
+            outside,
+        } = &mut found;
+        let results = (
+            flow.par_chunks_mut(band),
+            scene_flow.par_chunks_mut(band),
+            depth.par_chunks_mut(band),
+            occluded.par_chunks_mut(band),
+            outside.par_chunks_mut(band),
+        );
+        results
+            .into_par_iter()
+            .enumerate()
+            .try_for_each(|(number, out)| {
+                control.check()?;
+                let top = number as u32 * TILE;
+                let rows = TILE.min(height - top);
+                let (flow, scene_flow, depth, occluded, outside) = out;
+                let band = [0, top, width, rows];
+                let lines = moments.as_ref().map(|m| m.lines(first.camera, band));
+                for [x, y, width, height] in lines.unwrap_or_else(|| vec![band]) {
+                    let center = first.camera.pixel_center_of(x, y);
+                    let then = moments
+                        .as_ref()
+                        .map(|m| m.at_line(first.camera, center, control))
+                        .transpose()?;
+                    let world = then.as_deref().unwrap_or(first.world);
+                    let seen = View { world, ..first };
+                    for tile in Tile::of_region([x, y, width, height]) {
+                        for (pixel, moved) in follow(seen, &shown, &tile) {
+                            let i = ((pixel[1] - top) * size[0] + pixel[0]) as usize;
+                            flow[i] = moved.flow;
+                            scene_flow[i] = moved.scene_flow;
+                            depth[i] = moved.depth;
+                            occluded[i] = moved.seen == Seen::Hidden;
+                            outside[i] = moved.seen == Seen::Outside;
+                        }
+                    }
+                }
+                control.advance();
+                Ok::<(), RenderError>(())
+            })
+    })??;
+    Ok(found)
+}
+
+fn check(first: &PreparedWorld, second: &PreparedWorld) -> Result<(), RenderError> {
+    let fail = |message| Err(RenderError::World(message));
+    let (a, b) = (first.objects.len(), second.objects.len());
+    if a != b {
+        return fail(format!(
+            "the first world has {a} objects, the second {b}: flow follows the same objects from one to the other"
+        ));
+    }
+    for (i, (a, b)) in first.objects.iter().zip(&second.objects).enumerate() {
+        let [a, b] = [a, b].map(|object| object.mesh.mesh.triangles.len());
+        if a != b {
+            return fail(format!(
+                "object {i} has {a} triangles in the first world and {b} in the second: flow follows the same triangles"
+            ));
+        }
+    }
+    Ok(())
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Seen {
+    Yes,
+    Hidden,
+    Outside,
+}
+
+/// A surface point in the second view.
+struct Moved {
+    flow: [f32; 2],
+    scene_flow: [f32; 3],
+    depth: f32,
+    seen: Seen,
+}
+
+/// How the second view shows points.
+struct Shown<'a> {
+    view: View<'a>,
+    /// The world of each line, where they differ.
+    lines: Vec<Arc<PreparedWorld>>,
+}
+
+impl<'a> Shown<'a> {
+    fn new(view: View<'a>, control: &Control) -> Result<Self, RenderError> {
+        let lines = match view.moments() {
+            Some(moments) => moments.of_all_lines(view.camera, control)?,
+            None => vec![],
+        };
+        Ok(Self { view, lines })
+    }
+
+    /// Where a point of a triangle is when it is seen, its pixel, and whether it is seen at all.
+    fn find(&self, hit: &ExactHit) -> (DVec3, DVec2, bool) {
+        let camera = self.view.camera;
+        let Some(last) = self.lines.len().checked_sub(1) else {
+            let point = place(self.view.world, hit);
+            let (pixel, sees) = camera.project(point);
+            return (point, pixel, sees);
+        };
+        // From line to line, each in the middle of its own part of the picture, everything moves straight on.
+        let at = |line: f64| {
+            let line = line * self.lines.len() as f64 - 0.5;
+            let before = (line.max(0.0) as usize).min(last.saturating_sub(1));
+            let [a, b] = [before, last.min(before + 1)].map(|i| place(&self.lines[i], hit));
+            a.lerp(b, line - before as f64)
+        };
+        let (pixel, sees) = camera.project_moving(at);
+        (at(camera.line_of(pixel)), pixel, sees)
+    }
+
+    /// The world that a pixel shows.
+    fn world(&self, pixel: DVec2) -> &PreparedWorld {
+        let line = self.view.camera.line_of(pixel) * self.lines.len() as f64;
+        let last = self.lines.len().saturating_sub(1);
+        let then = self.lines.get((line as usize).min(last));
+        then.map_or(self.view.world, |world| world)
+    }
+}
+
+/// The point of a world that a ray has met in another one.
+fn place(world: &PreparedWorld, hit: &ExactHit) -> DVec3 {
+    let [a, b, c] = world.corners(hit.instance, hit.triangle);
+    a + (b - a) * hit.u + (c - a) * hit.v
+}
+
+/// The ray of the second camera to a point that it shows.
+struct Back<'a> {
+    world: &'a PreparedWorld,
+    ray: ExactRay,
+    distance: f64,
+    /// Which of the points it is of, and what lies there.
+    of: usize,
+    hit: ExactHit,
+}
+
+/// The pixels of a tile that show something, followed.
+fn follow(first: View, second: &Shown, tile: &Tile) -> Vec<([u32; 2], Moved)> {
+    let mut pixels = vec![];
+    tile.pixels(&mut pixels);
+    let camera = first.camera;
+    let centers = pixels.iter().map(|&[x, y]| camera.pixel_center_of(x, y));
+    let mut rays: Vec<ExactRay> = Vec::with_capacity(pixels.len());
+    camera.rays(centers, |ray| rays.push(exact_ray(ray)));
+    let mut hits = vec![ExactHit::MISS; rays.len()];
+    first.world.closest_exact(&rays, &mut hits);
+
+    let camera = second.view.camera;
+    let size = camera.size().map(f64::from);
+    let edge = 0.5 - camera.pixel_center().offset();
+    let (mut moved, mut back) = (vec![], vec![]);
+    for ((&[x, y], ray), &hit) in pixels.iter().zip(&rays).zip(&hits) {
+        if hit.instance == NOTHING {
+            continue;
+        }
+        let before = DVec3::from(ray.origin) + hit.t * DVec3::from(ray.direction);
+        let (after, pixel, sees) = second.find(&hit);
+        let from = first.camera.pixel_center_of(x, y) - first.camera.pixel_center().offset();
+        let to = pixel - camera.pixel_center().offset();
+        let inside = sees
+            && (-edge <= pixel.x && pixel.x < size[0] - edge)
+            && (-edge <= pixel.y && pixel.y < size[1] - edge);
+        if inside {
+            let world = second.world(pixel);
+            let (origin, direction) = camera.ray(pixel);
+            // Between the middles of two lines a point is a little beside where it is in the world of either.
+            let way = place(world, &hit) - origin;
+            let direction = match second.lines.is_empty() || camera.center() != Center::Point {
+                true => direction,
+                false => way.normalize(),
+            };
+            back.push(Back {
+                world,
+                ray: exact_ray((origin, direction)),
+                distance: way.dot(direction),
+                of: moved.len(),
+                hit,
+            });
+        }
+        let flow = if sees { to - from } else { DVec2::NAN };
+        moved.push((
+            [x, y],
+            Moved {
+                flow: flow.as_vec2().to_array(),
+                scene_flow: (after - before).as_vec3().to_array(),
+                depth: camera.depth_at(pixel, after) as f32,
+                seen: if inside { Seen::Yes } else { Seen::Outside },
+            },
+        ));
+    }
+    for same in back.chunk_by(|a, b| std::ptr::eq(a.world, b.world)) {
+        let rays: Vec<ExactRay> = same.iter().map(|back| back.ray).collect();
+        let mut hits = vec![ExactHit::MISS; rays.len()];
+        let world = same[0].world;
+        world.closest_exact(&rays, &mut hits);
+        for (there, back) in hits.iter().zip(same) {
+            let itself = (there.instance, there.triangle) == (back.hit.instance, back.hit.triangle);
+            if there.t < back.distance * (1.0 - IN_FRONT) && !itself {
+                moved[back.of].1.seen = Seen::Hidden;
+            }
+        }
+    }
+    moved
+}

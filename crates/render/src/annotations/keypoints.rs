@@ -1,0 +1,291 @@
+//! Keypoints: where a camera sees points of objects, and what lies before them.
+
+use std::cell::RefCell;
+
+use glam::{DAffine3, DVec2, DVec3};
+use raycam_bvh::ExactHit;
+use raycam_scene::camera::Center;
+use raycam_scene::{Camera, Mesh, World};
+use rayon::prelude::*;
+
+use crate::annotations::flow::View;
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::ground_truth::center_rays::exact_ray;
+use crate::motion::shutter::Moments;
+use crate::prepare::PreparedWorld;
+use crate::thread_pool::with_pool;
+
+/// Points that a thread takes at a time.
+const CHUNK: usize = 4096;
+
+/// A point that is looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Anchor {
+    /// In the world, where it stays.
+    World(DVec3),
+    /// In the coordinates of an object's mesh: it goes where the object goes.
+    Mesh {
+        /// Index of the object.
+        object: usize,
+        /// In its mesh's coordinates.
+        point: DVec3,
+    },
+    /// On a triangle of an object: it goes where the corners go, those of a mesh that bends too.
+    Triangle {
+        /// Index of the object.
+        object: usize,
+        /// Index of the triangle in its mesh.
+        triangle: usize,
+        /// Weights of the corners, of sum 1.
+        weights: DVec3,
+    },
+}
+
+impl Anchor {
+    fn object(&self) -> Option<usize> {
+        match *self {
+            Self::World(_) => None,
+            Self::Mesh { object, .. } | Self::Triangle { object, .. } => Some(object),
+        }
+    }
+
+    /// Where it is, in a world whose objects are there; nowhere where its object shows another mesh, as hidden ones do.
+    fn place<'m>(&self, of: impl Fn(usize) -> Option<(DAffine3, &'m Mesh)>) -> Option<DVec3> {
+        match *self {
+            Self::World(point) => Some(point),
+            Self::Mesh { object, point } => Some(of(object)?.0.transform_point3(point)),
+            Self::Triangle {
+                object,
+                triangle,
+                weights,
+            } => {
+                let (world_from_mesh, mesh) = of(object)?;
+                let [a, b, c] = mesh
+                    .triangles
+                    .get(triangle)?
+                    .map(|i| mesh.vertices[i as usize]);
+                let point = a + (b - a) * weights.y + (c - a) * weights.z;
+                Some(world_from_mesh.transform_point3(point))
+            }
+        }
+    }
+
+    fn place_in(&self, world: &World) -> DVec3 {
+        let of = |i: usize| {
+            let object = world.objects.get(i)?;
+            Some((object.world_from_mesh, &**world.meshes.get(object.mesh)?))
+        };
+        self.place(of).unwrap_or(DVec3::NAN)
+    }
+
+    fn place_in_prepared(&self, world: &PreparedWorld) -> DVec3 {
+        let of = |i: usize| {
+            let object = world.objects.get(i)?;
+            Some((object.world_from_mesh, &*object.mesh.mesh))
+        };
+        self.place(of).unwrap_or(DVec3::NAN)
+    }
+}
+
+/// A point in a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Keypoint {
+    /// Where it is in the world when it is seen; of a point without an image as the world stands.
+    pub point: DVec3,
+    /// Its image; NaN where the camera has none.
+    pub pixel: DVec2,
+    /// Whether its image lies inside of the picture.
+    pub inside: bool,
+    /// The object before it.
+    pub occluder: Option<usize>,
+    /// Whether nothing lies before it, and what is seen there is a surface at its place.
+    pub on_surface: bool,
+}
+
+/// The images of points. What lies nearer to the camera than a point by more than `tolerance` times the distance lies
+/// before it, and what lies within that is at its place.
+///
+/// Of a world that moves on while the camera reads its lines, a point is where the line that sees it finds it: the line
+/// and the place are solved for together, in the world at exactly that time. What lies before it is looked for in the
+/// world of the line's middle, which is the one that the picture shows.
+///
+/// # Errors
+/// [`RenderError::Settings`] for objects and triangles there are not, weights whose sum is not 1, and points in the
+/// coordinates of a mesh that a skin bends; [`RenderError::World`] where the world has no place at a time of its video;
+/// [`RenderError::Cancelled`], and those of [`with_pool`].
+pub fn keypoints(
+    view: View,
+    anchors: &[Anchor],
+    tolerance: f64,
+    threads: Option<usize>,
+    control: &Control,
+) -> Result<Vec<Keypoint>, RenderError> {
+    anchors
+        .iter()
+        .enumerate()
+        .try_for_each(|(i, anchor)| check(&view, i, anchor))?;
+    let moments = view.moments();
+    let camera = &view.world.before(view.camera);
+    let view = View { camera, ..view };
+    control.start(anchors.len());
+    with_pool(threads, || {
+        let find = |anchor: &Anchor| {
+            control.check()?;
+            project(&view, moments.as_ref(), anchor)
+        };
+        let mut found = anchors
+            .par_iter()
+            .map(find)
+            .collect::<Result<Vec<_>, RenderError>>()?;
+        // Those of a line together: they share its world.
+        let center = |pixel: DVec2| {
+            let [x, y] = camera.past_corner(pixel).to_array();
+            camera.pixel_center_of(x as u32, y as u32)
+        };
+        let time = |i: usize| camera.since_middle(center(found[i].pixel), 0.5);
+        let mut inside: Vec<(f64, usize)> = (0..found.len())
+            .filter(|&i| found[i].inside)
+            .map(|i| (time(i), i))
+            .collect();
+        if moments.is_some() {
+            inside.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        let groups: Vec<_> = inside
+            .chunk_by(|a, b| moments.is_none() || a.0.to_bits() == b.0.to_bits())
+            .flat_map(|line| line.chunks(CHUNK))
+            .collect();
+        let seen = groups
+            .par_iter()
+            .map(|group| {
+                control.check()?;
+                let pixel = center(found[group[0].1].pixel);
+                let then = moments.as_ref().map(|m| m.at_line(camera, pixel, control));
+                let then = then.transpose()?;
+                let world = then.as_deref().unwrap_or(view.world);
+                let points: Vec<_> = group
+                    .iter()
+                    .map(|&(_, i)| (anchors[i].place_in_prepared(world), found[i].pixel))
+                    .collect();
+                control.advance_by(group.len());
+                Ok(first_before(world, camera, &points))
+            })
+            .collect::<Result<Vec<_>, RenderError>>()?;
+        for (&(_, i), (distance, hit)) in inside.iter().zip(seen.into_iter().flatten()) {
+            let hidden = hit.t < distance * (1.0 - tolerance);
+            found[i].occluder = hidden.then_some(hit.instance as usize);
+            found[i].on_surface = !hidden && hit.t <= distance * (1.0 + tolerance);
+        }
+        Ok(found)
+    })?
+}
+
+fn check(view: &View, i: usize, anchor: &Anchor) -> Result<(), RenderError> {
+    let fail = |message: String| Err(RenderError::Settings(format!("point {i}: {message}")));
+    let Some(number) = anchor.object() else {
+        return Ok(());
+    };
+    let Some(object) = view.world.objects.get(number) else {
+        let count = view.world.objects.len();
+        return fail(format!("object {number} of a world with {count} objects"));
+    };
+    match *anchor {
+        Anchor::Triangle {
+            triangle, weights, ..
+        } => {
+            let count = object.mesh.mesh.triangles.len();
+            if triangle >= count {
+                return fail(format!(
+                    "triangle {triangle} of object {number}, which has {count} triangles"
+                ));
+            }
+            let sum = weights.element_sum();
+            // What float32 makes of weights is 1 all the same.
+            if (sum - 1.0).abs() <= 1e-5 {
+                return Ok(());
+            }
+            fail(format!(
+                "the weights of its triangle's corners, {weights}, have the sum {sum}, expected 1"
+            ))
+        }
+        _ if is_skinned(view.moving, number) => fail(format!(
+            "the mesh of object {number} is bent by a skin, so that a point in its coordinates does not go with it: \
+             give the triangle on which it lies, and the weights of its corners"
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn is_skinned(world: Option<&World>, object: usize) -> bool {
+    let rig = world.and_then(|world| world.rig.as_ref());
+    let mounts = rig.iter().flat_map(|rig| &rig.objects);
+    mounts
+        .into_iter()
+        .any(|mount| mount.object == object && mount.skin.is_some())
+}
+
+/// A point and its image, without what lies before it.
+fn project(
+    view: &View,
+    moments: Option<&Moments>,
+    anchor: &Anchor,
+) -> Result<Keypoint, RenderError> {
+    let camera = view.camera;
+    let failed = RefCell::new(None);
+    let still = anchor.place_in_prepared(view.world);
+    let at = |line: f64| {
+        let Some(moments) = moments.filter(|_| anchor.object().is_some()) else {
+            return still;
+        };
+        match moments.described_at(line) {
+            Ok(world) => anchor.place_in(&world),
+            Err(error) => {
+                failed.replace(Some(error));
+                DVec3::NAN
+            }
+        }
+    };
+    let (pixel, sees) = camera.project_moving(at);
+    let sees = sees && pixel.is_finite();
+    let point = if sees {
+        at(camera.line_of(pixel))
+    } else {
+        still
+    };
+    if let Some(error) = failed.into_inner() {
+        return Err(error);
+    }
+    let past = camera.past_corner(pixel);
+    let size = DVec2::from(camera.size().map(f64::from));
+    Ok(Keypoint {
+        point,
+        pixel: if sees { pixel } else { DVec2::NAN },
+        inside: sees && past.cmpge(DVec2::ZERO).all() && past.cmplt(size).all(),
+        occluder: None,
+        on_surface: false,
+    })
+}
+
+/// How far points with these images are along the camera's rays to them, and what these rays meet first.
+fn first_before(
+    world: &PreparedWorld,
+    camera: &Camera,
+    points: &[(DVec3, DVec2)],
+) -> Vec<(f64, ExactHit)> {
+    let (distances, rays): (Vec<_>, Vec<_>) = points
+        .iter()
+        .map(|&(point, pixel)| {
+            let (origin, direction) = camera.ray(pixel);
+            // Beside the middle of its line, a point is not quite where it is in the line's world.
+            let way = point - origin;
+            let direction = match camera.center() {
+                Center::Point => way.normalize(),
+                _ => direction,
+            };
+            (way.dot(direction), exact_ray((origin, direction)))
+        })
+        .unzip();
+    let mut hits = vec![ExactHit::MISS; rays.len()];
+    world.closest_exact(&rays, &mut hits);
+    distances.into_iter().zip(hits).collect()
+}

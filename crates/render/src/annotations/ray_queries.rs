@@ -1,0 +1,246 @@
+//! Rays of the caller's own.
+
+use glam::DVec3;
+use raycam_bvh::{Coherence, Hit, NOTHING, Ray};
+use rayon::prelude::*;
+
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::ground_truth::channels::id;
+use crate::interaction::attributes::{facing, unit_normal};
+use crate::prepare::PreparedWorld;
+use crate::thread_pool::with_pool;
+
+/// Rays that a thread takes at a time.
+const CHUNK: usize = 4096;
+/// A ray that starts farther than this many radii from the scene's centre is moved up to the scene: float32 would place
+/// its start too coarsely.
+pub(crate) const FAR: f64 = 16.0;
+
+impl PreparedWorld {
+    /// A world ray as the kernel takes it, and by how many of its lengths its start was moved along it.
+    pub(crate) fn local_ray(&self, origin: DVec3, direction: DVec3, t_max: f64) -> (Ray, f64) {
+        let start = origin - self.origin;
+        let mut moved = 0.0;
+        if self.is_far(start) {
+            // To the foot of the perpendicular from the centre, less twice the radius.
+            let length = direction.length();
+            let foot = -start.dot(direction) / (length * length);
+            moved = (foot - 2.0 * self.radius / length).clamp(0.0, t_max.max(0.0));
+            if !moved.is_finite() {
+                moved = 0.0;
+            }
+        }
+        let ray = Ray {
+            origin: (start + moved * direction).as_vec3().to_array(),
+            direction: direction.as_vec3().to_array(),
+            // A limit is not exceeded by rounding.
+            t_max: if t_max.is_finite() {
+                (t_max - moved) as f32
+            } else {
+                t_max as f32
+            },
+        };
+        (ray, moved)
+    }
+
+    /// Whether rays that start there, scene-local, are moved along themselves.
+    pub(crate) fn is_far(&self, start: DVec3) -> bool {
+        start.length_squared() > (FAR * self.radius).powi(2)
+    }
+}
+
+/// What each ray met first, one entry per ray.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RayHits {
+    /// In lengths of the ray's direction; +inf for a miss.
+    pub t: Vec<f64>,
+    /// Index of the object; -1 for a miss.
+    pub instance: Vec<i32>,
+    /// Index of the triangle within its mesh; -1 for a miss.
+    pub triangle: Vec<i32>,
+    /// Weights of the triangle's three corners, whose sum is 1; 0 for a miss.
+    pub barycentric: Vec<[f32; 3]>,
+    /// The triangle's unit normal in the world, on the side the ray comes from; 0 for a miss.
+    pub normal: Vec<[f32; 3]>,
+    /// The surface point in the world; NaN for a miss.
+    pub position: Vec<[f64; 3]>,
+}
+
+/// The nearest hit of each ray `origin + t * direction`, t >= 0, in world coordinates.
+///
+/// Directions need no normalisation. A ray that is not finite or has a zero direction is a miss. `coherent` says
+/// whether neighbours in the arrays run alike (`None`: they are looked at); it changes the speed, never the answer.
+/// The kernel finds the triangle in float32; t, position, weights and normal are computed in float64 from its corners.
+///
+/// # Errors
+/// [`RenderError::Settings`] where the arrays differ in length, [`RenderError::Cancelled`], and those of [`with_pool`].
+pub fn cast_rays(
+    world: &PreparedWorld,
+    origins: &[[f64; 3]],
+    directions: &[[f64; 3]],
+    coherent: Option<bool>,
+    threads: Option<usize>,
+    control: &Control,
+) -> Result<RayHits, RenderError> {
+    check_lengths(origins, directions)?;
+    let n = origins.len();
+    let mut found = RayHits {
+        t: vec![f64::INFINITY; n],
+        instance: vec![-1; n],
+        triangle: vec![-1; n],
+        barycentric: vec![[0.0; 3]; n],
+        normal: vec![[0.0; 3]; n],
+        position: vec![[f64::NAN; 3]; n],
+    };
+    control.start(n.div_ceil(CHUNK));
+    let RayHits {
+        t,
+        instance,
+        triangle,
+        barycentric,
+        normal,
+        position,
+    } = &mut found;
+    with_pool(threads, || {
+        let results = (
+            t.par_chunks_mut(CHUNK),
+            instance.par_chunks_mut(CHUNK),
+            triangle.par_chunks_mut(CHUNK),
+            barycentric.par_chunks_mut(CHUNK),
+            normal.par_chunks_mut(CHUNK),
+            position.par_chunks_mut(CHUNK),
+        );
+        let rays = (origins.par_chunks(CHUNK), directions.par_chunks(CHUNK));
+        rays.into_par_iter()
+            .zip(results.into_par_iter())
+            .try_for_each(|((origins, directions), out)| {
+                control.check()?;
+                let (t, instance, triangle, barycentric, normal, position) = out;
+                let ray = |(o, d): (&[f64; 3], &[f64; 3])| {
+                    world
+                        .local_ray(DVec3::from(*o), DVec3::from(*d), f64::INFINITY)
+                        .0
+                };
+                let rays: Vec<Ray> = origins.iter().zip(directions).map(ray).collect();
+                let mut hits = vec![Hit::MISS; rays.len()];
+                world.scene.closest(&rays, &mut hits, coherence(coherent));
+                for (i, hit) in hits
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, hit)| hit.instance != NOTHING)
+                {
+                    let exact = refine(world, hit, origins[i].into(), directions[i].into());
+                    t[i] = exact.t;
+                    instance[i] = id(hit.instance);
+                    triangle[i] = id(hit.triangle);
+                    barycentric[i] = exact.barycentric.map(|weight| weight as f32);
+                    normal[i] = exact.normal.as_vec3().to_array();
+                    position[i] = exact.position.to_array();
+                }
+                control.advance();
+                Ok::<(), RenderError>(())
+            })
+    })??;
+    Ok(found)
+}
+
+/// Whether anything lies on each ray at `0 <= t <= t_max` (`t_max` has one entry for all rays, or one per ray).
+///
+/// # Errors
+/// As [`cast_rays`], and for a `t_max` of another length.
+pub fn occluded(
+    world: &PreparedWorld,
+    origins: &[[f64; 3]],
+    directions: &[[f64; 3]],
+    t_max: &[f64],
+    coherent: Option<bool>,
+    threads: Option<usize>,
+    control: &Control,
+) -> Result<Vec<bool>, RenderError> {
+    check_lengths(origins, directions)?;
+    if t_max.len() != 1 && t_max.len() != origins.len() {
+        let (given, rays) = (t_max.len(), origins.len());
+        return Err(RenderError::Settings(format!(
+            "{given} values of t_max for {rays} rays; expected 1 or {rays}"
+        )));
+    }
+    let mut dark = vec![false; origins.len()];
+    control.start(origins.len().div_ceil(CHUNK));
+    with_pool(threads, || {
+        dark.par_chunks_mut(CHUNK)
+            .enumerate()
+            .try_for_each(|(chunk, dark)| {
+                control.check()?;
+                let first = chunk * CHUNK;
+                let ray = |i: usize| {
+                    let limit = if t_max.len() == 1 { t_max[0] } else { t_max[i] };
+                    world
+                        .local_ray(origins[i].into(), directions[i].into(), limit)
+                        .0
+                };
+                let rays: Vec<Ray> = (first..first + dark.len()).map(ray).collect();
+                world.scene.occluded(&rays, dark, coherence(coherent));
+                control.advance();
+                Ok::<(), RenderError>(())
+            })
+    })??;
+    Ok(dark)
+}
+
+fn check_lengths(origins: &[[f64; 3]], directions: &[[f64; 3]]) -> Result<(), RenderError> {
+    if origins.len() == directions.len() {
+        return Ok(());
+    }
+    let (o, d) = (origins.len(), directions.len());
+    Err(RenderError::Settings(format!(
+        "{o} origins and {d} directions; expected one of each per ray"
+    )))
+}
+
+fn coherence(coherent: Option<bool>) -> Coherence {
+    match coherent {
+        None => Coherence::Unknown,
+        Some(true) => Coherence::Coherent,
+        Some(false) => Coherence::Incoherent,
+    }
+}
+
+/// A hit in float64.
+struct Refined {
+    t: f64,
+    barycentric: [f64; 3],
+    normal: DVec3,
+    position: DVec3,
+}
+
+/// Where a ray meets the plane of the triangle that float32 found. Near an edge float64 may see it just miss: the
+/// nearest point of the triangle is then taken, so that nothing lies outside it.
+fn refine(world: &PreparedWorld, hit: &Hit, origin: DVec3, direction: DVec3) -> Refined {
+    let corners = world.corners(hit.instance, hit.triangle);
+    let [a, b, c] = corners.map(|corner| corner - origin);
+    let normal = facing(unit_normal(corners), direction);
+    let (e1, e2) = (b - a, c - a);
+    let p = direction.cross(e2);
+    let determinant = e1.dot(p);
+    let q = -a.cross(e1);
+    let exact = (-a.dot(p) / determinant, direction.dot(q) / determinant);
+    // Seen edge on, the plane says nothing.
+    let known = exact.0.is_finite() && exact.1.is_finite();
+    let (u, v) = if known {
+        exact
+    } else {
+        (f64::from(hit.u), f64::from(hit.v))
+    };
+    let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
+    let sum = (u + v).max(1.0);
+    let (u, v) = (u / sum, v / sum);
+    let point = a + e1 * u + e2 * v;
+    let t = (point.dot(direction) / direction.length_squared()).max(0.0);
+    Refined {
+        t,
+        barycentric: [1.0 - u - v, u, v],
+        normal,
+        position: origin + point,
+    }
+}

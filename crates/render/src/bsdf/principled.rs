@@ -1,0 +1,282 @@
+//! glTF's principled material at a point: textures looked up, layers filled in.
+//!
+//! glTF 2.0, appendix B, and the `KHR_materials_*` extensions. The interface shares energy with the base by albedo
+//! instead of by the half vector, so that nothing is lost or gained.
+
+use std::cell::Cell;
+
+use glam::Vec3;
+use raycam_bvh::Hit;
+use raycam_scene::{Principled, TextureSlot, Textured};
+
+use crate::bsdf::layered::Layers;
+use crate::bsdf::specular::is_smooth;
+use crate::interaction::Places;
+use crate::lobes::albedo_dielectric::Interface;
+use crate::lobes::clearcoat::Coat;
+use crate::lobes::fresnel::Fresnel;
+use crate::lobes::ggx::Ggx;
+use crate::lobes::shading_frame::Frame;
+use crate::lobes::sheen::Sheen;
+use crate::lobes::thin_film::Film;
+use crate::prepare::PreparedWorld;
+use crate::prepare::texture::Footprint;
+
+/// A point whose textures are looked up.
+pub(crate) struct Lookup<'a> {
+    world: &'a PreparedWorld,
+    hit: &'a Hit,
+    footprint: &'a Footprint,
+    /// The last one: channels of one texture are several values.
+    last: Cell<Option<(TextureSlot, [f32; 4])>>,
+}
+
+impl<'a> Lookup<'a> {
+    pub fn new(world: &'a PreparedWorld, hit: &'a Hit, footprint: &'a Footprint) -> Self {
+        Self {
+            world,
+            hit,
+            footprint,
+            last: Cell::new(None),
+        }
+    }
+
+    /// The direction along which highlights are wider, where that matters: the tangent, turned by the material's rotation
+    /// and its texture's.
+    pub fn tangent(&self, p: &Principled) -> Option<Vec3> {
+        if p.anisotropy.value == 0.0 {
+            return None;
+        }
+        let set = p.anisotropy.texture.map_or(0, |slot| slot.uv_set);
+        let [tangent, bitangent] = self.world.tangents(self.hit, set)?;
+        let (sin, cos) = p.anisotropy_rotation.sin_cos();
+        let [x, y] = match p.anisotropy.texture {
+            None => [1.0, 0.0],
+            slot => {
+                let [red, green, ..] = self.texel(slot);
+                [red, green].map(|v| 2.0 * v - 1.0)
+            }
+        };
+        Some(tangent * (cos * x - sin * y) + bitangent * (sin * x + cos * y))
+    }
+
+    fn texel(&self, slot: Option<TextureSlot>) -> [f32; 4] {
+        let Some(slot) = slot else { return [1.0; 4] };
+        if let Some((last, texel)) = self.last.get()
+            && last == slot
+        {
+            return texel;
+        }
+        let texel = self
+            .world
+            .texel_within(&slot, self.hit, self.footprint)
+            .unwrap_or([1.0; 4]);
+        self.last.set(Some((slot, texel)));
+        texel
+    }
+
+    fn number(&self, value: &Textured<f32>, channel: usize) -> f32 {
+        match value.texture {
+            None => value.value,
+            slot => value.value * self.texel(slot)[channel],
+        }
+    }
+
+    fn color(&self, value: &Textured<[f32; 3]>) -> Vec3 {
+        let color = Vec3::from(value.value);
+        match value.texture {
+            None => color,
+            slot => color * Vec3::from_slice(&self.texel(slot)),
+        }
+    }
+}
+
+/// What is seen from where.
+pub(crate) struct Seen<'a> {
+    /// Without any normal map.
+    pub smooth: Frame,
+    pub front: bool,
+    /// Of the three colours, the one that the path carries; all where `None`.
+    pub channel: Option<usize>,
+    /// The index of refraction of what is around its matter.
+    pub around: f32,
+    pub base: Vec3,
+    /// What its roughness loses where it refracts.
+    pub interface: Option<&'a Interface>,
+}
+
+impl Seen<'_> {
+    /// What is seen at a lane from empty space in all colours.
+    pub fn at<const N: usize>(places: &Places<N>, lane: usize, base: Vec3) -> Self {
+        Self {
+            smooth: places.frame(lane),
+            front: places.front(lane),
+            channel: None,
+            around: 1.0,
+            base,
+            interface: None,
+        }
+    }
+}
+
+/// Index of refraction of a channel (`KHR_materials_dispersion`).
+pub(crate) fn dispersed(ior: f32, dispersion: f32, channel: Option<usize>) -> f32 {
+    let spread = (ior - 1.0) * 0.025 * dispersion;
+    ior + match channel {
+        Some(0) => -spread,
+        Some(2) => spread,
+        _ => 0.0,
+    }
+}
+
+/// The layers of a point.
+pub(crate) fn layers<'a>(p: &Principled, lookup: &Lookup, seen: &Seen<'a>) -> Layers<'a> {
+    let metallic = lookup.number(&p.metallic, 2);
+    let roughness = lookup.number(&p.roughness, 1);
+    let transmission = lookup.number(&p.transmission, 0);
+    let strength = lookup.number(&p.specular, 3);
+    let ior = dispersed(p.ior, p.dispersion, seen.channel);
+    let eta = match (is_solid(p), seen.front) {
+        (false, _) => 1.0,
+        (true, true) => ior / seen.around,
+        (true, false) => seen.around / ior,
+    };
+    let f0 = if p.ior == 0.0 {
+        1.0
+    } else {
+        let ior = if is_solid(p) { ior / seen.around } else { ior };
+        ((ior - 1.0) / (ior + 1.0)).powi(2)
+    };
+    let f0 = (f0 * lookup.color(&p.specular_color)).min(Vec3::ONE) * strength;
+    let f90 = Vec3::splat(strength);
+    let iridescence = lookup.number(&p.iridescence, 0);
+    let film = Film {
+        ior: p.iridescence_ior,
+        thickness: {
+            let [thin, thick] = p.iridescence_thickness;
+            let texel = lookup.texel(p.iridescence_thickness_texture);
+            thin + (thick - thin) * texel[1]
+        },
+    };
+    let interface = |f0: Vec3, f90: Vec3| {
+        if eta < 1.0 {
+            Fresnel::Schlick {
+                f0,
+                f90,
+                inside: Some(eta),
+            }
+        } else if iridescence > 0.0 && film.thickness > 0.0 {
+            Fresnel::Film {
+                film,
+                f0,
+                f90,
+                share: iridescence,
+            }
+        } else {
+            Fresnel::Schlick {
+                f0,
+                f90,
+                inside: None,
+            }
+        }
+    };
+    let base = seen.base * (1.0 - metallic);
+    let through = lookup.number(&p.diffuse_transmission, 3);
+    let diffuse = 1.0 - transmission;
+    Layers {
+        fresnel: interface(f0.lerp(seen.base, metallic), f90.lerp(Vec3::ONE, metallic)),
+        over: interface(f0, f90),
+        ggx: ggx(p, lookup, roughness),
+        diffuse: base * (diffuse * (1.0 - through)),
+        through: lookup.color(&p.diffuse_transmission_color)
+            * ((1.0 - metallic) * diffuse * through),
+        transmission: base * transmission,
+        eta,
+        interface: seen.interface,
+        coat: coat(p, lookup, seen),
+        sheen: (p.sheen_color.value != [0.0; 3]).then(|| Sheen {
+            color: lookup.color(&p.sheen_color),
+            roughness: lookup.number(&p.sheen_roughness, 3),
+        }),
+    }
+}
+
+fn coat(p: &Principled, lookup: &Lookup, seen: &Seen) -> Option<Coat> {
+    let weight = lookup.number(&p.clearcoat, 0);
+    let smooth = &seen.smooth;
+    let mapped = || {
+        let (hit, footprint) = (lookup.hit, lookup.footprint);
+        let map = p.clearcoat_normal?;
+        lookup
+            .world
+            .mapped_normal(&map, hit, footprint, smooth.normal, seen.front)
+    };
+    (weight > 0.0).then(|| Coat {
+        weight,
+        ggx: Ggx::isotropic(lookup.number(&p.clearcoat_roughness, 1)),
+        frame: smooth.with_normal(mapped().unwrap_or(smooth.normal), None),
+    })
+}
+
+/// The interface's roughness, wider along the tangent (`KHR_materials_anisotropy`); the frame has turned already.
+fn ggx(p: &Principled, lookup: &Lookup, roughness: f32) -> Ggx {
+    let Ggx { x: alpha, .. } = Ggx::isotropic(roughness);
+    let strength = lookup.number(&p.anisotropy, 2);
+    Ggx {
+        x: alpha + (1.0 - alpha) * strength * strength,
+        // A mirror across, rough along: float32 needs some width.
+        y: if strength > 0.0 {
+            alpha.max(1e-3)
+        } else {
+            alpha
+        },
+    }
+}
+
+/// Whether it is an interface over a diffuse base, as wide in all directions, perhaps under a coat and a sheen, and no more.
+pub(crate) fn is_glossy(p: &Principled) -> bool {
+    p.transmission.value == 0.0 && is_plain(p)
+}
+
+/// Whether it is an interface that refracts and no more, as wide in all directions, where its textures do not say otherwise.
+pub(crate) fn is_frosted(p: &Principled) -> bool {
+    is_solid(p) && is_plain(p) && is_bare(p) && !is_smooth(p.roughness.value)
+}
+
+/// Whether it is clear glass, where its textures do not say otherwise.
+pub(crate) fn is_clear(p: &Principled) -> bool {
+    let passes = p.transmission.value == 1.0 && p.metallic.value == 0.0;
+    passes && is_plain(p) && is_bare(p) && is_smooth(p.roughness.value)
+}
+
+/// Whether nothing lies on its interface.
+fn is_bare(p: &Principled) -> bool {
+    p.clearcoat.value == 0.0 && p.sheen_color.value == [0.0; 3]
+}
+
+/// Whether its interface has no film and no direction, and sends all colours the same way on.
+fn is_plain(p: &Principled) -> bool {
+    let strengths = [&p.diffuse_transmission, &p.iridescence, &p.anisotropy];
+    strengths.iter().all(|strength| strength.value == 0.0) && p.dispersion == 0.0
+}
+
+/// Whether light that enters it is refracted: it has an inside and lets light through.
+pub(crate) fn is_solid(p: &Principled) -> bool {
+    p.thickness.value > 0.0 && p.ior > 0.0 && p.transmission.value > 0.0
+}
+
+/// Its absorption per metre, where it has an inside.
+pub(crate) fn inside(p: &Principled) -> Option<Vec3> {
+    let passes = p.transmission.value > 0.0 || p.diffuse_transmission.value > 0.0;
+    (passes && p.thickness.value > 0.0)
+        .then(|| absorption(p.attenuation_color, p.attenuation_distance))
+}
+
+/// Beer's law: what leaves this share of white light after this distance.
+pub(crate) fn absorption(color: [f32; 3], distance: f32) -> Vec3 {
+    if distance.is_infinite() {
+        return Vec3::ZERO;
+    }
+    // Black swallows all: a finite number that leaves nothing of it after a small part of the distance.
+    Vec3::from(color.map(|share| -share.max(1e-30).ln() / distance))
+}

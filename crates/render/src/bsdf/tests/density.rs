@@ -1,0 +1,176 @@
+//! Samples are as dense as they say, and the whole density is one.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec2, DVec3};
+
+use crate::bsdf::Value;
+use crate::bsdf::tests::*;
+use crate::sampling::chi_squared::{limit, statistic};
+
+/// The directions on one side of the surface, by how far they are from a centre and which way: finer the nearer.
+struct Chart {
+    center: DVec3,
+    right: DVec3,
+    up: DVec3,
+    side: f64,
+}
+
+impl Chart {
+    fn new(center: DVec3, side: f64) -> Self {
+        let (right, up) = center.any_orthonormal_pair();
+        Self {
+            center,
+            right,
+            up,
+            side,
+        }
+    }
+
+    /// A direction at a place in the unit square, with its solid angle per area; `None` on the other side.
+    fn at(&self, place: DVec2) -> Option<(DVec3, f64)> {
+        let height = 2.0 * place.x.powi(4);
+        let (sin, cos) = (TAU * place.y).sin_cos();
+        let radius = (height * (2.0 - height)).max(0.0).sqrt();
+        let direction = (self.right * cos + self.up * sin) * radius + self.center * (1.0 - height);
+        let solid = TAU * 8.0 * place.x.powi(3);
+        (direction.z * self.side > 0.0).then_some((direction, solid))
+    }
+
+    fn of(&self, d: DVec3) -> DVec2 {
+        // 1 - cos from the distance: near the centre it keeps its digits.
+        let height = (d - self.center).length_squared() / 2.0;
+        let turn = d.dot(self.up).atan2(d.dot(self.right)) / TAU;
+        DVec2::new(
+            (height / 2.0).clamp(0.0, 1.0).powf(0.25),
+            turn.rem_euclid(1.0),
+        )
+    }
+}
+
+/// Cells outwards and around, on both sides; points of a quadrature in each.
+const OUT: usize = 24;
+const AROUND: usize = 16;
+const FINE: usize = 14;
+const SAMPLES: usize = 1 << 20;
+
+/// What is wrong with it.
+fn check(
+    name: &str,
+    scatter: &Scatter,
+    frame: &Frame,
+    refracted: Vec3,
+    tests: usize,
+    random: &mut Random,
+) -> Option<String> {
+    let v = frame.view.as_dvec3();
+    let charts = [
+        Chart::new(DVec3::new(-v.x, -v.y, v.z), 1.0),
+        Chart::new(refracted.as_dvec3().normalize(), -1.0),
+    ];
+    let mut expected = vec![0.0f64; 2 * OUT * AROUND];
+    for (side, chart) in charts.iter().enumerate() {
+        for x in 0..OUT * FINE {
+            for y in 0..AROUND * FINE {
+                let place = DVec2::new(
+                    (x as f64 + 0.5) / (OUT * FINE) as f64,
+                    (y as f64 + 0.5) / (AROUND * FINE) as f64,
+                );
+                let Some((direction, solid)) = chart.at(place) else {
+                    continue;
+                };
+                let pdf = f64::from(scatter.evaluate(frame, direction.as_vec3()).pdf);
+                expected[(side * OUT + x / FINE) * AROUND + y / FINE] +=
+                    pdf * solid / (OUT * FINE * AROUND * FINE) as f64;
+            }
+        }
+    }
+    // The whole is one: what is not found is what evenly spread numbers reject.
+    let total: f64 = expected.iter().sum();
+    let mut kept = 0.0;
+    const SPREAD: usize = 1 << 19;
+    for i in 0..SPREAD {
+        let sample = scatter.sample(frame, spread(i as u32));
+        kept += f64::from(u8::from(sample.is_some_and(|sample| !sample.delta)));
+    }
+    let kept = kept / SPREAD as f64;
+    if (total - kept).abs() > 1e-3 {
+        return Some(format!("{name}: {total}, expected {kept}"));
+    }
+    let mut seen = vec![0.0f64; 2 * OUT * AROUND];
+    for i in 0..SAMPLES {
+        let numbers = [random.next(), random.next(), random.next()];
+        let Some(sample) = scatter.sample(frame, numbers).filter(|s| !s.delta) else {
+            continue;
+        };
+        let d = sample.direction.as_dvec3();
+        if i % 16 == 0 {
+            let Value { value, pdf } = scatter.evaluate(frame, sample.direction);
+            let off = (value / pdf - sample.weight).abs().max_element();
+            assert!(
+                off <= 1e-5 * sample.weight.max_element() && (pdf / sample.pdf - 1.0).abs() <= 1e-5,
+                "{name}: {value} / {pdf} is not {} with {}",
+                sample.weight,
+                sample.pdf
+            );
+        }
+        let side = usize::from(d.z < 0.0);
+        let place = charts[side].of(d);
+        let x = ((place.x * OUT as f64) as usize).min(OUT - 1);
+        let y = ((place.y * AROUND as f64) as usize).min(AROUND - 1);
+        seen[(side * OUT + x) * AROUND + y] += 1.0;
+    }
+    let expected = expected.iter().map(|share| share * SAMPLES as f64);
+    let (chi2, freedom) = statistic(seen.iter().copied().zip(expected));
+    let limit = limit(freedom, tests);
+    (chi2 >= limit).then(|| format!("{name}: chi squared {chi2} > {limit} of {freedom} cells"))
+}
+
+/// Where a lobe that refracts is seen, or what lies opposite.
+fn refracted(name: &str, frame: &Frame) -> Vec3 {
+    let eta = match name.split(' ').collect::<Vec<_>>()[..] {
+        ["glass", _, "false", "true"] | ["solid", _, "true"] => 1.5,
+        ["glass", _, "false", "false"] | ["solid", _, "false"] => 1.0 / 1.5,
+        _ => 1.0,
+    };
+    crate::lobes::fresnel::refract(frame.view, Vec3::Z, eta).unwrap_or(-frame.view)
+}
+
+#[test]
+fn samples_are_as_dense_as_their_density_says() {
+    let cases = || {
+        let (lossless, lossy) = all();
+        let all: Vec<_> = lossless.into_iter().chain(lossy).collect();
+        // Mirrors have no density; the furnace knows lobes that are thin strips.
+        let dense = |name: &str| name != "brushed 0.1" && !format!("{name} ").contains(" 0 ");
+        let dense: Vec<_> = all.into_iter().filter(|(name, _)| dense(name)).collect();
+        dense
+    };
+    let tests = 2 * cases().len();
+    // Both cores, each with its own numbers.
+    let wrong = std::thread::scope(|scope| {
+        let halves = [20.0f32, 70.0].map(|degrees| {
+            scope.spawn(move || {
+                let frame = frame(degrees, 0.3);
+                let mut wrong = vec![];
+                for (i, (name, make)) in cases().iter().enumerate() {
+                    let refracted = refracted(name, &frame);
+                    let name = format!("{name} at {degrees}");
+                    let mut random = Random(11 + i as u64 * 1000 + degrees as u64);
+                    let scatter = make(&frame);
+                    wrong.extend(check(
+                        &name,
+                        &scatter,
+                        &frame,
+                        refracted,
+                        tests,
+                        &mut random,
+                    ));
+                }
+                wrong
+            })
+        });
+        halves.map(|half| half.join().unwrap()).concat()
+    });
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

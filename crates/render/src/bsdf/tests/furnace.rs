@@ -1,0 +1,116 @@
+//! Energy: what comes back of a white sky.
+
+use glam::Vec3;
+
+use crate::bsdf::tests::*;
+
+/// What comes back of a white sky, by well spread samples; radiance that refraction squeezes counts as light.
+fn furnace(scatter: &Scatter, frame: &Frame, samples: u32) -> Vec3 {
+    let mut sum = glam::DVec3::ZERO;
+    for i in 0..samples {
+        if let Some(sample) = scatter.sample(frame, spread(i)) {
+            assert!(sample.weight.is_finite() && sample.weight.min_element() >= 0.0);
+            assert!((sample.direction.length() - 1.0).abs() < 1e-4);
+            sum += (sample.weight * sample.squeeze).as_dvec3();
+        }
+    }
+    (sum / f64::from(samples)).as_vec3()
+}
+
+#[test]
+fn a_white_furnace_shows_what_is_lost() {
+    let (lossless, lossy) = all();
+    let mut worst = vec![];
+    for degrees in [0.0f32, 30.0, 60.0, 80.0, 86.0, 88.0, 89.0] {
+        let frame = frame(degrees, 0.3);
+        for (name, make) in &lossless {
+            let scatter = make(&frame);
+            let off = |found: Vec3| (found - Vec3::ONE).abs().max_element();
+            let mut found = furnace(&scatter, &frame, 1 << 17);
+            // Where that is not enough to tell.
+            for samples in [1 << 19, 1 << 21] {
+                if off(found) > 8e-4 {
+                    found = furnace(&scatter, &frame, samples);
+                }
+            }
+            // The tables of refraction are least exact for the roughest skin, from inside at grazing angles.
+            let coarse =
+                degrees > 85.0 && (name.ends_with("1 false") || name.ends_with("1 false false"));
+            if off(found) > if coarse { 4e-3 } else { 1e-3 } {
+                worst.push(format!("{name} at {degrees}: {found}"));
+            }
+        }
+        for (name, make) in lossy.iter().filter(|_| degrees < 88.5) {
+            let scatter = make(&frame);
+            let mut found = furnace(&scatter, &frame, 1 << 16);
+            for samples in [1 << 19, 1 << 21] {
+                if found.max_element() > 1.001 {
+                    found = furnace(&scatter, &frame, samples);
+                }
+            }
+            if found.max_element() > 1.001 {
+                worst.push(format!("{name} at {degrees}: {found} > 1"));
+            }
+        }
+    }
+    assert!(worst.is_empty(), "{}", worst.join("\n"));
+}
+
+/// What `docs/light-and-material.md` says of materials that lose some light: roughness 0.1, 0.3, 0.6 and 1, in percent.
+#[test]
+fn the_page_says_what_is_lost() {
+    let page = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../docs/light-and-material.md"
+    );
+    let page = std::fs::read_to_string(page).unwrap();
+    let (_, lossy) = all();
+    let mut found = String::new();
+    for (title, of) in [
+        ("white plastic with a thin coat", "coated #"),
+        ("white plastic with white sheen", "cloth #"),
+        ("white plastic under a film", "film #"),
+    ] {
+        for degrees in [0.0, 60.0, 80.0] {
+            let frame = frame(degrees, 0.3);
+            let cells = ["0.1", "0.3", "0.6", "1"].map(|roughness| {
+                let name = of.replace('#', roughness);
+                let (_, make) = lossy.iter().find(|(known, _)| *known == name).unwrap();
+                let lost = 1.0 - furnace(&make(&frame), &frame, 1 << 15).x;
+                format!("{:.1}", (100.0 * lost).max(0.0))
+            });
+            found += &format!("| {title} | {degrees}° | {} |\n", cells.join(" | "));
+        }
+    }
+    assert!(page.contains(&found), "the page lacks\n{found}");
+}
+
+/// Where the sampling of a lobe has no share, its light is found by lamps and lost to scattered rays.
+#[test]
+fn sampling_finds_all_that_evaluation_knows() {
+    let (lossless, _) = all();
+    for degrees in [30.0f32, 60.0, 80.0] {
+        let frame = frame(degrees, 0.3);
+        for (name, make) in &lossless {
+            let scatter = make(&frame);
+            if !name.starts_with("glass") || name.contains("0.1") || name.contains(" 0 ") {
+                continue;
+            }
+            let count = 1 << 19;
+            let (mut known, mut found) = (0.0, 0.0);
+            for i in 0..count {
+                let [_, x, y] = spread(i);
+                let (sin, cos) = (std::f32::consts::TAU * y).sin_cos();
+                let height = 1.0 - 2.0 * x;
+                let across = (1.0 - height * height).sqrt();
+                let direction = frame.world(Vec3::new(across * cos, across * sin, height));
+                let value = scatter.evaluate(&frame, direction).value.x;
+                known += f64::from(4.0 * std::f32::consts::PI * value);
+                let sample = scatter.sample(&frame, spread(i));
+                found += sample.map_or(0.0, |sample| f64::from(sample.weight.x));
+            }
+            let off = found / known - 1.0;
+            assert!(off.abs() < 0.02, "{name} at {degrees} degrees: {off}");
+        }
+    }
+}

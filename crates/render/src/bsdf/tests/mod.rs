@@ -1,0 +1,276 @@
+//! What must hold for every way to scatter light: energy, reciprocity, and samples as dense as they say.
+
+pub(crate) mod batch_equals_scalar;
+pub(crate) mod density;
+pub(crate) mod furnace;
+pub(crate) mod reciprocity;
+
+use std::sync::LazyLock;
+
+use glam::Vec3;
+use raycam_scene::{Glass, Metal};
+
+use crate::bsdf::layered::{Layered, Layers};
+use crate::bsdf::phong::Lecture;
+use crate::bsdf::{Scatter, Scattering};
+use crate::lobes::albedo_dielectric::{Curve, Interface};
+use crate::lobes::clearcoat::Coat;
+use crate::lobes::fresnel::Fresnel;
+use crate::lobes::ggx::Ggx;
+use crate::lobes::phong_lobe::Lobe;
+use crate::lobes::shading_frame::Frame;
+use crate::lobes::sheen::Sheen;
+use crate::lobes::thin_film::Film;
+
+/// A flat surface seen at an angle, in degrees.
+fn frame(degrees: f32, turn: f32) -> Frame {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    seen_from(Vec3::new(sin * turn.cos(), sin * turn.sin(), cos))
+}
+
+pub(crate) fn seen_from(view: Vec3) -> Frame {
+    Frame {
+        geometric: Vec3::Z,
+        normal: Vec3::Z,
+        tangent: Vec3::X,
+        bitangent: Vec3::Y,
+        view,
+    }
+}
+
+/// The integral over all directions above the surface, by points that are denser towards the horizon.
+pub(crate) fn over_the_hemisphere(f: impl Fn(Vec3) -> f32) -> f64 {
+    const RINGS: u32 = 400;
+    const TURNS: u32 = 400;
+    let mut sum = 0.0;
+    for ring in 0..RINGS {
+        let root = (f64::from(ring) + 0.5) / f64::from(RINGS);
+        let z = root * root;
+        let radius = (1.0 - z * z).sqrt();
+        for turn in 0..TURNS {
+            let (sin, cos) =
+                (std::f64::consts::TAU * (f64::from(turn) + 0.5) / f64::from(TURNS)).sin_cos();
+            let direction = glam::DVec3::new(radius * cos, radius * sin, z).as_vec3();
+            sum += f64::from(f(direction)) * 2.0 * root;
+        }
+    }
+    sum * std::f64::consts::TAU / f64::from(RINGS * TURNS)
+}
+
+/// A white dielectric without anything else.
+fn plastic(roughness: f32) -> Layers<'static> {
+    let fresnel = Fresnel::Schlick {
+        f0: Vec3::splat(0.04),
+        f90: Vec3::ONE,
+        inside: None,
+    };
+    Layers {
+        fresnel,
+        over: fresnel,
+        ggx: Ggx::isotropic(roughness),
+        diffuse: Vec3::ONE,
+        through: Vec3::ZERO,
+        transmission: Vec3::ZERO,
+        eta: 1.0,
+        interface: None,
+        coat: None,
+        sheen: None,
+    }
+}
+
+fn white_metal(roughness: f32) -> Layers<'static> {
+    let fresnel = Fresnel::Schlick {
+        f0: Vec3::ONE,
+        f90: Vec3::ONE,
+        inside: None,
+    };
+    Layers {
+        fresnel,
+        diffuse: Vec3::ZERO,
+        ..plastic(roughness)
+    }
+}
+
+/// A metal that is rougher along the tangent, as `KHR_materials_anisotropy` has it.
+fn brushed(roughness: f32, strength: f32) -> Layers<'static> {
+    let alpha = (roughness * roughness).max(1e-3);
+    Layers {
+        ggx: Ggx {
+            x: alpha + (1.0 - alpha) * strength * strength,
+            y: alpha,
+        },
+        ..white_metal(0.0)
+    }
+}
+
+fn coated<'a>(layers: Layers<'a>, frame: &Frame) -> Layers<'a> {
+    Layers {
+        coat: Some(Coat {
+            weight: 0.8,
+            ggx: Ggx::isotropic(0.3),
+            frame: *frame,
+        }),
+        ..layers
+    }
+}
+
+static EXACT: LazyLock<Interface> = LazyLock::new(|| Interface::new(1.5, Curve::Exact));
+static SCHLICK: LazyLock<Interface> = LazyLock::new(|| Interface::new(1.5, Curve::Schlick));
+
+/// White principled matter with an inside, of index 1.5.
+fn solid(roughness: f32, front: bool) -> Layers<'static> {
+    let eta = if front { 1.5 } else { 1.0 / 1.5 };
+    let fresnel = Fresnel::Schlick {
+        f0: Vec3::splat(0.04),
+        f90: Vec3::ONE,
+        inside: (!front).then_some(eta),
+    };
+    Layers {
+        fresnel,
+        over: fresnel,
+        diffuse: Vec3::ZERO,
+        transmission: Vec3::ONE,
+        eta,
+        interface: Some(&SCHLICK),
+        ..plastic(roughness)
+    }
+}
+
+const FILM: Film = Film {
+    ior: 1.4,
+    thickness: 450.0,
+};
+
+type Make = Box<dyn Fn(&Frame) -> Scatter<'static>>;
+/// What something is called with its roughness, and how it is made.
+type Named = Vec<(String, Make)>;
+
+/// Every kind of scattering by name: lossless ones, and the rest.
+fn all() -> (Named, Named) {
+    fn layers(name: String, make: impl Fn(&Frame) -> Layers<'static> + 'static) -> (String, Make) {
+        let make = move |frame: &Frame| Scatter::Layered(Layered::new(make(frame), frame));
+        (name, Box::new(make))
+    }
+    let mut lossless = vec![];
+    let mut lossy = vec![];
+    for roughness in [0.0f32, 0.1, 0.3, 0.6, 1.0] {
+        lossless.push(layers(format!("metal {roughness}"), move |_| {
+            white_metal(roughness)
+        }));
+        lossless.push(layers(format!("plastic {roughness}"), move |_| {
+            plastic(roughness)
+        }));
+        lossless.push(layers(format!("translucent {roughness}"), move |_| {
+            Layers {
+                diffuse: Vec3::splat(0.3),
+                through: Vec3::splat(0.7),
+                ..plastic(roughness)
+            }
+        }));
+        lossy.push(layers(format!("coated {roughness}"), move |frame| {
+            coated(plastic(roughness), frame)
+        }));
+        lossy.push(layers(format!("cloth {roughness}"), move |_| Layers {
+            sheen: Some(Sheen {
+                color: Vec3::ONE,
+                roughness,
+            }),
+            ..plastic(0.5)
+        }));
+        lossy.push(layers(format!("film {roughness}"), move |_| {
+            let fresnel = Fresnel::Film {
+                film: FILM,
+                f0: Vec3::splat(0.04),
+                f90: Vec3::ONE,
+                share: 1.0,
+            };
+            Layers {
+                fresnel,
+                over: fresnel,
+                ..plastic(roughness)
+            }
+        }));
+        lossless.push(layers(format!("brushed {roughness}"), move |_| {
+            brushed(roughness, 0.7)
+        }));
+        lossless.push(layers(format!("thin {roughness}"), move |_| Layers {
+            diffuse: Vec3::splat(0.2),
+            transmission: Vec3::splat(0.8),
+            ..plastic(roughness)
+        }));
+        for front in [false, true] {
+            lossless.push(layers(format!("solid {roughness} {front}"), move |_| {
+                solid(roughness, front)
+            }));
+        }
+        for thin in [false, true] {
+            for front in [false, true] {
+                let glass = Glass {
+                    roughness,
+                    thin,
+                    ..Glass::default()
+                };
+                let name = format!("glass {roughness} {thin} {front}");
+                let make = move |frame: &Frame| {
+                    let eta = crate::bsdf::dielectric::eta(&glass, front, None, 1.0);
+                    let layers =
+                        crate::bsdf::dielectric::layers(&glass, eta, Vec3::ONE, Some(&EXACT));
+                    Scatter::Layered(Layered::new(layers, frame))
+                };
+                lossless.push((name, Box::new(make)));
+            }
+        }
+        let gold = Metal {
+            roughness,
+            ..Metal::named("gold").unwrap()
+        };
+        let make = move |frame: &Frame| {
+            Scatter::Layered(Layered::new(
+                crate::bsdf::conductor::layers(&gold, Vec3::ONE),
+                frame,
+            ))
+        };
+        lossy.push((format!("gold {roughness}"), Box::new(make)));
+    }
+    let matte = |_: &Frame| {
+        Scatter::Lecture(Lecture {
+            diffuse: Vec3::ONE,
+            specular: Vec3::ZERO,
+            lobe: None,
+        })
+    };
+    lossless.push(("matte".into(), Box::new(matte)));
+    let lobe: &'static Lobe = Box::leak(Box::new(Lobe::new(20.0)));
+    let lecture = move |_: &Frame| {
+        Scatter::Lecture(Lecture {
+            diffuse: Vec3::splat(0.6),
+            specular: Vec3::splat(0.4),
+            lobe: Some(lobe),
+        })
+    };
+    lossy.push(("lecture".into(), Box::new(lecture)));
+    (lossless, lossy)
+}
+
+/// Independent random numbers.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut x = self.0;
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((x ^ (x >> 31)) >> 40) as f32 / (1u64 << 24) as f32
+    }
+}
+
+/// The i-th of three well spread numbers: R. Roberts's additive sequence.
+fn spread(i: u32) -> [f32; 3] {
+    let at = |step: f64| ((0.5 + step * f64::from(i)).fract() * 0.999_999_9) as f32;
+    [
+        at(0.819_172_513_396_164_4),
+        at(0.671_043_606_703_789_2),
+        at(0.549_700_477_901_970_3),
+    ]
+}

@@ -1,0 +1,61 @@
+//! Light may go both ways.
+
+use glam::Vec3;
+use raycam_scene::Glass;
+
+use crate::bsdf::dielectric;
+use crate::bsdf::tests::*;
+
+#[test]
+fn light_may_go_both_ways() {
+    let (lossless, lossy) = all();
+    let mut random = Random(5);
+    for (name, make) in lossless.iter().chain(&lossy) {
+        for _ in 0..200 {
+            let mut direction = || {
+                let z = 0.05 + 0.9 * random.next();
+                let (sin, cos) = (std::f32::consts::TAU * random.next()).sin_cos();
+                let r = (1.0 - z * z).sqrt();
+                Vec3::new(r * cos, r * sin, z)
+            };
+            let (a, b) = (direction(), direction());
+            let value = |v: Vec3, l: Vec3| {
+                let frame = seen_from(v);
+                make(&frame).evaluate(&frame, l).value / l.z
+            };
+            let (there, back) = (value(a, b), value(b, a));
+            let off = (there - back).abs().max_element();
+            assert!(
+                off <= 1e-5 * there.max_element().max(1.0),
+                "{name}: {there} {back}"
+            );
+        }
+    }
+}
+
+#[test]
+fn refraction_is_squeezed_by_the_index() {
+    // f(v, l) in air is f(l, v) in glass over n^2 (E. Veach, 1997, section 5.2).
+    let glass = Glass {
+        roughness: 0.5,
+        ..Glass::default()
+    };
+    let value = |v: Vec3, l: Vec3, front: bool| {
+        let frame = seen_from(v);
+        let eta = dielectric::eta(&glass, front, None, 1.0);
+        let scatter = {
+            let layers = dielectric::layers(&glass, eta, Vec3::ONE, Some(&EXACT));
+            Scatter::Layered(Layered::new(layers, &frame))
+        };
+        scatter.evaluate(&frame, l).value.x / l.z.abs()
+    };
+    let (above, below) = (
+        Vec3::new(0.5, 0.2, 0.8).normalize(),
+        Vec3::new(0.3, 0.2, 0.9).normalize(),
+    );
+    let there = value(above, -below, true);
+    let mirror = |v: Vec3| Vec3::new(v.x, v.y, -v.z);
+    let back = value(mirror(-below), mirror(above), false);
+    assert!(there > 0.0);
+    assert!((back / there / 2.25 - 1.0).abs() < 1e-5, "{there} {back}");
+}

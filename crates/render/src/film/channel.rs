@@ -1,0 +1,146 @@
+//! The channels a frame may have: one table, a row per channel.
+
+/// What one pixel of a channel is stored as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// float32.
+    F32,
+    /// float64.
+    F64,
+    /// int32.
+    I32,
+}
+
+/// What a frame can say about each pixel. All but `Color`, `Coverage`, `Alpha` and `Error` describe the exact pixel-centre ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Channel {
+    /// Linear Rec. 709 radiance, filtered over the pixel's samples. Background: the sky's radiance, or black.
+    Color,
+    /// Linear Rec. 709 base colour of the surface, whatever the light: material, face or vertex colour and texture.
+    /// Background: 0.
+    Albedo,
+    /// z along the camera's principal axis, in metres. Background: +inf.
+    Depth,
+    /// Length of the ray from the camera centre to the surface, in metres. Background: +inf.
+    Distance,
+    /// The surface point, in world coordinates. Background: NaN.
+    Position,
+    /// The unit normal of the triangle in the world, on the side that faces the camera. Background: 0.
+    Normal,
+    /// The same in the camera's axes, x right, y down, z forward: towards the camera z is negative. Background: 0.
+    NormalCamera,
+    /// The unit normal of the smooth surface that the triangle stands for, from its corners' normals, in the world and on
+    /// the side that faces the camera; the triangle's own where the mesh has none. Background: 0.
+    ShadingNormal,
+    /// The same in the camera's axes. Background: 0.
+    ShadingNormalCamera,
+    /// Index of the object. Background: -1.
+    Instance,
+    /// The object's category, by its number in [`raycam_scene::world::category`]. Background, and an object without: -1.
+    Category,
+    /// Index of the triangle within its object's mesh. Background: -1.
+    Triangle,
+    /// Weights of the triangle's three corners at the surface point; their sum is 1. Background: 0.
+    Barycentric,
+    /// Texture coordinates; v = 0 is the top row of the image. Background, and a mesh without: NaN.
+    Uv,
+    /// Index of the material in the world. Background: -1.
+    Material,
+    /// The fraction of the pixel's samples that see the same object as the pixel-centre ray, the background counting as
+    /// one: 1 is a pure pixel. Of the surfaces that the ground truth tells of, the first ones or the solid ones.
+    Coverage,
+    /// The fraction of the pixel's samples, as the filter weighs them, that meet anything but the sky: where it is left
+    /// out ([`crate::Settings::transparent`]), the colour is premultiplied by it. What is see-through by its opacity
+    /// counts in part, mirrors and glass count in full.
+    Alpha,
+    /// The estimated standard error of the colour's luminance, by the scatter of independent sequences of samples: asking
+    /// for it draws other samples than not asking. With one sample per pixel: +inf.
+    Error,
+}
+
+/// A row of the channel table.
+struct Row {
+    channel: Channel,
+    name: &'static str,
+    kind: Kind,
+    components: usize,
+}
+
+const fn row(channel: Channel, name: &'static str, kind: Kind, components: usize) -> Row {
+    Row {
+        channel,
+        name,
+        kind,
+        components,
+    }
+}
+
+const TABLE: [Row; 18] = [
+    row(Channel::Color, "color", Kind::F32, 3),
+    row(Channel::Albedo, "albedo", Kind::F32, 3),
+    row(Channel::Depth, "depth", Kind::F32, 1),
+    row(Channel::Distance, "distance", Kind::F32, 1),
+    row(Channel::Position, "position", Kind::F64, 3),
+    row(Channel::Normal, "normal", Kind::F32, 3),
+    row(Channel::NormalCamera, "normal_camera", Kind::F32, 3),
+    row(Channel::ShadingNormal, "shading_normal", Kind::F32, 3),
+    row(
+        Channel::ShadingNormalCamera,
+        "shading_normal_camera",
+        Kind::F32,
+        3,
+    ),
+    row(Channel::Instance, "instance", Kind::I32, 1),
+    row(Channel::Category, "category", Kind::I32, 1),
+    row(Channel::Triangle, "triangle", Kind::I32, 1),
+    row(Channel::Barycentric, "barycentric", Kind::F32, 3),
+    row(Channel::Uv, "uv", Kind::F32, 2),
+    row(Channel::Material, "material", Kind::I32, 1),
+    row(Channel::Coverage, "coverage", Kind::F32, 1),
+    row(Channel::Alpha, "alpha", Kind::F32, 1),
+    row(Channel::Error, "error", Kind::F32, 1),
+];
+
+impl Channel {
+    /// Every channel, in the order of the table.
+    pub fn all() -> impl Iterator<Item = Channel> {
+        TABLE.iter().map(|row| row.channel)
+    }
+
+    /// The channel of that name.
+    pub fn from_name(name: &str) -> Option<Channel> {
+        TABLE
+            .iter()
+            .find(|row| row.name == name)
+            .map(|row| row.channel)
+    }
+
+    /// Its name in files and in Python.
+    pub fn name(self) -> &'static str {
+        TABLE[self as usize].name
+    }
+
+    /// What its values are stored as.
+    pub fn kind(self) -> Kind {
+        TABLE[self as usize].kind
+    }
+
+    /// Values per pixel.
+    pub fn components(self) -> usize {
+        TABLE[self as usize].components
+    }
+
+    /// Whether it comes from the exact ray through the pixel centre.
+    pub(crate) fn is_truth(self) -> bool {
+        !matches!(self, Channel::Color | Channel::Alpha | Channel::Error)
+    }
+
+    /// Bytes per pixel.
+    pub(crate) fn bytes(self) -> u64 {
+        let value = match self.kind() {
+            Kind::F32 | Kind::I32 => 4,
+            Kind::F64 => 8,
+        };
+        value * self.components() as u64
+    }
+}

@@ -1,0 +1,137 @@
+//! What the samples of a tile's pixels add up to, and how far their mean may be off.
+//!
+//! Points that are spread well are not independent: their scatter says nothing about the error of their mean. So where
+//! the error is asked for, a pixel's samples come from several sequences, scrambled independently of each other. The
+//! sequences' means are independent, and their scatter is the error's (A. Owen, "Quasi-Monte Carlo Sampling", 2003).
+
+use glam::{DVec3, Vec3};
+
+/// Independent sequences per pixel.
+pub(crate) const SEQUENCES: u32 = 16;
+
+/// The share of each channel in the luminance of linear Rec. 709.
+const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+
+/// Sums of the samples of every pixel of a tile.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Estimate {
+    color: Vec<DVec3>,
+    /// Samples that see what the pixel's centre sees.
+    same: Vec<u32>,
+    /// Samples that see the sky.
+    sky: Vec<u32>,
+    count: Vec<u32>,
+    /// Sums of luminance per sequence; empty where the error is not asked for.
+    sequences: Vec<[f64; SEQUENCES as usize]>,
+}
+
+impl Estimate {
+    /// Begins anew.
+    pub fn reset(&mut self, pixels: usize, with_error: bool) {
+        self.color.clear();
+        self.color.resize(pixels, DVec3::ZERO);
+        self.same.clear();
+        self.same.resize(pixels, 0);
+        self.sky.clear();
+        self.sky.resize(pixels, 0);
+        self.count.clear();
+        self.count.resize(pixels, 0);
+        self.sequences.clear();
+        if with_error {
+            self.sequences.resize(pixels, [0.0; SEQUENCES as usize]);
+        }
+    }
+
+    /// Counts a sample, whatever it brings.
+    pub fn count(&mut self, pixel: usize, same: bool) {
+        self.count[pixel] += 1;
+        self.same[pixel] += u32::from(same);
+    }
+
+    /// Notes that a sample sees the sky.
+    pub fn see_sky(&mut self, pixel: usize) {
+        self.sky[pixel] += 1;
+    }
+
+    /// Adds what the pixel's sample of this number brings.
+    pub fn add(&mut self, pixel: usize, sample: u32, radiance: Vec3) {
+        let radiance = radiance.as_dvec3();
+        self.color[pixel] += radiance;
+        if let Some(sequences) = self.sequences.get_mut(pixel) {
+            sequences[(sample % SEQUENCES) as usize] += LUMINANCE.dot(radiance);
+        }
+    }
+
+    /// The mean radiance.
+    pub fn color(&self, pixel: usize) -> Vec3 {
+        let (sum, count) = (self.color[pixel], self.count[pixel]);
+        // Divisions take longer than all else that is done to a pixel here.
+        let mean = if count > 1 {
+            sum / f64::from(count)
+        } else {
+            sum
+        };
+        mean.as_vec3()
+    }
+
+    /// The share of samples that see what the pixel's centre sees.
+    pub fn coverage(&self, pixel: usize) -> f32 {
+        (f64::from(self.same[pixel]) / f64::from(self.count[pixel].max(1))) as f32
+    }
+
+    /// The share of samples that meet anything but the sky.
+    pub fn alpha(&self, pixel: usize) -> f32 {
+        (1.0 - f64::from(self.sky[pixel]) / f64::from(self.count[pixel].max(1))) as f32
+    }
+
+    /// How many samples it has.
+    pub fn samples(&self, pixel: usize) -> u32 {
+        self.count[pixel]
+    }
+
+    /// The estimated standard error of the mean's luminance; infinite below two samples.
+    pub fn error(&self, pixel: usize) -> f32 {
+        let count = self.count[pixel];
+        let used = count.min(SEQUENCES);
+        if used < 2 {
+            return f32::INFINITY;
+        }
+        let mean = |r: u32| {
+            // Sample s belongs to sequence s % SEQUENCES.
+            let samples = (count - r).div_ceil(SEQUENCES);
+            self.sequences[pixel][r as usize] / f64::from(samples)
+        };
+        let whole = (0..used).map(mean).sum::<f64>() / f64::from(used);
+        let scatter: f64 = (0..used).map(|r| (mean(r) - whole).powi(2)).sum();
+        (scatter / f64::from(used - 1) / f64::from(used)).sqrt() as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::sampler::{Pair, Sampler};
+
+    #[test]
+    fn the_error_is_that_of_the_mean() {
+        // A function whose integral over the square is known, by many pixels.
+        let f = |[x, y]: [f32; 2]| if x * x + y * y < 1.0 { 1.0 } else { 0.2 };
+        let exact = 0.2 + 0.8 * std::f64::consts::FRAC_PI_4;
+        for samples in [16, 50, 256] {
+            let (mut off, mut said) = (0.0, 0.0);
+            for x in 0..400 {
+                let mut estimate = Estimate::default();
+                estimate.reset(1, true);
+                for sample in 0..samples {
+                    let sampler = Sampler::of_pixel(7, 0, [x, 3]).at_of(sample, SEQUENCES);
+                    estimate.count(0, true);
+                    estimate.add(0, sample, Vec3::splat(f(sampler.pair(Pair::Filter))));
+                }
+                off += (f64::from(estimate.color(0).x) - exact).powi(2);
+                said += f64::from(estimate.error(0)).powi(2);
+            }
+            let ratio = (said / off).sqrt();
+            assert!((0.85..1.15).contains(&ratio), "{samples}: {ratio}");
+        }
+    }
+}

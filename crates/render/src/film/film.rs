@@ -1,0 +1,287 @@
+//! The planes of a frame while many threads write them, a tile at a time.
+
+use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use raycam_bvh::past_cache;
+
+use crate::film::channel::Channel;
+use crate::film::frame::Plane;
+use crate::film::output_plane::Target;
+use crate::film::tile::{TILE, Tile};
+use crate::film::tile_writer::{Page, ROWS, Rest, Run, Strip};
+
+/// Bytes of a picture from which on it is written past the cache: it would not stay there.
+const LARGE: usize = 4 << 20;
+
+/// A block of a tile, and which of the tile's pixels it begins with; where that is none, it shows nothing but the
+/// background.
+pub(crate) type Block = (Tile, Option<usize>);
+
+/// The planes of a region, cut into rows of tiles, each of which one thread writes at a time.
+pub(crate) struct Film<'a> {
+    region: [u32; 4],
+    bands: Vec<Mutex<Vec<Strip<'a>>>>,
+    /// Whether it is [`LARGE`].
+    large: bool,
+}
+
+impl<'a> Film<'a> {
+    /// `None` where a target does not fit the region.
+    pub fn new(region: [u32; 4], targets: impl Iterator<Item = Target<'a>>) -> Option<Self> {
+        let mut bands: Vec<Vec<_>> = (0..region[3].div_ceil(TILE)).map(|_| vec![]).collect();
+        let [width, height] = [region[2] as usize, region[3] as usize];
+        let mut bytes = 0;
+        for target in targets {
+            if !target.fits(width * height) {
+                return None;
+            }
+            bytes += width * height * target.channel.bytes() as usize;
+            let (channel, zero) = (target.channel, target.zero);
+            for (band, values) in bands.iter_mut().zip(target.strips(width * TILE as usize)) {
+                band.push(Strip {
+                    channel,
+                    values,
+                    zero,
+                });
+            }
+        }
+        Some(Self {
+            region,
+            bands: bands.into_iter().map(Mutex::new).collect(),
+            large: bytes >= LARGE,
+        })
+    }
+
+    /// Whether it has these channels, in this order.
+    pub fn is_of(&self, channels: &[Channel]) -> bool {
+        self.bands.iter().all(|band| {
+            let band = band.lock().unwrap_or_else(PoisonError::into_inner);
+            band.iter().map(|strip| &strip.channel).eq(channels)
+        })
+    }
+
+    /// Writes all channels of a tile: `write` gets their pages. The blocks are those of the tile, row by row; `background` is
+    /// what a frame of one pixel has, if any of them are that.
+    pub fn write(
+        &self,
+        tile: &Tile,
+        blocks: &[Block],
+        background: &[(Channel, Plane)],
+        mut write: impl FnMut(Channel, &mut Page),
+    ) {
+        let (first, mut strips) = self.band(tile);
+        let mut rests: Vec<Rest> = strips
+            .iter_mut()
+            .enumerate()
+            .map(|(i, strip)| Rest::new(strip, background.get(i).map(|(_, plane)| plane)))
+            .collect();
+        let mut runs = vec![];
+        past_cache(|past| {
+            // Some rows in all channels before the next ones.
+            for blocks in blocks.chunk_by(|(a, _), (b, _)| a.y == b.y) {
+                let height = blocks.first().map_or(0, |(block, _)| block.height);
+                let blank = blocks.iter().all(|(_, pixels)| pixels.is_none());
+                for row in (0..height).step_by(ROWS as usize) {
+                    self.runs(first, blocks, row..height.min(row + ROWS), &mut runs);
+                    for rest in &mut rests {
+                        if blank && rest.is_idle() {
+                            continue;
+                        }
+                        let channel = rest.channel;
+                        let mut page = Page {
+                            runs: &runs,
+                            past: self.large.then_some(&mut *past),
+                            rest,
+                        };
+                        match blank {
+                            true => page.put_background(),
+                            false => write(channel, &mut page),
+                        }
+                    }
+                }
+            }
+        });
+    }
+
+    /// Writes the background all over a tile, which may be wide: whole rows of a channel before the next one.
+    pub fn fill(&self, tile: &Tile, background: &[(Channel, Plane)]) {
+        let (first, mut strips) = self.band(tile);
+        let mut runs = vec![];
+        self.runs(first, &[(*tile, None)], 0..tile.height, &mut runs);
+        past_cache(|past| {
+            for (strip, (_, plane)) in strips.iter_mut().zip(background) {
+                let rest = &mut Rest::new(strip, Some(plane));
+                if rest.is_idle() {
+                    continue;
+                }
+                let mut page = Page {
+                    runs: &runs,
+                    past: self.large.then_some(&mut *past),
+                    rest,
+                };
+                page.put_background();
+            }
+        });
+    }
+
+    /// The strips that a tile lies in, and their first row.
+    fn band(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<Strip<'a>>>) {
+        let band = (tile.y - self.region[1]) / TILE;
+        // A thread that panicked left its own pixels unwritten; nobody else's suffer.
+        let strips = self.bands[band as usize]
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        (self.region[1] + band * TILE, strips)
+    }
+
+    /// The runs of rows of blocks beside each other, in a strip that begins with the row `first`.
+    fn runs(&self, first: u32, blocks: &[Block], rows: Range<u32>, runs: &mut Vec<Run>) {
+        runs.clear();
+        for row in rows {
+            for (i, (block, pixels)) in blocks.iter().enumerate() {
+                let length = block.width as usize;
+                let before = (block.y + row - first) as usize * self.region[2] as usize;
+                runs.push(Run {
+                    to: before + (block.x - self.region[0]) as usize,
+                    from: pixels.map(|pixels| pixels + row as usize * length),
+                    length,
+                    begins: i == 0,
+                });
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::output_plane;
+
+    /// A picture of pixel numbers in which every third block is background, written tile by tile.
+    fn written(region: [u32; 4], channels: &[Channel]) -> Vec<(Channel, Plane)> {
+        let mut planes = output_plane::planes(region, channels).unwrap();
+        let film = Film::new(region, planes.iter_mut().map(Target::of)).unwrap();
+        let mut background = output_plane::planes([0, 0, 1, 1], channels).unwrap();
+        for (_, plane) in &mut background {
+            match plane {
+                Plane::F32 { data, .. } => data.fill(-1.5),
+                Plane::F64 { data, .. } => data.fill(-1.5),
+                Plane::I32 { data, .. } => data.fill(-1),
+            }
+        }
+        for tile in Tile::for_threads(region, 2) {
+            let (mut pixels, mut blocks) = (vec![], vec![]);
+            for block in tile.blocks() {
+                let seen = !is_blank(&block);
+                blocks.push((block, seen.then_some(pixels.len())));
+                if seen {
+                    block.add_rows(&mut pixels);
+                }
+            }
+            blocks.sort_by_key(|(block, _)| (block.y, block.x));
+            let number = |i: usize| pixels[i][1] * 10_000 + pixels[i][0];
+            film.write(&tile, &blocks, &background, |channel, page| match channel {
+                Channel::Position => {
+                    page.put(|i| [0.0, 0.25, 0.5].map(|k| k + f64::from(number(i))))
+                }
+                Channel::Normal => page.put(|i| [0.0, 0.25, 0.5].map(|k| k + number(i) as f32)),
+                _ => page.put(|i| [number(i) as i32]),
+            });
+        }
+        drop(film);
+        planes
+    }
+
+    fn is_blank(block: &Tile) -> bool {
+        (block.x / 8 + block.y / 8).is_multiple_of(3)
+    }
+
+    #[test]
+    fn a_wide_tile_is_filled_and_nothing_beside_it() {
+        let channels = [Channel::Position, Channel::Instance];
+        for (region, tile) in [
+            ([3, 5, 100, 70], [35, 37, 60, 32]),
+            ([0, 0, 700, 200], [0, 192, 700, 8]), // large
+        ] {
+            let mut planes = output_plane::planes(region, &channels).unwrap();
+            let film = Film::new(region, planes.iter_mut().map(Target::of)).unwrap();
+            let mut background = output_plane::planes([0, 0, 1, 1], &channels).unwrap();
+            for (i, (_, plane)) in background.iter_mut().enumerate() {
+                match plane {
+                    Plane::F64 { data, .. } => data.copy_from_slice(&[1.0, f64::NAN, -0.5]),
+                    Plane::I32 { data, .. } => data.fill(-1 - i as i32),
+                    Plane::F32 { .. } => {}
+                }
+            }
+            let [x, y, width, height] = tile;
+            let tile = Tile {
+                x,
+                y,
+                width,
+                height,
+            };
+            film.fill(&tile, &background);
+            drop(film);
+            for at in 0..region[2] * region[3] {
+                let (u, v) = (at % region[2] + region[0], at / region[2] + region[1]);
+                let inside = (x..x + width).contains(&u) && (y..y + height).contains(&v);
+                let at = at as usize;
+                let [Plane::F64 { data: place, .. }, Plane::I32 { data: id, .. }] =
+                    [&planes[0].1, &planes[1].1]
+                else {
+                    unreachable!()
+                };
+                let place = &place[3 * at..][..3];
+                match inside {
+                    true => assert!(place[0] == 1.0 && place[1].is_nan() && place[2] == -0.5),
+                    false => assert_eq!(place, [0.0; 3]),
+                }
+                assert_eq!(id[at], if inside { -2 } else { 0 });
+            }
+        }
+    }
+
+    #[test]
+    fn every_pixel_is_written_in_its_place_small_pictures_and_large_ones() {
+        let channels = [Channel::Position, Channel::Normal, Channel::Triangle];
+        for region in [
+            [0, 0, 1, 1],
+            [8, 16, 9, 70],
+            [0, 0, 333, 211],
+            [0, 8, 520, 400],
+        ] {
+            let [x, y, width, height] = region;
+            let large = u64::from(width * height) * 40 >= LARGE as u64;
+            assert_eq!(large, width == 520);
+            let planes = written(region, &channels);
+            for (row, column) in (0..height).flat_map(|v| (0..width).map(move |u| (v, u))) {
+                // Blocks begin where the region does.
+                let tile = Tile {
+                    x: x + column / 8 * 8,
+                    y: y + row / 8 * 8,
+                    width: 8,
+                    height: 8,
+                };
+                let number = (y + row) * 10_000 + x + column;
+                let at = (row * width + column) as usize;
+                let (real, whole) = match is_blank(&tile) {
+                    true => ([-1.5; 3], -1),
+                    false => (
+                        [0.0, 0.25, 0.5].map(|k| k + f64::from(number)),
+                        number as i32,
+                    ),
+                };
+                for (channel, plane) in &planes {
+                    match plane {
+                        Plane::F64 { data, .. } => assert_eq!(data[3 * at..][..3], real),
+                        Plane::F32 { data, .. } => {
+                            assert_eq!(data[3 * at..][..3], real.map(|k| k as f32));
+                        }
+                        Plane::I32 { data, .. } => assert_eq!(data[at], whole, "{channel:?}"),
+                    }
+                }
+            }
+        }
+    }
+}

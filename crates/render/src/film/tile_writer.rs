@@ -1,0 +1,171 @@
+//! Some rows of one channel of a tile, which are written at once.
+
+use raycam_bvh::{PastCache, Plain};
+
+use crate::film::channel::Channel;
+use crate::film::frame::Plane;
+use crate::film::output_plane::Values;
+use crate::film::tile::TILE;
+
+/// Rows of a tile that are written together, and their pixels: what is known of these fits the nearest cache. Rows of a block
+/// are a multiple.
+pub(crate) const ROWS: u32 = 4;
+const PAGE: usize = (TILE * ROWS) as usize;
+
+/// Pixels in a row: where they lie in a strip, and which of the tile's they are, unless they are background.
+pub(crate) struct Run {
+    pub to: usize,
+    pub from: Option<usize>,
+    pub length: usize,
+    /// Whether it is the first of a row.
+    pub begins: bool,
+}
+
+/// What planes are of.
+pub(crate) trait Stored: Plain + 'static {
+    /// The values of a plane of this kind; none of another.
+    fn of(plane: &Plane) -> &[Self];
+
+    /// What is to be written, if it is of this kind.
+    fn to<'r, 'a>(values: &'r mut Values<'a>) -> Option<&'r mut &'a mut [Self]>;
+}
+
+macro_rules! stored {
+    ($($kind:ty: $plane:ident),*) => {$(
+        impl Stored for $kind {
+            fn of(plane: &Plane) -> &[Self] {
+                match plane {
+                    Plane::$plane { data, .. } => data,
+                    _ => &[],
+                }
+            }
+
+            fn to<'r, 'a>(values: &'r mut Values<'a>) -> Option<&'r mut &'a mut [Self]> {
+                match values {
+                    Values::$plane(to) => Some(to),
+                    _ => None,
+                }
+            }
+        }
+    )*};
+}
+stored!(f32: F32, f64: F64, i32: I32);
+
+/// The rows of one channel that a row of tiles covers.
+pub(crate) struct Strip<'a> {
+    pub channel: Channel,
+    pub values: Values<'a>,
+    /// Whether all of them were 0 at first.
+    pub zero: bool,
+}
+
+/// What lies in a strip behind the pixels that are written.
+pub(crate) struct Rest<'a> {
+    pub channel: Channel,
+    values: Values<'a>,
+    /// The number of its first pixel in the strip.
+    at: usize,
+    zero: bool,
+    /// What is seen where nothing is.
+    background: Option<&'a Plane>,
+}
+
+impl<'a> Rest<'a> {
+    pub fn new(strip: &'a mut Strip<'_>, background: Option<&'a Plane>) -> Self {
+        Self {
+            channel: strip.channel,
+            values: match &mut strip.values {
+                Values::F32(to) => Values::F32(to),
+                Values::F64(to) => Values::F64(to),
+                Values::I32(to) => Values::I32(to),
+            },
+            at: 0,
+            zero: strip.zero,
+            background,
+        }
+    }
+
+    /// Memory that nobody writes to costs nothing.
+    pub fn is_idle(&self) -> bool {
+        self.zero && self.background.is_some_and(Plane::is_zero)
+    }
+}
+
+/// One channel of some pixels of a tile.
+pub(crate) struct Page<'p, 'a> {
+    pub rest: &'p mut Rest<'a>,
+    pub runs: &'p [Run],
+    pub past: Option<&'p mut PastCache<'a>>,
+}
+
+impl Page<'_, '_> {
+    /// Puts the value of each pixel in its place, by its number in the tile. Values are of the kind that the channel is of;
+    /// others are not put.
+    #[inline]
+    pub fn put<T: Stored, const N: usize>(&mut self, mut value: impl FnMut(usize) -> [T; N]) {
+        let blank = self.blank();
+        // All of them before the first is copied: what was written a moment ago is slow to be read.
+        let mut pixels = [[T::default(); N]; PAGE];
+        let mut room = pixels.as_mut_slice();
+        for run in self.runs {
+            let (here, after) = room.split_at_mut(run.length);
+            room = after;
+            match run.from {
+                Some(from) => {
+                    for (i, pixel) in here.iter_mut().enumerate() {
+                        *pixel = value(from + i);
+                    }
+                }
+                None => here.fill(blank),
+            }
+        }
+        self.copy(pixels.as_flattened(), N, false);
+    }
+
+    /// Puts the background.
+    pub fn put_background(&mut self) {
+        match self.rest.background {
+            Some(Plane::F32 { data, .. }) => self.repeat(data),
+            Some(Plane::F64 { data, .. }) => self.repeat(data),
+            Some(Plane::I32 { data, .. }) => self.repeat(data),
+            None => {}
+        }
+    }
+
+    fn repeat<T: Stored>(&mut self, pixel: &[T]) {
+        let mut rows = self.runs.chunk_by(|_, run| !run.begins);
+        let length = rows
+            .next()
+            .map_or(0, |row| row.iter().map(|run| run.length).sum());
+        let row = pixel.repeat(length);
+        self.copy(&row, pixel.len(), true);
+    }
+
+    /// What the background has.
+    fn blank<T: Stored, const N: usize>(&self) -> [T; N] {
+        let background = self.rest.background.map(T::of);
+        let pixel = background.and_then(|pixel| pixel.first_chunk());
+        pixel.copied().unwrap_or([T::default(); N])
+    }
+
+    /// Puts the values of the runs' pixels, those of one row after those of another, or the same `always`.
+    fn copy<T: Stored>(&mut self, mut values: &[T], components: usize, always: bool) {
+        let Some(rest) = T::to(&mut self.rest.values) else {
+            return;
+        };
+        for row in self.runs.chunk_by(|_, run| !run.begins) {
+            let to = row.first().map_or(self.rest.at, |run| run.to);
+            let length = row.iter().map(|run| run.length).sum::<usize>();
+            let before = (to - self.rest.at) * components;
+            let (_, behind) = std::mem::take(rest).split_at_mut(before);
+            let (here, behind) = behind.split_at_mut(length * components);
+            let (row, after) = values.split_at(here.len());
+            match &mut self.past {
+                Some(past) => past.copy(here, row),
+                None => here.copy_from_slice(row),
+            }
+            values = if always { values } else { after };
+            (*rest, self.rest.at) = (behind, to + length);
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! Ground truth: the channels of the exact ray through the pixel's centre, in float64.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use raycam_bvh::{ExactHit, ExactRay, Hit, NOTHING};
+use raycam_scene::Camera;
+
+use crate::film::channel::Channel;
+use crate::ground_truth::channels::Found;
+use crate::interaction::attributes::{facing, unit, unit_normal};
+use crate::prepare::PreparedWorld;
+use crate::settings::Settings;
+
+/// The normals of a surface in the world, on the side that is seen; 0 for the background.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Normals {
+    /// Of the triangle.
+    pub geometric: DVec3,
+    /// Of the smooth surface that it stands for.
+    pub shading: DVec3,
+}
+
+impl Normals {
+    /// Those of the background.
+    const NONE: Self = Self {
+        geometric: DVec3::ZERO,
+        shading: DVec3::ZERO,
+    };
+
+    /// Whether any of the channels needs normals, and then whether it needs smooth ones.
+    pub fn asked(channels: &[Channel]) -> Option<bool> {
+        let any = |wanted: [Channel; 2]| channels.iter().any(|channel| wanted.contains(channel));
+        let smooth = any([Channel::ShadingNormal, Channel::ShadingNormalCamera]);
+        (smooth || any([Channel::Normal, Channel::NormalCamera])).then_some(smooth)
+    }
+}
+
+/// A triangle, as it was seen last.
+#[derive(Clone, Copy)]
+struct Facet {
+    /// Its normal on the side from which its corners run counter-clockwise, and on the side that was seen.
+    unit: DVec3,
+    seen: DVec3,
+    /// The smooth ones of its corners there.
+    corners: Option<[DVec3; 3]>,
+}
+
+impl Facet {
+    const NONE: Self = Self {
+        unit: DVec3::ZERO,
+        seen: DVec3::NAN,
+        corners: None,
+    };
+
+    fn new(world: &PreparedWorld, hit: &ExactHit) -> Self {
+        let corners = || world.corners(hit.instance, hit.triangle);
+        Self {
+            unit: unit(hit.normal.into()).unwrap_or_else(|| unit_normal(corners())),
+            ..Self::NONE
+        }
+    }
+
+    /// The normals of a hit, the smooth one where asked for.
+    fn normals(
+        &mut self,
+        world: &PreparedWorld,
+        ray: &ExactRay,
+        hit: &ExactHit,
+        smooth: bool,
+    ) -> Normals {
+        let ExactHit {
+            instance,
+            triangle,
+            u,
+            v,
+            ..
+        } = *hit;
+        let geometric = facing(self.unit, ray.direction.into());
+        if !smooth {
+            return Normals {
+                geometric,
+                shading: geometric,
+            };
+        }
+        if geometric != self.seen {
+            self.seen = geometric;
+            self.corners = world.corner_normals(instance, triangle, geometric);
+        }
+        let shading = self.corners.map_or(geometric, |[a, b, c]| {
+            (a * (1.0 - u - v) + b * u + c * v).normalize_or(geometric)
+        });
+        Normals { geometric, shading }
+    }
+}
+
+/// Rays that are answered at a time: what is told of their triangles is told while these are in the cache. Much fewer would
+/// pay for the room that each search needs.
+const BATCH: usize = 512;
+
+/// The rays through the pixels' centres, and what they met.
+#[derive(Default)]
+pub(crate) struct Exact {
+    pub rays: Vec<ExactRay>,
+    /// What they met first.
+    pub hits: Vec<ExactHit>,
+    /// What lies behind that, where the ground truth tells of it; else empty.
+    behind: Vec<ExactHit>,
+    normals: Vec<Normals>,
+}
+
+impl Exact {
+    /// Traces the rays of pixels; with `passing` the ground truth is of what lies behind what one sees through.
+    pub fn find(
+        &mut self,
+        world: &PreparedWorld,
+        camera: &Camera,
+        pixels: &[[u32; 2]],
+        settings: &Settings,
+        passing: bool,
+    ) {
+        self.rays.clear();
+        let centers = pixels.iter().map(|&[x, y]| camera.pixel_center_of(x, y));
+        camera.rays(centers, |ray| self.rays.push(exact_ray(ray)));
+        self.hits.resize(pixels.len(), ExactHit::MISS);
+        self.behind.clear();
+        self.normals.clear();
+        let smooth = Normals::asked(&settings.channels);
+        let mut facets = Found::new(Facet::NONE);
+        let batches = self.rays.chunks(BATCH).zip(self.hits.chunks_mut(BATCH));
+        for (rays, hits) in batches {
+            world.closest_exact(rays, hits);
+            let mut told = &*hits;
+            if passing {
+                let first = self.behind.len();
+                self.behind.extend_from_slice(hits);
+                world.pass_through(rays, &mut self.behind[first..]);
+                told = &self.behind[first..];
+            }
+            if let Some(smooth) = smooth {
+                let told = rays.iter().zip(told);
+                self.normals.extend(told.map(|(ray, hit)| {
+                    if hit.instance == NOTHING {
+                        return Normals::NONE;
+                    }
+                    let facet = facets.of(hit, || Facet::new(world, hit));
+                    facet.normals(world, ray, hit, smooth)
+                }));
+            }
+        }
+        self.count_from(camera.start());
+    }
+
+    /// [`Exact::find`], where each pixel sees a world of its own: those of a line the same one.
+    pub fn find_each(
+        &mut self,
+        worlds: &[Arc<PreparedWorld>],
+        camera: &Camera,
+        pixels: &[[u32; 2]],
+        settings: &Settings,
+        passing: bool,
+    ) {
+        let mut of_line = Exact::default();
+        self.rays.clear();
+        self.hits.clear();
+        self.behind.clear();
+        self.normals.clear();
+        let mut from = 0;
+        while let Some(world) = worlds.get(from) {
+            let same = worlds[from..]
+                .iter()
+                .take_while(|other| Arc::ptr_eq(other, world));
+            let to = from + same.count();
+            of_line.find(world, camera, &pixels[from..to], settings, passing);
+            self.rays.append(&mut of_line.rays);
+            self.hits.append(&mut of_line.hits);
+            self.behind.append(&mut of_line.behind);
+            self.normals.append(&mut of_line.normals);
+            from = to;
+        }
+    }
+
+    /// Depth and distance count from the plane where rays from infinity have the depth 0, not from their start.
+    fn count_from(&mut self, start: f64) {
+        if start == 0.0 {
+            return;
+        }
+        for ray in &mut self.rays {
+            let back = start * DVec3::from(ray.direction);
+            ray.origin = (DVec3::from(ray.origin) - back).to_array();
+        }
+        for hit in self.hits.iter_mut().chain(&mut self.behind) {
+            hit.t += start;
+        }
+    }
+
+    /// One ray that met nothing.
+    pub fn nothing() -> Self {
+        Self {
+            rays: vec![exact_ray((DVec3::ZERO, DVec3::Z))],
+            hits: vec![ExactHit::MISS],
+            behind: vec![],
+            normals: vec![],
+        }
+    }
+
+    /// What is told of: what the rays met first, or what lies behind that.
+    pub fn told(&self) -> &[ExactHit] {
+        match self.behind.is_empty() {
+            true => &self.hits,
+            false => &self.behind,
+        }
+    }
+
+    /// The normals of that, where asked for.
+    #[inline]
+    pub fn normals(&self, i: usize) -> &Normals {
+        self.normals.get(i).unwrap_or(&Normals::NONE)
+    }
+}
+
+/// A normal as it is stored; 0 stays 0 whatever its sign.
+pub(crate) fn stored(normal: DVec3) -> [f32; 3] {
+    (normal + 0.0).as_vec3().to_array()
+}
+
+/// An exact hit as the float32 kernel would tell it.
+pub(crate) fn rounded(
+    &ExactHit {
+        t,
+        u,
+        v,
+        instance,
+        triangle,
+        ..
+    }: &ExactHit,
+) -> Hit {
+    Hit {
+        t: t as f32,
+        u: u as f32,
+        v: v as f32,
+        instance,
+        triangle,
+    }
+}
+
+/// A camera's ray as the exact search takes it.
+pub(crate) fn exact_ray((origin, direction): (DVec3, DVec3)) -> ExactRay {
+    ExactRay {
+        origin: origin.to_array(),
+        direction: direction.to_array(),
+        t_max: f64::INFINITY,
+    }
+}

@@ -1,0 +1,178 @@
+//! What the ground truth tells of each pixel, channel by channel.
+
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+use raycam_bvh::{ExactHit, NOTHING};
+
+use crate::ground_truth::center_rays::{Exact, Normals, rounded, stored};
+use crate::prepare::PreparedWorld;
+use crate::prepare::texture::Footprint;
+
+/// The exact rays of pixels and what is told of them.
+pub(crate) struct Told<'a> {
+    exact: &'a Exact,
+    hits: &'a [ExactHit],
+    world: &'a PreparedWorld,
+    /// Of worlds that move, that of each pixel; else empty.
+    seen: &'a [Arc<PreparedWorld>],
+    /// camera_from_world; of cameras that move, that of each pixel.
+    still: DMat3,
+    turned: &'a [DMat3],
+}
+
+/// What was found of triangles not long ago: neighbours mostly meet the same ones.
+pub(crate) struct Found<T> {
+    of: [(u32, u32); KEPT],
+    found: [T; KEPT],
+}
+
+/// A power of two: about the triangles of a few rows.
+const KEPT: usize = 16;
+
+impl<T: Copy> Found<T> {
+    pub fn new(nothing: T) -> Self {
+        Self {
+            of: [(NOTHING, NOTHING); KEPT],
+            found: [nothing; KEPT],
+        }
+    }
+
+    /// What is known of the triangle of a hit.
+    #[inline]
+    pub fn of(&mut self, hit: &ExactHit, find: impl FnOnce() -> T) -> &mut T {
+        let of = (hit.instance, hit.triangle);
+        let at = (hit.instance.wrapping_mul(7) ^ hit.triangle) as usize % KEPT;
+        if self.of[at] != of {
+            self.of[at] = of;
+            self.found[at] = find();
+        }
+        &mut self.found[at]
+    }
+}
+
+impl<'a> Told<'a> {
+    pub fn new(
+        exact: &'a Exact,
+        world: &'a PreparedWorld,
+        seen: &'a [Arc<PreparedWorld>],
+        still: DMat3,
+        turned: &'a [DMat3],
+    ) -> Self {
+        Self {
+            exact,
+            hits: exact.told(),
+            world,
+            seen,
+            still,
+            turned,
+        }
+    }
+
+    /// The hit, unless the ray met nothing.
+    #[inline]
+    fn met(&self, i: usize) -> Option<&ExactHit> {
+        Some(&self.hits[i]).filter(|hit| hit.instance != NOTHING)
+    }
+
+    #[inline]
+    fn world(&self, i: usize) -> &PreparedWorld {
+        self.seen.get(i).map_or(self.world, |world| &**world)
+    }
+
+    #[inline]
+    fn rotation(&self, i: usize) -> &DMat3 {
+        self.turned.get(i).unwrap_or(&self.still)
+    }
+
+    pub fn albedo(&self, i: usize) -> [f32; 3] {
+        self.met(i).map_or([0.0; 3], |hit| {
+            let color = self
+                .world(i)
+                .base_color(&rounded(hit), &Footprint::default());
+            color.to_array()
+        })
+    }
+
+    #[inline]
+    pub fn depth(&self, i: usize) -> f32 {
+        self.met(i).map_or(f32::INFINITY, |hit| {
+            let direction = DVec3::from(self.exact.rays[i].direction);
+            (hit.t * direction.dot(self.rotation(i).row(2))) as f32
+        })
+    }
+
+    #[inline]
+    pub fn distance(&self, i: usize) -> f32 {
+        self.met(i).map_or(f32::INFINITY, |hit| hit.t as f32)
+    }
+
+    #[inline]
+    pub fn position(&self, i: usize) -> [f64; 3] {
+        let ray = &self.exact.rays[i];
+        let at = |hit: &ExactHit| DVec3::from(ray.origin) + hit.t * DVec3::from(ray.direction);
+        self.met(i).map_or(DVec3::NAN, at).to_array()
+    }
+
+    /// A normal in the world.
+    #[inline]
+    pub fn normal(&self, i: usize, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
+        stored(normal(self.exact.normals(i)))
+    }
+
+    /// A normal in the camera's axes.
+    #[inline]
+    pub fn in_camera(&self, i: usize, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
+        stored(*self.rotation(i) * normal(self.exact.normals(i)))
+    }
+
+    /// Index of the object.
+    #[inline]
+    pub fn instance(&self, i: usize) -> i32 {
+        id(self.hits[i].instance)
+    }
+
+    #[inline]
+    pub fn triangle(&self, i: usize) -> i32 {
+        id(self.hits[i].triangle)
+    }
+
+    #[inline]
+    pub fn barycentric(&self, i: usize) -> [f32; 3] {
+        self.met(i).map_or([0.0; 3], |&ExactHit { u, v, .. }| {
+            [1.0 - u - v, u, v].map(|weight| weight as f32)
+        })
+    }
+
+    #[inline]
+    pub fn uv(&self, i: usize, corners: &mut Found<Option<[[f64; 2]; 3]>>) -> [f32; 2] {
+        let Some(hit) = self.met(i) else {
+            return [f32::NAN; 2];
+        };
+        let find = || self.world(i).uv_corners(hit.instance, hit.triangle, 0);
+        let corners = corners.of(hit, find).as_ref();
+        corners.map_or([f32::NAN; 2], |corners| {
+            PreparedWorld::uv_within(corners, [hit.u, hit.v])
+        })
+    }
+
+    #[inline]
+    pub fn category(&self, i: usize) -> i32 {
+        self.met(i).map_or(-1, |hit| {
+            self.world(i).objects[hit.instance as usize].category
+        })
+    }
+
+    #[inline]
+    pub fn material(&self, i: usize) -> i32 {
+        let index = |hit: &ExactHit| self.world(i).material_index(hit.instance, hit.triangle);
+        let index = self.met(i).map(index);
+        index.map_or(-1, |index| i32::try_from(index).unwrap_or(-1))
+    }
+}
+
+/// An id as it is stored: -1 for nothing.
+#[inline]
+pub(crate) fn id(id: u32) -> i32 {
+    i32::try_from(id).unwrap_or(-1)
+}

@@ -1,0 +1,124 @@
+//! The ground truth's way through what one sees through.
+
+use glam::{DVec3, Vec3};
+use raycam_bvh::{ExactHit, ExactRay, Hit, NOTHING};
+use raycam_scene::{Material, Reflectance};
+
+use crate::ground_truth::center_rays::{exact_ray, rounded};
+use crate::prepare::PreparedWorld;
+
+/// A surface with less of it there is passed.
+const HALF: f32 = 0.5;
+/// A ray goes on this share of the distance behind what it has passed; nothing lies in between but float64 rounding.
+const BEHIND: f64 = 1e-12;
+/// Surfaces that a ray passes at most: after these it tells of the next one whatever it is.
+const MOST: usize = 1000;
+
+impl PreparedWorld {
+    /// Whether there is anything that [`PreparedWorld::pass_through`] would pass.
+    pub(crate) fn has_passable(&self) -> bool {
+        let passable = |material: &Material| {
+            refracts(material)
+                || !material.double_sided
+                || material.alpha != raycam_scene::material::Alpha::Opaque
+        };
+        self.materials
+            .iter()
+            .any(|prepared| passable(&prepared.material))
+    }
+
+    /// Replaces hits on what one sees through by the first hits behind that are not.
+    pub(crate) fn pass_through(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
+        let passed = |(ray, hit): (&ExactRay, &ExactHit)| {
+            hit.instance != NOTHING && self.passes(&rounded(hit), ray.direction.into())
+        };
+        let mut pending: Vec<usize> = (0..hits.len())
+            .filter(|&i| passed((&rays[i], &hits[i])))
+            .collect();
+        for _ in 0..MOST {
+            if pending.is_empty() {
+                return;
+            }
+            let starts: Vec<f64> = pending
+                .iter()
+                .map(|&i| self.behind(&rays[i], &hits[i]))
+                .collect();
+            let onward: Vec<ExactRay> = pending
+                .iter()
+                .zip(&starts)
+                .map(|(&i, start)| {
+                    let origin =
+                        DVec3::from(rays[i].origin) + *start * DVec3::from(rays[i].direction);
+                    ExactRay {
+                        origin: origin.to_array(),
+                        ..rays[i]
+                    }
+                })
+                .collect();
+            let mut found = vec![ExactHit::MISS; onward.len()];
+            self.closest_exact(&onward, &mut found);
+            for ((&i, hit), start) in pending.iter().zip(&found).zip(starts) {
+                hits[i] = ExactHit {
+                    t: start + hit.t,
+                    ..*hit
+                };
+            }
+            pending.retain(|&i| passed((&rays[i], &hits[i])));
+        }
+    }
+
+    /// The instances that rays in scene-local coordinates see, whose first hits these are: the first that are not passed.
+    pub(crate) fn instances_behind(
+        &self,
+        origins: &[DVec3],
+        directions: &[Vec3],
+        hits: &[Hit],
+    ) -> Vec<u32> {
+        let mut seen: Vec<u32> = hits.iter().map(|hit| hit.instance).collect();
+        let passed: Vec<usize> = (0..hits.len())
+            .filter(|&i| {
+                hits[i].instance != NOTHING && self.passes(&hits[i], directions[i].as_dvec3())
+            })
+            .collect();
+        let rays: Vec<ExactRay> = passed
+            .iter()
+            .map(|&i| exact_ray((origins[i] + self.origin, directions[i].as_dvec3())))
+            .collect();
+        let mut found = vec![ExactHit::MISS; rays.len()];
+        self.closest_exact(&rays, &mut found);
+        self.pass_through(&rays, &mut found);
+        for (i, hit) in passed.into_iter().zip(found) {
+            seen[i] = hit.instance;
+        }
+        seen
+    }
+
+    /// The t just behind a hit.
+    fn behind(&self, ray: &ExactRay, hit: &ExactHit) -> f64 {
+        let reach =
+            DVec3::from(ray.origin).abs().max_element() + hit.t + self.origin.abs().max_element();
+        hit.t + BEHIND * reach
+    }
+
+    fn passes(&self, hit: &Hit, direction: DVec3) -> bool {
+        let material = &self.material(hit).material;
+        refracts(material)
+            || self.opacity(hit) < HALF
+            || !material.double_sided && self.shows_back(hit, direction)
+    }
+
+    fn shows_back(&self, hit: &Hit, direction: DVec3) -> bool {
+        let [a, b, c] = self.corners(hit.instance, hit.triangle);
+        let away = (b - a).cross(c - a).dot(direction) > 0.0;
+        away != self.objects[hit.instance as usize].mirrored
+    }
+}
+
+/// Whether light goes through the surface by its material.
+fn refracts(material: &Material) -> bool {
+    match &material.reflectance {
+        Reflectance::Glass(_) => true,
+        Reflectance::Principled(principled) => principled.transmission.value >= HALF,
+        Reflectance::Lecture { .. } | Reflectance::Unlit | Reflectance::Metal(_) => false,
+    }
+}

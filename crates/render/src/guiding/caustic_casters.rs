@@ -1,0 +1,210 @@
+//! Objects that gather light: mirrors, clear glass and what is nearly so, behind which lights shine that only a path which
+//! meets them finds. Rays of matte surfaces are aimed at them.
+
+use glam::DVec3;
+use raycam_scene::{Material, Reflectance};
+
+use crate::bsdf::is_solid;
+use crate::prepare::{PreparedObject, PreparedWorld};
+
+/// Such an object, and a sphere around it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mirror {
+    /// Its number in the world.
+    pub object: u32,
+    /// Scene-local.
+    pub center: DVec3,
+    pub radius: f64,
+}
+
+/// The largest that count: each takes time at every matte surface.
+pub(crate) const MIRRORS: usize = 4;
+/// Rougher ones gather little, and light that is sampled where they are met finds it.
+const ROUGHEST_METAL: f32 = 0.45;
+const ROUGHEST_GLASS: f32 = 0.35;
+
+/// Those of a world.
+pub(crate) fn mirrors(world: &PreparedWorld) -> Vec<Mirror> {
+    let gathers = |(_, object): &(usize, &PreparedObject)| {
+        let slots = object.mesh.mesh.slot_count().max(1);
+        let of_slot = |&material: &usize| gathers(&world.materials[material].material);
+        object.materials.iter().take(slots).all(of_slot)
+    };
+    let mut all: Vec<_> = world
+        .objects
+        .iter()
+        .enumerate()
+        .filter(gathers)
+        .map(|(number, object)| Mirror::around(number as u32, object, world.origin))
+        .collect();
+    // In the order of the world where they are of one size.
+    all.sort_by(|a, b| b.radius.total_cmp(&a.radius));
+    all.truncate(MIRRORS);
+    all
+}
+
+impl Mirror {
+    fn around(number: u32, object: &PreparedObject, origin: DVec3) -> Self {
+        let placed = |point| object.world_from_mesh.transform_point3(point);
+        let center = placed(object.mesh.center);
+        let vertices = object.mesh.mesh.vertices.iter();
+        let away = |&vertex: &DVec3| placed(vertex).distance_squared(center);
+        Self {
+            object: number,
+            center: center - origin,
+            radius: vertices.map(away).fold(0.0, f64::max).sqrt(),
+        }
+    }
+}
+
+fn gathers(material: &Material) -> bool {
+    match &material.reflectance {
+        Reflectance::Metal(metal) => metal.roughness < ROUGHEST_METAL,
+        Reflectance::Glass(glass) => !glass.thin && glass.roughness < ROUGHEST_GLASS,
+        Reflectance::Principled(p) => {
+            let roughness = p.roughness.value;
+            (p.metallic.value > 0.5 && roughness < ROUGHEST_METAL)
+                || (is_solid(p) && p.transmission.value > 0.5 && roughness < ROUGHEST_GLASS)
+        }
+        Reflectance::Lecture { .. } | Reflectance::Unlit => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DAffine3;
+    use raycam_scene::mesh::primitive;
+    use raycam_scene::{Camera, Glass, Light, Metal, PixelCenter, Principled, World, camera};
+
+    use super::*;
+    use crate::{Channel, Control, Integrator, Plane, Settings, render};
+
+    /// Balls over a floor: matte, of gold, of rough gold, of glass and of thin glass, of glTF's glass and of a thin wall of it, as
+    /// many of these as are asked for.
+    fn world(balls: std::ops::Range<usize>) -> PreparedWorld {
+        let mut world = World::default();
+        let of = |reflectance| Material {
+            reflectance,
+            ..Material::default()
+        };
+        let gold = Metal::named("gold").unwrap();
+        let rough = Metal {
+            roughness: 0.5,
+            ..gold
+        };
+        let glass = |thin| Glass {
+            thin,
+            ..Glass::default()
+        };
+        let principled = |thickness| {
+            let mut p = Principled::default();
+            (p.metallic.value, p.roughness.value) = (0.0, 0.0);
+            (p.transmission.value, p.thickness.value) = (1.0, thickness);
+            p
+        };
+        let materials = [
+            Material::default(),
+            of(Reflectance::Metal(gold)),
+            of(Reflectance::Metal(rough)),
+            of(Reflectance::Glass(glass(false))),
+            of(Reflectance::Glass(glass(true))),
+            of(Reflectance::Principled(principled(0.1).into())),
+            of(Reflectance::Principled(principled(0.0).into())),
+        ]
+        .map(|material| world.add_material(material).unwrap());
+        let floor = world.add_mesh(primitive::plane([12.0, 12.0]).unwrap());
+        let ball = world.add_mesh(primitive::sphere(0.5, 3).unwrap());
+        for (i, material) in materials.into_iter().enumerate() {
+            if !balls.contains(&i) {
+                continue;
+            }
+            let at = DVec3::new(1.5 * i as f64 - 3.0, 0.3, 0.6);
+            let place =
+                DAffine3::from_translation(at) * DAffine3::from_scale(DVec3::new(1.0, 1.0, 0.8));
+            let object = raycam_scene::Object::new("", ball, vec![material], place);
+            world.add_object(object).unwrap();
+        }
+        let object = raycam_scene::Object::new("", floor, vec![materials[0]], DAffine3::IDENTITY);
+        world.add_object(object).unwrap();
+        world.lights.push(Light::Area {
+            position: [0.0, 0.5, 3.0],
+            u: [0.5, 0.0, 0.0],
+            v: [0.0, -0.5, 0.0],
+            radiance: [40.0; 3],
+            two_sided: false,
+        });
+        PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
+    }
+
+    #[test]
+    fn they_are_what_gathers_light() {
+        let prepared = world(0..7);
+        let mut seen: Vec<_> = prepared
+            .mirrors
+            .iter()
+            .map(|mirror| (mirror.center + prepared.origin, mirror.radius))
+            .collect();
+        seen.sort_by(|(a, _), (b, _)| a.x.total_cmp(&b.x));
+        let places = [-1.5, 1.5, 4.5].map(|x| DVec3::new(x, 0.3, 0.6));
+        assert_eq!(seen.len(), 3);
+        for ((center, radius), place) in seen.into_iter().zip(places) {
+            assert!(
+                center.distance(place) < 1e-9 && (0.49..0.501).contains(&radius),
+                "{center} {radius}"
+            );
+        }
+    }
+
+    #[test]
+    fn rays_aimed_at_them_find_the_same_light_with_less_noise() {
+        let mut prepared = world(1..2);
+        let size = [48, 24];
+        let k = camera::intrinsics_from_fov(60.0, size, PixelCenter::Integer).unwrap();
+        let eye = DVec3::new(0.0, -5.0, 2.0);
+        let camera =
+            Camera::look_at(eye, DVec3::ZERO, DVec3::Z, k, size, PixelCenter::Integer).unwrap();
+        let picture = |prepared: &PreparedWorld, seed| {
+            let settings = Settings {
+                integrator: Integrator::Path,
+                samples: 256,
+                max_depth: Some(5),
+                channels: vec![Channel::Color],
+                seed,
+                ..Settings::default()
+            };
+            let frame = render(prepared, &camera, &settings, &Control::new()).unwrap();
+            match frame.plane(Channel::Color) {
+                Some(Plane::F32 { data, .. }) => data.clone(),
+                other => panic!("{other:?}"),
+            }
+        };
+        let mean = |picture: &[f32]| picture.iter().map(|x| f64::from(*x)).sum::<f64>();
+        let apart = |a: &[f32], b: &[f32]| -> f64 {
+            a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum()
+        };
+        let pictures = |prepared: &PreparedWorld| -> Vec<_> {
+            (1..=8).map(|seed| picture(prepared, seed)).collect()
+        };
+        let thrown = pictures(&prepared);
+        prepared.thrown = vec![].into();
+        let with = pictures(&prepared);
+        prepared.mirrors.clear();
+        let without = pictures(&prepared);
+        let all = [&thrown, &with, &without];
+        let [a, b, c] = all.map(|all| all.iter().map(|one| mean(one)).sum::<f64>());
+        let [guided, noise, plain] = all.map(|all| {
+            let pairs = all.chunks(2).map(|pair| apart(&pair[0], &pair[1]));
+            pairs.sum::<f64>()
+        });
+        for (a, b, noises) in [(a, b, guided + noise), (b, c, noise + plain)] {
+            // The three channels have one noise, so that their sum has three times the variance.
+            let error = (3.0 * noises).sqrt();
+            assert!(
+                error < 3e-3 * b && (a - b).abs() < 4.0 * error,
+                "{a} {b} {error}"
+            );
+        }
+        assert!(noise < 0.7 * plain, "{noise} {plain}");
+        assert!(guided < 0.7 * noise, "{guided} {noise}");
+    }
+}

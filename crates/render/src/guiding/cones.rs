@@ -1,0 +1,303 @@
+//! Rays of matte surfaces aimed at what gathers light, many at a time.
+//!
+//! Light that a mirror or a lens throws on a matte surface is found by rays that happen to meet it, and few do. So a share of
+//! a surface's rays goes evenly into the cones that the spheres around such objects fill, a larger one, where that is known,
+//! into the cones of the balls in which thrown light has left them, and the rest as ever; every direction has the density
+//! that all of these have together (one-sample multiple importance sampling: E. Veach, "Robust Monte Carlo Methods for Light
+//! Transport Simulation", 1997, section 9.2.4).
+
+use std::f32::consts::TAU;
+
+use glam::Vec3;
+
+use crate::guiding::caustic_casters::MIRRORS;
+pub(crate) use crate::guiding::sample_cones::Aim;
+use crate::lobes::shading_frame::cosine_density;
+use crate::soa::{Three, get};
+
+/// The most cones.
+const CONES: usize = 2 * MIRRORS;
+/// Cones of every lane. Each lane is computed as it would be alone.
+#[derive(Clone, Debug)]
+pub(crate) struct Aims<const N: usize> {
+    /// How many cones there are.
+    pub(crate) count: usize,
+    pub(crate) axis: [Three<f32, N>; CONES],
+    /// 1 - cos of the angle.
+    pub(crate) height: [[f32; N]; CONES],
+    /// Of the rays.
+    pub(crate) share: [[f32; N]; CONES],
+    /// What share is not aimed.
+    pub(crate) rest: [f32; N],
+}
+
+impl<const N: usize> Default for Aims<N> {
+    fn default() -> Self {
+        Self {
+            count: 0,
+            axis: [[[0.0; N]; 3]; CONES],
+            height: [[1.0; N]; CONES],
+            share: [[0.0; N]; CONES],
+            rest: [1.0; N],
+        }
+    }
+}
+
+impl<const N: usize> Aims<N> {
+    /// Aims at nothing.
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Whether any ray may be aimed.
+    pub fn any(&self) -> bool {
+        self.count > 0
+    }
+
+    /// The density of a lane's direction, whose cosine to the normal is this.
+    #[inline(always)]
+    pub fn density(&self, lane: usize, direction: Vec3, cosine: f32) -> f32 {
+        let mut density = cosine_density(cosine);
+        if self.any() {
+            density *= self.rest[lane];
+            for k in 0..self.count {
+                density += self.aimed(k, lane, direction);
+            }
+        }
+        density
+    }
+
+    /// The same for all lanes.
+    #[inline(always)]
+    pub fn densities(&self, directions: &Three<f32, N>, cosines: &[f32; N]) -> [f32; N] {
+        let mut densities = cosines.map(cosine_density);
+        if self.any() {
+            for (density, rest) in densities.iter_mut().zip(&self.rest) {
+                *density *= rest;
+            }
+            for k in 0..self.count {
+                for (lane, density) in densities.iter_mut().enumerate() {
+                    *density += self.aimed(k, lane, get(directions, lane).into());
+                }
+            }
+        }
+        densities
+    }
+
+    #[inline(always)]
+    fn aimed(&self, k: usize, lane: usize, direction: Vec3) -> f32 {
+        // 1 - cos = |a - b|^2 / 2, without cancellation.
+        let off = direction - Vec3::from(get(&self.axis[k], lane));
+        let height = self.height[k][lane];
+        let density = self.share[k][lane] / (TAU * height);
+        if off.length_squared() <= 2.0 * height {
+            density
+        } else {
+            0.0
+        }
+    }
+}
+
+/// The share that rays of a cosine's density have in this density; none where nothing goes.
+#[inline(always)]
+pub(crate) fn share(cosine: f32, density: f32) -> f32 {
+    let share = cosine_density(cosine) / density;
+    if density > 0.0 { share } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use glam::{DAffine3, DVec3};
+    use raycam_bvh::{Hit, Loops, vectorized};
+    use raycam_scene::mesh::primitive;
+    use raycam_scene::{Material, Object, World};
+
+    use super::*;
+    use crate::control::Control;
+    use crate::guiding::caustic_casters::Mirror;
+    use crate::guiding::caustic_map::Thrown;
+    use crate::guiding::caustic_map::tests::from_ball;
+    use crate::interaction::Places;
+    use crate::prepare::PreparedWorld;
+    use crate::sampling::chi_squared::{limit, statistic};
+    use crate::soa::{LANES, set_corners};
+
+    fn floor() -> PreparedWorld {
+        let mut world = World::default();
+        let floor = world.add_mesh(primitive::plane([2.0, 2.0]).unwrap());
+        let material = world.add_material(Material::default()).unwrap();
+        let object = Object::new("", floor, vec![material], DAffine3::IDENTITY);
+        world.add_object(object).unwrap();
+        PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
+    }
+
+    /// Rays that come down on places of the floor, the first of which is `first`.
+    fn places<const N: usize>(world: &PreparedWorld, first: usize) -> Places<N> {
+        let mut places = Places::<N>::default();
+        let corners = places.begin();
+        for lane in 0..N {
+            set_corners(corners, lane, world.corners(0, 0));
+        }
+        for lane in 0..N {
+            let hit = Hit {
+                t: 1.0,
+                u: 0.05 * (first + lane) as f32,
+                v: 0.1,
+                instance: 0,
+                triangle: 0,
+            };
+            places.put(lane, world, -Vec3::Z, &hit, 0.0);
+        }
+        places.run();
+        places
+    }
+
+    /// One before the floor, one that it cuts, one that holds all places, one too far away to matter.
+    fn some() -> Vec<Mirror> {
+        [
+            (DVec3::new(1.5, 0.0, 1.0), 0.4),
+            (DVec3::new(-1.0, 2.0, 0.1), 0.6),
+            (DVec3::new(0.0, 0.0, 2.0), 5.0),
+            (DVec3::new(0.0, 0.0, 9e3), 1.0),
+        ]
+        .map(|(center, radius)| Mirror {
+            object: 0,
+            center,
+            radius,
+        })
+        .into()
+    }
+
+    /// What two of them throw.
+    fn thrown() -> Vec<Thrown> {
+        let balls = [(DVec3::new(0.3, 0.2, -0.5), 0.2), (DVec3::ZERO, 0.4)];
+        let throws = |(i, mirror)| match balls.get(i) {
+            Some(&(center, radius)) => from_ball(mirror, center, radius),
+            None => Thrown::new(mirror, [].into_iter()),
+        };
+        some().iter().enumerate().map(throws).collect()
+    }
+
+    fn aimed<const N: usize>(
+        places: &Places<N>,
+        thrown: &[Thrown],
+        active: [bool; N],
+        random: [[f32; N]; 2],
+    ) -> (Aims<N>, Three<f32, N>) {
+        let (mut aims, mut out) = (Aims::default(), [[0.0; N]; 3]);
+        vectorized(Aim {
+            mirrors: &some(),
+            thrown,
+            places,
+            active: &active,
+            random: &random,
+            aims: &mut aims,
+            out: &mut out,
+        });
+        (aims, out)
+    }
+
+    fn random(at: usize) -> f32 {
+        let mut x = at as u32;
+        for factor in [0x7feb_352d, 0x846c_a68b] {
+            x = (x ^ (x >> 16)).wrapping_mul(factor);
+        }
+        (x >> 8) as f32 / (1 << 24) as f32
+    }
+
+    #[test]
+    fn directions_are_as_dense_as_they_say() {
+        const HIGH: usize = 40;
+        const AROUND: usize = 40;
+        const FINE: usize = 12;
+        const SAMPLES: usize = 1 << 16;
+        let world = floor();
+        let mut places = Places::<LANES>::default();
+        let corners = places.begin();
+        (0..LANES).for_each(|lane| set_corners(corners, lane, world.corners(0, 0)));
+        let hit = Hit {
+            t: 1.0,
+            u: 0.2,
+            v: 0.1,
+            instance: 0,
+            triangle: 0,
+        };
+        (0..LANES).for_each(|lane| places.put(lane, &world, -Vec3::Z, &hit, 0.0));
+        places.run();
+        let cell = |d: DVec3| {
+            let turn = (d.y.atan2(d.x) / TAU).rem_euclid(1.0);
+            let row = ((d.z + 1.0) / 2.0 * HIGH as f64) as usize;
+            row.min(HIGH - 1) * AROUND + ((turn * AROUND as f64) as usize).min(AROUND - 1)
+        };
+        for thrown in [vec![], thrown()] {
+            let mut seen = vec![0.0f64; HIGH * AROUND];
+            for at in 0..SAMPLES {
+                let number =
+                    |which| std::array::from_fn(|lane| random(2 * (at * LANES + lane) + which));
+                let (_, out) = aimed(&places, &thrown, [true; LANES], [number(0), number(1)]);
+                for lane in 0..LANES {
+                    let direction = Vec3::from(get(&out, lane));
+                    assert!((direction.length() - 1.0).abs() < 1e-5);
+                    seen[cell(direction.as_dvec3())] += 1.0;
+                }
+            }
+            let (aims, _) = aimed(&places, &thrown, [true; LANES], [[0.5; LANES]; 2]);
+            let mut expected = vec![0.0f64; HIGH * AROUND];
+            for row in 0..HIGH * FINE {
+                for column in 0..AROUND * FINE {
+                    let z = (row as f64 + 0.5) / (HIGH * FINE) as f64 * 2.0 - 1.0;
+                    let (sin, cos) =
+                        ((column as f64 + 0.5) / (AROUND * FINE) as f64 * TAU).sin_cos();
+                    let radius = (1.0 - z * z).sqrt();
+                    let direction = DVec3::new(radius * cos, radius * sin, z);
+                    let density = aims.density(5, direction.as_vec3(), z as f32);
+                    let solid = 2.0 * TAU / (HIGH * AROUND * FINE * FINE) as f64;
+                    expected[row / FINE * AROUND + column / FINE] += f64::from(density) * solid;
+                }
+            }
+            let all: f64 = expected.iter().sum();
+            assert!((all - 1.0).abs() < 1e-3, "{all}");
+            let count = (SAMPLES * LANES) as f64;
+            let (chi2, freedom) =
+                statistic(seen.into_iter().zip(expected.iter().map(|e| e * count)));
+            assert!(
+                freedom > 500.0 && chi2 < limit(freedom, 1),
+                "{chi2} of {freedom}"
+            );
+            // A fifth is aimed, and none at what holds all places; three tenths of that beside what is thrown.
+            let shares: Vec<_> = aims.share[..aims.count].iter().map(|s| s[5]).collect();
+            let (whole, balls) = shares.split_at(4);
+            let most = if thrown.is_empty() { 0.2 } else { 0.3 * 0.2 };
+            assert!((whole.iter().sum::<f32>() - most).abs() < 1e-6, "{whole:?}");
+            assert_eq!(whole[2..], [0.0, 0.0]);
+            let thrown_at = balls.iter().sum::<f32>();
+            assert_eq!(thrown_at > 0.0, !thrown.is_empty(), "{balls:?}");
+            assert!(thrown_at <= 0.2 + 1e-6, "{balls:?}");
+            assert!((aims.rest[5] - (1.0 - most - thrown_at)).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn every_lane_is_what_it_is_alone() {
+        let world = floor();
+        let whole = places::<LANES>(&world, 0);
+        let thrown = thrown();
+        let active = std::array::from_fn(|lane| lane % 5 != 4);
+        let number = |which| std::array::from_fn(|lane| random(2 * lane + which));
+        let numbers: [[f32; LANES]; 2] = [number(0), number(1)];
+        let (aims, out) = aimed(&whole, &thrown, active, numbers);
+        let cosines = std::array::from_fn(|lane| out[2][lane]);
+        let densities = aims.densities(&out, &cosines);
+        for lane in 0..LANES {
+            let own = numbers.map(|numbers| [numbers[lane]]);
+            let (alone, direction) =
+                aimed(&places::<1>(&world, lane), &thrown, [active[lane]], own);
+            assert_eq!(get(&direction, 0), get(&out, lane));
+            let density = alone.density(0, get(&direction, 0).into(), cosines[lane]);
+            assert_eq!(density, densities[lane]);
+            assert_eq!(alone.rest[0] < 1.0, active[lane]);
+        }
+    }
+}

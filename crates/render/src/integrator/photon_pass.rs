@@ -1,0 +1,290 @@
+//! Light on its way from lamps through mirrors and lenses to where it falls.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec3, Vec3};
+use raycam_bvh::{Coherence, Hit, Ray};
+use rayon::prelude::*;
+
+use crate::bsdf::Scattering;
+use crate::guiding::caustic_casters::Mirror;
+use crate::guiding::caustic_map::{Fallen, Thrown};
+use crate::integrator::batch::hits::BY_MIRROR;
+use crate::integrator::is_miss;
+use crate::integrator::nested_dielectrics::{Media, Skin};
+use crate::interaction::Place;
+use crate::interaction::attributes::Surface;
+use crate::light::{Askers, BEFORE_LIGHT, Choice, Lights, Reference};
+use crate::prepare::PreparedWorld;
+use crate::sampling::sampler::{Pair, Sampler};
+use crate::settings::{Integrator, Settings};
+
+/// How many are sent to each object that throws light, and how many at a time.
+const PHOTONS: u32 = 1 << 14;
+const BATCH: u32 = 1 << 11;
+/// Surfaces that one meets at most.
+const LONGEST: u32 = 8;
+
+/// Light on its way.
+#[derive(Clone, Copy)]
+struct Photon {
+    sampler: Sampler,
+    direction: Vec3,
+    power: f64,
+    media: Media,
+    /// Which object it has left last, and where.
+    left: Option<(usize, DVec3)>,
+}
+
+/// Finds what guides the paths of pictures, once for a world, where any are long enough to be guided.
+pub(crate) fn guide(world: &PreparedWorld, settings: &Settings) {
+    let lights = settings.integrator.lights(world);
+    let long = settings.max_depth.is_none_or(|most| most > BY_MIRROR);
+    let guided = settings.integrator == Integrator::Path && long && lights.is_thrown();
+    if guided && !world.mirrors.is_empty() && world.thrown.get().is_none() {
+        // Not while others wait for it: a thread that does so takes up work of other pictures.
+        let _ = world.thrown.set(throw(world, lights));
+    }
+}
+
+/// What each of a world's mirrors throws. It guides paths alone: what is left out of it makes noise and no error.
+pub(crate) fn throw(world: &PreparedWorld, lights: &Lights) -> Vec<Thrown> {
+    let mirrors = &world.mirrors;
+    let batches: Vec<_> = (0..mirrors.len())
+        .flat_map(|mirror| (0..PHOTONS / BATCH).map(move |batch| (mirror, batch)))
+        .collect();
+    let fallen: Vec<_> = batches
+        .into_par_iter()
+        .map(|(mirror, batch)| {
+            let sampler = Sampler::of_pixel(0, mirror as u32, [0, 0]);
+            let samplers = (batch * BATCH..(batch + 1) * BATCH).map(|i| sampler.at(i));
+            follow(world, lights, &mirrors[mirror], samplers)
+        })
+        .collect();
+    let thrown = |(number, mirror)| {
+        let all = fallen.iter().flatten();
+        let by_it = all.filter(|(by, _)| *by == number);
+        Thrown::new(mirror, by_it.map(|(_, fallen)| *fallen))
+    };
+    mirrors.iter().enumerate().map(thrown).collect()
+}
+
+/// Sends photons to a mirror; those that have fallen on something else, and which mirror they left last.
+fn follow(
+    world: &PreparedWorld,
+    lights: &Lights,
+    mirror: &Mirror,
+    samplers: impl Iterator<Item = Sampler>,
+) -> Vec<(usize, Fallen)> {
+    let sent = samplers.filter_map(|sampler| send(world, lights, mirror, sampler));
+    let (mut photons, mut rays): (Vec<_>, Vec<_>) = sent.unzip();
+    let (mut hits, mut fallen) = (vec![], vec![]);
+    for turn in 0..LONGEST {
+        hits.clear();
+        hits.resize(rays.len(), Hit::MISS);
+        world.scene.closest(&rays, &mut hits, Coherence::Incoherent);
+        rays.clear();
+        let mut hits = hits.iter();
+        photons.retain_mut(|photon| {
+            let hit = hits.next().filter(|hit| !is_miss(hit));
+            let ray = hit.and_then(|hit| photon.meet(world, hit, turn, &mut fallen));
+            rays.extend(ray);
+            ray.is_some()
+        });
+    }
+    fallen
+}
+
+/// From a light to a place in the sphere around a mirror.
+fn send(
+    world: &PreparedWorld,
+    lights: &Lights,
+    mirror: &Mirror,
+    sampler: Sampler,
+) -> Option<(Photon, Ray)> {
+    let [height, turn] = sampler.pair(Pair::Filter).map(f64::from);
+    let [radius, which] = sampler.pair(Pair::Which(0));
+    let on_light = sampler.pair(Pair::Light(0, 0));
+    let z = 2.0 * height - 1.0;
+    let (sin, cos) = (TAU * turn).sin_cos();
+    let across = (1.0 - z * z).sqrt();
+    let within = DVec3::new(across * cos, across * sin, z) * f64::from(radius).cbrt();
+    let from = Reference {
+        position: mirror.center + mirror.radius * within,
+        normal: Vec3::ZERO,
+    };
+    let by = Askers::from(&from);
+    let sample = lights.sample(&by, world, Choice::Weighed, which, &on_light.into())?;
+    // Those without a size are not found through mirrors, those all around shine on all of them.
+    let end = sample.end.filter(|_| !sample.delta)?;
+    let photon = Photon {
+        sampler,
+        direction: -sample.direction,
+        power: f64::from(sample.radiance.element_sum()) / f64::from(sample.pdf),
+        media: Media::default(),
+        left: None,
+    };
+    let origin = from.position + (end - from.position) * f64::from(BEFORE_LIGHT);
+    let ray = Ray {
+        origin: origin.as_vec3().to_array(),
+        direction: photon.direction.to_array(),
+        t_max: f32::INFINITY,
+    };
+    Some((photon, ray))
+}
+
+impl Photon {
+    /// Goes on from a mirror; elsewhere it has fallen, if it has been at one.
+    fn meet(
+        &mut self,
+        world: &PreparedWorld,
+        hit: &Hit,
+        turn: u32,
+        fallen: &mut Vec<(usize, Fallen)>,
+    ) -> Option<Ray> {
+        let place = Place::new(world, self.direction, hit, 0.0);
+        let mut mirrors = world.mirrors.iter();
+        let Some(mirror) = mirrors.position(|mirror| mirror.object == hit.instance) else {
+            fallen.extend(self.left.map(|(mirror, left)| {
+                let (at, power) = (place.position, self.power);
+                (mirror, Fallen { left, at, power })
+            }));
+            return None;
+        };
+        let skin = Skin::of(world, self.media, hit, place.front, None);
+        if skin.hidden {
+            self.media = skin.after;
+            return Some(place.leaving(self.direction, f32::INFINITY));
+        }
+        let surface = Surface::new(world, &place, self.direction, hit, None, skin.around);
+        let [choice, _] = self.sampler.pair(Pair::Which(turn + 1));
+        let [x, y] = self.sampler.pair(Pair::Scatter(turn));
+        let sample = surface.scatter.sample(&surface.frame, [choice, x, y])?;
+        self.power *= f64::from(sample.weight.element_sum() / 3.0);
+        self.media = skin.beyond(surface.frame.geometric, sample.direction);
+        self.direction = sample.direction;
+        self.left = Some((mirror, place.position));
+        let shines = self.power > 0.0 && self.power.is_finite();
+        shines.then(|| place.leaving(self.direction, f32::INFINITY))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DAffine3;
+    use raycam_scene::mesh::primitive;
+    use raycam_scene::{Glass, Light, Material, Metal, Object, Reflectance, World};
+
+    use super::*;
+    use crate::control::Control;
+
+    const MIDDLE: DVec3 = DVec3::new(0.0, 0.0, 0.6);
+    const LAMP: DVec3 = DVec3::new(1.0, 0.5, 3.0);
+
+    /// A ball over a floor under a lamp, and over both a roof if there is one.
+    fn world(reflectance: Reflectance, roof: bool) -> PreparedWorld {
+        let mut world = World::default();
+        let floor = world.add_mesh(primitive::plane([12.0, 12.0]).unwrap());
+        let ball = world.add_mesh(primitive::sphere(0.5, 5).unwrap());
+        let matte = world.add_material(Material::default()).unwrap();
+        let clear = Material {
+            reflectance,
+            ..Material::default()
+        };
+        let clear = world.add_material(clear).unwrap();
+        let mut things = vec![(floor, matte, DVec3::ZERO), (ball, clear, MIDDLE)];
+        if roof {
+            things.push((floor, matte, 2.0 * DVec3::Z));
+        }
+        for (mesh, material, at) in things {
+            let place = DAffine3::from_translation(at);
+            let object = Object::new("", mesh, vec![material], place);
+            world.add_object(object).unwrap();
+        }
+        world.lights.push(Light::Area {
+            position: LAMP.to_array(),
+            u: [0.1, 0.0, 0.0],
+            v: [0.0, -0.1, 0.0],
+            radiance: [40.0; 3],
+            two_sided: false,
+        });
+        PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
+    }
+
+    fn gold() -> Reflectance {
+        Reflectance::Metal(Metal::named("gold").unwrap())
+    }
+
+    fn settings(integrator: Integrator, max_depth: u32) -> Settings {
+        Settings {
+            integrator,
+            max_depth: Some(max_depth),
+            ..Settings::default()
+        }
+    }
+
+    /// What the ball throws on a place of the world: the middle of where it left, and how far from there.
+    fn thrown_on(world: &PreparedWorld, at: DVec3) -> (DVec3, f64) {
+        guide(world, &settings(Integrator::Path, 6));
+        let thrown = &world.thrown.get().unwrap()[0];
+        let Mirror { center, radius, .. } = world.mirrors[0];
+        let exit = thrown.exit(((at - world.origin - center) / radius).as_vec3());
+        let left = Vec3::from(exit.center).as_dvec3() * radius;
+        (
+            center + world.origin + left,
+            f64::from(exit.radius) * radius,
+        )
+    }
+
+    #[test]
+    fn a_ball_reflects_a_lamp_where_angles_are_equal() {
+        let world = world(gold(), false);
+        for (x, y) in [(1.0, 0.5), (0.9, -0.3), (0.4, 0.9), (2.0, 1.5), (-0.3, 0.8)] {
+            let at = DVec3::new(x, y, 0.0);
+            let mut normal = DVec3::Z;
+            for _ in 0..100 {
+                let there = MIDDLE + 0.5 * normal;
+                let half = (LAMP - there).normalize() + (at - there).normalize();
+                // Half the way: the whole of it goes to and fro.
+                normal = (normal + 0.5 * half.normalize()).normalize();
+            }
+            let (left, radius) = thrown_on(&world, at);
+            let off = left.distance(MIDDLE + 0.5 * normal);
+            assert!(0.0 < radius && radius < 0.25, "{at} {radius}");
+            assert!(off < radius, "{at} {off} {radius}");
+        }
+    }
+
+    #[test]
+    fn a_ball_of_glass_throws_light_behind_it() {
+        let world = world(Reflectance::Glass(Glass::default()), false);
+        let away = (MIDDLE - LAMP) / (LAMP.z - MIDDLE.z);
+        let focus = MIDDLE + away * MIDDLE.z;
+        let (left, radius) = thrown_on(&world, focus);
+        assert!(
+            radius > 0.0 && (left - MIDDLE).dot(away) > 0.2,
+            "{left} {radius}"
+        );
+    }
+
+    #[test]
+    fn what_no_light_reaches_throws_none() {
+        let world = world(gold(), true);
+        assert_eq!(thrown_on(&world, DVec3::new(1.0, 0.5, 0.0)).1, 0.0);
+    }
+
+    #[test]
+    fn only_long_paths_are_guided() {
+        let world = world(gold(), false);
+        for (integrator, depth) in [
+            (Integrator::Direct, 6),
+            (Integrator::Flat, 6),
+            (Integrator::Path, 2),
+        ] {
+            guide(&world, &settings(integrator, depth));
+            assert!(world.thrown.get().is_none());
+        }
+        guide(&world, &settings(Integrator::Path, 3));
+        assert_eq!(world.thrown.get().map(Vec::len), Some(1));
+    }
+}

@@ -1,0 +1,284 @@
+//! From a hit to what is there: colour, normals, and where rays may start.
+
+use glam::{DVec3, Vec2, Vec3};
+use raycam_bvh::Hit;
+use raycam_scene::{Alpha, TextureSlot};
+
+use crate::bsdf::{Frame, Scatter, Scattering};
+use crate::interaction::{Place, beside};
+use crate::light::Reference;
+use crate::prepare::PreparedWorld;
+use crate::prepare::material::PreparedMaterial;
+use crate::prepare::texture::Footprint;
+
+impl PreparedWorld {
+    /// The material of a hit triangle.
+    #[inline]
+    pub(crate) fn material(&self, hit: &Hit) -> &PreparedMaterial {
+        &self.materials[self.material_index(hit.instance, hit.triangle)]
+    }
+
+    /// Which of the world's materials a triangle has.
+    pub(crate) fn material_index(&self, instance: u32, triangle: u32) -> usize {
+        let object = &self.objects[instance as usize];
+        let slots = object.mesh.mesh.material_slots.as_ref();
+        let slot = slots.map_or(0, |slots| usize::from(slots[triangle as usize]));
+        object.materials[slot]
+    }
+
+    /// The normals of a triangle's corners in the world, of any length; `None` where the mesh has none.
+    #[inline]
+    pub(crate) fn normals_of(&self, instance: u32, triangle: u32) -> Option<[DVec3; 3]> {
+        let object = &self.objects[instance as usize];
+        let mesh = &*object.mesh.mesh;
+        let normals = mesh.normals.as_ref()?;
+        let of_vertex = |vertex: u32| {
+            let [x, y, z] = normals[vertex as usize];
+            object.normal_from_mesh * DVec3::new(f64::from(x), f64::from(y), f64::from(z))
+        };
+        // Spelled out: the compiler may leave `map` a call.
+        let [a, b, c] = mesh.triangles[triangle as usize];
+        Some([of_vertex(a), of_vertex(b), of_vertex(c)])
+    }
+
+    /// The same of unit length, on the side of `geometric`, which stands in where a corner has none.
+    pub(crate) fn corner_normals(
+        &self,
+        instance: u32,
+        triangle: u32,
+        geometric: DVec3,
+    ) -> Option<[DVec3; 3]> {
+        let normals = self.normals_of(instance, triangle)?;
+        Some(normals.map(|normal| beside(normal, geometric)))
+    }
+
+    /// The linear base colour at a hit: the product of its material's, its triangle's, its corners' and its texture's.
+    pub(crate) fn base_color(&self, hit: &Hit, footprint: &Footprint) -> Vec3 {
+        self.base_color_of(self.material(hit), hit, footprint)
+    }
+
+    /// The same where the hit's material is known.
+    #[inline]
+    pub(crate) fn base_color_of(
+        &self,
+        PreparedMaterial { material, .. }: &PreparedMaterial,
+        hit: &Hit,
+        footprint: &Footprint,
+    ) -> Vec3 {
+        let mesh = &*self.objects[hit.instance as usize].mesh.mesh;
+        let triangle = hit.triangle as usize;
+        let mut color = Vec3::from(material.color);
+        if let Some(colors) = &mesh.face_colors {
+            color *= Vec3::from(colors[triangle]);
+        }
+        if let Some(colors) = &mesh.vertex_colors {
+            color *= interpolate(
+                mesh.triangles[triangle].map(|i| colors[i as usize].into()),
+                hit,
+            );
+        }
+        if let Some(texel) = material
+            .texture
+            .and_then(|slot| self.texel_within(&slot, hit, footprint))
+        {
+            color *= Vec3::from_slice(&texel);
+        }
+        color
+    }
+
+    /// How much of a hit surface is there, 0..=1 (glTF 2.0, 3.9.4).
+    pub(crate) fn opacity(&self, hit: &Hit) -> f32 {
+        let material = &self.material(hit).material;
+        if material.alpha == Alpha::Opaque {
+            return 1.0;
+        }
+        let mesh = &*self.objects[hit.instance as usize].mesh.mesh;
+        let mut opacity = material.opacity;
+        if let Some([.., alpha]) = material.texture.and_then(|slot| self.texel(&slot, hit)) {
+            opacity *= alpha;
+        }
+        if let Some(opacities) = &mesh.vertex_opacities {
+            let [a, b, c] = mesh.triangles[hit.triangle as usize].map(|i| opacities[i as usize]);
+            opacity *= a + (b - a) * hit.u + (c - a) * hit.v;
+        }
+        match material.alpha {
+            Alpha::Mask { cutoff } => f32::from(opacity >= cutoff),
+            Alpha::Opaque | Alpha::Blend => opacity,
+        }
+    }
+
+    /// What the surface shines against a direction, in W/(m² sr): one-sided surfaces from their front alone.
+    pub(crate) fn emission(&self, hit: &Hit, direction: Vec3) -> Vec3 {
+        let material = &self.material(hit).material;
+        if material.emission.value == [0.0; 3] {
+            return Vec3::ZERO;
+        }
+        if !material.double_sided {
+            let [a, b, c] = self.corners(hit.instance, hit.triangle);
+            let mirrored = self.objects[hit.instance as usize].mirrored;
+            let away = (b - a).cross(c - a).dot(direction.as_dvec3()) > 0.0;
+            if away != mirrored {
+                return Vec3::ZERO;
+            }
+        }
+        let texture = material.emission.texture;
+        let texel = texture.and_then(|slot| self.texel(&slot, hit));
+        Vec3::from(material.emission.value) * texel.map_or(Vec3::ONE, |t| Vec3::from_slice(&t))
+    }
+
+    /// The value of a texture at a hit, linear; `None` where the mesh lacks its coordinates.
+    pub(crate) fn texel(&self, slot: &TextureSlot, hit: &Hit) -> Option<[f32; 4]> {
+        let weights = [hit.u, hit.v].map(f64::from);
+        let uv = self.uv(hit.instance, hit.triangle, slot.uv_set, weights)?;
+        Some(self.textures[slot.texture].lookup(slot.coordinates(uv)))
+    }
+
+    /// The mean of a texture over the part of the triangle that a ray covers.
+    pub(crate) fn texel_within(
+        &self,
+        slot: &TextureSlot,
+        hit: &Hit,
+        footprint: &Footprint,
+    ) -> Option<[f32; 4]> {
+        if footprint.is_point() {
+            return self.texel(slot, hit);
+        }
+        let corner = |weights| {
+            let uv = self.uv(hit.instance, hit.triangle, slot.uv_set, weights)?;
+            Some(Vec2::from(slot.coordinates(uv)))
+        };
+        let corners = [
+            corner([0.0, 0.0])?,
+            corner([1.0, 0.0])?,
+            corner([0.0, 1.0])?,
+        ];
+        let uv = corner([hit.u, hit.v].map(f64::from))?;
+        let axes = footprint.in_image(corners);
+        Some(self.textures[slot.texture].mean(uv.to_array(), axes))
+    }
+
+    /// Texture coordinates of a set at the weights of a triangle's second and third corner; `None` where the mesh has
+    /// none.
+    pub(crate) fn uv(
+        &self,
+        instance: u32,
+        triangle: u32,
+        set: usize,
+        weights: [f64; 2],
+    ) -> Option<[f32; 2]> {
+        let corners = self.uv_corners(instance, triangle, set)?;
+        Some(Self::uv_within(&corners, weights))
+    }
+
+    /// Those of the triangle's corners.
+    pub(crate) fn uv_corners(
+        &self,
+        instance: u32,
+        triangle: u32,
+        set: usize,
+    ) -> Option<[[f64; 2]; 3]> {
+        let mesh = &*self.objects[instance as usize].mesh.mesh;
+        let uvs = mesh.uv_set(set)?;
+        let corner = |vertex: u32| uvs[vertex as usize].map(f64::from);
+        Some(mesh.triangles[triangle as usize].map(corner))
+    }
+
+    /// Those between the corners, at the weights of the second and the third.
+    #[inline]
+    pub(crate) fn uv_within([a, b, c]: &[[f64; 2]; 3], [u, v]: [f64; 2]) -> [f32; 2] {
+        [0, 1].map(|axis| (a[axis] + (b[axis] - a[axis]) * u + (c[axis] - a[axis]) * v) as f32)
+    }
+}
+
+/// A value of the three corners at a hit.
+fn interpolate([a, b, c]: [Vec3; 3], hit: &Hit) -> Vec3 {
+    a + (b - a) * hit.u + (c - a) * hit.v
+}
+
+/// A normal on the side that a ray in this direction sees.
+#[inline]
+pub(crate) fn facing(normal: DVec3, direction: DVec3) -> DVec3 {
+    if normal.dot(direction) > 0.0 {
+        -normal
+    } else {
+        normal
+    }
+}
+
+/// The normal of a triangle, unit length, on the side from which its corners run counter-clockwise; 0 for one without
+/// area.
+#[inline]
+pub(crate) fn unit_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    let (e1, e2) = (b - a, c - a);
+    unit(e1.cross(e2)).unwrap_or_else(|| {
+        // Scaled by its largest edge: corners may be far apart or close together.
+        let scale = e1.abs().max(e2.abs()).max_element().recip();
+        (e1 * scale).cross(e2 * scale).normalize_or_zero()
+    })
+}
+
+/// The direction of a vector whose length is far from the ends of float64.
+#[inline]
+pub(crate) fn unit(vector: DVec3) -> Option<DVec3> {
+    let square = vector.length_squared();
+    is_far_from_ends(square).then(|| vector / square.sqrt())
+}
+
+/// Whether the square of a length is far from the ends of float64.
+#[inline(always)]
+pub(crate) fn is_far_from_ends(square: f64) -> bool {
+    (1e-200..1e200).contains(&square)
+}
+
+/// What happens to light at a place.
+#[derive(Clone, Debug)]
+pub(crate) struct Surface<'a, S> {
+    pub place: &'a Place,
+    /// The normals and the viewer.
+    pub frame: Frame,
+    pub scatter: S,
+}
+
+impl<'a> Surface<'a, Scatter<'a>> {
+    /// What a ray in this direction sees at its hit, which is this place; `channel` is the colour that it carries, where it
+    /// has lost the others by dispersion.
+    pub fn new(
+        world: &'a PreparedWorld,
+        place: &'a Place,
+        direction: Vec3,
+        hit: &Hit,
+        channel: Option<usize>,
+        around: f32,
+    ) -> Self {
+        let smooth = place.frame(direction);
+        let (scatter, frame) = Scatter::new(
+            world,
+            hit,
+            smooth,
+            place.front,
+            channel,
+            around,
+            &place.footprint,
+        );
+        Self {
+            place,
+            frame,
+            scatter,
+        }
+    }
+}
+
+impl<S: Scattering> Surface<'_, S> {
+    /// This point, as lights are sampled for it.
+    #[inline]
+    pub fn reference(&self) -> Reference {
+        Reference {
+            position: self.place.position,
+            normal: if self.scatter.is_transmissive() {
+                Vec3::ZERO
+            } else {
+                self.frame.geometric
+            },
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! Surfaces that shine by themselves: every triangle with an emission is a light.
+
+use glam::{DVec3, Vec3};
+use raycam_bvh::Hit;
+
+use crate::light::bounds::Bounds;
+use crate::light::tree::Tree;
+use crate::light::tree::importance::Asker;
+use crate::light::{LightSample, Reference};
+use crate::prepare::PreparedWorld;
+
+/// All triangles that shine.
+#[derive(Debug, Default)]
+pub(crate) struct Emissive {
+    /// Object and triangle.
+    triangles: Vec<[u32; 2]>,
+    /// For each object that shines, where each of its triangles is in `triangles`.
+    numbers: Vec<Vec<u32>>,
+    tree: Tree,
+}
+
+/// A triangle of an object that does not shine.
+const DARK: u32 = u32::MAX;
+
+impl Emissive {
+    pub fn new(world: &PreparedWorld) -> Self {
+        let mut found = Self {
+            numbers: vec![vec![]; world.objects.len()],
+            ..Self::default()
+        };
+        let mut bounds = vec![];
+        for (instance, object) in world.objects.iter().enumerate() {
+            let shines =
+                |&material: &usize| world.materials[material].material.emission.value != [0.0; 3];
+            if !object.materials.iter().any(shines) {
+                continue;
+            }
+            let count = object.mesh.mesh.triangles.len();
+            let mut numbers = vec![DARK; count];
+            for (triangle, number) in numbers.iter_mut().enumerate() {
+                let (instance, triangle) = (instance as u32, triangle as u32);
+                if shines(&world.material_index(instance, triangle))
+                    && let Some(light) = measure(world, instance, triangle)
+                {
+                    *number = found.triangles.len() as u32;
+                    found.triangles.push([instance, triangle]);
+                    bounds.push(light);
+                }
+            }
+            found.numbers[instance] = numbers;
+        }
+        found.tree = Tree::new(&bounds);
+        found
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    /// Which of them to choose.
+    pub fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    /// How much all of them may matter to a point.
+    pub fn importance(&self, from: &Reference) -> f64 {
+        self.tree.importance(from)
+    }
+
+    /// A triangle, and a point drawn evenly from it.
+    pub fn sample(
+        &self,
+        world: &PreparedWorld,
+        by: &Asker,
+        which: f64,
+        [x, y]: [f32; 2],
+    ) -> Option<LightSample> {
+        let (number, probability) = self.tree.choose(by, which)?;
+        let [instance, triangle] = self.triangles[number];
+        // The square folded along its diagonal.
+        let (u, v) = if x + y > 1.0 {
+            (1.0 - x, 1.0 - y)
+        } else {
+            (x, y)
+        };
+        let [a, e1, e2] = edges(world, instance, triangle);
+        let end = a + e1 * f64::from(u) + e2 * f64::from(v);
+        let offset = end - by.from.position;
+        let distance = offset.length();
+        let direction = offset / distance;
+        let hit = Hit {
+            t: distance as f32,
+            u,
+            v,
+            instance,
+            triangle,
+        };
+        let radiance = world.emission(&hit, direction.as_vec3()) * world.opacity(&hit);
+        let density = by_angle(e1.cross(e2) / 2.0, direction, distance);
+        if radiance == Vec3::ZERO {
+            return None;
+        }
+        LightSample::toward(direction, end, radiance, probability * density)
+    }
+
+    /// By solid angle, of a hit at a distance.
+    pub fn density(
+        &self,
+        world: &PreparedWorld,
+        from: &Reference,
+        hit: &Hit,
+        direction: Vec3,
+        distance: f64,
+    ) -> f64 {
+        let numbers = self.numbers.get(hit.instance as usize);
+        let number = numbers.and_then(|numbers| numbers.get(hit.triangle as usize));
+        let Some(&number) = number.filter(|&&number| number != DARK) else {
+            return 0.0;
+        };
+        let [_, e1, e2] = edges(world, hit.instance, hit.triangle);
+        let density = by_angle(e1.cross(e2) / 2.0, direction.as_dvec3(), distance);
+        self.tree.probability(&from.into(), number as usize) * density
+    }
+}
+
+/// The first corner, scene-local, and the edges to the others.
+fn edges(world: &PreparedWorld, instance: u32, triangle: u32) -> [DVec3; 3] {
+    let [a, b, c] = world.corners(instance, triangle);
+    [a - world.origin, b - a, c - a]
+}
+
+/// The density by solid angle of a point drawn evenly from an area, given as a normal of that length.
+fn by_angle(area: DVec3, direction: DVec3, distance: f64) -> f64 {
+    distance * distance / area.dot(direction).abs()
+}
+
+/// How a triangle shines; `None` where it has no area. Its radiance is the mean over points spread evenly, for the
+/// choice alone: where they miss what is bright, scattered rays find it.
+fn measure(world: &PreparedWorld, instance: u32, triangle: u32) -> Option<Bounds> {
+    const SIDE: usize = 8;
+    let [a, e1, e2] = edges(world, instance, triangle);
+    let area = e1.cross(e2) / 2.0;
+    let normal = area.try_normalize()?;
+    let material = &world.materials[world.material_index(instance, triangle)].material;
+    let place = |i: usize| {
+        let (x, y) = (i % SIDE, i / SIDE);
+        [x, y].map(|n| (n as f32 + 0.5) / SIDE as f32)
+    };
+    let mean = if material.emission.texture.is_some() {
+        // Half of the square, by folding the other half.
+        let at = |i: usize| {
+            let [u, v] = place(i);
+            let (u, v) = if u + v > 1.0 {
+                (1.0 - u, 1.0 - v)
+            } else {
+                (u, v)
+            };
+            let hit = Hit {
+                t: 0.0,
+                u,
+                v,
+                instance,
+                triangle,
+            };
+            world.emission(&hit, emission_side(world, instance, normal))
+        };
+        (0..SIDE * SIDE).map(at).sum::<Vec3>() / (SIDE * SIDE) as f32
+    } else {
+        Vec3::from(material.emission.value)
+    };
+    let intensity = (mean.as_dvec3() * area.length()).as_vec3();
+    let front = -emission_side(world, instance, normal).as_dvec3();
+    Some(Bounds::flat(
+        &[a, a + e1, a + e2],
+        front,
+        intensity,
+        material.double_sided,
+    ))
+}
+
+/// The way a ray travels that sees a triangle's front.
+fn emission_side(world: &PreparedWorld, instance: u32, normal: DVec3) -> Vec3 {
+    let mirrored = world.objects[instance as usize].mirrored;
+    (if mirrored { normal } else { -normal }).as_vec3()
+}

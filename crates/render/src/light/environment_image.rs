@@ -1,0 +1,112 @@
+//! The texels of an image around the world, linear between their centres, for many directions at a time.
+
+use std::sync::Arc;
+
+use glam::{Vec3, Vec4};
+use raycam_bvh::{Loops, prefetch, vectorized};
+use raycam_scene::{Image, Texels};
+
+/// What is seen behind everything: an image that repeats to the sides.
+#[derive(Debug)]
+pub(crate) struct Backdrop {
+    pub image: Arc<Image>,
+    /// What its values are multiplied by.
+    pub scale: f32,
+}
+
+/// Places in the picture, 0..=1 to the right and down, and between which texels they lie.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spots<const N: usize> {
+    places: [[f32; N]; 2],
+    columns: [[u32; N]; 2],
+    rows: [[u32; N]; 2],
+    /// How far from the first texel to the second, to the right and down.
+    between: [[f32; N]; 2],
+}
+
+impl<const N: usize> Spots<N> {
+    pub fn place(&self, lane: usize) -> [f32; 2] {
+        [self.places[0][lane], self.places[1][lane]]
+    }
+}
+
+impl Backdrop {
+    /// What these places lie between.
+    pub fn spots<const N: usize>(&self, places: [[f32; N]; 2]) -> Spots<N> {
+        let mut spots = Spots {
+            places,
+            columns: [[0; N]; 2],
+            rows: [[0; N]; 2],
+            between: [[0.0; N]; 2],
+        };
+        vectorized(FindTexels {
+            size: self.image.size,
+            spots: &mut spots,
+        });
+        spots
+    }
+
+    /// Asks for the texels of a place.
+    #[inline]
+    pub fn prefetch<const N: usize>(&self, spots: &Spots<N>, lane: usize) {
+        // Images with a high dynamic range are of this kind; others are a quarter of the size.
+        if let Texels::Float(texels) = &self.image.texels {
+            let [above, below] = self.indices(spots, lane);
+            for index in above.into_iter().chain(below) {
+                prefetch(&raw const texels[index]);
+            }
+        }
+    }
+
+    /// The radiance at a place.
+    #[inline]
+    pub fn radiance<const N: usize>(&self, spots: &Spots<N>, lane: usize) -> Vec3 {
+        let texel = |index: usize| match &self.image.texels {
+            Texels::Float(texels) => Vec4::from(texels[index]),
+            texels => Vec4::from(texels.linear(index)),
+        };
+        let [right, down] = [spots.between[0][lane], spots.between[1][lane]];
+        let mix = |a: Vec4, b: Vec4, t: f32| a + (b - a) * t;
+        let [above, below] = self
+            .indices(spots, lane)
+            .map(|row| mix(texel(row[0]), texel(row[1]), right));
+        mix(above, below, down).truncate().max(Vec3::ZERO) * self.scale
+    }
+
+    /// Row by row.
+    #[inline]
+    fn indices<const N: usize>(&self, spots: &Spots<N>, lane: usize) -> [[usize; 2]; 2] {
+        let width = self.image.size[0] as usize;
+        let columns = [0, 1].map(|i: usize| spots.columns[i][lane] as usize);
+        [0, 1].map(|i: usize| columns.map(|column| spots.rows[i][lane] as usize * width + column))
+    }
+}
+
+/// Finds the texels of spots in an image of this size.
+struct FindTexels<'a, const N: usize> {
+    size: [u32; 2],
+    spots: &'a mut Spots<N>,
+}
+
+impl<const N: usize> Loops for FindTexels<'_, N> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { size, spots } = self;
+        let ends = size.map(|size| size as i32 - 1);
+        for lane in 0..N {
+            let [(x, right), (y, down)] = [0, 1].map(|axis: usize| {
+                // Half a texel before the edge at the least, and half a one behind it at the most.
+                let position = spots.places[axis][lane] * size[axis] as f32 + 0.5;
+                let next = (position as i32).clamp(0, ends[axis] + 1);
+                (next, position - next as f32)
+            });
+            let first = if x == 0 { ends[0] } else { x - 1 };
+            spots.columns[0][lane] = first as u32;
+            spots.columns[1][lane] = if x > ends[0] { 0 } else { x as u32 };
+            spots.rows[0][lane] = (y - 1).max(0) as u32;
+            spots.rows[1][lane] = y.min(ends[1]) as u32;
+            spots.between[0][lane] = right;
+            spots.between[1][lane] = down;
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! The sky: the same radiance from everywhere, or from the zenith down to the horizon.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use crate::bsdf::{above, turn};
+use crate::light::LightSample;
+
+#[derive(Debug)]
+pub(crate) struct Sky {
+    pub up: Vec3,
+    pub zenith: Vec3,
+    pub horizon: Vec3,
+    pub ground: Vec3,
+}
+
+impl Sky {
+    pub fn is_even(&self) -> bool {
+        self.zenith == self.horizon && self.horizon == self.ground
+    }
+
+    /// Linear in the sine of the elevation.
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        let sine = self.up.dot(direction);
+        if self.is_even() {
+            self.horizon
+        } else if sine < 0.0 {
+            self.ground
+        } else {
+            self.horizon + (self.zenith - self.horizon) * sine.min(1.0)
+        }
+    }
+
+    /// A direction by its cosine to the normal (Malley's method); from the whole sphere where there is none.
+    pub fn sample(&self, normal: Vec3, [x, y]: [f32; 2]) -> LightSample {
+        let (sin, cos) = turn(y);
+        let (axis, height, radius) = if normal == Vec3::ZERO {
+            (Vec3::Z, 1.0 - 2.0 * x, 2.0 * (x * (1.0 - x)).sqrt())
+        } else {
+            (normal, (1.0 - x).sqrt(), x.sqrt())
+        };
+        let direction = above(axis, Vec3::new(radius * cos, radius * sin, height));
+        LightSample {
+            direction,
+            end: None,
+            radiance: self.radiance(direction),
+            pdf: self.pdf(normal, direction),
+            delta: false,
+        }
+    }
+
+    pub fn pdf(&self, normal: Vec3, direction: Vec3) -> f32 {
+        if normal == Vec3::ZERO {
+            1.0 / (4.0 * PI)
+        } else {
+            normal.dot(direction).max(0.0) / PI
+        }
+    }
+}

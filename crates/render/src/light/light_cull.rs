@@ -1,0 +1,78 @@
+//! Spheres around lights: most rays miss most lights, and this says so at little cost.
+
+use glam::{DVec3, Vec3};
+use raycam_bvh::{Loops, vectorized};
+
+use crate::light::Lights;
+use crate::light::bounds::Bounds;
+use crate::soa::{Three, get, vector};
+
+/// A sphere around a light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sphere {
+    center: DVec3,
+    radius2: f32,
+}
+
+impl Sphere {
+    pub fn around(bounds: &Bounds) -> Self {
+        let [lower, upper] = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3());
+        let center = (lower + upper) / 2.0;
+        // The corners have been rounded to float32.
+        let rounding = f64::from(f32::EPSILON) * (lower.abs() + upper.abs()).length();
+        let radius = (upper - lower).length() / 2.0 + rounding;
+        Self {
+            center,
+            radius2: (radius * radius * 1.01) as f32,
+        }
+    }
+
+    /// Whether a ray may meet it; false only if it does not.
+    #[inline(always)]
+    pub fn is_near(&self, from: DVec3, direction: Vec3) -> bool {
+        let way = (self.center - from).as_vec3();
+        let (along, distance2) = (way.dot(direction), way.length_squared());
+        let room = self.radius2 + 1e-5 * distance2;
+        // Without branches, which loops over many rays must not have.
+        (distance2 <= room) | (along > 0.0) & (distance2 - along * along <= room)
+    }
+}
+
+impl Lights {
+    /// For which of many rays [`Lights::crossed`] may tell of any.
+    pub fn find_near<const N: usize>(
+        &self,
+        from: &Three<f64, N>,
+        directions: &Three<f32, N>,
+        out: &mut [bool; N],
+    ) {
+        vectorized(Near {
+            spheres: &self.crossable,
+            from,
+            directions,
+            out,
+        });
+    }
+}
+
+/// Finds which of many rays may meet any of some spheres.
+struct Near<'a, const N: usize> {
+    spheres: &'a [(usize, Sphere)],
+    from: &'a Three<f64, N>,
+    directions: &'a Three<f32, N>,
+    out: &'a mut [bool; N],
+}
+
+impl<const N: usize> Loops for Near<'_, N> {
+    #[inline(always)]
+    fn run(self) {
+        let mut near = [false; N];
+        for (_, sphere) in self.spheres {
+            for (lane, near) in near.iter_mut().enumerate() {
+                let from = vector(self.from, lane);
+                *near |= sphere.is_near(from, get(self.directions, lane).into());
+            }
+        }
+        *self.out = near;
+    }
+}

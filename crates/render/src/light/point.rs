@@ -1,0 +1,99 @@
+//! The light bulb: a point, or a sphere of even radiance.
+
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
+
+use crate::light::LightSample;
+use crate::light::bounds::Bounds;
+use crate::sampling::direction_cone::Cone;
+
+#[derive(Debug)]
+pub(crate) struct Bulb {
+    /// Scene-local.
+    center: DVec3,
+    /// In W/sr.
+    intensity: Vec3,
+    radius: f64,
+}
+
+/// A sphere whose squared sine is less is a point: its density would leave float32.
+const POINT: f64 = 1e-30;
+
+impl Bulb {
+    pub fn new(center: DVec3, intensity: Vec3, radius: f64) -> Self {
+        Self {
+            center,
+            intensity,
+            radius,
+        }
+    }
+
+    pub fn bounds(&self) -> Bounds {
+        let reach = DVec3::splat(self.radius);
+        Bounds::around(self.center - reach, self.center + reach, self.intensity)
+    }
+
+    pub fn is_point(&self) -> bool {
+        self.radius == 0.0
+    }
+
+    /// The inverse square law; for a sphere, a direction drawn evenly from the cone it fills. A sphere is dark inside.
+    pub fn sample(&self, point: DVec3, random: [f32; 2]) -> Option<LightSample> {
+        let offset = self.center - point;
+        let distance = offset.length();
+        if distance <= self.radius || distance == 0.0 {
+            return None;
+        }
+        let axis = offset / distance;
+        let sin2 = (self.radius / distance).powi(2);
+        if sin2 < POINT {
+            return Some(LightSample {
+                direction: axis.as_vec3(),
+                end: Some(self.center),
+                radiance: (self.intensity.as_dvec3() / (distance * distance)).as_vec3(),
+                pdf: 1.0,
+                delta: true,
+            });
+        }
+        let cone = Cone::new(axis, sin2);
+        let direction = cone.sample(random);
+        let near = self.near(offset, direction);
+        Some(LightSample {
+            direction: direction.as_vec3(),
+            end: Some(point + direction * near),
+            radiance: self.radiance(),
+            pdf: (1.0 / cone.solid_angle()) as f32,
+            delta: false,
+        })
+    }
+
+    /// A sphere of radiance L has the intensity L pi r^2 in every direction.
+    fn radiance(&self) -> Vec3 {
+        (self.intensity.as_dvec3() / (PI * self.radius.powi(2))).as_vec3()
+    }
+
+    /// The cone that it fills, where it is more than a point.
+    fn cone(&self, point: DVec3) -> Option<Cone> {
+        let offset = self.center - point;
+        let distance = offset.length();
+        let sin2 = (self.radius / distance).powi(2);
+        (distance > self.radius && sin2 >= POINT).then(|| Cone::new(offset / distance, sin2))
+    }
+
+    pub fn crossed(&self, point: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
+        let cone = self.cone(point)?;
+        let direction = direction.as_dvec3();
+        cone.contains(direction).then(|| {
+            let near = self.near(self.center - point, direction);
+            (near, self.radiance(), 1.0 / cone.solid_angle())
+        })
+    }
+
+    /// How far the front of the sphere is in a direction, its rim where rounding leads past it.
+    fn near(&self, offset: DVec3, direction: DVec3) -> f64 {
+        let along = direction.dot(offset);
+        let height2 = self.radius.powi(2) - (offset - direction * along).length_squared();
+        along - height2.max(0.0).sqrt()
+    }
+}

@@ -1,0 +1,284 @@
+//! A clear sky: A. J. Preetham, P. Shirley and B. Smits, "A practical analytic model for daylight", SIGGRAPH 1999. The
+//! sky is the paper's equation 3 with the coefficients of its appendix A.2; the sun, white outside of the atmosphere, its
+//! appendix A.1 at three wavelengths that stand for red, green and blue.
+
+use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
+
+use glam::{DVec3, Mat3, Vec3};
+use raycam_bvh::{Loops, vectorized};
+use raycam_scene::Up;
+
+use crate::light::equirect::Frame;
+use crate::light::sun::Sun;
+use crate::soa::{Three, get, set};
+
+/// Of light of one colour that the eye sees best.
+const LUMEN_PER_WATT: f64 = 683.0;
+/// Of what lies below the horizon: a matte plain.
+const GROUND_ALBEDO: f64 = 0.2;
+/// Of the sun, in degrees.
+const SUN_DIAMETER: f64 = 0.533;
+/// In lux, outside of the atmosphere: the solar constant of 1361 W/m² seen by the eye.
+const SUN_ILLUMINANCE: f64 = 133_100.0;
+
+#[derive(Debug)]
+pub(crate) struct Daylight {
+    up: Vec3,
+    /// Towards the sun.
+    sun: Vec3,
+    /// The two factors of luminance and the two chromaticities, times their values at the zenith over F(0, angle of the sun):
+    /// one goes by the cosine of the angle to the zenith, one by [`from_sun`].
+    by_zenith: Curve,
+    by_sun: Curve,
+    scale: f32,
+    ground: Vec3,
+}
+
+impl Daylight {
+    /// The sky and its sun. `direction` is the way sunlight travels; a sun below the horizon stands at it.
+    pub fn new(up: Up, direction: DVec3, turbidity: f64, scale: f64) -> (Self, Sun) {
+        let vertical = up.axis();
+        let towards = -direction.normalize_or_zero();
+        let zenith_angle = towards.dot(vertical).clamp(0.0, 1.0).acos();
+        let perez = perez(turbidity, zenith_angle);
+        let by_zenith = |cosine: f64| {
+            // At the horizon itself the model divides by zero.
+            perez.map(|(coefficients, zenith)| zenith * by_height(&coefficients, cosine.max(1e-3)))
+        };
+        let by_sun = |place: f64| {
+            let angle = angle_from_sun(place);
+            perez.map(|(coefficients, _)| by_angle(&coefficients, angle, angle.cos()))
+        };
+        let mut sky = Self {
+            up: vertical.as_vec3(),
+            sun: towards.as_vec3(),
+            by_zenith: Curve::of(by_zenith),
+            by_sun: Curve::of(by_sun),
+            scale: (scale * 1000.0 / LUMEN_PER_WATT) as f32,
+            ground: Vec3::ZERO,
+        };
+        let irradiance = sun_irradiance(turbidity, zenith_angle) * scale;
+        let sun = Sun::new(
+            direction.to_array(),
+            irradiance.as_vec3().to_array(),
+            SUN_DIAMETER,
+        );
+        let on_ground = irradiance * towards.dot(vertical).max(0.0) + sky.irradiance(up);
+        sky.ground = (on_ground * (GROUND_ALBEDO / PI)).as_vec3();
+        (sky, sun)
+    }
+
+    /// On a horizontal plane, from the sky alone: the midpoint rule.
+    fn irradiance(&self, up: Up) -> DVec3 {
+        const RINGS: usize = 64;
+        const TURNS: usize = 128;
+        let frame = Frame::new(up, 0.0);
+        let mut sum = DVec3::ZERO;
+        for ring in 0..RINGS {
+            // Even in the square of the sine: each place has the same share of the irradiance.
+            let sine = ((ring as f64 + 0.5) / RINGS as f64).sqrt();
+            for turn in 0..TURNS {
+                let (y, x) = ((turn as f64 + 0.5) / TURNS as f64 * TAU).sin_cos();
+                let local = DVec3::new(x * sine, y * sine, (1.0 - sine * sine).sqrt());
+                sum += self.radiance(frame.world(local).as_vec3()).as_dvec3();
+            }
+        }
+        sum * (PI / (RINGS * TURNS) as f64)
+    }
+
+    #[inline(always)]
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        let up = direction.dot(self.up);
+        // In linear Rec. 709; colours outside of it lose what is negative.
+        let values = self.by_zenith.at(up.max(0.0)) * self.by_sun.at(from_sun(direction, self.sun));
+        let [luminance, x, y] = values.to_array();
+        let xyz = Vec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance.max(0.0);
+        let sky = (RGB_FROM_XYZ * xyz).max(Vec3::ZERO) * self.scale;
+        if up < 0.0 { self.ground } else { sky }
+    }
+
+    /// The same of many directions.
+    pub fn radiances<const N: usize>(&self, directions: &Three<f32, N>) -> Three<f32, N> {
+        let mut radiances = [[0.0; N]; 3];
+        vectorized(Radiances {
+            sky: self,
+            directions,
+            radiances: &mut radiances,
+        });
+        radiances
+    }
+}
+
+/// Finds what comes out of directions.
+struct Radiances<'a, const N: usize> {
+    sky: &'a Daylight,
+    directions: &'a Three<f32, N>,
+    radiances: &'a mut Three<f32, N>,
+}
+
+impl<const N: usize> Loops for Radiances<'_, N> {
+    #[inline(always)]
+    fn run(self) {
+        for lane in 0..N {
+            let radiance = self.sky.radiance(get(self.directions, lane).into());
+            set(self.radiances, lane, radiance.to_array());
+        }
+    }
+}
+
+/// From 0, towards the sun, to 1: by the distance of two directions on the unit sphere, or from the opposite one where that
+/// is less. It is nearly the angle where the sky is steep, and asks for no arc cosine.
+#[inline(always)]
+fn from_sun(direction: Vec3, sun: Vec3) -> f32 {
+    let place = |way: Vec3| way.length() * (0.5 / SQRT_2 as f32);
+    if direction.dot(sun) >= 0.0 {
+        place(direction - sun)
+    } else {
+        1.0 - place(direction + sun)
+    }
+}
+
+/// The angle to the sun where [`from_sun`] is this.
+fn angle_from_sun(place: f64) -> f64 {
+    let angle = 2.0 * (place.min(1.0 - place) * SQRT_2).asin();
+    if place <= 0.5 { angle } else { PI - angle }
+}
+
+/// Three functions of a number from 0 to 1, linear between their values at even distances: for the curves of a sky good to
+/// one part in ten thousand. The exponentials of every ray would take longer than all else that is asked of it.
+#[derive(Debug)]
+struct Curve(Vec<Vec3>);
+
+impl Curve {
+    const STEPS: usize = 1024;
+
+    fn of(curves: impl Fn(f64) -> [f64; 3]) -> Self {
+        let at = |step| DVec3::from(curves(step as f64 / Self::STEPS as f64)).as_vec3();
+        Self((0..=Self::STEPS).map(at).collect())
+    }
+
+    #[inline(always)]
+    fn at(&self, x: f32) -> Vec3 {
+        let place = x * Self::STEPS as f32;
+        let step = (place as usize).min(Self::STEPS - 1);
+        self.0[step].lerp(self.0[step + 1], (place - step as f32).min(1.0))
+    }
+}
+
+/// XYZ to linear Rec. 709, white D65 (IEC 61966-2-1).
+const RGB_FROM_XYZ: Mat3 = Mat3::from_cols(
+    Vec3::new(3.240_625, -0.968_931, 0.055_710),
+    Vec3::new(-1.537_208, 1.875_756, -0.204_021),
+    Vec3::new(-0.498_629, 0.041_518, 1.056_996),
+);
+
+/// Perez' F, the paper's equation 3: a product of what the angle to the zenith and the angle to the sun make of it.
+fn shape(coefficients: &[f64; 5], cos_theta: f64, gamma: f64, cos_gamma: f64) -> f64 {
+    by_height(coefficients, cos_theta) * by_angle(coefficients, gamma, cos_gamma)
+}
+
+fn by_height([a, b, ..]: &[f64; 5], cos_theta: f64) -> f64 {
+    1.0 + a * (b / cos_theta).exp()
+}
+
+fn by_angle([.., c, d, e]: &[f64; 5], gamma: f64, cos_gamma: f64) -> f64 {
+    1.0 + c * (d * gamma).exp() + e * cos_gamma * cos_gamma
+}
+
+/// The paper's appendix A.2: luminance in kcd/m², and the chromaticities.
+fn perez(t: f64, sun: f64) -> [([f64; 5], f64); 3] {
+    let coefficients = [
+        [
+            0.1787 * t - 1.4630,
+            -0.3554 * t + 0.4275,
+            -0.0227 * t + 5.3251,
+            0.1206 * t - 2.5771,
+            -0.0670 * t + 0.3703,
+        ],
+        [
+            -0.0193 * t - 0.2592,
+            -0.0665 * t + 0.0008,
+            -0.0004 * t + 0.2125,
+            -0.0641 * t - 0.8989,
+            -0.0033 * t + 0.0452,
+        ],
+        [
+            -0.0167 * t - 0.2608,
+            -0.0950 * t + 0.0092,
+            -0.0079 * t + 0.2102,
+            -0.0441 * t - 1.6537,
+            -0.0109 * t + 0.0529,
+        ],
+    ];
+    let chi = (4.0 / 9.0 - t / 120.0) * (PI - 2.0 * sun);
+    let luminance = (4.0453 * t - 4.9710) * chi.tan() - 0.2155 * t + 2.4192;
+    let cubic = |rows: [[f64; 4]; 3]| {
+        let at = |[a, b, c, d]: [f64; 4]| ((a * sun + b) * sun + c) * sun + d;
+        (at(rows[0]) * t + at(rows[1])) * t + at(rows[2])
+    };
+    let x = cubic([
+        [0.00166, -0.00375, 0.00209, 0.0],
+        [-0.02903, 0.06377, -0.03202, 0.00394],
+        [0.11693, -0.21196, 0.06052, 0.25886],
+    ]);
+    let y = cubic([
+        [0.00275, -0.00610, 0.00317, 0.0],
+        [-0.04214, 0.08970, -0.04153, 0.00516],
+        [0.15346, -0.26756, 0.06670, 0.26688],
+    ]);
+    let zenith = [luminance, x, y];
+    [0, 1, 2].map(|i| {
+        let reference = shape(&coefficients[i], 1.0, sun, sun.cos());
+        (coefficients[i], zenith[i] / reference)
+    })
+}
+
+/// On a surface that faces the sun, in W/m²: the paper's appendix A.1 with Rayleigh scattering, aerosols and ozone.
+fn sun_irradiance(turbidity: f64, zenith_angle: f64) -> DVec3 {
+    let degrees = 93.885 - zenith_angle.min(FRAC_PI_2).to_degrees();
+    let mass = 1.0 / (zenith_angle.cos() + 0.15 * degrees.powf(-1.253));
+    let beta = 0.046_083_65 * turbidity - 0.045_860_26;
+    // In micrometres, with the absorption of ozone per centimetre, of which there is 0.35.
+    let [r, g, b] = [(0.610, 0.127), (0.550, 0.085), (0.465, 0.010)].map(|(wavelength, ozone)| {
+        let wavelength: f64 = wavelength;
+        let rayleigh = 0.008_735 * wavelength.powf(-4.08);
+        let aerosol = beta * wavelength.powf(-1.3);
+        SUN_ILLUMINANCE / LUMEN_PER_WATT * (-mass * (rayleigh + aerosol + 0.35 * ozone)).exp()
+    });
+    DVec3::new(r, g, b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_curves_are_the_models() {
+        for (turbidity, degrees) in [(2.0, 3.0_f64), (3.0, 40.0), (6.0, 85.0), (10.0, 60.0)] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let (sky, _) = Daylight::new(Up::Z, -DVec3::new(cos, 0.0, sin), turbidity, 1.0);
+            let perez = perez(turbidity, FRAC_PI_2 - degrees.to_radians());
+            let mut most: f32 = 0.0;
+            for i in 0..20_000 {
+                // Close to the sun and to the horizon as often as elsewhere.
+                let height = (f64::from(i % 200) / 199.0).powi(3);
+                let turn = PI * (f64::from(i / 200) / 99.0).powi(3);
+                let level = (1.0 - height * height).sqrt();
+                let direction = DVec3::new(turn.cos() * level, turn.sin() * level, height);
+                let cos_gamma = direction.dot(DVec3::new(cos, 0.0, sin)).clamp(-1.0, 1.0);
+                let [luminance, x, y] = perez.map(|(coefficients, zenith)| {
+                    zenith * shape(&coefficients, height.max(1e-3), cos_gamma.acos(), cos_gamma)
+                });
+                let xyz = DVec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance;
+                let rgb = (RGB_FROM_XYZ.as_dmat3() * xyz * (1000.0 / LUMEN_PER_WATT)).as_vec3();
+                let found = sky.radiance(direction.as_vec3());
+                let off = (found - rgb.max(Vec3::ZERO)).abs().max_element() / rgb.max_element();
+                most = most.max(off);
+            }
+            assert!(
+                most < 1e-4,
+                "turbidity {turbidity}, sun at {degrees}: {most}"
+            );
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! What the children of nodes may matter to points: of one node to many of them at a time, or of any to one.
+
+use raycam_bvh::{Loops, vectorized};
+
+use crate::light::Reference;
+use crate::light::tree::node::{Node, Shares, Weigh};
+use crate::soa::{LANES, Three, get};
+
+/// What each child of a node may matter to each point.
+#[derive(Debug, Default)]
+pub(crate) struct Weights {
+    of_children: [[f32; LANES]; LANES],
+}
+
+/// A point that a tree of lights is asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asker<'a> {
+    pub from: &'a Reference,
+    /// What is known of the tree's only node, and the point's lane there.
+    pub known: Option<(&'a Weights, usize)>,
+}
+
+impl<'a> From<&'a Reference> for Asker<'a> {
+    fn from(from: &'a Reference) -> Self {
+        Self { from, known: None }
+    }
+}
+
+impl Asker<'_> {
+    /// How often the children of a node are chosen for it: never, where none of its lights matters.
+    pub(crate) fn shares(&self, node: &Node) -> Shares {
+        let mut weights = [0.0; LANES];
+        match self.known {
+            Some((known, lane)) => {
+                for (weight, of_child) in weights.iter_mut().zip(&known.of_children) {
+                    *weight = of_child[lane];
+                }
+            }
+            None => vectorized(Weigh {
+                node,
+                position: self.from.position.as_vec3(),
+                normal: self.from.normal,
+                out: &mut weights,
+            }),
+        }
+        Shares::new(weights)
+    }
+}
+
+/// Finds the weights of points, given by position and normal: of the only node of a tree.
+pub(crate) struct FindWeights<'a> {
+    pub node: &'a Node,
+    pub points: &'a Three<f64, LANES>,
+    pub normals: &'a Three<f32, LANES>,
+    pub out: &'a mut Weights,
+}
+
+impl Loops for FindWeights<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            node,
+            points,
+            normals,
+            out: Weights { of_children },
+        } = self;
+        let (points, normals) = (*points, *normals);
+        for (child, out) in of_children.iter_mut().enumerate() {
+            let mut weights = [0.0; LANES];
+            if child < node.below().len() {
+                let reach = node.reach(child);
+                for (lane, weight) in weights.iter_mut().enumerate() {
+                    let position = get(&points, lane).map(|x| x as f32);
+                    *weight = reach.importance(position.into(), get(&normals, lane).into());
+                }
+            }
+            *out = weights;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec3, Vec3};
+
+    use super::*;
+    use crate::light::bounds::Bounds;
+    use crate::light::tree::Tree;
+    use crate::soa::{set, vector};
+
+    #[test]
+    fn every_lane_is_what_it_is_alone() {
+        let place = |i: usize| {
+            let angle = i as f64;
+            DVec3::new(angle.sin(), angle.cos(), (3.0 * angle).sin())
+        };
+        let lights: Vec<Bounds> = (0..7)
+            .map(|i| {
+                let (at, normal) = (place(i) * 2.0, place(5 * i + 1).normalize());
+                let corners = [at, at + 0.3 * normal.any_orthonormal_vector()];
+                match i % 3 {
+                    0 => Bounds::around(at, at, Vec3::ONE),
+                    1 => Bounds::flat(&corners, normal, Vec3::X, false),
+                    _ => Bounds::flat(&corners, normal, Vec3::splat(5.0), true),
+                }
+            })
+            .collect();
+        let tree = Tree::new(&lights);
+        let (mut none, mut some) = (0, 0);
+        for first in (0..640).step_by(LANES) {
+            let (mut points, mut normals) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+            for lane in 0..LANES {
+                let i = first + lane;
+                set(&mut points, lane, (place(7 * i) * 3.0).to_array());
+                let normal = place(3 * i).normalize() * f64::from(i % 5 != 0);
+                set(&mut normals, lane, normal.as_vec3().to_array());
+            }
+            let mut weights = Weights::default();
+            vectorized(FindWeights {
+                node: tree.only_node().unwrap(),
+                points: &points,
+                normals: &normals,
+                out: &mut weights,
+            });
+            for lane in 0..LANES {
+                let from = Reference {
+                    position: vector(&points, lane),
+                    normal: get(&normals, lane).into(),
+                };
+                let node = tree.only_node().unwrap();
+                let alone = Asker::from(&from);
+                let known = Asker {
+                    known: Some((&weights, lane)),
+                    ..alone
+                };
+                let [alone, known] = [alone, known].map(|asker| asker.shares(node));
+                for child in 0..LANES {
+                    assert_eq!(known.of(child).to_bits(), alone.of(child).to_bits());
+                    *(if known.any(child) {
+                        &mut some
+                    } else {
+                        &mut none
+                    }) += 1;
+                }
+            }
+        }
+        assert!(none > 500 && some > 500, "{none} {some}");
+    }
+}

@@ -1,0 +1,256 @@
+//! A node of the tree over lights: up to sixteen children, field by field, weighed at once.
+
+use glam::Vec3;
+use raycam_bvh::Loops;
+
+use crate::light::bounds::{Angle, Bounds, Reach};
+use crate::soa::{LANES, Three, get, set};
+
+/// Children of a node, of which places that are not taken are dark.
+#[derive(Debug)]
+pub(crate) struct Node {
+    /// The fields of their [`Reach`].
+    center: Three<f32, LANES>,
+    half: Three<f32, LANES>,
+    radius: [f32; LANES],
+    axis: Three<f32, LANES>,
+    /// Sine and cosine.
+    normals: [[f32; LANES]; 2],
+    cos_emission: [f32; LANES],
+    two_sided: [bool; LANES],
+    intensity: [f32; LANES],
+    below: [Below; LANES],
+    /// Places that are taken.
+    count: usize,
+    /// Of which node it is a child, and which one; the root is none.
+    pub above: Option<Place>,
+}
+
+/// Where a node or a light hangs in the tree: below which node, and which child of it that is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub node: u32,
+    pub child: u32,
+}
+
+/// What a child is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Below {
+    Node(u32),
+    Light(u32),
+}
+
+impl Node {
+    pub fn new() -> Self {
+        Self {
+            center: [[0.0; LANES]; 3],
+            half: [[0.0; LANES]; 3],
+            radius: [0.0; LANES],
+            axis: [[0.0; LANES]; 3],
+            normals: [[0.0; LANES]; 2],
+            cos_emission: [0.0; LANES],
+            two_sided: [false; LANES],
+            intensity: [0.0; LANES],
+            below: [Below::Light(0); LANES],
+            count: 0,
+            above: None,
+        }
+    }
+
+    /// Takes the next place.
+    pub fn push(&mut self, bounds: &Bounds, below: Below) {
+        let child = self.count;
+        let reach = bounds.reach();
+        set(&mut self.center, child, reach.center.to_array());
+        set(&mut self.half, child, reach.half.to_array());
+        self.radius[child] = reach.radius;
+        set(&mut self.axis, child, reach.axis.to_array());
+        self.normals[0][child] = reach.normals.sin;
+        self.normals[1][child] = reach.normals.cos;
+        self.cos_emission[child] = reach.cos_emission;
+        self.two_sided[child] = reach.two_sided;
+        self.intensity[child] = reach.intensity;
+        self.below[child] = below;
+        self.count += 1;
+    }
+
+    pub fn below(&self) -> &[Below] {
+        &self.below[..self.count]
+    }
+
+    /// Moves the nodes below by so many.
+    pub fn shift(&mut self, by: usize) {
+        for below in &mut self.below[..self.count] {
+            if let Below::Node(node) = below {
+                *node += by as u32;
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub fn reach(&self, child: usize) -> Reach {
+        Reach {
+            center: get(&self.center, child).into(),
+            half: get(&self.half, child).into(),
+            radius: self.radius[child],
+            axis: get(&self.axis, child).into(),
+            normals: Angle {
+                sin: self.normals[0][child],
+                cos: self.normals[1][child],
+            },
+            cos_emission: self.cos_emission[child],
+            two_sided: self.two_sided[child],
+            intensity: self.intensity[child],
+        }
+    }
+}
+
+/// How often each child of a node is chosen.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Shares {
+    weights: [f32; LANES],
+    /// Of the weights up to each child.
+    sums: [f64; LANES],
+}
+
+impl Shares {
+    /// In proportion to these.
+    pub fn new(weights: [f32; LANES]) -> Self {
+        // Four sums at a time: each waits for the one before.
+        let mut sums = [0.0; LANES];
+        for (sums, weights) in sums.chunks_mut(4).zip(weights.chunks(4)) {
+            let mut sum = 0.0;
+            for (out, &weight) in sums.iter_mut().zip(weights) {
+                sum += f64::from(weight);
+                *out = sum;
+            }
+        }
+        let mut before = 0.0;
+        for sums in sums.chunks_mut(4) {
+            sums.iter_mut().for_each(|sum| *sum += before);
+            before = sums[3];
+        }
+        Self { weights, sums }
+    }
+
+    /// Whether a child may be chosen.
+    pub fn any(&self, child: usize) -> bool {
+        self.weights[child] > 0.0
+    }
+
+    /// The probability of a child.
+    pub fn of(&self, child: usize) -> f64 {
+        if self.any(child) {
+            f64::from(self.weights[child]) / self.sums[LANES - 1]
+        } else {
+            0.0
+        }
+    }
+
+    /// A child by a number in 0..1, its probability, and a number in 0..1 for what comes next; `None` where no child
+    /// matters.
+    pub fn choose(&self, number: f64) -> Option<(usize, f64, f64)> {
+        let target = number * self.sums[LANES - 1];
+        let passed = |&end: &f64| usize::from(end <= target);
+        let quads: usize = [3, 7, 11]
+            .map(|end: usize| passed(&self.sums[end]))
+            .iter()
+            .sum();
+        let before = 4 * quads
+            + self.sums[4 * quads..][..4]
+                .iter()
+                .map(passed)
+                .sum::<usize>();
+        // Rounding may go beyond the last.
+        let child = match before {
+            LANES => (0..LANES).rfind(|&child| self.any(child))?,
+            _ => before,
+        };
+        let weight = f64::from(self.weights[child]);
+        let rest = (target - (self.sums[child] - weight)) / weight;
+        let found = (child, self.of(child), rest.clamp(0.0, 1.0));
+        (weight > 0.0).then_some(found)
+    }
+}
+
+/// Finds how much the children of a node may matter to a point.
+pub(crate) struct Weigh<'a> {
+    pub node: &'a Node,
+    pub position: Vec3,
+    pub normal: Vec3,
+    pub out: &'a mut [f32; LANES],
+}
+
+impl Loops for Weigh<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            node,
+            position,
+            normal,
+            out,
+        } = self;
+        let mut weights = [0.0; LANES];
+        for (child, weight) in weights.iter_mut().enumerate() {
+            *weight = node.reach(child).importance(position, normal);
+        }
+        *out = weights;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use raycam_bvh::vectorized;
+
+    use super::*;
+
+    #[test]
+    fn children_have_the_shares_of_their_weights() {
+        let weights = std::array::from_fn(|i| [0.0, 1e-6, 3.0, 1e7, 0.25][i % 5]);
+        let shares = Shares::new(weights);
+        let total: f64 = weights.iter().copied().map(f64::from).sum();
+        let (mut sum, mut at) = (0.0, 0.0);
+        for (child, &weight) in weights.iter().enumerate() {
+            let share = f64::from(weight) / total;
+            assert!((shares.of(child) - share).abs() <= 1e-14 * share);
+            sum += share;
+            // In the middle of what the child has, and close to both ends.
+            for part in [0.1, 0.5, 0.9].iter().filter(|_| weight > 0.0) {
+                let (found, probability, rest) = shares.choose(at + part * share).unwrap();
+                assert_eq!((found, probability), (child, shares.of(child)));
+                assert!((rest - part).abs() < 1e-15 / share + 1e-9, "{rest} {part}");
+            }
+            at = sum;
+        }
+        assert!(shares.choose(0.0).is_some() && shares.choose(1.0).is_some());
+        assert!(Shares::default().choose(0.5).is_none());
+    }
+
+    #[test]
+    fn every_child_weighs_what_its_bounds_say() {
+        let mut node = Node::new();
+        let at = |i: usize| DVec3::new(i as f64, (i as f64).sin(), 2.0);
+        for i in 0..11 {
+            let light = match i % 2 {
+                0 => Bounds::around(at(i), at(i), Vec3::ONE),
+                _ => Bounds::flat(&[at(i), at(i + 1)], -DVec3::Z, Vec3::ONE, i == 3),
+            };
+            node.push(&light, Below::Light(i as u32));
+        }
+        let (position, normal) = (Vec3::new(4.0, 0.0, 0.5), Vec3::Z);
+        let mut weights = [0.0; LANES];
+        vectorized(Weigh {
+            node: &node,
+            position,
+            normal,
+            out: &mut weights,
+        });
+        assert_eq!(node.below().len(), 11);
+        for (child, weight) in weights.into_iter().enumerate() {
+            let alone = node.reach(child).importance(position, normal);
+            assert_eq!(weight.to_bits(), alone.to_bits());
+            assert_eq!(alone > 0.0, child < 11);
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! The modified Phong lobe.
+//!
+//! E. P. Lafortune and Y. D. Willems, "Using the modified Phong reflectance model for physically based rendering",
+//! report CW 197, K.U. Leuven, 1994: f = diffuse / pi + specular (n + 2) / (2 pi) cos^n(a), where a is the angle
+//! between the light and the mirror direction of the view. Its albedo is exactly `specular` at normal incidence and
+//! falls off where the lobe dips below the horizon.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+use raycam_scene::Reflectance;
+
+use crate::lobes::shading_frame::turn;
+
+/// The specular lobe of one exponent.
+#[derive(Debug)]
+pub(crate) struct Lobe {
+    shininess: f32,
+    /// Directional albedo at cosines 0, 1/32, ... 1 between view and normal.
+    albedo: [f32; STEPS + 1],
+}
+
+const STEPS: usize = 32;
+
+impl Lobe {
+    /// The exponent of a reflectance that has a specular lobe.
+    pub fn shininess(reflectance: &Reflectance) -> Option<f32> {
+        match *reflectance {
+            Reflectance::Lecture {
+                specular,
+                shininess,
+                ..
+            } if specular != [0.0; 3] => Some(shininess),
+            _ => None,
+        }
+    }
+
+    pub fn new(shininess: f32) -> Self {
+        let albedo =
+            std::array::from_fn(|i| albedo(f64::from(shininess), i as f64 / STEPS as f64) as f32);
+        Self { shininess, albedo }
+    }
+
+    /// The reflectance of a white lobe in 1/sr; all vectors are of unit length and point away from the surface.
+    pub fn evaluate(&self, normal: Vec3, view: Vec3, light: Vec3) -> f32 {
+        let mirror = 2.0 * normal.dot(view) * normal - view;
+        let cosine = mirror.dot(light).min(1.0);
+        if cosine <= 0.0 {
+            return 0.0;
+        }
+        (self.shininess + 2.0) / (2.0 * PI) * cosine.powf(self.shininess)
+    }
+
+    /// The density of [`Lobe::sample`] by solid angle.
+    pub fn pdf(&self, normal: Vec3, view: Vec3, light: Vec3) -> f32 {
+        self.evaluate(normal, view, light) * ((self.shininess + 1.0) / (self.shininess + 2.0))
+    }
+
+    /// A direction around the mirror direction with density (n + 1) / (2 pi) cos^n; it may lie below the surface.
+    pub fn sample(&self, normal: Vec3, view: Vec3, [x, y]: [f32; 2]) -> Vec3 {
+        let mirror = 2.0 * normal.dot(view) * normal - view;
+        let cosine = (1.0 - x).powf(1.0 / (self.shininess + 1.0));
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        let (right, up) = mirror.any_orthonormal_pair();
+        let (sin, cos) = turn(y);
+        (right * cos + up * sin) * sine + mirror * cosine
+    }
+
+    /// The share of a white sky that it sends towards the view.
+    pub fn albedo(&self, cosine: f32) -> f32 {
+        let position = cosine.clamp(0.0, 1.0) * STEPS as f32;
+        let first = (position as usize).min(STEPS - 1);
+        let fraction = position - first as f32;
+        self.albedo[first] + (self.albedo[first + 1] - self.albedo[first]) * fraction
+    }
+}
+
+/// The integral of (n + 2) / (2 pi) cos^n(a) max(0, cos(theta)) over all directions at angle a to the mirror
+/// direction, whose cosine to the normal is given. In (a, phi) around the mirror direction, cos(theta) is
+/// cos(a) c + sin(a) s cos(phi): phi is integrated in closed form, cos^(n+1)(a) by the midpoint rule.
+fn albedo(n: f64, c: f64) -> f64 {
+    const POINTS: usize = 128;
+    let s = (1.0 - c * c).max(0.0).sqrt();
+    let ring = |i: usize| {
+        let cos_a = ((i as f64 + 0.5) / POINTS as f64).powf(1.0 / (n + 1.0));
+        let sin_a = (1.0 - cos_a * cos_a).max(0.0).sqrt();
+        let (a, b) = (cos_a * c, sin_a * s);
+        if a >= b {
+            std::f64::consts::TAU * a
+        } else {
+            let phi = (-a / b).acos();
+            2.0 * (a * phi + b * phi.sin())
+        }
+    };
+    let mean = (0..POINTS).map(ring).sum::<f64>() / POINTS as f64;
+    (n + 2.0) / (n + 1.0) * mean / std::f64::consts::TAU
+}

@@ -1,0 +1,148 @@
+//! The sheen of cloth: A. C. Estevez and C. Kulla, "Production Friendly Microfacet Sheen BRDF", 2017, as
+//! `KHR_materials_sheen` has it.
+
+use std::f32::consts::{PI, TAU};
+use std::sync::LazyLock;
+
+use glam::Vec3;
+
+use crate::lobes::albedo_tables::along;
+
+/// Entries per axis of the albedo's table: the square root of the cosine, and perceptual roughness.
+const STEPS: usize = 32;
+/// Directions per albedo, in height and around.
+const RINGS: u32 = 64;
+const TURNS: u32 = 32;
+
+/// A layer of fibres.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sheen {
+    pub color: Vec3,
+    /// Perceptual.
+    pub roughness: f32,
+}
+
+static ALBEDO: LazyLock<[[f32; STEPS]; STEPS]> = LazyLock::new(|| {
+    let step = |i| i as f32 / (STEPS - 1) as f32;
+    std::array::from_fn(|row| std::array::from_fn(|column| albedo(step(row), step(column).powi(2))))
+});
+
+impl Sheen {
+    /// Reflectance times cosine; directions are in coordinates along tangent, bitangent and normal.
+    pub fn evaluate(&self, v: Vec3, l: Vec3) -> Vec3 {
+        // Towards the horizon the model sends back more than it gets: that much less, for both directions.
+        let excess = self.albedo(v.z).max(self.albedo(l.z)).max(1.0);
+        self.color * (lobe(alpha(self.roughness), v, l) * l.z / excess)
+    }
+
+    /// What it sends back of a white sky, in white.
+    fn albedo(&self, cosine: f32) -> f32 {
+        let at = |row: usize| along(&ALBEDO[row], cosine);
+        let position = self.roughness.clamp(0.0, 1.0) * (STEPS - 1) as f32;
+        let first = (position as usize).min(STEPS - 2);
+        at(first) + (at(first + 1) - at(first)) * (position - first as f32)
+    }
+
+    /// What it sends back.
+    pub fn reflected(&self, cosine: f32) -> Vec3 {
+        self.color * self.albedo(cosine).min(1.0)
+    }
+
+    /// What it leaves for what lies below.
+    pub fn left(&self, cosine: f32) -> f32 {
+        (1.0 - self.color.max_element() * self.albedo(cosine)).max(0.0)
+    }
+}
+
+/// Fibres thinner than this are only seen where they should not be: at the very horizon.
+fn alpha(roughness: f32) -> f32 {
+    (roughness * roughness).max(0.01)
+}
+
+fn lobe(alpha: f32, v: Vec3, l: Vec3) -> f32 {
+    let h = (v + l).normalize_or(Vec3::Z);
+    let sine = (1.0 - h.z * h.z).max(0.0).sqrt();
+    let density = (2.0 + 1.0 / alpha) * sine.powf(1.0 / alpha) / TAU;
+    let shadowing = 1.0 + lambda(alpha, v.z) + lambda(alpha, l.z);
+    density / (4.0 * shadowing * v.z * l.z)
+}
+
+/// The paper's fit.
+fn lambda(alpha: f32, cosine: f32) -> f32 {
+    let t = (1.0 - alpha) * (1.0 - alpha);
+    let mix = |soft: f32, sharp: f32| soft + (sharp - soft) * t;
+    let a = mix(21.5473, 25.3245);
+    let b = mix(3.82987, 3.32435);
+    let c = mix(0.19823, 0.16801);
+    let d = mix(-1.97760, -1.27393);
+    let e = mix(-4.32054, -4.85967);
+    let curve = |x: f32| a / (1.0 + b * x.powf(c)) + d * x + e;
+    if cosine < 0.5 {
+        curve(cosine).exp()
+    } else {
+        (2.0 * curve(0.5) - curve(1.0 - cosine)).exp()
+    }
+}
+
+fn albedo(roughness: f32, cosine: f32) -> f32 {
+    let cosine = cosine.max(1e-3);
+    let v = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+    let mut sum = 0.0;
+    for ring in 0..RINGS {
+        // Denser towards the horizon, where it shines.
+        let root = (ring as f32 + 0.5) / RINGS as f32;
+        let z = root * root;
+        let radius = (1.0 - z * z).sqrt();
+        for turn in 0..TURNS {
+            let (sin, cos) = (PI * (turn as f32 + 0.5) / TURNS as f32).sin_cos();
+            let l = Vec3::new(radius * cos, radius * sin, z);
+            sum += f64::from(lobe(alpha(roughness), v, l) * z * 2.0 * root);
+        }
+    }
+    (sum * f64::from(TAU) / f64::from(RINGS * TURNS)) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::tests::over_the_hemisphere;
+
+    fn white(roughness: f32) -> Sheen {
+        Sheen {
+            color: Vec3::ONE,
+            roughness,
+        }
+    }
+
+    #[test]
+    fn fibres_are_as_dense_as_the_paper_has_them() {
+        // Equations 2 and 3, with table 1 at alpha = 1, where the soft fit counts alone.
+        let cosine = 0.6f64;
+        let (a, b, c, d, e) = (21.5473, 3.82987, 0.19823, -1.97760, -4.32054);
+        let fit = |x: f64| a / (1.0 + b * x.powf(c)) + d * x + e;
+        let lambda = (2.0 * fit(0.5) - fit(1.0 - cosine)).exp();
+        let sine = (1.0 - cosine * cosine).sqrt();
+        let v = Vec3::new(sine as f32, 0.0, cosine as f32);
+        // Seen along the light, which is the half vector.
+        let density = (2.0 + 1.0) * sine / (2.0 * std::f64::consts::PI);
+        let expected = density / ((1.0 + 2.0 * lambda) * 4.0 * cosine);
+        let found = f64::from(white(1.0).evaluate(v, v).x);
+        assert!((found / expected - 1.0).abs() < 1e-4, "{found}, {expected}");
+    }
+
+    #[test]
+    fn what_it_sends_back_and_what_it_leaves_are_all_there_is() {
+        for (roughness, cosine) in [(0.7f32, 0.5f32), (0.9, 0.9), (1.0, 0.6), (1.0, 0.25)] {
+            let sheen = white(roughness);
+            let view = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+            let sent = over_the_hemisphere(|light| sheen.evaluate(view, light).x);
+            let said = f64::from(sheen.reflected(cosine).x);
+            assert!(
+                (sent / said - 1.0).abs() < 4e-3,
+                "{roughness}, {cosine}: {sent}, {said}"
+            );
+            let sum = said + f64::from(sheen.left(cosine));
+            assert!((sum - 1.0).abs() < 1e-6, "{roughness}, {cosine}: {sum}");
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! TODO: what is here.
+
+pub(crate) mod shutter;

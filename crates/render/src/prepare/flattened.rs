@@ -1,0 +1,334 @@
+//! All objects of a world in one tree, for many rays.
+//!
+//! Where objects are near each other, as things on a floor are, most rays go into several of them, and each has its own
+//! beginning. One tree over everything has one. It takes time and memory, which only many rays bring back: the samples of one
+//! picture, or the exact rays of all pictures of a world that stands still. What moves from one picture to the next has the
+//! trees of the objects.
+
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::DVec3;
+use raycam_bvh::{ExactHit, ExactRay, Scene};
+use rayon::prelude::*;
+
+use crate::prepare::{PreparedObject, PreparedWorld};
+
+/// Samples for every triangle that make up for building the tree, and a little more, where objects are near each other.
+const SAMPLES: u64 = 4;
+/// The same where they stand apart, and few rays go into several of them.
+const APART: u64 = 24;
+/// The same of exact rays, which are fewer and run alike.
+const EXACT: u64 = 8;
+/// The most triangles: some 200 bytes each, for a moment.
+const MOST: usize = 1 << 22;
+/// float32 has this many steps or more along the mean triangle of every object, or else small things on a large floor
+/// would lose their form.
+const STEPS: f64 = 64.0;
+
+/// The tree, once there is one.
+#[derive(Debug, Default)]
+pub(crate) struct Merged {
+    /// `None` where it would be too large or too coarse.
+    tree: OnceLock<Option<Scene>>,
+    /// How many exact rays were traced without it.
+    exact: AtomicU64,
+}
+
+impl PreparedWorld {
+    /// What the rays of a picture of so many samples are traced against. It depends on nothing but the world and that
+    /// number: the same picture has the same bits.
+    pub(crate) fn scene_for(&self, samples: u64) -> &Scene {
+        let pays = |triangles| {
+            let enough = |each| samples / each >= triangles;
+            enough(APART) || (enough(SAMPLES) && self.has_neighbours())
+        };
+        self.merged_if(pays).unwrap_or(&self.scene)
+    }
+
+    /// The tree over everything if it pays for so many triangles.
+    fn merged_if(&self, pays: impl Fn(u64) -> bool) -> Option<&Scene> {
+        if self.scene.is_one_tree() || !pays(self.triangle_count() as u64) {
+            return None;
+        }
+        let tree = &self.merged.tree;
+        if tree.get().is_none() {
+            // Not while others wait for it: a thread that builds takes up work of other pictures, and one of the same world
+            // would wait for itself. Whoever is first is kept; all of them are the same.
+            let _ = tree.set(self.merge());
+        }
+        tree.get().and_then(Option::as_ref)
+    }
+
+    /// Makes the tree if with so many more exact rays it pays. Their answers are the same with it and without.
+    pub(crate) fn expect_exact(&self, rays: u64) {
+        if self.merged.tree.get().is_none() {
+            let before = self.merged.exact.fetch_add(rays, Ordering::Relaxed);
+            let rays = before.saturating_add(rays);
+            self.merged_if(|triangles| rays / EXACT >= triangles);
+        }
+    }
+
+    /// The nearest hit of every ray by float64.
+    pub(crate) fn closest_exact(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
+        let merged = self.merged.tree.get().and_then(Option::as_ref);
+        merged
+            .unwrap_or(&self.scene)
+            .closest_exact(rays, self, hits);
+    }
+
+    /// Whether any object's box is as near to that of another as a quarter of its size; taken for granted of very many.
+    fn has_neighbours(&self) -> bool {
+        const MANY: usize = 1 << 12;
+        let of_object = |object: &PreparedObject| {
+            let (mesh, place) = (&object.mesh, object.world_from_mesh);
+            let middle = place.transform_point3((mesh.lower + mesh.upper) / 2.0);
+            (
+                middle,
+                place.matrix3.abs() * (mesh.upper - mesh.lower) / 2.0,
+            )
+        };
+        let boxes: Vec<(DVec3, DVec3)> = self.objects.iter().map(of_object).collect();
+        let near = |(i, &(middle, half)): (usize, &(DVec3, DVec3))| {
+            let mut others = boxes[..i].iter();
+            others.any(|&(other, other_half)| {
+                let gap = (middle - other).abs() - half - other_half;
+                gap.max_element() <= half.max_element().min(other_half.max_element()) / 2.0
+            })
+        };
+        boxes.len() > MANY || boxes.iter().enumerate().any(near)
+    }
+
+    /// Triangles of all objects, those of shared meshes as often as they are shown.
+    fn triangle_count(&self) -> usize {
+        let count = |object| self.triangles_of(object).len();
+        (0..self.objects.len()).map(count).sum()
+    }
+
+    fn triangles_of(&self, object: usize) -> &[[u32; 3]] {
+        &self.objects[object].mesh.mesh.triangles
+    }
+
+    /// Everything in one tree; `None` where that would be too large or too coarse.
+    fn merge(&self) -> Option<Scene> {
+        if !(1..=MOST).contains(&self.triangle_count()) {
+            return None;
+        }
+        let (mut vertices, mut triangles, mut firsts) = (vec![], vec![], vec![]);
+        for (i, object) in self.objects.iter().enumerate() {
+            let mesh = &object.mesh;
+            let size = object.world_from_mesh.matrix3.abs() * (mesh.upper - mesh.lower);
+            let count = self.triangles_of(i).len();
+            let step = f64::from(f32::EPSILON) * self.radius;
+            if count > 0 && size.max_element() < STEPS * step * (count as f64).sqrt() {
+                return None;
+            }
+            let before = u32::try_from(vertices.len()).ok()?;
+            firsts.push(u32::try_from(triangles.len()).ok()?);
+            triangles.extend(self.triangles_of(i).iter().map(|t| t.map(|i| before + i)));
+            let local = |&vertex| {
+                let vertex = object.world_from_mesh.transform_point3(vertex);
+                (vertex - self.origin).as_vec3().to_array()
+            };
+            vertices.par_extend(
+                mesh.mesh
+                    .vertices
+                    .par_iter()
+                    .with_min_len(1 << 14)
+                    .map(local),
+            );
+        }
+        Scene::merged(&vertices, &triangles, firsts, self.origin.to_array()).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::{DAffine3, DMat3};
+    use raycam_scene::mesh::primitive;
+    use raycam_scene::{Camera, Light, Material, Object, PixelCenter, World};
+
+    use super::*;
+    use crate::control::Control;
+    use crate::film::frame::Plane;
+    use crate::{Channel, Integrator, Settings};
+
+    /// Balls on a floor, one of them stretched, two of one mesh.
+    fn world() -> World {
+        let mut world = World::default();
+        let floor = world.add_mesh(primitive::plane([8.0, 8.0]).unwrap());
+        let ball = world.add_mesh(primitive::sphere(0.5, 3).unwrap());
+        let material = world.add_material(Material::default()).unwrap();
+        let stretched =
+            DAffine3::from_rotation_x(0.3) * DAffine3::from_scale(DVec3::new(1.0, 2.0, 1.0));
+        for (mesh, place) in [
+            (floor, DAffine3::IDENTITY),
+            (ball, DAffine3::from_translation(DVec3::new(-0.8, 0.0, 0.5))),
+            (
+                ball,
+                DAffine3::from_translation(DVec3::new(0.8, 0.5, 0.6)) * stretched,
+            ),
+        ] {
+            let object = Object::new("", mesh, vec![material], place);
+            world.add_object(object).unwrap();
+        }
+        world.add_light(Light::even_sky([1.0; 3])).unwrap();
+        world
+    }
+
+    fn prepare(world: &World, previous: Option<&PreparedWorld>) -> PreparedWorld {
+        PreparedWorld::new(world, previous, None, &Control::new()).unwrap()
+    }
+
+    #[test]
+    fn many_samples_have_one_tree_and_few_those_of_the_objects() {
+        let world = world();
+        let prepared = prepare(&world, None);
+        let triangles = prepared.triangle_count() as u64;
+        assert_eq!(triangles, 2 + 2 * 1280);
+        let few = prepared.scene_for(SAMPLES * triangles - 1);
+        assert!(std::ptr::eq(few, &prepared.scene));
+        let many = prepared.scene_for(SAMPLES * triangles);
+        assert!(many.is_one_tree());
+        // It is kept while nothing moves.
+        let mut lit = world.clone();
+        lit.lights.clear();
+        let lit = prepare(&lit, Some(&prepared));
+        assert!(Arc::ptr_eq(&lit.merged, &prepared.merged));
+        let mut moved = world.clone();
+        moved.objects[1].world_from_mesh.translation.x += 0.1;
+        let moved = prepare(&moved, Some(&prepared));
+        assert!(moved.merged.tree.get().is_none());
+        // Far apart it takes more.
+        let mut apart = world.clone();
+        for (i, object) in apart.objects.iter_mut().enumerate() {
+            object.world_from_mesh.translation.z += 4.0 * i as f64;
+        }
+        let apart = prepare(&apart, None);
+        let few = apart.scene_for(APART * triangles - 1);
+        assert!(std::ptr::eq(few, &apart.scene));
+        assert!(apart.scene_for(APART * triangles).is_one_tree());
+    }
+
+    #[test]
+    fn pictures_at_once_do_not_wait_for_themselves() {
+        // Enough triangles that building is shared among threads.
+        let mut world = world();
+        world.meshes[1] = Arc::new(primitive::sphere(0.5, 6).unwrap());
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2);
+        let pool = pool.build().unwrap();
+        for _ in 0..10 {
+            let prepared = prepare(&world, None);
+            // From outside, as Python's threads ask, one after the other.
+            std::thread::scope(|scope| {
+                for turn in 0..8 {
+                    let (pool, prepared) = (&pool, &prepared);
+                    scope.spawn(move || {
+                        std::thread::sleep(std::time::Duration::from_millis(turn));
+                        pool.install(|| assert!(prepared.scene_for(u64::MAX).is_one_tree()));
+                    });
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn exact_rays_have_one_tree_once_it_pays_and_the_same_answers() {
+        let mut world = world();
+        // Things that lie in others: the first one is seen.
+        for i in [0, 1, 0, 2, 0] {
+            let object = world.objects[i].clone();
+            world.add_object(object).unwrap();
+        }
+        let prepared = prepare(&world, None);
+        let k = DMat3::from_cols_array(&[50.0, 0.0, 0.0, 0.0, 50.0, 0.0, 59.5, 39.5, 1.0]);
+        let (eye, target) = (DVec3::new(0.5, -3.0, 2.0), DVec3::new(0.0, 0.0, 0.4));
+        let (size, center) = ([120, 80], PixelCenter::Integer);
+        let camera = Camera::look_at(eye, target, DVec3::Z, k, size, center).unwrap();
+        let settings = Settings {
+            channels: vec![Channel::Instance, Channel::Triangle, Channel::Position],
+            ..Settings::default()
+        };
+        let picture = || crate::render(&prepared, &camera, &settings, &Control::new()).unwrap();
+        let (pixels, triangles) = (120 * 80, prepared.triangle_count() as u64);
+        let without = picture();
+        for _ in 1..EXACT * triangles / pixels {
+            picture();
+        }
+        assert!(prepared.merged.tree.get().is_none());
+        let with = picture();
+        assert!(prepared.merged.tree.get().is_some_and(Option::is_some));
+        assert!(without.planes[..2] == with.planes[..2]);
+        match &with.planes[0].1 {
+            Plane::I32 { data, .. } => assert_eq!(data.iter().max(), Some(&2)),
+            other => panic!("{other:?}"),
+        }
+        let bits = |frame: &crate::Frame| match &frame.planes[2].1 {
+            Plane::F64 { data, .. } => data.iter().map(|v| v.to_bits()).collect::<Vec<_>>(),
+            other => panic!("{other:?}"),
+        };
+        assert!(bits(&without) == bits(&with));
+    }
+
+    #[test]
+    fn small_things_in_a_large_world_keep_their_own_trees() {
+        let mut world = world();
+        let scale = DAffine3::from_scale(DVec3::splat(100.0));
+        world.objects[0].world_from_mesh = scale;
+        assert!(prepare(&world, None).scene_for(u64::MAX).is_one_tree());
+        world.objects[0].world_from_mesh = scale * scale;
+        assert!(!prepare(&world, None).scene_for(u64::MAX).is_one_tree());
+    }
+
+    #[test]
+    fn pictures_are_the_same_up_to_rounding_and_whatever_was_before() {
+        let world = world();
+        let prepared = prepare(&world, None);
+        let k = DMat3::from_cols_array(&[50.0, 0.0, 0.0, 0.0, 50.0, 0.0, 29.5, 19.5, 1.0]);
+        let (eye, target) = (DVec3::new(0.5, -5.0, 3.0), DVec3::new(0.0, 0.0, 0.4));
+        let (size, center) = ([60, 40], PixelCenter::Integer);
+        let camera = Camera::look_at(eye, target, DVec3::Z, k, size, center).unwrap();
+        let settings = Settings {
+            integrator: Integrator::Path,
+            max_depth: Some(4),
+            samples: 32,
+            ..Settings::default()
+        };
+        let picture = |world: &PreparedWorld| {
+            let frame = crate::render(world, &camera, &settings, &Control::new()).unwrap();
+            match &frame.planes[0].1 {
+                Plane::F32 { data, .. } => data.clone(),
+                other => panic!("{other:?}"),
+            }
+        };
+        let merged = picture(&prepared);
+        assert!(prepared.merged.tree.get().is_some());
+        // Moved elsewhere and back, with the trees that were there.
+        let mut away = world.clone();
+        away.objects[1].world_from_mesh.translation.x += 0.1;
+        let away = prepare(&away, Some(&prepared));
+        assert!(picture(&away) != merged);
+        assert!(picture(&prepare(&world, Some(&away))) == merged);
+        // With a tree for each.
+        let apart = PreparedWorld {
+            merged: Arc::new(Merged {
+                tree: None.into(),
+                ..Merged::default()
+            }),
+            ..prepare(&world, None)
+        };
+        assert!(!apart.scene_for(u64::MAX).is_one_tree());
+        let apart = picture(&apart);
+        let same = merged
+            .iter()
+            .zip(&apart)
+            .filter(|(a, b)| (**a - **b).abs() < 1e-5)
+            .count();
+        assert!(same * 100 > 98 * merged.len(), "{same} of {}", merged.len());
+        let mean =
+            |data: &[f32]| data.iter().map(|v| f64::from(*v)).sum::<f64>() / data.len() as f64;
+        assert!((mean(&merged) / mean(&apart) - 1.0).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,149 @@
+//! Meshes ready to be traced: built once, refitted while they only change their form.
+
+use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
+
+use glam::DVec3;
+use raycam_bvh::{BuildOptions, Bvh};
+use raycam_scene::{Mesh, World};
+use rayon::prelude::*;
+
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::prepare::PreparedWorld;
+use crate::prepare::dielectric_bounds::is_body;
+
+/// A mesh and its acceleration structure, which holds float32 vertices relative to `center`.
+#[derive(Debug)]
+pub(crate) struct PreparedMesh {
+    pub mesh: Arc<Mesh>,
+    pub bvh: Arc<Bvh>,
+    pub lower: DVec3,
+    pub upper: DVec3,
+    pub center: DVec3,
+    /// What [`is_body`] says, once it is asked.
+    body: OnceLock<bool>,
+    /// What the tree cost when it was built, not refitted.
+    built_cost: f64,
+}
+
+/// A refitted tree that costs more than this many times what it cost when built is built anew.
+const WORN: f64 = 1.5;
+
+/// Every mesh that an object shows, by its index in the world.
+pub(crate) fn prepare_meshes(
+    world: &World,
+    previous: Option<&PreparedWorld>,
+    control: &Control,
+) -> Result<Vec<Option<Arc<PreparedMesh>>>, RenderError> {
+    let known: HashMap<*const Mesh, &Arc<PreparedMesh>> = previous
+        .iter()
+        .flat_map(|previous| &previous.objects)
+        .map(|object| (Arc::as_ptr(&object.mesh.mesh), &object.mesh))
+        .collect();
+    let mut meshes: Vec<Option<Arc<PreparedMesh>>> = vec![None; world.meshes.len()];
+    let mut missing = vec![];
+    for object in &world.objects {
+        let index = object.mesh;
+        if meshes[index].is_none() {
+            meshes[index] = known
+                .get(&Arc::as_ptr(&world.meshes[index]))
+                .map(|&mesh| mesh.clone());
+            if meshes[index].is_none() {
+                missing.push(index);
+            }
+        }
+    }
+    missing.sort_unstable();
+    missing.dedup();
+    control.start(missing.len());
+    // What the object in the same place had: a mesh that only changed its form is not built again.
+    let mut before = HashMap::new();
+    for (object, previous) in world
+        .objects
+        .iter()
+        .zip(previous.iter().flat_map(|p| &p.objects))
+    {
+        before.entry(object.mesh).or_insert(&*previous.mesh);
+    }
+    let built: Vec<_> = missing
+        .into_par_iter()
+        .map(|index| {
+            control.check()?;
+            let mesh = &world.meshes[index];
+            let moved = before.get(&index).and_then(|before| before.moved(mesh));
+            let mesh = match moved {
+                Some(moved) => moved,
+                None => PreparedMesh::build(index, mesh.clone())?,
+            };
+            control.advance();
+            Ok((index, Arc::new(mesh)))
+        })
+        .collect::<Result<_, RenderError>>()?;
+    for (index, mesh) in built {
+        meshes[index] = Some(mesh);
+    }
+    Ok(meshes)
+}
+
+impl PreparedMesh {
+    fn build(index: usize, mesh: Arc<Mesh>) -> Result<Self, RenderError> {
+        mesh.validate()
+            .map_err(|error| RenderError::World(format!("mesh {index}: {error}")))?;
+        let (lower, upper) = mesh.bounds().unwrap_or_default();
+        let center = lower + (upper - lower) / 2.0;
+        let vertices = around(&mesh, center);
+        let bvh =
+            Bvh::build(&vertices, &mesh.triangles, &BuildOptions::default()).map_err(|source| {
+                RenderError::Build {
+                    mesh: index,
+                    source,
+                }
+            })?;
+        Ok(Self {
+            mesh,
+            built_cost: bvh.cost(),
+            bvh: Arc::new(bvh),
+            lower,
+            upper,
+            center,
+            body: OnceLock::new(),
+        })
+    }
+
+    /// What [`is_body`] says. Found first and kept then: threads that work meanwhile must not wait for the cell.
+    pub fn is_body(&self) -> bool {
+        let known = self.body.get().copied();
+        let body = known.unwrap_or_else(|| is_body(&self.mesh));
+        *self.body.get_or_init(|| body)
+    }
+
+    /// The same triangles with their vertices elsewhere; `None` where it takes a new tree.
+    fn moved(&self, mesh: &Arc<Mesh>) -> Option<Self> {
+        let before = &*self.mesh;
+        let same = before.vertices.len() == mesh.vertices.len()
+            && before.triangles == mesh.triangles
+            && mesh.validate().is_ok();
+        let (lower, upper) = mesh.bounds().filter(|_| same)?;
+        let center = lower + (upper - lower) / 2.0;
+        let mut bvh = Bvh::clone(&self.bvh);
+        bvh.refit(&around(mesh, center), &mesh.triangles).ok()?;
+        (bvh.cost() <= WORN * self.built_cost).then(|| Self {
+            mesh: mesh.clone(),
+            built_cost: self.built_cost,
+            bvh: Arc::new(bvh),
+            lower,
+            upper,
+            center,
+            body: OnceLock::new(),
+        })
+    }
+}
+
+/// The vertices in float32, counted from `center`.
+fn around(mesh: &Mesh, center: DVec3) -> Vec<[f32; 3]> {
+    let vertices = mesh.vertices.par_iter().with_min_len(1 << 14);
+    vertices
+        .map(|&vertex| (vertex - center).as_vec3().to_array())
+        .collect()
+}

@@ -1,0 +1,48 @@
+//! Cones of directions: what a sphere or the disk of the sun fills.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use crate::bsdf::turn;
+
+/// All directions within an angle of an axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cone {
+    /// Of unit length.
+    pub axis: DVec3,
+    /// 1 - cos of the angle, which keeps its digits however narrow the cone.
+    pub height: f64,
+}
+
+impl Cone {
+    /// The cone of this squared sine, at most a quarter turn wide.
+    pub fn new(axis: DVec3, sin2: f64) -> Self {
+        Self {
+            axis,
+            height: sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt()),
+        }
+    }
+
+    /// A direction drawn evenly (P. Shirley, C. Wang and K. Zimmerman, "Monte Carlo techniques for direct lighting
+    /// calculations", 1996).
+    pub fn sample(&self, [x, y]: [f32; 2]) -> DVec3 {
+        let cap = f64::from(x) * self.height;
+        let (sin, cos) = ((cap * (2.0 - cap)).sqrt(), 1.0 - cap);
+        let (right, up) = self.axis.any_orthonormal_pair();
+        let (turn_sin, turn_cos) = turn(y);
+        let around = right * f64::from(turn_cos) + up * f64::from(turn_sin);
+        self.axis * cos + around * sin
+    }
+
+    /// Whether a direction of unit length lies inside.
+    pub fn contains(&self, direction: DVec3) -> bool {
+        // 1 - cos = |a - b|^2 / 2, without cancellation.
+        (direction - self.axis).length_squared() <= 2.0 * self.height
+    }
+
+    /// In steradians.
+    pub fn solid_angle(&self) -> f64 {
+        TAU * self.height
+    }
+}

@@ -1,0 +1,233 @@
+//! What is asked of the random numbers: nets, blue noise, independence.
+
+use crate::sampling::sampler::*;
+
+#[test]
+fn every_elementary_interval_holds_one_point() {
+    // The defining property of a (0, 2)-sequence in base 2, which scrambling, shuffling and mixing keep.
+    let pairs = [
+        Pair::Light(2, 1),
+        Pair::Filter,
+        Pair::Scatter(0),
+        Pair::Light(1, 0),
+        Pair::Which(2),
+        Pair::Scatter(11),
+    ];
+    for (pixel, pair) in (0..60).zip(pairs.into_iter().cycle()) {
+        for columns in (0..=10).map(|bits| 1 << bits) {
+            let mut cells = vec![0; 1024];
+            for sample in 0..1024 {
+                let [x, y] = Sampler::new(3, 1, [pixel, 7], sample).pair(pair);
+                let rows = 1024 / columns;
+                let column = (x * columns as f32) as usize;
+                cells[(y * rows as f32) as usize * columns + column] += 1;
+            }
+            assert_eq!(cells, vec![1; 1024], "{pair:?}, {columns} columns");
+        }
+    }
+}
+
+/// Of the boxes of volume 1/16 in the dimensions of two pairs, in all shapes, the share that holds a 16th of the points.
+fn even(samples: u32, pairs: [Pair; 2]) -> f64 {
+    let (mut even, mut all) = (0, 0);
+    for pixel in 0..4 {
+        let points: Vec<_> = (0..samples)
+            .map(|sample| {
+                let sampler = Sampler::new(5, 0, [pixel, 3], sample);
+                let [[a, b], [c, d]] = pairs.map(|pair| sampler.pair(pair));
+                [a, b, c, d]
+            })
+            .collect();
+        for shape in 0..5u32.pow(4) {
+            let bits = [0, 1, 2, 3].map(|k| shape / 5u32.pow(k) % 5);
+            if bits.iter().sum::<u32>() != 4 {
+                continue;
+            }
+            let mut cells = [0; 16];
+            for point in &points {
+                let at = |cell, (&x, bits): (&f32, u32)| {
+                    cell << bits | (x * (1 << bits) as f32) as usize
+                };
+                cells[point.iter().zip(bits).fold(0, at)] += 1;
+            }
+            even += cells.iter().filter(|&&count| count == samples / 16).count();
+            all += cells.len();
+        }
+    }
+    f64::from(even as u32) / f64::from(all as u32)
+}
+
+#[test]
+fn two_pairs_of_a_group_fill_four_dimensions() {
+    use Pair::{Fate, Filter, Light, Scatter, Which};
+    for pairs in [
+        [Filter, Scatter(0)],
+        [Filter, Light(0, 0)],
+        [Filter, Which(0)],
+        [Scatter(0), Light(1, 0)],
+        [Scatter(0), Scatter(1)],
+        [Scatter(1), Scatter(2)],
+        [Scatter(6), Light(7, 0)],
+    ] {
+        let [some, many] = [64, 256].map(|samples| even(samples, pairs));
+        assert!(some > 0.9 && many == 1.0, "{pairs:?}: {some} {many}");
+    }
+    // Others are independent.
+    for pairs in [[Scatter(0), Fate(1)], [Scatter(3), Scatter(4)]] {
+        let many = even(256, pairs);
+        assert!(many < 0.5, "{pairs:?}: {many}");
+    }
+}
+
+#[test]
+fn the_pairs_of_a_group_meet_in_ever_new_combinations() {
+    for pairs in [
+        [Pair::Filter, Pair::Scatter(0), Pair::Scatter(1)],
+        [Pair::Which(0), Pair::Which(1), Pair::Which(2)],
+        [Pair::Scatter(4), Pair::Light(5, 0), Pair::Which(6)],
+    ] {
+        let mut met = vec![false; 1 << 12];
+        for sample in 0..1 << 14 {
+            let sampler = Sampler::new(1, 0, [4, 5], sample);
+            let cell = |cell, &pair: &Pair| cell << 4 | (sampler.pair(pair)[0] * 16.0) as usize;
+            met[pairs.iter().fold(0, cell)] = true;
+        }
+        // 1024 samples meet in as many of the 4096 cells, and the next ones mostly in others.
+        let met = met.into_iter().filter(|&met| met).count();
+        assert!(met > 3000, "{pairs:?}: {met}");
+    }
+}
+
+#[test]
+fn the_second_dimension_is_sobols() {
+    let sobol_second = |index| pascal(index).reverse_bits();
+    // Row by row: direction numbers m are 1, 3, 5, 15, ..., each 2 m ^ m of the one before.
+    let mut m: u64 = 1;
+    for bit in 0..32 {
+        assert_eq!(u64::from(sobol_second(1 << bit)), m << (31 - bit));
+        m ^= 2 * m;
+    }
+    assert_eq!(sobol_second(0b101), sobol_second(1) ^ sobol_second(0b100));
+}
+
+#[test]
+fn a_batch_has_the_numbers_of_its_samples() {
+    let samplers: Vec<_> = (0..50).map(|x| Sampler::new(4, 0, [x, 2], x / 3)).collect();
+    let which = || (0..50).filter(|i| i % 7 != 3);
+    let mut out = vec![[2.0; 2]];
+    for pair in [Pair::Filter, Pair::Scatter(3), Pair::Light(0, 63)] {
+        Sampler::pairs(&samplers, which(), [pair], [&mut out]);
+        let alone: Vec<_> = which().map(|i| samplers[i].pair(pair)).collect();
+        assert_eq!(out, alone);
+    }
+    assert!((0..1000).all(|i| reverse(mix(i) as u32) == (mix(i) as u32).reverse_bits()));
+}
+
+#[test]
+fn pixels_pairs_frames_and_seeds_are_independent() {
+    let base = (5, 2, [10, 20], 3, Pair::Filter);
+    let of =
+        |(seed, frame, pixel, sample, pair)| Sampler::new(seed, frame, pixel, sample).pair(pair);
+    let others = [
+        (6, 2, [10, 20], 3, Pair::Filter),
+        (5, 3, [10, 20], 3, Pair::Filter),
+        (5, 2, [11, 20], 3, Pair::Filter),
+        (5, 2, [10, 21], 3, Pair::Filter),
+        (5, 2, [10, 20], 4, Pair::Filter),
+        (5, 2, [10, 20], 3, Pair::Ambient),
+        (5, 2, [10, 20], 3, Pair::Light(0, 0)),
+    ];
+    for other in others {
+        assert_ne!(of(base), of(other), "{other:?}");
+    }
+    let n = 20_000;
+    let product = |i: u32| {
+        let at = |frame| Sampler::new(0, frame, [3, 0], 0).pair(Pair::Filter)[0] - 0.5;
+        f64::from(at(i) * at(i + 1))
+    };
+    let covariance = (0..n).map(product).sum::<f64>() / f64::from(n);
+    assert!(
+        covariance.abs() < 4.0 / 12.0 / f64::from(n).sqrt(),
+        "{covariance}"
+    );
+}
+
+#[test]
+fn the_pixels_of_a_square_share_a_net() {
+    for (side, corner, bits) in [
+        (2, [0, 0], 10),
+        (2, [70, 202], 10),
+        (4, [8, 60], 8),
+        (8, [72, 24], 8),
+    ] {
+        for samples in (0..=bits).map(|k| 1 << k) {
+            let pixels = (0..side * side).map(|i| [corner[0] + i % side, corner[1] + i / side]);
+            let points: Vec<_> = pixels
+                .flat_map(|pixel| (0..samples).map(move |sample| (pixel, sample)))
+                .map(|(pixel, sample)| Sampler::new(8, 0, pixel, sample).pair(Pair::Scatter(1)))
+                .collect();
+            for columns in (0..=points.len().ilog2()).map(|bits| 1 << bits) {
+                let mut cells = vec![0; points.len()];
+                let rows = points.len() / columns;
+                for [x, y] in &points {
+                    let column = (x * columns as f32) as usize;
+                    cells[(y * rows as f32) as usize * columns + column] += 1;
+                }
+                let even = cells.iter().all(|&count| count == 1);
+                assert!(
+                    even,
+                    "{samples} samples, {columns} columns of {side} by {side}"
+                );
+            }
+        }
+    }
+}
+
+/// How much the mean of some pixels is off, beside what it would be if the pixels were independent of each other.
+fn together(side: u32, samples: u32, mean: f64, f: impl Fn(&Sampler) -> f64) -> f64 {
+    const SIZE: u32 = 64;
+    let off = |seed, [x, y]: [u32; 2]| {
+        let value = |sample| f(&Sampler::new(seed, 0, [x, y], sample));
+        (0..samples).map(value).sum::<f64>() / f64::from(samples) - mean
+    };
+    let (mut alone, mut together) = (0.0, 0.0);
+    for seed in 0..16 {
+        for block in 0..(SIZE / side).pow(2) {
+            let corner = [block % (SIZE / side), block / (SIZE / side)].map(|n| n * side);
+            let pixels = (0..side * side).map(|i| [corner[0] + i % side, corner[1] + i / side]);
+            let all: Vec<_> = pixels.map(|pixel| off(seed, pixel)).collect();
+            alone += all.iter().map(|off| off * off).sum::<f64>();
+            together += all.iter().sum::<f64>().powi(2);
+        }
+    }
+    together / alone
+}
+
+#[test]
+fn what_one_pixel_is_too_bright_its_neighbours_are_too_dark() {
+    let [product, disk] = [
+        |[x, y]: [f32; 2]| f64::from(x * y),
+        |[x, y]: [f32; 2]| f64::from(u8::from(x * x + y * y < 1.0)),
+    ];
+    // The mean of exp(-3 |x - y|) over the square, three times.
+    let mean = (2.0 / 3.0 - 2.0 / 9.0 * (1.0 - (-3f64).exp())).powi(3);
+    for samples in [1, 4, 7, 16] {
+        let ratio = |side, mean, f: fn([f32; 2]) -> f64| {
+            together(side, samples, mean, |sampler| f(sampler.pair(Pair::Filter)))
+        };
+        // As numbers of samples that are no power of two are not as well spread.
+        let most = if samples == 7 { 0.9 } else { 0.1 };
+        let smooth = ratio(4, 0.25, product);
+        assert!(smooth < most, "{samples}: {smooth}");
+        let edge = ratio(4, std::f64::consts::FRAC_PI_4, disk);
+        assert!(edge < most.max(0.4), "{samples}: {edge}");
+        // What many dimensions do together is not spread, and may be hardly worse for it: each pixel alone does well there.
+        let much = together(2, samples, mean, |sampler| {
+            let [a, b] = sampler.pair(Pair::Filter);
+            let [c, d] = sampler.pair(Pair::Scatter(0));
+            let [e, f] = sampler.pair(Pair::Light(0, 0));
+            f64::from((-3.0 * ((a - d).abs() + (c - e).abs() + (f - b).abs())).exp())
+        });
+        assert!(much < 1.3, "{samples}: {much}");
+    }
+}

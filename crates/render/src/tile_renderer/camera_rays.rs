@@ -1,0 +1,190 @@
+//! The samples of pixels: where they go, and the batches that they are traced in.
+
+use std::ops::Range;
+
+use glam::{DVec2, DVec3, Vec3};
+use raycam_bvh::{Coherence, Hit, Loops, Ray, vectorized};
+use raycam_scene::camera::Pinhole;
+
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::film::estimator::SEQUENCES;
+use crate::prepare::PreparedWorld;
+use crate::sampling::sampler::{Pair, Sampler};
+use crate::settings::Settings;
+use crate::soa::{LANES, get, set};
+use crate::tile_renderer::{Buffers, Picture};
+
+/// Rays of a batch, about.
+const BATCH: usize = 4096;
+/// Samples of a pixel in a batch, at most. Rays of few pixels run alike for longer than rays of many.
+const TOGETHER: u32 = 64;
+
+impl Picture<'_> {
+    /// More samples of every active pixel.
+    pub fn add_samples(
+        &self,
+        buffers: &mut Buffers,
+        samples: Range<u32>,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        let mut first = samples.start;
+        while first < samples.end {
+            let next = samples.end.min(first + TOGETHER);
+            let pixels = BATCH / (next - first) as usize;
+            let all = std::mem::take(&mut buffers.active);
+            for some in all.chunks(pixels) {
+                control.check()?;
+                buffers.batch.clear();
+                let of_pixel = |&pixel| (first..next).map(move |sample| (pixel, sample));
+                buffers.batch.extend(some.iter().flat_map(of_pixel));
+                match self.moments {
+                    None => {
+                        self.trace_batch(self.world, buffers);
+                        self.shade(self.world, buffers, control)?;
+                    }
+                    Some(moments) => self.shade_moving(moments, buffers, control)?,
+                }
+            }
+            buffers.active = all;
+            if self.settings.time.is_none() {
+                control.advance_by((next - first) as usize);
+            }
+            first = next;
+        }
+        Ok(())
+    }
+
+    /// The rays of a batch, in float32.
+    pub(crate) fn trace_batch(&self, world: &PreparedWorld, buffers: &mut Buffers) {
+        let Buffers {
+            pixels,
+            rays,
+            hits,
+            origins,
+            directions,
+            samplers,
+            offsets,
+            batch,
+            ..
+        } = buffers;
+        rays.clear();
+        origins.clear();
+        directions.clear();
+        samplers.clear();
+        let mut last = None;
+        samplers.extend(batch.iter().map(|&(i, sample)| {
+            let of_pixel = match last {
+                Some((pixel, of_pixel)) if pixel == i => of_pixel,
+                _ => self.sampler(pixels[i]),
+            };
+            last = Some((i, of_pixel));
+            self.sample_of(of_pixel, sample)
+        }));
+        Sampler::pairs(samplers, 0..samplers.len(), [Pair::Filter], [offsets]);
+        let pinhole = self.camera.pinhole();
+        if let Some(pinhole) = pinhole.filter(|at| !world.is_far(at.center - world.origin)) {
+            let start = pinhole.center - world.origin;
+            origins.resize(batch.len(), start);
+            vectorized(Rays {
+                pinhole,
+                pixels: batch
+                    .iter()
+                    .zip(&*offsets)
+                    .map(|(&(i, _), &offset)| self.spread(pixels[i], offset)),
+                start,
+                rays,
+                directions,
+            });
+        } else {
+            for ((&(i, _), sampler), &mut offset) in batch.iter().zip(&*samplers).zip(offsets) {
+                let (lens, part) = self.scatter(sampler);
+                let ray = self
+                    .camera
+                    .sample(self.spread(pixels[i], offset), lens, part);
+                let (origin, direction) = (ray.origin, ray.direction);
+                rays.push(world.local_ray(origin, direction, f64::INFINITY).0);
+                origins.push(origin - world.origin);
+                directions.push(direction.as_vec3());
+            }
+        }
+        // All are written; what they were does not matter.
+        hits.resize(rays.len(), Hit::MISS);
+        self.scene(world).closest(rays, hits, Coherence::Coherent);
+    }
+
+    /// Where a sample of a pixel is, by its numbers of [`Pair::Filter`].
+    pub(crate) fn spread(&self, [x, y]: [u32; 2], numbers: [f32; 2]) -> DVec2 {
+        self.camera.pixel_center_of(x, y) + DVec2::from(self.filter.offset(numbers))
+    }
+
+    /// The point of the aperture and the part of the exposure of a sample.
+    pub(crate) fn scatter(&self, sampler: &Sampler) -> ([f64; 2], f64) {
+        if !self.scattered {
+            return ([0.5; 2], 0.5);
+        }
+        let lens = sampler.pair(Pair::Aperture).map(f64::from);
+        (lens, f64::from(sampler.pair(Pair::Exposure)[0]))
+    }
+
+    pub(crate) fn center_of(&self, [x, y]: [u32; 2]) -> DVec2 {
+        self.camera.pixel_center_of(x, y)
+    }
+
+    /// The first sample of a pixel.
+    pub(crate) fn sampler(&self, pixel: [u32; 2]) -> Sampler {
+        let Settings { seed, frame, .. } = *self.settings;
+        Sampler::of_pixel(seed, frame, pixel)
+    }
+
+    /// The sample of this number of the same pixel.
+    pub(crate) fn sample_of(&self, of_pixel: Sampler, sample: u32) -> Sampler {
+        if self.estimated {
+            of_pixel.at_of(sample, SEQUENCES)
+        } else {
+            of_pixel.at(sample)
+        }
+    }
+}
+
+/// Rays of a pinhole near the world, through pixel coordinates.
+struct Rays<'a, P> {
+    pinhole: Pinhole,
+    pixels: P,
+    /// The pinhole, scene-local.
+    start: DVec3,
+    rays: &'a mut Vec<Ray>,
+    directions: &'a mut Vec<Vec3>,
+}
+
+impl<P: Iterator<Item = DVec2>> Loops for Rays<'_, P> {
+    #[inline(always)]
+    fn run(mut self) {
+        let origin = self.start.as_vec3().to_array();
+        loop {
+            let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+            let mut count = 0;
+            while count < LANES
+                && let Some(pixel) = self.pixels.next()
+            {
+                (x[count], y[count]) = (pixel.x, pixel.y);
+                count += 1;
+            }
+            let mut directions = [[0.0; LANES]; 3];
+            for lane in 0..LANES {
+                let direction = self.pinhole.direction(DVec2::new(x[lane], y[lane]));
+                set(&mut directions, lane, direction.as_vec3().to_array());
+            }
+            self.directions
+                .extend((0..count).map(|lane| Vec3::from(get(&directions, lane))));
+            self.rays.extend((0..count).map(|lane| Ray {
+                origin,
+                direction: get(&directions, lane),
+                t_max: f32::INFINITY,
+            }));
+            if count < LANES {
+                return;
+            }
+        }
+    }
+}

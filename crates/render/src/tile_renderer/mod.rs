@@ -1,0 +1,396 @@
+//! How the pixels of a tile are seen: exact rays through their centres, samples around them, sums of what these bring.
+
+pub(crate) mod camera_rays;
+pub(crate) mod resolve;
+pub(crate) mod rolling_shutter;
+pub(crate) mod screen_mask;
+pub(crate) mod stats;
+
+pub(crate) use crate::tile_renderer::resolve::Part;
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use raycam_bvh::{Hit, Ray, Scene};
+use raycam_scene::Camera;
+
+use crate::control::Control;
+use crate::error::RenderError;
+use crate::film::channel::Channel;
+use crate::film::estimator::Estimate;
+use crate::film::film::Block;
+use crate::film::frame::Plane;
+use crate::film::tile::Tile;
+use crate::ground_truth::center_rays::{self, Exact};
+use crate::integrator::{self, Batch, Room};
+use crate::motion::shutter::{Lines, Moments};
+use crate::prepare::PreparedWorld;
+use crate::prepare::texture::Cone;
+use crate::sampling::filter::PreparedFilter;
+use crate::sampling::sampler::Sampler;
+use crate::settings::{Settings, TruthSurface};
+use crate::tile_renderer::screen_mask::Cover;
+use crate::tile_renderer::stats::Tally;
+
+/// All that the tiles of one picture share.
+pub(crate) struct Picture<'a> {
+    world: &'a PreparedWorld,
+    /// What the rays of samples are traced against.
+    scene: &'a Scene,
+    /// Where the world moves while the shutter is open.
+    moments: Option<&'a Moments<'a>>,
+    camera: &'a Camera,
+    pub settings: &'a Settings,
+    filter: PreparedFilter,
+    /// The part of the middle pixel that a sample stands for.
+    cone: Cone,
+    /// Whether pixel-centre rays are needed, whether samples are, and whether either are looked at for more than the
+    /// ground truth.
+    exact: bool,
+    pub sampled: bool,
+    shaded: bool,
+    /// Whether the samples that see what the centre sees are asked for.
+    covered: bool,
+    colored: bool,
+    /// Whether the ground truth may pass what it meets first.
+    passing: bool,
+    /// Whether samples go through all of an aperture or an exposure.
+    scattered: bool,
+    /// Whether the error of the colour is estimated.
+    estimated: bool,
+    tally: Tally,
+    /// Which blocks show anything, and what a pixel of the others is; `None` where all are to be traced.
+    cover: Option<(Cover, Vec<(Channel, Plane)>)>,
+}
+
+/// What a thread needs for a tile; kept from tile to tile.
+#[derive(Default)]
+pub(crate) struct Buffers {
+    pixels: Vec<[u32; 2]>,
+    blocks: Vec<Block>,
+    exact: Exact,
+    rays: Vec<Ray>,
+    hits: Vec<Hit>,
+    /// Scene-local.
+    origins: Vec<DVec3>,
+    directions: Vec<Vec3>,
+    samplers: Vec<Sampler>,
+    /// The numbers that say where in the pixel.
+    offsets: Vec<[f32; 2]>,
+    /// Of the paths of a batch.
+    room: Room,
+    radiance: Vec<Vec3>,
+    sky: Vec<bool>,
+    /// The pixels that get more samples.
+    active: Vec<usize>,
+    /// What the rays at hand are: pixel, and number of the sample.
+    batch: Vec<(usize, u32)>,
+    /// Of worlds that move, the world that the exact ray of each pixel sees.
+    seen: Vec<Arc<PreparedWorld>>,
+    lines: Lines,
+    pub estimate: Estimate,
+}
+
+/// Samples after which a pixel may stop, and then each power of two: enough to trust the estimated error.
+const FIRST_BARRIER: u32 = 64;
+
+impl<'a> Picture<'a> {
+    pub fn new(
+        world: &'a PreparedWorld,
+        moments: Option<&'a Moments<'a>>,
+        camera: &'a Camera,
+        settings: &'a Settings,
+        region: [u32; 4],
+    ) -> Self {
+        let asked = |channel| settings.channels.contains(&channel);
+        let single = settings.samples == 1;
+        let colored = asked(Channel::Color) || asked(Channel::Alpha) || asked(Channel::Error);
+        let covered = asked(Channel::Coverage);
+        let shaded = colored || covered;
+        let estimated = asked(Channel::Error) || settings.noise.is_some();
+        let sampled = !single && shaded;
+        // A moment that is seen by few rays is not worth a tree of its own.
+        let many = sampled && colored && settings.integrator.scatters() && moments.is_none();
+        let [width, height] = camera.size().map(u64::from);
+        let exact = single || settings.channels.iter().any(|channel| channel.is_truth());
+        if exact && moments.is_none() {
+            world.expect_exact(u64::from(region[2]) * u64::from(region[3]));
+        }
+        if colored {
+            integrator::guide(world, settings);
+        }
+        let mut picture = Self {
+            world,
+            scene: match many {
+                true => world.scene_for(width * height * u64::from(settings.samples)),
+                false => &world.scene,
+            },
+            moments,
+            camera,
+            settings,
+            filter: PreparedFilter::new(settings.filter),
+            cone: Cone::of_pixel(camera, settings.samples),
+            exact,
+            sampled,
+            shaded,
+            passing: settings.surface == TruthSurface::Solid && world.has_passable(),
+            covered,
+            colored,
+            scattered: camera.aperture().is_some() || camera.motion().is_some(),
+            estimated,
+            tally: Tally::default(),
+            cover: None,
+        };
+        picture.cover = Cover::new(&world.boxes, camera, region)
+            .and_then(|cover| Some((cover, picture.background()?)));
+        picture
+    }
+
+    /// What the one who looks at the picture should know of its samples.
+    pub fn notices(&self, [_, _, width, height]: [u32; 4], notices: &mut Vec<String>) {
+        let pixels = u64::from(width) * u64::from(height);
+        self.tally.notices(self.settings, pixels, notices);
+    }
+
+    /// What rays in a world are traced against: in another one than the picture's, at another moment, in its own scene.
+    fn scene<'w>(&self, world: &'w PreparedWorld) -> &'w Scene
+    where
+        'a: 'w,
+    {
+        match std::ptr::eq(world, self.world) {
+            true => self.scene,
+            false => &world.scene,
+        }
+    }
+
+    /// Batches of rays per tile.
+    pub fn passes(&self) -> usize {
+        usize::from(self.exact)
+            + if self.sampled {
+                self.settings.samples as usize
+            } else {
+                0
+            }
+    }
+
+    /// Traces all rays of a tile.
+    pub fn trace(
+        &self,
+        tile: &Tile,
+        buffers: &mut Buffers,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        self.begin(tile, buffers, control)?;
+        if !self.sampled {
+            return Ok(());
+        }
+        let samples = self.settings.samples;
+        let (mut taken, mut barrier) = (0, FIRST_BARRIER);
+        while taken < samples {
+            let until = match self.settings.noise {
+                Some(_) => barrier.min(samples),
+                None => samples,
+            };
+            self.add_samples(buffers, taken..until, control)?;
+            taken = until;
+            barrier = barrier.saturating_mul(2);
+            if let Some(noise) = self.settings.noise {
+                let Buffers {
+                    active, estimate, ..
+                } = &mut *buffers;
+                // Every pixel by itself, so that it does not depend on the tile.
+                active.retain(|&pixel| estimate.error(pixel) > noise);
+                if active.is_empty() {
+                    control.advance_by((samples - taken) as usize);
+                    break;
+                }
+            }
+        }
+        if let Some(noise) = self.settings.noise {
+            let pixels = 0..buffers.pixels.len();
+            let estimate = &buffers.estimate;
+            let spent = pixels.map(|pixel| u64::from(estimate.samples(pixel))).sum();
+            let noisy = |&&pixel: &&usize| estimate.error(pixel) > noise;
+            let unfinished = buffers.active.iter().filter(noisy).count() as u64;
+            self.tally.spend(spent, unfinished);
+        }
+        Ok(())
+    }
+
+    /// Goes on with a tile where an earlier round has left it.
+    pub fn resume(
+        &self,
+        tile: &Tile,
+        buffers: &mut Buffers,
+        state: &mut Estimate,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        self.lay_out(tile, buffers);
+        buffers.active.clear();
+        buffers.active.extend(0..buffers.pixels.len());
+        std::mem::swap(&mut buffers.estimate, state);
+        self.look(buffers, control)
+    }
+
+    /// The blocks of a tile, and the pixels of those that anything may be seen in.
+    fn lay_out(&self, tile: &Tile, Buffers { pixels, blocks, .. }: &mut Buffers) {
+        pixels.clear();
+        blocks.clear();
+        for block in tile.blocks() {
+            let cover = self.cover.as_ref();
+            let seen = cover.is_none_or(|(cover, _)| cover.meets(&block));
+            blocks.push((block, seen.then_some(pixels.len())));
+            if seen {
+                block.add_rows(pixels);
+            }
+        }
+        blocks.sort_unstable_by_key(|(block, _)| (block.y, block.x));
+    }
+
+    /// Prepares a tile's buffers, with the rays through its pixels' centres where they are needed.
+    pub fn begin(
+        &self,
+        tile: &Tile,
+        buffers: &mut Buffers,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        self.lay_out(tile, buffers);
+        let count = buffers.pixels.len();
+        buffers.estimate.reset(count, self.estimated);
+        buffers.active.clear();
+        buffers.active.extend(0..count);
+        control.check()?;
+        self.look(buffers, control)?;
+        if self.shaded && self.exact && !self.sampled {
+            self.by_lines(buffers, |world, buffers| {
+                self.take_exact(world, buffers);
+                self.shade(world, buffers, control)
+            })?;
+        }
+        if self.exact && self.settings.time.is_none() {
+            control.advance();
+        }
+        Ok(())
+    }
+
+    /// The exact rays, where they are needed.
+    fn look(&self, buffers: &mut Buffers, control: &Control) -> Result<(), RenderError> {
+        buffers.seen.clear();
+        if !self.exact {
+            return Ok(());
+        }
+        match self.moments {
+            Some(moments) if moments.is_rolling() => self.look_by_lines(moments, buffers, control),
+            _ => {
+                let Buffers { pixels, exact, .. } = buffers;
+                exact.find(self.world, self.camera, pixels, self.settings, self.passing);
+                Ok(())
+            }
+        }
+    }
+
+    /// The exact rays of the active pixels as those of the first sample.
+    fn take_exact(&self, world: &PreparedWorld, buffers: &mut Buffers) {
+        let Buffers {
+            pixels,
+            exact,
+            hits,
+            origins,
+            directions,
+            samplers,
+            active,
+            batch,
+            ..
+        } = buffers;
+        let rays = || active.iter().map(|&i| &exact.rays[i]);
+        hits.clear();
+        hits.extend(active.iter().map(|&i| center_rays::rounded(&exact.hits[i])));
+        origins.clear();
+        origins.extend(rays().map(|ray| DVec3::from(ray.origin) - world.origin));
+        directions.clear();
+        directions.extend(rays().map(|ray| DVec3::from(ray.direction).as_vec3()));
+        samplers.clear();
+        samplers.extend(
+            active
+                .iter()
+                .map(|&i| self.sample_of(self.sampler(pixels[i]), 0)),
+        );
+        batch.clear();
+        batch.extend(active.iter().map(|&i| (i, 0)));
+    }
+
+    /// Adds the radiance of the hits at hand to their pixels' sums.
+    fn shade(
+        &self,
+        world: &PreparedWorld,
+        buffers: &mut Buffers,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        let Buffers {
+            exact,
+            hits,
+            origins,
+            directions,
+            samplers,
+            pixels,
+            room,
+            radiance,
+            sky,
+            batch: of,
+            estimate,
+            ..
+        } = buffers;
+        let behind = match self.passing && self.sampled && self.covered {
+            true => world.instances_behind(origins, directions, hits),
+            false => vec![],
+        };
+        let told = exact.told();
+        for (at, (&(pixel, _), hit)) in of.iter().zip(&*hits).enumerate() {
+            let seen = behind.get(at).unwrap_or(&hit.instance);
+            // A single sample is the ray through the centre itself.
+            let same = !self.sampled || told.get(pixel).is_some_and(|hit| hit.instance == *seen);
+            estimate.count(pixel, same);
+        }
+        if !self.colored {
+            return Ok(());
+        }
+        radiance.clear();
+        radiance.resize(hits.len(), Vec3::ZERO);
+        sky.clear();
+        sky.resize(hits.len(), false);
+        let batch = Batch {
+            scene: self.scene(world),
+            cone: self.cone,
+            origins,
+            directions,
+            hits,
+            samplers,
+        };
+        integrator::radiance(world, self.settings, &batch, control, room, radiance, sky)?;
+        for (&(pixel, _), _) in of.iter().zip(sky).filter(|(_, sky)| **sky) {
+            estimate.see_sky(pixel);
+        }
+        let limit = self.settings.clamp.unwrap_or(f32::INFINITY);
+        // Of one pixel there are many in a row.
+        let mut last = None;
+        for (&(pixel, sample), &mut radiance) in of.iter().zip(radiance) {
+            if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
+                self.tally.reject();
+                continue;
+            }
+            let gain = match last {
+                Some((known, gain)) if known == pixel => gain,
+                _ => self.camera.gain(self.center_of(pixels[pixel])) as f32,
+            };
+            last = Some((pixel, gain));
+            let brightest = radiance.max_element();
+            if brightest > limit {
+                self.tally.clamp();
+                estimate.add(pixel, sample, radiance * (gain * limit / brightest));
+            } else {
+                estimate.add(pixel, sample, radiance * gain);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,284 @@
+//! Which blocks of a picture anything may be seen in. All others show the background, and no ray is traced for them.
+//!
+//! The image of a box before a camera without distortion lies in the rectangle around the images of its corners. The
+//! boxes here are those of the objects, wider by what float32 may do to rays and triangles: nothing that a ray would
+//! meet is left out, so that a picture has the same bits with and without.
+
+use glam::{DVec2, DVec3};
+use raycam_scene::Camera;
+use raycam_scene::camera::{Center, Lens};
+
+use crate::annotations::ray_queries::FAR;
+use crate::film::tile::{BLOCK, Tile};
+use crate::prepare::PreparedObject;
+
+/// Boxes of a world; more objects than this share one.
+const BOXES: usize = 256;
+/// Pixels around an image: rays are up to 1.5 pixels from a centre, whatever the filter.
+const MARGIN: f64 = 2.0;
+/// What a few float64 operations may do to a number.
+const EPS64: f64 = 1e-12;
+/// A box that comes so close to the camera's plane, for its distance, may be seen anywhere.
+const GRAZING: f64 = 1e-6;
+
+/// Boxes in the world that all objects lie in.
+pub(crate) fn boxes(objects: &[PreparedObject], origin: DVec3, radius: f64) -> Vec<[DVec3; 2]> {
+    let each = (BOXES / objects.len().max(1)).max(1);
+    let boxes = objects.iter().flat_map(|object| {
+        let blur = object.blur(FAR * radius);
+        let place = object.world_from_mesh;
+        object.mesh.bvh.boxes(each).into_iter().map(move |corners| {
+            let [lower, upper] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+            let middle = place.transform_point3(object.mesh.center + (lower + upper) / 2.0);
+            let half = place.matrix3.abs() * ((upper - lower) / 2.0);
+            let pad = blur + 16.0 * f64::EPSILON * (middle.abs() + half + origin.abs());
+            [middle - half - pad, middle + half + pad]
+        })
+    });
+    if objects.len() <= BOXES {
+        return boxes.collect();
+    }
+    let around = |[a, b]: [DVec3; 2], [l, u]: [DVec3; 2]| [a.min(l), b.max(u)];
+    boxes.reduce(around).into_iter().collect()
+}
+
+/// The blocks of a region that something may be seen in.
+pub(crate) struct Cover {
+    /// The first pixel.
+    from: [u32; 2],
+    /// Blocks in a row.
+    across: usize,
+    seen: Vec<bool>,
+}
+
+impl Cover {
+    /// `None` where it is not known, or all of them.
+    pub fn new(boxes: &[[DVec3; 2]], camera: &Camera, region: [u32; 4]) -> Option<Self> {
+        let straight =
+            matches!(camera.lens(), Lens::Pinhole) && camera.center() != Center::Infinity;
+        if !straight || camera.aperture().is_some() || camera.motion().is_some() {
+            return None;
+        }
+        let [x, y, width, height] = region;
+        let across = width.div_ceil(BLOCK) as usize;
+        let mut cover = Self {
+            from: [x, y],
+            across,
+            seen: vec![false; across * height.div_ceil(BLOCK) as usize],
+        };
+        for &bounds in boxes {
+            let [lower, upper] = match image(camera, bounds)? {
+                Image::Behind => continue,
+                Image::Between(ends) => ends,
+            };
+            // Beyond the ends they are cast to the ends.
+            let first = (lower.floor() - DVec2::new(x.into(), y.into())).max(DVec2::ZERO);
+            let end = upper.ceil() + 1.0 - DVec2::new(x.into(), y.into());
+            let (width, height) = (width.min(end.x as u32), height.min(end.y as u32));
+            let columns = first.x as usize / BLOCK as usize..width.div_ceil(BLOCK) as usize;
+            for row in first.y as usize / BLOCK as usize..height.div_ceil(BLOCK) as usize {
+                if let Some(seen) = cover.seen[row * across..][..across].get_mut(columns.clone()) {
+                    seen.fill(true);
+                }
+            }
+        }
+        cover.seen.contains(&false).then_some(cover)
+    }
+
+    /// Whether anything may be seen in a block of [`Tile::blocks`].
+    pub fn meets(&self, block: &Tile) -> bool {
+        let [column, row] = [block.x - self.from[0], block.y - self.from[1]].map(|at| at / BLOCK);
+        self.seen[row as usize * self.across + column as usize]
+    }
+}
+
+/// Where a box is seen.
+enum Image {
+    /// Nowhere.
+    Behind,
+    /// Between two pixels, counted from the centre of the first.
+    Between([DVec2; 2]),
+}
+
+/// Where a box is seen; `None` where that is not known.
+fn image(camera: &Camera, bounds: [DVec3; 2]) -> Option<Image> {
+    let k = camera.k();
+    let focal = DVec3::new(k.x_axis.x, k.y_axis.x, k.y_axis.y)
+        .abs()
+        .max_element();
+    let (mut lower, mut upper) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let mut behind = 0;
+    for corner in 0..8 {
+        let pick = |axis: usize| bounds[corner >> axis & 1][axis];
+        let point = DVec3::new(pick(0), pick(1), pick(2));
+        let mut depth = 1.0;
+        if camera.center() == Center::Point {
+            let way = point - camera.c();
+            depth = camera.r().row(2).dot(way);
+            let grazing = GRAZING * way.length() + EPS64 * (point.length() + camera.c().length());
+            if depth < -grazing {
+                behind += 1;
+                continue;
+            }
+            if depth <= grazing {
+                return None;
+            }
+        }
+        let (pixel, _) = camera.project(point);
+        let rounding = EPS64 * focal * (point.length() + camera.c().length()) / depth;
+        if !(pixel + rounding).is_finite() {
+            return None;
+        }
+        lower = lower.min(pixel - rounding);
+        upper = upper.max(pixel + rounding);
+    }
+    let first = camera.pixel_center_of(0, 0);
+    match behind {
+        0 => Some(Image::Between([
+            lower - first - MARGIN,
+            upper - first + MARGIN,
+        ])),
+        8 => Some(Image::Behind),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine3, DMat3, DQuat};
+    use raycam_scene::mesh::primitive;
+    use raycam_scene::{Light, Material, Object, PixelCenter, World};
+
+    use super::*;
+    use crate::prepare::PreparedWorld;
+    use crate::{Channel, Control, Filter, Frame, Integrator, Plane, Settings, TruthSurface};
+
+    /// Numbers from -1 to 1.
+    struct Random(u64);
+
+    impl Random {
+        fn next(&mut self) -> f64 {
+            self.0 = self
+                .0
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+
+        fn point(&mut self) -> DVec3 {
+            DVec3::new(self.next(), self.next(), self.next())
+        }
+    }
+
+    /// A few things of any size and shape, `far` from the world's origin.
+    fn world(random: &mut Random, far: f64) -> World {
+        let mut world = World::default();
+        let away = far * random.point();
+        for i in 0..1 + (3.0 * random.next().abs()) as usize {
+            let mesh = match i % 3 {
+                0 => primitive::torus(1.0, 0.1, 24).unwrap(),
+                1 => primitive::plane([1.0, 2.0]).unwrap(),
+                _ => primitive::sphere(1.0, 2).unwrap(),
+            };
+            let scale = DVec3::splat(10f64.powf(2.0 * random.next()));
+            let turn = DQuat::from_scaled_axis(3.0 * random.point());
+            let place = away + 8.0 * random.point();
+            let place = DAffine3::from_scale_rotation_translation(scale, turn, place);
+            let mesh = world.add_mesh(mesh);
+            let material = world.add_material(Material::default()).unwrap();
+            let object = Object::new("", mesh, vec![material], place);
+            world.add_object(object).unwrap();
+        }
+        world
+    }
+
+    /// Looks past the things, at them, or from within, from near and from afar.
+    fn camera(random: &mut Random, prepared: &PreparedWorld) -> Camera {
+        let size = [83, 61];
+        let distance = prepared.radius * 10f64.powf(1.5 * random.next());
+        let from = prepared.origin + distance * random.point();
+        let target = prepared.origin + prepared.radius * random.point();
+        let [forward, side] = [(target - from).normalize(), random.point()];
+        let right = forward.cross(side).normalize();
+        let r = DMat3::from_cols(right, forward.cross(right), forward).transpose();
+        let focal = 80.0 * (distance / prepared.radius).max(0.3) * 10f64.powf(random.next());
+        let mut k = DMat3::from_diagonal(DVec3::new(focal, 1.3 * focal, 1.0));
+        k.y_axis.x = 0.2 * focal * random.next();
+        (k.z_axis.x, k.z_axis.y) = (41.0 + 30.0 * random.next(), 30.0);
+        if random.next() > 0.5 {
+            let scale = 30.0 / prepared.radius * 10f64.powf(random.next());
+            let k = DMat3::from_diagonal(DVec3::new(scale, scale, 1.0));
+            return Camera::orthographic(k, r, from, size, PixelCenter::Half).unwrap();
+        }
+        Camera::new(k, r, from, size, PixelCenter::Integer).unwrap()
+    }
+
+    fn bits(frame: &Frame) -> Vec<Vec<u64>> {
+        let of = |plane: &Plane| match plane {
+            Plane::F32 { data, .. } => data.iter().map(|v| u64::from(v.to_bits())).collect(),
+            Plane::F64 { data, .. } => data.iter().map(|v| v.to_bits()).collect(),
+            Plane::I32 { data, .. } => data.iter().map(|&v| v as u64).collect(),
+        };
+        frame.planes.iter().map(|(_, plane)| of(plane)).collect()
+    }
+
+    #[test]
+    fn a_picture_is_the_same_with_every_ray_traced() {
+        let random = &mut Random(5);
+        let (mut left_out, mut shown, mut mixed) = (0, 0, 0);
+        for round in 0..240 {
+            let mut world = world(random, [0.0, 1e4][round / 2 % 2]);
+            if round % 3 == 0 {
+                world.add_light(Light::even_sky([0.3, 0.2, 0.1])).unwrap();
+            }
+            let mut prepared = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
+            let camera = camera(random, &prepared);
+            let error = |channel: &Channel| *channel == Channel::Error;
+            let settings = Settings {
+                integrator: [Integrator::Flat, Integrator::Ao][round % 2],
+                samples: [1, 1, 3][round % 3],
+                filter: [Filter::Box, Filter::BlackmanHarris][round / 3 % 2],
+                channels: Channel::all().filter(|channel| !error(channel)).collect(),
+                surface: [TruthSurface::First, TruthSurface::Solid][round / 5 % 2],
+                transparent: round % 7 == 0,
+                region: (round % 4 == 0).then_some([5, 3, 70, 50]),
+                ..Settings::default()
+            };
+            let render = |world: &PreparedWorld| {
+                bits(&crate::render(world, &camera, &settings, &Control::new()).unwrap())
+            };
+            let region = settings.region.unwrap_or([0, 0, 83, 61]);
+            let cover = Cover::new(&prepared.boxes, &prepared.before(&camera), region);
+            let quick = render(&prepared);
+            prepared.boxes.push([DVec3::NEG_INFINITY, DVec3::INFINITY]);
+            assert!(Cover::new(&prepared.boxes, &camera, region).is_none());
+            assert!(quick == render(&prepared), "round {round}");
+            let seen = cover.map_or(vec![true], |cover| cover.seen);
+            left_out += usize::from(!seen.contains(&true));
+            shown += usize::from(!seen.contains(&false));
+            mixed += usize::from(seen.contains(&true) && seen.contains(&false));
+        }
+        assert!(
+            left_out > 10 && shown > 10 && mixed > 100,
+            "{left_out} {shown} {mixed}"
+        );
+    }
+
+    #[test]
+    fn a_thing_in_a_corner_leaves_most_of_the_picture_out() {
+        let mut world = World::default();
+        let mesh = world.add_mesh(primitive::sphere(0.1, 2).unwrap());
+        let material = world.add_material(Material::default()).unwrap();
+        let place = DAffine3::from_translation(DVec3::new(-1.5, -1.0, 4.0));
+        let object = Object::new("", mesh, vec![material], place);
+        world.add_object(object).unwrap();
+        let prepared = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
+        let k = DMat3::from_cols_array(&[100.0, 0.0, 0.0, 0.0, 100.0, 0.0, 40.0, 30.0, 1.0]);
+        let size = [80, 60];
+        let camera = Camera::new(k, DMat3::IDENTITY, DVec3::ZERO, size, PixelCenter::Integer);
+        let cover = Cover::new(&prepared.boxes, &camera.unwrap(), [0, 0, 80, 60]).unwrap();
+        // Its image is around (2.5, 5), 2.5 pixels in radius: 2 x 2 blocks with the margin.
+        let seen: Vec<_> = (0..cover.seen.len()).filter(|&i| cover.seen[i]).collect();
+        assert_eq!(seen, [0, 1, 10, 11]);
+    }
+}

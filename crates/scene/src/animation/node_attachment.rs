@@ -1,0 +1,135 @@
+//! Lights and cameras that hang on nodes, and their properties that move (`KHR_animation_pointer`).
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::camera::{Camera, Center, intrinsics_from_fov};
+use crate::light::Light;
+
+/// A property of a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum LightProperty {
+    /// Three numbers, which the intensity multiplies.
+    Color,
+    /// In W/sr, or in W/m² for a sun.
+    Intensity,
+    /// Of a spot's cone, in radians.
+    InnerAngle,
+    /// Of a spot's cone, in radians.
+    OuterAngle,
+}
+
+/// A light that hangs on a node: it shines along the node's -z.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LightMount {
+    /// Index into the world's lights.
+    pub light: usize,
+    /// Index into [`Rig::nodes`](crate::animation::Rig::nodes).
+    pub node: usize,
+    /// Which definition of the file it is a copy of: what moves one moves all.
+    pub definition: usize,
+    /// As it is when nothing has moved yet.
+    pub base: Light,
+    /// Its colour,
+    pub color: [f32; 3],
+    /// and what that is multiplied by.
+    pub intensity: f32,
+}
+
+impl LightMount {
+    pub(crate) fn set(&mut self, property: LightProperty, value: &[f64]) {
+        let first = value.first().map_or(0.0, |&v| v);
+        match (property, &mut self.base) {
+            (LightProperty::Color, _) => {
+                let part = |i: usize| value.get(i).map_or(0.0, |&v| v.clamp(0.0, 1.0) as f32);
+                self.color = std::array::from_fn(part);
+            }
+            (LightProperty::Intensity, _) => self.intensity = first.max(0.0) as f32,
+            (LightProperty::InnerAngle, Light::Spot { inner, outer, .. }) => {
+                *inner = first.to_degrees().clamp(0.0, *outer);
+            }
+            (LightProperty::OuterAngle, Light::Spot { inner, outer, .. }) => {
+                *outer = first.to_degrees().clamp(0.0, 90.0);
+                *inner = inner.min(*outer);
+            }
+            _ => {}
+        }
+    }
+
+    /// The light as it is now, where it was.
+    pub(crate) fn light(self) -> Light {
+        let rgb = self.color.map(|v| v * self.intensity);
+        let mut light = self.base;
+        match &mut light {
+            Light::Sun { irradiance, .. } => *irradiance = rgb,
+            Light::Bulb { intensity, .. } | Light::Spot { intensity, .. } => *intensity = Some(rgb),
+            _ => {}
+        }
+        light
+    }
+}
+
+/// A camera that hangs on a node: it looks along the node's -z, with y up.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CameraMount {
+    /// Index into the world's cameras.
+    pub camera: usize,
+    /// Index into [`Rig::nodes`](crate::animation::Rig::nodes).
+    pub node: usize,
+    /// Which definition of the file it is a copy of.
+    pub definition: usize,
+    /// As it is when nothing has moved yet.
+    pub base: Camera,
+}
+
+impl CameraMount {
+    /// Gives it a vertical field of view in radians; one that is none changes nothing.
+    pub(crate) fn set_fov(&mut self, fov: f64) {
+        let base = &self.base;
+        if base.center() != Center::Point {
+            return;
+        }
+        let (size, center) = (base.size(), base.pixel_center());
+        let made = intrinsics_from_fov(fov.to_degrees(), size, center)
+            .and_then(|k| Camera::new(k, base.r(), base.c(), size, center))
+            .and_then(|camera| camera.with_lens(base.lens().clone()));
+        if let Ok(camera) = made {
+            self.base = camera;
+        }
+    }
+
+    /// Gives an orthographic camera half the width (axis 0) or height (1) that it sees; one that is none changes nothing.
+    pub(crate) fn set_magnification(&mut self, axis: usize, half: f64) {
+        let base = &self.base;
+        let (size, mut k) = (base.size(), base.k());
+        k.col_mut(axis)[axis] = f64::from(size[axis]) / (2.0 * half);
+        if base.center() == Center::Plane
+            && let Ok(camera) = base.with_intrinsics(k, size)
+        {
+            self.base = camera;
+        }
+    }
+}
+
+/// Where a light shines to and from, on a node.
+pub(crate) fn place_light(light: &mut Light, place: DVec3, along: Option<DVec3>) {
+    match light {
+        Light::Sun { direction, .. } => {
+            if let Some(along) = along {
+                *direction = along.to_array();
+            }
+        }
+        Light::Bulb { position, .. } => *position = place.to_array(),
+        Light::Spot {
+            position,
+            direction,
+            ..
+        } => {
+            *position = place.to_array();
+            if let Some(along) = along {
+                *direction = along.to_array();
+            }
+        }
+        _ => {}
+    }
+}

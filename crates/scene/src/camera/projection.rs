@@ -1,0 +1,328 @@
+//! Points to pixels, and pixels to rays.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use glam::{DMat3, DVec2, DVec3};
+
+use crate::camera::lens::Lens;
+use crate::camera::parallel::plane_from_pixel;
+use crate::camera::shutter::{Motion, Pose};
+use crate::camera::{Camera, Center};
+
+/// Steps in which the line that sees a point is looked for, if it is not found at once.
+const LINES: u32 = 64;
+
+/// A ray of a pixel through some point of the lens at some time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Start, in the world.
+    pub origin: DVec3,
+    /// Unit length; NaN, which meets nothing, where the pixel sees nothing.
+    pub direction: DVec3,
+}
+
+/// A pinhole that stands still, all of whose samples are rays from its centre: see [`Camera::pinhole`].
+#[derive(Clone, Copy, Debug)]
+pub struct Pinhole {
+    k: DMat3,
+    world_from_camera: DMat3,
+    /// In the world.
+    pub center: DVec3,
+}
+
+impl Pinhole {
+    /// That of [`Camera::sample`], bit for bit.
+    #[inline(always)]
+    pub fn direction(&self, pixel: DVec2) -> DVec3 {
+        (self.world_from_camera * image_of(self.k, pixel).extend(1.0)).normalize()
+    }
+}
+
+/// The point of the image plane at focal length 1 of a pixel.
+#[inline(always)]
+fn image_of(k: DMat3, pixel: DVec2) -> DVec2 {
+    let y = (pixel.y - k.z_axis.y) / k.y_axis.y;
+    let x = (pixel.x - k.z_axis.x - k.y_axis.x * y) / k.x_axis.x;
+    DVec2::new(x, y)
+}
+
+impl Camera {
+    /// Whether the rays through the middle of its aperture are those of a pinhole that stands still.
+    fn is_plain(&self) -> bool {
+        self.center == Center::Point && self.lens == Lens::Pinhole && self.motion.is_none()
+    }
+
+    /// The camera as a [`Pinhole`], where it is no more than that.
+    pub fn pinhole(&self) -> Option<Pinhole> {
+        (self.is_plain() && self.aperture.is_none()).then(|| Pinhole {
+            k: self.k,
+            world_from_camera: self.r.transpose(),
+            center: self.c,
+        })
+    }
+
+    /// The pixel coordinates of a world point, and whether the camera sees it there.
+    ///
+    /// A pinhole sees what lies in front (depth > 0); behind it, the pixel is where the line through point and centre
+    /// meets the image, and at depth 0 it is not finite. Parallel rays from a plane see what lies in front of it; those
+    /// from infinity see everything. Another [`Lens`] sees what it has an image of, which ends where its model folds over
+    /// and may be behind; the pixel of anything else is NaN.
+    ///
+    /// A camera whose lines open one after another sees a point where the line that is open shows it, at the middle of
+    /// its exposure: on the first such line if there are several, nowhere if there is none.
+    pub fn project(&self, point: DVec3) -> (DVec2, bool) {
+        self.project_moving(|_| point)
+    }
+
+    /// The same of a point that moves while the lines are read: `point` says where it is when the line at a fraction of the
+    /// picture, from 0 to 1, is in the middle of its exposure; 0.5 where all lines are open at once.
+    pub fn project_moving(&self, point: impl Fn(f64) -> DVec3) -> (DVec2, bool) {
+        match &self.motion {
+            Some(motion) if motion.readout() > 0.0 => self.project_by_lines(motion, point),
+            _ => self.project_from(&self.pose(), point(0.5)),
+        }
+    }
+
+    #[inline]
+    fn pose(&self) -> Pose {
+        Pose {
+            r: self.r,
+            c: self.c,
+        }
+    }
+
+    /// The pose when the line of a pixel is at a part of its exposure.
+    #[inline]
+    fn pose_at(&self, pixel: DVec2, part: f64) -> Pose {
+        match &self.motion {
+            None => self.pose(),
+            Some(motion) => motion.at(motion.time(self.past_corner(pixel), self.size, part)),
+        }
+    }
+
+    fn project_from(&self, pose: &Pose, point: DVec3) -> (DVec2, bool) {
+        let x = pose.r * (point - pose.c);
+        if self.center != Center::Point {
+            let at = self.k * x.truncate().extend(1.0);
+            let pixel = DVec2::new(at.x / at.z, at.y / at.z);
+            let seen = match self.center {
+                Center::Plane => x.z > 0.0,
+                _ => pixel.is_finite(),
+            };
+            return (pixel, seen);
+        }
+        if let Lens::Pinhole = self.lens {
+            let x = self.k * x;
+            return (DVec2::new(x.x / x.z, x.y / x.z), x.z > 0.0);
+        }
+        match self.lens.distort(x) {
+            Some(image) => ((self.k * image.extend(1.0)).truncate(), true),
+            None => (DVec2::NAN, false),
+        }
+    }
+
+    /// Looks for the line, from 0 to 1, that shows the point where it is itself.
+    fn project_by_lines(&self, motion: &Motion, point: impl Fn(f64) -> DVec3) -> (DVec2, bool) {
+        let seen_at = |line: f64| {
+            let time = line * motion.readout() + 0.5 * motion.exposure();
+            let (pixel, seen) = self.project_from(&motion.at(time), point(line));
+            let off = motion.line(self.past_corner(pixel), self.size) - line;
+            (seen && off.is_finite()).then_some((pixel, off))
+        };
+        // Newton's method with secants: two lines differ by little, so that it is a matter of a few steps.
+        let (mut before, mut at) = (0.5, 0.5);
+        let mut off_before = None;
+        for _ in 0..20 {
+            let Some((pixel, off)) = seen_at(at) else {
+                break;
+            };
+            if off.abs() <= 4.0 * f64::EPSILON {
+                return (pixel, true);
+            }
+            let slope = off_before.map_or(-1.0, |last: f64| (off - last) / (at - before));
+            let next = (at - off / slope).clamp(0.0, 1.0);
+            if next == at {
+                return (pixel, off.abs() <= 1e-12);
+            }
+            (before, off_before, at) = (at, Some(off), next);
+        }
+        // Something moves fast: between which two lines?
+        let line = |step: u32| f64::from(step) / f64::from(LINES);
+        for step in 0..LINES {
+            let (mut low, mut high) = (line(step), line(step + 1));
+            let (Some((pixel, first)), Some((_, last))) = (seen_at(low), seen_at(high)) else {
+                continue;
+            };
+            if first == 0.0 {
+                return (pixel, true);
+            }
+            if first < 0.0 || last > 0.0 {
+                continue;
+            }
+            let mut found = pixel;
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                let Some((pixel, off)) = seen_at(middle) else {
+                    return (DVec2::NAN, false);
+                };
+                found = pixel;
+                if off > 0.0 {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            return (found, true);
+        }
+        (DVec2::NAN, false)
+    }
+
+    /// The ray of a pixel coordinate: its start and the direction of unit length, both in the world. The inverse of
+    /// [`Camera::project`], through the middle of the aperture in the middle of the exposure. It starts at the centre,
+    /// with parallel rays on the plane through it (those from infinity: see [`Camera::starting_before`]). The direction is NaN, which meets nothing, where no point has this
+    /// pixel: outside of the picture's valid region with a lens that folds over; a pinhole has none such.
+    #[inline]
+    pub fn ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
+        self.ray_from(&self.pose_at(pixel, 0.5), pixel)
+    }
+
+    /// The rays of many pixel coordinates, each as [`Camera::ray`] gives it. Those of a pinhole that stands still take half
+    /// the time, most of all if neighbours are of one row.
+    #[inline]
+    pub fn rays(&self, pixels: impl Iterator<Item = DVec2>, mut take: impl FnMut((DVec3, DVec3))) {
+        if !self.is_plain() {
+            return pixels.for_each(|pixel| take(self.ray(pixel)));
+        }
+        let world_from_camera = self.r.transpose();
+        let origin = self.c + world_from_camera * DVec3::ZERO;
+        // In the order of [`Camera::ray_from`], so that the bits are the same.
+        let (mut row, mut y, mut down) = (f64::NAN, 0.0, DVec3::ZERO);
+        for pixel in pixels {
+            if pixel.y != row {
+                row = pixel.y;
+                y = (pixel.y - self.k.z_axis.y) / self.k.y_axis.y;
+                down = world_from_camera.y_axis * y;
+            }
+            let x = (pixel.x - self.k.z_axis.x - self.k.y_axis.x * y) / self.k.x_axis.x;
+            let direction = world_from_camera.x_axis * x + down + world_from_camera.z_axis;
+            take((origin, direction.normalize()));
+        }
+    }
+
+    #[inline]
+    fn ray_from(&self, pose: &Pose, pixel: DVec2) -> (DVec3, DVec3) {
+        let (start, direction) = self.local_ray(pixel);
+        (
+            pose.c + pose.r.transpose() * start,
+            (pose.r.transpose() * direction).normalize(),
+        )
+    }
+
+    /// The same in camera axes; the direction has any length.
+    #[inline]
+    fn local_ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
+        if self.center != Center::Point {
+            let at = plane_from_pixel(self.k, pixel);
+            let forward = if at.is_nan() { DVec3::NAN } else { DVec3::Z };
+            return (at.extend(self.start), forward);
+        }
+        let image = self.image(pixel);
+        let direction = match &self.lens {
+            Lens::Pinhole => image.extend(1.0),
+            lens if lens.is_searched() => {
+                let near = self.starts.near(pixel, self.k, self.size, lens);
+                lens.straighten(image, near)
+                    .and_then(|at| lens.direction(at))
+                    .unwrap_or(DVec3::NAN)
+            }
+            lens => lens.undistort(image).unwrap_or(DVec3::NAN),
+        };
+        (DVec3::ZERO, direction)
+    }
+
+    #[inline]
+    fn image(&self, pixel: DVec2) -> DVec2 {
+        image_of(self.k, pixel)
+    }
+
+    /// The ray of a pixel coordinate through a point of the aperture at a part of its line's exposure, of which two
+    /// numbers and one in 0..1 decide.
+    pub fn sample(&self, pixel: DVec2, lens: [f64; 2], part: f64) -> Sample {
+        let pixel = self.wrapped(pixel);
+        let pose = self.pose_at(pixel, part);
+        let Some(aperture) = &self.aperture else {
+            let (origin, direction) = self.ray_from(&pose, pixel);
+            return Sample { origin, direction };
+        };
+        let chief = self.local_ray(pixel).1.normalize();
+        let (start, direction) = aperture.through(chief, &self.lens, lens);
+        let world_from_camera = pose.r.transpose();
+        Sample {
+            origin: pose.c + world_from_camera * start,
+            direction: (world_from_camera * direction).normalize(),
+        }
+    }
+
+    /// How far from the middle of its shutter's work the line of a pixel is at a part of its exposure, in seconds; 0 for a
+    /// camera without a shutter.
+    pub fn since_middle(&self, pixel: DVec2, part: f64) -> f64 {
+        self.motion.as_ref().map_or(0.0, |motion| {
+            let pixel = self.past_corner(self.wrapped(pixel));
+            motion.time(pixel, self.size, part) - 0.5 * motion.whole()
+        })
+    }
+
+    /// Where the line of a pixel lies in the order in which lines are read, from 0 to 1; 0.5 for a camera without a shutter.
+    pub fn line_of(&self, pixel: DVec2) -> f64 {
+        self.motion.as_ref().map_or(0.5, |motion| {
+            motion.line(self.past_corner(pixel), self.size)
+        })
+    }
+
+    /// The same pixel on the other side of a panorama that a sample has just left: it has no edge there.
+    fn wrapped(&self, pixel: DVec2) -> DVec2 {
+        let sphere = matches!(self.lens, Lens::Equirectangular);
+        if !sphere && !matches!(self.lens, Lens::Cylindrical) {
+            return pixel;
+        }
+        let mut at = self.image(pixel);
+        if at.x.abs() <= PI && (!sphere || at.y.abs() <= FRAC_PI_2) {
+            return pixel;
+        }
+        if sphere && at.y.abs() > FRAC_PI_2 {
+            // Over the pole.
+            at = DVec2::new(at.x + PI, PI.copysign(at.y) - at.y);
+        }
+        at.x -= TAU * (at.x / TAU).round();
+        (self.k * at.extend(1.0)).truncate()
+    }
+
+    /// How much of a pixel's light arrives.
+    pub fn gain(&self, pixel: DVec2) -> f64 {
+        let Some(vignetting) = &self.vignetting else {
+            return 1.0;
+        };
+        let pixel = self.wrapped(pixel);
+        let direction = self.local_ray(pixel).1.normalize();
+        if direction.is_nan() {
+            return 1.0;
+        }
+        vignetting.factor(self.image(pixel), direction)
+    }
+
+    /// camera_from_world when the line of a pixel is in the middle of its exposure.
+    pub fn rotation_at(&self, pixel: DVec2) -> DMat3 {
+        self.pose_at(pixel, 0.5).r
+    }
+
+    /// z of a world point along the principal axis when the line of a pixel is in the middle of its exposure.
+    pub fn depth_at(&self, pixel: DVec2, point: DVec3) -> f64 {
+        let pose = self.pose_at(pixel, 0.5);
+        pose.r.row(2).dot(point - pose.c)
+    }
+
+    /// Pixels from the corner of the picture.
+    pub fn past_corner(&self, pixel: DVec2) -> DVec2 {
+        pixel + 0.5 - self.pixel_center.offset()
+    }
+}

@@ -1,0 +1,92 @@
+//! What a size, a rotation and a camera matrix have to be.
+
+use glam::{DMat3, DVec3, DVec4};
+
+use crate::camera::{Center, MAX_PIXELS, MAX_SIDE};
+use crate::error::SceneError;
+
+/// The camera matrix.
+pub fn matrix_of(
+    k: DMat3,
+    r: DMat3,
+    c: DVec3,
+    center: Center,
+) -> Result<[[f64; 4]; 3], SceneError> {
+    let t = -(r * c);
+    // [R | t], or its first two rows and 0 0 0 1.
+    let pose = [0, 1, 2].map(|i| match (center, i) {
+        (Center::Plane | Center::Infinity, 2) => DVec4::W,
+        _ => r.row(i).extend(t[i]),
+    });
+    let p = [0, 1, 2].map(|i| {
+        let row = k.row(i);
+        (row.x * pose[0] + row.y * pose[1] + row.z * pose[2]).to_array()
+    });
+    if !p.as_flattened().iter().all(|v| v.is_finite()) {
+        return Err(SceneError::Camera(
+            "K R [I | -C] overflows: K or the camera centre is too large".into(),
+        ));
+    }
+    Ok(p)
+}
+
+/// Whether a picture may have this size.
+pub fn check_size(size: [u32; 2]) -> Result<(), SceneError> {
+    let [width, height] = size;
+    if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
+        return Err(SceneError::Camera(format!(
+            "an image of {width} x {height} pixels: expected 1 to {MAX_SIDE} columns and rows"
+        )));
+    }
+    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Err(SceneError::Camera(format!(
+            "an image of {width} x {height} pixels is more than {MAX_PIXELS}: render it in regions or smaller"
+        )));
+    }
+    Ok(())
+}
+
+/// The rotation nearest to `r`, which must be within 1e-6 of one.
+pub fn checked_rotation(r: DMat3) -> Result<DMat3, SceneError> {
+    let fail = |message: String| Err(SceneError::Camera(format!("R = {}: {message}", rows(r))));
+    if !r.is_finite() {
+        return fail("every value must be finite".into());
+    }
+    let off = deviation(r);
+    if off > 1e-6 {
+        return fail(format!(
+            "not a rotation: R Rᵀ differs from the identity by {off:.3e} (at most 1e-6 is accepted), its determinant \
+             is {:.9}",
+            r.determinant()
+        ));
+    }
+    if r.determinant() < 0.0 {
+        return fail(
+            "a reflection (determinant -1), not a rotation: it swaps left and right hand; check the signs of its axes"
+                .into(),
+        );
+    }
+    if off <= 1e-14 {
+        return Ok(r);
+    }
+    // Newton-Schulz iteration towards the orthogonal polar factor: the error squares each time.
+    let step = |r: DMat3| r * (DMat3::IDENTITY * 3.0 - r.transpose() * r) * 0.5;
+    Ok(step(step(step(r))))
+}
+
+/// The largest entry of `|R Rᵀ - I|`.
+fn deviation(r: DMat3) -> f64 {
+    let e = r * r.transpose() - DMat3::IDENTITY;
+    e.to_cols_array()
+        .into_iter()
+        .fold(0.0, |a: f64, v| a.max(v.abs()))
+}
+
+/// A matrix as people write it.
+pub fn rows(m: DMat3) -> String {
+    let row = |i| {
+        let v = m.row(i);
+        format!("[{}, {}, {}]", v.x, v.y, v.z)
+    };
+    format!("[{}, {}, {}]", row(0), row(1), row(2))
+}

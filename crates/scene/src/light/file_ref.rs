@@ -1,0 +1,57 @@
+//! What a light takes from a file.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// The name of a file, and what it holds once it is read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FromFile<T> {
+    /// As written in the description.
+    pub file: String,
+    /// `None` until it is read.
+    pub content: Option<Arc<T>>,
+}
+
+impl<T> FromFile<T> {
+    /// Something that is already there.
+    pub fn of(file: impl Into<String>, content: Arc<T>) -> Self {
+        Self {
+            file: file.into(),
+            content: Some(content),
+        }
+    }
+
+    pub(crate) fn read<E>(
+        &mut self,
+        read: impl FnOnce(&str) -> Result<Arc<T>, E>,
+    ) -> Result<(), E> {
+        if self.content.is_none() {
+            self.content = Some(read(&self.file)?);
+        }
+        Ok(())
+    }
+}
+
+// People write the name alone; between machines the content travels with it.
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for FromFile<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (file, content) = if deserializer.is_human_readable() {
+            (String::deserialize(deserializer)?, None)
+        } else {
+            Deserialize::deserialize(deserializer)?
+        };
+        Ok(Self { file, content })
+    }
+}
+
+impl<T: Serialize> Serialize for FromFile<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if serializer.is_human_readable() {
+            self.file.serialize(serializer)
+        } else {
+            (&self.file, &self.content).serialize(serializer)
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Lights, in radiometric units.
+
+pub(crate) mod file_ref;
+pub(crate) mod ies_profile;
+pub(crate) mod validate;
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::error::SceneError;
+use crate::model::Files;
+use crate::texture::{Image, Wrap};
+
+pub use crate::light::file_ref::FromFile;
+pub use crate::light::ies_profile::Profile;
+
+/// A light, which of the closed set its `type` says: `{ type = "sun", ... }`. All values are radiometric and linear.
+///
+/// A light has no mesh: it is seen where it has a size, directly and in mirrors, but casts no shadow and is in no ground
+/// truth. To make it block light, put an object there; to make an object shine, give it `emission`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+// `schema::node` reads an enum from a table by its `type`, so that errors inside keep their place.
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+#[schemars(tag = "type")]
+pub enum Light {
+    /// Light from far away: parallel, or from a disk in the sky where `angular_diameter` > 0.
+    Sun {
+        /// The way the light travels, in the world; any length but zero.
+        direction: [f64; 3],
+        /// Linear RGB in W/m² on a surface that faces the sun.
+        irradiance: [f32; 3],
+        /// In degrees, below 180. Earth's sun has 0.53: shadows get soft edges, and the sky has a bright disk.
+        #[serde(default)]
+        angular_diameter: f64,
+    },
+    /// A light bulb: a point, or a sphere of even radiance where `radius` > 0. Exactly one of `power` and `intensity`.
+    Bulb {
+        /// The centre, in the world.
+        position: [f64; 3],
+        /// Linear RGB in W, over the whole sphere of directions.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        power: Option<[f32; 3]>,
+        /// Linear RGB in W/sr.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        intensity: Option<[f32; 3]>,
+        /// In metres.
+        #[serde(default)]
+        radius: f64,
+    },
+    /// A point that shines into a cone, as in glTF's `KHR_lights_punctual`: full up to `inner`, nothing beyond `outer`,
+    /// and ((cos a - cos outer) / (cos inner - cos outer))² at an angle a in between. Exactly one of `power` and
+    /// `intensity`.
+    Spot {
+        /// The tip of the cone, in the world.
+        position: [f64; 3],
+        /// The axis of the cone, the way the light travels; any length but zero.
+        direction: [f64; 3],
+        /// Linear RGB in W, all that leaves it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        power: Option<[f32; 3]>,
+        /// Linear RGB in W/sr, on the axis.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        intensity: Option<[f32; 3]>,
+        /// In degrees from the axis, 0 <= inner <= outer.
+        #[serde(default)]
+        inner: f64,
+        /// In degrees from the axis, at most 90.
+        #[serde(default = "forty_five")]
+        outer: f64,
+    },
+    /// A parallelogram of even radiance.
+    Area {
+        /// Its centre, in the world.
+        position: [f64; 3],
+        /// A whole edge.
+        u: [f64; 3],
+        /// The other edge. It shines towards u x v.
+        v: [f64; 3],
+        /// Linear RGB in W/(m² sr).
+        radiance: [f32; 3],
+        /// Whether it shines to both sides.
+        #[serde(default)]
+        two_sided: bool,
+    },
+    /// A disk of even radiance.
+    Disk {
+        /// Its centre, in the world.
+        position: [f64; 3],
+        /// Where it shines to, at right angles to the disk; any length but zero.
+        direction: [f64; 3],
+        /// In metres.
+        radius: f64,
+        /// Linear RGB in W/(m² sr).
+        radiance: [f32; 3],
+        /// Whether it shines to both sides.
+        #[serde(default)]
+        two_sided: bool,
+    },
+    /// A luminaire as measured: a point with the intensities of an IES file (ANSI/IES LM-63).
+    Ies {
+        /// The `.ies` file, beside the world file or below.
+        #[schemars(with = "String")]
+        profile: FromFile<Profile>,
+        /// In the world.
+        position: [f64; 3],
+        /// The luminaire's nadir, vertical angle 0: straight down for one that hangs; any length but zero.
+        direction: [f64; 3],
+        /// Where its horizontal angle 0 points, as far as that is at right angles to `direction`; any length but zero.
+        /// Where not given, what is nearest to the world's x axis (its y axis for a light that shines along x).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        front: Option<[f64; 3]>,
+        /// Linear RGB in W, all that leaves it. Where not given, its candela as white light of 683 lm/W.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        power: Option<[f32; 3]>,
+    },
+    /// The background, and light from everywhere: the same `radiance` in all directions, or from `zenith` to `horizon`.
+    Sky {
+        /// Linear RGB in W/(m² sr).
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        radiance: Option<[f32; 3]>,
+        /// Straight up. Radiance is linear in the sine of the elevation: a horizon of a third of the zenith is the
+        /// overcast sky of Moon and Spencer (1942), a CIE standard.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        zenith: Option<[f32; 3]>,
+        /// At the horizon, and below unless there is `ground`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        horizon: Option<[f32; 3]>,
+        /// Below the horizon.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        ground: Option<[f32; 3]>,
+    },
+    /// A clear sky with its sun: A. J. Preetham, P. Shirley and B. Smits, "A practical analytic model for daylight",
+    /// SIGGRAPH 1999. Luminance counts as 683 lm/W, so that a clear noon gives some 150 W/m².
+    Daylight {
+        /// The way sunlight travels, in the world: downwards, for the sun is up; any length but zero.
+        direction: [f64; 3],
+        /// How hazy the air is, 1.9 to 10: 2 is very clear, 3 clear, 6 warm and moist, 10 hazy.
+        #[serde(default = "three")]
+        turbidity: f64,
+        /// What all of it is multiplied by.
+        #[serde(default = "one")]
+        scale: f32,
+    },
+    /// An image around the world, equirectangular: twice as wide as high, up at its top; as a rule high dynamic range.
+    Environment {
+        /// The image file, beside the world file or below. Its values are radiance in W/(m² sr).
+        #[schemars(with = "String")]
+        image: FromFile<Image>,
+        /// Degrees: where its middle is, as the yaw of a camera that looks there. 0 is along x in a z-up world and along
+        /// -z in a y-up one; a positive angle is further left.
+        #[serde(default)]
+        yaw: f64,
+        /// What its values are multiplied by.
+        #[serde(default = "one")]
+        scale: f32,
+    },
+}
+
+fn one() -> f32 {
+    1.0
+}
+
+fn three() -> f64 {
+    3.0
+}
+
+fn forty_five() -> f64 {
+    45.0
+}
+
+impl Light {
+    /// An even sky.
+    pub fn even_sky(radiance: [f32; 3]) -> Self {
+        Self::Sky {
+            radiance: Some(radiance),
+            zenith: None,
+            horizon: None,
+            ground: None,
+        }
+    }
+
+    /// Reads the file that it names, unless that was done.
+    ///
+    /// # Errors
+    /// What `files` says.
+    pub fn read<F: Files>(&mut self, files: &mut F) -> Result<(), F::Error> {
+        match self {
+            Light::Environment { image, .. } => image.read(|file| {
+                let wrap = [Wrap::Repeat, Wrap::Clamp];
+                Ok(files.texture(file, wrap)?.image)
+            }),
+            Light::Ies { profile, .. } => profile.read(|file| Ok(Arc::new(files.profile(file)?))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether its values make sense.
+    ///
+    /// # Errors
+    /// [`SceneError::World`]: values that are negative or not finite, directions of length 0, shapes without area,
+    /// angles out of range, both of two keys that exclude each other or none, a file that is not read.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        validate::check(self)
+    }
+}

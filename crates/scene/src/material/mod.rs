@@ -1,0 +1,223 @@
+//! Materials: a base colour and how the surface reflects it.
+
+pub mod glass;
+pub mod metal;
+pub mod principled;
+
+use crate::color::Rgb;
+use crate::error::SceneError;
+use crate::material::glass::Glass;
+use crate::material::metal::Metal;
+use crate::material::principled::{NormalMap, Principled, Textured};
+use crate::mesh::Mesh;
+use crate::texture::TextureSlot;
+
+/// What a surface is made of. The base colour at a point is the product of `color`, the mesh's face or vertex colour
+/// and the texture.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Material {
+    /// Empty when it has none.
+    pub name: String,
+    /// Linear base colour, each channel 0..=1.
+    pub color: Rgb,
+    /// What multiplies it: red, green, blue; its alpha multiplies `opacity`.
+    pub texture: Option<TextureSlot>,
+    /// 0..=1, with the texture's and the vertices' alpha; what it means is `alpha`'s to say.
+    pub opacity: f32,
+    /// What opacity means.
+    pub alpha: Alpha,
+    /// Whether the back of a triangle is lit as its front is; else it is as glTF says: not seen by the camera's picture.
+    pub double_sided: bool,
+    /// What shines by itself, linear, in W/(m² sr). Texture: red, green, blue.
+    pub emission: Textured<Rgb>,
+    /// Normals of finer detail than the mesh.
+    pub normal_map: Option<NormalMap>,
+    /// How much indirect light the surroundings let through, where it is not computed: strength, texture: red.
+    pub occlusion: Option<Textured<f32>>,
+    /// Where clear matter overlaps, which is there: the highest; of equals, the one that lies within the other.
+    #[serde(default)]
+    pub priority: i32,
+    /// How the base colour is reflected.
+    pub reflectance: Reflectance,
+}
+
+/// What a material's opacity means (glTF 2.0, 3.9.4).
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub enum Alpha {
+    /// Nothing: it is all there.
+    #[default]
+    Opaque,
+    /// There where opacity is at least this, not there elsewhere.
+    Mask {
+        /// 0.5 where a file says nothing.
+        cutoff: f32,
+    },
+    /// The share of it that is there; the rest shows what lies behind.
+    Blend,
+}
+
+/// The closed set of reflection models.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub enum Reflectance {
+    /// The lecture's: Lambert of albedo `diffuse * base colour` plus the energy-conserving modified Phong lobe of
+    /// Lafortune and Willems (1994) with albedo `specular` and exponent `shininess`.
+    Lecture {
+        /// 0..=1.
+        diffuse: f32,
+        /// Linear, 0..=1 per channel.
+        specular: Rgb,
+        /// The Phong exponent, >= 0.
+        shininess: f32,
+    },
+    /// The base colour itself, whatever the light.
+    Unlit,
+    /// A metal by its index of refraction; the base colour multiplies what it reflects.
+    Metal(Metal),
+    /// What refracts.
+    Glass(Glass),
+    /// glTF's metallic-roughness with its extensions.
+    Principled(Box<Principled>),
+}
+
+impl Reflectance {
+    /// The lecture's, where nothing is said: all diffuse.
+    pub const DEFAULT: Self = Self::Lecture {
+        diffuse: 1.0,
+        specular: [0.0; 3],
+        shininess: 32.0,
+    };
+}
+
+impl Default for Material {
+    /// White, opaque, all diffuse, seen from both sides.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            color: [1.0; 3],
+            texture: None,
+            opacity: 1.0,
+            alpha: Alpha::Opaque,
+            double_sided: true,
+            emission: [0.0; 3].into(),
+            normal_map: None,
+            occlusion: None,
+            priority: 0,
+            reflectance: Reflectance::DEFAULT,
+        }
+    }
+}
+
+impl Material {
+    /// The material of a mesh that says nothing of its own: white, to show the colours that the mesh has, or light grey
+    /// where it has none.
+    pub fn plain(mesh: &Mesh) -> Self {
+        let colored = mesh.vertex_colors.is_some() || mesh.face_colors.is_some();
+        let color = if colored { [1.0; 3] } else { [0.8; 3] };
+        Self {
+            color,
+            ..Self::default()
+        }
+    }
+
+    /// Every texture it uses.
+    pub fn texture_slots(&self) -> Vec<TextureSlot> {
+        self.clone().texture_slots_mut().map(|slot| *slot).collect()
+    }
+
+    /// Every texture it uses, to be changed.
+    pub fn texture_slots_mut(&mut self) -> impl Iterator<Item = &mut TextureSlot> {
+        let principled = match &mut self.reflectance {
+            Reflectance::Principled(principled) => Some(principled.texture_slots_mut()),
+            _ => None,
+        };
+        let own = [
+            self.texture.as_mut(),
+            self.emission.texture.as_mut(),
+            self.normal_map.as_mut().map(|normal| &mut normal.texture),
+            self.occlusion
+                .as_mut()
+                .and_then(|occlusion| occlusion.texture.as_mut()),
+        ];
+        own.into_iter()
+            .flatten()
+            .chain(principled.into_iter().flatten())
+    }
+
+    /// The same, with this name where it has none.
+    #[must_use]
+    pub fn named(mut self, name: &str) -> Self {
+        if self.name.is_empty() {
+            self.name = name.into();
+        }
+        self
+    }
+
+    /// Whether its values make sense.
+    ///
+    /// # Errors
+    /// [`SceneError::World`]: colours and shares outside 0..=1, a shininess that is negative or not finite.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        let share = |name: &str, values: &[f32]| {
+            if values.iter().all(|v| (0.0..=1.0).contains(v)) {
+                return Ok(());
+            }
+            Err(SceneError::World(format!(
+                "{name} {values:?}: expected 0..=1"
+            )))
+        };
+        share("color", &self.color)?;
+        share("opacity", &[self.opacity])?;
+        if let Alpha::Mask { cutoff } = self.alpha
+            && !(cutoff.is_finite() && cutoff >= 0.0)
+        {
+            return Err(SceneError::World(format!(
+                "alpha cutoff {cutoff}: expected a finite number >= 0"
+            )));
+        }
+        if !self
+            .emission
+            .value
+            .iter()
+            .all(|v| v.is_finite() && *v >= 0.0)
+        {
+            return Err(SceneError::World(format!(
+                "emission {:?}: expected red, green, blue that are finite and >= 0",
+                self.emission.value
+            )));
+        }
+        match self.reflectance {
+            Reflectance::Unlit => Ok(()),
+            Reflectance::Metal(metal) => metal.validate(),
+            Reflectance::Glass(glass) => glass.validate(),
+            Reflectance::Principled(ref principled) => principled.validate(),
+            Reflectance::Lecture {
+                diffuse,
+                specular,
+                shininess,
+            } => {
+                share("diffuse", &[diffuse])?;
+                share("specular", &specular)?;
+                if !(shininess.is_finite() && shininess >= 0.0) {
+                    return Err(SceneError::World(format!(
+                        "shininess {shininess}: expected a finite number >= 0, the Phong exponent"
+                    )));
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// The largest share of light that comes back in any channel, where it is more than arrives.
+    pub fn excess_reflectance(&self) -> Option<f32> {
+        let Reflectance::Lecture {
+            diffuse, specular, ..
+        } = self.reflectance
+        else {
+            return None;
+        };
+        let total = (0..3)
+            .map(|i| diffuse * self.color[i] + specular[i])
+            .fold(0.0, f32::max);
+        (total > 1.0 + 1e-6).then_some(total)
+    }
+}

@@ -1,0 +1,359 @@
+//! A mesh: indexed triangles in float64, with what its corners and faces carry.
+
+pub mod oriented_box;
+pub mod primitive;
+pub mod subdivide;
+pub(crate) mod topology;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+use crate::color::Rgb;
+use crate::error::SceneError;
+
+/// Indexed triangles in mesh-local coordinates. Vertices are used exactly as given.
+///
+/// Per-vertex arrays are as long as `vertices`, per-triangle arrays as long as `triangles`; an absent one is `None`.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Mesh {
+    /// Corner positions.
+    pub vertices: Vec<DVec3>,
+    /// Corner indices, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Shading normals per vertex, of length 1, or 0 where a vertex has none and the triangle's own is meant.
+    pub normals: Option<Vec<[f32; 3]>>,
+    /// Texture coordinates per vertex; v = 0 is the top row of the image, as in glTF.
+    pub uvs: Option<Vec<[f32; 2]>>,
+    /// Further texture coordinates per vertex: sets 1, 2, ...
+    pub more_uvs: Vec<Vec<[f32; 2]>>,
+    /// Tangents per vertex of length 1 towards increasing u, with the bitangent's sign (glTF 2.0, 3.7.2.1).
+    pub tangents: Option<Vec<[f32; 4]>>,
+    /// Linear colours per vertex, interpolated.
+    pub vertex_colors: Option<Vec<Rgb>>,
+    /// Opacities per vertex, interpolated.
+    pub vertex_opacities: Option<Vec<f32>>,
+    /// Linear colours per triangle.
+    pub face_colors: Option<Vec<Rgb>>,
+    /// Per triangle, which of its object's `materials` it has; all 0 when absent.
+    pub material_slots: Option<Vec<u16>>,
+}
+
+/// The most triangles of a mesh: ids are int32.
+pub const MAX_TRIANGLES: usize = i32::MAX as usize;
+
+impl Mesh {
+    /// Whether everything fits together.
+    ///
+    /// # Errors
+    /// [`SceneError::World`]: no triangles, vertices that are not finite, indices out of range, arrays of the wrong
+    /// length, normals or texture coordinates that are not finite, colours outside 0..=1.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        let fail = |message: String| Err(SceneError::World(message));
+        let (vertices, triangles) = (self.vertices.len(), self.triangles.len());
+        if triangles == 0 {
+            return fail(format!(
+                "a mesh of {vertices} vertices without triangles: nothing to see"
+            ));
+        }
+        if triangles > MAX_TRIANGLES {
+            return fail(format!(
+                "a mesh of {triangles} triangles: at most {MAX_TRIANGLES} are possible"
+            ));
+        }
+        if let Some(i) = first_without(&self.vertices, |v| v.is_finite()) {
+            return fail(format!(
+                "vertex {i} is {}: coordinates must be finite",
+                self.vertices[i]
+            ));
+        }
+        let inside = |&[a, b, c]: &[u32; 3]| (a.max(b).max(c) as usize) < vertices;
+        if let Some(i) = first_without(&self.triangles, inside) {
+            let triangle = self.triangles[i];
+            return fail(format!(
+                "triangle {i} has corners {triangle:?}, but there are {vertices} vertices: indices are 0..={}",
+                vertices.saturating_sub(1)
+            ));
+        }
+        check_numbers(
+            "normals",
+            self.normals.as_deref(),
+            vertices,
+            "vertices",
+            f32::is_finite,
+            "finite",
+        )?;
+        check_numbers(
+            "uvs",
+            self.uvs.as_deref(),
+            vertices,
+            "vertices",
+            f32::is_finite,
+            "finite",
+        )?;
+        for (i, uvs) in self.more_uvs.iter().enumerate() {
+            check_numbers(
+                &format!("more_uvs[{i}]"),
+                Some(uvs),
+                vertices,
+                "vertices",
+                f32::is_finite,
+                "finite",
+            )?;
+        }
+        check_numbers(
+            "tangents",
+            self.tangents.as_deref(),
+            vertices,
+            "vertices",
+            f32::is_finite,
+            "finite",
+        )?;
+        let share = |v: f32| (0.0..=1.0).contains(&v);
+        let opacities = self
+            .vertex_opacities
+            .as_deref()
+            .map(<[f32]>::as_chunks::<1>);
+        check_numbers(
+            "vertex_opacities",
+            opacities.map(|(all, _)| all),
+            vertices,
+            "vertices",
+            share,
+            "in 0..=1",
+        )?;
+        check_numbers(
+            "vertex_colors",
+            self.vertex_colors.as_deref(),
+            vertices,
+            "vertices",
+            share,
+            "in 0..=1",
+        )?;
+        check_numbers(
+            "face_colors",
+            self.face_colors.as_deref(),
+            triangles,
+            "triangles",
+            share,
+            "in 0..=1",
+        )?;
+        if let Some(slots) = &self.material_slots {
+            check_length("material_slots", slots.len(), triangles, "triangles")?;
+        }
+        Ok(())
+    }
+
+    /// How many triangles have no area: they are kept, and never hit.
+    pub fn degenerate_count(&self) -> usize {
+        let flat = |&[a, b, c]: &[u32; 3]| {
+            let [a, b, c] = [a, b, c].map(|i| self.vertices[i as usize]);
+            (b - a).cross(c - a) == DVec3::ZERO
+        };
+        self.triangles
+            .iter()
+            .filter(|triangle| flat(triangle))
+            .count()
+    }
+
+    /// The smallest and largest corner of the vertices that triangles use; `None` without triangles.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        self.bounds_in(DAffine3::IDENTITY)
+    }
+
+    /// [`Mesh::bounds`] of the mesh placed by a transform, as tight as without.
+    pub fn bounds_in(&self, world_from_mesh: DAffine3) -> Option<(DVec3, DVec3)> {
+        let mut used = vec![false; self.vertices.len()];
+        for &i in self.triangles.as_flattened() {
+            used[i as usize] = true;
+        }
+        let corners = self.vertices.iter().zip(used).filter(|(_, used)| *used);
+        corners
+            .map(|(&vertex, _)| world_from_mesh.transform_point3(vertex))
+            .fold(None, |bounds, point| {
+                let (low, high) = bounds.unwrap_or((point, point));
+                Some((low.min(point), high.max(point)))
+            })
+    }
+
+    /// The same mesh in the coordinates that a transform leads to; where that mirrors, triangles turn the other way, so
+    /// that outside stays outside.
+    pub fn placed(&self, world_from_mesh: DAffine3) -> Mesh {
+        let mut placed = self.clone();
+        if world_from_mesh == DAffine3::IDENTITY {
+            return placed;
+        }
+        let linear = world_from_mesh.matrix3;
+        let mirrored = linear.determinant() < 0.0;
+        let normal_from_mesh = linear.inverse().transpose();
+        let turn = |matrix: DMat3, [x, y, z]: [f32; 3]| {
+            let vector = matrix * Vec3::new(x, y, z).as_dvec3();
+            vector.normalize_or_zero().as_vec3().to_array()
+        };
+        for vertex in &mut placed.vertices {
+            *vertex = world_from_mesh.transform_point3(*vertex);
+        }
+        for normal in placed.normals.iter_mut().flatten() {
+            *normal = turn(normal_from_mesh, *normal);
+        }
+        for [x, y, z, sign] in placed.tangents.iter_mut().flatten() {
+            [*x, *y, *z] = turn(linear, [*x, *y, *z]);
+            if mirrored {
+                *sign = -*sign;
+            }
+        }
+        if mirrored {
+            placed.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        placed
+    }
+
+    /// Adds the vertices and triangles of another mesh, whose triangles get these material slots.
+    pub(crate) fn append(&mut self, other: &Mesh, slots: Vec<u16>) {
+        let [before, after] = [self.vertices.len(), other.vertices.len()];
+        let [triangles, more] = [self.triangles.len(), other.triangles.len()];
+        let offset = before as u32;
+        join(
+            &mut self.normals,
+            other.normals.as_deref(),
+            before,
+            after,
+            [0.0; 3],
+        );
+        join(&mut self.uvs, other.uvs.as_deref(), before, after, [0.0; 2]);
+        for set in 0..self.more_uvs.len().max(other.more_uvs.len()) {
+            if set == self.more_uvs.len() {
+                self.more_uvs.push(vec![[0.0; 2]; before]);
+            }
+            match other.more_uvs.get(set) {
+                Some(uvs) => self.more_uvs[set].extend_from_slice(uvs),
+                None => self.more_uvs[set].resize(before + after, [0.0; 2]),
+            }
+        }
+        join(
+            &mut self.tangents,
+            other.tangents.as_deref(),
+            before,
+            after,
+            [0.0; 4],
+        );
+        join(
+            &mut self.vertex_opacities,
+            other.vertex_opacities.as_deref(),
+            before,
+            after,
+            1.0,
+        );
+        join(
+            &mut self.vertex_colors,
+            other.vertex_colors.as_deref(),
+            before,
+            after,
+            [1.0; 3],
+        );
+        join(
+            &mut self.face_colors,
+            other.face_colors.as_deref(),
+            triangles,
+            more,
+            [1.0; 3],
+        );
+        join(&mut self.material_slots, Some(&slots), triangles, more, 0);
+        self.vertices.extend_from_slice(&other.vertices);
+        self.triangles.extend(
+            other
+                .triangles
+                .iter()
+                .map(|triangle| triangle.map(|v| v + offset)),
+        );
+    }
+
+    /// The texture coordinates of a set, where the mesh has it: 0 are [`Mesh::uvs`].
+    pub fn uv_set(&self, set: usize) -> Option<&[[f32; 2]]> {
+        match set {
+            0 => self.uvs.as_deref(),
+            _ => self.more_uvs.get(set - 1).map(Vec::as_slice),
+        }
+    }
+
+    /// How many material slots its triangles use: one more than the largest.
+    pub fn slot_count(&self) -> usize {
+        self.material_slots
+            .iter()
+            .flatten()
+            .max()
+            .map_or(1, |&slot| usize::from(slot) + 1)
+    }
+}
+
+/// Joins two arrays of these lengths; where only one is there, the other is all `neutral`.
+fn join<T: Clone>(
+    all: &mut Option<Vec<T>>,
+    other: Option<&[T]>,
+    before: usize,
+    more: usize,
+    neutral: T,
+) {
+    if all.is_none() && other.is_none() {
+        return;
+    }
+    let all = all.get_or_insert_with(|| vec![neutral.clone(); before]);
+    match other {
+        Some(other) => all.extend_from_slice(other),
+        None => all.resize(before + more, neutral),
+    }
+}
+
+/// Which value is the first that is not `valid`. Of many, each half is looked at by a thread of its own.
+fn first_without<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+    const MANY: usize = 1 << 17;
+    if values.len() < MANY {
+        return first_in_order(values, valid);
+    }
+    let (one, other) = values.split_at(values.len() / 2);
+    std::thread::scope(|scope| {
+        let second = scope.spawn(|| first_in_order(other, &valid));
+        let first = first_in_order(one, &valid);
+        let second = second
+            .join()
+            .unwrap_or_else(|e| std::panic::resume_unwind(e));
+        first.or_else(|| second.map(|i| one.len() + i))
+    })
+}
+
+/// The same by one thread. Inside a block there is no way out of the loop, which is some times as fast.
+fn first_in_order<T>(values: &[T], valid: impl Fn(&T) -> bool) -> Option<usize> {
+    const BLOCK: usize = 256;
+    let bad = |block: &[T]| !block.iter().fold(true, |all, value| all & valid(value));
+    let block = BLOCK * values.chunks(BLOCK).position(bad)?;
+    let within = values[block..].iter().position(|value| !valid(value))?;
+    Some(block + within)
+}
+
+/// Checks the length and the numbers of a per-vertex or per-triangle array.
+fn check_numbers<const N: usize>(
+    name: &str,
+    values: Option<&[[f32; N]]>,
+    count: usize,
+    what: &str,
+    valid: impl Fn(f32) -> bool + Sync,
+    expected: &str,
+) -> Result<(), SceneError> {
+    let Some(values) = values else { return Ok(()) };
+    check_length(name, values.len(), count, what)?;
+    let all = |value: &[f32; N]| value.iter().fold(true, |all, &v| all & valid(v));
+    match first_without(values, all) {
+        Some(i) => Err(SceneError::World(format!(
+            "{name}[{i}] is {:?}: expected numbers {expected}",
+            values[i]
+        ))),
+        None => Ok(()),
+    }
+}
+
+fn check_length(name: &str, length: usize, count: usize, what: &str) -> Result<(), SceneError> {
+    if length == count {
+        return Ok(());
+    }
+    Err(SceneError::World(format!(
+        "{name} has {length} entries, expected one for each of the {count} {what}"
+    )))
+}

@@ -1,0 +1,251 @@
+//! Subdivision of coarse meshes: Loop's scheme with sharp boundaries, and midpoint.
+//!
+//! Each level makes four triangles of one: triangle `i` becomes `4 i` to `4 i + 3`, its three corners in order and then
+//! its middle, and hands on its colour and material slot. Vertices with the same coordinates are one point of the surface
+//! and move together, so that texture seams and hard corners do not tear; texture coordinates and vertex colours are
+//! interpolated linearly along the edges.
+
+use glam::{DVec3, Vec3};
+
+use crate::error::SceneError;
+use crate::mesh::Mesh;
+use crate::mesh::topology::{Edges, has_three_corners, weld};
+
+/// The most triangles that subdivision may make.
+pub const MAX_TRIANGLES: usize = 1 << 25;
+
+/// `levels` steps of Loop's scheme (C. Loop, Smooth Subdivision Surfaces Based on Triangles, 1987). Edges of one
+/// triangle, or of more than two, are sharp: points on them are spline curves of their own (Hoppe et al. 1994), and stay
+/// where they are where more than two such edges meet. The result has shading normals.
+///
+/// # Errors
+/// [`SceneError::World`] where the mesh is invalid or would get more than [`MAX_TRIANGLES`] triangles.
+pub fn loop_subdivide(mesh: &Mesh, levels: u32) -> Result<Mesh, SceneError> {
+    let mut refined = Refined::new(mesh, levels)?;
+    for _ in 0..levels {
+        refined.split(loop_points);
+    }
+    if levels > 0 {
+        refined.mesh.normals = Some(refined.smooth_normals());
+    }
+    Ok(refined.mesh)
+}
+
+/// `levels` steps of splitting each triangle in four at its edges' midpoints: the same surface.
+///
+/// # Errors
+/// [`SceneError::World`] where the mesh is invalid or would get more than [`MAX_TRIANGLES`] triangles.
+pub fn midpoint(mesh: &Mesh, levels: u32) -> Result<Mesh, SceneError> {
+    let mut refined = Refined::new(mesh, levels)?;
+    for _ in 0..levels {
+        refined.split(|points, _, edges| {
+            let middle = |&[a, b]: &[u32; 2]| points[a as usize].midpoint(points[b as usize]);
+            points
+                .iter()
+                .copied()
+                .chain(edges.ends.iter().map(middle))
+                .collect()
+        });
+    }
+    Ok(refined.mesh)
+}
+
+/// A mesh and the surface under it, on which each point is there once.
+struct Refined {
+    mesh: Mesh,
+    points: Vec<DVec3>,
+    /// For each vertex of the mesh, its point.
+    point_of: Vec<u32>,
+}
+
+/// From points and triangles between them, with their edges: the points moved, and then one for each edge.
+type Rule = fn(&[DVec3], &[[u32; 3]], &Edges) -> Vec<DVec3>;
+
+impl Refined {
+    fn new(mesh: &Mesh, levels: u32) -> Result<Self, SceneError> {
+        mesh.validate()?;
+        let count = mesh.triangles.len();
+        let refined = 4_usize
+            .checked_pow(levels)
+            .and_then(|factor| factor.checked_mul(count));
+        if refined.is_none_or(|refined| refined > MAX_TRIANGLES && levels > 0) {
+            return Err(SceneError::World(format!(
+                "{levels} levels of subdivision make more than {MAX_TRIANGLES} triangles of {count}: each level makes \
+                 four of one"
+            )));
+        }
+        let (points, point_of) = weld(&mesh.vertices);
+        Ok(Self {
+            mesh: mesh.clone(),
+            points,
+            point_of,
+        })
+    }
+
+    /// One level.
+    fn split(&mut self, rule: Rule) {
+        let surface = self.surface();
+        let point_edges = Edges::new(&surface);
+        let points = rule(&self.points, &surface, &point_edges);
+
+        let mesh = &mut self.mesh;
+        let edges = Edges::new(&mesh.triangles);
+        let old = mesh.vertices.len() as u32;
+        let mut edge_points = vec![0; edges.ends.len()];
+        for (own, shared) in edges.of_triangle.iter().zip(&point_edges.of_triangle) {
+            for side in 0..3 {
+                // An edge from a point to itself is that point still.
+                let [a, b] = point_edges.ends[shared[side] as usize];
+                let middle = if a == b {
+                    a
+                } else {
+                    self.points.len() as u32 + shared[side]
+                };
+                edge_points[own[side] as usize] = middle;
+            }
+        }
+        self.point_of.extend(edge_points);
+        self.points = points;
+        mesh.vertices = self
+            .point_of
+            .iter()
+            .map(|&point| self.points[point as usize])
+            .collect();
+
+        extend(&mut mesh.uvs, &edges, |a, b| {
+            [0, 1].map(|i| f32::midpoint(a[i], b[i]))
+        });
+        extend(&mut mesh.vertex_colors, &edges, |a, b| {
+            [0, 1, 2].map(|i| f32::midpoint(a[i], b[i]))
+        });
+        extend(&mut mesh.normals, &edges, |a, b| {
+            (Vec3::from_array(a) + Vec3::from_array(b))
+                .normalize_or(Vec3::from_array(a))
+                .to_array()
+        });
+        let four = |[a, b, c]: [u32; 3], sides: &[u32; 3]| {
+            let [ab, bc, ca] = sides.map(|edge| old + edge);
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        };
+        mesh.triangles = mesh
+            .triangles
+            .iter()
+            .zip(&edges.of_triangle)
+            .flat_map(|(&corners, sides)| four(corners, sides))
+            .collect();
+        hand_on(&mut mesh.face_colors);
+        hand_on(&mut mesh.material_slots);
+    }
+
+    /// The triangles between points.
+    fn surface(&self) -> Vec<[u32; 3]> {
+        self.mesh
+            .triangles
+            .iter()
+            .map(|triangle| triangle.map(|v| self.point_of[v as usize]))
+            .collect()
+    }
+
+    /// For each vertex, the mean normal of the triangles around its point, weighted by area.
+    fn smooth_normals(&self) -> Vec<[f32; 3]> {
+        let mut sums = vec![DVec3::ZERO; self.points.len()];
+        for triangle in self.surface() {
+            let [a, b, c] = triangle.map(|point| self.points[point as usize]);
+            for point in triangle {
+                sums[point as usize] += (b - a).cross(c - a);
+            }
+        }
+        let unit = |&point: &u32| {
+            sums[point as usize]
+                .normalize_or_zero()
+                .as_vec3()
+                .to_array()
+        };
+        self.point_of.iter().map(unit).collect()
+    }
+}
+
+/// Loop's rule.
+fn loop_points(points: &[DVec3], surface: &[[u32; 3]], edges: &Edges) -> Vec<DVec3> {
+    let at = |point: u32| points[point as usize];
+    // Sums over neighbours, over those along sharp edges, and over the two corners opposite an edge.
+    let mut around = vec![(0_u32, DVec3::ZERO); points.len()];
+    let mut along = around.clone();
+    for (&[a, b], &count) in edges
+        .ends
+        .iter()
+        .zip(&edges.triangle_count)
+        .filter(|(_, count)| **count > 0)
+    {
+        for (here, there) in [(a, b), (b, a)] {
+            let add = |sums: &mut [(u32, DVec3)]| {
+                sums[here as usize].0 += 1;
+                sums[here as usize].1 += at(there);
+            };
+            add(&mut around);
+            if count != 2 {
+                add(&mut along);
+            }
+        }
+    }
+    let mut opposite = vec![DVec3::ZERO; edges.ends.len()];
+    for (triangle, sides) in surface
+        .iter()
+        .zip(&edges.of_triangle)
+        .filter(|(triangle, _)| has_three_corners(triangle))
+    {
+        for side in 0..3 {
+            opposite[sides[side] as usize] += at(triangle[(side + 2) % 3]);
+        }
+    }
+    let rings = around.iter().zip(&along);
+    let mut moved: Vec<DVec3> = points
+        .iter()
+        .zip(rings)
+        .map(|(&point, (&(n, ring), &(sharp, ends)))| match sharp {
+            0 | 1 if n > 0 => {
+                let beta = loop_weight(n);
+                point * (1.0 - f64::from(n) * beta) + ring * beta
+            }
+            2 => point * 0.75 + ends * 0.125,
+            _ => point,
+        })
+        .collect();
+    for (&[a, b], (&count, &corners)) in edges
+        .ends
+        .iter()
+        .zip(edges.triangle_count.iter().zip(&opposite))
+    {
+        moved.push(match count {
+            2 => (at(a) + at(b)) * 0.375 + corners * 0.125,
+            _ => at(a).midpoint(at(b)),
+        });
+    }
+    moved
+}
+
+/// The weight of each of n neighbours of an interior point (Loop 1987).
+fn loop_weight(n: u32) -> f64 {
+    let n = f64::from(n);
+    let c = 0.375 + 0.25 * (std::f64::consts::TAU / n).cos();
+    (0.625 - c * c) / n
+}
+
+/// Adds a value for each edge to an array of one for each vertex.
+fn extend<T: Copy>(values: &mut Option<Vec<T>>, edges: &Edges, between: impl Fn(T, T) -> T) {
+    if let Some(values) = values {
+        let added: Vec<T> = edges
+            .ends
+            .iter()
+            .map(|&[a, b]| between(values[a as usize], values[b as usize]))
+            .collect();
+        values.extend(added);
+    }
+}
+
+/// Gives the value of each triangle to the four made of it.
+fn hand_on<T: Copy>(values: &mut Option<Vec<T>>) {
+    if let Some(values) = values {
+        *values = values.iter().flat_map(|&value| [value; 4]).collect();
+    }
+}

@@ -1,0 +1,242 @@
+//! From an object's description to a placed mesh with its materials.
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use crate::error::SceneError;
+use crate::material::Material;
+use crate::math::rotation;
+use crate::model::Files;
+use crate::schema::build_world::Failure;
+use crate::schema::geometry::{Additions, FileMeshes};
+use crate::schema::keys::Keys;
+use crate::schema::material_keys::STYLE;
+use crate::schema::shorthand::{Category, Splat};
+use crate::schema::spec::object::{KEYS, ObjectSpec};
+use crate::texture::Texture;
+use crate::world::{Object, Up, World};
+
+/// The keys that each say what the shape is.
+const SHAPES: [&str; 9] = [
+    "box",
+    "plane",
+    "sphere",
+    "cylinder",
+    "cone",
+    "torus",
+    "mesh",
+    "vertices",
+    "instance_of",
+];
+/// The keys that belong to the mesh, not to where it stands or what it is made of.
+const GEOMETRY: [&str; 6] = [
+    "triangles",
+    "refine",
+    "face_colors",
+    "vertex_colors",
+    "uvs",
+    "normals",
+];
+
+impl ObjectSpec {
+    /// Adds the object it describes to a world, with its mesh and materials, and returns its id. The world is as it was
+    /// where that fails.
+    ///
+    /// # Errors
+    /// [`SceneError`] where shape, transform or material make no sense, and whatever `files` says.
+    pub fn build<F: Files>(self, world: &mut World, files: &mut F) -> Result<usize, F::Error> {
+        self.place(world, files, &mut FileMeshes::default())
+            .map_err(Failure::into_error)
+    }
+
+    /// [`ObjectSpec::build`], for who needs to know whether the description or a file is at fault; with the files that were
+    /// read for earlier objects.
+    pub(crate) fn place<F: Files>(
+        mut self,
+        world: &mut World,
+        files: &mut F,
+        known: &mut FileMeshes,
+    ) -> Result<usize, Failure<F::Error>> {
+        let keys = self.keys();
+        let kind = keys.exactly_one("shape", &SHAPES)?;
+        if kind != "vertices" {
+            keys.refuse(
+                &["triangles"],
+                "it goes with \"vertices\", which is missing",
+            )?;
+        }
+        self.check_style(&keys)?;
+        let (world_from_mesh, shape) = self.transform(world.up, &keys)?;
+        let name = self.chosen_name(kind)?;
+        let mut category = self.category.take().map(|Category(name)| name);
+
+        let (mesh, materials) = match self.instance_of.take() {
+            None => {
+                let file = self.mesh.clone();
+                let plain = keys.given(&GEOMETRY).is_empty();
+                let next = world.textures.len();
+                let (additions, read) = self.additions(&keys, next, files, known, plain)?;
+                let Additions {
+                    mesh,
+                    index,
+                    materials,
+                    textures,
+                    notices,
+                } = additions;
+                let materials = add_materials(materials, textures, &name, world)?;
+                world.notices.extend(notices);
+                let index = index.unwrap_or_else(|| world.add_shared_mesh(mesh));
+                if let (Some(file), Some(mut read)) = (file, read) {
+                    read.index = read.index.or(plain.then_some(index));
+                    known.insert(file, read);
+                }
+                (index, materials)
+            }
+            Some(original) => {
+                keys.refuse(
+                    &GEOMETRY,
+                    "the mesh is that of another object: this belongs there",
+                )?;
+                let id = world
+                    .find_object(&original)
+                    .map_err(|error| error.within("instance_of"))?;
+                let Object {
+                    mesh,
+                    materials,
+                    category: theirs,
+                    ..
+                } = world.objects[id].clone();
+                category = category.or(theirs);
+                if keys.given(&STYLE).is_empty() {
+                    (mesh, materials)
+                } else {
+                    let next = world.textures.len();
+                    let (textures, puts) = self.read_textures(&world.meshes[mesh], next, files)?;
+                    let mut restyled: Vec<Material> = materials
+                        .iter()
+                        .map(|&i| world.materials[i].clone())
+                        .collect();
+                    self.restyle_all(&mut restyled, &puts, &keys)?;
+                    for material in &mut restyled {
+                        material.name.clear();
+                    }
+                    (mesh, add_materials(restyled, textures, &name, world)?)
+                }
+            }
+        };
+        Ok(world.add_object(Object {
+            name,
+            category,
+            mesh,
+            materials,
+            world_from_mesh,
+            shape,
+        })?)
+    }
+
+    /// world_from_mesh, and the part of it that is not location and rotation.
+    fn transform(&self, up: Up, keys: &Keys<KEYS>) -> Result<(DAffine3, DMat3), SceneError> {
+        if let Some(rows) = &self.matrix {
+            let others = ["location", "roll", "pitch", "yaw", "scale"];
+            keys.refuse(
+                &others,
+                "\"matrix\" is given too, and says it already: give one of them",
+            )?;
+            let transform = affine(rows).map_err(|error| error.within("matrix"))?;
+            return Ok((transform, transform.matrix3));
+        }
+        let numbers = [
+            ("roll", self.roll),
+            ("pitch", self.pitch),
+            ("yaw", self.yaw),
+        ];
+        if let Some((key, Some(angle))) = numbers
+            .into_iter()
+            .find(|(_, v)| v.is_some_and(|v| !v.is_finite()))
+        {
+            return Err(SceneError::schema(
+                key,
+                format!("{angle}: expected a finite number of degrees"),
+            ));
+        }
+        let location = DVec3::from_array(self.location.unwrap_or_default());
+        if !location.is_finite() {
+            return Err(SceneError::schema(
+                "location",
+                format!("{location}: expected finite numbers"),
+            ));
+        }
+        let Splat(scale) = self.scale.unwrap_or(Splat([1.0; 3]));
+        if !scale.iter().all(|v| v.is_normal() && v.recip().is_finite()) {
+            return Err(SceneError::schema(
+                "scale",
+                format!("{scale:?}: expected finite numbers other than 0"),
+            ));
+        }
+        let [roll, pitch, yaw] = numbers.map(|(_, angle)| angle.unwrap_or(0.0));
+        let rotation = rotation::object_rotation(roll, pitch, yaw, up);
+        let shape = DMat3::from_diagonal(DVec3::from_array(scale));
+        Ok((
+            DAffine3::from_mat3_translation(rotation * shape, location),
+            shape,
+        ))
+    }
+
+    /// Its name, or the word for what it is.
+    fn chosen_name(&self, kind: &str) -> Result<String, SceneError> {
+        match (&self.name, &self.mesh, &self.instance_of) {
+            (Some(name), ..) if name.is_empty() => {
+                Err(SceneError::schema("name", "\"\": expected a name, or none"))
+            }
+            (Some(name), ..) | (None, None, Some(name)) => Ok(name.clone()),
+            (None, Some(file), _) => {
+                let file = file.rsplit(['/', '\\']).next().unwrap_or(file);
+                Ok(file.rsplit_once('.').map_or(file, |(stem, _)| stem).into())
+            }
+            (None, None, None) => Ok(if kind == "vertices" { "mesh" } else { kind }.into()),
+        }
+    }
+}
+
+/// Adds materials, named where they have no name, and the images they use to a world, all or none of them.
+fn add_materials(
+    materials: Vec<Material>,
+    textures: Vec<Texture>,
+    name: &str,
+    world: &mut World,
+) -> Result<Vec<usize>, SceneError> {
+    materials.iter().try_for_each(Material::validate)?;
+    textures.iter().try_for_each(Texture::validate)?;
+    for texture in textures {
+        world.add_texture(texture);
+    }
+    materials
+        .into_iter()
+        .map(|material| world.add_material(material.named(name)))
+        .collect()
+}
+
+/// A 3x4 or 4x4 matrix as an invertible affine transform.
+fn affine(rows: &[[f64; 4]]) -> Result<DAffine3, SceneError> {
+    let fail = |message: String| Err(SceneError::schema("", message));
+    let (&[a, b, c], rest) = rows
+        .split_first_chunk::<3>()
+        .map_or((&[[0.0; 4]; 3], rows), |split| split);
+    if rows.len() < 3 || rows.len() > 4 {
+        return fail(format!("{} rows of 4: expected 3 or 4", rows.len()));
+    }
+    if let Some(last) = rest.first().filter(|last| **last != [0.0, 0.0, 0.0, 1.0]) {
+        return fail(format!(
+            "the last row is {last:?}, expected 0 0 0 1: is the matrix transposed?"
+        ));
+    }
+    let column = |i: usize| DVec3::new(a[i], b[i], c[i]);
+    let linear = DMat3::from_cols(column(0), column(1), column(2));
+    let transform = DAffine3::from_mat3_translation(linear, column(3));
+    if !transform.is_finite() {
+        return fail("every number must be finite".into());
+    }
+    if !transform.inverse().is_finite() {
+        return fail("it is singular: it flattens the object".into());
+    }
+    Ok(transform)
+}

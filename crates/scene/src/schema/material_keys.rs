@@ -1,0 +1,397 @@
+//! What an object's description says about its materials.
+
+use crate::color::Rgb;
+use crate::error::{SceneError, suggestion};
+use crate::material::glass::Glass;
+use crate::material::metal::Metal;
+use crate::material::principled::Principled;
+use crate::material::{Alpha, Material, Reflectance};
+use crate::schema::keys::Keys;
+use crate::schema::shorthand::{Color, Splat};
+use crate::schema::spec::object::{KEYS, MaterialType, ObjectSpec};
+use crate::schema::texture_binding::Put;
+
+/// The keys that change a material.
+pub(crate) const STYLE: [&str; 32] = [
+    "type",
+    "color",
+    "texture",
+    "textures",
+    "wrap",
+    "diffuse",
+    "specular",
+    "shininess",
+    "emission",
+    "opacity",
+    "metal",
+    "roughness",
+    "ior",
+    "thin",
+    "dispersion",
+    "attenuation_color",
+    "attenuation_distance",
+    "priority",
+    "metallic",
+    "specular_color",
+    "transmission",
+    "clearcoat",
+    "clearcoat_roughness",
+    "sheen_color",
+    "sheen_roughness",
+    "iridescence",
+    "iridescence_ior",
+    "iridescence_thickness",
+    "anisotropy",
+    "anisotropy_rotation",
+    "diffuse_transmission",
+    "diffuse_transmission_color",
+];
+
+/// The keys that the lecture's material alone has, and those of metal, of glass and of principled.
+const LECTURE: [&str; 2] = ["diffuse", "shininess"];
+const METAL: [&str; 1] = ["metal"];
+const GLASS: [&str; 6] = [
+    "ior",
+    "thin",
+    "dispersion",
+    "attenuation_color",
+    "attenuation_distance",
+    "priority",
+];
+const PRINCIPLED: [&str; 14] = [
+    "metallic",
+    "specular_color",
+    "transmission",
+    "clearcoat",
+    "clearcoat_roughness",
+    "sheen_color",
+    "sheen_roughness",
+    "iridescence",
+    "iridescence_ior",
+    "iridescence_thickness",
+    "anisotropy",
+    "anisotropy_rotation",
+    "diffuse_transmission",
+    "diffuse_transmission_color",
+];
+
+impl ObjectSpec {
+    /// Whether the keys of the material go together, and their values make sense.
+    pub(crate) fn check_style(&self, keys: &Keys<KEYS>) -> Result<(), SceneError> {
+        let needs = |named: &str| format!("it goes with type = {named}");
+        // What a file or another object has said already may be changed: see `restyle_all`.
+        let known = self.type_.is_none() && (self.mesh.is_some() || self.instance_of.is_some());
+        match self.type_ {
+            Some(MaterialType::Unlit) => {
+                let reason = "type = \"unlit\" shows the base colour itself and reflects no light";
+                keys.refuse(&["diffuse", "specular", "shininess", "roughness"], reason)?;
+            }
+            Some(MaterialType::Matte) => {
+                let reason = "type = \"matte\" is diffuse alone; leave out the type for diffuse and specular";
+                keys.refuse(&["specular", "shininess", "roughness"], reason)?;
+            }
+            Some(MaterialType::Metal | MaterialType::Glass) => {
+                let reason = "metal and glass have no diffuse part; leave out the type for diffuse and specular";
+                keys.refuse(&["diffuse", "specular", "shininess"], reason)?;
+            }
+            Some(MaterialType::Principled) => {
+                let reason = "type = \"principled\" has metallic and roughness; leave out the type for diffuse and shininess";
+                keys.refuse(&LECTURE, reason)?;
+            }
+            None if known => {}
+            None => {
+                let reason = needs("\"metal\", \"glass\" or \"principled\"");
+                keys.refuse(&["roughness"], &reason)?;
+            }
+        }
+        if self.type_ != Some(MaterialType::Metal) {
+            keys.refuse(&METAL, &needs("\"metal\""))?;
+        }
+        if !known
+            && !matches!(
+                self.type_,
+                Some(MaterialType::Glass | MaterialType::Principled)
+            )
+        {
+            keys.refuse(&GLASS, &needs("\"glass\" or \"principled\""))?;
+        }
+        if !known && self.type_ != Some(MaterialType::Principled) {
+            keys.refuse(&PRINCIPLED, &needs("\"principled\""))?;
+        }
+        if self.metal.is_some() {
+            keys.refuse(
+                &["color"],
+                "a metal has either a name or a color of its own",
+            )?;
+        }
+        if self.texture.is_none() && self.textures.is_none() {
+            keys.refuse(&["wrap"], "it goes with \"texture\", which is missing")?;
+        }
+        let share = |key: &str, values: &[f64]| {
+            if values.iter().all(|v| (0.0..=1.0).contains(v)) {
+                return Ok(());
+            }
+            let given = if let [value] = values {
+                value.to_string()
+            } else {
+                format!("{values:?}")
+            };
+            Err(SceneError::schema(key, format!("{given}: expected 0..=1")))
+        };
+        if let Some(Color(color)) = self.color {
+            share("color", &color.map(f64::from))?;
+        }
+        share("diffuse", self.diffuse.map(f64::from).as_slice())?;
+        if let Some(Splat(specular)) = self.specular {
+            share("specular", &specular)?;
+        }
+        share("opacity", self.opacity.map(f64::from).as_slice())?;
+        if let Some(name) = &self.metal
+            && Metal::named(name).is_none()
+        {
+            let known: Vec<_> = Metal::names().collect();
+            return Err(SceneError::schema(
+                "metal",
+                format!(
+                    "no metal {name:?}{}; there are {}",
+                    suggestion(name, known.iter().copied()),
+                    known.join(", ")
+                ),
+            ));
+        }
+        if self.shininess.is_some_and(|v| !(v.is_finite() && v >= 0.0)) {
+            let given = self.shininess.unwrap_or_default();
+            return Err(SceneError::schema(
+                "shininess",
+                format!("{given}: expected a finite number >= 0, the Phong exponent"),
+            ));
+        }
+        let mut material = Material::default();
+        self.restyle(&mut material, &[]);
+        material
+            .validate()
+            .map_err(|error| SceneError::schema("type", error.to_string()))
+    }
+
+    /// Changes materials to what is said here.
+    ///
+    /// # Errors
+    /// [`SceneError::Schema`] where something is said that none of them has.
+    pub(crate) fn restyle_all(
+        &self,
+        materials: &mut [Material],
+        textures: &[Put],
+        keys: &Keys<KEYS>,
+    ) -> Result<(), SceneError> {
+        let mut unused: Vec<_> = textures.iter().map(|_| true).collect();
+        for material in &mut *materials {
+            for (unused, used) in unused.iter_mut().zip(self.restyle(material, textures)) {
+                *unused &= !used;
+            }
+        }
+        if let Some((put, _)) = textures.iter().zip(unused).find(|(_, unused)| *unused) {
+            let path = format!("textures.{}", put.key);
+            return Err(SceneError::schema(
+                path,
+                "it goes with type = \"principled\"",
+            ));
+        }
+        // With a type, `check_style` has looked.
+        let takes = |material: &Material, key: &str| match &material.reflectance {
+            Reflectance::Principled(_) => !METAL.contains(&key),
+            Reflectance::Glass(_) => GLASS.contains(&key) || key == "roughness",
+            Reflectance::Metal(_) => key == "roughness",
+            Reflectance::Lecture { .. } | Reflectance::Unlit => false,
+        };
+        let mut given = keys.given(&GLASS);
+        given.extend(keys.given(&PRINCIPLED));
+        given.extend(keys.given(&["roughness"]));
+        let lacking = |key: &&&str| !materials.iter().any(|material| takes(material, key));
+        match given.iter().find(lacking) {
+            Some(key) if self.type_.is_none() => Err(SceneError::schema(
+                *key,
+                "no material of this object has it: say a type that has",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Changes a material to what is said here, and says which of the textures it has a place for.
+    fn restyle(&self, material: &mut Material, textures: &[Put]) -> Vec<bool> {
+        // An image named here shows as it is, unless a colour to multiply it by is named here too.
+        let textured = textures.iter().any(|put| put.key == "texture");
+        match self.color {
+            Some(Color(color)) => material.color = color,
+            None if textured || self.is_clear() => material.color = [1.0; 3],
+            None => {}
+        }
+        if let Some(Splat(emission)) = self.emission {
+            material.emission = emission.map(|v| v as f32).into();
+        }
+        if let Some(opacity) = self.opacity {
+            material.opacity = opacity;
+            material.alpha = Alpha::Blend;
+        }
+        // With a type, all begins anew.
+        let known = if self.type_.is_some() {
+            0
+        } else {
+            material.priority
+        };
+        material.priority = self.priority.unwrap_or(known);
+        let reflectance = std::mem::replace(&mut material.reflectance, Reflectance::Unlit);
+        material.reflectance = self.reflectance(reflectance);
+        textures
+            .iter()
+            .map(|put| put.into(material, !self.says(put.key)))
+            .collect()
+    }
+
+    /// How it reflects light, where it did so before.
+    fn reflectance(&self, base: Reflectance) -> Reflectance {
+        match (self.type_, base) {
+            (Some(MaterialType::Unlit), _) => Reflectance::Unlit,
+            (Some(MaterialType::Matte), _) => Reflectance::Lecture {
+                diffuse: self.diffuse.unwrap_or(1.0),
+                specular: [0.0; 3],
+                shininess: 32.0,
+            },
+            (Some(MaterialType::Metal), _) => self.metal(),
+            (Some(MaterialType::Glass), _) => Reflectance::Glass(self.glass(Glass::default())),
+            (Some(MaterialType::Principled), _) => {
+                Reflectance::Principled(Box::new(self.principled(Principled {
+                    metallic: 0.0.into(),
+                    roughness: 0.5.into(),
+                    thickness: 1.0.into(),
+                    iridescence_thickness: [400.0; 2],
+                    ..Principled::default()
+                })))
+            }
+            (None, Reflectance::Principled(base)) if !self.is_lecture() => {
+                Reflectance::Principled(Box::new(self.principled(*base)))
+            }
+            (None, Reflectance::Glass(base)) if !self.relit() => {
+                Reflectance::Glass(self.glass(base))
+            }
+            (None, Reflectance::Metal(base)) if !self.relit() => Reflectance::Metal(Metal {
+                roughness: self.roughness.unwrap_or(base.roughness),
+                ..base
+            }),
+            (None, Reflectance::Unlit) if !self.relit() => Reflectance::Unlit,
+            (None, base) => {
+                let (diffuse, specular, shininess) = match base {
+                    Reflectance::Lecture {
+                        diffuse,
+                        specular,
+                        shininess,
+                    } => (diffuse, specular, shininess),
+                    _ => (1.0, [0.0; 3], 32.0),
+                };
+                Reflectance::Lecture {
+                    diffuse: self.diffuse.unwrap_or(diffuse),
+                    specular: self
+                        .specular
+                        .map_or(specular, |Splat(rgb)| rgb.map(|v| v as f32)),
+                    shininess: self.shininess.unwrap_or(shininess),
+                }
+            }
+        }
+    }
+
+    /// Whether a value that a texture may multiply is given.
+    fn says(&self, key: &str) -> bool {
+        !self.keys().given(&[key]).is_empty()
+    }
+
+    /// Whether its color multiplies what passes or is reflected unchanged, so that it is white where nothing is said.
+    fn is_clear(&self) -> bool {
+        self.metal.is_some() || self.type_ == Some(MaterialType::Glass)
+    }
+
+    fn metal(&self) -> Reflectance {
+        let roughness = self.roughness.unwrap_or(0.0);
+        match self.metal.as_deref().and_then(Metal::named) {
+            Some(metal) => Reflectance::Metal(Metal { roughness, ..metal }),
+            None => Reflectance::Principled(Box::new(Principled {
+                roughness: roughness.into(),
+                ..Principled::default()
+            })),
+        }
+    }
+
+    /// What is said here of glass, over what it was.
+    fn glass(&self, base: Glass) -> Glass {
+        Glass {
+            ior: self.ior.unwrap_or(base.ior),
+            roughness: self.roughness.unwrap_or(base.roughness),
+            thin: self.thin.unwrap_or(base.thin),
+            dispersion: self.dispersion.unwrap_or(base.dispersion),
+            attenuation_color: rgb(self.attenuation_color, base.attenuation_color),
+            attenuation_distance: self
+                .attenuation_distance
+                .unwrap_or(base.attenuation_distance),
+        }
+    }
+
+    /// What is said here of glTF's material, over what it was. A value said here keeps the texture that multiplies it.
+    fn principled(&self, mut p: Principled) -> Principled {
+        fn put<T>(place: &mut T, given: Option<T>) {
+            if let Some(given) = given {
+                *place = given;
+            }
+        }
+        let color = |given: Option<Color>| given.map(|Color(rgb)| rgb);
+        put(&mut p.metallic.value, self.metallic);
+        put(&mut p.roughness.value, self.roughness);
+        put(&mut p.ior, self.ior);
+        put(
+            &mut p.specular.value,
+            self.specular.map(|Splat([v, ..])| v as f32),
+        );
+        put(&mut p.specular_color.value, color(self.specular_color));
+        put(&mut p.transmission.value, self.transmission);
+        put(
+            &mut p.thickness.value,
+            self.thin.map(|thin| f32::from(u8::from(!thin))),
+        );
+        put(&mut p.attenuation_color, color(self.attenuation_color));
+        put(&mut p.attenuation_distance, self.attenuation_distance);
+        put(&mut p.dispersion, self.dispersion);
+        put(&mut p.clearcoat.value, self.clearcoat);
+        put(&mut p.clearcoat_roughness.value, self.clearcoat_roughness);
+        put(&mut p.sheen_color.value, color(self.sheen_color));
+        put(&mut p.sheen_roughness.value, self.sheen_roughness);
+        put(&mut p.iridescence.value, self.iridescence);
+        put(&mut p.iridescence_ior, self.iridescence_ior);
+        put(
+            &mut p.iridescence_thickness,
+            self.iridescence_thickness.map(|v| [v; 2]),
+        );
+        put(&mut p.anisotropy.value, self.anisotropy);
+        put(
+            &mut p.anisotropy_rotation,
+            self.anisotropy_rotation.map(|v| v.to_radians() as f32),
+        );
+        put(&mut p.diffuse_transmission.value, self.diffuse_transmission);
+        put(
+            &mut p.diffuse_transmission_color.value,
+            color(self.diffuse_transmission_color),
+        );
+        p
+    }
+
+    /// Whether this is said of the lecture's material alone.
+    fn is_lecture(&self) -> bool {
+        self.diffuse.is_some() || self.shininess.is_some()
+    }
+
+    /// Whether anything said here needs light.
+    fn relit(&self) -> bool {
+        self.diffuse.is_some() || self.specular.is_some() || self.shininess.is_some()
+    }
+}
+
+/// A colour, or another where none is given.
+fn rgb(given: Option<Color>, otherwise: Rgb) -> Rgb {
+    given.map_or(otherwise, |Color(rgb)| rgb)
+}

@@ -1,0 +1,76 @@
+//! What people write: world files and Python dicts, one schema for both.
+//!
+//! The structs are the reference: their doc comments are the documentation, and [`json_schema`] is made from them. A text
+//! or a dict becomes a [`Node`] first; [`from_node`] reads a struct from it, with errors that name the key, its place in
+//! the text and the nearest valid name.
+
+pub(crate) mod build_object;
+pub(crate) mod build_world;
+pub(crate) mod deserialize;
+mod geometry;
+mod keys;
+pub(crate) mod material_keys;
+pub(crate) mod shorthand;
+pub(crate) mod spec;
+pub(crate) mod texture_binding;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+pub use crate::schema::deserialize::from_node;
+pub use crate::schema::deserialize::value::{Entry, Node, Value};
+pub use crate::schema::shorthand::{Category, Color, Refine, Scheme, Splat, Wraps};
+pub use crate::schema::spec::camera::{CameraSpec, Projection};
+pub use crate::schema::spec::object::{MaterialType, ObjectSpec};
+pub use crate::schema::spec::optics::{ApertureSpec, ShutterSpec, TrackSpec};
+pub use crate::schema::spec::pose::PoseSpec;
+pub use crate::schema::spec::render::{AmbientOcclusion, FilterName, IntegratorName, RenderSpec};
+pub use crate::schema::spec::rig::RigSpec;
+pub use crate::schema::spec::shape::{
+    BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape,
+};
+pub use crate::schema::spec::texture::{
+    ImageSpec, TextureChannel, TextureSpec, TextureTable, TexturesSpec,
+};
+pub use crate::schema::spec::video::{Interpolation, KeyframeSpec, OrbitSpec, VideoSpec};
+
+use crate::light::Light;
+use crate::world::Up;
+
+/// A world: its objects, lights and cameras, how to render it and its video.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(title = "raycam world")]
+pub struct WorldFile {
+    /// Which axis points up: "z" or "y". It matters to roll, pitch and yaw, orbits and the sky; vertices are never
+    /// turned.
+    pub up: Up,
+    /// The cameras: one table or several, the default camera first.
+    #[schemars(schema_with = "one_or_many::<CameraSpec>")]
+    pub camera: Vec<CameraSpec>,
+    /// The rigs, several cameras on one body: one table or several. Their cameras come after those of `camera`, under
+    /// the names rig/camera.
+    #[schemars(schema_with = "one_or_many::<RigSpec>")]
+    pub rig: Vec<RigSpec>,
+    /// The objects: one table or several.
+    #[schemars(schema_with = "one_or_many::<ObjectSpec>")]
+    pub object: Vec<ObjectSpec>,
+    /// The lights: one table or several.
+    #[schemars(schema_with = "one_or_many::<Light>")]
+    pub light: Vec<Light>,
+    /// How to render it, where the command line or the call does not say.
+    pub render: RenderSpec,
+    /// A video of it.
+    pub video: Option<VideoSpec>,
+}
+
+/// The JSON Schema (2020-12) of a world file, for editors and the reference.
+pub fn json_schema() -> schemars::Schema {
+    schemars::schema_for!(WorldFile)
+}
+
+/// A table stands for a list of one.
+fn one_or_many<T: JsonSchema>(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    let one = generator.subschema_for::<T>();
+    schemars::json_schema!({ "anyOf": [one, { "type": "array", "items": one }] })
+}

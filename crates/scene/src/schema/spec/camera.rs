@@ -1,0 +1,284 @@
+//! `[camera]`.
+
+use glam::{DMat3, DVec2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::camera::{
+    Camera, Center, Lens, LensModel, PixelCenter, Pose, Vignetting, intrinsics_from_focal,
+    intrinsics_from_fov,
+};
+use crate::error::SceneError;
+use crate::schema::keys::Keys;
+use crate::schema::shorthand::Splat;
+use crate::schema::spec::optics::{ApertureSpec, ShutterSpec};
+use crate::schema::spec::pose::{POSE, PoseSpec, pose_of, with_pose};
+use crate::world::Up;
+
+/// How a camera projects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Projection {
+    /// All rays from one point.
+    #[default]
+    Perspective,
+    /// Parallel rays from the plane through the location.
+    Orthographic,
+}
+
+with_pose! {
+    /// A camera: its size, its intrinsics (exactly one of `focal`, `fov`, `K`; `height` for an orthographic one, none for a
+    /// panorama all around) and its pose (`location` with angles or a `target`, or `R` with `C` or `t`), or all of it as one
+    /// `matrix`.
+    pub struct CameraSpec {
+        /// What it is asked for by; `camera` where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub name: Option<String>,
+        /// Columns and rows of the picture; 640 x 480 where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub size: Option<[u32; 2]>,
+        /// The focal length in pixels, or those of x and y.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub focal: Option<Splat<2>>,
+        /// The vertical field of view in degrees, with square pixels.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub fov: Option<f64>,
+        /// The intrinsic matrix [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.
+        #[serde(rename = "K", skip_serializing_if = "Option::is_none")]
+        pub k: Option<[[f64; 3]; 3]>,
+        /// How many units of the world the picture of an orthographic camera is high.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub height: Option<f64>,
+        /// "perspective", or "orthographic": `focal` and `K` are then in pixels per unit of the world.
+        pub projection: Projection,
+        /// The whole 3x4 camera matrix P, of any scale and sign.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub matrix: Option<[[f64; 4]; 3]>,
+        /// The skew of `focal` or `fov`, in pixels; 0 where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub skew: Option<f64>,
+        /// The principal point of `focal` or `fov`, in pixels; the image's centre where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub principal_point: Option<[f64; 2]>,
+        /// The lens's distortion coefficients, in the order of OpenCV; no distortion where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub distortion: Option<Vec<f64>>,
+        /// The model of `distortion`: "opencv" (4, 5, 8, 12 or 14 coefficients k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 taux
+        /// tauy), "fisheye" (k1 k2 k3 k4), "thin_prism_fisheye" (k1 k2 p1 p2 k3 k4 sx1 sy1), "rad_tan_thin_prism_fisheye"
+        /// (k0 to k5, p0 p1, s0 to s3), "fov" (omega), "division" (k), "omni" (xi, or xi k1 k2 p1 p2), "eucm" (alpha beta),
+        /// "ds" (xi alpha); or without coefficients a panorama, "equirectangular" or "cylindrical". "opencv" where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub lens: Option<LensModel>,
+        /// Where the centre of the first pixel lies: "integer" at (0, 0) as in OpenCV, "half" at (0.5, 0.5) as in COLMAP.
+        pub pixel_center: PixelCenter,
+    }
+    camera pose
+    {
+        /// The opening of the lens, for depth of field; a pinhole where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub aperture: Option<ApertureSpec>,
+        /// How light falls off away from the middle; it does not where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub vignetting: Option<Vignetting>,
+        /// Exposure, rolling shutter, and how the camera moves meanwhile; it stands where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub shutter: Option<ShutterSpec>,
+    }
+}
+
+/// The keys that say what the camera's intrinsics are; the first five each say all of it.
+const INTRINSICS: [&str; 7] = [
+    "focal",
+    "fov",
+    "K",
+    "height",
+    "matrix",
+    "skew",
+    "principal_point",
+];
+
+impl CameraSpec {
+    /// What describes a camera to the last digit, in R and C, or as the matrix it was made of.
+    pub fn of(camera: &Camera) -> Self {
+        let lens = camera.lens().coefficients();
+        let mut spec = Self {
+            size: Some(camera.size()),
+            pixel_center: camera.pixel_center(),
+            lens: lens.map(|(model, _)| model),
+            distortion: lens
+                .filter(|(model, _)| !model.is_panorama())
+                .map(|(_, given)| given.to_vec()),
+            aperture: camera.aperture().map(ApertureSpec::of),
+            vignetting: camera.vignetting().cloned(),
+            shutter: camera.motion().map(ShutterSpec::of),
+            ..Self::default()
+        };
+        let matrix = match camera.center() {
+            Center::Infinity => Some(camera.matrix().unwrap_or(camera.p())),
+            _ => camera.matrix().filter(|_| lens.is_none()),
+        };
+        if matrix.is_some() {
+            spec.matrix = matrix;
+            return spec;
+        }
+        spec.k = Some(camera.k().transpose().to_cols_array_2d());
+        if camera.center() == Center::Plane {
+            spec.projection = Projection::Orthographic;
+        }
+        if spec.shutter.is_none() {
+            let pose = PoseSpec::of(&Pose {
+                r: camera.r(),
+                c: camera.c(),
+            });
+            (spec.r, spec.c) = (pose.r, pose.c);
+        }
+        spec
+    }
+
+    /// The camera it describes.
+    ///
+    /// # Errors
+    /// [`SceneError`] where intrinsics or pose are missing or given twice, and those of [`Camera`]'s constructors.
+    pub fn build(&self, up: Up) -> Result<Camera, SceneError> {
+        let mut camera = self.still(up)?;
+        if let Some(aperture) = &self.aperture {
+            let aperture = aperture.build().map_err(|error| error.within("aperture"))?;
+            camera = camera.with_aperture(Some(aperture))?;
+        }
+        camera = camera.with_vignetting(self.vignetting.clone())?;
+        if let Some(shutter) = &self.shutter {
+            let start = Pose {
+                r: camera.r(),
+                c: camera.c(),
+            };
+            let motion = shutter.build(start, |pose| pose.build(up));
+            let mut motion = motion.map_err(|error| error.within("shutter"))?;
+            if let Some(mount) = &shutter.mount {
+                // In the axes of a body, of which x looks ahead and z up.
+                let mount = mount.build(Up::Z);
+                motion = motion.with_mount(mount.map_err(|error| error.within("shutter.mount"))?);
+            }
+            camera = camera.with_motion(motion)?;
+        }
+        Ok(camera)
+    }
+
+    /// The camera before it moves.
+    fn still(&self, up: Up) -> Result<Camera, SceneError> {
+        let size = self.size.unwrap_or([640, 480]);
+        let keys = self.keys();
+        let lens = self.lens(&keys)?;
+        let pose = pose_of!(self);
+        if let Some(matrix) = self.matrix {
+            keys.refuse(
+                &["distortion", "lens"],
+                "\"matrix\" is given too, which says what a pinhole does: expected K and R with C or t beside a lens",
+            )?;
+            let again = "\"matrix\" is given too, and says it already: give one of them";
+            keys.refuse(
+                &["focal", "fov", "K", "height", "skew", "principal_point"],
+                again,
+            )?;
+            pose.keys().refuse(&POSE, again)?;
+            if self.projection == Projection::Orthographic {
+                return Err(SceneError::schema("projection", again));
+            }
+            return Camera::from_matrix(matrix, size, self.pixel_center)
+                .map_err(|error| error.within("matrix"));
+        }
+        let k = self.intrinsics(size, &keys, &lens)?;
+        let pose = match self.shutter.as_ref().and_then(|shutter| shutter.first()) {
+            None => pose.build(up)?,
+            Some(first) => {
+                let message = "\"shutter.track\" is given too, and says where the camera is";
+                pose.keys().refuse(&POSE, message)?;
+                first
+                    .build(up)
+                    .map_err(|error| error.within("shutter.track[0].pose"))?
+            }
+        };
+        match self.projection {
+            Projection::Perspective => {
+                Camera::new(k, pose.r, pose.c, size, self.pixel_center)?.with_lens(lens)
+            }
+            Projection::Orthographic => {
+                Camera::orthographic(k, pose.r, pose.c, size, self.pixel_center)?.with_lens(lens)
+            }
+        }
+    }
+
+    fn lens(&self, keys: &Keys<9>) -> Result<Lens, SceneError> {
+        match (&self.distortion, self.lens) {
+            (Some(distortion), lens) => Lens::new(lens.unwrap_or_default(), distortion)
+                .map_err(|error| error.within("distortion")),
+            (None, Some(panorama)) if panorama.is_panorama() => Lens::new(panorama, &[]),
+            (None, _) => {
+                let message = "\"distortion\", the coefficients of the lens, is missing: [0, 0, 0, 0] is a fisheye \
+                               whose radius is the angle";
+                keys.refuse(&["lens"], message)?;
+                Ok(Lens::Pinhole)
+            }
+        }
+    }
+
+    fn intrinsics(&self, size: [u32; 2], keys: &Keys<9>, lens: &Lens) -> Result<DMat3, SceneError> {
+        let orthographic = self.projection == Projection::Orthographic;
+        if orthographic {
+            let message = "\"projection\" is orthographic: expected height, focal or K";
+            keys.refuse(&["fov"], message)?;
+        } else {
+            let message = "it is the picture's height of an orthographic camera, which \"projection\" does not say";
+            keys.refuse(&["height"], message)?;
+        }
+        if let Some(k) = lens.full_panorama(size, self.pixel_center)
+            && keys.given(&INTRINSICS).is_empty()
+        {
+            return Ok(k);
+        }
+        keys.exactly_one("intrinsics", &INTRINSICS[..5])?;
+        if let Some(k) = self.k {
+            keys.refuse(
+                &["skew", "principal_point"],
+                "\"K\" is given too, and says it already",
+            )?;
+            return Ok(DMat3::from_cols_array_2d(&k).transpose());
+        }
+        let mut k = match (self.fov, self.height, self.focal) {
+            (Some(fov), ..) => intrinsics_from_fov(fov, size, self.pixel_center)
+                .map_err(|error| error.within("fov"))?,
+            (None, Some(height), _) => {
+                if !(height > 0.0 && height.is_finite()) {
+                    let message = format!("{height}: expected a finite length > 0");
+                    return Err(SceneError::schema("height", message));
+                }
+                intrinsics_from_focal(f64::from(size[1]) / height, size, self.pixel_center)
+            }
+            (None, None, focal) => {
+                let [fx, fy] = focal.unwrap_or(Splat([1.0; 2])).0;
+                let mut k = intrinsics_from_focal(fx, size, self.pixel_center);
+                k.y_axis.y = fy;
+                k
+            }
+        };
+        k.y_axis.x = self.skew.unwrap_or(0.0);
+        if let Some(center) = self.principal_point {
+            k.z_axis = DVec2::from(center).extend(1.0);
+        }
+        Ok(k)
+    }
+
+    /// Which keys were written, but those of the pose.
+    fn keys(&self) -> Keys<9> {
+        Keys([
+            ("focal", self.focal.is_some()),
+            ("fov", self.fov.is_some()),
+            ("K", self.k.is_some()),
+            ("height", self.height.is_some()),
+            ("matrix", self.matrix.is_some()),
+            ("skew", self.skew.is_some()),
+            ("principal_point", self.principal_point.is_some()),
+            ("distortion", self.distortion.is_some()),
+            ("lens", self.lens.is_some()),
+        ])
+    }
+}

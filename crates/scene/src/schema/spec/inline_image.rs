@@ -1,0 +1,211 @@
+//! Images written as rows of texels, and NumPy's arrays.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, SeqAccess, Visitor};
+
+use crate::schema::spec::texture::ImageSpec;
+use crate::texture::{Image, Texels};
+
+/// One of the numbers of a texel.
+#[derive(Clone, Copy)]
+enum Number {
+    Byte(u8),
+    Linear(f32),
+}
+
+/// Grey, grey and alpha, red green blue, or these and alpha.
+struct Texel {
+    numbers: [Number; 4],
+    count: usize,
+}
+
+struct Row(Vec<Texel>);
+
+impl<'de> Deserialize<'de> for ImageSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct ImageVisitor;
+        impl<'de> Visitor<'de> for ImageVisitor {
+            type Value = ImageSpec;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("an image file, or rows of texels")
+            }
+
+            fn visit_str<E: Error>(self, file: &str) -> Result<ImageSpec, E> {
+                Ok(ImageSpec::File(file.into()))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<ImageSpec, A::Error> {
+                let mut rows: Vec<Row> = Vec::new();
+                while let Some(row) = seq.next_element()? {
+                    rows.push(row);
+                }
+                image(rows).map(|image| ImageSpec::Texels(Arc::new(image)))
+            }
+        }
+        deserializer.deserialize_any(ImageVisitor)
+    }
+}
+
+fn image<E: Error>(rows: Vec<Row>) -> Result<Image, E> {
+    let [width, height] = [rows.first().map_or(0, |row| row.0.len()), rows.len()];
+    if let Some((y, row)) = rows
+        .iter()
+        .enumerate()
+        .find(|(_, row)| row.0.len() != width)
+    {
+        let given = row.0.len();
+        return Err(E::custom(format_args!(
+            "row {y} has {given} texels, the first has {width}: expected as many"
+        )));
+    }
+    if width == 0 || width > 65_536 || height > 65_536 {
+        return Err(E::custom(format_args!(
+            "{width} x {height} texels: expected 1 to 65536 each way"
+        )));
+    }
+    let texels = || rows.iter().flat_map(|row| &row.0);
+    let bytes = texels().all(|texel| {
+        let numbers = &texel.numbers[..texel.count];
+        numbers.iter().all(|n| matches!(n, Number::Byte(_)))
+    });
+    let texels = if bytes {
+        Texels::Srgb8(
+            texels()
+                .map(|texel| {
+                    texel.spread(255, |n| match n {
+                        Number::Byte(v) => v,
+                        Number::Linear(v) => v as u8,
+                    })
+                })
+                .collect(),
+        )
+    } else {
+        Texels::Float(
+            texels()
+                .map(|texel| {
+                    texel.spread(1.0, |n| match n {
+                        Number::Byte(v) => f32::from(v),
+                        Number::Linear(v) => v,
+                    })
+                })
+                .collect(),
+        )
+    };
+    Ok(Image {
+        name: String::new(),
+        size: [width as u32, height as u32],
+        texels,
+    })
+}
+
+impl Texel {
+    /// As red, green, blue, alpha.
+    fn spread<T: Copy>(&self, opaque: T, of: impl Fn(Number) -> T) -> [T; 4] {
+        let [a, b, c, d] = self.numbers.map(of);
+        match self.count {
+            1 => [a, a, a, opaque],
+            2 => [a, a, a, b],
+            3 => [a, b, c, opaque],
+            _ => [a, b, c, d],
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Row {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Vec::deserialize(deserializer).map(Self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Number {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NumberVisitor;
+        impl Visitor<'_> for NumberVisitor {
+            type Value = Number;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a whole number in 0..=255, or a linear value with a point")
+            }
+
+            fn visit_i64<E: Error>(self, v: i64) -> Result<Number, E> {
+                u8::try_from(v)
+                    .map(Number::Byte)
+                    .map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))
+            }
+
+            fn visit_f64<E: Error>(self, v: f64) -> Result<Number, E> {
+                Ok(Number::Linear(v as f32))
+            }
+        }
+        deserializer.deserialize_any(NumberVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for Texel {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct TexelVisitor;
+        impl<'de> Visitor<'de> for TexelVisitor {
+            type Value = Texel;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a number (whole ones 0..=255), or a list of 1 to 4: grey, grey and alpha, RGB or RGBA")
+            }
+
+            fn visit_i64<E: Error>(self, v: i64) -> Result<Texel, E> {
+                let number = u8::try_from(v)
+                    .map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;
+                Ok(Texel {
+                    numbers: [Number::Byte(number); 4],
+                    count: 1,
+                })
+            }
+
+            fn visit_f64<E: Error>(self, v: f64) -> Result<Texel, E> {
+                Ok(Texel {
+                    numbers: [Number::Linear(v as f32); 4],
+                    count: 1,
+                })
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Texel, A::Error> {
+                let mut texel = Texel {
+                    numbers: [Number::Byte(0); 4],
+                    count: 0,
+                };
+                while let Some(number) = seq.next_element()? {
+                    let Some(place) = texel.numbers.get_mut(texel.count) else {
+                        return Err(A::Error::invalid_length(texel.count + 1, &self));
+                    };
+                    *place = number;
+                    texel.count += 1;
+                }
+                if texel.count == 0 {
+                    return Err(A::Error::invalid_length(0, &self));
+                }
+                Ok(texel)
+            }
+        }
+        deserializer.deserialize_any(TexelVisitor)
+    }
+}
+
+impl JsonSchema for ImageSpec {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Image".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let texel = schemars::json_schema!({ "anyOf": [
+            { "type": "number" },
+            { "type": "array", "items": { "type": "number" }, "minItems": 1, "maxItems": 4 },
+        ] });
+        schemars::json_schema!({ "anyOf": [
+            { "type": "string" },
+            { "type": "array", "items": { "type": "array", "items": texel, "minItems": 1 }, "minItems": 1 },
+        ] })
+    }
+}

@@ -1,0 +1,227 @@
+//! `[[object]]`.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::schema::keys::Keys;
+use crate::schema::shorthand::{Category, Color, Refine, Splat, Wraps};
+use crate::schema::spec::shape::{
+    BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape,
+};
+use crate::schema::spec::texture::{TextureSpec, TexturesSpec};
+
+/// An object: exactly one shape (`box`, `plane`, `sphere`, `cylinder`, `cone`, `torus`, `mesh`, `vertices` with
+/// `triangles`, or `instance_of`), where it stands and what it is made of.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ObjectSpec {
+    /// Unique in the world; made from the shape where not given.
+    pub name: Option<String>,
+    /// A class, for data sets: a name, or a whole number that is its id. Names get the free ids from 1 in the order in
+    /// which they come.
+    pub category: Option<Category>,
+
+    /// A box centred at the origin.
+    #[serde(rename = "box")]
+    pub box_: Option<BoxShape>,
+    /// A rectangle in the xy plane that faces +z.
+    pub plane: Option<PlaneShape>,
+    /// A sphere around the origin.
+    pub sphere: Option<SphereShape>,
+    /// A closed cylinder around the z axis.
+    pub cylinder: Option<CylinderShape>,
+    /// A closed cone around the z axis, its tip up.
+    pub cone: Option<ConeShape>,
+    /// A torus around the z axis.
+    pub torus: Option<TorusShape>,
+    /// A mesh file beside the world file: OBJ, PLY, STL or OFF.
+    pub mesh: Option<String>,
+    /// Corner positions, with `triangles`.
+    pub vertices: Option<Vec<[f64; 3]>>,
+    /// Corner indices from 0, counter-clockwise seen from outside.
+    pub triangles: Option<Vec<[u32; 3]>>,
+    /// The name of an earlier object whose mesh (and, where nothing else is said, material) this one shares.
+    pub instance_of: Option<String>,
+
+    /// Subdivision: a number of levels of Loop's scheme, or { levels, scheme = "loop" or "midpoint" }.
+    pub refine: Option<Refine>,
+    /// Linear colours per triangle (before `refine`), each 0..=1.
+    pub face_colors: Option<Vec<[f32; 3]>>,
+    /// Linear colours per vertex, interpolated, each 0..=1.
+    pub vertex_colors: Option<Vec<[f32; 3]>>,
+    /// Texture coordinates per vertex; v = 0 is the top row of the image, as in glTF.
+    pub uvs: Option<Vec<[f32; 2]>>,
+    /// Shading normals per vertex, of any length but 0.
+    pub normals: Option<Vec<[f32; 3]>>,
+
+    /// Where its origin stands in the world.
+    pub location: Option<[f64; 3]>,
+    /// Turn about the forward axis (x of a z-up world) in degrees, first.
+    pub roll: Option<f64>,
+    /// Turn about the left axis (y of a z-up world) in degrees, second.
+    pub pitch: Option<f64>,
+    /// Turn about the up axis in degrees, last; positive turns left.
+    pub yaw: Option<f64>,
+    /// One factor, or one per axis, before turning; negative ones mirror.
+    pub scale: Option<Splat<3>>,
+    /// Instead of location, angles and scale: the affine transform world_from_mesh, 3x4 or 4x4.
+    pub matrix: Option<Vec<[f64; 4]>>,
+
+    /// The model of reflection; the lecture's `diffuse`, `specular` and `shininess` where not given.
+    #[serde(rename = "type")]
+    pub type_: Option<MaterialType>,
+    /// The base colour: linear red, green, blue in 0..=1, or "#rrggbb" in 8-bit sRGB. White where the mesh has colours of
+    /// its own, which it multiplies, and light grey (0.8) where it has none.
+    pub color: Option<Color>,
+    /// An image file beside the world file, rows of texels, or a table of an `image` and how it is looked up. It multiplies
+    /// the base colour.
+    pub texture: Option<Box<TextureSpec>>,
+    /// Textures of the other values, by their names, and `normal` and `occlusion`.
+    pub textures: Option<Box<TexturesSpec>>,
+    /// What textures do beyond 0..1 that say nothing themselves: "repeat", "clamp" or "mirror", or one of them for u and
+    /// one for v.
+    pub wrap: Option<Wraps>,
+    /// The share of light reflected equally everywhere, times the base colour: 0..=1, 1 where not given.
+    pub diffuse: Option<f32>,
+    /// The share of light reflected around the mirror direction, 0..=1: a number or linear RGB; 0 where not given. With
+    /// type = "principled": the strength of the dielectric's reflection, a number, 1 where not given.
+    pub specular: Option<Splat<3>>,
+    /// The Phong exponent of the specular share, >= 0: larger is sharper; 32 where not given.
+    pub shininess: Option<f32>,
+    /// Linear radiance that the surface shines by itself, in W/(m² sr): a number or red, green, blue >= 0.
+    pub emission: Option<Splat<3>>,
+    /// 0..=1: the share of it that is there; 1 where not given.
+    pub opacity: Option<f32>,
+
+    /// With type = "metal": its name ("gold", "silver", "copper", "aluminium", "iron", ...) instead of a color.
+    pub metal: Option<String>,
+    /// With type = "metal", "glass" or "principled": perceptual roughness 0..=1, 0 for mirrors and clear glass.
+    pub roughness: Option<f32>,
+    /// With type = "glass" or "principled": the index of refraction, >= 1; 1.5 where not given.
+    pub ior: Option<f32>,
+    /// With type = "glass" or "principled": whether its surfaces are thin walls instead of the skin of something solid.
+    pub thin: Option<bool>,
+    /// With type = "glass" or "principled": how differently it refracts colours: 20 / Abbe number.
+    pub dispersion: Option<f32>,
+    /// With type = "glass" or "principled": what is left of white light after `attenuation_distance`.
+    pub attenuation_color: Option<Color>,
+    /// With type = "glass" or "principled": metres; no absorption where not given.
+    pub attenuation_distance: Option<f32>,
+    /// With type = "glass" or "principled": where closed meshes of clear matter overlap, the one of the highest priority is
+    /// there; a whole number, 0 where not given. Of equals it is the one within the other.
+    pub priority: Option<i32>,
+    /// With type = "principled": 0 dielectric (where not given) to 1 metal.
+    pub metallic: Option<f32>,
+    /// With type = "principled": the colour of the dielectric's reflection.
+    pub specular_color: Option<Color>,
+    /// With type = "principled": the share of light that passes instead of being reflected diffusely, 0..=1.
+    pub transmission: Option<f32>,
+    /// With type = "principled": the strength of a clear coat, 0..=1.
+    pub clearcoat: Option<f32>,
+    /// With type = "principled": its roughness, 0..=1.
+    pub clearcoat_roughness: Option<f32>,
+    /// With type = "principled": the colour of the sheen of cloth.
+    pub sheen_color: Option<Color>,
+    /// With type = "principled": its roughness, 0..=1.
+    pub sheen_roughness: Option<f32>,
+    /// With type = "principled": the strength of a thin film, 0..=1.
+    pub iridescence: Option<f32>,
+    /// With type = "principled": the film's index of refraction; 1.3 where not given.
+    pub iridescence_ior: Option<f32>,
+    /// With type = "principled": its thickness in nanometres; 400 where not given.
+    pub iridescence_thickness: Option<f32>,
+    /// With type = "principled": how much longer highlights are along the tangent, 0..=1.
+    pub anisotropy: Option<f32>,
+    /// With type = "principled": degrees counter-clockwise from the tangent.
+    pub anisotropy_rotation: Option<f64>,
+    /// With type = "principled": the share of diffuse light that goes on instead of back, 0..=1.
+    pub diffuse_transmission: Option<f32>,
+    /// With type = "principled": what colours it; white where not given.
+    pub diffuse_transmission_color: Option<Color>,
+}
+
+/// How many optional keys [`ObjectSpec`] has, besides name and category.
+pub(crate) const KEYS: usize = 53;
+
+impl ObjectSpec {
+    /// Which keys were written.
+    pub(crate) fn keys(&self) -> Keys<KEYS> {
+        Keys([
+            ("box", self.box_.is_some()),
+            ("plane", self.plane.is_some()),
+            ("sphere", self.sphere.is_some()),
+            ("cylinder", self.cylinder.is_some()),
+            ("cone", self.cone.is_some()),
+            ("torus", self.torus.is_some()),
+            ("mesh", self.mesh.is_some()),
+            ("vertices", self.vertices.is_some()),
+            ("triangles", self.triangles.is_some()),
+            ("instance_of", self.instance_of.is_some()),
+            ("refine", self.refine.is_some()),
+            ("face_colors", self.face_colors.is_some()),
+            ("vertex_colors", self.vertex_colors.is_some()),
+            ("uvs", self.uvs.is_some()),
+            ("normals", self.normals.is_some()),
+            ("location", self.location.is_some()),
+            ("roll", self.roll.is_some()),
+            ("pitch", self.pitch.is_some()),
+            ("yaw", self.yaw.is_some()),
+            ("scale", self.scale.is_some()),
+            ("matrix", self.matrix.is_some()),
+            ("type", self.type_.is_some()),
+            ("color", self.color.is_some()),
+            ("texture", self.texture.is_some()),
+            ("textures", self.textures.is_some()),
+            ("wrap", self.wrap.is_some()),
+            ("diffuse", self.diffuse.is_some()),
+            ("specular", self.specular.is_some()),
+            ("shininess", self.shininess.is_some()),
+            ("emission", self.emission.is_some()),
+            ("opacity", self.opacity.is_some()),
+            ("metal", self.metal.is_some()),
+            ("roughness", self.roughness.is_some()),
+            ("ior", self.ior.is_some()),
+            ("thin", self.thin.is_some()),
+            ("dispersion", self.dispersion.is_some()),
+            ("attenuation_color", self.attenuation_color.is_some()),
+            ("attenuation_distance", self.attenuation_distance.is_some()),
+            ("priority", self.priority.is_some()),
+            ("metallic", self.metallic.is_some()),
+            ("specular_color", self.specular_color.is_some()),
+            ("transmission", self.transmission.is_some()),
+            ("clearcoat", self.clearcoat.is_some()),
+            ("clearcoat_roughness", self.clearcoat_roughness.is_some()),
+            ("sheen_color", self.sheen_color.is_some()),
+            ("sheen_roughness", self.sheen_roughness.is_some()),
+            ("iridescence", self.iridescence.is_some()),
+            ("iridescence_ior", self.iridescence_ior.is_some()),
+            (
+                "iridescence_thickness",
+                self.iridescence_thickness.is_some(),
+            ),
+            ("anisotropy", self.anisotropy.is_some()),
+            ("anisotropy_rotation", self.anisotropy_rotation.is_some()),
+            ("diffuse_transmission", self.diffuse_transmission.is_some()),
+            (
+                "diffuse_transmission_color",
+                self.diffuse_transmission_color.is_some(),
+            ),
+        ])
+    }
+}
+
+/// The models of reflection that have a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum MaterialType {
+    /// Diffuse alone.
+    Matte,
+    /// A metal, by its name or by its color.
+    Metal,
+    /// What refracts: glass, water, a pane.
+    Glass,
+    /// glTF's metallic-roughness with its extensions.
+    Principled,
+    /// The base colour itself, whatever the light.
+    Unlit,
+}

@@ -1,0 +1,201 @@
+//! Where a camera is.
+
+use glam::{DMat3, DVec3};
+
+use crate::camera::{Camera, PixelCenter, Pose};
+use crate::error::SceneError;
+use crate::math::rotation::CAMERA_FROM_BODY;
+use crate::schema::keys::Keys;
+use crate::world::Up;
+
+/// A table with the nine keys of a pose among its own: where something is, and which way it points. What some of them mean
+/// depends on what is placed. Written out, and not flattened, so that errors about its keys know all names and lines.
+macro_rules! with_pose {
+    (
+        $(#[$about:meta])*
+        pub struct $name:ident { $($before:tt)* }
+        camera pose
+        { $($after:tt)* }
+    ) => {
+        $crate::schema::spec::pose::with_pose! {
+            $(#[$about])*
+            pub struct $name { $($before)* }
+            pose {
+                location: "The camera centre in the world.",
+                target: "A point to look at, instead of angles.",
+                up: "What points up in the picture, with `target`; the world's up where not given.",
+                R: "The rotation camera_from_world, camera axes x right, y down, z forward.",
+                C: "The camera centre in the world, with `R`.",
+            }
+            { $($after)* }
+        }
+    };
+    (
+        $(#[$about:meta])*
+        pub struct $name:ident { $($before:tt)* }
+        pose {
+            location: $location:literal, target: $target:literal, up: $up:literal, R: $r:literal, C: $c:literal,
+        }
+        { $($after:tt)* }
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct $name {
+            $($before)*
+            #[doc = $location]
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub location: Option<[f64; 3]>,
+            /// Leaning to the right, in degrees; 0 where not given.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub roll: Option<f64>,
+            /// Looking down, in degrees; 0 where not given.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub pitch: Option<f64>,
+            /// Turning left, in degrees; 0 looks along +x of a z-up world, along -z of a y-up one.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub yaw: Option<f64>,
+            #[doc = $target]
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub target: Option<[f64; 3]>,
+            #[doc = $up]
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub up: Option<[f64; 3]>,
+            #[doc = $r]
+            #[serde(rename = "R", skip_serializing_if = "Option::is_none")]
+            pub r: Option<[[f64; 3]; 3]>,
+            #[doc = $c]
+            #[serde(rename = "C", skip_serializing_if = "Option::is_none")]
+            pub c: Option<[f64; 3]>,
+            /// The translation -R C, with `R`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub t: Option<[f64; 3]>,
+            $($after)*
+        }
+    };
+}
+pub(crate) use with_pose;
+
+/// The [`PoseSpec`] of such a table.
+macro_rules! pose_of {
+    ($table:expr) => {
+        $crate::schema::spec::pose::PoseSpec {
+            location: $table.location,
+            roll: $table.roll,
+            pitch: $table.pitch,
+            yaw: $table.yaw,
+            target: $table.target,
+            up: $table.up,
+            r: $table.r,
+            c: $table.c,
+            t: $table.t,
+        }
+    };
+}
+pub(crate) use pose_of;
+
+with_pose! {
+    /// A camera's pose: `location` with angles or a `target`, or `R` with `C` or `t`.
+    #[derive(PartialEq)]
+    pub struct PoseSpec {}
+    camera pose
+    {}
+}
+
+/// The keys of a pose; the first six do without `R`.
+pub const POSE: [&str; 9] = [
+    "location", "roll", "pitch", "yaw", "target", "up", "R", "C", "t",
+];
+
+impl PoseSpec {
+    /// R and C of a pose, to the last digit.
+    pub fn of(pose: &Pose) -> Self {
+        Self {
+            r: Some(pose.r.transpose().to_cols_array_2d()),
+            c: Some(pose.c.to_array()),
+            ..Self::default()
+        }
+    }
+
+    /// The pose it describes.
+    ///
+    /// # Errors
+    /// [`SceneError`] where it is missing or given twice, and those of [`Camera`]'s constructors.
+    pub fn build(&self, up: Up) -> Result<Pose, SceneError> {
+        // A pose does not depend on what a camera sees with.
+        let (k, size, center) = (DMat3::IDENTITY, [1, 1], PixelCenter::default());
+        let keys = self.keys();
+        let camera = if let Some(r) = self.r {
+            keys.refuse(
+                &POSE[..6],
+                "\"R\" is given too: expected R with C or t alone",
+            )?;
+            let r = DMat3::from_cols_array_2d(&r).transpose();
+            let c = match keys.exactly_one("position beside R", &["C", "t"])? {
+                "C" => DVec3::from_array(self.c.unwrap_or_default()),
+                _ => -(r.transpose() * DVec3::from_array(self.t.unwrap_or_default())),
+            };
+            Camera::new(k, r, c, size, center)?
+        } else {
+            keys.refuse(
+                &["C", "t"],
+                "it goes with \"R\", which is missing; with angles or a target it is \"location\"",
+            )?;
+            let Some(location) = self.location.map(DVec3::from_array) else {
+                let message = "no pose: expected location with roll, pitch, yaw or target, or R with C or t, or matrix";
+                return Err(SceneError::schema("", message));
+            };
+            if let Some(target) = self.target {
+                keys.refuse(
+                    &["roll", "pitch", "yaw"],
+                    "\"target\" is given too: expected angles or a target",
+                )?;
+                let up = self.up.map_or(up.axis(), DVec3::from_array);
+                let target = DVec3::from_array(target);
+                Camera::look_at(location, target, up, k, size, center)?
+            } else {
+                keys.refuse(
+                    &["up"],
+                    "it goes with \"target\", which is missing; with angles, roll leans the camera",
+                )?;
+                let [roll, pitch, yaw] =
+                    [self.roll, self.pitch, self.yaw].map(Option::unwrap_or_default);
+                Camera::from_pose(location, roll, pitch, yaw, up, k, size, center)?
+            }
+        };
+        Ok(Pose {
+            r: camera.r(),
+            c: camera.c(),
+        })
+    }
+
+    /// The pose it describes of a body, whose axes are x ahead, y left, z up where all angles are 0.
+    ///
+    /// # Errors
+    /// Those of [`PoseSpec::build`].
+    pub fn build_body(&self, up: Up) -> Result<Pose, SceneError> {
+        let pose = self.build(up)?;
+        Ok(match self.r {
+            Some(_) => pose,
+            None => Pose {
+                r: CAMERA_FROM_BODY.transpose() * pose.r,
+                ..pose
+            },
+        })
+    }
+
+    /// Which keys were written.
+    pub fn keys(&self) -> Keys<9> {
+        Keys([
+            ("location", self.location.is_some()),
+            ("roll", self.roll.is_some()),
+            ("pitch", self.pitch.is_some()),
+            ("yaw", self.yaw.is_some()),
+            ("target", self.target.is_some()),
+            ("up", self.up.is_some()),
+            ("R", self.r.is_some()),
+            ("C", self.c.is_some()),
+            ("t", self.t.is_some()),
+        ])
+    }
+}

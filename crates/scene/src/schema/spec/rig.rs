@@ -1,0 +1,104 @@
+//! `[rig]`.
+
+use crate::camera::Rig;
+use crate::error::SceneError;
+use crate::schema::spec::camera::CameraSpec;
+use crate::schema::spec::optics::ShutterSpec;
+use crate::schema::spec::pose::{POSE, PoseSpec, pose_of, with_pose};
+use crate::world::{NamedCamera, Up};
+
+with_pose! {
+    /// A rig: cameras on one body, whose axes are x ahead, y left and z up. The body is placed as a camera is, by `location`
+    /// with angles or a `target`, or by `R` with `C` or `t`; at the origin where nothing is said. Its cameras are placed in
+    /// its axes, as those of a z-up world.
+    pub struct RigSpec {
+        /// What it is asked for by; `rig` where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub name: Option<String>,
+        /// Its cameras, each with a name of its own: one table or several.
+        #[schemars(schema_with = "crate::schema::one_or_many::<CameraSpec>")]
+        pub camera: Vec<CameraSpec>,
+    }
+    pose {
+        location: "Where the body is in the world.",
+        target: "A point that the body's x axis points to, instead of angles.",
+        up: "What points up, with `target`; the world's up where not given.",
+        R: "The rotation body_from_world, of any axes that the body may have.",
+        C: "Where the body is in the world, with `R`.",
+    }
+    {
+        /// Exposure and rolling shutter of all cameras, and how the body moves meanwhile; it stands where not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub shutter: Option<ShutterSpec>,
+    }
+}
+
+impl RigSpec {
+    /// What describes a rig to the last digit.
+    pub fn of(rig: &Rig) -> Self {
+        let cameras = rig.mounts().iter().map(|mount| CameraSpec {
+            name: Some(mount.name.clone()),
+            ..CameraSpec::of(&mount.camera)
+        });
+        let mut spec = Self {
+            name: Some(rig.name().into()),
+            camera: cameras.collect(),
+            shutter: rig.motion().map(ShutterSpec::of),
+            ..Self::default()
+        };
+        if spec.shutter.is_none() {
+            let pose = PoseSpec::of(&rig.body());
+            (spec.r, spec.c) = (pose.r, pose.c);
+        }
+        spec
+    }
+
+    /// The rig it describes.
+    ///
+    /// # Errors
+    /// [`SceneError`] for a camera that cannot be, a pose that is missing in part or given twice, and those of
+    /// [`Rig::new`].
+    pub fn build(&self, up: Up) -> Result<Rig, SceneError> {
+        let mut mounts = Vec::with_capacity(self.camera.len());
+        for (i, spec) in self.camera.iter().enumerate() {
+            let within = |error: SceneError| error.within(&format!("camera[{i}]"));
+            let camera = spec.build(Up::Z).map_err(within)?;
+            let name = match &spec.name {
+                Some(name) => name.clone(),
+                None if i == 0 => "camera".into(),
+                None => format!("camera-{}", i + 1),
+            };
+            mounts.push(NamedCamera { name, camera });
+        }
+        let pose = pose_of!(self);
+        let track = self.shutter.as_ref().and_then(ShutterSpec::first);
+        let body = match track {
+            Some(first) => {
+                let message = "\"shutter.track\" is given too, and says where the rig is";
+                pose.keys().refuse(&POSE, message)?;
+                first
+                    .build_body(up)
+                    .map_err(|error| error.within("shutter.track[0].pose"))?
+            }
+            None if pose.keys().given(&POSE).is_empty() => PoseSpec {
+                location: Some([0.0; 3]),
+                ..PoseSpec::default()
+            }
+            .build_body(up)?,
+            None => pose.build_body(up)?,
+        };
+        let rig = Rig::new(self.name.as_deref().unwrap_or("rig"), body, mounts)?;
+        let Some(shutter) = &self.shutter else {
+            return Ok(rig);
+        };
+        if shutter.mount.is_some() {
+            let message =
+                "it is of a single camera; the cameras of a rig say themselves where they are";
+            return Err(SceneError::schema("shutter.mount", message));
+        }
+        let motion = shutter
+            .build(body, |pose| pose.build_body(up))
+            .map_err(|error| error.within("shutter"))?;
+        rig.with_motion(motion)
+    }
+}

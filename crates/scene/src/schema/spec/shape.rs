@@ -1,0 +1,123 @@
+//! The shapes that have a name.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::schema::shorthand::Splat;
+
+/// A box.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct BoxShape {
+    /// Edge lengths along x, y, z, or one for all; 1 where not given.
+    pub size: Splat<3>,
+}
+
+/// A rectangle.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlaneShape {
+    /// Edge lengths along x and y, or one for both; 1 where not given.
+    pub size: Splat<2>,
+}
+
+/// A sphere.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SphereShape {
+    /// The radius; 0.5 where not given.
+    pub radius: f64,
+    /// How often the 20 faces of an icosahedron are split in four, 0..=9; 4 (5120 triangles) where not given.
+    pub level: u32,
+}
+
+/// A cylinder.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct CylinderShape {
+    /// The radius; 0.5 where not given.
+    pub radius: f64,
+    /// The height; 1 where not given.
+    pub height: f64,
+    /// Corners around, 3..=4096; 64 where not given.
+    pub segments: u32,
+}
+
+/// A cone.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ConeShape {
+    /// The radius of its base; 0.5 where not given.
+    pub radius: f64,
+    /// The height; 1 where not given.
+    pub height: f64,
+    /// Corners around, 3..=4096; 64 where not given.
+    pub segments: u32,
+}
+
+/// A torus.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TorusShape {
+    /// From its centre to the middle of the tube; 0.5 where not given.
+    pub radius: f64,
+    /// The radius of the tube; 0.2 where not given.
+    pub tube: f64,
+    /// Corners around the axis, 3..=2048, half as many around the tube (at least 3); 64 where not given.
+    pub segments: u32,
+}
+
+impl Default for BoxShape {
+    fn default() -> Self {
+        Self {
+            size: Splat([1.0; 3]),
+        }
+    }
+}
+
+impl Default for PlaneShape {
+    fn default() -> Self {
+        Self {
+            size: Splat([1.0; 2]),
+        }
+    }
+}
+
+impl Default for SphereShape {
+    fn default() -> Self {
+        Self {
+            radius: 0.5,
+            level: 4,
+        }
+    }
+}
+
+impl Default for CylinderShape {
+    fn default() -> Self {
+        Self {
+            radius: 0.5,
+            height: 1.0,
+            segments: 64,
+        }
+    }
+}
+
+impl Default for ConeShape {
+    fn default() -> Self {
+        Self {
+            radius: 0.5,
+            height: 1.0,
+            segments: 64,
+        }
+    }
+}
+
+impl Default for TorusShape {
+    fn default() -> Self {
+        Self {
+            radius: 0.5,
+            tube: 0.2,
+            segments: 64,
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Where a description's textures go in a material.
+
+use crate::material::principled::{NormalMap, Textured};
+use crate::material::{Material, Reflectance};
+use crate::texture::TextureSlot;
+
+/// A texture's place in a material.
+pub(crate) struct Put {
+    /// What it multiplies; "texture" for the base colour.
+    pub key: &'static str,
+    pub slot: TextureSlot,
+    pub strength: f32,
+}
+
+impl Put {
+    /// Puts it where it belongs; whether the material has such a place. `plain` values become 1.
+    pub(crate) fn into(&self, material: &mut Material, plain: bool) -> bool {
+        let slot = Some(self.slot);
+        let normal = Some(NormalMap {
+            texture: self.slot,
+            scale: self.strength,
+        });
+        match self.key {
+            "texture" => material.texture = slot,
+            "normal" => material.normal_map = normal,
+            "occlusion" => {
+                let mut occlusion = Textured::from(self.strength);
+                occlusion.texture = slot;
+                material.occlusion = Some(occlusion);
+            }
+            "emission" => {
+                material.emission.texture = slot;
+                if plain {
+                    material.emission.value = [1.0; 3];
+                }
+            }
+            _ => return self.put_in_principled(&mut material.reflectance, plain),
+        }
+        true
+    }
+
+    fn put_in_principled(&self, reflectance: &mut Reflectance, plain: bool) -> bool {
+        let Reflectance::Principled(p) = reflectance else {
+            return false;
+        };
+        let slot = Some(self.slot);
+        let number = match self.key {
+            "metallic" => &mut p.metallic,
+            "roughness" => &mut p.roughness,
+            "specular" => &mut p.specular,
+            "transmission" => &mut p.transmission,
+            "clearcoat" => &mut p.clearcoat,
+            "clearcoat_roughness" => &mut p.clearcoat_roughness,
+            "sheen_roughness" => &mut p.sheen_roughness,
+            "iridescence" => &mut p.iridescence,
+            "anisotropy" => &mut p.anisotropy,
+            "diffuse_transmission" => &mut p.diffuse_transmission,
+            "clearcoat_normal" => {
+                p.clearcoat_normal = Some(NormalMap {
+                    texture: self.slot,
+                    scale: self.strength,
+                });
+                return true;
+            }
+            "iridescence_thickness" => {
+                p.iridescence_thickness[0] = 0.0;
+                p.iridescence_thickness_texture = slot;
+                return true;
+            }
+            key => {
+                let color = match key {
+                    "specular_color" => &mut p.specular_color,
+                    "sheen_color" => &mut p.sheen_color,
+                    _ => &mut p.diffuse_transmission_color,
+                };
+                color.texture = slot;
+                if plain {
+                    color.value = [1.0; 3];
+                }
+                return true;
+            }
+        };
+        number.texture = slot;
+        if plain {
+            number.value = 1.0;
+        }
+        true
+    }
+}

@@ -1,0 +1,159 @@
+//! A temporary file without a name: it is gone when nobody has it open any more, however the process ends.
+
+use std::fs::{self, File, OpenOptions};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// A file that grows at its end and is read anywhere.
+#[derive(Debug)]
+pub(crate) struct Temporary {
+    /// Where it was made.
+    pub folder: PathBuf,
+    file: File,
+    /// Where the next bytes go.
+    end: Mutex<u64>,
+}
+
+/// Where temporary files go that may be large: where `TMPDIR` says, else to the disk (`/tmp` is memory in many places), else
+/// where the system has them.
+pub(crate) fn folders() -> Vec<PathBuf> {
+    match std::env::var_os("TMPDIR") {
+        Some(folder) if !folder.is_empty() => vec![folder.into()],
+        _ if cfg!(unix) => vec!["/var/tmp".into(), std::env::temp_dir()],
+        _ => vec![std::env::temp_dir()],
+    }
+}
+
+impl Temporary {
+    /// A file in a folder.
+    pub fn new(folder: &Path) -> io::Result<Self> {
+        let mut attempt = 0;
+        let (file, path) = loop {
+            let name = format!("raycam-textures-{}-{attempt}", std::process::id());
+            let path = folder.join(name);
+            match open(&path) {
+                // That of another world of this process, about to lose its name, or left over from another process.
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => {
+                    attempt += 1;
+                }
+                opened => break (opened?, path),
+            }
+        };
+        forget(&path)?;
+        Ok(Self {
+            folder: folder.into(),
+            file,
+            end: Mutex::new(0),
+        })
+    }
+
+    /// Writes bytes at the end; where they are.
+    pub fn append(&self, bytes: &[u8]) -> io::Result<u64> {
+        let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
+        let start = *end;
+        write_all_at(&self.file, bytes, start)?;
+        *end += bytes.len() as u64;
+        Ok(start)
+    }
+
+    /// How many bytes it has.
+    pub fn len(&self) -> u64 {
+        *self.end.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Fills bytes with those from `start` on.
+    pub fn read(&self, bytes: &mut [u8], start: u64) -> io::Result<()> {
+        read_exact_at(&self.file, bytes, start)
+    }
+}
+
+/// A new file for this user alone.
+fn open(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    #[cfg(windows)]
+    {
+        const DELETE_ON_CLOSE: u32 = 0x0400_0000;
+        std::os::windows::fs::OpenOptionsExt::custom_flags(&mut options, DELETE_ON_CLOSE);
+    }
+    options.open(path)
+}
+
+/// Takes the file's name away, where open files may lose theirs.
+fn forget(path: &Path) -> io::Result<()> {
+    if cfg!(unix) {
+        fs::remove_file(path)
+    } else {
+        Ok(())
+    }
+}
+
+#[cfg(unix)]
+fn write_all_at(file: &File, bytes: &[u8], start: u64) -> io::Result<()> {
+    std::os::unix::fs::FileExt::write_all_at(file, bytes, start)
+}
+
+#[cfg(unix)]
+fn read_exact_at(file: &File, bytes: &mut [u8], start: u64) -> io::Result<()> {
+    std::os::unix::fs::FileExt::read_exact_at(file, bytes, start)
+}
+
+#[cfg(windows)]
+fn write_all_at(file: &File, mut bytes: &[u8], mut start: u64) -> io::Result<()> {
+    while !bytes.is_empty() {
+        let written = std::os::windows::fs::FileExt::seek_write(file, bytes, start)?;
+        if written == 0 {
+            return Err(io::ErrorKind::WriteZero.into());
+        }
+        (bytes, start) = (&bytes[written..], start + written as u64);
+    }
+    Ok(())
+}
+
+#[cfg(windows)]
+fn read_exact_at(file: &File, mut bytes: &mut [u8], mut start: u64) -> io::Result<()> {
+    while !bytes.is_empty() {
+        let read = std::os::windows::fs::FileExt::seek_read(file, bytes, start)?;
+        if read == 0 {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        (bytes, start) = (&mut bytes[read..], start + read as u64);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_and_no_name_is_left() {
+        let folder = std::env::temp_dir().join(format!("raycam-temporary-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let files = [(); 2].map(|()| Temporary::new(&folder).unwrap());
+        if cfg!(unix) {
+            assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
+        }
+        for (i, file) in files.iter().enumerate() {
+            assert_eq!(file.append(&[i as u8; 5]).unwrap(), 0);
+            assert_eq!(file.append(&[10 + i as u8; 3]).unwrap(), 5);
+            assert_eq!(file.len(), 8);
+        }
+        for (i, file) in files.iter().enumerate() {
+            let mut bytes = [0; 4];
+            file.read(&mut bytes, 3).unwrap();
+            assert_eq!(bytes, [i as u8, i as u8, 10 + i as u8, 10 + i as u8]);
+            let beyond = file.read(&mut bytes, 6).unwrap_err();
+            assert_eq!(beyond.kind(), io::ErrorKind::UnexpectedEof);
+        }
+        drop(files);
+        fs::remove_dir(&folder).unwrap();
+        assert_eq!(
+            Temporary::new(&folder).unwrap_err().kind(),
+            io::ErrorKind::NotFound
+        );
+    }
+}

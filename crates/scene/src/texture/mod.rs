@@ -1,0 +1,212 @@
+//! Textures: images, and how surfaces look them up.
+
+pub(crate) mod cache;
+mod image;
+mod mip;
+pub(crate) mod serde_shared;
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+pub use self::image::{Image, Texels};
+use crate::error::SceneError;
+pub use crate::texture::cache::paged::PagedTexels;
+pub use crate::texture::cache::{ReadBack, TextureMemory};
+
+/// What a texture does beyond 0..1.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum Wrap {
+    /// Starts again.
+    #[default]
+    Repeat,
+    /// Keeps its border.
+    Clamp,
+    /// Turns back.
+    Mirror,
+}
+
+/// What lies between texels.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+#[schemars(rename = "TextureFilter")]
+pub enum Interpolation {
+    /// The nearest texel.
+    Nearest,
+    /// Between the four nearest.
+    #[default]
+    Linear,
+}
+
+/// How an image is looked up, as glTF's samplers say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, Deserialize)]
+pub struct TextureSampler {
+    /// Wrap modes of u and v.
+    pub wrap: [Wrap; 2],
+    /// Where a texel covers more than a pixel.
+    pub magnification: Interpolation,
+    /// Where a pixel covers more than a texel.
+    pub minification: Interpolation,
+    /// Between the levels of a mip map; `None` uses the image alone.
+    pub mip: Option<Interpolation>,
+}
+
+impl Default for TextureSampler {
+    /// Repeated, linear, with mip maps.
+    fn default() -> Self {
+        Self {
+            wrap: [Wrap::Repeat; 2],
+            magnification: Interpolation::Linear,
+            minification: Interpolation::Linear,
+            mip: Some(Interpolation::Linear),
+        }
+    }
+}
+
+/// An image and how it is looked up. Several textures may share an image.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, Deserialize)]
+pub struct Texture {
+    /// The image.
+    pub image: Arc<Image>,
+    /// How it is looked up.
+    pub sampler: TextureSampler,
+}
+
+/// Where a material takes a value from a texture.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, Deserialize)]
+pub struct TextureSlot {
+    /// Index into the world's textures.
+    pub texture: usize,
+    /// Which texture coordinates of the mesh: 0 for [`Mesh::uvs`](crate::Mesh::uvs), others for those in
+    /// [`Mesh::more_uvs`](crate::Mesh::more_uvs).
+    pub uv_set: usize,
+    /// What the mesh's coordinates (u, v, 1) are multiplied by, row by row, as `KHR_texture_transform` says.
+    pub image_from_mesh: [[f32; 3]; 2],
+}
+
+impl TextureSlot {
+    /// The texture as the mesh's first coordinates have it.
+    pub fn plain(texture: usize) -> Self {
+        Self {
+            texture,
+            uv_set: 0,
+            image_from_mesh: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        }
+    }
+
+    /// The coordinates in the image of coordinates of the mesh.
+    pub fn coordinates(&self, [u, v]: [f32; 2]) -> [f32; 2] {
+        self.image_from_mesh.map(|[a, b, c]| {
+            (f64::from(a) * f64::from(u) + f64::from(b) * f64::from(v) + f64::from(c)) as f32
+        })
+    }
+}
+
+impl Texture {
+    /// An opaque sRGB image.
+    pub fn from_srgb8(
+        name: impl Into<String>,
+        size: [u32; 2],
+        texels: impl IntoIterator<Item = [u8; 3]>,
+        wrap: [Wrap; 2],
+    ) -> Self {
+        let texels = texels.into_iter().map(|[r, g, b]| [r, g, b, 255]).collect();
+        Self {
+            image: Arc::new(Image {
+                name: name.into(),
+                size,
+                texels: Texels::Srgb8(texels),
+            }),
+            sampler: TextureSampler {
+                wrap,
+                ..TextureSampler::default()
+            },
+        }
+    }
+
+    /// Whether its image is one.
+    ///
+    /// # Errors
+    /// Those of [`Image::validate`].
+    pub fn validate(&self) -> Result<(), SceneError> {
+        self.image.validate()
+    }
+
+    /// The value at texture coordinates (u right, v down), linear, with alpha; texel centres lie at half integers, and
+    /// a texel at its centre comes back exactly. Interpolation is of linear values, as `magnification` says.
+    pub fn lookup(&self, uv: [f32; 2]) -> [f32; 4] {
+        let Image { size, texels, .. } = &*self.image;
+        let [u, v] = [0, 1].map(|axis| Axis::new(uv[axis], size[axis], self.sampler.wrap[axis]));
+        let width = size[0] as usize;
+        if self.sampler.magnification == Interpolation::Nearest {
+            return texels.linear(v.nearest() * width + u.nearest());
+        }
+        let [above, below] = texels.crossing(width, u.texels, v.texels);
+        let row = |[left, right]: [[f32; 4]; 2]| mix(left, right, u.fraction);
+        mix(row(above), row(below), v.fraction)
+    }
+}
+
+/// Between which two texels a coordinate lies along one axis, and how far from the first towards the second.
+struct Axis {
+    texels: [usize; 2],
+    fraction: f32,
+}
+
+impl Axis {
+    fn new(coordinate: f32, size: u32, wrap: Wrap) -> Self {
+        let length = f64::from(size);
+        let position = f64::from(coordinate) * length - 0.5;
+        // Float32 coordinates of a texel's centre miss it by their rounding error, which a large image magnifies to a
+        // visible share of the neighbour: that close to a centre is at it.
+        let rounding =
+            (4.0 * f64::from(f32::EPSILON) * length * f64::from(coordinate.abs())).min(1.0 / 256.0);
+        // Beyond 2^52 there are no fractions; NaN is taken for 0. By casts: rounding to whole numbers may be a call.
+        let position = position.clamp(-4.5e15, 4.5e15);
+        let whole = position as i64;
+        let mut first = whole - i64::from(position < whole as f64);
+        let mut fraction = position - first as f64;
+        if 1.0 - fraction <= rounding {
+            (first, fraction) = (first + 1, 0.0);
+        } else if fraction <= rounding || fraction.is_nan() {
+            fraction = 0.0;
+        }
+        Self {
+            texels: [first, first + 1].map(|i| wrap.index(i, i64::from(size))),
+            fraction: fraction as f32,
+        }
+    }
+
+    fn nearest(&self) -> usize {
+        self.texels[usize::from(self.fraction >= 0.5)]
+    }
+}
+
+impl Wrap {
+    /// The texel that stands at position `i` of an axis of `size` texels.
+    #[inline]
+    fn index(self, i: i64, size: i64) -> usize {
+        // Nearly always; a division takes longer than all else.
+        if (0..size).contains(&i) {
+            return i as usize;
+        }
+        (match self {
+            Wrap::Repeat => i.rem_euclid(size),
+            Wrap::Clamp => i.clamp(0, size - 1),
+            Wrap::Mirror => {
+                let i = i.rem_euclid(2 * size);
+                i.min(2 * size - 1 - i)
+            }
+        }) as usize
+    }
+}
+
+fn mix(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
+    [0, 1, 2, 3].map(|i| a[i] + (b[i] - a[i]) * t)
+}
