@@ -8,12 +8,12 @@ pub const LEAF: u32 = 1 << 31;
 pub const NO_CHILD: u32 = u32::MAX;
 
 /// The most triangles, and the most different vertices, in a leaf.
-pub const LEAF_SIZE: usize = 16;
+pub const MAX_LEAF_TRIANGLES: usize = 16;
 
 /// Eight boxes and what they hold. An unused child has an inverted box, which no ray meets.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
-pub struct Node {
+pub struct WideNode {
     /// Lower x, upper x, lower y, upper y, lower z, upper z of the children.
     pub bounds: [[f32; 8]; 6],
     /// Block index, with [`LEAF`] for leaves.
@@ -23,9 +23,9 @@ pub struct Node {
     _pad: [u32; 7],
 }
 
-impl Node {
+impl WideNode {
     /// A node without children.
-    pub const EMPTY: Node = Node {
+    pub const EMPTY: WideNode = WideNode {
         bounds: {
             let (lower, upper) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
             [lower, upper, lower, upper, lower, upper]
@@ -36,15 +36,15 @@ impl Node {
     };
 
     /// Adds a child.
-    pub fn push(&mut self, lower: [f32; 3], upper: [f32; 3], child: u32) {
+    pub fn push_child(&mut self, lower: [f32; 3], upper: [f32; 3], child: u32) {
         let lane = self.children as usize;
-        self.set_bounds(lane, (lower, upper));
+        self.set_child_bounds(lane, (lower, upper));
         self.child[lane] = child;
         self.children += 1;
     }
 
     /// Gives a child another box, by its lower and upper corner.
-    pub fn set_bounds(&mut self, lane: usize, (lower, upper): ([f32; 3], [f32; 3])) {
+    pub fn set_child_bounds(&mut self, lane: usize, (lower, upper): ([f32; 3], [f32; 3])) {
         for axis in 0..3 {
             self.bounds[2 * axis][lane] = lower[axis];
             self.bounds[2 * axis + 1][lane] = upper[axis];
@@ -52,7 +52,7 @@ impl Node {
     }
 
     /// The lower and the upper corner of a child's box.
-    pub fn bounds_of(&self, lane: usize) -> ([f32; 3], [f32; 3]) {
+    pub fn child_bounds(&self, lane: usize) -> ([f32; 3], [f32; 3]) {
         let corner = |side: usize| std::array::from_fn(|axis| self.bounds[2 * axis + side][lane]);
         (corner(0), corner(1))
     }
@@ -61,7 +61,7 @@ impl Node {
 /// Up to sixteen triangles that share up to sixteen vertices.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
-pub struct Leaf {
+pub struct LeafNode {
     /// x, y and z of the vertices; unused ones repeat the first.
     pub vertex: [[f32; 16]; 3],
     /// First, second and third corners, packed by [`crate::simd::pack_index`].
@@ -79,20 +79,20 @@ pub struct Leaf {
 }
 
 /// A triangle is thin if the square of its longest edge is more than this times twice its area.
-const THIN: f64 = 64.0;
+const SLIVER_RATIO: f64 = 64.0;
 
-impl Leaf {
+impl LeafNode {
     /// Packs triangles, given as corner indices into `vertices`.
     #[inline(always)]
-    pub fn new(vertices: &[[f32; 3]], corners: &[[u8; 3]], first: u32) -> Leaf {
-        let mut vertex = [0, 1, 2].map(|axis| [vertices[0][axis]; LEAF_SIZE]);
+    pub fn new(vertices: &[[f32; 3]], corners: &[[u8; 3]], first: u32) -> LeafNode {
+        let mut vertex = [0, 1, 2].map(|axis| [vertices[0][axis]; MAX_LEAF_TRIANGLES]);
         for (lane, at) in vertices.iter().enumerate() {
             for axis in 0..3 {
                 vertex[axis][lane] = at[axis];
             }
         }
-        let mut lanes = [[0; LEAF_SIZE]; 3];
-        let mut places = [[[0.0; LEAF_SIZE]; 3]; 3];
+        let mut lanes = [[0; MAX_LEAF_TRIANGLES]; 3];
+        let mut places = [[[0.0; MAX_LEAF_TRIANGLES]; 3]; 3];
         for (triangle, corners) in corners.iter().enumerate() {
             for k in 0..3 {
                 lanes[k][triangle] = corners[k];
@@ -110,7 +110,7 @@ impl Leaf {
             }
         });
         let corner = lanes.map(|lanes| crate::simd::pack_index(&lanes));
-        Leaf {
+        LeafNode {
             vertex,
             corner,
             first,
@@ -129,7 +129,7 @@ impl Leaf {
 
     /// Whether any triangle is thin.
     #[inline(always)]
-    pub fn has_thin(&self) -> bool {
+    pub fn has_slivers(&self) -> bool {
         self.thin != 0
     }
 
@@ -138,8 +138,8 @@ impl Leaf {
         &mut self,
         triangles: impl Iterator<Item = [[f32; 3]; 3]>,
     ) -> ([f32; 3], [f32; 3]) {
-        let mut vertices = [[0.0; 3]; LEAF_SIZE];
-        let mut corners = [[0; 3]; LEAF_SIZE];
+        let mut vertices = [[0.0; 3]; MAX_LEAF_TRIANGLES];
+        let mut corners = [[0; 3]; MAX_LEAF_TRIANGLES];
         let (mut used, mut count) = (0, 0);
         for (k, triangle) in triangles.enumerate() {
             for (c, vertex) in triangle.into_iter().enumerate() {
@@ -159,15 +159,15 @@ impl Leaf {
 /// Which of some triangles have an area, and which are thin, as bits; corners by place in the triangle, axis and triangle.
 /// Without a branch, so that compilers do several at a time.
 #[inline(always)]
-fn kinds(corners: &[[[f64; LEAF_SIZE]; 3]; 3]) -> (u32, u32) {
-    let (mut solid, mut thin) = ([0; LEAF_SIZE], [0; LEAF_SIZE]);
-    for i in 0..LEAF_SIZE {
+fn kinds(corners: &[[[f64; MAX_LEAF_TRIANGLES]; 3]; 3]) -> (u32, u32) {
+    let (mut solid, mut thin) = ([0; MAX_LEAF_TRIANGLES], [0; MAX_LEAF_TRIANGLES]);
+    for i in 0..MAX_LEAF_TRIANGLES {
         let triangle = std::array::from_fn(|k| std::array::from_fn(|axis| corners[k][axis][i]));
         let [x, y, z] = cross(triangle);
         solid[i] = u32::from((x != 0.0) | (y != 0.0) | (z != 0.0)) << i;
         thin[i] = u32::from(is_thin(triangle)) << i;
     }
-    let all = |bits: [u32; LEAF_SIZE]| bits.into_iter().fold(0, |all, bit| all | bit);
+    let all = |bits: [u32; MAX_LEAF_TRIANGLES]| bits.into_iter().fold(0, |all, bit| all | bit);
     (all(solid), all(thin))
 }
 
@@ -191,23 +191,23 @@ fn is_thin([a, b, c]: [[f64; 3]; 3]) -> bool {
     let edge = |p: [f64; 3], q: [f64; 3]| square([p[0] - q[0], p[1] - q[1], p[2] - q[2]]);
     let more = |a: f64, b: f64| if b > a { b } else { a };
     let longest = more(more(edge(a, b), edge(b, c)), edge(c, a));
-    longest * longest > THIN * THIN * square(cross([a, b, c]))
+    longest * longest > SLIVER_RATIO * SLIVER_RATIO * square(cross([a, b, c]))
 }
 
 /// A node or a leaf; the reference that leads to it says which.
 #[repr(C)]
 #[derive(Clone, Copy)]
-pub union Block {
-    pub node: Node,
-    pub leaf: Leaf,
+pub union NodeBlock {
+    pub node: WideNode,
+    pub leaf: LeafNode,
 }
 
 const _: () =
-    assert!(size_of::<Node>() == 256 && size_of::<Leaf>() == 256 && size_of::<Block>() == 256);
+    assert!(size_of::<WideNode>() == 256 && size_of::<LeafNode>() == 256 && size_of::<NodeBlock>() == 256);
 
 /// The node that a reference without [`LEAF`] leads to.
 #[inline(always)]
-pub fn node(blocks: &[Block], at: u32) -> &Node {
+pub fn node(blocks: &[NodeBlock], at: u32) -> &WideNode {
     debug_assert!(at & LEAF == 0 && (at as usize) < blocks.len());
     // SAFETY: the references of a tree lead to its own blocks, and say whether one is a node or a leaf.
     unsafe { &blocks.get_unchecked(at as usize).node }
@@ -215,7 +215,7 @@ pub fn node(blocks: &[Block], at: u32) -> &Node {
 
 /// The leaf that a reference with [`LEAF`] leads to.
 #[inline(always)]
-pub fn leaf(blocks: &[Block], at: u32) -> &Leaf {
+pub fn leaf(blocks: &[NodeBlock], at: u32) -> &LeafNode {
     debug_assert!(at & LEAF != 0 && at != NO_CHILD);
     // SAFETY: as in `node`.
     unsafe { &blocks.get_unchecked((at & !LEAF) as usize).leaf }

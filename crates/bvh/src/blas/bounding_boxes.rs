@@ -29,7 +29,7 @@ impl Bvh {
             }
             boxes.swap_remove(i);
             boxes.extend((0..children).map(|k| {
-                let (lower, upper) = node.bounds_of(k);
+                let (lower, upper) = node.child_bounds(k);
                 ([lower, upper], node.child[k])
             }));
         }

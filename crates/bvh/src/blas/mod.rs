@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::build;
 use crate::build::triangle_leaves::Triangles;
 use crate::error::BuildError;
-use crate::node::Block;
+use crate::node::NodeBlock;
 use crate::platform::dispatch::Machine;
 use crate::platform::huge_page_vec::Pages;
 use crate::simd::Isa;
@@ -39,7 +39,7 @@ pub const TRIANGLE_LIMIT: usize = 1 << 30;
 /// One mesh, ready to be traced: mesh-local float32 coordinates.
 #[derive(Clone)]
 pub struct Bvh {
-    blocks: Pages<Block>,
+    blocks: Pages<NodeBlock>,
     root: u32,
     ids: Vec<u32>,
     extent: Extent,
@@ -114,7 +114,7 @@ impl Bvh {
 
     /// Bytes held by the tree, leaves and ids included.
     pub fn byte_count(&self) -> usize {
-        self.blocks.capacity() * size_of::<Block>() + self.ids.capacity() * size_of::<u32>()
+        self.blocks.capacity() * size_of::<NodeBlock>() + self.ids.capacity() * size_of::<u32>()
     }
 
     /// Coordinates in the tree are mesh coordinates times this power of two.
@@ -138,7 +138,7 @@ impl Bvh {
     }
 
     /// The root, the ids in the order of the leaves, and all blocks.
-    pub(crate) fn parts_mut(&mut self) -> (u32, &[u32], &mut [Block]) {
+    pub(crate) fn parts_mut(&mut self) -> (u32, &[u32], &mut [NodeBlock]) {
         (self.root, &self.ids, &mut self.blocks)
     }
 
@@ -146,7 +146,7 @@ impl Bvh {
         self.extent = Extent { lower, upper };
     }
 
-    pub(crate) fn blocks(&self) -> &[Block] {
+    pub(crate) fn blocks(&self) -> &[NodeBlock] {
         &self.blocks
     }
 
@@ -257,7 +257,7 @@ mod tests {
             .blocks
             .iter()
             // SAFETY: nodes and leaves fill their blocks with plain numbers, without gaps.
-            .flat_map(|block| unsafe { std::mem::transmute::<Block, [u8; 256]>(*block) })
+            .flat_map(|block| unsafe { std::mem::transmute::<NodeBlock, [u8; 256]>(*block) })
             .collect();
         let corners = [bvh.extent.lower, bvh.extent.upper].into_iter().flatten();
         let floats = corners.chain([bvh.scale]).flat_map(f32::to_ne_bytes);

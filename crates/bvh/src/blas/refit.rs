@@ -2,7 +2,7 @@
 
 use crate::blas::{Bvh, check, scale_of};
 use crate::error::BuildError;
-use crate::node::{Block, LEAF, Leaf, NO_CHILD};
+use crate::node::{NodeBlock, LEAF, LeafNode, NO_CHILD};
 
 /// Lower and upper corner.
 type Corners = ([f32; 3], [f32; 3]);
@@ -36,7 +36,7 @@ impl Bvh {
         let scale = self.scale();
         let (root, ids, blocks) = self.parts_mut();
         let vertex = |index: u32| vertices[index as usize].map(|x| x * scale);
-        let moved = |leaf: &mut Leaf| {
+        let moved = |leaf: &mut LeafNode| {
             let ids = &ids[leaf.first as usize..][..leaf.count as usize];
             leaf.refit(ids.iter().map(|&id| triangles[id as usize].map(vertex)))
         };
@@ -65,7 +65,7 @@ impl Bvh {
             }
             let node = crate::node::node(self.blocks(), at);
             for k in 0..node.children as usize {
-                sum += area(node.bounds_of(k));
+                sum += area(node.child_bounds(k));
                 open.push(node.child[k]);
             }
         }
@@ -74,7 +74,7 @@ impl Bvh {
 }
 
 /// Refits what is at and below a reference; its box. As deep as the tree, whose depth is bounded.
-fn refit(blocks: &mut [Block], at: u32, moved: &impl Fn(&mut Leaf) -> Corners) -> Corners {
+fn refit(blocks: &mut [NodeBlock], at: u32, moved: &impl Fn(&mut LeafNode) -> Corners) -> Corners {
     let index = (at & !LEAF) as usize;
     if at & LEAF != 0 {
         // SAFETY: a reference with `LEAF` leads to a leaf.
@@ -90,7 +90,7 @@ fn refit(blocks: &mut [Block], at: u32, moved: &impl Fn(&mut Leaf) -> Corners) -
             whole.1[a] = whole.1[a].max(bounds.1[a]);
         }
         // SAFETY: as above.
-        unsafe { blocks[index].node.set_bounds(k, bounds) };
+        unsafe { blocks[index].node.set_child_bounds(k, bounds) };
     }
     whole
 }

@@ -3,7 +3,7 @@
 
 use super::{LEAF, NO_CHILD};
 use crate::build::prim_ref::{NOTHING, Octet, corners, half_area};
-use crate::node::{Block, Node};
+use crate::node::{NodeBlock, WideNode};
 use crate::simd::{Isa, Vector};
 
 /// A node of the binary tree and what it costs as 1 to 8 children of a wide node.
@@ -109,8 +109,8 @@ pub fn apart<I: Isa>(left: &Octet, right: &Octet) -> Octet {
 pub fn emit(
     tree: &[Binary],
     root: usize,
-    blocks: &mut Vec<Block>,
-    mut leaf: impl FnMut(&Binary, &mut Vec<Block>) -> u32,
+    blocks: &mut Vec<NodeBlock>,
+    mut leaf: impl FnMut(&Binary, &mut Vec<NodeBlock>) -> u32,
 ) -> u32 {
     // What is still to be written, and where its reference goes: the node, which is none for the root, and which child.
     let mut open = vec![(root, NO_CHILD as usize, 0)];
@@ -136,7 +136,7 @@ pub fn emit(
                     node.child.iter().position(is_it).unwrap_or(0),
                 ));
             }
-            blocks.push(Block { node });
+            blocks.push(NodeBlock { node });
             index as u32
         };
         match blocks.get_mut(above) {
@@ -150,13 +150,13 @@ pub fn emit(
 
 /// The node above some children: leaves come last, for of several children the last is where a packet of shadow rays goes
 /// first, and what stops it there is not asked for further down.
-pub fn wide(children: &[(Octet, u32)]) -> Node {
-    let mut node = Node::EMPTY;
+pub fn wide(children: &[(Octet, u32)]) -> WideNode {
+    let mut node = WideNode::EMPTY;
     for leaf in [0, LEAF] {
         for (bounds, reference) in children {
             if reference & LEAF == leaf {
                 let (lower, upper) = corners(bounds);
-                node.push(lower, upper, *reference);
+                node.push_child(lower, upper, *reference);
             }
         }
     }

@@ -8,23 +8,23 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::build::treelet::{Job, Root, Scratch, Treelet};
 use crate::build::{Leaves, Shared};
-use crate::node::Block;
+use crate::node::NodeBlock;
 use crate::platform::huge_page_vec::{Pages, write};
 
 /// All treelets, one after the other.
 pub struct Joined {
     /// Those that were left free for the nodes above come first.
-    pub blocks: Pages<Block>,
+    pub blocks: Pages<NodeBlock>,
     pub ids: Vec<u32>,
     /// By treelet.
     pub roots: Vec<Vec<Root>>,
 }
 
 /// Blocks and ids that found no room.
-type Late = (Box<[Block]>, Box<[u32]>);
+type Late = (Box<[NodeBlock]>, Box<[u32]>);
 
 /// What is free for blocks and for ids.
-type Room<'a> = (&'a mut [MaybeUninit<Block>], &'a mut [MaybeUninit<u32>]);
+type Room<'a> = (&'a mut [MaybeUninit<NodeBlock>], &'a mut [MaybeUninit<u32>]);
 
 /// Where the next treelet goes.
 struct Output<'a> {

@@ -26,7 +26,7 @@ use rayon::prelude::*;
 
 use crate::build::prim_ref::Item;
 use crate::build::top_plan::{Plan, Stock};
-use crate::node::{Block, LEAF, NO_CHILD};
+use crate::node::{NodeBlock, LEAF, NO_CHILD};
 use crate::platform::dispatch::Machine;
 use crate::platform::huge_page_vec::Pages;
 
@@ -64,7 +64,7 @@ pub trait Leaves: Sync {
         items: &[Item],
         notes: &mut Self::Notes,
         ids: &mut Vec<u32>,
-        blocks: &mut Vec<Block>,
+        blocks: &mut Vec<NodeBlock>,
     ) -> u32;
     /// Whether the reference [`Leaves::emit`] returns counts from the start of `blocks`, where a leaf stands that
     /// counts from the start of `ids`.
@@ -93,7 +93,7 @@ pub trait Leaves: Sync {
 /// A finished tree.
 pub struct Tree {
     /// Nodes and leaves.
-    pub blocks: Pages<Block>,
+    pub blocks: Pages<NodeBlock>,
     /// The reference of the root; [`NO_CHILD`] where there is nothing.
     pub root: u32,
     /// Item ids in the order of the leaves.

@@ -21,7 +21,7 @@ impl Leaves for Boxes {
         items: &[Item],
         _notes: &mut (),
         ids: &mut Vec<u32>,
-        _blocks: &mut Vec<Block>,
+        _blocks: &mut Vec<NodeBlock>,
     ) -> u32 {
         ids.push(items[0].id);
         LEAF | items[0].id
@@ -145,14 +145,14 @@ fn boxes_hold_what_is_below_them_where_no_triangles_are_joined() {
             while let Some(at) = open.pop() {
                 let node = crate::node::node(bvh.blocks(), at);
                 for k in 0..node.children as usize {
-                    let ((lower, upper), child) = (node.bounds_of(k), node.child[k]);
+                    let ((lower, upper), child) = (node.child_bounds(k), node.child[k]);
                     let mut below = vec![];
                     if child & LEAF != 0 {
                         let [a, b, c, d, e, f] = crate::node::leaf(bvh.blocks(), child).bounds;
                         below.push(([a, c, e], [b, d, f]));
                     } else {
                         let inner = crate::node::node(bvh.blocks(), child);
-                        below.extend((0..inner.children as usize).map(|k| inner.bounds_of(k)));
+                        below.extend((0..inner.children as usize).map(|k| inner.child_bounds(k)));
                         open.push(child);
                     }
                     let within = |(l, u): &([f32; 3], [f32; 3])| {
@@ -186,7 +186,7 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
             assert_eq!(tree.ids, trees[0].ids);
             let nodes = |tree: &Tree| {
                 // SAFETY: this tree has no leaf blocks.
-                let node = |block: &Block| unsafe { (block.node.bounds, block.node.child) };
+                let node = |block: &NodeBlock| unsafe { (block.node.bounds, block.node.child) };
                 tree.blocks.iter().map(node).collect::<Vec<_>>()
             };
             assert!(nodes(tree) == nodes(&trees[0]));
@@ -195,9 +195,9 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
 }
 
 /// One child of the root is flat at z = 0, and the others are above 0.001, where the floor is not.
-fn check_floor(blocks: &[Block], root: u32, case: &str) {
+fn check_floor(blocks: &[NodeBlock], root: u32, case: &str) {
     let root = crate::node::node(blocks, root);
-    let children = (0..root.children as usize).map(|k| root.bounds_of(k));
+    let children = (0..root.children as usize).map(|k| root.child_bounds(k));
     let (floor, others): (Vec<_>, Vec<_>) = children.partition(|(lower, _)| lower[2] < 0.001);
     assert_eq!(floor.len(), 1, "{case}");
     assert_eq!([floor[0].0[2], floor[0].1[2]], [0.0; 2], "{case}");

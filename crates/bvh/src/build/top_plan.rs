@@ -5,7 +5,7 @@ use crate::build::concat::{Joined, join};
 use crate::build::prim_ref::{Item, NOTHING, Octet, corners};
 use crate::build::treelet::{Batch, Make, Part, Root};
 use crate::build::{Leaves, Shared, Tree};
-use crate::node::Block;
+use crate::node::NodeBlock;
 use crate::simd::Portable;
 
 /// The box of each half of what is halved, beside the box of the whole: of surfaces at an angle.
@@ -153,7 +153,7 @@ impl Plan {
     }
 
     /// Writes the nodes above the treelets, whose roots are given; the first.
-    fn top(&self, roots: &[Vec<Root>], blocks: &mut [Block]) -> Root {
+    fn top(&self, roots: &[Vec<Root>], blocks: &mut [NodeBlock]) -> Root {
         let mut wholes = vec![NOTHING; self.nodes.len()];
         let mut below = vec![];
         for (index, children) in self.nodes.iter().enumerate().rev() {
@@ -171,7 +171,7 @@ impl Plan {
             let whole = below.iter().fold(NOTHING, |whole, (bounds, _)| {
                 std::array::from_fn(|i| whole[i].min(bounds[i]))
             });
-            (blocks[index], wholes[index]) = (Block { node }, whole);
+            (blocks[index], wholes[index]) = (NodeBlock { node }, whole);
         }
         Root {
             bounds: wholes[0],

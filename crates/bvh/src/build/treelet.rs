@@ -5,7 +5,7 @@ use super::{Leaves, Shared, TREELET};
 use crate::build::binned_sah::split;
 use crate::build::large_prims::split_off;
 use crate::build::prim_ref::{Item, Octet, Range};
-use crate::node::{Block, LEAF, Node};
+use crate::node::{NodeBlock, LEAF, WideNode};
 use crate::platform::dispatch::kernel;
 use crate::simd::Isa;
 
@@ -42,7 +42,7 @@ pub struct Root {
 /// A part of the tree, with references that count from its own start.
 #[derive(Default)]
 pub struct Treelet {
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<NodeBlock>,
     /// In the order of the leaves.
     pub ids: Vec<u32>,
     roots: Vec<Root>,
@@ -110,7 +110,7 @@ impl Treelet {
                 continue;
             }
             // SAFETY: references without `LEAF` lead to nodes.
-            let node: &mut Node = unsafe { &mut self.blocks[at as usize].node };
+            let node: &mut WideNode = unsafe { &mut self.blocks[at as usize].node };
             for child in &mut node.child[..node.children as usize] {
                 open.push(*child);
                 *child = moved::<L>(*child, base as u32);

@@ -3,7 +3,7 @@
 use crate::blas::Quality;
 use crate::build::triangle_pairs::Pairs;
 use crate::build::{BuildItem, Leaves, Source, TREELET};
-use crate::node::{Block, LEAF, LEAF_SIZE, Leaf};
+use crate::node::{NodeBlock, LEAF, MAX_LEAF_TRIANGLES, LeafNode};
 use crate::simd::prefetch;
 
 /// The triangles as the builder sees them.
@@ -47,9 +47,9 @@ impl Default for Pieces {
 
 /// The different vertices of some triangles, and each triangle's corners among them.
 struct Shared {
-    vertices: [u32; LEAF_SIZE + 4],
+    vertices: [u32; MAX_LEAF_TRIANGLES + 4],
     count: usize,
-    corners: [[u8; 3]; LEAF_SIZE],
+    corners: [[u8; 3]; MAX_LEAF_TRIANGLES],
     triangles: usize,
 }
 
@@ -59,7 +59,7 @@ impl Pieces {
     fn share(&mut self, items: &[BuildItem]) -> Option<Shared> {
         // Nothing is looked up for what is too much anyway.
         let count = |item: &BuildItem| usize::from(self.pairs.pieces[item.id as usize].count);
-        if items.iter().map(count).sum::<usize>() > LEAF_SIZE {
+        if items.iter().map(count).sum::<usize>() > MAX_LEAF_TRIANGLES {
             return None;
         }
         self.leaf += 1;
@@ -69,9 +69,9 @@ impl Pieces {
         }
         let leaf = u64::from(self.leaf);
         let mut shared = Shared {
-            vertices: [0; LEAF_SIZE + 4],
+            vertices: [0; MAX_LEAF_TRIANGLES + 4],
             count: 0,
-            corners: [[0; 3]; LEAF_SIZE],
+            corners: [[0; 3]; MAX_LEAF_TRIANGLES],
             triangles: 0,
         };
         for item in items {
@@ -98,7 +98,7 @@ impl Pieces {
                     break;
                 }
             }
-            if shared.count > LEAF_SIZE {
+            if shared.count > MAX_LEAF_TRIANGLES {
                 return None;
             }
             let place = |k: u8| places[k as usize & 3] as u8;
@@ -244,7 +244,7 @@ impl Leaves for Triangles<'_> {
 
     #[inline(always)]
     fn fit(&self, items: &[BuildItem], notes: &mut Pieces) -> bool {
-        if items.len() > LEAF_SIZE || !self.alike(items, notes) {
+        if items.len() > MAX_LEAF_TRIANGLES || !self.alike(items, notes) {
             return false;
         }
         let shared = notes.share(items);
@@ -262,7 +262,7 @@ impl Leaves for Triangles<'_> {
         items: &[BuildItem],
         notes: &mut Pieces,
         ids: &mut Vec<u32>,
-        blocks: &mut Vec<Block>,
+        blocks: &mut Vec<NodeBlock>,
     ) -> u32 {
         // A binary leaf has at most 4 pieces and so 16 vertices; anything larger was asked for by `fit`.
         let made;
@@ -284,14 +284,14 @@ impl Leaves for Triangles<'_> {
                 .map(|item| notes.pairs.pieces[item.id as usize].count as usize)
                 .sum()
         );
-        let mut vertices = [[0.0; 3]; LEAF_SIZE];
+        let mut vertices = [[0.0; 3]; MAX_LEAF_TRIANGLES];
         for (vertex, &index) in vertices.iter_mut().zip(&shared.vertices[..shared.count]) {
             *vertex = self.vertex(index);
         }
         let index = blocks.len() as u32;
         let corners = &shared.corners[..shared.triangles];
-        blocks.push(Block {
-            leaf: Leaf::new(&vertices[..shared.count], corners, ids.len() as u32),
+        blocks.push(NodeBlock {
+            leaf: LeafNode::new(&vertices[..shared.count], corners, ids.len() as u32),
         });
         for item in items {
             let piece = &notes.pairs.pieces[item.id as usize];

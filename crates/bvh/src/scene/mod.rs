@@ -8,14 +8,14 @@ use std::sync::Arc;
 use crate::blas::{Bvh, scale_of};
 use crate::build::{self, BuildItem, Leaves, TREELET};
 use crate::error::BuildError;
-use crate::node::{Block, LEAF, NO_CHILD};
+use crate::node::{NodeBlock, LEAF, NO_CHILD};
 use crate::platform::dispatch::{InstructionSet, Machine};
 use crate::platform::huge_page_vec::Pages;
 use crate::ray::{Coherence, ExactHit, ExactRay, Hit, Ray};
 use crate::scene::flattened::{Members, Together};
 use crate::scene::rebraid::{Part, Placement, box_of, parts};
 use crate::traverse;
-use crate::traverse::stream::backoff::Skip;
+use crate::traverse::stream::backoff::Backoff;
 use crate::traverse::trav_ray::{EPS, Extent};
 
 /// A placed mesh: `world_from_mesh` maps mesh-local to scene-local coordinates, rows of a 3 x 4 matrix.
@@ -100,7 +100,7 @@ pub struct Scene {
     /// What rays go into, one after the other.
     pub(crate) parts: Vec<Part>,
     /// Nodes over the parts.
-    blocks: Pages<Block>,
+    blocks: Pages<NodeBlock>,
     pub(crate) root: u32,
     /// Box of everything, scaled.
     pub(crate) extent: Extent,
@@ -112,10 +112,10 @@ pub struct Scene {
     /// Whose the triangles of that mesh are, where it is several in one.
     pub(crate) members: Option<Members>,
     /// Of rays that run apart: packets of them, and asking them at the gate.
-    pub(crate) packets: Skip,
-    pub(crate) gate: Skip,
+    pub(crate) packets: Backoff,
+    pub(crate) gate: Backoff,
     /// Of packets of shadow rays that do not.
-    pub(crate) shadows: Skip,
+    pub(crate) shadows: Backoff,
     machine: Machine,
 }
 
@@ -186,9 +186,9 @@ impl Scene {
             condition: 1.0,
             direct,
             members: None,
-            packets: Skip::default(),
-            gate: Skip::default(),
-            shadows: Skip::default(),
+            packets: Backoff::default(),
+            gate: Backoff::default(),
+            shadows: Backoff::default(),
             machine: Machine::best(),
         };
         let mut placements: Vec<Option<Placement>> = Vec::with_capacity(instances.len());
@@ -287,7 +287,7 @@ impl Scene {
     }
 
     /// The nodes above the parts.
-    pub(crate) fn blocks(&self) -> &[Block] {
+    pub(crate) fn blocks(&self) -> &[NodeBlock] {
         &self.blocks
     }
 
@@ -350,7 +350,7 @@ impl Leaves for Singly {
         items: &[BuildItem],
         _notes: &mut (),
         _ids: &mut Vec<u32>,
-        _blocks: &mut Vec<Block>,
+        _blocks: &mut Vec<NodeBlock>,
     ) -> u32 {
         LEAF | items[0].id
     }

@@ -198,7 +198,7 @@ fn children(placements: &[Option<Placement>], part: &Part) -> Option<Vec<Part>> 
         return None;
     }
     let child = |(lane, &start): (usize, &u32)| {
-        let (lower, upper) = node.bounds_of(lane);
+        let (lower, upper) = node.child_bounds(lane);
         placement.part(part.instance, start, &Extent { lower, upper })
     };
     Some(children.iter().enumerate().map(child).collect())

@@ -1,7 +1,7 @@
 //! Packets through the scene: the nearest hits.
 
 use crate::blas::{Bvh, TRIANGLE_LIMIT};
-use crate::node::{Leaf, NO_CHILD};
+use crate::node::{LeafNode, NO_CHILD};
 use crate::ray::{Coherence, Hit, NOTHING, Ray};
 use crate::scene::rebraid::Part;
 use crate::scene::{Placed, Scene};
@@ -236,7 +236,7 @@ struct Closest<'a> {
 
 impl AtLeaf for Closest<'_> {
     #[inline(always)]
-    fn meet<I: Isa>(&mut self, leaf: &Leaf, active: u64, packet: &mut Packet) -> u64 {
+    fn meet<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64 {
         closest_in_leaf::<I, true>(self.mesh, leaf, active, packet, self.nearest, self.near)
     }
 }
@@ -245,7 +245,7 @@ impl AtLeaf for Closest<'_> {
 #[inline(always)]
 pub fn closest_in_leaf<I: Isa, const ONE: bool>(
     mesh: &Bvh,
-    leaf: &Leaf,
+    leaf: &LeafNode,
     active: u64,
     packet: &mut Packet,
     nearest: &mut Nearest,
@@ -324,7 +324,7 @@ impl Nearest {
     fn take<I: Isa>(
         &mut self,
         mesh: &Bvh,
-        leaf: &Leaf,
+        leaf: &LeafNode,
         met: MetEach<I::Rays>,
         group: usize,
         packet: &mut Packet,

@@ -1,7 +1,7 @@
 //! The steps that every traversal is made of.
 
 use crate::blas::Bvh;
-use crate::node::{Leaf, Node};
+use crate::node::{LeafNode, WideNode};
 use crate::ray::Ray;
 use crate::scene::{Placed, Scene};
 use crate::simd::{Isa, Vector};
@@ -36,7 +36,7 @@ impl Best {
     /// Takes those of the triangles `near` of a leaf that the ray meets, where they come first by (t, id); whether one
     /// was.
     #[inline(always)]
-    pub fn take(&mut self, mesh: &Bvh, leaf: &Leaf, mut near: u32, ray: impl Line) -> bool {
+    pub fn take(&mut self, mesh: &Bvh, leaf: &LeafNode, mut near: u32, ray: impl Line) -> bool {
         let mut closer = false;
         while near != 0 {
             let lane = near.trailing_zeros();
@@ -56,7 +56,7 @@ impl Best {
 
 /// Whether the ray meets any of the triangles `near` of a leaf.
 #[inline(always)]
-pub fn any(leaf: &Leaf, mut near: u32, ray: impl Line, t_max: f32) -> bool {
+pub fn any(leaf: &LeafNode, mut near: u32, ray: impl Line, t_max: f32) -> bool {
     while near != 0 {
         let lane = near.trailing_zeros() as usize;
         near &= near - 1;
@@ -70,7 +70,7 @@ pub fn any(leaf: &Leaf, mut near: u32, ray: impl Line, t_max: f32) -> bool {
 /// Which children of a node the ray enters no later than `t_max`, and where.
 #[inline(always)]
 pub fn enter_children<I: Isa>(
-    node: &Node,
+    node: &WideNode,
     ray: &LocalRay,
     t_max: f32,
 ) -> (<I::F8 as Vector>::Mask, I::F8) {
@@ -90,7 +90,7 @@ pub fn enter_children<I: Isa>(
 
 /// The t at which a ray passes a row of bounds, by where it begins.
 #[inline(always)]
-fn passes<I: Isa>(node: &Node, side: &Side, axis: usize, row: u32) -> I::F8 {
+fn passes<I: Isa>(node: &WideNode, side: &Side, axis: usize, row: u32) -> I::F8 {
     debug_assert!(row.is_multiple_of(ROW) && row < 6 * ROW);
     // SAFETY: `row` begins one of the six, each of 8 floats; a bit chooses between the two of an axis.
     let bound = unsafe { I::F8::load(node.bounds.as_ptr().cast::<f32>().add(row as usize)) };

@@ -1,6 +1,6 @@
 //! Packets through the scene: any hits.
 
-use crate::node::{LEAF, Leaf, NO_CHILD, leaf, node};
+use crate::node::{LEAF, LeafNode, NO_CHILD, leaf, node};
 use crate::ray::{Coherence, Ray};
 use crate::scene::rebraid::Part;
 use crate::scene::{Placed, Scene};
@@ -40,7 +40,7 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherenc
         let (numbers, coherence) = (chunk.numbers, chunk.coherence);
         let together = coherence != Coherence::Incoherent;
         let most = MOST_VISITS * numbers.len();
-        if together && scene.shadows.next() {
+        if together && scene.shadows.should_skip() {
             chunk.aside.whole.extend_from_slice(numbers);
         } else {
             let before = chunk.aside.len();
@@ -63,7 +63,7 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherenc
             chunks.count(alone, visits);
             if together {
                 let pays = visits + VISITS_ALONE * alone <= most;
-                scene.shadows.learn(pays);
+                scene.shadows.record(pays);
             }
         }
         if aside.len() >= ASIDE {
@@ -147,7 +147,7 @@ impl Query for Shadows<'_> {
 
 /// The rays of `active` that meet something in a leaf.
 #[inline(always)]
-fn dark_in_leaf<I: Isa>(leaf: &Leaf, active: u64, packet: &Packet, near: &mut Near) -> u64 {
+fn dark_in_leaf<I: Isa>(leaf: &LeafNode, active: u64, packet: &Packet, near: &mut Near) -> u64 {
     let mut dark = 0;
     near.find::<I, false>(leaf, active, packet);
     while near.some != 0 {

@@ -5,7 +5,7 @@ use std::mem::MaybeUninit;
 use std::hint::select_unpredictable;
 
 use crate::build::MAX_DEPTH;
-use crate::node::{NO_CHILD, Node};
+use crate::node::{NO_CHILD, WideNode};
 use crate::simd::{Isa, Vector};
 
 /// A path has at most `MAX_DEPTH` nodes in the tree over instances and as many in a mesh, each leaves at most 7
@@ -33,13 +33,13 @@ impl Stack {
     /// Puts the children of `mask`, which is not 0, on the stack but for the nearest one, which is returned; the nearer
     /// ones come first.
     #[inline(always)]
-    pub fn push<I: Isa>(&mut self, node: &Node, enter: I::F8, mask: u32) -> u32 {
+    pub fn push<I: Isa>(&mut self, node: &WideNode, enter: I::F8, mask: u32) -> u32 {
         self.push_ordered::<I>(node, enter, mask).0
     }
 
     /// The same, with the order in which the lanes were put there, the nearest one last.
     #[inline(always)]
-    fn push_ordered<I: Isa>(&mut self, node: &Node, enter: I::F8, mask: u32) -> (u32, I::Order) {
+    fn push_ordered<I: Isa>(&mut self, node: &WideNode, enter: I::F8, mask: u32) -> (u32, I::Order) {
         debug_assert!(self.len + 8 <= STACK && mask != 0);
         // SAFETY: `STACK` leaves room for 8 more entries, by the depth of every tree (see there). References are
         // carried as floats, of which no arithmetic is done.
@@ -88,7 +88,7 @@ impl Stack {
     #[inline(always)]
     pub fn exchange<I: Isa, const KEPT: bool>(
         &mut self,
-        node: &Node,
+        node: &WideNode,
         enter: I::F8,
         mask: <I::F8 as Vector>::Mask,
     ) -> u32 {
@@ -201,7 +201,7 @@ impl EnteredStack {
     #[inline(always)]
     pub fn push<I: Isa>(
         &mut self,
-        node: &Node,
+        node: &WideNode,
         enter: I::F8,
         mask: u32,
         entered: &[u64; 8],

@@ -1,7 +1,7 @@
 //! Float64 answers for rays that run alike: the boxes are those of packets, padded as for a single exact ray.
 
 use crate::blas::Bvh;
-use crate::node::{LEAF_SIZE, Leaf, NO_CHILD};
+use crate::node::{MAX_LEAF_TRIANGLES, LeafNode, NO_CHILD};
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::rebraid::Part;
 use crate::scene::{ExactTriangles, Placed, Scene};
@@ -165,7 +165,7 @@ struct InMesh<'a, 'b> {
 
 impl AtLeaf for InMesh<'_, '_> {
     #[inline(always)]
-    fn meet<I: Isa>(&mut self, leaf: &Leaf, active: u64, packet: &mut Packet) -> u64 {
+    fn meet<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64 {
         let Self {
             ref mut query,
             mesh,
@@ -189,7 +189,7 @@ impl AtLeaf for InMesh<'_, '_> {
                 candidates |= near[place];
             }
         }
-        let mut triangles = [(0, [[0.0; 3]; 3]); LEAF_SIZE];
+        let mut triangles = [(0, [[0.0; 3]; 3]); MAX_LEAF_TRIANGLES];
         // They come from all over the memory: a short loop keeps many fetches under way.
         let mut left = candidates;
         while left != 0 {
@@ -197,14 +197,14 @@ impl AtLeaf for InMesh<'_, '_> {
             left &= left - 1;
             let id = mesh.id(leaf.first + k);
             let corners = query.triangles.corners(instance, id);
-            triangles[k as usize & (LEAF_SIZE - 1)] = (id, corners);
+            triangles[k as usize & (MAX_LEAF_TRIANGLES - 1)] = (id, corners);
         }
         if large {
             let rays = numbers(active, who);
             let mut closer = false;
             while candidates != 0 {
                 let (id, corners) =
-                    triangles[candidates.trailing_zeros() as usize & (LEAF_SIZE - 1)];
+                    triangles[candidates.trailing_zeros() as usize & (MAX_LEAF_TRIANGLES - 1)];
                 candidates &= candidates - 1;
                 let triangle = (instance, id);
                 closer |= query.rays.meet_all(rays, corners, triangle, query.hits);
@@ -218,7 +218,7 @@ impl AtLeaf for InMesh<'_, '_> {
             let number = number(place, who);
             let mut near = near[place as usize & (SIZE - 1)];
             while near != 0 {
-                let (id, corners) = triangles[near.trailing_zeros() as usize & (LEAF_SIZE - 1)];
+                let (id, corners) = triangles[near.trailing_zeros() as usize & (MAX_LEAF_TRIANGLES - 1)];
                 near &= near - 1;
                 query.rays.meet(number, corners, (instance, id), query.hits);
             }

@@ -5,7 +5,7 @@
 //! [`ExactTriangles::corners`] alone. A ray that starts far away is first moved, in float64, to where it enters the
 //! scene's box: the bound counts from there.
 
-use crate::node::{LEAF, Leaf, NO_CHILD, cross, leaf, node};
+use crate::node::{LEAF, LeafNode, NO_CHILD, cross, leaf, node};
 use crate::ray::{ExactHit, ExactRay};
 use crate::scene::rebraid::Part;
 use crate::scene::{ExactTriangles, Placed, Scene};
@@ -278,7 +278,7 @@ pub fn off(scene: &Scene, placed: &Placed, distance: f32, drift: f64) -> f32 {
 /// x1 y2 - y1 x2 then by e (|x1| + |y1| + |x2| + |y2|) + 2 e^2, and rounding, which `off` exceeds by far, by less than
 /// that again.
 #[inline(always)]
-pub fn may_meet<I: Isa>(leaf: &Leaf, ray: impl Line, off: f32) -> u32 {
+pub fn may_meet<I: Isa>(leaf: &LeafNode, ray: impl Line, off: f32) -> u32 {
     let [px, py] = sheared::<I>(leaf, ray);
     let size = px.abs().add(py.abs());
     let index = indices::<I>(leaf);

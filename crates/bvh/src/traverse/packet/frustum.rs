@@ -1,6 +1,6 @@
 //! The bounds of rays that start or end near one point: one test of a box serves them all.
 
-use crate::node::Node;
+use crate::node::WideNode;
 use crate::ray::Ray;
 use crate::simd::{Isa, Vector};
 
@@ -19,7 +19,7 @@ pub struct Fan {
 impl Fan {
     /// The children that some ray may enter at a t up to `t_max`, and the earliest t at which one may.
     #[inline(always)]
-    pub fn children<I: Isa>(&self, node: &Node, t_max: f32) -> (u32, I::F8) {
+    pub fn children<I: Isa>(&self, node: &WideNode, t_max: f32) -> (u32, I::F8) {
         let mut enter = I::F8::splat(0.0);
         let mut leave = I::F8::splat(t_max);
         for axis in 0..3 {

@@ -1,7 +1,7 @@
 //! The nearest hits of packets whose rays have no more in common than where they head: each is tested against each box.
 
 use crate::blas::Bvh;
-use crate::node::{LEAF, Node, leaf, node};
+use crate::node::{LEAF, WideNode, leaf, node};
 use crate::simd::{Isa, Vector};
 use crate::traverse::closest::{FEW, Nearest, closest_in_leaf};
 use crate::traverse::packet::{Packet, SIZE};
@@ -89,7 +89,7 @@ pub fn closest_apart<I: Isa>(
 #[inline(always)]
 fn farthest_first<I: Isa>(
     mesh: &Bvh,
-    node: &Node,
+    node: &WideNode,
     packet: &Packet,
     mask: u32,
 ) -> ([u32; 8], usize) {

@@ -1,7 +1,7 @@
 //! A packet through a mesh, from one leaf that its rays enter to the next.
 
 use crate::blas::Bvh;
-use crate::node::{Block, LEAF, Leaf, leaf, node};
+use crate::node::{NodeBlock, LEAF, LeafNode, leaf, node};
 use crate::simd::Isa;
 use crate::traverse::packet::Packet;
 use crate::traverse::stack::EnteredStack;
@@ -13,7 +13,7 @@ const MOST_VAIN: u32 = 32;
 /// What rays are asked for at a leaf.
 pub trait AtLeaf {
     /// Takes the rays `active` through a leaf that they enter; those for which something nearer was found.
-    fn meet<I: Isa>(&mut self, leaf: &Leaf, active: u64, packet: &mut Packet) -> u64;
+    fn meet<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64;
 }
 
 /// Through all that is below `start`, the nearer first. Rays end where `packet` says that they are of interest no longer.
@@ -84,7 +84,7 @@ pub fn leaf_by_leaf<I: Isa, L: AtLeaf>(
 
 /// Asks for a block that is read soon.
 #[inline(always)]
-pub fn prefetch<I: Isa>(blocks: &[Block], at: u32) {
+pub fn prefetch<I: Isa>(blocks: &[NodeBlock], at: u32) {
     let start = blocks
         .as_ptr()
         .wrapping_add((at & !LEAF) as usize)

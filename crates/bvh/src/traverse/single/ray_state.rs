@@ -1,7 +1,7 @@
 //! A ray on its way, a step at a time.
 
 use crate::blas::Bvh;
-use crate::node::{Block, LEAF, NO_CHILD, leaf, node};
+use crate::node::{NodeBlock, LEAF, NO_CHILD, leaf, node};
 use crate::ray::{Hit, NOTHING, Ray};
 use crate::scene::Scene;
 use crate::simd::Isa;
@@ -16,7 +16,7 @@ use crate::traverse::triangle::single::within;
 pub struct Slot<'a> {
     /// In the coordinates of the tree that `blocks` belong to.
     ray: LocalRay,
-    blocks: &'a [Block],
+    blocks: &'a [NodeBlock],
     /// The node, leaf or instance that is next.
     pub at: u32,
     /// Entries below belong to the tree over instances.

@@ -6,7 +6,7 @@
 use crate::ray::Ray;
 use crate::simd::Isa;
 use crate::traverse::packet::SIZE;
-use crate::traverse::stream::backoff::Skip;
+use crate::traverse::stream::backoff::Backoff;
 use crate::traverse::stream::packet_groups::{HEADINGS, ODD, headings};
 
 /// The most rays that are sorted at a time.
@@ -38,13 +38,13 @@ pub struct Headed<'a> {
     visits: usize,
     /// Whether packets paid the last time.
     pays: bool,
-    skip: &'a Skip,
+    skip: &'a Backoff,
 }
 
 impl<'a> Headed<'a> {
     /// No block yet.
     #[inline(always)]
-    pub fn new(skip: &'a Skip) -> Self {
+    pub fn new(skip: &'a Backoff) -> Self {
         Self {
             order: vec![],
             ends: [0; HEADINGS],
@@ -68,7 +68,7 @@ impl<'a> Headed<'a> {
     /// on alone are put aside.
     #[inline(always)]
     pub fn set<I: Isa>(&mut self, rays: &[Ray], numbers: &[u32], alone: &mut Vec<u32>) {
-        if self.skip.next() {
+        if self.skip.should_skip() {
             alone.extend_from_slice(numbers);
             return;
         }
@@ -101,7 +101,7 @@ impl<'a> Headed<'a> {
             let answered = self.packed.saturating_sub(self.alone);
             self.pays = self.visits <= MOST_VISITS * answered;
             if !self.pays {
-                self.skip.learn(false);
+                self.skip.record(false);
                 alone.extend_from_slice(&self.order[self.taken..]);
                 (self.taken, self.packed) = (self.order.len(), 0);
             }
@@ -124,7 +124,7 @@ impl<'a> Headed<'a> {
             return true;
         }
         if self.packed >= TRIAL {
-            self.skip.learn(true);
+            self.skip.record(true);
         }
         false
     }
@@ -167,7 +167,7 @@ mod tests {
     fn every_ray_is_taken_or_goes_on_alone_once() {
         let rays = rays(1500);
         let numbers: Vec<u32> = (0..1500).step_by(2).collect();
-        let skip = Skip::default();
+        let skip = Backoff::default();
         let (mut headed, mut alone) = (Headed::new(&skip), vec![]);
         headed.set::<Portable>(&rays, &numbers, &mut alone);
         let (mut seen, mut packets) = (vec![], 0);
@@ -204,7 +204,7 @@ mod tests {
             assert_eq!(taken + alone.len(), rays.len());
             packets
         };
-        let skip = Skip::default();
+        let skip = Backoff::default();
         let mut headed = Headed::new(&skip);
         let all = packets(&mut headed, MOST_VISITS);
         assert!(all > 10 && headed.most() == BLOCK, "{all}");

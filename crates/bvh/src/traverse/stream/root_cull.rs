@@ -1,7 +1,7 @@
 //! Rays that enter no box at the root of the tree meet nothing. In the open many do not: sixteen are asked at a time, before
 //! they are sorted or made ready for anything else.
 
-use crate::node::{LEAF, Node, node};
+use crate::node::{LEAF, WideNode, node};
 use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::simd::{Isa, Vector};
@@ -19,7 +19,7 @@ const PAYS: usize = 12;
 pub struct Gate<'a> {
     scene: &'a Scene,
     /// None where there are no boxes, or rays are to be scaled first.
-    root: Option<&'a Node>,
+    root: Option<&'a WideNode>,
 }
 
 impl<'a> Gate<'a> {
@@ -39,11 +39,11 @@ impl<'a> Gate<'a> {
     pub fn pass<I: Isa>(&self, rays: &[Ray], numbers: &mut Vec<u32>, from: usize) {
         if let Some(root) = self.root
             && I::FUSED
-            && !self.scene.gate.next()
+            && !self.scene.gate.should_skip()
         {
             let asked = numbers.len() - from;
             let away = self.turn_away::<I>(root, rays, numbers, from);
-            self.scene.gate.learn(PAYS * away > asked);
+            self.scene.gate.record(PAYS * away > asked);
         }
     }
 
@@ -51,7 +51,7 @@ impl<'a> Gate<'a> {
     #[inline(always)]
     fn turn_away<I: Isa>(
         &self,
-        root: &Node,
+        root: &WideNode,
         rays: &[Ray],
         numbers: &mut Vec<u32>,
         from: usize,
@@ -76,7 +76,7 @@ impl<'a> Gate<'a> {
 
     /// Bit i: ray i may enter a child, or is odd in any way. Slabs are padded as those of packets are, or more.
     #[inline(always)]
-    fn enter<I: Isa>(&self, root: &Node, rays: [&Ray; 16]) -> u32 {
+    fn enter<I: Isa>(&self, root: &WideNode, rays: [&Ray; 16]) -> u32 {
         let scene = self.scene;
         let rays = rays.map(|ray| std::ptr::from_ref(ray).cast::<f32>());
         // SAFETY: a ray is seven floats: origin, direction, t_max.
@@ -186,11 +186,11 @@ mod tests {
     }
 
     /// Rays between places around the scene, every other one to a corner of a box at the root, or what is next to it.
-    fn rays(root: &Node, count: usize) -> Vec<Ray> {
+    fn rays(root: &WideNode, count: usize) -> Vec<Ray> {
         let random = |i: usize| ((i as f32 * 78.233).sin() * 43_758.547).fract();
         let ray = |i: usize| {
             let origin = [0, 1, 2].map(|k| 2.0 * random(6 * i + k));
-            let (lower, upper) = root.bounds_of(i / 2 % root.children as usize);
+            let (lower, upper) = root.child_bounds(i / 2 % root.children as usize);
             let to: [f32; 3] = std::array::from_fn(|k| match i % 2 {
                 0 => 2.0 * random(6 * i + 3 + k),
                 _ if i >> (k + 5) & 1 == 0 => lower[k],
@@ -208,9 +208,9 @@ mod tests {
     }
 
     /// Whether a ray enters a child, in float64.
-    fn enters(root: &Node, ray: &Ray) -> bool {
+    fn enters(root: &WideNode, ray: &Ray) -> bool {
         (0..root.children as usize).any(|child| {
-            let (lower, upper) = root.bounds_of(child);
+            let (lower, upper) = root.child_bounds(child);
             let (mut enter, mut leave) = (0.0, f64::from(ray.t_max));
             for k in 0..3 {
                 let [o, d] = [ray.origin[k], ray.direction[k]].map(f64::from);

@@ -1,6 +1,6 @@
 //! Which triangles of a leaf any ray of a packet may meet.
 
-use crate::node::Leaf;
+use crate::node::LeafNode;
 use crate::simd::{Isa, Vector};
 use crate::traverse::packet::Packet;
 use crate::traverse::triangle::packet::{corners, indices, relative};
@@ -9,13 +9,13 @@ impl Packet {
     /// Bit k: some ray may meet triangle k. The others lie to one side of the sheared axis for all rays: rounding is
     /// monotonic, so what holds of the extremes holds of the values that the test computes for each ray.
     #[inline(always)]
-    pub fn candidates<I: Isa>(&self, leaf: &Leaf) -> u32 {
+    pub fn candidates<I: Isa>(&self, leaf: &LeafNode) -> u32 {
         self.candidates_within::<I>(leaf, 0.0) & leaf.solid
     }
 
     /// The same where the sheared corners of any triangle may be off by `slack`.
     #[inline(always)]
-    pub fn candidates_within<I: Isa>(&self, leaf: &Leaf, slack: f32) -> u32 {
+    pub fn candidates_within<I: Isa>(&self, leaf: &LeafNode, slack: f32) -> u32 {
         let [kx, ky, kz] = self.axes;
         let index = indices::<I>(leaf);
         let [least, greatest] = self.origins[kz];

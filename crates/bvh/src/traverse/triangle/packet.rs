@@ -10,7 +10,7 @@
 //! ([`crate::traverse::triangle::single::meet_one`]), or one for each of some rays ([`meet_each`]). Each computes every value by the same
 //! operations in the same order, so a ray and a triangle have the same answer in any of them.
 
-use crate::node::Leaf;
+use crate::node::LeafNode;
 use crate::simd::{Isa, Vector, packed_index};
 use crate::traverse::packet::soa::rays;
 use crate::traverse::packet::{Packet, SIZE};
@@ -29,7 +29,7 @@ pub fn corners<I: Isa>(v: I::F16, index: &[I::Index; 3]) -> [I::F16; 3] {
 
 /// The indices that [`corners`] takes.
 #[inline(always)]
-pub fn indices<I: Isa>(leaf: &Leaf) -> [I::Index; 3] {
+pub fn indices<I: Isa>(leaf: &LeafNode) -> [I::Index; 3] {
     [
         I::index(leaf.corner[0]),
         I::index(leaf.corner[1]),
@@ -39,16 +39,16 @@ pub fn indices<I: Isa>(leaf: &Leaf) -> [I::Index; 3] {
 
 /// The vertices of a leaf along an axis, less an origin.
 #[inline(always)]
-pub fn relative<I: Isa>(leaf: &Leaf, axis: usize, origin: f32) -> I::F16 {
+pub fn relative<I: Isa>(leaf: &LeafNode, axis: usize, origin: f32) -> I::F16 {
     // SAFETY: each row of `vertex` holds 16 floats.
     let row = unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) };
     row.sub(I::F16::splat(origin))
 }
 
-impl Leaf {
+impl LeafNode {
     /// The leaf with its vertices counted from a point.
     #[inline(always)]
-    pub fn around<I: Isa>(&self, point: [f32; 3]) -> Leaf {
+    pub fn around<I: Isa>(&self, point: [f32; 3]) -> LeafNode {
         let mut leaf = *self;
         for (axis, row) in leaf.vertex.iter_mut().enumerate() {
             // SAFETY: the row holds 16 floats.
@@ -60,7 +60,7 @@ impl Leaf {
 
 /// The lanes of the corners of triangle `k`.
 #[inline(always)]
-pub fn corner_lanes(leaf: &Leaf, k: usize) -> [usize; 3] {
+pub fn corner_lanes(leaf: &LeafNode, k: usize) -> [usize; 3] {
     leaf.corner
         .map(|packed| usize::from(packed_index(packed, k)))
 }
@@ -81,7 +81,7 @@ pub struct MetEach<V> {
 /// only `hit` counts: t and the rest may be left out.
 #[inline(always)]
 pub fn meet_each<I: Isa, const ANY: bool>(
-    leaf: &Leaf,
+    leaf: &LeafNode,
     packet: &Packet,
     group: usize,
     near: &Near,
@@ -168,7 +168,7 @@ pub fn meet_each<I: Isa, const ANY: bool>(
     }
     let det = u.add(v).add(w);
     let mut depth = u.mul(z[0]).add(v.mul(z[1])).add(w.mul(z[2])).div(det);
-    if leaf.has_thin() {
+    if leaf.has_slivers() {
         let behind = hit & !<I::Rays as Vector>::bits(zero.le(enter));
         if behind != 0 {
             let mut depths = [0.0; 16];
@@ -193,7 +193,7 @@ pub fn meet_each<I: Isa, const ANY: bool>(
 
 /// Three corners for each ray, by the vertices of a leaf along an axis.
 #[inline(always)]
-fn each_corner<I: Isa>(leaf: &Leaf, axis: usize, [a, b, c]: &[I::Rays; 3]) -> [I::Rays; 3] {
+fn each_corner<I: Isa>(leaf: &LeafNode, axis: usize, [a, b, c]: &[I::Rays; 3]) -> [I::Rays; 3] {
     // SAFETY: each row of `vertex` holds 16 floats.
     let row = unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) };
     [I::find(row, *a), I::find(row, *b), I::find(row, *c)]
@@ -224,7 +224,7 @@ fn ends<V: Vector>([a, b, c]: [V; 3], entry: usize) -> (V, V) {
 #[cold]
 #[inline(never)]
 fn thin_depths(
-    leaf: &Leaf,
+    leaf: &LeafNode,
     packet: &Packet,
     start: usize,
     near: &Near,

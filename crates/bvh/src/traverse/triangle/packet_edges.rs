@@ -1,6 +1,6 @@
 //! Which triangles of a leaf the rays of a packet run through: all edges first, before anything is divided.
 
-use crate::node::Leaf;
+use crate::node::LeafNode;
 use crate::simd::{Isa, Vector};
 use crate::traverse::packet::soa::{bits, load, load3, store};
 use crate::traverse::packet::{Packet, SIZE};
@@ -32,7 +32,7 @@ impl Near {
 
     /// Finds those of the rays `active`. `ONE` where all rays may well start at one point.
     #[inline(always)]
-    pub fn find<I: Isa, const ONE: bool>(&mut self, leaf: &Leaf, active: u64, packet: &Packet) {
+    pub fn find<I: Isa, const ONE: bool>(&mut self, leaf: &LeafNode, active: u64, packet: &Packet) {
         (self.some, self.more) = (0, 0);
         let mut triangles = u32::MAX;
         if active.count_ones() > ALL_TRIANGLES {
@@ -56,7 +56,7 @@ impl Near {
     #[inline(always)]
     fn find_by_rays<I: Isa, const ONE: bool>(
         &mut self,
-        leaf: &Leaf,
+        leaf: &LeafNode,
         mut active: u64,
         packet: &Packet,
     ) {
@@ -94,7 +94,7 @@ impl Near {
     #[inline(always)]
     fn find_by_triangles<I: Isa, const ONE: bool>(
         &mut self,
-        leaf: &Leaf,
+        leaf: &LeafNode,
         active: u64,
         packet: &Packet,
         triangles: u32,

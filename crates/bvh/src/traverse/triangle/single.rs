@@ -3,7 +3,7 @@
 
 use std::hint::select_unpredictable;
 
-use crate::node::{Leaf, cross};
+use crate::node::{LeafNode, cross};
 use crate::simd::{Isa, Vector};
 use crate::traverse::packet::{Packet, SIZE};
 use crate::traverse::trav_ray::LocalRay;
@@ -83,7 +83,7 @@ impl Line for Member<'_> {
 
 /// The vertices of a leaf in x and y, sheared so that the ray runs along z from 0.
 #[inline(always)]
-pub fn sheared<I: Isa>(leaf: &Leaf, ray: impl Line) -> [I::F16; 2] {
+pub fn sheared<I: Isa>(leaf: &LeafNode, ray: impl Line) -> [I::F16; 2] {
     let [kx, ky, kz] = ray.axes();
     let rx = relative::<I>(leaf, kx, ray.origin(kx));
     let ry = relative::<I>(leaf, ky, ray.origin(ky));
@@ -95,14 +95,14 @@ pub fn sheared<I: Isa>(leaf: &Leaf, ray: impl Line) -> [I::F16; 2] {
 
 /// Bit i: the line of the ray runs within the edges of triangle i of the leaf, or so close that [`meet_one`] decides.
 #[inline(always)]
-pub fn within<I: Isa>(leaf: &Leaf, ray: impl Line) -> u32 {
+pub fn within<I: Isa>(leaf: &LeafNode, ray: impl Line) -> u32 {
     let [px, py] = sheared::<I>(leaf, ray);
     inside::<I>(px, py, leaf, &indices::<I>(leaf)) & leaf.solid
 }
 
 /// [`inside`], where sixteen triangles take more registers than there are: eight at a time, and many leaves have no more.
 #[inline(always)]
-fn inside_by_halves<I: Isa>(px: I::F16, py: I::F16, leaf: &Leaf) -> u32 {
+fn inside_by_halves<I: Isa>(px: I::F16, py: I::F16, leaf: &LeafNode) -> u32 {
     let lower = inside_half::<I, 0>(px, py, leaf);
     if leaf.count <= 8 {
         return lower;
@@ -112,7 +112,7 @@ fn inside_by_halves<I: Isa>(px: I::F16, py: I::F16, leaf: &Leaf) -> u32 {
 
 /// [`inside`] of triangles `8 * HALF ..`.
 #[inline(always)]
-fn inside_half<I: Isa, const HALF: usize>(px: I::F16, py: I::F16, leaf: &Leaf) -> u32 {
+fn inside_half<I: Isa, const HALF: usize>(px: I::F16, py: I::F16, leaf: &LeafNode) -> u32 {
     let [a, b, c] = leaf.corner;
     enclosing(
         (I::lookup_half::<HALF>(px, a), I::lookup_half::<HALF>(py, a)),
@@ -123,7 +123,7 @@ fn inside_half<I: Isa, const HALF: usize>(px: I::F16, py: I::F16, leaf: &Leaf) -
 
 /// The triangles that have 0 within, of vertices in x and y; `index` as [`indices`] has it.
 #[inline(always)]
-pub fn inside<I: Isa>(px: I::F16, py: I::F16, leaf: &Leaf, index: &[I::Index; 3]) -> u32 {
+pub fn inside<I: Isa>(px: I::F16, py: I::F16, leaf: &LeafNode, index: &[I::Index; 3]) -> u32 {
     if I::RAYS < 16 {
         return inside_by_halves::<I>(px, py, leaf);
     }
@@ -151,19 +151,19 @@ pub struct Met {
 
 /// Where the ray meets triangle `k` of the leaf, at a t of `0..=t_max`: for those that [`within`] names.
 #[inline(always)]
-pub fn meet_one(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met> {
+pub fn meet_one(leaf: &LeafNode, k: usize, ray: impl Line, t_max: f32) -> Option<Met> {
     meet::<_, false>(leaf, k, ray, t_max)
 }
 
 /// Apart, so that the others pay nothing for it.
 #[cold]
 #[inline(never)]
-fn meet_thin(leaf: &Leaf, k: usize, ray: impl Line, t_max: f32) -> Option<Met> {
+fn meet_thin(leaf: &LeafNode, k: usize, ray: impl Line, t_max: f32) -> Option<Met> {
     meet::<_, true>(leaf, k, ray, t_max)
 }
 
 #[inline(always)]
-fn meet<L: Line, const THIN: bool>(leaf: &Leaf, k: usize, ray: L, t_max: f32) -> Option<Met> {
+fn meet<L: Line, const THIN: bool>(leaf: &LeafNode, k: usize, ray: L, t_max: f32) -> Option<Met> {
     let corner = corner_lanes(leaf, k);
     let [kx, ky, kz] = ray.axes();
     let at = |axis: usize| corner.map(|lane| leaf.vertex[axis][lane]);
@@ -224,7 +224,7 @@ fn meet<L: Line, const THIN: bool>(leaf: &Leaf, k: usize, ray: L, t_max: f32) ->
 ///
 /// As a sum of its corners with weights it may be off by as much as they are far, if the triangle is thin: where its box
 /// does not say so, whether it is ahead or behind is then anyone's guess. (`depth` is returned where there is no plane.)
-pub fn depth_in_float64(leaf: &Leaf, k: usize, ray: impl Line, depth: f32) -> f32 {
+pub fn depth_in_float64(leaf: &LeafNode, k: usize, ray: impl Line, depth: f32) -> f32 {
     let axes = ray.axes();
     let [a, b, c] = corner_lanes(leaf, k).map(|lane| {
         axes.map(|axis| f64::from(leaf.vertex[axis][lane]) - f64::from(ray.origin(axis)))
