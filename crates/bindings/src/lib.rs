@@ -68,7 +68,7 @@ mod core {
     /// The instruction set that rays are traced with.
     #[pyfunction]
     fn instruction_set() -> &'static str {
-        raycam_render::InstructionSet::best().name()
+        raycam_render::InstructionSet::detect().name()
     }
 
     /// How many threads this process may use, as the operating system and its control groups say.

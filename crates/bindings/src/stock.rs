@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use numpy::{Element, IntoPyArray, PyArray1, PyArrayMethods, PyReadwriteArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice};
-use raycam_render::{Channel, Kind, Target, Values, zeros};
+use raycam_render::{Channel, OutputPlane, PixelType, PlaneData, zeroed_huge};
 
 /// The most bytes that are kept.
 const MOST: usize = 256 << 20;
@@ -44,20 +44,20 @@ struct Stock {
 static STOCK: Mutex<Option<Stock>> = Mutex::new(None);
 
 impl Owner {
-    fn zeros(py: Python<'_>, kind: Kind, values: usize) -> Self {
+    fn zeros(py: Python<'_>, kind: PixelType, values: usize) -> Self {
         let count = values + LINE / bytes(kind, 1);
         match kind {
-            Kind::F32 => Self::F32(zeros(count).into_pyarray(py).unbind()),
-            Kind::F64 => Self::F64(zeros(count).into_pyarray(py).unbind()),
-            Kind::I32 => Self::I32(zeros(count).into_pyarray(py).unbind()),
+            PixelType::F32 => Self::F32(zeroed_huge(count).into_pyarray(py).unbind()),
+            PixelType::F64 => Self::F64(zeroed_huge(count).into_pyarray(py).unbind()),
+            PixelType::I32 => Self::I32(zeroed_huge(count).into_pyarray(py).unbind()),
         }
     }
 
-    fn kind(&self) -> Kind {
+    fn kind(&self) -> PixelType {
         match self {
-            Self::F32(_) => Kind::F32,
-            Self::F64(_) => Kind::F64,
-            Self::I32(_) => Kind::I32,
+            Self::F32(_) => PixelType::F32,
+            Self::F64(_) => PixelType::F64,
+            Self::I32(_) => PixelType::I32,
         }
     }
 
@@ -81,8 +81,8 @@ impl Owner {
     }
 }
 
-fn bytes(kind: Kind, values: usize) -> usize {
-    values * if kind == Kind::F64 { 8 } else { 4 }
+fn bytes(kind: PixelType, values: usize) -> usize {
+    values * if kind == PixelType::F64 { 8 } else { 4 }
 }
 
 /// Where a plane of so many values lies in its array.
@@ -115,7 +115,7 @@ impl Stock {
     }
 
     /// An idle array, if there is one.
-    fn take(&mut self, py: Python<'_>, kind: Kind, values: usize) -> Option<Owner> {
+    fn take(&mut self, py: Python<'_>, kind: PixelType, values: usize) -> Option<Owner> {
         let fits = |kept: &Kept| {
             kept.values == values && kept.owner.kind() == kind && kept.owner.is_idle(py)
         };
@@ -124,7 +124,7 @@ impl Stock {
     }
 
     /// Keeps the arrays of a picture; returns what is too much, the oldest first.
-    fn keep(&mut self, py: Python<'_>, planes: &[Plane]) -> Vec<Kept> {
+    fn keep(&mut self, py: Python<'_>, planes: &[ImagePlane]) -> Vec<Kept> {
         let picture = self.pictures;
         self.kept.extend(planes.iter().filter_map(|plane| {
             let size = bytes(plane.owner.kind(), plane.values);
@@ -152,7 +152,7 @@ impl Kept {
 }
 
 /// A plane that is to be written.
-struct Plane {
+struct ImagePlane {
     channel: Channel,
     owner: Owner,
     values: usize,
@@ -160,7 +160,7 @@ struct Plane {
 }
 
 /// The planes of a picture that is to be rendered.
-pub(crate) struct Planes(Vec<Plane>);
+pub(crate) struct Planes(Vec<ImagePlane>);
 
 impl Planes {
     /// Planes of so many pixels: used ones, where there are some, or new ones.
@@ -175,12 +175,14 @@ impl Planes {
         let wanted: Vec<_> = wanted.collect();
         drop(lock);
         drop(dropped);
-        let planes = wanted.into_iter().map(|(channel, values, used)| Plane {
-            channel,
-            values,
-            zero: used.is_none(),
-            owner: used.unwrap_or_else(|| Owner::zeros(py, channel.kind(), values)),
-        });
+        let planes = wanted
+            .into_iter()
+            .map(|(channel, values, used)| ImagePlane {
+                channel,
+                values,
+                zero: used.is_none(),
+                owner: used.unwrap_or_else(|| Owner::zeros(py, channel.kind(), values)),
+            });
         Self(planes.collect())
     }
 
@@ -188,7 +190,7 @@ impl Planes {
     pub fn write<T>(
         &self,
         py: Python<'_>,
-        write: impl FnOnce(Vec<Target<'_>>) -> PyResult<T>,
+        write: impl FnOnce(Vec<OutputPlane<'_>>) -> PyResult<T>,
     ) -> PyResult<T> {
         enum Open<'py> {
             F32(PyReadwriteArray1<'py, f32>),
@@ -218,12 +220,12 @@ impl Planes {
         });
         let mut opened = opened.collect::<PyResult<Vec<_>>>()?;
         let targets = self.0.iter().zip(&mut opened).map(|(plane, open)| {
-            Ok(Target {
+            Ok(OutputPlane {
                 channel: plane.channel,
                 values: match open {
-                    Open::F32(array) => Values::F32(part(array, plane.values)?),
-                    Open::F64(array) => Values::F64(part(array, plane.values)?),
-                    Open::I32(array) => Values::I32(part(array, plane.values)?),
+                    Open::F32(array) => PlaneData::F32(part(array, plane.values)?),
+                    Open::F64(array) => PlaneData::F64(part(array, plane.values)?),
+                    Open::I32(array) => PlaneData::I32(part(array, plane.values)?),
                 },
                 zero: plane.zero,
             })

@@ -19,7 +19,7 @@ type Error = Box<dyn std::error::Error>;
 const PARTS: u64 = 64;
 
 fn main() -> Result<(), Error> {
-    let (mut count, mut isa, mut folder) = (1e9, InstructionSet::best(), None);
+    let (mut count, mut isa, mut folder) = (1e9, InstructionSet::detect(), None);
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         let mut value = || args.next().ok_or(format!("{arg} needs a value"));

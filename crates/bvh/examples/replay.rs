@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use raycam_bvh::{
     BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Instance,
-    InstructionSet, NOTHING, Quality, Ray, Scene,
+    InstructionSet, INVALID_ID, Quality, Ray, Scene,
 };
 
 /// Counts what is allocated.
@@ -203,8 +203,8 @@ fn replay(scene: &Scene, mesh: &Corners, path: &str, options: &Options) -> Resul
                 return dark[*i] != (id == 1);
             }
             let ours = &hits[*i];
-            (ours.triangle == NOTHING) != (id == NOTHING)
-                || id != NOTHING && (ours.t - t).abs() > 1e-4 * t.abs()
+            (ours.triangle == INVALID_ID) != (id == INVALID_ID)
+                || id != INVALID_ID && (ours.t - t).abs() > 1e-4 * t.abs()
         })
         .count();
     let median = times.get(times.len() / 2).copied().unwrap_or(f64::NAN);
@@ -301,7 +301,7 @@ fn options() -> Result<Options, Error> {
         quality: Quality::Default,
         repeat: 7,
         coherence: None,
-        isa: InstructionSet::best(),
+        isa: InstructionSet::detect(),
         cpu: false,
         exact: false,
         files: vec![],

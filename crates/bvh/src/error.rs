@@ -13,7 +13,7 @@ pub enum BuildError {
         vertices: usize,
     },
     /// A vertex or a transform is NaN or infinite.
-    NotFinite {
+    NonFinite {
         /// `vertex 12` or `instance 3`.
         what: String,
     },
@@ -27,7 +27,7 @@ pub enum BuildError {
         limit: usize,
     },
     /// A tree was to be refitted to a mesh that it does not fit.
-    OtherMesh {
+    TopologyMismatch {
         /// Triangles of the mesh.
         given: usize,
         /// Triangles of the tree.
@@ -48,11 +48,11 @@ impl std::fmt::Display for BuildError {
                     "triangle {triangle} names vertex {index}, but there are {vertices} vertices"
                 )
             }
-            Self::NotFinite { what } => write!(f, "{what} is NaN or infinite"),
+            Self::NonFinite { what } => write!(f, "{what} is NaN or infinite"),
             Self::TooLarge { what, given, limit } => {
                 write!(f, "{given} {what} given, at most {limit} fit")
             }
-            Self::OtherMesh { given, built } => write!(
+            Self::TopologyMismatch { given, built } => write!(
                 f,
                 "a tree of {built} triangles cannot be refitted to {given} triangles, or not to ones of that size: \
                  build it anew"

@@ -33,11 +33,11 @@ mod scene;
 mod simd;
 mod traverse;
 
-pub use crate::blas::{BuildOptions, Bvh, Quality, TRIANGLE_LIMIT};
-pub use crate::platform::dispatch::{InstructionSet, Loops, vectorized};
-pub use crate::platform::huge_page_vec::zeros;
-pub use crate::platform::streaming_store::{PastCache, Plain, past_cache};
+pub use crate::blas::{BuildOptions, Bvh, MAX_TRIANGLES, Quality};
+pub use crate::platform::dispatch::{InstructionSet, WithSimd, dispatch_simd};
+pub use crate::platform::huge_page_vec::zeroed_huge;
+pub use crate::platform::streaming_store::{Pod, StreamingWriter, with_streaming_stores};
 pub use error::BuildError;
-pub use ray::{Coherence, ExactHit, ExactRay, Hit, NOTHING, Ray};
+pub use ray::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray};
 pub use scene::{ExactTriangles, Instance, Scene};
 pub use simd::prefetch;

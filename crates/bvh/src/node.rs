@@ -17,9 +17,9 @@ pub struct WideNode {
     /// Lower x, upper x, lower y, upper y, lower z, upper z of the children.
     pub bounds: [[f32; 8]; 6],
     /// Block index, with [`LEAF`] for leaves.
-    pub child: [u32; 8],
+    pub children: [u32; 8],
     /// How many children are used; they are the first ones.
-    pub children: u32,
+    pub child_count: u32,
     _pad: [u32; 7],
 }
 
@@ -30,17 +30,17 @@ impl WideNode {
             let (lower, upper) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
             [lower, upper, lower, upper, lower, upper]
         },
-        child: [NO_CHILD; 8],
-        children: 0,
+        children: [NO_CHILD; 8],
+        child_count: 0,
         _pad: [0; 7],
     };
 
     /// Adds a child.
     pub fn push_child(&mut self, lower: [f32; 3], upper: [f32; 3], child: u32) {
-        let lane = self.children as usize;
+        let lane = self.child_count as usize;
         self.set_child_bounds(lane, (lower, upper));
-        self.child[lane] = child;
-        self.children += 1;
+        self.children[lane] = child;
+        self.child_count += 1;
     }
 
     /// Gives a child another box, by its lower and upper corner.
@@ -63,19 +63,19 @@ impl WideNode {
 #[derive(Clone, Copy, Debug)]
 pub struct LeafNode {
     /// x, y and z of the vertices; unused ones repeat the first.
-    pub vertex: [[f32; 16]; 3],
-    /// First, second and third corners, packed by [`crate::simd::pack_index`].
-    pub corner: [u64; 3],
+    pub vertices: [[f32; 16]; 3],
+    /// First, second and third corners, packed by [`crate::simd::pack_indices`].
+    pub packed_indices: [u64; 3],
     /// Where the ids of the triangles start in the mesh's list of ids.
-    pub first: u32,
+    pub first_prim: u32,
     /// How many triangles there are.
     pub count: u32,
     /// Bit i: triangle i has an area (in float32) and can be hit.
-    pub solid: u32,
+    pub non_degenerate: u32,
     /// The box of the vertices: lower x, upper x, lower y, upper y, lower z, upper z.
     pub bounds: [f32; 6],
     /// Bit i: triangle i is so thin that where it is met needs care.
-    thin: u32,
+    sliver_mask: u32,
 }
 
 /// A triangle is thin if the square of its longest edge is more than this times twice its area.
@@ -101,7 +101,7 @@ impl LeafNode {
                 }
             }
         }
-        let (solid, thin) = kinds(&places);
+        let (solid, thin) = classify_triangles(&places);
         let bounds = std::array::from_fn(|k| {
             let along = vertex[k / 2].into_iter();
             match k % 2 {
@@ -109,28 +109,28 @@ impl LeafNode {
                 _ => along.fold(f32::NEG_INFINITY, |a, b| if b > a { b } else { a }),
             }
         });
-        let corner = lanes.map(|lanes| crate::simd::pack_index(&lanes));
+        let corner = lanes.map(|lanes| crate::simd::pack_indices(&lanes));
         LeafNode {
-            vertex,
-            corner,
-            first,
+            vertices: vertex,
+            packed_indices: corner,
+            first_prim: first,
             count: corners.len() as u32,
-            solid,
+            non_degenerate: solid,
             bounds,
-            thin,
+            sliver_mask: thin,
         }
     }
 
     /// Whether triangle `k` is thin.
     #[inline(always)]
-    pub fn is_thin(&self, k: usize) -> bool {
-        self.thin >> k & 1 != 0
+    pub fn is_sliver(&self, k: usize) -> bool {
+        self.sliver_mask >> k & 1 != 0
     }
 
     /// Whether any triangle is thin.
     #[inline(always)]
     pub fn has_slivers(&self) -> bool {
-        self.thin != 0
+        self.sliver_mask != 0
     }
 
     /// Moves the triangles to other corners; returns their box. What shared a vertex still does.
@@ -143,14 +143,14 @@ impl LeafNode {
         let (mut used, mut count) = (0, 0);
         for (k, triangle) in triangles.enumerate() {
             for (c, vertex) in triangle.into_iter().enumerate() {
-                let lane = crate::simd::packed_index(self.corner[c], k);
+                let lane = crate::simd::packed_index(self.packed_indices[c], k);
                 vertices[lane as usize] = vertex;
                 corners[k][c] = lane;
                 used = used.max(lane as usize + 1);
             }
             count = k + 1;
         }
-        *self = Self::new(&vertices[..used], &corners[..count], self.first);
+        *self = Self::new(&vertices[..used], &corners[..count], self.first_prim);
         let corner = |side: usize| std::array::from_fn(|axis| self.bounds[2 * axis + side]);
         (corner(0), corner(1))
     }
@@ -159,13 +159,13 @@ impl LeafNode {
 /// Which of some triangles have an area, and which are thin, as bits; corners by place in the triangle, axis and triangle.
 /// Without a branch, so that compilers do several at a time.
 #[inline(always)]
-fn kinds(corners: &[[[f64; MAX_LEAF_TRIANGLES]; 3]; 3]) -> (u32, u32) {
+fn classify_triangles(corners: &[[[f64; MAX_LEAF_TRIANGLES]; 3]; 3]) -> (u32, u32) {
     let (mut solid, mut thin) = ([0; MAX_LEAF_TRIANGLES], [0; MAX_LEAF_TRIANGLES]);
     for i in 0..MAX_LEAF_TRIANGLES {
         let triangle = std::array::from_fn(|k| std::array::from_fn(|axis| corners[k][axis][i]));
         let [x, y, z] = cross(triangle);
         solid[i] = u32::from((x != 0.0) | (y != 0.0) | (z != 0.0)) << i;
-        thin[i] = u32::from(is_thin(triangle)) << i;
+        thin[i] = u32::from(is_sliver(triangle)) << i;
     }
     let all = |bits: [u32; MAX_LEAF_TRIANGLES]| bits.into_iter().fold(0, |all, bit| all | bit);
     (all(solid), all(thin))
@@ -186,7 +186,7 @@ pub fn cross([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
 }
 
 #[inline(always)]
-fn is_thin([a, b, c]: [[f64; 3]; 3]) -> bool {
+fn is_sliver([a, b, c]: [[f64; 3]; 3]) -> bool {
     let square = |p: [f64; 3]| p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
     let edge = |p: [f64; 3], q: [f64; 3]| square([p[0] - q[0], p[1] - q[1], p[2] - q[2]]);
     let more = |a: f64, b: f64| if b > a { b } else { a };
@@ -202,8 +202,9 @@ pub union NodeBlock {
     pub leaf: LeafNode,
 }
 
-const _: () =
-    assert!(size_of::<WideNode>() == 256 && size_of::<LeafNode>() == 256 && size_of::<NodeBlock>() == 256);
+const _: () = assert!(
+    size_of::<WideNode>() == 256 && size_of::<LeafNode>() == 256 && size_of::<NodeBlock>() == 256
+);
 
 /// The node that a reference without [`LEAF`] leads to.
 #[inline(always)]

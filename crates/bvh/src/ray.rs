@@ -1,7 +1,7 @@
 //! Rays and hits, as they come in and go out of every query.
 
 /// The id of nothing: instance and triangle of a ray that meets no triangle.
-pub const NOTHING: u32 = u32::MAX;
+pub const INVALID_ID: u32 = u32::MAX;
 
 /// A ray in scene-local coordinates (float32, relative to [`crate::Scene`]'s origin): 28 bytes.
 ///
@@ -21,7 +21,7 @@ pub struct Ray {
 impl Ray {
     /// Nothing beyond `t` counts any more. (A `t_max` that is NaN stays what it is: such a ray meets nothing.)
     #[inline(always)]
-    pub(crate) fn shorten(&mut self, t: f32) {
+    pub(crate) fn clip_t_max(&mut self, t: f32) {
         if t < self.t_max {
             self.t_max = t;
         }
@@ -38,9 +38,9 @@ pub struct Hit {
     pub u: f32,
     /// Barycentric weight of the triangle's third corner; 0 for a miss.
     pub v: f32,
-    /// Index into the instances of the scene, or [`NOTHING`].
+    /// Index into the instances of the scene, or [`INVALID_ID`].
     pub instance: u32,
-    /// Index into the triangles of that instance's mesh, or [`NOTHING`].
+    /// Index into the triangles of that instance's mesh, or [`INVALID_ID`].
     pub triangle: u32,
 }
 
@@ -50,13 +50,13 @@ impl Hit {
         t: f32::INFINITY,
         u: 0.0,
         v: 0.0,
-        instance: NOTHING,
-        triangle: NOTHING,
+        instance: INVALID_ID,
+        triangle: INVALID_ID,
     };
 
     /// Takes another hit of the ray if it comes first.
     #[inline(always)]
-    pub(crate) fn take(&mut self, other: Hit) {
+    pub(crate) fn keep_closer(&mut self, other: Hit) {
         let order = |hit: &Hit| (hit.t, hit.instance, hit.triangle);
         if order(&other) < order(self) {
             *self = other;
@@ -84,9 +84,9 @@ pub struct ExactHit {
     pub u: f64,
     /// Barycentric weight of the triangle's third corner; 0 for a miss.
     pub v: f64,
-    /// Index into the instances of the scene, or [`NOTHING`].
+    /// Index into the instances of the scene, or [`INVALID_ID`].
     pub instance: u32,
-    /// Index into the triangles of that instance's mesh, or [`NOTHING`].
+    /// Index into the triangles of that instance's mesh, or [`INVALID_ID`].
     pub triangle: u32,
     /// Of the triangle with corners a, b, c: (b - a) x (c - a) in the world, twice its area long; 0 for a miss.
     pub normal: [f64; 3],
@@ -98,8 +98,8 @@ impl ExactHit {
         t: f64::INFINITY,
         u: 0.0,
         v: 0.0,
-        instance: NOTHING,
-        triangle: NOTHING,
+        instance: INVALID_ID,
+        triangle: INVALID_ID,
         normal: [0.0; 3],
     };
 }

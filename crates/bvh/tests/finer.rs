@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use raycam_bvh::{Coherence, Hit, NOTHING, Quality, Ray};
+use raycam_bvh::{Coherence, Hit, INVALID_ID, Quality, Ray};
 
 /// Squares of 8 by 8 rays from one point, row by row, down to a grid that lies below it, and beside it.
 fn squares(count: usize, rng: &mut Rng) -> Vec<Ray> {
@@ -40,7 +40,7 @@ fn packets_are_what_their_rays_are_alone() {
         for coherence in [Coherence::Incoherent, Coherence::Coherent] {
             let mut hits = vec![Hit::MISS; rays.len()];
             scene.closest(&rays, &mut hits, coherence);
-            let met = hits.iter().filter(|hit| hit.instance != NOTHING).count();
+            let met = hits.iter().filter(|hit| hit.instance != INVALID_ID).count();
             assert!(4 * met > rays.len(), "{met} of {}", rays.len());
             match &known {
                 None => known = Some(hits),

@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use raycam_bvh::{
-    BuildError, BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, NOTHING,
+    BuildError, BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID,
     Quality, Ray, Scene,
 };
 
@@ -42,7 +42,7 @@ fn bad_meshes_are_named() {
     let built = Bvh::build(&vertices, &[[0, 1, 2]], &BuildOptions::default());
     assert_eq!(
         built.unwrap_err(),
-        BuildError::NotFinite {
+        BuildError::NonFinite {
             what: "vertex 2".into()
         }
     );
@@ -87,7 +87,7 @@ fn rays_that_are_none_meet_nothing() {
     // Any length of direction will do.
     for scale in [1e-42, 1e-30, 1.0, 1e30, 3e38] {
         let hit = one(&scene, [0.0; 3], [scale, 0.3 * scale, 0.2 * scale]);
-        assert_ne!(hit.triangle, NOTHING, "{scale}");
+        assert_ne!(hit.triangle, INVALID_ID, "{scale}");
     }
 }
 

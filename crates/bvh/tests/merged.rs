@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, NOTHING, Quality, Ray, Scene};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Quality, Ray, Scene};
 
 const STILL: [[f64; 4]; 3] = [
     [1.0, 0.0, 0.0, 0.0],
@@ -37,10 +37,10 @@ fn meshes_in_one_tree_answer_as_instances_do() {
         vertices.extend(&mesh.vertices);
         triangles.extend(mesh.triangles.iter().map(|t| t.map(|i| before + i)));
     }
-    let merged = Scene::merged(&vertices, &triangles, firsts, [0.0; 3]).unwrap();
-    assert!(merged.is_one_tree());
+    let merged = Scene::flattened(&vertices, &triangles, firsts, [0.0; 3]).unwrap();
+    assert!(merged.is_single_level());
     let apart = world.scene(Quality::Default);
-    assert!(!apart.is_one_tree());
+    assert!(!apart.is_single_level());
     let rays: Vec<_> = (0..5000)
         .map(|_| {
             let [x, y, z] = rng.vector();
@@ -76,7 +76,7 @@ fn meshes_in_one_tree_answer_as_instances_do() {
     for (i, (a, b)) in a.iter().zip(&b).enumerate() {
         assert_eq!((a.instance, a.triangle), (b.instance, b.triangle), "{i}");
         assert!((a.t - b.t).abs() <= 1e-5 * b.t.abs() || a.t == b.t, "{i}");
-        if a.instance != NOTHING {
+        if a.instance != INVALID_ID {
             seen[a.instance as usize] += 1;
         }
     }

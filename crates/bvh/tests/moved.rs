@@ -66,7 +66,7 @@ fn rays_among_moved_instances_are_brute_force() {
     let mut met = [0; 4];
     for ((ray, hit), dark) in rays.iter().zip(&hits).zip(dark) {
         let (t, instance, triangle, next) = world.nearest(&exact(ray));
-        assert_eq!(dark, hit.instance != raycam_bvh::NOTHING, "{ray:?} {hit:?}");
+        assert_eq!(dark, hit.instance != raycam_bvh::INVALID_ID, "{ray:?} {hit:?}");
         if next - t > 1e-4 || t == f64::INFINITY {
             let found = (hit.instance, hit.triangle);
             assert_eq!(found, (instance, triangle), "{ray:?} {hit:?} {t} {next}");

@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use raycam_bvh::{Coherence, ExactHit, ExactTriangles, Hit, NOTHING, Quality, Ray};
+use raycam_bvh::{Coherence, ExactHit, ExactTriangles, Hit, INVALID_ID, Quality, Ray};
 
 /// Soups in one place: moved, turned, mirrored, sheared and scaled; one of them flat.
 fn soups(rng: &mut Rng) -> World {
@@ -73,7 +73,7 @@ fn rays_through_parts_are_brute_force() {
     let mut met = [0; 4];
     for (((ray, hit), dark), sure) in exact_rays.iter().zip(&hits).zip(dark).zip(sure) {
         let (t, instance, triangle, next) = world.nearest(ray);
-        assert_eq!(dark, hit.instance != NOTHING, "{ray:?} {hit:?}");
+        assert_eq!(dark, hit.instance != INVALID_ID, "{ray:?} {hit:?}");
         assert!(
             (sure.t - t).abs() <= 1e-12 * t || sure.t == t,
             "{sure:?} {t}"

@@ -5,7 +5,7 @@ mod common;
 use std::sync::Arc;
 
 use common::*;
-use raycam_bvh::{BuildError, BuildOptions, Bvh, Coherence, Hit, Instance, NOTHING, Ray, Scene};
+use raycam_bvh::{BuildError, BuildOptions, Bvh, Coherence, Hit, Instance, INVALID_ID, Ray, Scene};
 
 fn answers(bvh: Bvh, rays: &[Ray]) -> Vec<Hit> {
     let placed = Instance {
@@ -41,11 +41,11 @@ fn a_refitted_tree_answers_as_a_new_one() {
         for quality in QUALITIES {
             let options = BuildOptions { quality };
             let mut moved = Bvh::build(&mesh.vertices, &mesh.triangles, &options).unwrap();
-            let still = moved.cost();
+            let still = moved.sah_cost();
             moved.refit(&bent, &mesh.triangles).unwrap();
-            assert!(moved.cost() > 1.0 && moved.cost() != still);
+            assert!(moved.sah_cost() > 1.0 && moved.sah_cost() != still);
             let new = answers(Bvh::build(&bent, &mesh.triangles, &options).unwrap(), &rays);
-            assert!(new.iter().any(|hit| hit.instance != NOTHING));
+            assert!(new.iter().any(|hit| hit.instance != INVALID_ID));
             assert!(answers(moved, &rays) == new, "{quality:?}");
         }
     }
@@ -59,7 +59,7 @@ fn another_mesh_is_refused() {
     let fewer = &mesh.triangles[1..];
     assert_eq!(
         bvh.refit(&mesh.vertices, fewer),
-        Err(BuildError::OtherMesh {
+        Err(BuildError::TopologyMismatch {
             given: fewer.len(),
             built: mesh.triangles.len()
         })

@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use raycam_bvh::{
-    Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Instance, NOTHING, Quality, Ray, Scene,
+    Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Instance, INVALID_ID, Quality, Ray, Scene,
 };
 
 fn closest(scene: &Scene, rays: &[Ray]) -> Vec<Hit> {
@@ -41,7 +41,7 @@ fn closest_is_brute_force_up_to_rounding() {
         let mut met = 0;
         for (ray, hit) in rays.iter().zip(closest(&scene, &rays)) {
             let (t, _, triangle, next) = world.nearest(&exact(ray));
-            met += u32::from(triangle != NOTHING);
+            met += u32::from(triangle != INVALID_ID);
             if next - t > 1e-5 && hit.triangle != triangle {
                 // Only rays that graze an edge may differ.
                 let other = world.nearest(&ExactRay {
@@ -50,7 +50,7 @@ fn closest_is_brute_force_up_to_rounding() {
                 });
                 panic!("{n} triangles, {ray:?}: {hit:?}, brute force {triangle} at {t}, {other:?}");
             }
-            if hit.triangle == triangle && triangle != NOTHING {
+            if hit.triangle == triangle && triangle != INVALID_ID {
                 assert!(
                     (f64::from(hit.t) - t).abs() <= 2e-6 * (1.0 + t),
                     "{hit:?} {t}"
@@ -70,7 +70,7 @@ fn occluded_is_closest() {
     let mut dark = vec![false; rays.len()];
     scene.occluded(&rays, &mut dark, Coherence::Unknown);
     for (hit, dark) in closest(&scene, &rays).iter().zip(dark) {
-        assert_eq!(hit.triangle != NOTHING, dark);
+        assert_eq!(hit.triangle != INVALID_ID, dark);
     }
 }
 
@@ -216,7 +216,7 @@ fn exact_packets_are_brute_force() {
                     assert_eq!(hit.triangle, triangle, "{ray:?} {hit:?} {t} {next}");
                 }
                 let normal = match hit.triangle {
-                    NOTHING => [0.0; 3],
+                    INVALID_ID => [0.0; 3],
                     triangle => normal(world.corners(hit.instance, triangle)),
                 };
                 assert_eq!(hit.normal, normal, "{ray:?}");
@@ -349,7 +349,7 @@ fn camera_rays(scene: &Scene, eye: [f32; 3], n: usize) -> [Vec<Ray>; 4] {
     for (ray, hit) in primary
         .iter()
         .zip(&hits)
-        .filter(|(_, hit)| hit.instance != NOTHING)
+        .filter(|(_, hit)| hit.instance != INVALID_ID)
     {
         let origin: [f32; 3] =
             std::array::from_fn(|a| ray.origin[a] + ray.direction[a] * hit.t * 0.999);
@@ -403,7 +403,7 @@ fn packets_give_the_bits_of_single_rays() {
                 scene.closest(rays, &mut together, Coherence::Coherent);
                 scene.closest(rays, &mut apart, Coherence::Incoherent);
                 assert!(
-                    k > 0 || apart.iter().any(|hit| hit.instance != NOTHING),
+                    k > 0 || apart.iter().any(|hit| hit.instance != INVALID_ID),
                     "scene {w}, rays {k}: nothing is met"
                 );
                 assert!(together == apart, "scene {w}, rays {k}, {}", isa.name());
@@ -413,7 +413,7 @@ fn packets_give_the_bits_of_single_rays() {
                     let wrong = dark
                         .iter()
                         .zip(&apart)
-                        .position(|(d, hit)| *d != (hit.instance != NOTHING));
+                        .position(|(d, hit)| *d != (hit.instance != INVALID_ID));
                     assert_eq!(
                         wrong,
                         None,

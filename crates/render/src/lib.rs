@@ -30,13 +30,13 @@ mod thread_pool;
 mod tile_renderer;
 
 pub use crate::annotations::ray_queries::RayHits;
-pub use crate::film::channel::{Channel, Kind};
-pub use crate::film::frame::{Frame, Plane};
-pub use crate::film::output_plane::{MAX_FRAME_BYTES, Target, Values};
+pub use crate::film::channel::{Channel, PixelType};
+pub use crate::film::frame::{Frame, ImagePlane};
+pub use crate::film::output_plane::{MAX_FRAME_BYTES, OutputPlane, PlaneData};
 pub use crate::sampling::filter::Filter;
 pub use control::Control;
 pub use error::RenderError;
 pub use prepare::PreparedWorld;
-pub use raycam_bvh::{InstructionSet, zeros};
+pub use raycam_bvh::{InstructionSet, zeroed_huge};
 pub use render::{render, render_into, render_moving, room};
 pub use settings::{Integrator, MAX_SAMPLES, Settings, TruthSurface};

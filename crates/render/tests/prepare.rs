@@ -114,7 +114,7 @@ fn a_mesh_that_changes_its_form_is_refitted_until_the_tree_is_worn() {
         let bent = bent(amount);
         let moved = PreparedWorld::new(&bent, Some(&first), None, &Control::new()).unwrap();
         let new = prepare(&bent);
-        let cost = |world: &PreparedWorld| world.bvh(1).unwrap().cost();
+        let cost = |world: &PreparedWorld| world.bvh(1).unwrap().sah_cost();
         assert_eq!(cost(&moved) != cost(&new), refitted, "{amount}");
         // What stands still has the very tree that it had.
         assert_eq!(moved.objects_shared_with(&first), 2);

@@ -3,13 +3,13 @@
 use crate::blas::Bvh;
 use crate::node::{LEAF, node};
 
-/// Lower and upper corner; of [`Bvh::boxes`] in the mesh's coordinates.
+/// Lower and upper corner; of [`Bvh::bounding_boxes`] in the mesh's coordinates.
 pub type Corners = [[f32; 3]; 2];
 
 impl Bvh {
     /// At most `count` boxes (but one in any case) that hold all triangles; none of a mesh without any.
-    pub fn boxes(&self, count: usize) -> Vec<Corners> {
-        let extent = self.extent();
+    pub fn bounding_boxes(&self, count: usize) -> Vec<Corners> {
+        let extent = self.bounds();
         if self.triangle_count() == 0 {
             return vec![];
         }
@@ -17,20 +17,20 @@ impl Bvh {
         loop {
             // The largest is opened, as long as there is room for its children.
             let inner = |(_, (_, at)): &(usize, &(Corners, u32))| at & LEAF == 0;
-            let large = |a: &Corners, b: &Corners| area(a).total_cmp(&area(b));
+            let large = |a: &Corners, b: &Corners| half_area(a).total_cmp(&half_area(b));
             let largest = boxes.iter().enumerate().filter(inner);
             let Some((i, &(_, at))) = largest.max_by(|(_, (a, _)), (_, (b, _))| large(a, b)) else {
                 break;
             };
             let node = node(self.blocks(), at);
-            let children = node.children as usize;
+            let children = node.child_count as usize;
             if boxes.len() - 1 + children > count {
                 break;
             }
             boxes.swap_remove(i);
             boxes.extend((0..children).map(|k| {
                 let (lower, upper) = node.child_bounds(k);
-                ([lower, upper], node.child[k])
+                ([lower, upper], node.children[k])
             }));
         }
         let scale = self.scale();
@@ -41,7 +41,7 @@ impl Bvh {
 }
 
 /// Half the area of a box.
-pub fn area([lower, upper]: &Corners) -> f32 {
+pub fn half_area([lower, upper]: &Corners) -> f32 {
     let [x, y, z] = [0, 1, 2].map(|axis| upper[axis] - lower[axis]);
     x * y + y * z + z * x
 }
@@ -67,7 +67,7 @@ mod tests {
         let triangles: Vec<_> = (0..3000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let bvh = Bvh::build(&vertices, &triangles, &BuildOptions::default()).unwrap();
         for count in [1, 10, 100, 100_000] {
-            let boxes = bvh.boxes(count);
+            let boxes = bvh.bounding_boxes(count);
             assert!(!boxes.is_empty() && boxes.len() <= count);
             let within = |v: [f32; 3], [lower, upper]: &Corners| {
                 (0..3).all(|axis| lower[axis] <= v[axis] && v[axis] <= upper[axis])
@@ -81,7 +81,7 @@ mod tests {
         assert!(
             Bvh::build(&[], &[], &BuildOptions::default())
                 .unwrap()
-                .boxes(9)
+                .bounding_boxes(9)
                 .is_empty()
         );
     }

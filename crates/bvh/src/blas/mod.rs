@@ -6,13 +6,13 @@ pub(crate) mod refit;
 use rayon::prelude::*;
 
 use crate::build;
-use crate::build::triangle_leaves::Triangles;
+use crate::build::triangle_leaves::TrianglePrims;
 use crate::error::BuildError;
 use crate::node::NodeBlock;
-use crate::platform::dispatch::Machine;
-use crate::platform::huge_page_vec::Pages;
+use crate::platform::dispatch::Dispatch;
+use crate::platform::huge_page_vec::HugePageVec;
 use crate::simd::Isa;
-use crate::traverse::trav_ray::{Extent, REACH_LIMIT};
+use crate::traverse::trav_ray::{Aabb, MAX_COORD};
 
 /// How much time a build may take for faster rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,15 +34,15 @@ pub struct BuildOptions {
 }
 
 /// The most triangles of a mesh: block indices have 31 bits, and a triangle takes at most two blocks.
-pub const TRIANGLE_LIMIT: usize = 1 << 30;
+pub const MAX_TRIANGLES: usize = 1 << 30;
 
 /// One mesh, ready to be traced: mesh-local float32 coordinates.
 #[derive(Clone)]
 pub struct Bvh {
-    blocks: Pages<NodeBlock>,
+    blocks: HugePageVec<NodeBlock>,
     root: u32,
-    ids: Vec<u32>,
-    extent: Extent,
+    prim_ids: Vec<u32>,
+    bounds: Aabb,
     scale: f32,
 }
 
@@ -51,7 +51,7 @@ impl std::fmt::Debug for Bvh {
         write!(
             f,
             "Bvh of {} triangles in {} blocks",
-            self.ids.len(),
+            self.prim_ids.len(),
             self.blocks.len()
         )
     }
@@ -66,40 +66,40 @@ impl Bvh {
         triangles: &[[u32; 3]],
         options: &BuildOptions,
     ) -> Result<Self, BuildError> {
-        Self::build_with(Machine::best(), vertices, triangles, &[], options)
+        Self::build_with(Dispatch::detect(), vertices, triangles, &[], options)
     }
 
-    /// The same of several meshes, of which each has its first triangle in `firsts`.
-    pub(crate) fn of_meshes(
+    /// The same of several meshes, of which each has its first triangle in `mesh_offsets`.
+    pub(crate) fn build_flattened(
         vertices: &[[f32; 3]],
         triangles: &[[u32; 3]],
-        firsts: &[u32],
+        mesh_offsets: &[u32],
     ) -> Result<Self, BuildError> {
-        let (machine, options) = (Machine::best(), BuildOptions::default());
-        Self::build_with(machine, vertices, triangles, firsts, &options)
+        let (dispatch, options) = (Dispatch::detect(), BuildOptions::default());
+        Self::build_with(dispatch, vertices, triangles, mesh_offsets, &options)
     }
 
     fn build_with(
-        machine: Machine,
+        dispatch: Dispatch,
         vertices: &[[f32; 3]],
         triangles: &[[u32; 3]],
-        firsts: &[u32],
+        mesh_offsets: &[u32],
         options: &BuildOptions,
     ) -> Result<Self, BuildError> {
-        let scale = scale_of(check(vertices, triangles)?);
-        let mesh = Triangles {
+        let scale = power_of_two_scale(validate_mesh(vertices, triangles)?);
+        let mesh = TrianglePrims {
             vertices,
             triangles,
             scale,
             quality: options.quality,
-            firsts,
+            mesh_offsets,
         };
-        let tree = build::build(machine, &mesh, &mesh);
+        let tree = build::build(dispatch, &mesh, &mesh);
         Ok(Self {
             blocks: tree.blocks,
             root: tree.root,
-            ids: tree.ids,
-            extent: Extent {
+            prim_ids: tree.ids,
+            bounds: Aabb {
                 lower: tree.lower,
                 upper: tree.upper,
             },
@@ -109,12 +109,13 @@ impl Bvh {
 
     /// How many triangles the mesh has.
     pub fn triangle_count(&self) -> usize {
-        self.ids.len()
+        self.prim_ids.len()
     }
 
-    /// Bytes held by the tree, leaves and ids included.
+    /// Bytes held by the tree, leaves and prim_ids included.
     pub fn byte_count(&self) -> usize {
-        self.blocks.capacity() * size_of::<NodeBlock>() + self.ids.capacity() * size_of::<u32>()
+        self.blocks.capacity() * size_of::<NodeBlock>()
+            + self.prim_ids.capacity() * size_of::<u32>()
     }
 
     /// Coordinates in the tree are mesh coordinates times this power of two.
@@ -124,50 +125,50 @@ impl Bvh {
 
     /// The box of everything, in the tree's coordinates.
     #[inline(always)]
-    pub(crate) fn extent(&self) -> &Extent {
-        &self.extent
+    pub(crate) fn bounds(&self) -> &Aabb {
+        &self.bounds
     }
 
     /// The largest coordinate in the tree.
-    pub(crate) fn reach(&self) -> f32 {
-        self.extent.reach()
+    pub(crate) fn max_abs_coord(&self) -> f32 {
+        self.bounds.max_abs_coord()
     }
 
     pub(crate) fn root(&self) -> u32 {
         self.root
     }
 
-    /// The root, the ids in the order of the leaves, and all blocks.
-    pub(crate) fn parts_mut(&mut self) -> (u32, &[u32], &mut [NodeBlock]) {
-        (self.root, &self.ids, &mut self.blocks)
+    /// The root, the prim_ids in the order of the leaves, and all blocks.
+    pub(crate) fn split_mut(&mut self) -> (u32, &[u32], &mut [NodeBlock]) {
+        (self.root, &self.prim_ids, &mut self.blocks)
     }
 
     pub(crate) fn set_bounds(&mut self, (lower, upper): ([f32; 3], [f32; 3])) {
-        self.extent = Extent { lower, upper };
+        self.bounds = Aabb { lower, upper };
     }
 
     pub(crate) fn blocks(&self) -> &[NodeBlock] {
         &self.blocks
     }
 
-    /// Asks for what [`Bvh::id`] will read.
+    /// Asks for what [`Bvh::prim_id`] will read.
     #[inline(always)]
-    pub(crate) fn prefetch_id<I: Isa>(&self, slot: u32) {
-        I::prefetch(self.ids.as_ptr().wrapping_add(slot as usize).cast());
+    pub(crate) fn prefetch_prim_id<I: Isa>(&self, slot: u32) {
+        I::prefetch(self.prim_ids.as_ptr().wrapping_add(slot as usize).cast());
     }
 
     /// The triangle at a position in the order of the leaves.
     #[inline(always)]
-    pub(crate) fn id(&self, slot: u32) -> u32 {
-        debug_assert!((slot as usize) < self.ids.len());
+    pub(crate) fn prim_id(&self, slot: u32) -> u32 {
+        debug_assert!((slot as usize) < self.prim_ids.len());
         // SAFETY: slots come from the leaves of this tree, whose triangles all have an id.
-        unsafe { *self.ids.get_unchecked(slot as usize) }
+        unsafe { *self.prim_ids.get_unchecked(slot as usize) }
     }
 }
 
 /// A power of two that brings `reach` into range; 1 for all but extreme scenes.
-pub(crate) fn scale_of(reach: f32) -> f32 {
-    if reach == 0.0 || (1.0 / (1 << 20) as f32..=REACH_LIMIT).contains(&reach) {
+pub(crate) fn power_of_two_scale(reach: f32) -> f32 {
+    if reach == 0.0 || (1.0 / (1 << 20) as f32..=MAX_COORD).contains(&reach) {
         return 1.0;
     }
     let power = f64::from_bits(f64::from(reach).to_bits() & (0x7ff << 52));
@@ -175,15 +176,18 @@ pub(crate) fn scale_of(reach: f32) -> f32 {
 }
 
 /// Vertices or triangles that one thread looks at.
-const CHECKED: usize = 1 << 14;
+const VALIDATION_CHUNK: usize = 1 << 14;
 
 /// The largest coordinate of a mesh that can be built over.
-pub(crate) fn check(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<f32, BuildError> {
-    if triangles.len() > TRIANGLE_LIMIT {
+pub(crate) fn validate_mesh(
+    vertices: &[[f32; 3]],
+    triangles: &[[u32; 3]],
+) -> Result<f32, BuildError> {
+    if triangles.len() > MAX_TRIANGLES {
         return Err(BuildError::TooLarge {
             what: "triangles",
             given: triangles.len(),
-            limit: TRIANGLE_LIMIT,
+            limit: MAX_TRIANGLES,
         });
     }
     // Without their sign, floats are in the order of their bits, and what is not finite comes last. The largest is
@@ -193,15 +197,21 @@ pub(crate) fn check(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<f32
         let sizes = v.as_flattened().iter().map(|x| x.to_bits() << 1 >> 1);
         sizes.fold(0, u32::max)
     };
-    let reach = f32::from_bits(vertices.par_chunks(CHECKED).map(size).max().unwrap_or(0));
+    let reach = f32::from_bits(
+        vertices
+            .par_chunks(VALIDATION_CHUNK)
+            .map(size)
+            .max()
+            .unwrap_or(0),
+    );
     if !reach.is_finite() {
         let bad = |v: &[f32; 3]| !v.iter().all(|x| x.is_finite());
         let at = vertices.par_iter().position_first(bad).unwrap_or_default();
-        return Err(BuildError::NotFinite {
+        return Err(BuildError::NonFinite {
             what: format!("vertex {at}"),
         });
     }
-    let last = triangles.par_chunks(CHECKED).map(largest).max();
+    let last = triangles.par_chunks(VALIDATION_CHUNK).map(largest).max();
     if last.is_some_and(|last| last as usize >= vertices.len()) {
         let outside = |index: &u32| *index as usize >= vertices.len();
         let flat = triangles.as_flattened();
@@ -259,9 +269,9 @@ mod tests {
             // SAFETY: nodes and leaves fill their blocks with plain numbers, without gaps.
             .flat_map(|block| unsafe { std::mem::transmute::<NodeBlock, [u8; 256]>(*block) })
             .collect();
-        let corners = [bvh.extent.lower, bvh.extent.upper].into_iter().flatten();
+        let corners = [bvh.bounds.lower, bvh.bounds.upper].into_iter().flatten();
         let floats = corners.chain([bvh.scale]).flat_map(f32::to_ne_bytes);
-        let words = bvh.ids.iter().chain([&bvh.root]);
+        let words = bvh.prim_ids.iter().chain([&bvh.root]);
         bytes.extend(words.flat_map(|word| word.to_ne_bytes()).chain(floats));
         bytes
     }
@@ -276,8 +286,8 @@ mod tests {
                 let options = BuildOptions { quality };
                 let build = |isa, threads| {
                     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-                    let machine = Machine::with(isa).unwrap();
-                    let mesh = || Bvh::build_with(machine, &vertices, &triangles, &[], &options);
+                    let dispatch = Dispatch::try_new(isa).unwrap();
+                    let mesh = || Bvh::build_with(dispatch, &vertices, &triangles, &[], &options);
                     bytes(&pool.unwrap().install(mesh).unwrap())
                 };
                 let expected = build(InstructionSet::Portable, 1);

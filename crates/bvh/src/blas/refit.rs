@@ -1,8 +1,8 @@
 //! Moves the vertices of a mesh: its tree keeps its shape, its boxes and leaves follow.
 
-use crate::blas::{Bvh, check, scale_of};
+use crate::blas::{Bvh, power_of_two_scale, validate_mesh};
 use crate::error::BuildError;
-use crate::node::{NodeBlock, LEAF, LeafNode, NO_CHILD};
+use crate::node::{LEAF, LeafNode, NO_CHILD, NodeBlock};
 
 /// Lower and upper corner.
 type Corners = ([f32; 3], [f32; 3]);
@@ -12,10 +12,10 @@ const NOTHING: Corners = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
 
 impl Bvh {
     /// The same tree over the same triangles with vertices elsewhere: answers are those of a tree built anew. The more
-    /// the mesh changes its shape, the slower are rays: see [`Bvh::cost`].
+    /// the mesh changes its shape, the slower are rays: see [`Bvh::sah_cost`].
     ///
     /// # Errors
-    /// Those of [`Bvh::build`]; and [`BuildError::OtherMesh`] where the triangles are not those it was built over, as far
+    /// Those of [`Bvh::build`]; and [`BuildError::TopologyMismatch`] where the triangles are not those it was built over, as far
     /// as their number and the number of vertices tell, or the mesh has grown or shrunk by so much that float32 needs
     /// another scale. The tree is as it was then.
     pub fn refit(
@@ -23,9 +23,9 @@ impl Bvh {
         vertices: &[[f32; 3]],
         triangles: &[[u32; 3]],
     ) -> Result<(), BuildError> {
-        let reach = check(vertices, triangles)?;
-        if triangles.len() != self.triangle_count() || scale_of(reach) != self.scale() {
-            return Err(BuildError::OtherMesh {
+        let reach = validate_mesh(vertices, triangles)?;
+        if triangles.len() != self.triangle_count() || power_of_two_scale(reach) != self.scale() {
+            return Err(BuildError::TopologyMismatch {
                 given: triangles.len(),
                 built: self.triangle_count(),
             });
@@ -34,10 +34,10 @@ impl Bvh {
             return Ok(());
         }
         let scale = self.scale();
-        let (root, ids, blocks) = self.parts_mut();
+        let (root, ids, blocks) = self.split_mut();
         let vertex = |index: u32| vertices[index as usize].map(|x| x * scale);
         let moved = |leaf: &mut LeafNode| {
-            let ids = &ids[leaf.first as usize..][..leaf.count as usize];
+            let ids = &ids[leaf.first_prim as usize..][..leaf.count as usize];
             leaf.refit(ids.iter().map(|&id| triangles[id as usize].map(vertex)))
         };
         let bounds = refit(blocks, root, &moved);
@@ -47,7 +47,7 @@ impl Bvh {
 
     /// The expected number of nodes and leaves that a ray through the mesh's box visits (the surface-area heuristic of
     /// Goldsmith and Salmon 1987): what to compare before and after a [`Bvh::refit`].
-    pub fn cost(&self) -> f64 {
+    pub fn sah_cost(&self) -> f64 {
         if self.root() == NO_CHILD {
             return 0.0;
         }
@@ -55,7 +55,7 @@ impl Bvh {
             let [x, y, z] = [0, 1, 2].map(|a| f64::from(upper[a]) - f64::from(lower[a]));
             x * y + y * z + z * x
         };
-        let extent = self.extent();
+        let extent = self.bounds();
         let mut sum = area((extent.lower, extent.upper));
         let whole = sum;
         let mut open = vec![self.root()];
@@ -64,9 +64,9 @@ impl Bvh {
                 continue;
             }
             let node = crate::node::node(self.blocks(), at);
-            for k in 0..node.children as usize {
+            for k in 0..node.child_count as usize {
                 sum += area(node.child_bounds(k));
-                open.push(node.child[k]);
+                open.push(node.children[k]);
             }
         }
         if whole > 0.0 { sum / whole } else { 1.0 }
@@ -83,8 +83,8 @@ fn refit(blocks: &mut [NodeBlock], at: u32, moved: &impl Fn(&mut LeafNode) -> Co
     // SAFETY: a reference without `LEAF` leads to a node.
     let node = unsafe { blocks[index].node };
     let mut whole = NOTHING;
-    for k in 0..node.children as usize {
-        let bounds = refit(blocks, node.child[k], moved);
+    for k in 0..node.child_count as usize {
+        let bounds = refit(blocks, node.children[k], moved);
         for a in 0..3 {
             whole.0[a] = whole.0[a].min(bounds.0[a]);
             whole.1[a] = whole.1[a].max(bounds.1[a]);

@@ -2,34 +2,34 @@
 //! Laine 2017, section 3.1, which also merges binary leaves into leaves of sixteen triangles.
 
 use super::{LEAF, NO_CHILD};
-use crate::build::prim_ref::{NOTHING, Octet, corners, half_area};
+use crate::build::prim_ref::{EMPTY_BOUNDS, PackedBounds, half_area, unpack_bounds};
 use crate::node::{NodeBlock, WideNode};
 use crate::simd::{Isa, Vector};
 
 /// A node of the binary tree and what it costs as 1 to 8 children of a wide node.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub struct Binary {
-    pub bounds: Octet,
+pub struct BinaryNode {
+    pub bounds: PackedBounds,
     /// `cost[k - 1]`: the least cost as at most k children.
-    cost: Octet,
+    cost: PackedBounds,
     /// Index of the left child, which the right one follows.
     left: u32,
-    /// Where the items below start, and how many there are.
+    /// Where the prims below start, and how many there are.
     pub first: u32,
     pub count: u32,
     pub leaf: bool,
 }
 
-impl Default for Binary {
+impl Default for BinaryNode {
     fn default() -> Self {
-        Self::leaf(NOTHING, 0, 0)
+        Self::leaf(EMPTY_BOUNDS, 0, 0)
     }
 }
 
-impl Binary {
+impl BinaryNode {
     /// A node with children at `left` and `left + 1`.
-    pub fn inner(bounds: Octet, left: u32) -> Self {
+    pub fn inner(bounds: PackedBounds, left: u32) -> Self {
         Self {
             left,
             leaf: false,
@@ -38,7 +38,7 @@ impl Binary {
     }
 
     /// A node that is not split further.
-    pub fn leaf(bounds: Octet, first: u32, count: u32) -> Self {
+    pub fn leaf(bounds: PackedBounds, first: u32, count: u32) -> Self {
         Self {
             bounds,
             cost: [0.0; 8],
@@ -54,14 +54,14 @@ impl Binary {
 /// much whether it is of a node or of a leaf.
 #[inline(always)]
 pub fn collapse<I: Isa>(
-    tree: &mut [Binary],
-    of_leaf: impl Fn(&Binary) -> Octet,
-    mut fits: impl FnMut(&Binary) -> bool,
+    tree: &mut [BinaryNode],
+    of_leaf: impl Fn(&BinaryNode) -> PackedBounds,
+    mut fits: impl FnMut(&BinaryNode) -> bool,
 ) {
     for at in (0..tree.len()).rev() {
         let node = tree[at];
         // SAFETY: a box has eight floats.
-        let area = half_area::<I>(unsafe { I::F8::load(node.bounds.as_ptr()) });
+        let area = half_area::<I>(unsafe { I::F32x8::load(node.bounds.as_ptr()) });
         if node.leaf {
             tree[at].cost = of_leaf(&node).map(|cost| cost * area);
             continue;
@@ -69,7 +69,7 @@ pub fn collapse<I: Isa>(
         let [left, right] = [0, 1].map(|k| &tree[node.left as usize + k]);
         // What does not fit into a leaf does not fit with more besides.
         let small = left.leaf && right.leaf;
-        let mut cost = apart::<I>(&left.cost, &right.cost);
+        let mut cost = distribute_cost::<I>(&left.cost, &right.cost);
         let (as_node, as_leaf) = (cost[7] + area, area);
         let here = &mut tree[at];
         here.leaf = small && as_leaf <= as_node && fits(&node);
@@ -87,15 +87,15 @@ pub fn collapse<I: Isa>(
 
 /// The least cost of two nodes as k children, k from 1 to 8, each node taking one at least.
 #[inline(always)]
-pub fn apart<I: Isa>(left: &Octet, right: &Octet) -> Octet {
+pub fn distribute_cost<I: Isa>(left: &PackedBounds, right: &PackedBounds) -> PackedBounds {
     // As many children as are left over, or none at all.
     let mut later = [f32::INFINITY; 16];
     later[8..].copy_from_slice(right);
-    let mut best = I::F8::splat(f32::INFINITY);
+    let mut best = I::F32x8::splat(f32::INFINITY);
     for take in 1..8 {
         // SAFETY: `take` is at most 7, and eight floats follow.
-        let rest = unsafe { I::F8::load(later[8 - take..].as_ptr()) };
-        best = best.min(I::F8::splat(left[take - 1]).add(rest));
+        let rest = unsafe { I::F32x8::load(later[8 - take..].as_ptr()) };
+        best = best.min(I::F32x8::splat(left[take - 1]).add(rest));
     }
     let mut cost = [0.0; 8];
     // SAFETY: room for eight floats.
@@ -106,11 +106,11 @@ pub fn apart<I: Isa>(left: &Octet, right: &Octet) -> Octet {
 /// Writes the wide nodes below a binary node, parents before children; returns the reference of the root. No recursion:
 /// it is compiled into the kernel that calls it, leaves included.
 #[inline(always)]
-pub fn emit(
-    tree: &[Binary],
+pub fn emit_wide_nodes(
+    tree: &[BinaryNode],
     root: usize,
     blocks: &mut Vec<NodeBlock>,
-    mut leaf: impl FnMut(&Binary, &mut Vec<NodeBlock>) -> u32,
+    mut leaf: impl FnMut(&BinaryNode, &mut Vec<NodeBlock>) -> u32,
 ) -> u32 {
     // What is still to be written, and where its reference goes: the node, which is none for the root, and which child.
     let mut open = vec![(root, NO_CHILD as usize, 0)];
@@ -119,21 +119,21 @@ pub fn emit(
         let reference = if tree[at].leaf {
             leaf(&tree[at], blocks)
         } else {
-            let mut below = [(NOTHING, NO_CHILD); 8];
-            let (found, n) = children(tree, at, 8, true);
+            let mut below = [(EMPTY_BOUNDS, NO_CHILD); 8];
+            let (found, n) = select_children(tree, at, 8, true);
             for ((child, _), below) in found[..n].iter().zip(&mut below) {
                 // Until it has its reference, what it is and its number.
                 let kind = u32::from(tree[*child].leaf) * LEAF;
                 *below = (tree[*child].bounds, kind | *child as u32);
             }
-            let node = wide(&below[..n]);
+            let node = make_wide_node(&below[..n]);
             let index = blocks.len();
             for (child, _) in found[..n].iter().rev() {
                 let is_it = |reference: &u32| (reference & !LEAF) as usize == *child;
                 open.push((
                     *child,
                     index,
-                    node.child.iter().position(is_it).unwrap_or(0),
+                    node.children.iter().position(is_it).unwrap_or(0),
                 ));
             }
             blocks.push(NodeBlock { node });
@@ -141,7 +141,7 @@ pub fn emit(
         };
         match blocks.get_mut(above) {
             // SAFETY: it is a node that was written here.
-            Some(above) => unsafe { above.node.child[lane] = reference },
+            Some(above) => unsafe { above.node.children[lane] = reference },
             None => first = reference,
         }
     }
@@ -150,12 +150,12 @@ pub fn emit(
 
 /// The node above some children: leaves come last, for of several children the last is where a packet of shadow rays goes
 /// first, and what stops it there is not asked for further down.
-pub fn wide(children: &[(Octet, u32)]) -> WideNode {
+pub fn make_wide_node(children: &[(PackedBounds, u32)]) -> WideNode {
     let mut node = WideNode::EMPTY;
     for leaf in [0, LEAF] {
         for (bounds, reference) in children {
             if reference & LEAF == leaf {
-                let (lower, upper) = corners(bounds);
+                let (lower, upper) = unpack_bounds(bounds);
                 node.push_child(lower, upper, *reference);
             }
         }
@@ -166,8 +166,8 @@ pub fn wide(children: &[(Octet, u32)]) -> WideNode {
 /// The binary nodes that `at` becomes in `places` places, each with how many of them it takes, and how many nodes they
 /// are; `opened`: not `at` itself.
 #[inline(always)]
-pub fn children(
-    tree: &[Binary],
+pub fn select_children(
+    tree: &[BinaryNode],
     at: usize,
     places: usize,
     opened: bool,

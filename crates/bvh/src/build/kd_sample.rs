@@ -1,6 +1,6 @@
-//! The top of a large tree, chosen from a sample of its items: cells of space, each of which becomes a treelet.
+//! The top of a large tree, chosen from a sample of its prims: cells of space, each of which becomes a treelet.
 //!
-//! Only the sample is binned and moved, over and over. All other items are looked at once, to see into which cell they
+//! Only the sample is binned and moved, over and over. All other prims are looked at once, to see into which cell they
 //! fall, and made where that is built: they never stand in memory all together.
 
 use std::array;
@@ -8,58 +8,58 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::build::large_prims::Large;
-use crate::build::prim_ref::{Item, Octet, Range};
-use crate::build::top_plan::{Stock, Top};
-use crate::build::treelet::Part;
-use crate::build::{Leaves, MAX_DEPTH, Shared, TREELET, parallel_split};
+use crate::build::large_prims::LargePrimFilter;
+use crate::build::prim_ref::{PackedBounds, PrimInfo, PrimRef};
+use crate::build::top_plan::{TopNode, TreeletInput};
+use crate::build::treelet::TreeletDesc;
+use crate::build::{BuildContext, LeafBuilder, MAX_DEPTH, TREELET_SIZE, parallel_split};
 use crate::simd::Portable;
 
-/// Cells are cut to this depth: below it there are levels left to halve as many items as there can be.
-const DEEPEST: usize = MAX_DEPTH - 32;
+/// Cells are cut to this depth: below it there are levels left to halve as many prims as there can be.
+const MAX_KD_DEPTH: usize = MAX_DEPTH - 32;
 
 /// What a tree is built over.
-pub trait Source: Sync {
+pub trait PrimSource: Sync {
     /// How many there are.
     fn count(&self) -> usize;
     /// The box of one.
-    fn item(&self, at: usize) -> Item;
+    fn prim(&self, at: usize) -> PrimRef;
 
     /// Asks for the memory that some are made of, where it may not be at hand, if there are that many.
     #[inline(always)]
     fn ask(&self, _items: std::ops::Range<usize>) {}
 
     /// The boxes of some, after those that are there.
-    fn items(&self, ids: &[u32], items: &mut Vec<Item>) {
-        items.extend(ids.iter().map(|&id| self.item(id as usize)));
+    fn prims(&self, ids: &[u32], prims: &mut Vec<PrimRef>) {
+        prims.extend(ids.iter().map(|&id| self.prim(id as usize)));
     }
 }
 
-impl Source for [Item] {
+impl PrimSource for [PrimRef] {
     fn count(&self) -> usize {
         self.len()
     }
 
-    fn item(&self, at: usize) -> Item {
+    fn prim(&self, at: usize) -> PrimRef {
         self[at]
     }
 }
 
 /// Space cut in two, over and over.
-enum Cut {
-    Plane {
-        bounds: Octet,
+enum KdNode {
+    Split {
+        bounds: PackedBounds,
         axis: usize,
         /// Centres below it are on the left.
         at: f32,
-        halves: Box<[Cut; 2]>,
+        halves: Box<[KdNode; 2]>,
     },
-    Cell(Octet),
+    Leaf(PackedBounds),
 }
 
 /// A node of the tree of planes, as it is searched.
 #[derive(Clone, Copy)]
-struct Step {
+struct KdStep {
     /// Nothing is on the right of a cell's.
     at: f32,
     axis: u32,
@@ -69,180 +69,184 @@ struct Step {
     cell: u32,
 }
 
-/// Which centres are in a cell.
+/// Which centroids are in a cell.
 #[derive(Clone, Copy)]
-struct Region {
+struct CellBounds {
     lower: [f32; 3],
     upper: [f32; 3],
 }
 
-impl Region {
+impl CellBounds {
     #[inline(always)]
-    fn holds(&self, centre: &[f32; 4]) -> bool {
+    fn contains(&self, centroid: &[f32; 4]) -> bool {
         (0..3).fold(true, |inside, a| {
-            inside & (self.lower[a] <= centre[a]) & (centre[a] < self.upper[a])
+            inside & (self.lower[a] <= centroid[a]) & (centroid[a] < self.upper[a])
         })
     }
 }
 
-/// Some items that stand together in what was given.
-struct Chunk {
+/// Some prims that stand together in what was given.
+struct SortedChunk {
     /// Sorted by cell.
     ids: Vec<u32>,
     /// Where each cell starts, and the end.
     starts: Vec<u32>,
 }
 
-impl Chunk {
+impl SortedChunk {
     fn ids(&self, cell: usize) -> &[u32] {
         &self.ids[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 }
 
-/// The top of the tree over many items, found by looking at one of `rate`, and what the treelets are made of.
-pub fn divide<'a, L: Leaves, S: Source + ?Sized>(
+/// The top of the tree over many prims, found by looking at one of `rate`, and what the treelets are made of.
+pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
     source: &'a S,
     rate: usize,
-    shared: &Shared<L>,
-) -> (Option<Top>, Vec<Stock<'a>>) {
+    shared: &BuildContext<L>,
+) -> (Option<TopNode>, Vec<TreeletInput<'a>>) {
     let groups = source.count() / rate;
     let mut sample: Vec<_> = (0..groups)
         .into_par_iter()
-        .with_min_len(TREELET)
-        .map(|group| source.item(group * rate + jitter(group) % rate))
+        .with_min_len(TREELET_SIZE)
+        .map(|group| source.prim(group * rate + sample_offset(group) % rate))
         .collect();
-    let whole = parallel_split::range(shared.machine, &sample);
-    let large = Large::taken(&mut sample, &whole);
+    let whole = parallel_split::prim_info(shared.dispatch, &sample);
+    let large = LargePrimFilter::remove_from_sample(&mut sample, &whole);
     let range = match sample.len() == groups {
         true => whole,
-        false => parallel_split::range(shared.machine, &sample),
+        false => parallel_split::prim_info(shared.dispatch, &sample),
     };
-    let cut = cut(&mut sample, range, 1, (rate, shared));
+    let cut = build_kd(&mut sample, range, 1, (rate, shared));
     drop(sample);
-    let mut tree = Planes::default();
-    let everywhere = Region {
+    let mut tree = KdTree::default();
+    let everywhere = CellBounds {
         lower: [f32::NEG_INFINITY; 3],
         upper: [f32::INFINITY; 3],
     };
-    tree.steps.push(Step::EMPTY);
+    tree.steps.push(KdStep::EMPTY);
     tree.add(&cut, 0, everywhere, 0);
-    let size = source.count().div_ceil(CHUNKS).max(16 * TREELET);
+    let size = source.count().div_ceil(MAX_CHUNKS).max(16 * TREELET_SIZE);
     let chunks: Vec<_> = (0..source.count().div_ceil(size))
         .into_par_iter()
         .map(|i| {
             let end = source.count().min((i + 1) * size);
-            tree.sort(source, i * size..end, large)
+            tree.bin_by_cell(source, i * size..end, large)
         })
         .collect();
-    let mut finish = Finish {
+    let mut finish = CellFinisher {
         source,
         shared,
         chunks: Arc::new(chunks),
         cells: 0,
-        stocks: vec![],
+        inputs: vec![],
     };
-    // Their cell comes after all others, see [`Planes::sort`].
+    // Their cell comes after all others, see [`KdTree::bin_by_cell`].
     let large = finish.cell(tree.regions.len(), whole.bounds, 1);
     let top = match (large, finish.top(&cut, 1)) {
-        (Some(large), Some(rest)) => Some(Top::Split(whole.bounds, Box::new([large, rest]))),
+        (Some(large), Some(rest)) => Some(TopNode::Split(whole.bounds, Box::new([large, rest]))),
         (large, rest) => large.or(rest),
     };
-    (top, finish.stocks)
+    (top, finish.inputs)
 }
 
-/// How many items are asked for at a time, before they are made.
-const ASKED: usize = 16;
+/// How many prims are asked for at a time, before they are made.
+const SEARCH_BATCH: usize = 16;
 
-/// Of so many items more than this are elsewhere than the one before where it pays to look for all of them.
-const SCATTERED: usize = 3;
+/// Of so many prims more than this are elsewhere than the one before where it pays to look for all of them.
+const MAX_CELL_CHANGES: usize = 3;
 
 /// The most chunks.
-const CHUNKS: usize = 64;
+const MAX_CHUNKS: usize = 64;
 
-/// Which items of a group are in the sample: not always the same one, or it would be always the same side of every house.
-pub fn jitter(group: usize) -> usize {
+/// Which prims of a group are in the sample: not always the same one, or it would be always the same side of every house.
+pub fn sample_offset(group: usize) -> usize {
     ((group as u32).wrapping_mul(0x9e37_79b1) >> 16) as usize
 }
 
-/// Cuts until about [`TREELET`] items are left in each cell.
-fn cut<L: Leaves>(
-    items: &mut [Item],
-    range: Range,
+/// Cuts until about [`TREELET_SIZE`] prims are left in each cell.
+fn build_kd<L: LeafBuilder>(
+    prims: &mut [PrimRef],
+    range: PrimInfo,
     depth: usize,
-    (rate, shared): (usize, &Shared<L>),
-) -> Cut {
-    if items.len() > TREELET / rate && depth < DEEPEST {
-        let bins = shared.leaves.bins(items.len() * rate);
-        if let Some((binning, plane)) = parallel_split::plane(shared.machine, items, &range, bins) {
+    (rate, shared): (usize, &BuildContext<L>),
+) -> KdNode {
+    if prims.len() > TREELET_SIZE / rate && depth < MAX_KD_DEPTH {
+        let bins = shared.leaves.bin_count(prims.len() * rate);
+        if let Some((mapping, plane)) =
+            parallel_split::best_split(shared.dispatch, prims, &range, bins)
+        {
             let (middle, left, right) =
-                parallel_split::partition(shared.machine, items, &binning, &plane);
-            let (a, b) = items.split_at_mut(middle);
+                parallel_split::partition(shared.dispatch, prims, &mapping, &plane);
+            let (a, b) = prims.split_at_mut(middle);
             let (a, b) = rayon::join(
-                || cut(a, left, depth + 1, (rate, shared)),
-                || cut(b, right, depth + 1, (rate, shared)),
+                || build_kd(a, left, depth + 1, (rate, shared)),
+                || build_kd(b, right, depth + 1, (rate, shared)),
             );
-            return Cut::Plane {
+            return KdNode::Split {
                 bounds: range.bounds,
                 axis: plane.axis,
-                at: plane.at(&binning),
+                at: plane.position(&mapping),
                 halves: Box::new([a, b]),
             };
         }
     }
-    Cut::Cell(range.bounds)
+    KdNode::Leaf(range.bounds)
 }
 
-/// What is left to do once all items are in cells.
-struct Finish<'a, 'b, L: Leaves, S: ?Sized> {
+/// What is left to do once all prims are in cells.
+struct CellFinisher<'a, 'b, L: LeafBuilder, S: ?Sized> {
     source: &'a S,
-    shared: &'b Shared<'b, L>,
-    chunks: Arc<Vec<Chunk>>,
+    shared: &'b BuildContext<'b, L>,
+    chunks: Arc<Vec<SortedChunk>>,
     /// How many are done.
     cells: usize,
-    stocks: Vec<Stock<'a>>,
+    inputs: Vec<TreeletInput<'a>>,
 }
 
-impl<L: Leaves, S: Source + ?Sized> Finish<'_, '_, L, S> {
+impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
     /// The tree of cells; `None` where nothing is.
-    fn top(&mut self, cut: &Cut, depth: usize) -> Option<Top> {
+    fn top(&mut self, cut: &KdNode, depth: usize) -> Option<TopNode> {
         match cut {
-            Cut::Plane { bounds, halves, .. } => {
+            KdNode::Split { bounds, halves, .. } => {
                 let left = self.top(&halves[0], depth + 1);
                 let right = self.top(&halves[1], depth + 1);
                 match (left, right) {
-                    (Some(left), Some(right)) => Some(Top::Split(*bounds, Box::new([left, right]))),
+                    (Some(left), Some(right)) => {
+                        Some(TopNode::Split(*bounds, Box::new([left, right])))
+                    }
                     (left, right) => left.or(right),
                 }
             }
-            Cut::Cell(bounds) => {
+            KdNode::Leaf(bounds) => {
                 self.cells += 1;
                 self.cell(self.cells - 1, *bounds, depth)
             }
         }
     }
 
-    fn cell(&mut self, cell: usize, bounds: Octet, depth: usize) -> Option<Top> {
+    fn cell(&mut self, cell: usize, bounds: PackedBounds, depth: usize) -> Option<TopNode> {
         let (source, chunks) = (self.source, self.chunks.clone());
         let count = chunks.iter().map(|chunk| chunk.ids(cell).len()).sum();
-        let make = move |items: &mut Vec<Item>| {
+        let make = move |prims: &mut Vec<PrimRef>| {
             chunks
                 .iter()
-                .for_each(|chunk| source.items(chunk.ids(cell), items));
+                .for_each(|chunk| source.prims(chunk.ids(cell), prims));
         };
-        if count > 2 * TREELET {
+        if count > 2 * TREELET_SIZE {
             // The sample did not show them, or not that they lie apart.
-            let mut items = Vec::with_capacity(count);
-            make(&mut items);
-            let range = parallel_split::range(self.shared.machine, &items);
-            let top = parallel_split::divide(&mut items, range, depth, self.shared);
-            self.stocks.push(Stock::Items(items));
+            let mut prims = Vec::with_capacity(count);
+            make(&mut prims);
+            let range = parallel_split::prim_info(self.shared.dispatch, &prims);
+            let top = parallel_split::split_to_treelets(&mut prims, range, depth, self.shared);
+            self.inputs.push(TreeletInput::Prims(prims));
             return Some(top);
         }
         if count == 0 {
             return None;
         }
-        self.stocks.push(Stock::Made(Box::new(make)));
-        Some(Top::Part(Part {
+        self.inputs.push(TreeletInput::Deferred(Box::new(make)));
+        Some(TopNode::Treelet(TreeletDesc {
             bounds,
             count,
             depth,
@@ -252,15 +256,15 @@ impl<L: Leaves, S: Source + ?Sized> Finish<'_, '_, L, S> {
 
 /// The planes, in an order in which they are searched.
 #[derive(Default)]
-struct Planes {
-    steps: Vec<Step>,
-    regions: Vec<Region>,
+struct KdTree {
+    steps: Vec<KdStep>,
+    regions: Vec<CellBounds>,
     /// How many planes there are above a cell at most.
     depth: usize,
 }
 
-impl Step {
-    const EMPTY: Step = Step {
+impl KdStep {
+    const EMPTY: KdStep = KdStep {
         at: f32::INFINITY,
         axis: 0,
         next: 0,
@@ -268,25 +272,25 @@ impl Step {
     };
 }
 
-impl Planes {
+impl KdTree {
     /// Adds what is below `depth` planes.
-    fn add(&mut self, cut: &Cut, step: usize, region: Region, depth: usize) {
-        let Cut::Plane {
+    fn add(&mut self, cut: &KdNode, step: usize, region: CellBounds, depth: usize) {
+        let KdNode::Split {
             axis, at, halves, ..
         } = cut
         else {
-            self.steps[step] = Step {
+            self.steps[step] = KdStep {
                 next: step as u32,
                 cell: self.regions.len() as u32,
-                ..Step::EMPTY
+                ..KdStep::EMPTY
             };
             self.regions.push(region);
             self.depth = self.depth.max(depth);
             return;
         };
         let next = self.steps.len();
-        self.steps.extend([Step::EMPTY; 2]);
-        self.steps[step] = Step {
+        self.steps.extend([KdStep::EMPTY; 2]);
+        self.steps[step] = KdStep {
             at: *at,
             axis: *axis as u32,
             next: next as u32,
@@ -298,40 +302,41 @@ impl Planes {
         self.add(&halves[1], next + 1, right, depth + 1);
     }
 
-    /// The cells of some centres: one step of all of them after the other, so that none waits for what another loads.
+    /// The cells of some centroids: one step of all of them after the other, so that none waits for what another loads.
     #[inline(always)]
-    fn search<const N: usize>(&self, centres: &[[f32; 4]; N]) -> [u32; N] {
+    fn find_cells<const N: usize>(&self, centroids: &[[f32; 4]; N]) -> [u32; N] {
         let mut at = [0; N];
         for _ in 0..self.depth {
-            for (at, centre) in at.iter_mut().zip(centres) {
+            for (at, centroid) in at.iter_mut().zip(centroids) {
                 let step = &self.steps[*at as usize];
-                *at = step.next + u32::from(centre[step.axis as usize & 3] >= step.at);
+                *at = step.next + u32::from(centroid[step.axis as usize & 3] >= step.at);
             }
         }
         at.map(|at| self.steps[at as usize].cell)
     }
 
-    /// Sorts items by their cells, large ones into another after those.
-    fn sort<S: Source + ?Sized>(
+    /// Sorts prims by their cells, large ones into another after those.
+    fn bin_by_cell<S: PrimSource + ?Sized>(
         &self,
         source: &S,
-        items: std::ops::Range<usize>,
-        large: Large,
-    ) -> Chunk {
+        prims: std::ops::Range<usize>,
+        large: LargePrimFilter,
+    ) -> SortedChunk {
         let apart = self.regions.len() as u32;
         let mut starts = vec![0; self.regions.len() + 2];
-        let mut cells = Vec::with_capacity(items.len());
+        let mut cells = Vec::with_capacity(prims.len());
         let (mut cell, mut scattered) = (0, false);
-        for first in items.clone().step_by(ASKED) {
-            let here = first..items.end.min(first + ASKED);
-            source.ask(here.end..here.end + ASKED);
-            let (mut found, mut moves) = ([apart; ASKED], 0);
+        for first in prims.clone().step_by(SEARCH_BATCH) {
+            let here = first..prims.end.min(first + SEARCH_BATCH);
+            source.ask(here.end..here.end + SEARCH_BATCH);
+            let (mut found, mut moves) = ([apart; SEARCH_BATCH], 0);
             if scattered {
-                let item = |i: usize| source.item(here.end.min(first + i + 1) - 1);
-                let made: [_; ASKED] = array::from_fn(item);
-                let of_all: [_; ASKED] = self.search(&array::from_fn(|i| made[i].centre().array()));
-                for ((found, item), of_this) in found.iter_mut().zip(&made).zip(of_all) {
-                    if !large.is::<Portable>(item) {
+                let prim = |i: usize| source.prim(here.end.min(first + i + 1) - 1);
+                let made: [_; SEARCH_BATCH] = array::from_fn(prim);
+                let of_all: [_; SEARCH_BATCH] =
+                    self.find_cells(&array::from_fn(|i| made[i].centroid().array()));
+                for ((found, prim), of_this) in found.iter_mut().zip(&made).zip(of_all) {
+                    if !large.matches::<Portable>(prim) {
                         moves += usize::from(cell != of_this);
                         cell = of_this;
                         *found = cell;
@@ -339,19 +344,19 @@ impl Planes {
                 }
             } else {
                 for (found, at) in found.iter_mut().zip(here.clone()) {
-                    let item = source.item(at);
-                    if !large.is::<Portable>(&item) {
-                        let centre = item.centre().array();
+                    let prim = source.prim(at);
+                    if !large.matches::<Portable>(&prim) {
+                        let centroid = prim.centroid().array();
                         // Most are where the one before is.
-                        if !self.regions[cell as usize].holds(&centre) {
-                            [cell] = self.search(&[centre]);
+                        if !self.regions[cell as usize].contains(&centroid) {
+                            [cell] = self.find_cells(&[centroid]);
                             moves += 1;
                         }
                         *found = cell;
                     }
                 }
             }
-            scattered = moves > SCATTERED;
+            scattered = moves > MAX_CELL_CHANGES;
             for cell in &found[..here.len()] {
                 cells.push(*cell);
                 starts[*cell as usize] += 1;
@@ -362,12 +367,12 @@ impl Planes {
             end += *start;
             *start = end;
         }
-        let mut ids = vec![0; items.len()];
-        for (id, cell) in items.rev().zip(cells.into_iter().rev()) {
+        let mut ids = vec![0; prims.len()];
+        for (id, cell) in prims.rev().zip(cells.into_iter().rev()) {
             let start = &mut starts[cell as usize];
             *start -= 1;
             ids[*start as usize] = id as u32;
         }
-        Chunk { ids, starts }
+        SortedChunk { ids, starts }
     }
 }

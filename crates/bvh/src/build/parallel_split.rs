@@ -1,154 +1,173 @@
-//! Splits of many items, by all threads.
+//! Splits of many prims, by all threads.
 
 use rayon::prelude::*;
 
-use crate::build::binned_sah::{Binning, Bins, Plane, may_choose};
-use crate::build::large_prims::split_off;
-use crate::build::prim_ref::{Item, Range};
-use crate::build::top_plan::Top;
-use crate::build::treelet::Part;
-use crate::build::{Leaves, PARALLEL, Shared, TREELET, partition};
-use crate::platform::dispatch::{Machine, kernel};
+use crate::build::binned_sah::{BinMapping, SahBins, SahSplit, has_depth_budget};
+use crate::build::large_prims::split_large;
+use crate::build::prim_ref::{PrimInfo, PrimRef};
+use crate::build::top_plan::TopNode;
+use crate::build::treelet::TreeletDesc;
+use crate::build::{BuildContext, LeafBuilder, PARALLEL_THRESHOLD, TREELET_SIZE, partition};
+use crate::platform::dispatch::{Dispatch, kernel};
 use crate::simd::{Isa, Portable};
 
-kernel! { fn range_of(items: &[Item], range: &mut Range) = few }
+kernel! { fn prim_info_of(prims: &[PrimRef], range: &mut PrimInfo) = prim_info_chunk }
 
 #[inline(always)]
-fn few<I: Isa>(items: &[Item], range: &mut Range) {
-    *range = Range::of::<I>(items);
+fn prim_info_chunk<I: Isa>(prims: &[PrimRef], range: &mut PrimInfo) {
+    *range = PrimInfo::from_prims::<I>(prims);
 }
 
-kernel! { fn bin64(items: &[Item], binning: &Binning, bins: &mut Bins<64>) = bin_few64 }
-kernel! { fn bin256(items: &[Item], binning: &Binning, bins: &mut Bins<256>) = bin_few256 }
+kernel! { fn bin64(prims: &[PrimRef], mapping: &BinMapping, bins: &mut SahBins<64>) = bin_few64 }
+kernel! { fn bin256(prims: &[PrimRef], mapping: &BinMapping, bins: &mut SahBins<256>) = bin_few256 }
 
 #[inline(always)]
-fn bin_few64<I: Isa>(items: &[Item], binning: &Binning, bins: &mut Bins<64>) {
-    bins.add::<I>(items, binning);
+fn bin_few64<I: Isa>(prims: &[PrimRef], mapping: &BinMapping, bins: &mut SahBins<64>) {
+    bins.add::<I>(prims, mapping);
 }
 
 #[inline(always)]
-fn bin_few256<I: Isa>(items: &[Item], binning: &Binning, bins: &mut Bins<256>) {
-    bins.add::<I>(items, binning);
+fn bin_few256<I: Isa>(prims: &[PrimRef], mapping: &BinMapping, bins: &mut SahBins<256>) {
+    bins.add::<I>(prims, mapping);
 }
 
 /// Where the right side starts, and both ranges.
-pub type Halves = (usize, Range, Range);
+pub type SplitResult = (usize, PrimInfo, PrimInfo);
 
-kernel! { fn partition_few(items: &mut [Item], plane: (&Binning, &Plane), halves: &mut Halves) = partition_of }
+kernel! { fn partition_small(prims: &mut [PrimRef], plane: (&BinMapping, &SahSplit), halves: &mut SplitResult) = partition_of }
 
 #[inline(always)]
-fn partition_of<I: Isa>(items: &mut [Item], plane: (&Binning, &Plane), halves: &mut Halves) {
-    *halves = partition::partition(items, plane.0, plane.1);
+fn partition_of<I: Isa>(
+    prims: &mut [PrimRef],
+    plane: (&BinMapping, &SahSplit),
+    halves: &mut SplitResult,
+) {
+    *halves = partition::partition(prims, plane.0, plane.1);
 }
 
-/// Splits items down to what becomes a treelet; those of each stand together, in the order of the tree.
-pub fn divide<L: Leaves>(
-    items: &mut [Item],
-    range: Range,
+/// Splits prims down to what becomes a treelet; those of each stand together, in the order of the tree.
+pub fn split_to_treelets<L: LeafBuilder>(
+    prims: &mut [PrimRef],
+    range: PrimInfo,
     depth: usize,
-    shared: &Shared<L>,
-) -> Top {
-    if items.len() <= TREELET {
-        return Top::Part(Part {
+    shared: &BuildContext<L>,
+) -> TopNode {
+    if prims.len() <= TREELET_SIZE {
+        return TopNode::Treelet(TreeletDesc {
             bounds: range.bounds,
-            count: items.len(),
+            count: prims.len(),
             depth,
         });
     }
-    let bins = shared.leaves.bins(items.len());
+    let bins = shared.leaves.bin_count(prims.len());
     // Below the root they are gone.
     let large = match depth {
-        0 => split_off::<Portable>(items, &range, depth),
+        0 => split_large::<Portable>(prims, &range, depth),
         _ => None,
     };
     let (middle, left, right) =
-        large.unwrap_or_else(|| split(shared.machine, items, &range, depth, bins));
-    let (a, b) = items.split_at_mut(middle);
+        large.unwrap_or_else(|| split(shared.dispatch, prims, &range, depth, bins));
+    let (a, b) = prims.split_at_mut(middle);
     let (a, b) = rayon::join(
-        || divide(a, left, depth + 1, shared),
-        || divide(b, right, depth + 1, shared),
+        || split_to_treelets(a, left, depth + 1, shared),
+        || split_to_treelets(b, right, depth + 1, shared),
     );
-    Top::Split(range.bounds, Box::new([a, b]))
+    TopNode::Split(range.bounds, Box::new([a, b]))
 }
 
-/// The range of `items`.
-pub fn range(machine: Machine, items: &[Item]) -> Range {
-    let chunks = items.par_chunks(PARALLEL).map(|items| {
-        let mut range = Range::empty();
-        range_of(machine, items, &mut range);
+/// The range of `prims`.
+pub fn prim_info(dispatch: Dispatch, prims: &[PrimRef]) -> PrimInfo {
+    let chunks = prims.par_chunks(PARALLEL_THRESHOLD).map(|prims| {
+        let mut range = PrimInfo::empty();
+        prim_info_of(dispatch, prims, &mut range);
         range
     });
-    chunks.reduce(Range::empty, |a, b| a.merged(&b))
+    chunks.reduce(PrimInfo::empty, |a, b| a.merged(&b))
 }
 
-/// Splits at least two items in two: reorders them.
-fn split(machine: Machine, items: &mut [Item], whole: &Range, depth: usize, bins: usize) -> Halves {
-    if may_choose(items, depth)
-        && let Some((binning, plane)) = plane(machine, items, whole, bins)
+/// Splits at least two prims in two: reorders them.
+fn split(
+    dispatch: Dispatch,
+    prims: &mut [PrimRef],
+    whole: &PrimInfo,
+    depth: usize,
+    bins: usize,
+) -> SplitResult {
+    if has_depth_budget(prims, depth)
+        && let Some((mapping, plane)) = best_split(dispatch, prims, whole, bins)
     {
-        return partition(machine, items, &binning, &plane);
+        return partition(dispatch, prims, &mapping, &plane);
     }
-    let middle = items.len() / 2;
-    let (left, right) = items.split_at(middle);
-    (middle, range(machine, left), range(machine, right))
+    let middle = prims.len() / 2;
+    let (left, right) = prims.split_at(middle);
+    (
+        middle,
+        prim_info(dispatch, left),
+        prim_info(dispatch, right),
+    )
 }
 
 /// The cheapest plane between 64 or 256 bins, if there is one.
-pub fn plane(
-    machine: Machine,
-    items: &[Item],
-    whole: &Range,
+pub fn best_split(
+    dispatch: Dispatch,
+    prims: &[PrimRef],
+    whole: &PrimInfo,
     bins: usize,
-) -> Option<(Binning, Plane)> {
-    let binning = Binning::of(whole, bins);
+) -> Option<(BinMapping, SahSplit)> {
+    let mapping = BinMapping::new(whole, bins);
     let best = match bins {
-        64 => best::<64>(items, &binning, |items, bins| {
-            bin64(machine, items, &binning, bins)
+        64 => bin_and_split::<64>(prims, &mapping, |prims, bins| {
+            bin64(dispatch, prims, &mapping, bins)
         }),
-        _ => best::<256>(items, &binning, |items, bins| {
-            bin256(machine, items, &binning, bins)
+        _ => bin_and_split::<256>(prims, &mapping, |prims, bins| {
+            bin256(dispatch, prims, &mapping, bins)
         }),
     };
-    best.map(|plane| (binning, plane))
+    best.map(|plane| (mapping, plane))
 }
 
-fn best<const N: usize>(
-    items: &[Item],
-    binning: &Binning,
-    bin: impl Fn(&[Item], &mut Bins<N>) + Sync,
-) -> Option<Plane> {
-    let chunks = items.par_chunks(PARALLEL);
+fn bin_and_split<const N: usize>(
+    prims: &[PrimRef],
+    mapping: &BinMapping,
+    bin: impl Fn(&[PrimRef], &mut SahBins<N>) + Sync,
+) -> Option<SahSplit> {
+    let chunks = prims.par_chunks(PARALLEL_THRESHOLD);
     let folded = chunks.fold(
-        || Box::new(Bins::empty()),
-        |mut bins, items| {
-            bin(items, &mut bins);
+        || Box::new(SahBins::empty()),
+        |mut bins, prims| {
+            bin(prims, &mut bins);
             bins
         },
     );
     let bins = folded.reduce_with(|mut a, b| {
-        a.add_all(&b);
+        a.merge(&b);
         a
     });
-    // So many items fill so many leaves that it does not matter how many one holds.
-    bins?.best::<Portable>(binning, 1)
+    // So many prims fill so many leaves that it does not matter how many one holds.
+    bins?.best_split::<Portable>(mapping, 1)
 }
 
 /// Items that are worth being sorted into two sides by another thread.
-const SIDES: usize = 1 << 17;
+const PARALLEL_PARTITION: usize = 1 << 17;
 
-/// Items on the left of a plane first. Each half of the items by itself; then what is on the wrong side of the middle
+/// Items on the left of a plane first. Each half of the prims by itself; then what is on the wrong side of the middle
 /// changes places.
-pub fn partition(machine: Machine, items: &mut [Item], binning: &Binning, plane: &Plane) -> Halves {
-    if items.len() <= SIDES {
-        let mut halves = (0, Range::empty(), Range::empty());
-        partition_few(machine, items, (binning, plane), &mut halves);
+pub fn partition(
+    dispatch: Dispatch,
+    prims: &mut [PrimRef],
+    mapping: &BinMapping,
+    plane: &SahSplit,
+) -> SplitResult {
+    if prims.len() <= PARALLEL_PARTITION {
+        let mut halves = (0, PrimInfo::empty(), PrimInfo::empty());
+        partition_small(dispatch, prims, (mapping, plane), &mut halves);
         return halves;
     }
-    let half = items.len() / 2;
-    let (front, back) = items.split_at_mut(half);
+    let half = prims.len() / 2;
+    let (front, back) = prims.split_at_mut(half);
     let (a, b) = rayon::join(
-        || partition(machine, front, binning, plane),
-        || partition(machine, back, binning, plane),
+        || partition(dispatch, front, mapping, plane),
+        || partition(dispatch, back, mapping, plane),
     );
     let (wrong_front, wrong_back) = (&mut front[a.0..], &mut back[..b.0]);
     let swaps = wrong_front.len().min(wrong_back.len());

@@ -1,31 +1,31 @@
-//! Brings the items on one side of a plane before those on the other, without a branch per item: which side one is on
+//! Brings the prims on one side of a plane before those on the other, without a branch per prim: which side one is on
 //! is what no processor can guess.
 
-use crate::build::binned_sah::{Binning, Plane};
-use crate::build::prim_ref::{Item, Range};
-use crate::simd::Quad;
+use crate::build::binned_sah::{BinMapping, SahSplit};
+use crate::build::prim_ref::{PrimInfo, PrimRef};
+use crate::simd::F32x4;
 
 /// Items that are read at a time. Few under Miri, which is slow.
-const BLOCK: usize = if cfg!(miri) { 8 } else { 64 };
+const PARTITION_BLOCK: usize = if cfg!(miri) { 8 } else { 64 };
 
-/// What is known of a plane's sides while items are sorted into them.
-struct Sides<'a> {
-    binning: &'a Binning,
-    threshold: Quad,
-    left: [Quad; 2],
-    right: [Quad; 2],
+/// What is known of a plane's sides while prims are sorted into them.
+struct PartitionState<'a> {
+    mapping: &'a BinMapping,
+    threshold: F32x4,
+    left: [F32x4; 2],
+    right: [F32x4; 2],
 }
 
-impl Sides<'_> {
-    /// Whether an item is on the left; its side grows.
+impl PartitionState<'_> {
+    /// Whether an prim is on the left; its side grows.
     #[inline(always)]
-    fn take<const AXIS: usize>(&mut self, item: &Item) -> bool {
-        let centre = item.centre();
-        let place = self.binning.place(centre).lane::<AXIS>();
-        let on_left = place.below(self.threshold);
-        let on_right = place.not_below(self.threshold);
+    fn add_to_side<const AXIS: usize>(&mut self, prim: &PrimRef) -> bool {
+        let centroid = prim.centroid();
+        let place = self.mapping.bin_coords(centroid).broadcast_lane::<AXIS>();
+        let on_left = place.cmp_lt(self.threshold);
+        let on_right = place.cmp_nlt(self.threshold);
         // What is not a number does not count: `min` and `max` give their second argument then.
-        let (left, right) = (centre.or(on_right), centre.or(on_left));
+        let (left, right) = (centroid.or(on_right), centroid.or(on_left));
         self.left = [left.min(self.left[0]), left.max(self.left[1])];
         self.right = [right.min(self.right[0]), right.max(self.right[1])];
         on_left.sign()
@@ -34,45 +34,54 @@ impl Sides<'_> {
 
 /// Items on the left of a plane first; how many there are, and the ranges of both sides.
 #[inline(always)]
-pub fn partition(items: &mut [Item], binning: &Binning, plane: &Plane) -> (usize, Range, Range) {
-    let nothing = [Quad::splat(f32::INFINITY), Quad::splat(f32::NEG_INFINITY)];
-    let mut sides = Sides {
-        binning,
-        threshold: plane.threshold(),
+pub fn partition(
+    prims: &mut [PrimRef],
+    mapping: &BinMapping,
+    plane: &SahSplit,
+) -> (usize, PrimInfo, PrimInfo) {
+    let nothing = [F32x4::splat(f32::INFINITY), F32x4::splat(f32::NEG_INFINITY)];
+    let mut sides = PartitionState {
+        mapping,
+        threshold: plane.split_threshold(),
         left: nothing,
         right: nothing,
     };
     let middle = match plane.axis {
-        0 => along::<0>(items, &mut sides),
-        1 => along::<1>(items, &mut sides),
-        _ => along::<2>(items, &mut sides),
+        0 => partition_axis::<0>(prims, &mut sides),
+        1 => partition_axis::<1>(prims, &mut sides),
+        _ => partition_axis::<2>(prims, &mut sides),
     };
-    let range = |k: usize, centres: [Quad; 2]| Range {
+    let range = |k: usize, centroids: [F32x4; 2]| PrimInfo {
         bounds: plane.bounds[k],
-        centre_lower: centres[0],
-        centre_upper: centres[1],
+        centroid_lower: centroids[0],
+        centroid_upper: centroids[1],
     };
     (middle, range(0, sides.left), range(1, sides.right))
 }
 
-/// Where items are read and written. Every item is written to both ends of the free room, and one end moves.
-struct Ends {
+/// Where prims are read and written. Every prim is written to both cursors of the free room, and one end moves.
+struct WriteCursors {
     /// Items below are written.
     low: usize,
     /// Items from here on are written.
     high: usize,
 }
 
-impl Ends {
+impl WriteCursors {
     #[inline(always)]
-    fn put<const AXIS: usize>(&mut self, items: &mut [Item], item: Item, sides: &mut Sides) {
-        let left = sides.take::<AXIS>(&item);
-        debug_assert!(self.low < self.high && self.high <= items.len());
-        // SAFETY: there is at least one free place between `low` and `high`, both of which are within the items:
-        // as many items have been read as written, and this one besides.
+    fn write_prim<const AXIS: usize>(
+        &mut self,
+        prims: &mut [PrimRef],
+        prim: PrimRef,
+        sides: &mut PartitionState,
+    ) {
+        let left = sides.add_to_side::<AXIS>(&prim);
+        debug_assert!(self.low < self.high && self.high <= prims.len());
+        // SAFETY: there is at least one free place between `low` and `high`, both of which are within the prims:
+        // as many prims have been read as written, and this one besides.
         unsafe {
-            *items.get_unchecked_mut(self.low) = item;
-            *items.get_unchecked_mut(self.high - 1) = item;
+            *prims.get_unchecked_mut(self.low) = prim;
+            *prims.get_unchecked_mut(self.high - 1) = prim;
         }
         self.low += usize::from(left);
         self.high -= usize::from(!left);
@@ -80,101 +89,107 @@ impl Ends {
 }
 
 #[inline(always)]
-fn along<const AXIS: usize>(items: &mut [Item], sides: &mut Sides) -> usize {
-    let n = items.len();
-    let mut ends = Ends { low: 0, high: n };
-    // Items that are kept aside, so that there is always room for a block on both ends.
-    let mut aside = [std::mem::MaybeUninit::<Item>::uninit(); 3 * BLOCK];
+fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut PartitionState) -> usize {
+    let n = prims.len();
+    let mut cursors = WriteCursors { low: 0, high: n };
+    // Items that are kept aside, so that there is always room for a block on both cursors.
+    let mut aside = [std::mem::MaybeUninit::<PrimRef>::uninit(); 3 * PARTITION_BLOCK];
     let mut kept = 0;
-    let mut keep = |from: &[Item]| {
-        for (to, item) in aside[kept..].iter_mut().zip(from) {
-            to.write(*item);
+    let mut keep = |from: &[PrimRef]| {
+        for (to, prim) in aside[kept..].iter_mut().zip(from) {
+            to.write(*prim);
         }
         kept += from.len();
     };
-    if n <= 3 * BLOCK {
-        keep(items);
+    if n <= 3 * PARTITION_BLOCK {
+        keep(prims);
     } else {
-        keep(&items[..BLOCK]);
-        keep(&items[n - BLOCK..]);
+        keep(&prims[..PARTITION_BLOCK]);
+        keep(&prims[n - PARTITION_BLOCK..]);
         // What is between these is still to be read.
-        let (mut first, mut last) = (BLOCK, n - BLOCK);
-        while last - first >= BLOCK {
+        let (mut first, mut last) = (PARTITION_BLOCK, n - PARTITION_BLOCK);
+        while last - first >= PARTITION_BLOCK {
             // From the end with less room, so that both have room for a block.
-            if first - ends.low <= ends.high - last {
-                for _ in 0..BLOCK {
-                    let item = items[first];
+            if first - cursors.low <= cursors.high - last {
+                for _ in 0..PARTITION_BLOCK {
+                    let prim = prims[first];
                     first += 1;
-                    ends.put::<AXIS>(items, item, sides);
+                    cursors.write_prim::<AXIS>(prims, prim, sides);
                 }
             } else {
-                for _ in 0..BLOCK {
+                for _ in 0..PARTITION_BLOCK {
                     last -= 1;
-                    let item = items[last];
-                    ends.put::<AXIS>(items, item, sides);
+                    let prim = prims[last];
+                    cursors.write_prim::<AXIS>(prims, prim, sides);
                 }
             }
         }
-        keep(&items[first..last]);
+        keep(&prims[first..last]);
     }
-    for item in &aside[..kept] {
+    for prim in &aside[..kept] {
         // SAFETY: the first `kept` are written.
-        ends.put::<AXIS>(items, unsafe { item.assume_init() }, sides);
+        cursors.write_prim::<AXIS>(prims, unsafe { prim.assume_init() }, sides);
     }
-    debug_assert_eq!(ends.low, ends.high);
-    ends.low
+    debug_assert_eq!(cursors.low, cursors.high);
+    cursors.low
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::binned_sah::Bins;
+    use crate::build::binned_sah::SahBins;
     use crate::simd::Portable;
 
-    /// Boxes whose centres lie at `xs`.
-    fn items(xs: &[f32]) -> Vec<Item> {
+    /// Boxes whose centroids lie at `xs`.
+    fn prims(xs: &[f32]) -> Vec<PrimRef> {
         xs.iter()
             .zip(0..)
-            .map(|(&x, id)| Item::new([x, -1.0, 0.0], [x, 1.0, 0.5], id))
+            .map(|(&x, id)| PrimRef::new([x, -1.0, 0.0], [x, 1.0, 0.5], id))
             .collect()
     }
 
-    /// Partitions by the best plane; each item must still be there once, on the side of its bin.
+    /// Partitions by the best plane; each prim must still be there once, on the side of its bin.
     fn check(xs: &[f32]) {
-        let mut items = items(xs);
-        let range = Range::of::<Portable>(&items);
-        let binning = Binning::of(&range, 8);
-        let mut bins = Bins::<8>::empty();
-        bins.add::<Portable>(&items, &binning);
-        let Some(plane) = bins.best::<Portable>(&binning, 1) else {
+        let mut prims = prims(xs);
+        let range = PrimInfo::from_prims::<Portable>(&prims);
+        let mapping = BinMapping::new(&range, 8);
+        let mut bins = SahBins::<8>::empty();
+        bins.add::<Portable>(&prims, &mapping);
+        let Some(plane) = bins.best_split::<Portable>(&mapping, 1) else {
             return;
         };
-        let on_left = |item: &Item| {
-            let place = binning.place(item.centre()).lane::<0>();
-            place.below(plane.threshold()).sign()
+        let on_left = |prim: &PrimRef| {
+            let place = mapping.bin_coords(prim.centroid()).broadcast_lane::<0>();
+            place.cmp_lt(plane.split_threshold()).sign()
         };
-        let expected = items.iter().filter(|item| on_left(item)).count();
-        let (middle, left, right) = partition(&mut items, &binning, &plane);
-        assert_eq!(middle, expected, "{} items", xs.len());
-        assert!(items[..middle].iter().all(on_left));
-        assert!(!items[middle..].iter().any(on_left));
-        for (range, part) in [(left, &items[..middle]), (right, &items[middle..])] {
-            let of_part = Range::of::<Portable>(part);
+        let expected = prims.iter().filter(|prim| on_left(prim)).count();
+        let (middle, left, right) = partition(&mut prims, &mapping, &plane);
+        assert_eq!(middle, expected, "{} prims", xs.len());
+        assert!(prims[..middle].iter().all(on_left));
+        assert!(!prims[middle..].iter().any(on_left));
+        for (range, part) in [(left, &prims[..middle]), (right, &prims[middle..])] {
+            let of_part = PrimInfo::from_prims::<Portable>(part);
             assert_eq!(range.bounds[0], of_part.bounds[0]);
-            assert_eq!(range.centres(), of_part.centres());
+            assert_eq!(range.centroid_bounds(), of_part.centroid_bounds());
         }
         let mut seen = vec![false; xs.len()];
-        for item in &items {
-            assert!(!std::mem::replace(&mut seen[item.id as usize], true));
-            assert_eq!(item.lower()[0], xs[item.id as usize]);
+        for prim in &prims {
+            assert!(!std::mem::replace(&mut seen[prim.id as usize], true));
+            assert_eq!(prim.lower()[0], xs[prim.id as usize]);
         }
     }
 
-    /// Every way in which the two ends can meet: few and many items, all of them on one side but one, sides in turn, in
+    /// Every way in which the two cursors can meet: few and many prims, all of them on one side but one, sides in turn, in
     /// runs as long as a block and around it.
     #[test]
     fn no_item_is_lost_whatever_the_order() {
-        let mut lengths = vec![2, 3, 3 * BLOCK, 3 * BLOCK + 1, 5 * BLOCK + 1];
+        let mut lengths = vec![
+            2,
+            3,
+            3 * PARTITION_BLOCK,
+            3 * PARTITION_BLOCK + 1,
+            5 * PARTITION_BLOCK + 1,
+        ];
         if !cfg!(miri) {
             lengths.extend(4..600);
         }
@@ -187,7 +202,13 @@ mod tests {
                 of(&|i| i == one);
                 of(&|i| i != one);
             }
-            for run in [1, 2, BLOCK - 1, BLOCK, BLOCK + 1] {
+            for run in [
+                1,
+                2,
+                PARTITION_BLOCK - 1,
+                PARTITION_BLOCK,
+                PARTITION_BLOCK + 1,
+            ] {
                 of(&|i| i / run % 2 == 0);
                 of(&|i| i / run % 2 == 1);
             }

@@ -1,15 +1,15 @@
 //! Boxes to be placed in a tree, and the boxes of many of them.
 
-use crate::simd::{Isa, Quad, Vector};
+use crate::simd::{F32x4, Isa, Vector};
 
 /// Eight floats that are read together: a lower corner, any number, a negated upper corner, any number. The union of
 /// two boxes is then one minimum.
-pub type Octet = [f32; 8];
+pub type PackedBounds = [f32; 8];
 
 /// A box to be placed in the tree; 32 bytes.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug)]
-pub struct Item {
+pub struct PrimRef {
     lower: [f32; 3],
     /// What the box belongs to.
     pub id: u32,
@@ -17,7 +17,7 @@ pub struct Item {
     pad: f32,
 }
 
-impl Item {
+impl PrimRef {
     /// A box with its id.
     #[inline(always)]
     pub fn new(lower: [f32; 3], upper: [f32; 3], id: u32) -> Self {
@@ -37,11 +37,11 @@ impl Item {
 
     /// The box of both, with the id of the first.
     #[inline(always)]
-    pub fn joined(&self, b: &Item) -> Item {
+    pub fn union(&self, b: &PrimRef) -> PrimRef {
         let least = |a: [f32; 3], b: [f32; 3]| {
             std::array::from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] })
         };
-        Item {
+        PrimRef {
             lower: least(self.lower, b.lower),
             negated_upper: least(self.negated_upper, b.negated_upper),
             ..*self
@@ -50,9 +50,9 @@ impl Item {
 
     /// The surface of the box of both, beside the surfaces of both boxes.
     #[inline(always)]
-    pub fn join_cost(&self, b: &Item) -> f32 {
-        let [a, b, both] = [self, b, &self.joined(b)].map(|item| {
-            let [x, y, z] = std::array::from_fn(|i| item.lower[i] + item.negated_upper[i]);
+    pub fn merge_area_ratio(&self, b: &PrimRef) -> f32 {
+        let [a, b, both] = [self, b, &self.union(b)].map(|prim| {
+            let [x, y, z] = std::array::from_fn(|i| prim.lower[i] + prim.negated_upper[i]);
             x * y + y * z + z * x
         });
         if a + b > 0.0 { both / (a + b) } else { 1.0 }
@@ -60,83 +60,83 @@ impl Item {
 
     /// All of it, as floats.
     #[inline(always)]
-    pub fn octet<I: Isa>(&self) -> I::F8 {
-        // SAFETY: an item is eight 32-bit words, any of which is a float.
-        unsafe { I::F8::load(std::ptr::from_ref(self).cast()) }
+    pub fn load<I: Isa>(&self) -> I::F32x8 {
+        // SAFETY: an prim is eight 32-bit words, any of which is a float.
+        unsafe { I::F32x8::load(std::ptr::from_ref(self).cast()) }
     }
 
-    /// Twice the centre, and 0.
+    /// Twice the centroid, and 0.
     #[inline(always)]
-    pub fn centre(&self) -> Quad {
+    pub fn centroid(&self) -> F32x4 {
         // An id read as a float is a tiny number, and arithmetic on those is slow: it goes.
         let [x, y, z] = self.lower;
-        let lower = Quad::new([x, y, z, f32::from_bits(self.id)]).three();
+        let lower = F32x4::new([x, y, z, f32::from_bits(self.id)]).zero_w();
         let [x, y, z] = self.negated_upper;
-        lower.sub(Quad::new([x, y, z, self.pad]))
+        lower.sub(F32x4::new([x, y, z, self.pad]))
     }
 }
 
 /// The box of nothing.
-pub const NOTHING: Octet = [f32::INFINITY; 8];
+pub const EMPTY_BOUNDS: PackedBounds = [f32::INFINITY; 8];
 
 /// Lower and upper corner of a box.
-pub fn corners(bounds: &Octet) -> ([f32; 3], [f32; 3]) {
+pub fn unpack_bounds(bounds: &PackedBounds) -> ([f32; 3], [f32; 3]) {
     let [a, b, c, _, d, e, f, _] = *bounds;
     ([a, b, c], [-d, -e, -f])
 }
 
 /// How far a box reaches along each axis, and 0.
 #[inline(always)]
-pub fn extent<I: Isa>(bounds: I::F8) -> Quad {
-    let [lower, negated_upper] = I::quads(bounds);
+pub fn diagonal<I: Isa>(bounds: I::F32x8) -> F32x4 {
+    let [lower, negated_upper] = I::split_f32x4(bounds);
     // The ids' lane is no number to calculate with. All factors of a surface are negated.
-    lower.three().add(negated_upper.three())
+    lower.zero_w().add(negated_upper.zero_w())
 }
 
 /// Half the surfaces of four boxes, given their extents.
 #[inline(always)]
-pub fn half_areas(extents: [Quad; 4]) -> Quad {
-    let [x, y, z, _] = Quad::transpose(extents);
+pub fn half_areas(extents: [F32x4; 4]) -> F32x4 {
+    let [x, y, z, _] = F32x4::transpose(extents);
     x.mul(y).add(y.mul(z)).add(z.mul(x))
 }
 
 /// Half the surface of a box.
 #[inline(always)]
-pub fn half_area<I: Isa>(bounds: I::F8) -> f32 {
+pub fn half_area<I: Isa>(bounds: I::F32x8) -> f32 {
     // Both factors of each product are negated. The ids' lane is no number to calculate with.
-    let [lower, negated_upper] = I::quads(bounds);
-    lower.three().add(negated_upper).pair_products()
+    let [lower, negated_upper] = I::split_f32x4(bounds);
+    lower.zero_w().add(negated_upper).half_area()
 }
 
-/// The box of some items and the box of their (doubled) centres.
+/// The box of some prims and the box of their (doubled) centroids.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub struct Range {
-    pub bounds: Octet,
-    pub centre_lower: Quad,
-    pub centre_upper: Quad,
+pub struct PrimInfo {
+    pub bounds: PackedBounds,
+    pub centroid_lower: F32x4,
+    pub centroid_upper: F32x4,
 }
 
-impl Range {
+impl PrimInfo {
     /// The range of nothing.
-    pub fn empty() -> Range {
-        Range {
-            bounds: NOTHING,
-            centre_lower: Quad::splat(f32::INFINITY),
-            centre_upper: Quad::splat(f32::NEG_INFINITY),
+    pub fn empty() -> PrimInfo {
+        PrimInfo {
+            bounds: EMPTY_BOUNDS,
+            centroid_lower: F32x4::splat(f32::INFINITY),
+            centroid_upper: F32x4::splat(f32::NEG_INFINITY),
         }
     }
 
-    /// The range of `items`.
+    /// The range of `prims`.
     #[inline(always)]
-    pub fn of<I: Isa>(items: &[Item]) -> Range {
+    pub fn from_prims<I: Isa>(prims: &[PrimRef]) -> PrimInfo {
         let mut range = Self::empty();
-        let mut bounds = I::F8::splat(f32::INFINITY);
-        for item in items {
-            bounds = bounds.min(item.octet::<I>());
-            let centre = item.centre();
-            range.centre_lower = range.centre_lower.min(centre);
-            range.centre_upper = range.centre_upper.max(centre);
+        let mut bounds = I::F32x8::splat(f32::INFINITY);
+        for prim in prims {
+            bounds = bounds.min(prim.load::<I>());
+            let centroid = prim.centroid();
+            range.centroid_lower = range.centroid_lower.min(centroid);
+            range.centroid_upper = range.centroid_upper.max(centroid);
         }
         // SAFETY: as many floats as it holds.
         unsafe { bounds.store(range.bounds.as_mut_ptr()) };
@@ -144,21 +144,21 @@ impl Range {
     }
 
     /// The range of both.
-    pub fn merged(&self, b: &Range) -> Range {
-        Range {
+    pub fn merged(&self, b: &PrimInfo) -> PrimInfo {
+        PrimInfo {
             bounds: std::array::from_fn(|i| self.bounds[i].min(b.bounds[i])),
-            centre_lower: self.centre_lower.min(b.centre_lower),
-            centre_upper: self.centre_upper.max(b.centre_upper),
+            centroid_lower: self.centroid_lower.min(b.centroid_lower),
+            centroid_upper: self.centroid_upper.max(b.centroid_upper),
         }
     }
 
-    /// The lower and the upper corner of the box of the (doubled) centres.
+    /// The lower and the upper corner of the box of the (doubled) centroids.
     #[cfg(test)]
-    pub fn centres(&self) -> ([f32; 3], [f32; 3]) {
-        let three = |corner: Quad| {
+    pub fn centroid_bounds(&self) -> ([f32; 3], [f32; 3]) {
+        let three = |corner: F32x4| {
             let [x, y, z, _] = corner.array();
             [x, y, z]
         };
-        (three(self.centre_lower), three(self.centre_upper))
+        (three(self.centroid_lower), three(self.centroid_upper))
     }
 }

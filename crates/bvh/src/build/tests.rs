@@ -6,39 +6,39 @@ use crate::{BuildOptions, Bvh, Quality};
 /// Boxes as leaves, one each; the top of the tree by all of them or by one of so many.
 struct Boxes(Option<usize>);
 
-impl Leaves for Boxes {
-    const IN_BLOCKS: bool = false;
-    const USUAL: usize = 1;
-    type Notes = ();
-    fn enter(&self, items: &mut [Item], _notes: &mut ()) -> usize {
-        items.len()
+impl LeafBuilder for Boxes {
+    const LEAVES_ARE_BLOCKS: bool = false;
+    const TYPICAL_LEAF_PRIMS: usize = 1;
+    type Scratch = ();
+    fn begin_treelet(&self, prims: &mut [PrimRef], _notes: &mut ()) -> usize {
+        prims.len()
     }
-    fn fit(&self, items: &[Item], _notes: &mut ()) -> bool {
-        items.len() == 1
+    fn fits(&self, prims: &[PrimRef], _notes: &mut ()) -> bool {
+        prims.len() == 1
     }
-    fn emit(
+    fn create_leaf(
         &self,
-        items: &[Item],
+        prims: &[PrimRef],
         _notes: &mut (),
         ids: &mut Vec<u32>,
         _blocks: &mut Vec<NodeBlock>,
     ) -> u32 {
-        ids.push(items[0].id);
-        LEAF | items[0].id
+        ids.push(prims[0].id);
+        LEAF | prims[0].id
     }
-    fn binary_leaf(&self) -> usize {
+    fn max_binary_leaf_prims(&self) -> usize {
         1
     }
-    fn bins(&self, items: usize) -> usize {
-        if items > TREELET { 64 } else { 16 }
+    fn bin_count(&self, prims: usize) -> usize {
+        if prims > TREELET_SIZE { 64 } else { 16 }
     }
-    fn sample(&self) -> Option<usize> {
+    fn sample_stride(&self) -> Option<usize> {
         self.0
     }
 }
 
 /// Every box is in the tree once, inside all boxes above it, leaves come last, and no path is too long; the longest path.
-fn check(tree: &Tree, boxes: &[([f32; 3], [f32; 3])]) -> usize {
+fn check(tree: &BuiltBvh, boxes: &[([f32; 3], [f32; 3])]) -> usize {
     let mut seen = vec![false; boxes.len()];
     let mut deepest = 0;
     let mut open = vec![(tree.root, tree.lower, tree.upper, 0)];
@@ -58,20 +58,20 @@ fn check(tree: &Tree, boxes: &[([f32; 3], [f32; 3])]) -> usize {
             continue;
         }
         let node = crate::node::node(&tree.blocks, at);
-        assert!(node.children > 0);
-        let below = &node.child[..node.children as usize];
+        assert!(node.child_count > 0);
+        let below = &node.children[..node.child_count as usize];
         assert!(
             below.is_sorted_by_key(|child| child & LEAF),
             "a leaf of {at} comes before a node"
         );
-        for k in 0..node.children as usize {
+        for k in 0..node.child_count as usize {
             let l = [node.bounds[0][k], node.bounds[2][k], node.bounds[4][k]];
             let u = [node.bounds[1][k], node.bounds[3][k], node.bounds[5][k]];
             assert!(
                 (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]),
                 "child {k} of {at} sticks out"
             );
-            open.push((node.child[k], l, u, depth + 1));
+            open.push((node.children[k], l, u, depth + 1));
         }
     }
     assert!(seen.iter().all(|s| *s), "a box is missing");
@@ -79,15 +79,15 @@ fn check(tree: &Tree, boxes: &[([f32; 3], [f32; 3])]) -> usize {
     deepest
 }
 
-fn built(boxes: &[([f32; 3], [f32; 3])], sample: Option<usize>) -> Tree {
-    let items = boxes.iter().zip(0..);
-    let items: Vec<_> = items.map(|(b, id)| Item::new(b.0, b.1, id)).collect();
-    build(Machine::best(), items.as_slice(), &Boxes(sample))
+fn built(boxes: &[([f32; 3], [f32; 3])], sample: Option<usize>) -> BuiltBvh {
+    let prims = boxes.iter().zip(0..);
+    let prims: Vec<_> = prims.map(|(b, id)| PrimRef::new(b.0, b.1, id)).collect();
+    build(Dispatch::detect(), prims.as_slice(), &Boxes(sample))
 }
 
 #[test]
 fn trees_hold_every_box_once_whatever_the_boxes() {
-    const N: u32 = 12 * TREELET as u32;
+    const N: u32 = 12 * TREELET_SIZE as u32;
     let point = |x: f32| ([x; 3], [x; 3]);
     let same = vec![point(1.0); N as usize];
     let spread: Vec<_> = (0..N)
@@ -103,7 +103,7 @@ fn trees_hold_every_box_once_whatever_the_boxes() {
     // All that the sample does not show lies in one place.
     let hidden = (0..N as usize)
         .map(|i| {
-            let shown = i % 4 == kd_sample::jitter(i / 4) % 4;
+            let shown = i % 4 == kd_sample::sample_offset(i / 4) % 4;
             point(if shown { i as f32 } else { 0.5 })
         })
         .collect();
@@ -125,9 +125,9 @@ fn clouds(count: u32, seed: u32) -> Vec<[f32; 3]> {
         let (triangle, cloud) = (i / 3, i / 3 % 8);
         std::array::from_fn(|axis| {
             let k = axis as u32;
-            let (centre, size) = (random(cloud, k + 3), 0.2 * random(cloud + 8, k + 3));
+            let (centroid, size) = (random(cloud, k + 3), 0.2 * random(cloud + 8, k + 3));
             let about = random(triangle, k) + random(triangle + count, k) - 1.0;
-            centre + size * about + 0.003 * random(i + 2 * count, k)
+            centroid + size * about + 0.003 * random(i + 2 * count, k)
         })
     };
     (0..3 * count).map(corner).collect()
@@ -136,7 +136,7 @@ fn clouds(count: u32, seed: u32) -> Vec<[f32; 3]> {
 #[test]
 fn boxes_hold_what_is_below_them_where_no_triangles_are_joined() {
     for (seed, parts) in (0..12).zip((9..).step_by(2)) {
-        let count = parts * TREELET as u32;
+        let count = parts * TREELET_SIZE as u32;
         let vertices = clouds(count, seed);
         let triangles: Vec<_> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         for quality in [Quality::Fast, Quality::Default, Quality::High] {
@@ -144,15 +144,16 @@ fn boxes_hold_what_is_below_them_where_no_triangles_are_joined() {
             let mut open = vec![bvh.root()];
             while let Some(at) = open.pop() {
                 let node = crate::node::node(bvh.blocks(), at);
-                for k in 0..node.children as usize {
-                    let ((lower, upper), child) = (node.child_bounds(k), node.child[k]);
+                for k in 0..node.child_count as usize {
+                    let ((lower, upper), child) = (node.child_bounds(k), node.children[k]);
                     let mut below = vec![];
                     if child & LEAF != 0 {
                         let [a, b, c, d, e, f] = crate::node::leaf(bvh.blocks(), child).bounds;
                         below.push(([a, c, e], [b, d, f]));
                     } else {
                         let inner = crate::node::node(bvh.blocks(), child);
-                        below.extend((0..inner.children as usize).map(|k| inner.child_bounds(k)));
+                        below
+                            .extend((0..inner.child_count as usize).map(|k| inner.child_bounds(k)));
                         open.push(child);
                     }
                     let within = |(l, u): &([f32; 3], [f32; 3])| {
@@ -167,7 +168,7 @@ fn boxes_hold_what_is_below_them_where_no_triangles_are_joined() {
 
 #[test]
 fn the_tree_does_not_depend_on_the_number_of_threads() {
-    let boxes: Vec<_> = (0..20 * TREELET as u32)
+    let boxes: Vec<_> = (0..20 * TREELET_SIZE as u32)
         .map(|i| {
             let x = |k: u32| ((i * 3 + k).wrapping_mul(2_654_435_761) >> 8) as f32;
             ([x(0), x(1), x(2)], [x(0) + 9e3, x(1) + 9e3, x(2) + 9e3])
@@ -184,9 +185,9 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
         for tree in &trees[1..] {
             assert_eq!(tree.root, trees[0].root);
             assert_eq!(tree.ids, trees[0].ids);
-            let nodes = |tree: &Tree| {
+            let nodes = |tree: &BuiltBvh| {
                 // SAFETY: this tree has no leaf blocks.
-                let node = |block: &NodeBlock| unsafe { (block.node.bounds, block.node.child) };
+                let node = |block: &NodeBlock| unsafe { (block.node.bounds, block.node.children) };
                 tree.blocks.iter().map(node).collect::<Vec<_>>()
             };
             assert!(nodes(tree) == nodes(&trees[0]));
@@ -197,7 +198,7 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
 /// One child of the root is flat at z = 0, and the others are above 0.001, where the floor is not.
 fn check_floor(blocks: &[NodeBlock], root: u32, case: &str) {
     let root = crate::node::node(blocks, root);
-    let children = (0..root.children as usize).map(|k| root.child_bounds(k));
+    let children = (0..root.child_count as usize).map(|k| root.child_bounds(k));
     let (floor, others): (Vec<_>, Vec<_>) = children.partition(|(lower, _)| lower[2] < 0.001);
     assert_eq!(floor.len(), 1, "{case}");
     assert_eq!([floor[0].0[2], floor[0].1[2]], [0.0; 2], "{case}");
@@ -206,7 +207,13 @@ fn check_floor(blocks: &[NodeBlock], root: u32, case: &str) {
 
 #[test]
 fn a_floor_hangs_at_the_root_alone() {
-    for n in [30, 100, TREELET / 2, 3 * TREELET, 12 * TREELET] {
+    for n in [
+        30,
+        100,
+        TREELET_SIZE / 2,
+        3 * TREELET_SIZE,
+        12 * TREELET_SIZE,
+    ] {
         let place = |i: usize, k: u32| {
             ((i as u32 * 3 + k).wrapping_mul(2_654_435_761) >> 16) as f32 / 65_536.0
         };
@@ -240,22 +247,27 @@ fn a_floor_hangs_at_the_root_alone() {
 
 #[test]
 fn a_floor_is_a_part_of_its_own() {
-    let shared = Shared {
+    let shared = BuildContext {
         leaves: &Boxes(None),
-        machine: Machine::best(),
+        dispatch: Dispatch::detect(),
     };
     let small = |i: usize| {
         let x = (i as u32).wrapping_mul(2_654_435_761) as f32 * 2.0_f32.powi(-32);
-        Item::new([x, 0.5, 0.0], [x, 0.5, 0.1 * x], i as u32)
+        PrimRef::new([x, 0.5, 0.0], [x, 0.5, 0.1 * x], i as u32)
     };
-    let mut items: Vec<_> = (0..3 * TREELET).map(small).collect();
-    items.insert(TREELET, Item::new([0.0; 3], [1.0, 1.0, 0.0], u32::MAX));
-    let whole = parallel_split::range(shared.machine, &items);
-    let top_plan::Top::Split(_, halves) = parallel_split::divide(&mut items, whole, 0, &shared) else {
-        panic!("so many items are one part");
+    let mut prims: Vec<_> = (0..3 * TREELET_SIZE).map(small).collect();
+    prims.insert(
+        TREELET_SIZE,
+        PrimRef::new([0.0; 3], [1.0, 1.0, 0.0], u32::MAX),
+    );
+    let whole = parallel_split::prim_info(shared.dispatch, &prims);
+    let top_plan::TopNode::Split(_, halves) =
+        parallel_split::split_to_treelets(&mut prims, whole, 0, &shared)
+    else {
+        panic!("so many prims are one part");
     };
-    let [top_plan::Top::Part(floor), _] = &*halves else {
+    let [top_plan::TopNode::Treelet(floor), _] = &*halves else {
         panic!("what comes first is split again");
     };
-    assert_eq!((floor.count, items[0].id), (1, u32::MAX));
+    assert_eq!((floor.count, prims[0].id), (1, u32::MAX));
 }

@@ -1,29 +1,29 @@
 //! Which triangles of a treelet go in pairs: those with a common edge, where the box of both is hardly larger.
 
-use crate::build::BuildItem;
-use crate::build::triangle_pair::Piece;
+use crate::build::PrimRef;
+use crate::build::triangle_pair::TrianglePair;
 use crate::simd::prefetch;
 
 /// A pair whose box is larger than this part of both boxes together stays two: rays would meet it in vain.
-const PAIR: f32 = 0.85;
+const MAX_PAIR_AREA_RATIO: f32 = 0.85;
 
 /// How many triangles before it is needed one is asked for: since its box was made it may have left the nearest caches.
-const AHEAD: usize = 8;
+const PREFETCH_DISTANCE: usize = 8;
 
 /// How many triangles in a row may have no pair beside them before nobody looks there any more.
 const HOPE: usize = 16;
 
-/// How many places are looked at: where more edges are in a row, or are one, some are forgotten.
-const PROBES: usize = 8;
+/// How many places are looked at: where more edge_table are in a row, or are one, some are forgotten.
+const MAX_PROBES: usize = 8;
 
 /// The pairs of a treelet's triangles, and room to find them in, kept from one treelet to the next.
 #[derive(Default)]
-pub struct Pairs {
-    /// By the ids that items have after [`Pairs::find`].
-    pub pieces: Vec<Piece>,
-    /// The edges of those that are alone, with room for more: in the upper half a part of the edge's hash, in the
-    /// lower one the item, counted from 1.
-    edges: Vec<u32>,
+pub struct PairFinder {
+    /// By the ids that prims have after [`PairFinder::pair_triangles`].
+    pub pairs: Vec<TrianglePair>,
+    /// The edge_table of those that are alone, with room for more: in the upper half a part of the edge's hash, in the
+    /// lower one the prim, counted from 1.
+    edge_table: Vec<u32>,
 }
 
 /// A number that hardly any other edge has.
@@ -34,83 +34,88 @@ fn edge_hash(a: u32, b: u32) -> u64 {
     (hash ^ hash >> 32).wrapping_mul(0xd6e8_feb8_6659_fd93)
 }
 
-impl Pairs {
-    /// Joins items, whose ids are those of triangles: each takes the best of the open neighbours among those before it, if
-    /// there is a good one. Returns how many are left; they come first, and their ids are those of pieces. Of items, which
-    /// half a word numbers, no treelet has more than twice `TREELET`.
+impl PairFinder {
+    /// Joins prims, whose ids are those of triangles: each takes the best of the open neighbours among those before it, if
+    /// there is a good one. Returns how many are left; they come first, and their ids are those of pairs. Of prims, which
+    /// half a word numbers, no treelet has more than twice `TREELET_SIZE`.
     ///
     /// Most quads that were cut in two lie beside each other. In a `hurry` that is looked at first, as long as it pays:
     /// such a pair need not be the best, and no edge of it is looked up.
     #[inline(always)]
-    pub fn find(&mut self, triangles: &[[u32; 3]], items: &mut [BuildItem], hurry: bool) -> usize {
-        let Pairs { pieces, edges } = self;
-        pieces.clear();
-        let bits = (8 * items.len()).next_power_of_two().trailing_zeros();
-        edges.clear();
-        edges.resize(1 << bits, 0);
-        let alone = |item: &BuildItem| Piece::one(item.id, triangles[item.id as usize]);
+    pub fn pair_triangles(
+        &mut self,
+        triangles: &[[u32; 3]],
+        prims: &mut [PrimRef],
+        hurry: bool,
+    ) -> usize {
+        let PairFinder { pairs, edge_table } = self;
+        pairs.clear();
+        let bits = (8 * prims.len()).next_power_of_two().trailing_zeros();
+        edge_table.clear();
+        edge_table.resize(1 << bits, 0);
+        let alone = |prim: &PrimRef| TrianglePair::single(prim.id, triangles[prim.id as usize]);
         let mut hope = if hurry { HOPE } else { 0 };
         let (mut n, mut next) = (0, 0);
-        while let Some(&(mut item)) = items.get(next) {
-            if let Some(later) = items.get(next + AHEAD) {
+        while let Some(&(mut prim)) = prims.get(next) {
+            if let Some(later) = prims.get(next + PREFETCH_DISTANCE) {
                 prefetch(triangles.as_ptr().wrapping_add(later.id as usize));
             }
             next += 1;
-            let piece = alone(&item);
+            let piece = alone(&prim);
             if hope > 0
-                && let Some(beside) = items.get(next)
+                && let Some(beside) = prims.get(next)
             {
-                if let Some(pair) = piece.joined(&alone(beside))
-                    && item.join_cost(beside) <= PAIR
+                if let Some(pair) = piece.try_pair(&alone(beside))
+                    && prim.merge_area_ratio(beside) <= MAX_PAIR_AREA_RATIO
                 {
-                    item = item.joined(beside);
-                    item.id = n as u32;
-                    items[n] = item;
-                    pieces.push(pair);
+                    prim = prim.union(beside);
+                    prim.id = n as u32;
+                    prims[n] = prim;
+                    pairs.push(pair);
                     (n, next, hope) = (n + 1, next + 1, HOPE);
                     continue;
                 }
                 hope -= 1;
             }
-            let mut best: Option<(f32, usize, Piece)> = None;
+            let mut best: Option<(f32, usize, TrianglePair)> = None;
             let mut places = [usize::MAX; 3];
             let tag = |hash: u64| (hash >> 16) as u32 & 0xffff_0000;
             let [a, b, c, _] = piece.vertices;
             let hashes = [edge_hash(a, b), edge_hash(b, c), edge_hash(c, a)];
             for k in 0..3 {
                 let (first, tag) = ((hashes[k] >> (64 - bits)) as usize, tag(hashes[k]));
-                for place in first..first + PROBES {
-                    let place = place & (edges.len() - 1);
-                    let found = edges[place];
+                for place in first..first + MAX_PROBES {
+                    let place = place & (edge_table.len() - 1);
+                    let found = edge_table[place];
                     if found == 0 {
                         places[k] = place;
                         break;
                     }
                     let other = (found as u16 - 1) as usize;
                     if (found ^ tag) >> 16 == 0
-                        && pieces[other].count == 1
-                        && let Some(pair) = pieces[other].joined(&piece)
+                        && pairs[other].count == 1
+                        && let Some(pair) = pairs[other].try_pair(&piece)
                     {
-                        let ratio = items[other].join_cost(&item);
-                        if ratio <= best.map_or(PAIR, |b| b.0) {
+                        let ratio = prims[other].merge_area_ratio(&prim);
+                        if ratio <= best.map_or(MAX_PAIR_AREA_RATIO, |b| b.0) {
                             best = Some((ratio, other, pair));
                         }
                     }
                 }
             }
             if let Some((_, other, pair)) = best {
-                pieces[other] = pair;
-                items[other] = items[other].joined(&item);
+                pairs[other] = pair;
+                prims[other] = prims[other].union(&prim);
                 continue;
             }
             for k in 0..3 {
-                if let Some(place) = edges.get_mut(places[k]) {
+                if let Some(place) = edge_table.get_mut(places[k]) {
                     *place = tag(hashes[k]) | (n as u32 + 1);
                 }
             }
-            item.id = n as u32;
-            items[n] = item;
-            pieces.push(piece);
+            prim.id = n as u32;
+            prims[n] = prim;
+            pairs.push(piece);
             n += 1;
         }
         n
@@ -135,8 +140,8 @@ mod tests {
             .collect()
     }
 
-    /// The pieces that are found, and the boxes beside them, checked against the triangles.
-    fn found(side: u32, triangles: &[[u32; 3]], hurry: bool) -> Vec<Piece> {
+    /// The pairs that are found, and the boxes beside them, checked against the triangles.
+    fn found(side: u32, triangles: &[[u32; 3]], hurry: bool) -> Vec<TrianglePair> {
         let vertex = |i: u32| [(i % (side + 1)) as f32, (i / (side + 1)) as f32, 0.0];
         let around = |ids: &[u32]| {
             let all = ids.iter().flat_map(|&id| triangles[id as usize]);
@@ -148,25 +153,25 @@ mod tests {
                     )
                 })
         };
-        let mut items: Vec<_> = (0..triangles.len() as u32)
+        let mut prims: Vec<_> = (0..triangles.len() as u32)
             .map(|id| {
                 let (lower, upper) = around(&[id]);
-                BuildItem::new(lower, upper, id)
+                PrimRef::new(lower, upper, id)
             })
             .collect();
-        let mut pairs = Pairs::default();
-        let n = pairs.find(triangles, &mut items, hurry);
-        assert_eq!(pairs.pieces.len(), n);
+        let mut pairs = PairFinder::default();
+        let n = pairs.pair_triangles(triangles, &mut prims, hurry);
+        assert_eq!(pairs.pairs.len(), n);
         let mut seen = vec![0; triangles.len()];
-        for (i, (item, piece)) in items.iter().zip(&pairs.pieces).enumerate() {
+        for (i, (prim, piece)) in prims.iter().zip(&pairs.pairs).enumerate() {
             let ids = &piece.triangles[..piece.count as usize];
             ids.iter().for_each(|&id| seen[id as usize] += 1);
             let (lower, upper) = around(ids);
-            let expected = BuildItem::new(lower, upper, i as u32);
-            assert_eq!(format!("{item:?}"), format!("{expected:?}"));
+            let expected = PrimRef::new(lower, upper, i as u32);
+            assert_eq!(format!("{prim:?}"), format!("{expected:?}"));
         }
         assert!(seen.iter().all(|&times| times == 1), "each triangle once");
-        pairs.pieces
+        pairs.pairs
     }
 
     #[test]
@@ -177,8 +182,8 @@ mod tests {
         let apart = sheet(side, |t| (t % quads, t >= quads));
         for hurry in [false, true] {
             for triangles in [&beside, &apart] {
-                let pieces = found(side, triangles, hurry);
-                assert_eq!(pieces.len(), quads as usize, "in a hurry: {hurry}");
+                let pairs = found(side, triangles, hurry);
+                assert_eq!(pairs.len(), quads as usize, "in a hurry: {hurry}");
             }
         }
     }
@@ -188,8 +193,8 @@ mod tests {
         // Half a square, something far away, the other half, and one beside that which is longer.
         let triangles = [[0, 1, 3], [10, 11, 13], [0, 3, 2], [0, 4, 3]];
         let pairs = |hurry| {
-            let pieces = found(1, &triangles, hurry);
-            let pairs = pieces.iter().filter(|piece| piece.count == 2);
+            let pairs = found(1, &triangles, hurry);
+            let pairs = pairs.iter().filter(|piece| piece.count == 2);
             pairs.map(|piece| piece.triangles).collect::<Vec<_>>()
         };
         assert_eq!(pairs(true), [[2, 3]]);

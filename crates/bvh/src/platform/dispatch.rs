@@ -59,7 +59,7 @@ impl InstructionSet {
 
     /// The widest this machine has, unless the environment variable `RAYCAM_ISA` names another that it has. A name
     /// that is unknown or not available here is said on stderr, once, and does not count.
-    pub fn best() -> InstructionSet {
+    pub fn detect() -> InstructionSet {
         static BEST: OnceLock<InstructionSet> = OnceLock::new();
         *BEST.get_or_init(|| {
             let available = || Self::ALL.into_iter().filter(|isa| isa.is_available());
@@ -84,17 +84,17 @@ impl InstructionSet {
 
 /// An instruction set that this machine has.
 #[derive(Clone, Copy, Debug)]
-pub struct Machine(InstructionSet);
+pub struct Dispatch(InstructionSet);
 
-impl Machine {
+impl Dispatch {
     /// The best one.
-    pub fn best() -> Machine {
-        Machine(InstructionSet::best())
+    pub fn detect() -> Dispatch {
+        Dispatch(InstructionSet::detect())
     }
 
     /// A certain one, if it is there.
-    pub fn with(isa: InstructionSet) -> Option<Machine> {
-        isa.is_available().then_some(Machine(isa))
+    pub fn try_new(isa: InstructionSet) -> Option<Dispatch> {
+        isa.is_available().then_some(Dispatch(isa))
     }
 
     /// Which it is.
@@ -104,11 +104,11 @@ impl Machine {
 }
 
 /// `kernel!(fn name(arguments) = generic)`: a function that runs `generic::<I>(arguments)` compiled for each
-/// instruction set, and takes the [`Machine`] first. It may be generic: `fn name[T: Trait](arguments)`.
+/// instruction set, and takes the [`Dispatch`] first. It may be generic: `fn name[T: Trait](arguments)`.
 macro_rules! kernel {
     ($(#[$doc:meta])* fn $name:ident$([$g:ident: $bound:path])?($($arg:ident: $type:ty),* $(,)?) = $generic:ident) => {
         $(#[$doc])*
-        pub fn $name$(<$g: $bound>)?(machine: $crate::platform::dispatch::Machine, $($arg: $type),*) {
+        pub fn $name$(<$g: $bound>)?(machine: $crate::platform::dispatch::Dispatch, $($arg: $type),*) {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
             fn avx2$(<$g: $bound>)?($($arg: $type),*) {
@@ -125,7 +125,7 @@ macro_rules! kernel {
                 $generic::<$crate::simd::Neon $(, $g)?>($($arg),*)
             }
             match machine.isa() {
-                // SAFETY: a `Machine` is made only of an instruction set that was found to be available.
+                // SAFETY: a `Dispatch` is made only of an instruction set that was found to be available.
                 #[cfg(target_arch = "x86_64")]
                 $crate::platform::dispatch::InstructionSet::Avx2 => unsafe { avx2($($arg),*) },
                 // SAFETY: as above.
@@ -142,25 +142,25 @@ macro_rules! kernel {
 pub(crate) use kernel;
 
 /// Work whose loops are worth vectorising, outside of this room: `run` and what it calls are `#[inline(always)]`.
-pub trait Loops {
+pub trait WithSimd {
     /// Does the work.
     fn run(self);
 }
 
-/// Does work compiled for [`InstructionSet::best`]. The answers are those of any other, bit for bit: the compiler may
+/// Does work compiled for [`InstructionSet::detect`]. The answers are those of any other, bit for bit: the compiler may
 /// neither reorder nor fuse floating-point operations.
-pub fn vectorized<W: Loops>(work: W) {
+pub fn dispatch_simd<W: WithSimd>(work: W) {
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn avx2<W: Loops>(work: W) {
+    fn avx2<W: WithSimd>(work: W) {
         work.run();
     }
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn avx512<W: Loops>(work: W) {
+    fn avx512<W: WithSimd>(work: W) {
         work.run();
     }
-    match InstructionSet::best() {
+    match InstructionSet::detect() {
         // SAFETY: `best` is an instruction set that was found to be available.
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx2 => unsafe { avx2(work) },

@@ -8,55 +8,55 @@ use std::ptr::NonNull;
 use rayon::prelude::*;
 
 /// The size of a large page.
-const PAGE: usize = 2 << 20;
+const HUGE_PAGE: usize = 2 << 20;
 
 /// A multiple of the size of a small page.
-const SMALL_PAGE: usize = 1 << 16;
+const PAGE: usize = 1 << 16;
 
 /// Plain values in a row. Where the system has large pages to give, they lie on those: a tree is visited all over, and
 /// would otherwise miss the translation buffer at nearly every step.
-pub struct Pages<T: Copy> {
+pub struct HugePageVec<T: Copy> {
     start: NonNull<T>,
     len: usize,
     capacity: usize,
     /// Bytes before the start.
-    skipped: usize,
+    align_offset: usize,
 }
 
 /// Values start at a multiple of this.
-const LINE: usize = 64;
+const CACHE_LINE: usize = 64;
 
-// SAFETY: a `Pages` owns its values, as a `Vec` does.
-unsafe impl<T: Copy + Send> Send for Pages<T> {}
+// SAFETY: a `HugePageVec` owns its values, as a `Vec` does.
+unsafe impl<T: Copy + Send> Send for HugePageVec<T> {}
 // SAFETY: as above.
-unsafe impl<T: Copy + Sync> Sync for Pages<T> {}
+unsafe impl<T: Copy + Sync> Sync for HugePageVec<T> {}
 
-impl<T: Copy> Pages<T> {
+impl<T: Copy> HugePageVec<T> {
     /// Room for `capacity` values; none are there yet.
     pub fn with_capacity(capacity: usize) -> Self {
-        const { assert!(align_of::<T>() <= LINE) };
+        const { assert!(align_of::<T>() <= CACHE_LINE) };
         let layout = Self::layout(capacity);
         if layout.size() == 0 {
             return Self {
                 start: NonNull::dangling(),
                 len: 0,
                 capacity: 0,
-                skipped: 0,
+                align_offset: 0,
             };
         }
         // SAFETY: the layout is not empty.
         let Some(allocated) = NonNull::new(unsafe { alloc(layout) }) else {
             handle_alloc_error(layout)
         };
-        let skipped = allocated.align_offset(LINE);
+        let skipped = allocated.align_offset(CACHE_LINE);
         // SAFETY: the layout has a line more than the values.
         let start = unsafe { allocated.add(skipped) }.cast();
-        advise_large_pages(allocated.as_ptr(), layout.size());
+        madvise_hugepage(allocated.as_ptr(), layout.size());
         Self {
             start,
             len: 0,
             capacity,
-            skipped,
+            align_offset: skipped,
         }
     }
 
@@ -67,10 +67,10 @@ impl<T: Copy> Pages<T> {
         let size = if size == 0 {
             0
         } else {
-            size.saturating_add(LINE)
+            size.saturating_add(CACHE_LINE)
         };
         // No allocation is larger than this, so one that asks for more fails as one that asks for this does.
-        let limit = isize::MAX as usize - PAGE;
+        let limit = isize::MAX as usize - HUGE_PAGE;
         let Ok(layout) = Layout::from_size_align(size.min(limit), 16) else {
             unreachable!("a valid layout")
         };
@@ -78,7 +78,7 @@ impl<T: Copy> Pages<T> {
     }
 
     /// All that there is room for.
-    pub fn room(&mut self) -> &mut [MaybeUninit<T>] {
+    pub fn spare_capacity_mut(&mut self) -> &mut [MaybeUninit<T>] {
         // SAFETY: there is room for that many values, none of which is taken to be written.
         unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr().cast(), self.capacity) }
     }
@@ -87,7 +87,7 @@ impl<T: Copy> Pages<T> {
     ///
     /// # Safety
     /// They are written.
-    pub unsafe fn finish(&mut self, len: usize) {
+    pub unsafe fn set_len_and_shrink(&mut self, len: usize) {
         assert!(len <= self.capacity, "more values than there is room for");
         if len == 0 {
             *self = Self::with_capacity(0);
@@ -99,23 +99,23 @@ impl<T: Copy> Pages<T> {
         let (old, new) = (Self::layout(self.capacity), Self::layout(len));
         // SAFETY: allocated with the old layout; the new size is not 0.
         let Some(moved) = NonNull::new(unsafe {
-            let allocated = self.start.as_ptr().cast::<u8>().sub(self.skipped);
+            let allocated = self.start.as_ptr().cast::<u8>().sub(self.align_offset);
             realloc(allocated, old, new.size())
         }) else {
             handle_alloc_error(new)
         };
-        let skipped = moved.align_offset(LINE);
+        let skipped = moved.align_offset(CACHE_LINE);
         // SAFETY: the values stand behind as many bytes as before, and both places are within the allocation.
         unsafe {
             let values = len * size_of::<T>();
             std::ptr::copy(
-                moved.add(self.skipped).as_ptr(),
+                moved.add(self.align_offset).as_ptr(),
                 moved.add(skipped).as_ptr(),
                 values,
             );
             self.start = moved.add(skipped).cast();
         }
-        (self.skipped, self.capacity) = (skipped, len);
+        (self.align_offset, self.capacity) = (skipped, len);
     }
 
     /// How many values there is room for.
@@ -125,12 +125,12 @@ impl<T: Copy> Pages<T> {
 
     /// The values of all `parts`, `capacity` in number, one after the other: copied in parallel, each part dropped once
     /// it is.
-    pub fn collect<P: AsRef<[T]> + Send>(capacity: usize, parts: Vec<P>) -> Self
+    pub fn concat_parallel<P: AsRef<[T]> + Send>(capacity: usize, parts: Vec<P>) -> Self
     where
         T: Send + Sync,
     {
         let mut pages = Self::with_capacity(capacity);
-        let mut room = pages.room();
+        let mut room = pages.spare_capacity_mut();
         let mut at = 0;
         let mut placed = Vec::with_capacity(parts.len());
         for part in parts {
@@ -141,31 +141,36 @@ impl<T: Copy> Pages<T> {
         }
         assert!(at == capacity, "{at} values, expected {capacity}");
         placed.into_par_iter().for_each(|(part, here)| {
-            write(here, part.as_ref());
+            copy_to_uninit(here, part.as_ref());
         });
         pages.len = capacity;
         pages
     }
 }
 
-impl<T: Copy + Send + Sync> Clone for Pages<T> {
+impl<T: Copy + Send + Sync> Clone for HugePageVec<T> {
     fn clone(&self) -> Self {
         let parts = self.chunks(1 << 14).collect();
-        Self::collect(self.len, parts)
+        Self::concat_parallel(self.len, parts)
     }
 }
 
-impl<T: Copy> Drop for Pages<T> {
+impl<T: Copy> Drop for HugePageVec<T> {
     fn drop(&mut self) {
         let layout = Self::layout(self.capacity);
         if layout.size() != 0 {
             // SAFETY: allocated with this layout.
-            unsafe { dealloc(self.start.as_ptr().cast::<u8>().sub(self.skipped), layout) };
+            unsafe {
+                dealloc(
+                    self.start.as_ptr().cast::<u8>().sub(self.align_offset),
+                    layout,
+                )
+            };
         }
     }
 }
 
-impl<T: Copy> Deref for Pages<T> {
+impl<T: Copy> Deref for HugePageVec<T> {
     type Target = [T];
 
     #[inline(always)]
@@ -175,7 +180,7 @@ impl<T: Copy> Deref for Pages<T> {
     }
 }
 
-impl<T: Copy> DerefMut for Pages<T> {
+impl<T: Copy> DerefMut for HugePageVec<T> {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut [T] {
         // SAFETY: the first `len` values are written.
@@ -184,7 +189,7 @@ impl<T: Copy> DerefMut for Pages<T> {
 }
 
 /// Writes values where there is room for as many.
-pub fn write<T: Copy>(room: &mut [MaybeUninit<T>], values: &[T]) {
+pub fn copy_to_uninit<T: Copy>(room: &mut [MaybeUninit<T>], values: &[T]) {
     assert!(
         room.len() == values.len(),
         "room for another number of values"
@@ -198,15 +203,15 @@ pub fn write<T: Copy>(room: &mut [MaybeUninit<T>], values: &[T]) {
 
 /// So many zeros. Where they are many, they lie on large pages if the system has some to give: small ones that are touched
 /// for the first time cost more than what is written to them.
-pub fn zeros<T: Copy + Default>(count: usize) -> Vec<T> {
+pub fn zeroed_huge<T: Copy + Default>(count: usize) -> Vec<T> {
     let mut values = vec![T::default(); count];
-    advise_large_pages(values.as_mut_ptr().cast(), size_of_val(values.as_slice()));
+    madvise_hugepage(values.as_mut_ptr().cast(), size_of_val(values.as_slice()));
     values
 }
 
 /// Asks for large pages; it does not matter if there are none.
 #[cfg(all(target_os = "linux", not(miri)))]
-fn advise_large_pages(start: *mut u8, size: usize) {
+fn madvise_hugepage(start: *mut u8, size: usize) {
     unsafe extern "C" {
         fn madvise(
             start: *mut std::ffi::c_void,
@@ -215,8 +220,8 @@ fn advise_large_pages(start: *mut u8, size: usize) {
         ) -> std::ffi::c_int;
     }
     const MADV_HUGEPAGE: std::ffi::c_int = 14;
-    let skipped = start.align_offset(SMALL_PAGE);
-    if size < PAGE {
+    let skipped = start.align_offset(PAGE);
+    if size < HUGE_PAGE {
         return;
     }
     // SAFETY: the range belongs to the caller, starts at a page and is only given an advice, which changes no value.
@@ -224,7 +229,7 @@ fn advise_large_pages(start: *mut u8, size: usize) {
 }
 
 #[cfg(not(all(target_os = "linux", not(miri))))]
-fn advise_large_pages(_start: *mut u8, _size: usize) {}
+fn madvise_hugepage(_start: *mut u8, _size: usize) {}
 
 #[cfg(test)]
 mod tests {
@@ -235,7 +240,7 @@ mod tests {
         for count in [0, 1, 1000, 3 << 19, (5 << 20) + 7] {
             // Where other values were before.
             drop(vec![1.5f32; count]);
-            let values = zeros::<f32>(count);
+            let values = zeroed_huge::<f32>(count);
             assert_eq!(values.len(), count);
             assert!(values.iter().all(|value| value.to_bits() == 0));
         }

@@ -4,10 +4,10 @@
 use std::marker::PhantomData;
 
 /// Numbers of which any bits are one.
-pub trait Plain: Copy + Default + sealed::Sealed {}
-impl Plain for f32 {}
-impl Plain for f64 {}
-impl Plain for i32 {}
+pub trait Pod: Copy + Default + sealed::Sealed {}
+impl Pod for f32 {}
+impl Pod for f64 {}
+impl Pod for i32 {}
 
 mod sealed {
     pub trait Sealed {}
@@ -16,19 +16,19 @@ mod sealed {
     impl Sealed for i32 {}
 }
 
-/// Writes past the cache. What it is given is nobody's as long as `'a`, and so until [`past_cache`] is over.
-pub struct PastCache<'a>(PhantomData<&'a mut &'a ()>);
+/// Writes past the cache. What it is given is nobody's as long as `'a`, and so until [`with_streaming_stores`] is over.
+pub struct StreamingWriter<'a>(PhantomData<&'a mut &'a ()>);
 
 /// Does work that writes past the cache. Once it is done, every thread sees what was written.
-pub fn past_cache<'a, R>(work: impl FnOnce(&mut PastCache<'a>) -> R) -> R {
+pub fn with_streaming_stores<'a, R>(work: impl FnOnce(&mut StreamingWriter<'a>) -> R) -> R {
     // Also where the work panics.
-    let _fence = Fence;
-    work(&mut PastCache(PhantomData))
+    let _fence = SfenceOnDrop;
+    work(&mut StreamingWriter(PhantomData))
 }
 
-struct Fence;
+struct SfenceOnDrop;
 
-impl Drop for Fence {
+impl Drop for SfenceOnDrop {
     fn drop(&mut self) {
         #[cfg(all(target_arch = "x86_64", not(miri)))]
         // SAFETY: every x86-64 has it.
@@ -40,21 +40,21 @@ impl Drop for Fence {
 
 /// Bytes of a line of the cache.
 #[cfg(all(target_arch = "x86_64", not(miri)))]
-const LINE: usize = 64;
+const CACHE_LINE: usize = 64;
 
-impl<'a> PastCache<'a> {
+impl<'a> StreamingWriter<'a> {
     /// Copies values. Whole lines of the cache go past it, so these should be many.
     #[inline]
-    pub fn copy<T: Plain>(&mut self, to: &'a mut [T], from: &[T]) {
+    pub fn copy<T: Pod>(&mut self, to: &'a mut [T], from: &[T]) {
         assert!(to.len() == from.len(), "room for another number of values");
         #[cfg(all(target_arch = "x86_64", not(miri)))]
         {
             use std::arch::x86_64::{__m128i, _mm_loadu_si128, _mm_stream_si128};
             let bytes = size_of_val(from);
             let (start, source) = (to.as_mut_ptr().cast::<u8>(), from.as_ptr().cast::<u8>());
-            let before = start.align_offset(LINE).min(bytes);
-            let lines = (bytes - before) / LINE;
-            let after = before + lines * LINE;
+            let before = start.align_offset(CACHE_LINE).min(bytes);
+            let lines = (bytes - before) / CACHE_LINE;
+            let after = before + lines * CACHE_LINE;
             // SAFETY: both have so many bytes, of numbers of which any bits are one, and what can be written to is not what
             // is read. Lines begin at multiples of their size. Every x86-64 has these instructions, and until the fence
             // nobody else may look at what they write.
@@ -63,10 +63,10 @@ impl<'a> PastCache<'a> {
                     std::ptr::copy_nonoverlapping(source, start, before);
                 }
                 for line in 0..lines {
-                    let at = before + line * LINE;
+                    let at = before + line * CACHE_LINE;
                     let (to, from) = (start.add(at).cast::<__m128i>(), source.add(at));
                     let from = from.cast::<__m128i>();
-                    for k in 0..LINE / size_of::<__m128i>() {
+                    for k in 0..CACHE_LINE / size_of::<__m128i>() {
                         _mm_stream_si128(to.add(k), _mm_loadu_si128(from.add(k)));
                     }
                 }
@@ -91,14 +91,16 @@ mod tests {
         for start in 0..20 {
             for length in [0, 1, 15, 16, 17, 31, 33, 64, 150] {
                 let mut to = vec![-1.0f32; 200];
-                past_cache(|past| past.copy(&mut to[start..start + length], &from[..length]));
+                with_streaming_stores(|writer| {
+                    writer.copy(&mut to[start..start + length], &from[..length])
+                });
                 assert!(to[..start].iter().all(|&value| value == -1.0));
                 assert_eq!(to[start..start + length], from[..length]);
                 assert!(to[start + length..].iter().all(|&value| value == -1.0));
             }
         }
         let (numbers, mut to) = ([1i32, -2, 3], [0; 3]);
-        past_cache(|past| past.copy(&mut to, &numbers));
+        with_streaming_stores(|writer| writer.copy(&mut to, &numbers));
         assert_eq!(to, numbers);
     }
 
@@ -113,9 +115,9 @@ mod tests {
                 let to = &mut to;
                 threads.spawn(move || {
                     let (a, b) = to.split_at_mut(1000);
-                    past_cache(|past| {
-                        past.copy(a, &from[..1000]);
-                        past.copy(b, &from[1000..]);
+                    with_streaming_stores(|writer| {
+                        writer.copy(a, &from[..1000]);
+                        writer.copy(b, &from[1000..]);
                     });
                     send.send((to, from)).unwrap();
                 });

@@ -2,63 +2,63 @@
 
 use crate::blas::Bvh;
 use crate::error::BuildError;
-use crate::ray::NOTHING;
-use crate::scene::{ExactTriangles, Instance, Scene, moved_by};
+use crate::ray::INVALID_ID;
+use crate::scene::{ExactTriangles, Instance, Scene, translation};
 
 /// Which triangles of a tree are whose.
 #[derive(Debug)]
-pub(crate) struct Members {
+pub(crate) struct InstanceRanges {
     /// Of each mesh, its first triangle in the tree.
-    firsts: Vec<u32>,
+    first_prims: Vec<u32>,
 }
 
-impl Members {
+impl InstanceRanges {
     /// The mesh that a triangle of the tree belongs to, and its number there.
-    fn of(&self, triangle: u32) -> (u32, u32) {
+    fn locate(&self, triangle: u32) -> (u32, u32) {
         // Meshes without triangles begin where the next one does.
-        let mesh = self.firsts.partition_point(|first| *first <= triangle) - 1;
-        (mesh as u32, triangle - self.firsts[mesh])
+        let mesh = self.first_prims.partition_point(|first| *first <= triangle) - 1;
+        (mesh as u32, triangle - self.first_prims[mesh])
     }
 
     /// Makes the instances and triangles of hits those of the meshes.
-    pub fn name<'h>(&self, hits: impl Iterator<Item = (&'h mut u32, &'h mut u32)>) {
-        for (instance, triangle) in hits.filter(|(instance, _)| **instance != NOTHING) {
-            (*instance, *triangle) = self.of(*triangle);
+    pub fn remap_hits<'h>(&self, hits: impl Iterator<Item = (&'h mut u32, &'h mut u32)>) {
+        for (instance, triangle) in hits.filter(|(instance, _)| **instance != INVALID_ID) {
+            (*instance, *triangle) = self.locate(*triangle);
         }
     }
 }
 
 /// The triangles of all meshes as those of the tree.
-pub(crate) struct Together<'a, T>(pub &'a Members, pub &'a T);
+pub(crate) struct FlattenedTriangles<'a, T>(pub &'a InstanceRanges, pub &'a T);
 
-impl<T: ExactTriangles> ExactTriangles for Together<'_, T> {
+impl<T: ExactTriangles> ExactTriangles for FlattenedTriangles<'_, T> {
     fn corners(&self, _: u32, triangle: u32) -> [[f64; 3]; 3] {
-        let (mesh, triangle) = self.0.of(triangle);
+        let (mesh, triangle) = self.0.locate(triangle);
         self.1.corners(mesh, triangle)
     }
 }
 
 impl Scene {
     /// Builds one tree over meshes that stay where they are: `vertices` in scene-local coordinates, `triangles` of all meshes
-    /// one after another, and of each mesh its first in `firsts`, which rise from 0. A mesh counts as an instance, in this
+    /// one after another, and of each mesh its first in `first_prims`, which rise from 0. A mesh counts as an instance, in this
     /// order: answers are those of [`Scene::build`] but for float32's rounding.
     ///
     /// # Errors
     /// Those of [`Bvh::build`] and [`Scene::build`].
-    pub fn merged(
+    pub fn flattened(
         vertices: &[[f32; 3]],
         triangles: &[[u32; 3]],
-        firsts: Vec<u32>,
+        first_prims: Vec<u32>,
         origin: [f64; 3],
     ) -> Result<Self, BuildError> {
-        debug_assert!(firsts.first() == Some(&0) && firsts.is_sorted());
-        let bvh = Bvh::of_meshes(vertices, triangles, &firsts)?;
+        debug_assert!(first_prims.first() == Some(&0) && first_prims.is_sorted());
+        let bvh = Bvh::build_flattened(vertices, triangles, &first_prims)?;
         let all = Instance {
             bvh: bvh.into(),
-            world_from_mesh: moved_by([0.0; 3]),
+            world_from_mesh: translation([0.0; 3]),
         };
         let mut scene = Self::build(vec![all], origin)?;
-        scene.members = Some(Members { firsts });
+        scene.mesh_ranges = Some(InstanceRanges { first_prims });
         Ok(scene)
     }
 }
@@ -71,11 +71,11 @@ mod tests {
     #[test]
     fn leaves_are_of_one_mesh() {
         // Small sheets that cross each other, of two triangles each: without the rule, leaves have up to eight of them.
-        let (mut vertices, mut triangles, mut firsts) = (vec![], vec![], vec![]);
+        let (mut vertices, mut triangles, mut first_prims) = (vec![], vec![], vec![]);
         for sheet in 0..200u32 {
             let at = [sheet % 10, sheet / 10 % 10, sheet / 100].map(|x| 0.3 * x as f32);
             let axis = sheet as usize % 3;
-            firsts.push(triangles.len() as u32);
+            first_prims.push(triangles.len() as u32);
             triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|i| 4 * sheet + i)));
             for [u, v] in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
                 let mut vertex = at;
@@ -84,23 +84,25 @@ mod tests {
                 vertices.push(vertex);
             }
         }
-        let sizes = |firsts: &[u32]| {
-            let bvh = Bvh::of_meshes(&vertices, &triangles, firsts).unwrap();
+        let sizes = |first_prims: &[u32]| {
+            let bvh = Bvh::build_flattened(&vertices, &triangles, first_prims).unwrap();
             let (mut open, mut sizes) = (vec![bvh.root()], vec![]);
             while let Some(at) = open.pop() {
                 if at & LEAF == 0 {
                     let node = node(bvh.blocks(), at);
-                    open.extend(&node.child[..node.children as usize]);
+                    open.extend(&node.children[..node.child_count as usize]);
                     continue;
                 }
                 let leaf = leaf(bvh.blocks(), at);
-                let ids: Vec<_> = (0..leaf.count).map(|k| bvh.id(leaf.first + k)).collect();
-                assert!(firsts.is_empty() || ids.iter().all(|id| id / 2 == ids[0] / 2));
+                let ids: Vec<_> = (0..leaf.count)
+                    .map(|k| bvh.prim_id(leaf.first_prim + k))
+                    .collect();
+                assert!(first_prims.is_empty() || ids.iter().all(|id| id / 2 == ids[0] / 2));
                 sizes.push(ids.len());
             }
             sizes
         };
-        let (apart, mixed) = (sizes(&firsts), sizes(&[]));
+        let (apart, mixed) = (sizes(&first_prims), sizes(&[]));
         assert_eq!(apart.iter().sum::<usize>(), triangles.len());
         assert!(mixed.len() < apart.len() / 2, "{mixed:?}");
     }

@@ -2,8 +2,8 @@
 
 use std::arch::x86_64::*;
 
-use super::{COMPRESS, Isa, Quad, Vector};
-use crate::simd::double_width::Pair;
+use super::{COMPRESS, F32x4, Isa, Vector};
+use crate::simd::double_width::DoubleWidth;
 
 /// x86-64 with AVX2 and FMA.
 #[derive(Clone, Copy)]
@@ -85,7 +85,7 @@ impl Vector for Ymm {
         on_avx2!(_mm256_or_ps(a, b))
     }
     #[inline(always)]
-    fn least(self) -> f32 {
+    fn reduce_min(self) -> f32 {
         on_avx2!({
             let v = _mm_min_ps(
                 _mm256_castps256_ps128(self.0),
@@ -96,7 +96,7 @@ impl Vector for Ymm {
         })
     }
     #[inline(always)]
-    fn greatest(self) -> f32 {
+    fn reduce_max(self) -> f32 {
         on_avx2!({
             let v = _mm_max_ps(
                 _mm256_castps256_ps128(self.0),
@@ -107,11 +107,11 @@ impl Vector for Ymm {
         })
     }
     #[inline(always)]
-    fn bits(mask: __m256) -> u32 {
+    fn to_bitmask(mask: __m256) -> u32 {
         on_avx2!(_mm256_movemask_ps(mask) as u32)
     }
     #[inline(always)]
-    fn mask(bits: u32) -> __m256 {
+    fn from_bitmask(bits: u32) -> __m256 {
         on_avx2!({
             let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
             let named = _mm256_and_si256(_mm256_set1_epi32(bits as i32), lanes);
@@ -126,22 +126,22 @@ impl Vector for Ymm {
 
 impl Isa for Avx2 {
     const WIDE: bool = true;
-    type F8 = Ymm;
-    type F16 = Pair<Ymm, 8>;
-    type Rays = Ymm;
-    const RAYS: usize = 8;
-    type Index = (__m256i, __m256i);
-    type Order = __m256i;
+    type F32x8 = Ymm;
+    type F32x16 = DoubleWidth<Ymm, 8>;
+    type RayVec = Ymm;
+    const RAY_LANES: usize = 8;
+    type LaneIndices = (__m256i, __m256i);
+    type Permutation = __m256i;
 
     #[inline(always)]
-    fn quads(v: Ymm) -> [Quad; 2] {
+    fn split_f32x4(v: Ymm) -> [F32x4; 2] {
         on_avx2!([
-            Quad(_mm256_castps256_ps128(v.0)),
-            Quad(_mm256_extractf128_ps::<1>(v.0)),
+            F32x4(_mm256_castps256_ps128(v.0)),
+            F32x4(_mm256_extractf128_ps::<1>(v.0)),
         ])
     }
     #[inline(always)]
-    fn index(packed: u64) -> Self::Index {
+    fn unpack_indices(packed: u64) -> Self::LaneIndices {
         on_avx2!({
             let words = _mm256_set1_epi64x(packed as i64);
             (
@@ -151,31 +151,31 @@ impl Isa for Avx2 {
         })
     }
     #[inline(always)]
-    fn lookup(table: Self::F16, (lower, upper): Self::Index) -> Self::F16 {
-        Pair(look_up(table, lower), look_up(table, upper))
+    fn permute(table: Self::F32x16, (lower, upper): Self::LaneIndices) -> Self::F32x16 {
+        DoubleWidth(permute_impl(table, lower), permute_impl(table, upper))
     }
     #[inline(always)]
-    fn lookup_half<const HALF: usize>(table: Self::F16, packed: u64) -> Ymm {
+    fn permute_half<const HALF: usize>(table: Self::F32x16, packed: u64) -> Ymm {
         on_avx2!({
             let words = _mm256_set1_epi64x((packed >> (16 * HALF)) as i64);
             let index = _mm256_srlv_epi32(words, _mm256_setr_epi32(0, 0, 4, 4, 8, 8, 12, 12));
-            look_up(table, index)
+            permute_impl(table, index)
         })
     }
     #[inline(always)]
-    fn find(table: Self::F16, index: Ymm) -> Ymm {
-        look_up(table, on_avx2!(_mm256_castps_si256(index.0)))
+    fn gather_lanes(table: Self::F32x16, index: Ymm) -> Ymm {
+        permute_impl(table, on_avx2!(_mm256_castps_si256(index.0)))
     }
     #[inline(always)]
-    fn spread(packed: u64) -> Self::F16 {
-        let (lower, upper) = Self::index(packed);
-        on_avx2!(Pair(
+    fn expand_bits(packed: u64) -> Self::F32x16 {
+        let (lower, upper) = Self::unpack_indices(packed);
+        on_avx2!(DoubleWidth(
             Ymm(_mm256_castsi256_ps(lower)),
             Ymm(_mm256_castsi256_ps(upper))
         ))
     }
     #[inline(always)]
-    fn plus(bits: Ymm, by: u32) -> Ymm {
+    fn add_u32_bits(bits: Ymm, by: u32) -> Ymm {
         on_avx2!(Ymm(_mm256_castsi256_ps(_mm256_add_epi32(
             _mm256_castps_si256(bits.0),
             _mm256_set1_epi32(by as i32)
@@ -189,36 +189,36 @@ impl Isa for Avx2 {
         })
     }
     #[inline(always)]
-    fn descending(v: Ymm, mask: u32) -> __m256i {
+    fn sort_descending(v: Ymm, mask: u32) -> __m256i {
         on_avx2!({
             let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
             let bit = _mm256_sllv_epi32(_mm256_set1_epi32(1), lanes);
             let named =
                 _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), bit), bit);
-            sorted(_mm256_or_si256(
-                descending_keys(v),
+            sort_network(_mm256_or_si256(
+                sort_keys_descending(v),
                 _mm256_andnot_si256(named, _mm256_set1_epi32(-1)),
             ))
         })
     }
     #[inline(always)]
-    fn reorder(v: Ymm, order: __m256i) -> Ymm {
+    fn permute8(v: Ymm, order: __m256i) -> Ymm {
         on_avx2!(Ymm(_mm256_permutevar8x32_ps(v.0, order)))
     }
     #[inline(always)]
-    fn least_lane(v: Ymm, mask: __m256) -> usize {
-        least_lane(v, mask)
+    fn argmin(v: Ymm, mask: __m256) -> usize {
+        argmin(v, mask)
     }
     #[inline(always)]
-    unsafe fn columns(rows: [*const f32; 16]) -> [Self::F16; 4] {
+    unsafe fn load_transposed(rows: [*const f32; 16]) -> [Self::F32x16; 4] {
         let [a, b, c, d, e, f, g, h, rest @ ..] = rows;
         // SAFETY: as the caller vouches.
-        let (lower, upper) = unsafe { (eight_rows([a, b, c, d, e, f, g, h]), eight_rows(rest)) };
+        let (lower, upper) = unsafe { (transpose8([a, b, c, d, e, f, g, h]), transpose8(rest)) };
         [
-            Pair(lower[0], upper[0]),
-            Pair(lower[1], upper[1]),
-            Pair(lower[2], upper[2]),
-            Pair(lower[3], upper[3]),
+            DoubleWidth(lower[0], upper[0]),
+            DoubleWidth(lower[1], upper[1]),
+            DoubleWidth(lower[2], upper[2]),
+            DoubleWidth(lower[3], upper[3]),
         ]
     }
     #[inline(always)]
@@ -229,7 +229,7 @@ impl Isa for Avx2 {
 
 /// Sixteen lanes by eight indices in the low four bits.
 #[inline(always)]
-fn look_up(table: Pair<Ymm, 8>, index: __m256i) -> Ymm {
+fn permute_impl(table: DoubleWidth<Ymm, 8>, index: __m256i) -> Ymm {
     on_avx2!({
         // The permutation reads the low three bits; bit 3, moved to the sign, chooses the register.
         let a = _mm256_permutevar8x32_ps(table.0.0, index);
@@ -239,16 +239,16 @@ fn look_up(table: Pair<Ymm, 8>, index: __m256i) -> Ymm {
     })
 }
 
-/// [`Isa::columns`] of half as many rows.
+/// [`Isa::load_transposed`] of half as many rows.
 ///
 /// # Safety
 /// As there.
 #[inline(always)]
-unsafe fn eight_rows(rows: [*const f32; 8]) -> [Ymm; 4] {
+unsafe fn transpose8(rows: [*const f32; 8]) -> [Ymm; 4] {
     // No closures: one that is called twice is not inlined.
     on_avx2!({
-        let (a, b) = (two_rows(rows[0], rows[4]), two_rows(rows[1], rows[5]));
-        let (c, d) = (two_rows(rows[2], rows[6]), two_rows(rows[3], rows[7]));
+        let (a, b) = (transpose2(rows[0], rows[4]), transpose2(rows[1], rows[5]));
+        let (c, d) = (transpose2(rows[2], rows[6]), transpose2(rows[3], rows[7]));
         let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
         let (ef, gh) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
         [
@@ -265,7 +265,7 @@ unsafe fn eight_rows(rows: [*const f32; 8]) -> [Ymm; 4] {
 /// # Safety
 /// Four floats must be readable at each.
 #[inline(always)]
-unsafe fn two_rows(lower: *const f32, upper: *const f32) -> __m256 {
+unsafe fn transpose2(lower: *const f32, upper: *const f32) -> __m256 {
     on_avx2!(_mm256_insertf128_ps::<1>(
         _mm256_castps128_ps256(_mm_loadu_ps(lower)),
         _mm_loadu_ps(upper)
@@ -274,7 +274,7 @@ unsafe fn two_rows(lower: *const f32, upper: *const f32) -> __m256 {
 
 /// Unsigned keys that fall as the value rises, with the lane in the low three bits; none is the largest integer.
 #[inline(always)]
-pub fn descending_keys(v: Ymm) -> __m256i {
+pub fn sort_keys_descending(v: Ymm) -> __m256i {
     on_avx2!({
         let falling = _mm256_sub_epi32(_mm256_set1_epi32(i32::MIN), _mm256_castps_si256(v.0));
         let high = _mm256_andnot_si256(_mm256_set1_epi32(7), falling);
@@ -284,7 +284,7 @@ pub fn descending_keys(v: Ymm) -> __m256i {
 
 /// Sorts eight unsigned integers by a bitonic network.
 #[inline(always)]
-pub fn sorted(v: __m256i) -> __m256i {
+pub fn sort_network(v: __m256i) -> __m256i {
     on_avx2!({
         macro_rules! exchange {
             ($v:expr, $other:expr, $upper:literal) => {{
@@ -304,20 +304,20 @@ pub fn sorted(v: __m256i) -> __m256i {
 
 /// Unsigned keys that rise with the value, which is not negative, and hold the lane in the low three bits.
 #[inline(always)]
-fn keys(v: Ymm) -> __m256i {
+fn sort_keys(v: Ymm) -> __m256i {
     on_avx2!({
         let high = _mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(v.0));
         _mm256_or_si256(high, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7))
     })
 }
 
-/// [`Isa::least_lane`].
+/// [`Isa::argmin`].
 #[inline(always)]
-pub fn least_lane(v: Ymm, mask: __m256) -> usize {
+pub fn argmin(v: Ymm, mask: __m256) -> usize {
     on_avx2!({
         // The mask as it is: what becomes bits and a mask again takes as long as all of the rest.
         let others = _mm256_andnot_si256(_mm256_castps_si256(mask), _mm256_set1_epi32(-1));
-        let keys = _mm256_or_si256(keys(v), others);
+        let keys = _mm256_or_si256(sort_keys(v), others);
         let v = _mm_min_epu32(
             _mm256_castsi256_si128(keys),
             _mm256_extracti128_si256::<1>(keys),

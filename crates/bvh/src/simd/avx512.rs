@@ -2,8 +2,8 @@
 
 use std::arch::x86_64::*;
 
-use super::avx2::{Ymm, descending_keys, least_lane, sorted};
-use super::{Isa, Quad, Vector};
+use super::avx2::{Ymm, argmin, sort_keys_descending, sort_network};
+use super::{F32x4, Isa, Vector};
 
 /// x86-64 with AVX-512 F, VL, DQ and BW.
 #[derive(Clone, Copy)]
@@ -85,19 +85,19 @@ impl Vector for Zmm {
         a | b
     }
     #[inline(always)]
-    fn least(self) -> f32 {
+    fn reduce_min(self) -> f32 {
         on_avx512!(_mm512_reduce_min_ps(self.0))
     }
     #[inline(always)]
-    fn greatest(self) -> f32 {
+    fn reduce_max(self) -> f32 {
         on_avx512!(_mm512_reduce_max_ps(self.0))
     }
     #[inline(always)]
-    fn bits(mask: u16) -> u32 {
+    fn to_bitmask(mask: u16) -> u32 {
         u32::from(mask)
     }
     #[inline(always)]
-    fn mask(bits: u32) -> u16 {
+    fn from_bitmask(bits: u32) -> u16 {
         bits as u16
     }
     #[inline(always)]
@@ -108,21 +108,21 @@ impl Vector for Zmm {
 
 impl Isa for Avx512 {
     const WIDE: bool = true;
-    type F8 = Ymm;
-    type F16 = Zmm;
-    type Rays = Self::F16;
-    type Index = __m512i;
-    type Order = __m256i;
+    type F32x8 = Ymm;
+    type F32x16 = Zmm;
+    type RayVec = Self::F32x16;
+    type LaneIndices = __m512i;
+    type Permutation = __m256i;
 
     #[inline(always)]
-    fn quads(v: Ymm) -> [Quad; 2] {
+    fn split_f32x4(v: Ymm) -> [F32x4; 2] {
         on_avx512!([
-            Quad(_mm256_castps256_ps128(v.0)),
-            Quad(_mm256_extractf128_ps::<1>(v.0)),
+            F32x4(_mm256_castps256_ps128(v.0)),
+            F32x4(_mm256_extractf128_ps::<1>(v.0)),
         ])
     }
     #[inline(always)]
-    fn index(packed: u64) -> __m512i {
+    fn unpack_indices(packed: u64) -> __m512i {
         on_avx512!({
             let shifts =
                 _mm512_setr_epi32(0, 0, 4, 4, 8, 8, 12, 12, 16, 16, 20, 20, 24, 24, 28, 28);
@@ -130,20 +130,20 @@ impl Isa for Avx512 {
         })
     }
     #[inline(always)]
-    fn lookup(table: Zmm, index: __m512i) -> Zmm {
+    fn permute(table: Zmm, index: __m512i) -> Zmm {
         // The permutation reads the low four bits of each index.
         on_avx512!(Zmm(_mm512_permutexvar_ps(index, table.0)))
     }
     #[inline(always)]
-    fn find(table: Zmm, index: Zmm) -> Zmm {
-        Self::lookup(table, on_avx512!(_mm512_castps_si512(index.0)))
+    fn gather_lanes(table: Zmm, index: Zmm) -> Zmm {
+        Self::permute(table, on_avx512!(_mm512_castps_si512(index.0)))
     }
     #[inline(always)]
-    fn spread(packed: u64) -> Zmm {
-        on_avx512!(Zmm(_mm512_castsi512_ps(Self::index(packed))))
+    fn expand_bits(packed: u64) -> Zmm {
+        on_avx512!(Zmm(_mm512_castsi512_ps(Self::unpack_indices(packed))))
     }
     #[inline(always)]
-    fn plus(bits: Zmm, by: u32) -> Zmm {
+    fn add_u32_bits(bits: Zmm, by: u32) -> Zmm {
         on_avx512!(Zmm(_mm512_castsi512_ps(_mm512_add_epi32(
             _mm512_castps_si512(bits.0),
             _mm512_set1_epi32(by as i32)
@@ -154,23 +154,23 @@ impl Isa for Avx512 {
         on_avx512!(Ymm(_mm256_maskz_compress_ps(mask as u8, v.0)))
     }
     #[inline(always)]
-    fn descending(v: Ymm, mask: u32) -> __m256i {
-        on_avx512!(sorted(_mm256_mask_mov_epi32(
+    fn sort_descending(v: Ymm, mask: u32) -> __m256i {
+        on_avx512!(sort_network(_mm256_mask_mov_epi32(
             _mm256_set1_epi32(-1),
             mask as u8,
-            descending_keys(v)
+            sort_keys_descending(v)
         )))
     }
     #[inline(always)]
-    fn reorder(v: Ymm, order: __m256i) -> Ymm {
+    fn permute8(v: Ymm, order: __m256i) -> Ymm {
         on_avx512!(Ymm(_mm256_permutevar8x32_ps(v.0, order)))
     }
     #[inline(always)]
-    fn least_lane(v: Ymm, mask: __m256) -> usize {
-        least_lane(v, mask)
+    fn argmin(v: Ymm, mask: __m256) -> usize {
+        argmin(v, mask)
     }
     #[inline(always)]
-    unsafe fn columns(rows: [*const f32; 16]) -> [Zmm; 4] {
+    unsafe fn load_transposed(rows: [*const f32; 16]) -> [Zmm; 4] {
         // SAFETY: as the caller vouches.
         unsafe {
             // Rows k, 4 + k, 8 + k and 12 + k.

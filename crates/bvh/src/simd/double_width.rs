@@ -4,9 +4,9 @@ use crate::simd::Vector;
 
 /// The lower N lanes and the upper N lanes.
 #[derive(Clone, Copy)]
-pub struct Pair<V, const N: usize>(pub V, pub V);
+pub struct DoubleWidth<V, const N: usize>(pub V, pub V);
 
-impl<V: Vector, const N: usize> Vector for Pair<V, N> {
+impl<V: Vector, const N: usize> Vector for DoubleWidth<V, N> {
     type Mask = (V::Mask, V::Mask);
 
     #[inline(always)]
@@ -75,20 +75,23 @@ impl<V: Vector, const N: usize> Vector for Pair<V, N> {
         (V::or(a.0, b.0), V::or(a.1, b.1))
     }
     #[inline(always)]
-    fn least(self) -> f32 {
-        self.0.min(self.1).least()
+    fn reduce_min(self) -> f32 {
+        self.0.min(self.1).reduce_min()
     }
     #[inline(always)]
-    fn greatest(self) -> f32 {
-        self.0.max(self.1).greatest()
+    fn reduce_max(self) -> f32 {
+        self.0.max(self.1).reduce_max()
     }
     #[inline(always)]
-    fn bits(mask: Self::Mask) -> u32 {
-        V::bits(mask.0) | V::bits(mask.1) << N
+    fn to_bitmask(mask: Self::Mask) -> u32 {
+        V::to_bitmask(mask.0) | V::to_bitmask(mask.1) << N
     }
     #[inline(always)]
-    fn mask(bits: u32) -> Self::Mask {
-        (V::mask(bits & ((1 << N) - 1)), V::mask(bits >> N))
+    fn from_bitmask(bits: u32) -> Self::Mask {
+        (
+            V::from_bitmask(bits & ((1 << N) - 1)),
+            V::from_bitmask(bits >> N),
+        )
     }
     #[inline(always)]
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self {

@@ -13,7 +13,7 @@ mod imp {
 
     /// Four floats.
     #[derive(Clone, Copy, Debug)]
-    pub struct Quad(pub __m128);
+    pub struct F32x4(pub __m128);
 
     macro_rules! on_sse2 {
         ($e:expr) => {{
@@ -22,7 +22,7 @@ mod imp {
         }};
     }
 
-    impl Quad {
+    impl F32x4 {
         #[inline(always)]
         pub fn splat(x: f32) -> Self {
             on_sse2!(Self(_mm_set1_ps(x)))
@@ -59,7 +59,7 @@ mod imp {
         }
         /// The first three lanes, and 0.
         #[inline(always)]
-        pub fn three(self) -> Self {
+        pub fn zero_w(self) -> Self {
             on_sse2!(Self(_mm_and_ps(
                 self.0,
                 _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0))
@@ -67,7 +67,7 @@ mod imp {
         }
         /// Lane `LANE` in every lane.
         #[inline(always)]
-        pub fn lane<const LANE: usize>(self) -> Self {
+        pub fn broadcast_lane<const LANE: usize>(self) -> Self {
             on_sse2!(Self(match LANE {
                 0 => _mm_shuffle_ps::<0b00_00_00_00>(self.0, self.0),
                 1 => _mm_shuffle_ps::<0b01_01_01_01>(self.0, self.0),
@@ -77,12 +77,12 @@ mod imp {
         }
         /// `if self < b { NaN } else { 0.0 }`, its sign bit set or not; with `or` it blanks out a number.
         #[inline(always)]
-        pub fn below(self, b: Self) -> Self {
+        pub fn cmp_lt(self, b: Self) -> Self {
             on_sse2!(Self(_mm_cmplt_ps(self.0, b.0)))
         }
-        /// The opposite of [`Quad::below`].
+        /// The opposite of [`F32x4::cmp_lt`].
         #[inline(always)]
-        pub fn not_below(self, b: Self) -> Self {
+        pub fn cmp_nlt(self, b: Self) -> Self {
             on_sse2!(Self(_mm_cmpnlt_ps(self.0, b.0)))
         }
         /// All bits of both.
@@ -97,7 +97,7 @@ mod imp {
         }
         /// Towards 0; the values must be within the range of `i32`.
         #[inline(always)]
-        pub fn truncated(self) -> [i32; 4] {
+        pub fn to_i32_trunc(self) -> [i32; 4] {
             let mut out = [0; 4];
             on_sse2!(_mm_storeu_si128(
                 out.as_mut_ptr().cast(),
@@ -114,7 +114,7 @@ mod imp {
         }
         /// x y + y z + z x.
         #[inline(always)]
-        pub fn pair_products(self) -> f32 {
+        pub fn half_area(self) -> f32 {
             on_sse2!({
                 let turned = _mm_shuffle_ps::<0b11_00_10_01>(self.0, self.0);
                 let p = _mm_mul_ps(self.0, turned);
@@ -133,9 +133,9 @@ mod imp {
 
     /// Four floats.
     #[derive(Clone, Copy, Debug)]
-    pub struct Quad([f32; 4]);
+    pub struct F32x4([f32; 4]);
 
-    impl Quad {
+    impl F32x4 {
         #[inline(always)]
         fn zip(self, b: Self, f: impl Fn(f32, f32) -> f32) -> Self {
             Self(std::array::from_fn(|i| f(self.0[i], b.0[i])))
@@ -174,22 +174,22 @@ mod imp {
         }
         /// The first three lanes, and 0.
         #[inline(always)]
-        pub fn three(self) -> Self {
+        pub fn zero_w(self) -> Self {
             Self([self.0[0], self.0[1], self.0[2], 0.0])
         }
         /// Lane `LANE` in every lane.
         #[inline(always)]
-        pub fn lane<const LANE: usize>(self) -> Self {
+        pub fn broadcast_lane<const LANE: usize>(self) -> Self {
             Self([self.0[LANE]; 4])
         }
         /// `if self < b { NaN } else { 0.0 }`, its sign bit set or not; with `or` it blanks out a number.
         #[inline(always)]
-        pub fn below(self, b: Self) -> Self {
+        pub fn cmp_lt(self, b: Self) -> Self {
             self.zip(b, |a, b| f32::from_bits(if a < b { u32::MAX } else { 0 }))
         }
-        /// The opposite of [`Quad::below`].
+        /// The opposite of [`F32x4::cmp_lt`].
         #[inline(always)]
-        pub fn not_below(self, b: Self) -> Self {
+        pub fn cmp_nlt(self, b: Self) -> Self {
             self.zip(b, |a, b| f32::from_bits(if a < b { 0 } else { u32::MAX }))
         }
         /// All bits of both.
@@ -204,7 +204,7 @@ mod imp {
         }
         /// Towards 0; the values must be within the range of `i32`.
         #[inline(always)]
-        pub fn truncated(self) -> [i32; 4] {
+        pub fn to_i32_trunc(self) -> [i32; 4] {
             self.0.map(|x| x as i32)
         }
         /// Four rows become four columns.
@@ -214,11 +214,11 @@ mod imp {
         }
         /// x y + y z + z x.
         #[inline(always)]
-        pub fn pair_products(self) -> f32 {
+        pub fn half_area(self) -> f32 {
             let [x, y, z, _] = self.0;
             x * y + y * z + z * x
         }
     }
 }
 
-pub use imp::{Quad, prefetch};
+pub use imp::{F32x4, prefetch};

@@ -17,7 +17,7 @@ pub(crate) mod f32x4;
 mod neon;
 pub(crate) mod portable;
 
-pub use crate::simd::f32x4::{Quad, prefetch};
+pub use crate::simd::f32x4::{F32x4, prefetch};
 pub use crate::simd::portable::Portable;
 #[cfg(target_arch = "x86_64")]
 pub use avx2::Avx2;
@@ -58,13 +58,13 @@ pub trait Vector: Copy {
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// The least lane.
-    fn least(self) -> f32;
+    fn reduce_min(self) -> f32;
     /// The greatest lane.
-    fn greatest(self) -> f32;
+    fn reduce_max(self) -> f32;
     /// Lane i is bit i.
-    fn bits(mask: Self::Mask) -> u32;
+    fn to_bitmask(mask: Self::Mask) -> u32;
     /// Bit i is lane i.
-    fn mask(bits: u32) -> Self::Mask;
+    fn from_bitmask(bits: u32) -> Self::Mask;
     /// `if mask { a } else { b }`.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
 }
@@ -74,66 +74,66 @@ pub trait Isa: Copy + 'static {
     /// Whether it computes with sixteen floats nearly as fast as with one.
     const WIDE: bool = false;
     /// Whether it multiplies and subtracts at once; what does not takes long to round as if it did.
-    const FUSED: bool = true;
+    const HAS_FMA: bool = true;
 
-    type F8: Vector;
-    type F16: Vector;
-    /// Rays that are tested at once, each against a triangle of its own: [`Isa::F8`] where sixteen would take more
-    /// registers than there are, else [`Isa::F16`].
-    type Rays: Vector;
+    type F32x8: Vector;
+    type F32x16: Vector;
+    /// RayVec that are tested at once, each against a triangle of its own: [`Isa::F32x8`] where sixteen would take more
+    /// registers than there are, else [`Isa::F32x16`].
+    type RayVec: Vector;
     /// How many those are.
-    const RAYS: usize = 16;
+    const RAY_LANES: usize = 16;
     /// Sixteen indices into sixteen lanes.
-    type Index: Copy;
+    type LaneIndices: Copy;
     /// Eight indices into eight lanes.
-    type Order: Copy;
+    type Permutation: Copy;
 
     /// Spreads sixteen packed 4-bit indices: that of lane i stands in bits `4 * (i / 2)` of 32-bit word `i % 2`.
-    fn index(packed: u64) -> Self::Index;
+    fn unpack_indices(packed: u64) -> Self::LaneIndices;
     /// `table[index]`, lane by lane.
-    fn lookup(table: Self::F16, index: Self::Index) -> Self::F16;
+    fn permute(table: Self::F32x16, index: Self::LaneIndices) -> Self::F32x16;
     /// Lanes `8 * HALF ..` of `table[index]`, by packed indices.
     #[inline(always)]
-    fn lookup_half<const HALF: usize>(table: Self::F16, packed: u64) -> Self::F8 {
+    fn permute_half<const HALF: usize>(table: Self::F32x16, packed: u64) -> Self::F32x8 {
         let mut lanes = [0.0; 16];
         // SAFETY: the array holds 16 floats, those that are read back 8.
         unsafe {
             table.store(lanes.as_mut_ptr());
             let at = |i: usize| lanes[usize::from(packed_index(packed, 8 * HALF + i))];
-            Self::F8::load(std::array::from_fn::<f32, 8, _>(at).as_ptr())
+            Self::F32x8::load(std::array::from_fn::<f32, 8, _>(at).as_ptr())
         }
     }
     /// `table[index]`, by indices in the low four bits of each lane.
-    fn find(table: Self::F16, index: Self::Rays) -> Self::Rays;
-    /// What [`Isa::index`] spreads, in the low four bits of each lane; no arithmetic is to be done with them.
-    fn spread(packed: u64) -> Self::F16;
+    fn gather_lanes(table: Self::F32x16, index: Self::RayVec) -> Self::RayVec;
+    /// What [`Isa::unpack_indices`] spreads, in the low four bits of each lane; no arithmetic is to be done with them.
+    fn expand_bits(packed: u64) -> Self::F32x16;
     /// Integers in the bits of floats, and one added to all of them.
-    fn plus(bits: Self::Rays, by: u32) -> Self::Rays;
+    fn add_u32_bits(bits: Self::RayVec, by: u32) -> Self::RayVec;
     /// The lanes named by `mask`, in order, in the first lanes; what follows them is anything.
-    fn compress(v: Self::F8, mask: u32) -> Self::F8;
+    fn compress(v: Self::F32x8, mask: u32) -> Self::F32x8;
     /// The lanes named by `mask` from the greatest value to the least, up to 7 ulp; what follows them is anything.
     /// The values are not negative.
-    fn descending(v: Self::F8, mask: u32) -> Self::Order;
+    fn sort_descending(v: Self::F32x8, mask: u32) -> Self::Permutation;
     /// `v[order]`, lane by lane.
-    fn reorder(v: Self::F8, order: Self::Order) -> Self::F8;
+    fn permute8(v: Self::F32x8, order: Self::Permutation) -> Self::F32x8;
     /// The lane of the least value among those named by `mask`, up to 7 ulp; any where it names none. The values are not
     /// negative.
-    fn least_lane(v: Self::F8, mask: <Self::F8 as Vector>::Mask) -> usize;
+    fn argmin(v: Self::F32x8, mask: <Self::F32x8 as Vector>::Mask) -> usize;
     /// The first four lanes and the last four.
     #[inline(always)]
-    fn quads(v: Self::F8) -> [Quad; 2] {
+    fn split_f32x4(v: Self::F32x8) -> [F32x4; 2] {
         let mut lanes = [0.0; 8];
         // SAFETY: room for eight floats.
         unsafe { v.store(lanes.as_mut_ptr()) };
         let [a, b, c, d, e, f, g, h] = lanes;
-        [Quad::new([a, b, c, d]), Quad::new([e, f, g, h])]
+        [F32x4::new([a, b, c, d]), F32x4::new([e, f, g, h])]
     }
     /// Sixteen rows of four floats become four columns.
     ///
     /// # Safety
     /// Four floats must be readable at each of `rows`; no alignment is needed.
     #[inline(always)]
-    unsafe fn columns(rows: [*const f32; 16]) -> [Self::F16; 4] {
+    unsafe fn load_transposed(rows: [*const f32; 16]) -> [Self::F32x16; 4] {
         let mut columns = [[0.0; 16]; 4];
         for (i, row) in rows.into_iter().enumerate() {
             for (k, column) in columns.iter_mut().enumerate() {
@@ -142,7 +142,7 @@ pub trait Isa: Copy + 'static {
             }
         }
         // SAFETY: each array holds 16 floats.
-        columns.map(|column| unsafe { Self::F16::load(column.as_ptr()) })
+        columns.map(|column| unsafe { Self::F32x16::load(column.as_ptr()) })
     }
     /// Asks for a cache line.
     fn prefetch(at: *const u8);
@@ -166,16 +166,16 @@ pub static COMPRESS: [[u8; 8]; 256] = {
     table
 };
 
-/// [`Isa::descending`] for those without a better way.
-pub fn descending(v: &[f32; 8], mask: u32) -> [u8; 8] {
+/// [`Isa::sort_descending`] for those without a better way.
+pub fn sort_descending(v: &[f32; 8], mask: u32) -> [u8; 8] {
     let mut order = COMPRESS[mask as usize & 255];
     order[..mask.count_ones() as usize]
         .sort_by(|&a, &b| v[b as usize & 7].total_cmp(&v[a as usize & 7]));
     order
 }
 
-/// [`Isa::least_lane`] for those without a better way.
-pub fn least_lane(v: &[f32; 8], mask: u32) -> usize {
+/// [`Isa::argmin`] for those without a better way.
+pub fn argmin(v: &[f32; 8], mask: u32) -> usize {
     let mut least = mask.trailing_zeros() as usize & 7;
     for (lane, value) in v.iter().enumerate() {
         if mask >> lane & 1 != 0 && *value < v[least] {
@@ -185,14 +185,14 @@ pub fn least_lane(v: &[f32; 8], mask: u32) -> usize {
     least
 }
 
-/// Packs sixteen indices below 16 as [`Isa::index`] reads them.
-pub fn pack_index(lanes: &[u8; 16]) -> u64 {
+/// Packs sixteen indices below 16 as [`Isa::unpack_indices`] reads them.
+pub fn pack_indices(lanes: &[u8; 16]) -> u64 {
     (0..16).fold(0, |word, i| {
         word | u64::from(lanes[i]) << (32 * (i % 2) + 4 * (i / 2))
     })
 }
 
-/// Index `lane` of those that [`pack_index`] packed.
+/// LaneIndices `lane` of those that [`pack_indices`] packed.
 #[inline(always)]
 pub fn packed_index(packed: u64, lane: usize) -> u8 {
     (packed >> (32 * (lane % 2) + 4 * (lane / 2 % 8))) as u8 & 15

@@ -2,8 +2,8 @@
 
 use std::arch::aarch64::*;
 
-use super::{COMPRESS, Isa, Vector, descending, least_lane};
-use crate::simd::double_width::Pair;
+use super::{COMPRESS, Isa, Vector, argmin, sort_descending};
+use crate::simd::double_width::DoubleWidth;
 
 /// aarch64 with NEON.
 #[derive(Clone, Copy)]
@@ -11,7 +11,7 @@ pub struct Neon;
 
 /// Four floats in a register.
 #[derive(Clone, Copy)]
-pub struct Quad(pub float32x4_t);
+pub struct NeonVec4(pub float32x4_t);
 
 /// An intrinsic, which needs the instruction set; see the module for why it is there.
 macro_rules! on_neon {
@@ -24,7 +24,7 @@ macro_rules! on_neon {
     }};
 }
 
-impl Vector for Quad {
+impl Vector for NeonVec4 {
     type Mask = uint32x4_t;
 
     #[inline(always)]
@@ -88,22 +88,22 @@ impl Vector for Quad {
         on_neon!(vorrq_u32(a, b))
     }
     #[inline(always)]
-    fn least(self) -> f32 {
+    fn reduce_min(self) -> f32 {
         on_neon!(vminvq_f32(self.0))
     }
     #[inline(always)]
-    fn greatest(self) -> f32 {
+    fn reduce_max(self) -> f32 {
         on_neon!(vmaxvq_f32(self.0))
     }
     #[inline(always)]
-    fn bits(mask: uint32x4_t) -> u32 {
-        const PLACES: [u32; 4] = [1, 2, 4, 8];
-        on_neon!(vaddvq_u32(vandq_u32(mask, vld1q_u32(PLACES.as_ptr()))))
+    fn to_bitmask(mask: uint32x4_t) -> u32 {
+        const LANE_IDS: [u32; 4] = [1, 2, 4, 8];
+        on_neon!(vaddvq_u32(vandq_u32(mask, vld1q_u32(LANE_IDS.as_ptr()))))
     }
     #[inline(always)]
-    fn mask(bits: u32) -> uint32x4_t {
-        const PLACES: [u32; 4] = [1, 2, 4, 8];
-        on_neon!(vtstq_u32(vdupq_n_u32(bits), vld1q_u32(PLACES.as_ptr())))
+    fn from_bitmask(bits: u32) -> uint32x4_t {
+        const LANE_IDS: [u32; 4] = [1, 2, 4, 8];
+        on_neon!(vtstq_u32(vdupq_n_u32(bits), vld1q_u32(LANE_IDS.as_ptr())))
     }
     #[inline(always)]
     fn select(mask: uint32x4_t, a: Self, b: Self) -> Self {
@@ -111,17 +111,17 @@ impl Vector for Quad {
     }
 }
 
-type Eight = Pair<Quad, 4>;
+type NeonVec8 = DoubleWidth<NeonVec4, 4>;
 
 impl Isa for Neon {
-    type F8 = Eight;
-    type F16 = Pair<Eight, 8>;
-    type Rays = Self::F16;
-    type Index = [uint8x16_t; 4];
-    type Order = [u8; 8];
+    type F32x8 = NeonVec8;
+    type F32x16 = DoubleWidth<NeonVec8, 8>;
+    type RayVec = Self::F32x16;
+    type LaneIndices = [uint8x16_t; 4];
+    type Permutation = [u8; 8];
 
     #[inline(always)]
-    fn index(packed: u64) -> Self::Index {
+    fn unpack_indices(packed: u64) -> Self::LaneIndices {
         std::array::from_fn(|quarter| {
             let mut bytes = [0; 16];
             for (i, byte) in bytes.iter_mut().enumerate() {
@@ -133,7 +133,7 @@ impl Isa for Neon {
         })
     }
     #[inline(always)]
-    fn lookup(table: Self::F16, index: Self::Index) -> Self::F16 {
+    fn permute(table: Self::F32x16, index: Self::LaneIndices) -> Self::F32x16 {
         on_neon!({
             let bytes = uint8x16x4_t(
                 vreinterpretq_u8_f32(table.0.0.0),
@@ -141,12 +141,15 @@ impl Isa for Neon {
                 vreinterpretq_u8_f32(table.1.0.0),
                 vreinterpretq_u8_f32(table.1.1.0),
             );
-            let [a, b, c, d] = index.map(|i| Quad(vreinterpretq_f32_u8(vqtbl4q_u8(bytes, i))));
-            Pair(Pair(a, b), Pair(c, d))
+            let [a, b, c, d] = index.map(|i| NeonVec4(vreinterpretq_f32_u8(vqtbl4q_u8(bytes, i))));
+            DoubleWidth(DoubleWidth(a, b), DoubleWidth(c, d))
         })
     }
     #[inline(always)]
-    fn find(table: Self::F16, Pair(Pair(a, b), Pair(c, d)): Self::F16) -> Self::F16 {
+    fn gather_lanes(
+        table: Self::F32x16,
+        DoubleWidth(DoubleWidth(a, b), DoubleWidth(c, d)): Self::F32x16,
+    ) -> Self::F32x16 {
         // Four bytes of each lane: four times the index, and 0 to 3 more.
         let index = [a, b, c, d].map(|v| {
             on_neon!({
@@ -154,32 +157,35 @@ impl Isa for Neon {
                 vreinterpretq_u8_u32(vmlaq_n_u32(vdupq_n_u32(0x0302_0100), lane, 0x0404_0404))
             })
         });
-        Self::lookup(table, index)
+        Self::permute(table, index)
     }
     #[inline(always)]
-    fn spread(packed: u64) -> Self::F16 {
+    fn expand_bits(packed: u64) -> Self::F32x16 {
         let lane = |i: usize| f32::from_bits((packed >> (32 * (i % 2) + 4 * (i / 2))) as u32 & 15);
         let lanes: [f32; 16] = std::array::from_fn(lane);
         // SAFETY: the array holds 16 floats.
-        unsafe { Self::F16::load(lanes.as_ptr()) }
+        unsafe { Self::F32x16::load(lanes.as_ptr()) }
     }
     #[inline(always)]
-    fn plus(Pair(Pair(a, b), Pair(c, d)): Self::F16, by: u32) -> Self::F16 {
-        let plus = |v: Quad| {
-            on_neon!(Quad(vreinterpretq_f32_u32(vaddq_u32(
+    fn add_u32_bits(
+        DoubleWidth(DoubleWidth(a, b), DoubleWidth(c, d)): Self::F32x16,
+        by: u32,
+    ) -> Self::F32x16 {
+        let plus = |v: NeonVec4| {
+            on_neon!(NeonVec4(vreinterpretq_f32_u32(vaddq_u32(
                 vreinterpretq_u32_f32(v.0),
                 vdupq_n_u32(by)
             ))))
         };
-        Pair(Pair(plus(a), plus(b)), Pair(plus(c), plus(d)))
+        DoubleWidth(DoubleWidth(plus(a), plus(b)), DoubleWidth(plus(c), plus(d)))
     }
     #[inline(always)]
-    fn compress(v: Eight, mask: u32) -> Eight {
+    fn compress(v: NeonVec8, mask: u32) -> NeonVec8 {
         let mut values = [0.0; 8];
         // SAFETY: both arrays hold 8 floats.
         unsafe {
             v.store(values.as_mut_ptr());
-            Eight::load(
+            NeonVec8::load(
                 COMPRESS[mask as usize & 255]
                     .map(|lane| values[lane as usize & 7])
                     .as_ptr(),
@@ -187,27 +193,27 @@ impl Isa for Neon {
         }
     }
     #[inline(always)]
-    fn descending(v: Eight, mask: u32) -> [u8; 8] {
+    fn sort_descending(v: NeonVec8, mask: u32) -> [u8; 8] {
         let mut values = [0.0f32; 8];
         // SAFETY: the array holds 8 floats.
         unsafe { v.store(values.as_mut_ptr()) };
-        descending(&values, mask)
+        sort_descending(&values, mask)
     }
     #[inline(always)]
-    fn reorder(v: Eight, order: [u8; 8]) -> Eight {
+    fn permute8(v: NeonVec8, order: [u8; 8]) -> NeonVec8 {
         let mut values = [0.0; 8];
         // SAFETY: both arrays hold 8 floats.
         unsafe {
             v.store(values.as_mut_ptr());
-            Eight::load(order.map(|lane| values[lane as usize & 7]).as_ptr())
+            NeonVec8::load(order.map(|lane| values[lane as usize & 7]).as_ptr())
         }
     }
     #[inline(always)]
-    fn least_lane(v: Eight, mask: <Eight as Vector>::Mask) -> usize {
+    fn argmin(v: NeonVec8, mask: <NeonVec8 as Vector>::Mask) -> usize {
         let mut values = [0.0f32; 8];
         // SAFETY: the array holds 8 floats.
         unsafe { v.store(values.as_mut_ptr()) };
-        least_lane(&values, Eight::bits(mask))
+        argmin(&values, NeonVec8::to_bitmask(mask))
     }
     #[inline(always)]
     fn prefetch(_at: *const u8) {}

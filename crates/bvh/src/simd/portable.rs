@@ -1,6 +1,6 @@
 //! Plain arrays: any machine, and the yardstick of the others.
 
-use crate::simd::{COMPRESS, Isa, Vector, descending, least_lane};
+use crate::simd::{COMPRESS, Isa, Vector, argmin, sort_descending};
 
 /// No instruction set in particular.
 #[derive(Clone, Copy)]
@@ -8,9 +8,9 @@ pub struct Portable;
 
 /// Floats in an array.
 #[derive(Clone, Copy)]
-pub struct Array<const N: usize>([f32; N]);
+pub struct PortableVec<const N: usize>([f32; N]);
 
-impl<const N: usize> Array<N> {
+impl<const N: usize> PortableVec<N> {
     #[inline(always)]
     fn zip(self, b: Self, f: impl Fn(f32, f32) -> f32) -> Self {
         Self(std::array::from_fn(|i| f(self.0[i], b.0[i])))
@@ -22,7 +22,7 @@ impl<const N: usize> Array<N> {
     }
 }
 
-impl<const N: usize> Vector for Array<N> {
+impl<const N: usize> Vector for PortableVec<N> {
     type Mask = u32;
 
     #[inline(always)]
@@ -88,23 +88,23 @@ impl<const N: usize> Vector for Array<N> {
         a | b
     }
     #[inline(always)]
-    fn least(self) -> f32 {
+    fn reduce_min(self) -> f32 {
         self.0
             .into_iter()
             .fold(f32::INFINITY, |a, b| if b < a { b } else { a })
     }
     #[inline(always)]
-    fn greatest(self) -> f32 {
+    fn reduce_max(self) -> f32 {
         self.0
             .into_iter()
             .fold(f32::NEG_INFINITY, |a, b| if b > a { b } else { a })
     }
     #[inline(always)]
-    fn bits(mask: u32) -> u32 {
+    fn to_bitmask(mask: u32) -> u32 {
         mask
     }
     #[inline(always)]
-    fn mask(bits: u32) -> u32 {
+    fn from_bitmask(bits: u32) -> u32 {
         bits
     }
     #[inline(always)]
@@ -116,49 +116,49 @@ impl<const N: usize> Vector for Array<N> {
 }
 
 impl Isa for Portable {
-    const FUSED: bool = false;
+    const HAS_FMA: bool = false;
 
-    type F8 = Array<8>;
-    type F16 = Array<16>;
-    type Rays = Self::F16;
-    type Index = [u8; 16];
-    type Order = [u8; 8];
+    type F32x8 = PortableVec<8>;
+    type F32x16 = PortableVec<16>;
+    type RayVec = Self::F32x16;
+    type LaneIndices = [u8; 16];
+    type Permutation = [u8; 8];
 
     #[inline(always)]
-    fn index(packed: u64) -> [u8; 16] {
+    fn unpack_indices(packed: u64) -> [u8; 16] {
         std::array::from_fn(|i| (packed >> (32 * (i % 2) + 4 * (i / 2))) as u8 & 15)
     }
     #[inline(always)]
-    fn lookup(table: Array<16>, index: [u8; 16]) -> Array<16> {
-        Array(std::array::from_fn(|i| table.0[(index[i] & 15) as usize]))
+    fn permute(table: PortableVec<16>, index: [u8; 16]) -> PortableVec<16> {
+        PortableVec(std::array::from_fn(|i| table.0[(index[i] & 15) as usize]))
     }
     #[inline(always)]
-    fn find(table: Array<16>, index: Array<16>) -> Array<16> {
-        Self::lookup(table, index.0.map(|lane| lane.to_bits() as u8 & 15))
+    fn gather_lanes(table: PortableVec<16>, index: PortableVec<16>) -> PortableVec<16> {
+        Self::permute(table, index.0.map(|lane| lane.to_bits() as u8 & 15))
     }
     #[inline(always)]
-    fn spread(packed: u64) -> Array<16> {
-        Array(Self::index(packed).map(|lane| f32::from_bits(u32::from(lane))))
+    fn expand_bits(packed: u64) -> PortableVec<16> {
+        PortableVec(Self::unpack_indices(packed).map(|lane| f32::from_bits(u32::from(lane))))
     }
     #[inline(always)]
-    fn plus(bits: Array<16>, by: u32) -> Array<16> {
-        Array(bits.0.map(|x| f32::from_bits(x.to_bits().wrapping_add(by))))
+    fn add_u32_bits(bits: PortableVec<16>, by: u32) -> PortableVec<16> {
+        PortableVec(bits.0.map(|x| f32::from_bits(x.to_bits().wrapping_add(by))))
     }
     #[inline(always)]
-    fn compress(v: Array<8>, mask: u32) -> Array<8> {
-        Array(COMPRESS[mask as usize & 255].map(|lane| v.0[lane as usize & 7]))
+    fn compress(v: PortableVec<8>, mask: u32) -> PortableVec<8> {
+        PortableVec(COMPRESS[mask as usize & 255].map(|lane| v.0[lane as usize & 7]))
     }
     #[inline(always)]
-    fn descending(v: Array<8>, mask: u32) -> [u8; 8] {
-        descending(&v.0, mask)
+    fn sort_descending(v: PortableVec<8>, mask: u32) -> [u8; 8] {
+        sort_descending(&v.0, mask)
     }
     #[inline(always)]
-    fn reorder(v: Array<8>, order: [u8; 8]) -> Array<8> {
-        Array(order.map(|lane| v.0[lane as usize & 7]))
+    fn permute8(v: PortableVec<8>, order: [u8; 8]) -> PortableVec<8> {
+        PortableVec(order.map(|lane| v.0[lane as usize & 7]))
     }
     #[inline(always)]
-    fn least_lane(v: Array<8>, mask: u32) -> usize {
-        least_lane(&v.0, mask)
+    fn argmin(v: PortableVec<8>, mask: u32) -> usize {
+        argmin(&v.0, mask)
     }
     #[inline(always)]
     fn prefetch(_at: *const u8) {}

@@ -12,12 +12,12 @@ pub mod trav_ray;
 pub(crate) mod triangle;
 
 use crate::platform::dispatch::kernel;
-use crate::ray::{Coherence, ExactHit, ExactRay, Hit, NOTHING, Ray};
+use crate::ray::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray};
 use crate::scene::{ExactTriangles, Scene};
 use crate::traverse::closest::closest as closest_packets;
 use crate::traverse::exact::single::closest_exact_batch;
 use crate::traverse::occluded::occluded as occluded_packets;
-use crate::traverse::single::interleaved::{Batch, Work};
+use crate::traverse::single::interleaved::{RaySource, RayTask};
 
 kernel! {
     /// The nearest hits.
@@ -25,7 +25,7 @@ kernel! {
 }
 kernel! {
     /// Whether there is any hit.
-    fn occluded(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherence: Coherence) = occluded_packets
+    fn occluded(scene: &Scene, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) = occluded_packets
 }
 kernel! {
     /// The nearest hits in float64.
@@ -35,42 +35,42 @@ kernel! {
 }
 
 /// Parts of one ray may come as separate work, after others of it: the first hit of all counts.
-struct NearestApart<'a, W> {
-    work: W,
+struct ClosestSink<'a, W> {
+    tasks: W,
     hits: &'a mut [Hit],
 }
 
-impl<W: Iterator<Item = Work>> Batch for NearestApart<'_, W> {
+impl<W: Iterator<Item = RayTask>> RaySource for ClosestSink<'_, W> {
     #[inline(always)]
-    fn next(&mut self) -> Option<Work> {
-        let mut work = self.work.next()?;
-        work.ray.shorten(self.hits[work.number].t);
-        Some(work)
+    fn next(&mut self) -> Option<RayTask> {
+        let mut task = self.tasks.next()?;
+        task.ray.clip_t_max(self.hits[task.ray_id].t);
+        Some(task)
     }
     #[inline(always)]
-    fn answer(&mut self, number: usize, hit: Hit) {
-        self.hits[number].take(hit);
+    fn report(&mut self, ray_id: usize, hit: Hit) {
+        self.hits[ray_id].keep_closer(hit);
     }
 }
 
-/// Parts of one ray may come as separate work: it is dark if one of them is.
-struct Any<'a, W> {
-    work: W,
-    dark: &'a mut [bool],
+/// Parts of one ray may come as separate work: it is occluded if one of them is.
+struct OcclusionSink<'a, W> {
+    tasks: W,
+    occluded: &'a mut [bool],
 }
 
-impl<W: Iterator<Item = Work>> Batch for Any<'_, W> {
+impl<W: Iterator<Item = RayTask>> RaySource for OcclusionSink<'_, W> {
     #[inline(always)]
-    fn next(&mut self) -> Option<Work> {
+    fn next(&mut self) -> Option<RayTask> {
         loop {
-            let work = self.work.next()?;
-            if !self.dark[work.number] {
-                return Some(work);
+            let task = self.tasks.next()?;
+            if !self.occluded[task.ray_id] {
+                return Some(task);
             }
         }
     }
     #[inline(always)]
-    fn answer(&mut self, number: usize, hit: Hit) {
-        self.dark[number] |= hit.instance != NOTHING;
+    fn report(&mut self, ray_id: usize, hit: Hit) {
+        self.occluded[ray_id] |= hit.instance != INVALID_ID;
     }
 }

@@ -1,164 +1,191 @@
-//! Packets through the scene: any hits.
+//! PacketScratch through the scene: any hits.
 
 use crate::node::{LEAF, LeafNode, NO_CHILD, leaf, node};
 use crate::ray::{Coherence, Ray};
-use crate::scene::rebraid::Part;
-use crate::scene::{Placed, Scene};
+use crate::scene::rebraid::SubtreeRef;
+use crate::scene::{InstanceRecord, Scene};
 use crate::simd::Isa;
-use crate::traverse::Any;
+use crate::traverse::OcclusionSink;
 use crate::traverse::packet::Packet;
 use crate::traverse::packet::frustum::Apex;
-use crate::traverse::packet::tlas::{Packets, Query};
-use crate::traverse::packet::traversal::prefetch;
-use crate::traverse::single::interleaved::trace;
+use crate::traverse::packet::tlas::{PacketQuery, PacketScratch};
+use crate::traverse::packet::traversal::prefetch_block;
+use crate::traverse::single::interleaved::traverse_interleaved;
 use crate::traverse::stack::MaskStack;
-use crate::traverse::stream::chunker::{ASIDE, Aside, Chunk, Chunks};
-use crate::traverse::stream::packet_groups::{Members, Who, numbers};
-use crate::traverse::triangle::packet::meet_each;
-use crate::traverse::triangle::packet_edges::Near;
+use crate::traverse::stream::chunker::{
+    RayChunk, RayChunker, SINGLE_FLUSH_THRESHOLD, SingleRayQueue,
+};
+use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_mask};
+use crate::traverse::triangle::packet::intersect_lanes;
+use crate::traverse::triangle::packet_edges::PotentialHits;
 
-/// Packets of a chunk do not pay if they visit more nodes and leaves than so many for each ray, where each ray that goes on
+/// PacketScratch of a chunk do not pay if they visit more nodes and leaves than so many for each ray, where each ray that goes on
 /// alone counts as so many visits.
-const MOST_VISITS: usize = 4;
-const VISITS_ALONE: usize = 4;
+const MAX_VISITS_PER_RAY: usize = 4;
+const SINGLE_RAY_COST: usize = 4;
 
 /// Rays of a packet that are as few at a node go on alone. (At a leaf they do not: its triangles are tested at once.)
-const FEW: u32 = 2;
+const MAX_SINGLE_RAYS: u32 = 2;
 
 /// Whether there is any hit, for any number of rays.
 #[inline(always)]
-pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], dark: &mut [bool], coherence: Coherence) {
-    dark.fill(false);
+pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) {
+    occluded.fill(false);
     if scene.root == NO_CHILD {
         return;
     }
-    let (mut packets, mut scaled) = (Packets::NONE, Members::NONE);
-    let (mut aside, mut apart) = (Aside::default(), Vec::new());
-    let mut chunks = Chunks::of(scene, rays, coherence);
-    while chunks.advance::<I>(&mut aside, &mut apart) {
-        let chunk = chunks.chunk(scene, &mut aside, &mut apart);
-        let (numbers, coherence) = (chunk.numbers, chunk.coherence);
+    let (mut packets, mut scaled) = (PacketScratch::EMPTY, RayBatch::EMPTY);
+    let (mut singles, mut incoherent) = (SingleRayQueue::default(), Vec::new());
+    let mut chunks = RayChunker::new(scene, rays, coherence);
+    while chunks.advance::<I>(&mut singles, &mut incoherent) {
+        let chunk = chunks.chunk(scene, &mut singles, &mut incoherent);
+        let (ray_ids, coherence) = (chunk.ray_ids, chunk.coherence);
         let together = coherence != Coherence::Incoherent;
-        let most = MOST_VISITS * numbers.len();
-        if together && scene.shadows.should_skip() {
-            chunk.aside.whole.extend_from_slice(numbers);
+        let most = MAX_VISITS_PER_RAY * ray_ids.len();
+        if together && scene.shadow_packet_backoff.should_skip() {
+            chunk.singles.full_rays.extend_from_slice(ray_ids);
         } else {
-            let before = chunk.aside.len();
+            let before = chunk.singles.len();
             let scaled = chunk.scaled(&mut scaled);
-            let mut shadows = Shadows { chunk, dark: 0 };
-            packets.ask::<I, _>(&mut shadows, scene, scaled, None);
-            let met = shadows.dark;
+            let mut query = OcclusionQuery { chunk, occluded: 0 };
+            packets.trace::<I, _>(&mut query, scene, scaled, None);
+            let met = query.occluded;
             if coherence == Coherence::Incoherent {
-                for (i, number) in numbers.iter().enumerate() {
-                    dark[*number as usize] = met >> i & 1 != 0;
+                for (i, number) in ray_ids.iter().enumerate() {
+                    occluded[*number as usize] = met >> i & 1 != 0;
                 }
             } else {
-                let first = numbers[0] as usize;
-                for (i, dark) in dark[first..first + numbers.len()].iter_mut().enumerate() {
-                    *dark = met >> i & 1 != 0;
+                let first = ray_ids[0] as usize;
+                for (i, occluded) in occluded[first..first + ray_ids.len()]
+                    .iter_mut()
+                    .enumerate()
+                {
+                    *occluded = met >> i & 1 != 0;
                 }
             }
-            let alone = aside.len() - before;
-            let visits = std::mem::take(&mut aside.visits);
-            chunks.count(alone, visits);
+            let alone = singles.len() - before;
+            let visits = std::mem::take(&mut singles.visits);
+            chunks.report_cost(alone, visits);
             if together {
-                let pays = visits + VISITS_ALONE * alone <= most;
-                scene.shadows.record(pays);
+                let pays = visits + SINGLE_RAY_COST * alone <= most;
+                scene.shadow_packet_backoff.record(pays);
             }
         }
-        if aside.len() >= ASIDE {
-            let work = aside.drain(rays);
-            trace::<I, _, true>(scene, &mut Any { work, dark });
+        if singles.len() >= SINGLE_FLUSH_THRESHOLD {
+            let tasks = singles.drain(rays);
+            traverse_interleaved::<I, _, true>(scene, &mut OcclusionSink { tasks, occluded });
         }
     }
-    if aside.len() > 0 {
-        let work = aside.drain(rays);
-        trace::<I, _, true>(scene, &mut Any { work, dark });
+    if singles.len() > 0 {
+        let tasks = singles.drain(rays);
+        traverse_interleaved::<I, _, true>(scene, &mut OcclusionSink { tasks, occluded });
     }
 }
 
 /// Any hits of the chunk at hand.
-struct Shadows<'a> {
-    chunk: Chunk<'a>,
-    /// Bit i: ray i of the chunk meets something, and was not put aside before that was known.
-    dark: u64,
+struct OcclusionQuery<'a> {
+    chunk: RayChunk<'a>,
+    /// Bit i: ray i of the chunk meets something, and was not put singles before that was known.
+    occluded: u64,
 }
 
-impl Query for Shadows<'_> {
+impl PacketQuery for OcclusionQuery<'_> {
     #[inline(always)]
-    fn packed<I: Isa>(&self, rays: &[Ray], placed: Option<&Placed>, packet: &mut Packet) -> bool {
-        self.chunk.packed::<I>(rays, placed, Apex::of(rays), packet)
+    fn make_packet<I: Isa>(
+        &self,
+        rays: &[Ray],
+        instance: Option<&InstanceRecord>,
+        packet: &mut Packet,
+    ) -> bool {
+        self.chunk
+            .make_packet::<I>(rays, instance, Apex::choose(rays), packet)
     }
 
     #[inline(always)]
-    fn turned(&self, ray: &Ray, _number: usize, placed: &Placed) -> Ray {
-        placed.local(ray)
+    fn to_instance_space(&self, ray: &Ray, _number: usize, instance: &InstanceRecord) -> Ray {
+        instance.ray_to_mesh(ray)
     }
 
     #[inline(always)]
-    fn limit(&self, number: usize, t_max: f32) -> f32 {
-        match self.dark >> number & 1 {
+    fn t_max(&self, number: usize, t_max: f32) -> f32 {
+        match self.occluded >> number & 1 {
             0 => t_max,
             _ => -1.0,
         }
     }
 
     #[inline(always)]
-    fn alone<I: Isa>(&mut self, places: u64, part: Option<&Part>, who: Who) {
-        self.chunk.alone(places, part, who);
+    fn trace_single<I: Isa>(
+        &mut self,
+        lanes: u64,
+        subtree: Option<&SubtreeRef>,
+        indices: RayIndices,
+    ) {
+        self.chunk.queue_singles(lanes, subtree, indices);
     }
 
     #[inline(always)]
-    fn in_part<I: Isa>(&mut self, part: &Part, packet: &mut Packet, who: Who) {
-        let mesh = &*self.chunk.scene.placed[part.instance as usize].bvh;
+    fn intersect_subtree<I: Isa>(
+        &mut self,
+        subtree: &SubtreeRef,
+        packet: &mut Packet,
+        indices: RayIndices,
+    ) {
+        let mesh = &*self.chunk.scene.instances[subtree.instance as usize].bvh;
         let blocks = mesh.blocks();
         let mut stack = MaskStack::new();
-        let mut near = Near::NOTHING;
-        let t_max = packet.farthest::<I>();
-        let mut dark = 0u64;
-        stack.push(part.start, packet.active);
+        let mut potential = PotentialHits::EMPTY;
+        let t_max = packet.max_t::<I>();
+        let mut occluded = 0u64;
+        stack.push(subtree.node, packet.active);
         while let Some((at, active)) = stack.pop() {
-            let active = active & !dark;
-            self.chunk.aside.visits += 1;
+            let active = active & !occluded;
+            self.chunk.singles.visits += 1;
             if active == 0 {
                 continue;
             }
-            if at & LEAF == 0 && active.count_ones() <= FEW {
-                self.chunk.alone_from(active, part.instance, at, who);
+            if at & LEAF == 0 && active.count_ones() <= MAX_SINGLE_RAYS {
+                self.chunk
+                    .queue_singles_at(active, subtree.instance, at, indices);
             } else if at & LEAF == 0 {
                 let node = node(blocks, at);
-                let (mut mask, _) = packet.fan.children::<I>(node, t_max);
+                let (mut mask, _) = packet.frustum.intersect_children::<I>(node, t_max);
                 while mask != 0 {
                     let lane = mask.trailing_zeros() as usize & 7;
                     mask &= mask - 1;
-                    let entered = packet.enter::<I>(|row| node.bounds[row][lane], active);
+                    let entered = packet.intersect_box::<I>(|row| node.bounds[row][lane], active);
                     if entered != 0 {
-                        prefetch::<I>(blocks, node.child[lane]);
-                        stack.push(node.child[lane], entered);
+                        prefetch_block::<I>(blocks, node.children[lane]);
+                        stack.push(node.children[lane], entered);
                     }
                 }
             } else {
-                dark |= dark_in_leaf::<I>(leaf(blocks, at), active, packet, &mut near);
+                occluded |= occluded_in_leaf::<I>(leaf(blocks, at), active, packet, &mut potential);
             }
         }
-        self.dark |= numbers(dark, who);
+        self.occluded |= ray_mask(occluded, indices);
     }
 }
 
 /// The rays of `active` that meet something in a leaf.
 #[inline(always)]
-fn dark_in_leaf<I: Isa>(leaf: &LeafNode, active: u64, packet: &Packet, near: &mut Near) -> u64 {
-    let mut dark = 0;
-    near.find::<I, false>(leaf, active, packet);
-    while near.some != 0 {
-        let mut groups = near.groups::<I>();
+fn occluded_in_leaf<I: Isa>(
+    leaf: &LeafNode,
+    active: u64,
+    packet: &Packet,
+    potential: &mut PotentialHits,
+) -> u64 {
+    let mut occluded = 0;
+    potential.test_edges::<I, false>(leaf, active, packet);
+    while potential.hit_mask != 0 {
+        let mut groups = potential.active_groups::<I>();
         while groups != 0 {
             let group = groups.trailing_zeros() as usize;
             groups &= groups - 1;
-            let met = meet_each::<I, true>(leaf, packet, group, near);
-            dark |= u64::from(met.hit) << (I::RAYS * group);
+            let met = intersect_lanes::<I, true>(leaf, packet, group, potential);
+            occluded |= u64::from(met.hit) << (I::RAY_LANES * group);
         }
-        near.next();
+        potential.next_triangle();
     }
-    dark
+    occluded
 }

@@ -9,15 +9,15 @@ use crate::node::{NO_CHILD, WideNode};
 use crate::simd::{Isa, Vector};
 
 /// A path has at most `MAX_DEPTH` nodes in the tree over instances and as many in a mesh, each leaves at most 7
-/// children for later, both have a [`Stack::floor`], and [`Stack::push`] writes 8 at once: no stack grows beyond this. Eight more
-/// make the slots that hold one an odd number of lines, see [`crate::traverse::single::ray_state::Slot`].
-const STACK: usize = 2 * (7 * MAX_DEPTH + 1) + 8 + 8;
+/// children for later, both have a [`Stack::push_sentinel`], and [`Stack::push`] writes 8 at once: no stack grows beyond this. Eight more
+/// make the slots that hold one an odd number of lines, see [`crate::traverse::single::ray_state::RayState`].
+const STACK_SIZE: usize = 2 * (7 * MAX_DEPTH + 1) + 8 + 8;
 
 /// References with the t at which the ray enters them.
 pub struct Stack {
     pub len: usize,
-    child: [MaybeUninit<u32>; STACK],
-    enter: [MaybeUninit<f32>; STACK],
+    nodes: [MaybeUninit<u32>; STACK_SIZE],
+    enter: [MaybeUninit<f32>; STACK_SIZE],
 }
 
 impl Stack {
@@ -25,88 +25,93 @@ impl Stack {
     pub fn new() -> Self {
         Self {
             len: 0,
-            child: [const { MaybeUninit::uninit() }; STACK],
-            enter: [const { MaybeUninit::uninit() }; STACK],
+            nodes: [const { MaybeUninit::uninit() }; STACK_SIZE],
+            enter: [const { MaybeUninit::uninit() }; STACK_SIZE],
         }
     }
 
     /// Puts the children of `mask`, which is not 0, on the stack but for the nearest one, which is returned; the nearer
     /// ones come first.
     #[inline(always)]
-    pub fn push<I: Isa>(&mut self, node: &WideNode, enter: I::F8, mask: u32) -> u32 {
+    pub fn push<I: Isa>(&mut self, node: &WideNode, enter: I::F32x8, mask: u32) -> u32 {
         self.push_ordered::<I>(node, enter, mask).0
     }
 
     /// The same, with the order in which the lanes were put there, the nearest one last.
     #[inline(always)]
-    fn push_ordered<I: Isa>(&mut self, node: &WideNode, enter: I::F8, mask: u32) -> (u32, I::Order) {
-        debug_assert!(self.len + 8 <= STACK && mask != 0);
-        // SAFETY: `STACK` leaves room for 8 more entries, by the depth of every tree (see there). References are
+    fn push_ordered<I: Isa>(
+        &mut self,
+        node: &WideNode,
+        enter: I::F32x8,
+        mask: u32,
+    ) -> (u32, I::Permutation) {
+        debug_assert!(self.len + 8 <= STACK_SIZE && mask != 0);
+        // SAFETY: `STACK_SIZE` leaves room for 8 more entries, by the depth of every tree (see there). References are
         // carried as floats, of which no arithmetic is done.
         unsafe {
-            let order = I::descending(enter, mask);
-            let child = I::reorder(I::F8::load(node.child.as_ptr().cast()), order);
-            child.store(self.child.as_mut_ptr().add(self.len).cast());
-            let enter = I::reorder(enter, order);
+            let order = I::sort_descending(enter, mask);
+            let child = I::permute8(I::F32x8::load(node.children.as_ptr().cast()), order);
+            child.store(self.nodes.as_mut_ptr().add(self.len).cast());
+            let enter = I::permute8(enter, order);
             enter.store(self.enter.as_mut_ptr().add(self.len).cast());
             self.len += mask.count_ones() as usize - 1;
-            (self.child.get_unchecked(self.len).assume_init(), order)
+            (self.nodes.get_unchecked(self.len).assume_init(), order)
         }
     }
 
-    /// Puts [`NO_CHILD`] on the stack: what [`Stack::next`] returns where there is nothing above.
+    /// Puts [`NO_CHILD`] on the stack: what [`Stack::pop_unchecked`] returns where there is nothing above.
     #[inline(always)]
-    pub fn floor(&mut self) {
-        debug_assert!(self.len < STACK);
-        // SAFETY: `STACK` leaves room, by the depth of every tree (see there).
-        unsafe { self.child.get_unchecked_mut(self.len) }.write(NO_CHILD);
+    pub fn push_sentinel(&mut self) {
+        debug_assert!(self.len < STACK_SIZE);
+        // SAFETY: `STACK_SIZE` leaves room, by the depth of every tree (see there).
+        unsafe { self.nodes.get_unchecked_mut(self.len) }.write(NO_CHILD);
         self.len += 1;
     }
 
     /// Takes the last entry of a stack that has a floor, whenever the ray enters it.
     #[inline(always)]
-    pub fn next(&mut self) -> u32 {
+    pub fn pop_unchecked(&mut self) -> u32 {
         debug_assert!(self.len > 0);
         self.len -= 1;
         // SAFETY: entries below the former `len` were written; a stack with a floor is not empty before it is taken.
-        unsafe { self.child.get_unchecked(self.len).assume_init() }
+        unsafe { self.nodes.get_unchecked(self.len).assume_init() }
     }
 
-    /// [`Stack::next`] if `done` and else `at`, without a branch.
+    /// [`Stack::pop_unchecked`] if `done` and else `at`, without a branch.
     #[inline(always)]
-    pub fn next_if(&mut self, done: bool, at: u32) -> u32 {
+    pub fn pop_if(&mut self, done: bool, at: u32) -> u32 {
         debug_assert!(self.len > 0);
         // SAFETY: as in `next`.
-        let last = unsafe { self.child.get_unchecked(self.len - 1).assume_init() };
+        let last = unsafe { self.nodes.get_unchecked(self.len - 1).assume_init() };
         self.len -= usize::from(done);
         select_unpredictable(done, last, at)
     }
 
     /// Puts the children of `mask` on the stack but for the nearest one, which is returned; with where they are entered if
-    /// that is to be `KEPT`. Where there are none, it is [`Stack::next`]: which of them happens is anybody's guess, so
+    /// that is to be `WITH_DISTANCE`. Where there are none, it is [`Stack::pop_unchecked`]: which of them happens is anybody's guess, so
     /// there is no branch between them.
     #[inline(always)]
-    pub fn exchange<I: Isa, const KEPT: bool>(
+    pub fn push_children_or_pop<I: Isa, const WITH_DISTANCE: bool>(
         &mut self,
         node: &WideNode,
-        enter: I::F8,
-        mask: <I::F8 as Vector>::Mask,
+        enter: I::F32x8,
+        mask: <I::F32x8 as Vector>::Mask,
     ) -> u32 {
-        debug_assert!(self.len > 0 && self.len + 8 <= STACK);
-        let lane = I::least_lane(enter, mask);
-        let mask = <I::F8 as Vector>::bits(mask);
+        debug_assert!(self.len > 0 && self.len + 8 <= STACK_SIZE);
+        let lane = I::argmin(enter, mask);
+        let mask = <I::F32x8 as Vector>::to_bitmask(mask);
         let rest = mask & !(1 << lane);
         // SAFETY: as in `push` and `next`.
         unsafe {
-            let child = I::compress(I::F8::load(node.child.as_ptr().cast()), rest);
-            child.store(self.child.as_mut_ptr().add(self.len).cast());
-            if KEPT {
+            let child = I::compress(I::F32x8::load(node.children.as_ptr().cast()), rest);
+            child.store(self.nodes.as_mut_ptr().add(self.len).cast());
+            if WITH_DISTANCE {
                 let enter = I::compress(enter, rest);
                 enter.store(self.enter.as_mut_ptr().add(self.len).cast());
             }
             // Where to read it, not what to take of two: that the compiler would make a branch.
-            let last = self.child.as_ptr().add(self.len - 1).cast();
-            let next = select_unpredictable(mask == 0, last, node.child.as_ptr().add(lane));
+            let last = self.nodes.as_ptr().add(self.len - 1).cast();
+            let next = select_unpredictable(mask == 0, last, node.children.as_ptr().add(lane));
             self.len = self.len + rest.count_ones() as usize - usize::from(mask == 0);
             *next
         }
@@ -114,13 +119,13 @@ impl Stack {
 
     /// Leaves out what the ray enters after `t_max`.
     #[inline(always)]
-    pub fn cut(&mut self, base: usize, t_max: f32) {
+    pub fn cull(&mut self, base: usize, t_max: f32) {
         let mut len = base;
         for i in base..self.len {
             // SAFETY: entries below `len` were written by `push`.
             unsafe {
                 let enter = self.enter.get_unchecked(i).assume_init();
-                *self.child.get_unchecked_mut(len) = *self.child.get_unchecked(i);
+                *self.nodes.get_unchecked_mut(len) = *self.nodes.get_unchecked(i);
                 self.enter.get_unchecked_mut(len).write(enter);
                 len += usize::from(enter <= t_max);
             }
@@ -136,7 +141,7 @@ impl Stack {
             // SAFETY: entries below the former `len` were written by `push`.
             let (child, enter) = unsafe {
                 (
-                    self.child.get_unchecked(self.len).assume_init(),
+                    self.nodes.get_unchecked(self.len).assume_init(),
                     self.enter.get_unchecked(self.len).assume_init(),
                 )
             };
@@ -151,7 +156,7 @@ impl Stack {
 /// References with the rays of a packet that enter them.
 pub struct MaskStack {
     len: usize,
-    entries: [MaybeUninit<(u32, u64)>; STACK],
+    entries: [MaybeUninit<(u32, u64)>; STACK_SIZE],
 }
 
 impl MaskStack {
@@ -159,14 +164,14 @@ impl MaskStack {
     pub fn new() -> Self {
         Self {
             len: 0,
-            entries: [const { MaybeUninit::uninit() }; STACK],
+            entries: [const { MaybeUninit::uninit() }; STACK_SIZE],
         }
     }
 
     #[inline(always)]
     pub fn push(&mut self, child: u32, mask: u64) {
-        debug_assert!(self.len < STACK);
-        // SAFETY: `STACK` bounds the length, by the depth of every tree (see there).
+        debug_assert!(self.len < STACK_SIZE);
+        // SAFETY: `STACK_SIZE` bounds the length, by the depth of every tree (see there).
         unsafe { self.entries.get_unchecked_mut(self.len) }.write((child, mask));
         self.len += 1;
     }
@@ -180,20 +185,20 @@ impl MaskStack {
 }
 
 /// A [`Stack`] of a packet, with the rays that enter each child.
-pub struct EnteredStack {
+pub struct PacketStack {
     stack: Stack,
-    rays: [MaybeUninit<u64>; STACK],
+    rays: [MaybeUninit<u64>; STACK_SIZE],
 }
 
 /// The number of each lane, in the bits of floats.
-static LANES: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+static LANE_IDS: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 
-impl EnteredStack {
+impl PacketStack {
     #[inline(always)]
     pub fn new() -> Self {
         Self {
             stack: Stack::new(),
-            rays: [const { MaybeUninit::uninit() }; STACK],
+            rays: [const { MaybeUninit::uninit() }; STACK_SIZE],
         }
     }
 
@@ -202,7 +207,7 @@ impl EnteredStack {
     pub fn push<I: Isa>(
         &mut self,
         node: &WideNode,
-        enter: I::F8,
+        enter: I::F32x8,
         mask: u32,
         entered: &[u64; 8],
     ) -> (u32, u64) {
@@ -211,11 +216,12 @@ impl EnteredStack {
         let mut lanes = [0u32; 8];
         // SAFETY: both arrays hold eight words, which as floats are only moved.
         unsafe {
-            I::reorder(I::F8::load(LANES.as_ptr().cast()), order).store(lanes.as_mut_ptr().cast())
+            I::permute8(I::F32x8::load(LANE_IDS.as_ptr().cast()), order)
+                .store(lanes.as_mut_ptr().cast())
         };
         // All eight, for how many it are is anybody's guess.
         for (i, lane) in lanes.iter().enumerate() {
-            // SAFETY: `STACK` leaves room for 8 more entries than `len`, as `push_ordered` says.
+            // SAFETY: `STACK_SIZE` leaves room for 8 more entries than `len`, as `push_ordered` says.
             unsafe { self.rays.get_unchecked_mut(len + i) }.write(entered[*lane as usize & 7]);
         }
         let nearest = lanes[(self.stack.len - len) & 7];

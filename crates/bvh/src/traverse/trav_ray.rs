@@ -3,12 +3,12 @@
 use std::hint::select_unpredictable;
 
 /// Half an ulp of 1: the relative error of one rounding.
-pub const EPS: f32 = 1.0 / (1 << 24) as f32;
+pub const MACHINE_EPSILON: f32 = 1.0 / (1 << 24) as f32;
 
 /// How far slabs are padded, so that rounding loses no hit and the order of traversal changes no answer.
 ///
-/// With u = [`EPS`], o the origin, r the reciprocal and s the shear of a ray: a slab is entered at `bound * n - (o * n +
-/// pad)`, fused, with n = r less [`RELATIVE`], and left at `bound * f - (o * f - pad)` with f = r and as much more.
+/// With u = [`MACHINE_EPSILON`], o the origin, r the reciprocal and s the shear of a ray: a slab is entered at `bound * n - (o * n +
+/// pad)`, fused, with n = r less [`RELATIVE_PAD`], and left at `bound * f - (o * f - pad)` with f = r and as much more.
 /// Rounding is monotonic, so what lies in a box has its slabs within the box's. A hit's t is clamped to the slabs of its
 /// own triangle (across the main axis as a box's, along it not padded at all: a wall across the ray is hit at its own
 /// distance). So no box is culled by a nearer t wrongly.
@@ -17,35 +17,35 @@ pub const EPS: f32 = 1.0 / (1 << 24) as f32;
 /// triangle enclose the ray exactly. Each is x - s z, but for u |s z| of the product and a relative error of the
 /// difference: so the point that is met lies in the slab of z, and off those of x and y by at most 3 u T, where T is the
 /// greatest t of anything in the tree along the main axis. All else is relative to the t at hand, 7 u at most, but for
-/// 2 u |o r| from the rounding of `o * r`. [`RELATIVE`] and a pad of 4 u T + 3 u |o r| exceed it all.
+/// 2 u |o r| from the rounding of `o * r`. [`RELATIVE_PAD`] and a pad of 4 u T + 3 u |o r| exceed it all.
 ///
 /// These pads are small, and no part of the largest coordinate: a ray that starts a hair off a wall stays out of the
 /// wall's boxes.
-pub const END_PAD: f32 = 4.0 * EPS;
-pub const ORIGIN_PAD: f32 = 3.0 * EPS;
-pub const RELATIVE: f32 = 12.0 * EPS;
+pub const SLAB_PAD: f32 = 4.0 * MACHINE_EPSILON;
+pub const ORIGIN_PAD: f32 = 3.0 * MACHINE_EPSILON;
+pub const RELATIVE_PAD: f32 = 12.0 * MACHINE_EPSILON;
 
-/// The pad, in T, of a slab along which the ray hardly moves: its r is not one over its direction, see [`STEEPEST`].
-const FLAT_PAD: f32 = 2.0;
+/// The pad, in T, of a slab along which the ray hardly moves: its r is not one over its direction, see [`MAX_RECIPROCAL`].
+const PARALLEL_PAD: f32 = 2.0;
 
-/// Largest coordinate of a ray's origin, next to meshes that reach at most [`REACH_LIMIT`]: products of two stay finite.
-pub const ORIGIN_LIMIT: f32 = (1u64 << 50) as f32;
+/// Largest coordinate of a ray's origin, next to meshes that reach at most [`MAX_COORD`]: products of two stay finite.
+pub const MAX_ORIGIN: f32 = (1u64 << 50) as f32;
 /// Meshes and scenes are scaled by a power of two where they reach farther than this.
-pub const REACH_LIMIT: f32 = (1 << 30) as f32;
+pub const MAX_COORD: f32 = (1 << 30) as f32;
 /// The largest reciprocal of a direction: what is flatter runs as if it were this steep, off by 2^-40 of the scene.
-pub const STEEPEST: f32 = (1u128 << 70) as f32;
+pub const MAX_RECIPROCAL: f32 = (1u128 << 70) as f32;
 
 /// The box of everything in a tree.
 #[derive(Clone, Copy, Debug)]
-pub struct Extent {
+pub struct Aabb {
     pub lower: [f32; 3],
     pub upper: [f32; 3],
 }
 
-impl Extent {
+impl Aabb {
     /// The largest coordinate.
     #[inline(always)]
-    pub fn reach(&self) -> f32 {
+    pub fn max_abs_coord(&self) -> f32 {
         (0..3).fold(0.0, |r, axis| {
             self.lower[axis].abs().max(self.upper[axis].abs()).max(r)
         })
@@ -53,7 +53,7 @@ impl Extent {
 
     /// How far away along an axis anything is from points between two coordinates.
     #[inline(always)]
-    pub fn farthest(&self, axis: usize, [least, greatest]: [f32; 2]) -> f32 {
+    pub fn max_distance_along(&self, axis: usize, [least, greatest]: [f32; 2]) -> f32 {
         (self.upper[axis] - least).max(greatest - self.lower[axis])
     }
 }
@@ -61,7 +61,7 @@ impl Extent {
 /// Where a ray passes the planes that bound slabs on one side.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
-pub struct Side {
+pub struct SlabPlanes {
     pub reciprocal: [f32; LANES],
     pub offset: [f32; LANES],
 }
@@ -70,17 +70,17 @@ pub struct Side {
 const LANES: usize = 4;
 
 /// The length of a row of [`crate::node::Node::bounds`].
-pub const ROW: u32 = 8;
+pub const BOUNDS_ROW: u32 = 8;
 
-impl Side {
-    const NONE: Side = Side {
+impl SlabPlanes {
+    const EMPTY: SlabPlanes = SlabPlanes {
         reciprocal: [0.0; LANES],
         offset: [0.0; LANES],
     };
 
     /// The t at which the ray passes a plane across an axis.
     #[inline(always)]
-    pub fn passes(&self, axis: usize, plane: f32) -> f32 {
+    pub fn t_at(&self, axis: usize, plane: f32) -> f32 {
         plane.mul_add(self.reciprocal[axis], -self.offset[axis])
     }
 }
@@ -88,60 +88,60 @@ impl Side {
 /// A ray in the coordinates of a tree, with what its tests need.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
-pub struct LocalRay {
+pub struct TravRay {
     pub origin: [f32; LANES],
     /// One over the direction, finite.
     pub reciprocal: [f32; LANES],
     /// A slab is entered at `bound * reciprocal - offset`, padded...
-    pub near: Side,
-    /// ... and left at this: see [`END_PAD`].
-    pub far: Side,
+    pub near: SlabPlanes,
+    /// ... and left at this: see [`SLAB_PAD`].
+    pub far: SlabPlanes,
     /// Shear that takes the ray to its main axis: x, y, and the scale of z.
     pub shear: [f32; LANES],
     /// The axis along which the ray runs most comes last, after the two that follow it.
     pub axes: [u32; LANES],
-    /// Per axis, where in [`crate::node::Node::bounds`] the row begins where boxes are entered: [`ROW`] times its number. At
-    /// that `^ ROW` they are left.
-    pub entry: [u32; LANES],
+    /// Per axis, where in [`crate::node::Node::bounds`] the row begins where boxes are entered: [`BOUNDS_ROW`] times its number. At
+    /// that `^ BOUNDS_ROW` they are left.
+    pub near_rows: [u32; LANES],
     /// t along this ray is `t_scale` times that of the ray it was made of: a power of two.
     pub t_scale: f64,
 }
 
-impl LocalRay {
+impl TravRay {
     /// No ray yet.
-    pub const NONE: LocalRay = LocalRay {
+    pub const EMPTY: TravRay = TravRay {
         origin: [0.0; LANES],
         reciprocal: [0.0; LANES],
-        near: Side::NONE,
-        far: Side::NONE,
+        near: SlabPlanes::EMPTY,
+        far: SlabPlanes::EMPTY,
         shear: [0.0; LANES],
         axes: [0, 1, 2, 0],
-        entry: [0; LANES],
+        near_rows: [0; LANES],
         t_scale: 1.0,
     };
 
-    /// What [`LocalRay::aim`] makes it, or `None`.
+    /// What [`TravRay::setup`] makes it, or `None`.
     #[inline(always)]
     pub fn new(
         origin: [f32; 3],
         direction: [f32; 3],
-        extent: &Extent,
-        slack: f32,
-    ) -> Option<LocalRay> {
-        let mut ray = LocalRay::NONE;
-        ray.aim(origin, direction, extent, slack).then_some(ray)
+        bounds: &Aabb,
+        padding: f32,
+    ) -> Option<TravRay> {
+        let mut ray = TravRay::EMPTY;
+        ray.setup(origin, direction, bounds, padding).then_some(ray)
     }
 
-    /// Makes it a ray against a tree, whose boxes are padded by `slack` in addition, a length; false, and nothing else, for
+    /// Makes it a ray against a tree, whose boxes are padded by `padding` in addition, a length; false, and nothing else, for
     /// a ray that meets nothing by definition: not finite, without direction, or from beyond 2^50. (In its place: a ray that
     /// is copied right after it was made waits for its stores.)
     #[inline(always)]
-    pub fn aim(
+    pub fn setup(
         &mut self,
         origin: [f32; 3],
         direction: [f32; 3],
-        extent: &Extent,
-        slack: f32,
+        bounds: &Aabb,
+        padding: f32,
     ) -> bool {
         let lanes = |[x, y, z]: [f32; 3]| [x, y, z, z];
         let largest = |v: [f32; LANES]| {
@@ -153,13 +153,13 @@ impl LocalRay {
         let mut steepest = largest(direction);
         // Not finite where a component is not, which comparisons hide.
         let sum: [f32; LANES] = std::array::from_fn(|i| (origin[i] + direction[i]) * 0.0);
-        let sane = (sum[0] + sum[1] + sum[2] == 0.0) & (largest(origin) <= ORIGIN_LIMIT);
+        let sane = (sum[0] + sum[1] + sum[2] == 0.0) & (largest(origin) <= MAX_ORIGIN);
         let mut t_scale = 1.0;
-        if !(sane && (1.0 / REACH_LIMIT..=REACH_LIMIT).contains(&steepest)) {
+        if !(sane && (1.0 / MAX_COORD..=MAX_COORD).contains(&steepest)) {
             if !sane || steepest == 0.0 {
                 return false;
             }
-            (direction, t_scale) = rescaled(direction, steepest);
+            (direction, t_scale) = normalize_direction(direction, steepest);
             steepest = largest(direction);
         }
         let size = direction.map(f32::abs);
@@ -170,48 +170,48 @@ impl LocalRay {
         );
         let axes = [[1, 2, 0, 0], [2, 0, 1, 0], [0, 1, 2, 0]][z];
         let mut reciprocal = direction.map(|d| 1.0 / d);
-        let end = extent.farthest(z, [origin[z]; 2]) * reciprocal[z].abs();
-        let mut pad = [end * END_PAD; LANES];
-        if size[0].min(size[1]).min(size[2]) * STEEPEST < 1.0 {
-            (reciprocal, pad) = flat(direction, reciprocal, end, pad);
+        let end = bounds.max_distance_along(z, [origin[z]; 2]) * reciprocal[z].abs();
+        let mut pad = [end * SLAB_PAD; LANES];
+        if size[0].min(size[1]).min(size[2]) * MAX_RECIPROCAL < 1.0 {
+            (reciprocal, pad) = fix_parallel_axes(direction, reciprocal, end, pad);
         }
-        (self.near, self.far) = sides(origin, reciprocal, slack, pad);
+        (self.near, self.far) = slab_planes(origin, reciprocal, padding, pad);
         (self.origin, self.reciprocal) = (origin, reciprocal);
         let [x, y] = [axes[0] as usize, axes[1] as usize];
         let across = [direction[x], direction[y], 1.0, 1.0];
         self.shear = across.map(|d| d / direction[z]);
         self.axes = axes;
         let row = |i: usize| 2 * i as u32 + (reciprocal[i].to_bits() >> 31);
-        self.entry = std::array::from_fn(|i| row(i) * ROW);
+        self.near_rows = std::array::from_fn(|i| row(i) * BOUNDS_ROW);
         self.t_scale = t_scale;
         true
     }
 
-    /// Whether it runs along every axis, so that [`LocalRay::shift`] is of use.
+    /// Whether it runs along every axis, so that [`TravRay::translate`] is of use.
     #[inline(always)]
-    pub fn is_slanted(&self) -> bool {
+    pub fn has_no_parallel_axis(&self) -> bool {
         let [x, y, z, _] = self.reciprocal.map(f32::abs);
-        x < STEEPEST && y < STEEPEST && z < STEEPEST
+        x < MAX_RECIPROCAL && y < MAX_RECIPROCAL && z < MAX_RECIPROCAL
     }
 
-    /// [`LocalRay::aim`] with the same direction, which is slanted, and another origin for another tree.
+    /// [`TravRay::setup`] with the same direction, which is slanted, and another origin for another tree.
     #[inline(always)]
-    pub fn shift(&mut self, [x, y, z]: [f32; 3], extent: &Extent) -> bool {
+    pub fn translate(&mut self, [x, y, z]: [f32; 3], bounds: &Aabb) -> bool {
         let origin = [x, y, z, z];
         let largest = origin.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
-        if largest > ORIGIN_LIMIT {
+        if largest > MAX_ORIGIN {
             return false;
         }
         let main = self.axes[2] as usize;
-        let end = extent.farthest(main, [origin[main]; 2]) * self.reciprocal[main].abs();
-        (self.near, self.far) = sides(origin, self.reciprocal, 0.0, [end * END_PAD; LANES]);
+        let end = bounds.max_distance_along(main, [origin[main]; 2]) * self.reciprocal[main].abs();
+        (self.near, self.far) = slab_planes(origin, self.reciprocal, 0.0, [end * SLAB_PAD; LANES]);
         self.origin = origin;
         true
     }
 
     /// t of the ray this one was made of.
     #[inline(always)]
-    pub fn outer_t(&self, t: f32) -> f32 {
+    pub fn to_outer_t(&self, t: f32) -> f32 {
         if self.t_scale == 1.0 {
             t
         } else {
@@ -221,33 +221,36 @@ impl LocalRay {
 
     /// t along this ray.
     #[inline(always)]
-    pub fn inner_t(&self, t: f32) -> f32 {
-        times(t, self.t_scale)
+    pub fn to_local_t(&self, t: f32) -> f32 {
+        scale_t(t, self.t_scale)
     }
 }
 
 /// Where a ray enters and leaves slabs, padded.
 #[inline(always)]
-fn sides(
+fn slab_planes(
     origin: [f32; LANES],
     reciprocal: [f32; LANES],
-    slack: f32,
+    padding: f32,
     pad: [f32; LANES],
-) -> (Side, Side) {
+) -> (SlabPlanes, SlabPlanes) {
     let wide: [f32; LANES] = std::array::from_fn(|i| {
-        (origin[i] * reciprocal[i]).abs() * ORIGIN_PAD + slack * reciprocal[i].abs() + pad[i]
+        (origin[i] * reciprocal[i]).abs() * ORIGIN_PAD + padding * reciprocal[i].abs() + pad[i]
     });
     let side = |factor: f32, sign: f32| {
         let reciprocal = reciprocal.map(|r| r * factor);
         let offset = std::array::from_fn(|i| origin[i] * reciprocal[i] + sign * wide[i]);
-        Side { reciprocal, offset }
+        SlabPlanes { reciprocal, offset }
     };
-    (side(1.0 - RELATIVE, 1.0), side(1.0 + RELATIVE, -1.0))
+    (
+        side(1.0 - RELATIVE_PAD, 1.0),
+        side(1.0 + RELATIVE_PAD, -1.0),
+    )
 }
 
 /// t along a ray whose t is so many times as much.
 #[inline(always)]
-pub fn times(t: f32, scale: f64) -> f32 {
+pub fn scale_t(t: f32, scale: f64) -> f32 {
     if scale == 1.0 {
         t
     } else {
@@ -257,7 +260,7 @@ pub fn times(t: f32, scale: f64) -> f32 {
 
 /// The direction with its largest component in 1..2, and by what it was divided.
 #[cold]
-fn rescaled(direction: [f32; LANES], steepest: f32) -> ([f32; LANES], f64) {
+fn normalize_direction(direction: [f32; LANES], steepest: f32) -> ([f32; LANES], f64) {
     // The exponent of a float64 that came from a float32 is never subnormal.
     let power = f64::from_bits(f64::from(steepest).to_bits() & (0x7ff << 52));
     (direction.map(|d| (f64::from(d) / power) as f32), power)
@@ -265,16 +268,16 @@ fn rescaled(direction: [f32; LANES], steepest: f32) -> ([f32; LANES], f64) {
 
 /// The reciprocals and pads of a ray that hardly moves along some axis.
 #[cold]
-fn flat(
+fn fix_parallel_axes(
     direction: [f32; LANES],
     mut reciprocal: [f32; LANES],
     end: f32,
     mut pad: [f32; LANES],
 ) -> ([f32; LANES], [f32; LANES]) {
     for (axis, d) in direction.into_iter().enumerate() {
-        if d.abs() * STEEPEST < 1.0 {
-            reciprocal[axis] = STEEPEST.copysign(d);
-            pad[axis] = end * FLAT_PAD;
+        if d.abs() * MAX_RECIPROCAL < 1.0 {
+            reciprocal[axis] = MAX_RECIPROCAL.copysign(d);
+            pad[axis] = end * PARALLEL_PAD;
         }
     }
     (reciprocal, pad)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use raycam_bvh::{
     BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Instance,
-    InstructionSet, NOTHING, Quality, Ray, Scene,
+    InstructionSet, INVALID_ID, Quality, Ray, Scene,
 };
 
 /// xorshift64*
@@ -295,9 +295,9 @@ impl Closed {
             tally.rays += BATCH as u64;
             let answers = hits.iter().zip(&dark);
             tally.leaks += answers
-                .filter(|(hit, dark)| hit.triangle == NOTHING || !**dark)
+                .filter(|(hit, dark)| hit.triangle == INVALID_ID || !**dark)
                 .count() as u64;
-            tally.leaks += exact.iter().filter(|hit| hit.triangle == NOTHING).count() as u64;
+            tally.leaks += exact.iter().filter(|hit| hit.triangle == INVALID_ID).count() as u64;
         }
         tally
     }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use raycam_bvh::{
     BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Instance,
-    InstructionSet, NOTHING, Quality, Ray, Scene,
+    InstructionSet, INVALID_ID, Quality, Ray, Scene,
 };
 
 /// The tie band of float32 answers: 17 roundings.
@@ -371,7 +371,7 @@ pub fn trial(mesh: &Brute, scene: &Scene, n: usize, seed: u64) -> Tally {
         scene.closest_exact(&in_float64[..BATCH / 8], mesh, &mut exact);
         for (i, ray) in in_float64.iter().enumerate() {
             let (hit, mut faults) = (&hits[i], vec![]);
-            let answer = (hit.triangle != NOTHING).then(|| (hit.triangle, f64::from(hit.t)));
+            let answer = (hit.triangle != INVALID_ID).then(|| (hit.triangle, f64::from(hit.t)));
             mesh.met(ray, BAND, &mut met);
             faults.extend(Brute::fault(&met, answer).map(|fault| format!("closest: {fault}")));
             if dark[i] != answer.is_some() {
@@ -384,7 +384,7 @@ pub fn trial(mesh: &Brute, scene: &Scene, n: usize, seed: u64) -> Tally {
             let named = answer.and_then(|(k, _)| met.iter().find(|met| met.triangle == k));
             tally.ties += u64::from(named.is_some_and(|met| !alone(met)));
             if let Some(hit) = exact.get(i) {
-                let answer = (hit.triangle != NOTHING).then_some((hit.triangle, hit.t));
+                let answer = (hit.triangle != INVALID_ID).then_some((hit.triangle, hit.t));
                 mesh.met(ray, EXACT_BAND, &mut met);
                 faults.extend(Brute::fault(&met, answer).map(|fault| format!("exact: {fault}")));
             }

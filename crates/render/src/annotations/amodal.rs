@@ -1,22 +1,22 @@
 //! Silhouettes: what of the picture each object would cover if nothing stood before it (its amodal mask).
 
 use glam::{DMat3, DVec2, DVec3};
-use raycam_bvh::{ExactHit, ExactRay, ExactTriangles, NOTHING, Scene};
+use raycam_bvh::{ExactHit, ExactRay, ExactTriangles, INVALID_ID, Scene};
 use raycam_scene::Camera;
 use rayon::prelude::*;
 
-use crate::annotations::flow::View;
+use crate::annotations::flow::Viewpoint;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::output_plane::MAX_FRAME_BYTES;
-use crate::film::tile::{TILE, Tile};
+use crate::film::tile::{TILE_SIZE, Tile};
 use crate::ground_truth::center_rays::exact_ray;
 use crate::prepare::PreparedWorld;
 use crate::thread_pool::with_pool;
 
 /// What one object alone covers.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Silhouette {
+pub struct AmodalMask {
     /// Index of the object.
     pub object: usize,
     /// First column and row, which may be negative within the margin, width and height of the smallest box.
@@ -25,28 +25,28 @@ pub struct Silhouette {
     pub mask: Vec<bool>,
 }
 
-/// The silhouettes of those of `objects` that cover any pixel centre, in their order. `margin` columns to either side
+/// The silhouettes of those of `instances` that cover any pixel centre, in their order. `margin` columns to either side
 /// of the picture and rows above and below it count as well, so that an object cut off by the picture's edge is whole.
 /// Where the world moves on while the camera reads its lines, each line shows the world at its own time.
 ///
 /// # Errors
 /// [`RenderError::Settings`] for an object there is not, [`RenderError::TooLarge`] for a margin beyond memory,
 /// [`RenderError::Cancelled`], and those of [`with_pool`].
-pub fn silhouettes(
-    view: View,
+pub fn amodal_masks(
+    view: Viewpoint,
     objects: &[usize],
     margin: [u32; 2],
     threads: Option<usize>,
     control: &Control,
-) -> Result<Vec<Silhouette>, RenderError> {
+) -> Result<Vec<AmodalMask>, RenderError> {
     let world = view.world;
-    let count = world.objects.len();
+    let count = world.instances.len();
     if let Some(object) = objects.iter().find(|&&object| object >= count) {
         return Err(RenderError::Settings(format!(
             "object {object} of a world with {count} objects"
         )));
     }
-    let camera = &world.before(view.camera);
+    let camera = &world.camera_outside(view.camera);
     let canvas = [0, 1].map(|axis| u64::from(camera.size()[axis]) + 2 * u64::from(margin[axis]));
     let [Ok(width), Ok(height)] = canvas.map(i32::try_from) else {
         return Err(too_large(canvas));
@@ -56,25 +56,25 @@ pub fn silhouettes(
     }
     let moments = view.moments();
     let whole = [0, 0, width as u32, height as u32];
-    let lines = moments.as_ref().map(|m| m.lines(camera, whole));
+    let lines = moments.as_ref().map(|m| m.rows_of(camera, whole));
     let regions = lines.unwrap_or_else(|| vec![whole]);
     let tiles = |region: &[u32; 4]| Tile::of_region(*region);
     control.start(regions.iter().map(|region| tiles(region).len()).sum());
     let covered = with_pool(threads, || {
         let of_region = |region: &[u32; 4]| {
             let pixel = canvas_pixel(camera, margin, region[0].into(), region[1].into());
-            let then = moments.as_ref().map(|m| m.at_line(camera, pixel, control));
+            let then = moments.as_ref().map(|m| m.row_world(camera, pixel, control));
             let then = then.transpose()?;
             let world = then.as_deref().unwrap_or(world);
-            let alone: Vec<Alone> = objects
+            let alone: Vec<IsolatedObject> = objects
                 .par_iter()
-                .map(|&object| Alone::new(world, object))
+                .map(|&object| IsolatedObject::new(world, object))
                 .collect::<Result<_, _>>()?;
             tiles(region)
                 .into_par_iter()
                 .map(|tile| {
                     control.check()?;
-                    let covered = cover(&tile, camera, margin, &alone);
+                    let covered = rasterize_tile(&tile, camera, margin, &alone);
                     control.advance();
                     Ok((tile, covered))
                 })
@@ -85,13 +85,13 @@ pub fn silhouettes(
             .map(of_region)
             .collect::<Result<Vec<_>, _>>()
     })??;
-    let mut patches: Vec<Vec<(Tile, Rows)>> = vec![vec![]; objects.len()];
+    let mut patches: Vec<Vec<(Tile, TileBits)>> = vec![vec![]; objects.len()];
     for (tile, covered) in covered.into_iter().flatten() {
         for (i, rows) in covered {
             patches[i].push((tile, rows));
         }
     }
-    let silhouette = |(&object, patches): (&usize, Vec<_>)| join(object, &patches, margin);
+    let silhouette = |(&object, patches): (&usize, Vec<_>)| merge_tiles(object, &patches, margin);
     Ok(objects.iter().zip(patches).filter_map(silhouette).collect())
 }
 
@@ -110,10 +110,10 @@ fn too_large([width, height]: [u64; 2]) -> RenderError {
 }
 
 /// The pixels of a tile: bit x of row y.
-type Rows = [u32; TILE as usize];
+type TileBits = [u32; TILE_SIZE as usize];
 
 /// One object as if it were all there is.
-struct Alone<'a> {
+struct IsolatedObject<'a> {
     world: &'a PreparedWorld,
     object: u32,
     scene: Scene,
@@ -127,17 +127,17 @@ struct Alone<'a> {
     place: DVec3,
 }
 
-impl ExactTriangles for Alone<'_> {
+impl ExactTriangles for IsolatedObject<'_> {
     fn corners(&self, _instance: u32, triangle: u32) -> [[f64; 3]; 3] {
         let corners = self.world.corners(self.object, triangle);
         corners.map(|corner| corner.to_array())
     }
 }
 
-impl<'a> Alone<'a> {
+impl<'a> IsolatedObject<'a> {
     fn new(world: &'a PreparedWorld, object: usize) -> Result<Self, RenderError> {
-        let placed = &world.objects[object];
-        let instance = placed.instance(world.origin);
+        let placed = &world.instances[object];
+        let instance = placed.bvh_instance(world.origin);
         let scene = Scene::build(vec![instance], world.origin.to_array())
             .map_err(|error| RenderError::World(error.to_string()))?;
         let [lower, upper] = [placed.mesh.lower, placed.mesh.upper];
@@ -170,13 +170,13 @@ impl<'a> Alone<'a> {
     fn may_meet(&self, ray: &ExactRay) -> bool {
         let [origin, direction] = [ray.origin, ray.direction].map(DVec3::from);
         let way = self.center - origin;
-        let radius = self.radius + SLACK * (self.radius + way.length());
+        let radius = self.radius + BOX_PADDING * (self.radius + way.length());
         if way.cross(direction).length_squared() > radius * radius {
             return false;
         }
         let origin = self.mesh_from_world * (origin - self.place);
         let direction = self.mesh_from_world * direction;
-        let slack = SLACK * ((self.upper - self.lower).length() + origin.length());
+        let slack = BOX_PADDING * ((self.upper - self.lower).length() + origin.length());
         let to_lower = (self.lower - slack - origin) / direction;
         let to_upper = (self.upper + slack - origin) / direction;
         let (enter, leave) = (to_lower.min(to_upper), to_lower.max(to_upper));
@@ -186,9 +186,14 @@ impl<'a> Alone<'a> {
 }
 
 /// What of a tile each object covers, of those that cover any of it.
-fn cover(tile: &Tile, camera: &Camera, margin: [u32; 2], alone: &[Alone]) -> Vec<(usize, Rows)> {
+fn rasterize_tile(
+    tile: &Tile,
+    camera: &Camera,
+    margin: [u32; 2],
+    alone: &[IsolatedObject],
+) -> Vec<(usize, TileBits)> {
     let ray = |x: f64, y: f64| camera.ray(canvas_pixel(camera, margin, x, y));
-    let cone = Cone::around(tile, ray);
+    let cone = TileCone::around(tile, ray);
     let near: Vec<usize> = (0..alone.len())
         .filter(|&i| cone.may_meet(alone[i].center, alone[i].radius))
         .collect();
@@ -212,11 +217,11 @@ fn cover(tile: &Tile, camera: &Camera, margin: [u32; 2], alone: &[Alone]) -> Vec
             .unzip();
         let mut hits = vec![ExactHit::MISS; rays.len()];
         alone[i].scene.closest_exact(&rays, &alone[i], &mut hits);
-        let mut rows = [0; TILE as usize];
+        let mut rows = [0; TILE_SIZE as usize];
         for ([x, y], hit) in pixels.iter().zip(&hits) {
-            rows[(y - tile.y) as usize] |= u32::from(hit.instance != NOTHING) << (x - tile.x);
+            rows[(y - tile.y) as usize] |= u32::from(hit.instance != INVALID_ID) << (x - tile.x);
         }
-        if rows != [0; TILE as usize] {
+        if rows != [0; TILE_SIZE as usize] {
             covered.push((i, rows));
         }
     }
@@ -224,7 +229,7 @@ fn cover(tile: &Tile, camera: &Camera, margin: [u32; 2], alone: &[Alone]) -> Vec
 }
 
 /// All rays of a tile: directions within an angle of an axis, origins within a distance of a point.
-struct Cone {
+struct TileCone {
     origin: DVec3,
     axis: DVec3,
     angle: f64,
@@ -232,12 +237,12 @@ struct Cone {
 }
 
 /// By this share of its size and distance a box is made larger, for rounding.
-const SLACK: f64 = 1e-6;
+const BOX_PADDING: f64 = 1e-6;
 /// How much farther apart the rays inside of a tile may be than those at its edge: lenses bend.
-const BENT: f64 = 1.5;
+const LENS_MARGIN: f64 = 1.5;
 
-impl Cone {
-    fn around(tile: &Tile, ray: impl Fn(f64, f64) -> (DVec3, DVec3)) -> Cone {
+impl TileCone {
+    fn around(tile: &Tile, ray: impl Fn(f64, f64) -> (DVec3, DVec3)) -> TileCone {
         let thirds = |start: u32, length: u32| {
             let (start, end) = (f64::from(start), f64::from(start + length - 1));
             [start, (start + end) / 2.0, end]
@@ -266,11 +271,15 @@ impl Cone {
             .map(|ray| ray.0.distance(origin))
             .fold(0.0, widest);
         let known = axis != DVec3::ZERO && rays.iter().all(|(o, d)| o.is_finite() && d.is_finite());
-        Cone {
+        TileCone {
             origin,
             axis,
-            angle: if known { BENT * angle + 1e-6 } else { f64::NAN },
-            width: BENT * width,
+            angle: if known {
+                LENS_MARGIN * angle + 1e-6
+            } else {
+                f64::NAN
+            },
+            width: LENS_MARGIN * width,
         }
     }
 
@@ -287,7 +296,11 @@ impl Cone {
 }
 
 /// An object's patches in one mask.
-fn join(object: usize, patches: &[(Tile, Rows)], margin: [u32; 2]) -> Option<Silhouette> {
+fn merge_tiles(
+    object: usize,
+    patches: &[(Tile, TileBits)],
+    margin: [u32; 2],
+) -> Option<AmodalMask> {
     let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
     for (tile, rows) in patches {
         let all = rows.iter().fold(0, |all, row| all | row);
@@ -315,7 +328,7 @@ fn join(object: usize, patches: &[(Tile, Rows)], margin: [u32; 2]) -> Option<Sil
     }
     // The canvas fits int32.
     let [x, y] = [0, 1].map(|axis| low[axis] as i32 - margin[axis] as i32);
-    Some(Silhouette {
+    Some(AmodalMask {
         object,
         region: [x, y, width as i32, height as i32],
         mask,

@@ -3,25 +3,25 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use raycam_bvh::{ExactHit, ExactRay, NOTHING};
+use raycam_bvh::{ExactHit, ExactRay, INVALID_ID};
 use raycam_scene::camera::Center;
 use raycam_scene::{Camera, World};
 use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::film::tile::{TILE, Tile};
+use crate::film::tile::{TILE_SIZE, Tile};
 use crate::ground_truth::center_rays::exact_ray;
-use crate::motion::shutter::Moments;
+use crate::motion::shutter::ShutterSlices;
 use crate::prepare::PreparedWorld;
 use crate::thread_pool::with_pool;
 
 /// What lies nearer to the second camera by this share of the distance hides a point.
-const IN_FRONT: f64 = 1e-6;
+const OCCLUSION_TOLERANCE: f64 = 1e-6;
 
 /// A world and a camera that sees it.
 #[derive(Clone, Copy)]
-pub struct View<'a> {
+pub struct Viewpoint<'a> {
     /// The world; of one that moves on while the shutter is open, as it stands in the middle of that.
     pub world: &'a PreparedWorld,
     /// The same as it is described, which says how it moves on; none for a world that stands.
@@ -30,10 +30,10 @@ pub struct View<'a> {
     pub camera: &'a Camera,
 }
 
-impl<'a> View<'a> {
+impl<'a> Viewpoint<'a> {
     /// The times at which its lines see the world, where these differ.
-    pub(crate) fn moments(&self) -> Option<Moments<'a>> {
-        Moments::new(self.moving?, self.world, self.camera).filter(Moments::is_rolling)
+    pub(crate) fn moments(&self) -> Option<ShutterSlices<'a>> {
+        ShutterSlices::new(self.moving?, self.world, self.camera).filter(ShutterSlices::is_rolling)
     }
 }
 
@@ -62,16 +62,16 @@ pub struct Flow {
 /// moves on while its camera reads line after line, and its objects and meshes that bend take too much memory;
 /// [`RenderError::Cancelled`], and those of [`with_pool`].
 pub fn flow(
-    first: View,
-    second: View,
+    first: Viewpoint,
+    second: Viewpoint,
     threads: Option<usize>,
     control: &Control,
 ) -> Result<Flow, RenderError> {
     check(first.world, second.world)?;
     let moments = first.moments();
-    let cameras = [&first, &second].map(|view| view.world.before(view.camera));
-    let [first, second] =
-        [(first, &cameras[0]), (second, &cameras[1])].map(|(view, camera)| View { camera, ..view });
+    let cameras = [&first, &second].map(|view| view.world.camera_outside(view.camera));
+    let [first, second] = [(first, &cameras[0]), (second, &cameras[1])]
+        .map(|(view, camera)| Viewpoint { camera, ..view });
     let size @ [width, height] = first.camera.size();
     let count = width as usize * height as usize;
     let mut found = Flow {
@@ -81,8 +81,8 @@ pub fn flow(
         occluded: vec![false; count],
         outside: vec![false; count],
     };
-    let shown = with_pool(threads, || Shown::new(second, control))??;
-    let band = width as usize * TILE as usize;
+    let shown = with_pool(threads, || SecondView::new(second, control))??;
+    let band = width as usize * TILE_SIZE as usize;
     control.start(count.div_ceil(band));
     with_pool(threads, || {
         let Flow {
@@ -104,27 +104,27 @@ pub fn flow(
             .enumerate()
             .try_for_each(|(number, out)| {
                 control.check()?;
-                let top = number as u32 * TILE;
-                let rows = TILE.min(height - top);
+                let top = number as u32 * TILE_SIZE;
+                let rows = TILE_SIZE.min(height - top);
                 let (flow, scene_flow, depth, occluded, outside) = out;
                 let band = [0, top, width, rows];
-                let lines = moments.as_ref().map(|m| m.lines(first.camera, band));
+                let lines = moments.as_ref().map(|m| m.rows_of(first.camera, band));
                 for [x, y, width, height] in lines.unwrap_or_else(|| vec![band]) {
                     let center = first.camera.pixel_center_of(x, y);
                     let then = moments
                         .as_ref()
-                        .map(|m| m.at_line(first.camera, center, control))
+                        .map(|m| m.row_world(first.camera, center, control))
                         .transpose()?;
                     let world = then.as_deref().unwrap_or(first.world);
-                    let seen = View { world, ..first };
+                    let seen = Viewpoint { world, ..first };
                     for tile in Tile::of_region([x, y, width, height]) {
                         for (pixel, moved) in follow(seen, &shown, &tile) {
                             let i = ((pixel[1] - top) * size[0] + pixel[0]) as usize;
                             flow[i] = moved.flow;
                             scene_flow[i] = moved.scene_flow;
                             depth[i] = moved.depth;
-                            occluded[i] = moved.seen == Seen::Hidden;
-                            outside[i] = moved.seen == Seen::Outside;
+                            occluded[i] = moved.seen == Visibility::Occluded;
+                            outside[i] = moved.seen == Visibility::OutOfFrame;
                         }
                     }
                 }
@@ -137,13 +137,13 @@ pub fn flow(
 
 fn check(first: &PreparedWorld, second: &PreparedWorld) -> Result<(), RenderError> {
     let fail = |message| Err(RenderError::World(message));
-    let (a, b) = (first.objects.len(), second.objects.len());
+    let (a, b) = (first.instances.len(), second.instances.len());
     if a != b {
         return fail(format!(
             "the first world has {a} objects, the second {b}: flow follows the same objects from one to the other"
         ));
     }
-    for (i, (a, b)) in first.objects.iter().zip(&second.objects).enumerate() {
+    for (i, (a, b)) in first.instances.iter().zip(&second.instances).enumerate() {
         let [a, b] = [a, b].map(|object| object.mesh.mesh.triangles.len());
         if a != b {
             return fail(format!(
@@ -155,31 +155,31 @@ fn check(first: &PreparedWorld, second: &PreparedWorld) -> Result<(), RenderErro
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Seen {
-    Yes,
-    Hidden,
-    Outside,
+enum Visibility {
+    Visible,
+    Occluded,
+    OutOfFrame,
 }
 
 /// A surface point in the second view.
-struct Moved {
+struct FlowSample {
     flow: [f32; 2],
     scene_flow: [f32; 3],
     depth: f32,
-    seen: Seen,
+    seen: Visibility,
 }
 
 /// How the second view shows points.
-struct Shown<'a> {
-    view: View<'a>,
+struct SecondView<'a> {
+    view: Viewpoint<'a>,
     /// The world of each line, where they differ.
     lines: Vec<Arc<PreparedWorld>>,
 }
 
-impl<'a> Shown<'a> {
-    fn new(view: View<'a>, control: &Control) -> Result<Self, RenderError> {
+impl<'a> SecondView<'a> {
+    fn new(view: Viewpoint<'a>, control: &Control) -> Result<Self, RenderError> {
         let lines = match view.moments() {
-            Some(moments) => moments.of_all_lines(view.camera, control)?,
+            Some(moments) => moments.all_row_worlds(view.camera, control)?,
             None => vec![],
         };
         Ok(Self { view, lines })
@@ -201,12 +201,12 @@ impl<'a> Shown<'a> {
             a.lerp(b, line - before as f64)
         };
         let (pixel, sees) = camera.project_moving(at);
-        (at(camera.line_of(pixel)), pixel, sees)
+        (at(camera.line_fraction(pixel)), pixel, sees)
     }
 
     /// The world that a pixel shows.
     fn world(&self, pixel: DVec2) -> &PreparedWorld {
-        let line = self.view.camera.line_of(pixel) * self.lines.len() as f64;
+        let line = self.view.camera.line_fraction(pixel) * self.lines.len() as f64;
         let last = self.lines.len().saturating_sub(1);
         let then = self.lines.get((line as usize).min(last));
         then.map_or(self.view.world, |world| world)
@@ -220,7 +220,7 @@ fn place(world: &PreparedWorld, hit: &ExactHit) -> DVec3 {
 }
 
 /// The ray of the second camera to a point that it shows.
-struct Back<'a> {
+struct OcclusionRay<'a> {
     world: &'a PreparedWorld,
     ray: ExactRay,
     distance: f64,
@@ -230,7 +230,7 @@ struct Back<'a> {
 }
 
 /// The pixels of a tile that show something, followed.
-fn follow(first: View, second: &Shown, tile: &Tile) -> Vec<([u32; 2], Moved)> {
+fn follow(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32; 2], FlowSample)> {
     let mut pixels = vec![];
     tile.pixels(&mut pixels);
     let camera = first.camera;
@@ -245,7 +245,7 @@ fn follow(first: View, second: &Shown, tile: &Tile) -> Vec<([u32; 2], Moved)> {
     let edge = 0.5 - camera.pixel_center().offset();
     let (mut moved, mut back) = (vec![], vec![]);
     for ((&[x, y], ray), &hit) in pixels.iter().zip(&rays).zip(&hits) {
-        if hit.instance == NOTHING {
+        if hit.instance == INVALID_ID {
             continue;
         }
         let before = DVec3::from(ray.origin) + hit.t * DVec3::from(ray.direction);
@@ -264,7 +264,7 @@ fn follow(first: View, second: &Shown, tile: &Tile) -> Vec<([u32; 2], Moved)> {
                 true => direction,
                 false => way.normalize(),
             };
-            back.push(Back {
+            back.push(OcclusionRay {
                 world,
                 ray: exact_ray((origin, direction)),
                 distance: way.dot(direction),
@@ -275,11 +275,15 @@ fn follow(first: View, second: &Shown, tile: &Tile) -> Vec<([u32; 2], Moved)> {
         let flow = if sees { to - from } else { DVec2::NAN };
         moved.push((
             [x, y],
-            Moved {
+            FlowSample {
                 flow: flow.as_vec2().to_array(),
                 scene_flow: (after - before).as_vec3().to_array(),
                 depth: camera.depth_at(pixel, after) as f32,
-                seen: if inside { Seen::Yes } else { Seen::Outside },
+                seen: if inside {
+                    Visibility::Visible
+                } else {
+                    Visibility::OutOfFrame
+                },
             },
         ));
     }
@@ -290,8 +294,8 @@ fn follow(first: View, second: &Shown, tile: &Tile) -> Vec<([u32; 2], Moved)> {
         world.closest_exact(&rays, &mut hits);
         for (there, back) in hits.iter().zip(same) {
             let itself = (there.instance, there.triangle) == (back.hit.instance, back.hit.triangle);
-            if there.t < back.distance * (1.0 - IN_FRONT) && !itself {
-                moved[back.of].1.seen = Seen::Hidden;
+            if there.t < back.distance * (1.0 - OCCLUSION_TOLERANCE) && !itself {
+                moved[back.of].1.seen = Visibility::Occluded;
             }
         }
     }

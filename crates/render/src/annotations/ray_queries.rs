@@ -1,21 +1,21 @@
 //! Rays of the caller's own.
 
 use glam::DVec3;
-use raycam_bvh::{Coherence, Hit, NOTHING, Ray};
+use raycam_bvh::{Coherence, Hit, INVALID_ID, Ray};
 use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::ground_truth::channels::id;
-use crate::interaction::attributes::{facing, unit_normal};
+use crate::interaction::attributes::{face_forward, unit_normal};
 use crate::prepare::PreparedWorld;
 use crate::thread_pool::with_pool;
 
 /// Rays that a thread takes at a time.
-const CHUNK: usize = 4096;
+const RAYS_PER_TASK: usize = 4096;
 /// A ray that starts farther than this many radii from the scene's centre is moved up to the scene: float32 would place
 /// its start too coarsely.
-pub(crate) const FAR: f64 = 16.0;
+pub(crate) const MAX_ORIGIN_RADII: f64 = 16.0;
 
 impl PreparedWorld {
     /// A world ray as the kernel takes it, and by how many of its lengths its start was moved along it.
@@ -46,7 +46,7 @@ impl PreparedWorld {
 
     /// Whether rays that start there, scene-local, are moved along themselves.
     pub(crate) fn is_far(&self, start: DVec3) -> bool {
-        start.length_squared() > (FAR * self.radius).powi(2)
+        start.length_squared() > (MAX_ORIGIN_RADII * self.radius).powi(2)
     }
 }
 
@@ -93,7 +93,7 @@ pub fn cast_rays(
         normal: vec![[0.0; 3]; n],
         position: vec![[f64::NAN; 3]; n],
     };
-    control.start(n.div_ceil(CHUNK));
+    control.start(n.div_ceil(RAYS_PER_TASK));
     let RayHits {
         t,
         instance,
@@ -104,14 +104,17 @@ pub fn cast_rays(
     } = &mut found;
     with_pool(threads, || {
         let results = (
-            t.par_chunks_mut(CHUNK),
-            instance.par_chunks_mut(CHUNK),
-            triangle.par_chunks_mut(CHUNK),
-            barycentric.par_chunks_mut(CHUNK),
-            normal.par_chunks_mut(CHUNK),
-            position.par_chunks_mut(CHUNK),
+            t.par_chunks_mut(RAYS_PER_TASK),
+            instance.par_chunks_mut(RAYS_PER_TASK),
+            triangle.par_chunks_mut(RAYS_PER_TASK),
+            barycentric.par_chunks_mut(RAYS_PER_TASK),
+            normal.par_chunks_mut(RAYS_PER_TASK),
+            position.par_chunks_mut(RAYS_PER_TASK),
         );
-        let rays = (origins.par_chunks(CHUNK), directions.par_chunks(CHUNK));
+        let rays = (
+            origins.par_chunks(RAYS_PER_TASK),
+            directions.par_chunks(RAYS_PER_TASK),
+        );
         rays.into_par_iter()
             .zip(results.into_par_iter())
             .try_for_each(|((origins, directions), out)| {
@@ -128,9 +131,9 @@ pub fn cast_rays(
                 for (i, hit) in hits
                     .iter()
                     .enumerate()
-                    .filter(|(_, hit)| hit.instance != NOTHING)
+                    .filter(|(_, hit)| hit.instance != INVALID_ID)
                 {
-                    let exact = refine(world, hit, origins[i].into(), directions[i].into());
+                    let exact = refine_f64(world, hit, origins[i].into(), directions[i].into());
                     t[i] = exact.t;
                     instance[i] = id(hit.instance);
                     triangle[i] = id(hit.triangle);
@@ -166,13 +169,13 @@ pub fn occluded(
         )));
     }
     let mut dark = vec![false; origins.len()];
-    control.start(origins.len().div_ceil(CHUNK));
+    control.start(origins.len().div_ceil(RAYS_PER_TASK));
     with_pool(threads, || {
-        dark.par_chunks_mut(CHUNK)
+        dark.par_chunks_mut(RAYS_PER_TASK)
             .enumerate()
             .try_for_each(|(chunk, dark)| {
                 control.check()?;
-                let first = chunk * CHUNK;
+                let first = chunk * RAYS_PER_TASK;
                 let ray = |i: usize| {
                     let limit = if t_max.len() == 1 { t_max[0] } else { t_max[i] };
                     world
@@ -207,7 +210,7 @@ fn coherence(coherent: Option<bool>) -> Coherence {
 }
 
 /// A hit in float64.
-struct Refined {
+struct RefinedHit {
     t: f64,
     barycentric: [f64; 3],
     normal: DVec3,
@@ -216,10 +219,10 @@ struct Refined {
 
 /// Where a ray meets the plane of the triangle that float32 found. Near an edge float64 may see it just miss: the
 /// nearest point of the triangle is then taken, so that nothing lies outside it.
-fn refine(world: &PreparedWorld, hit: &Hit, origin: DVec3, direction: DVec3) -> Refined {
+fn refine_f64(world: &PreparedWorld, hit: &Hit, origin: DVec3, direction: DVec3) -> RefinedHit {
     let corners = world.corners(hit.instance, hit.triangle);
     let [a, b, c] = corners.map(|corner| corner - origin);
-    let normal = facing(unit_normal(corners), direction);
+    let normal = face_forward(unit_normal(corners), direction);
     let (e1, e2) = (b - a, c - a);
     let p = direction.cross(e2);
     let determinant = e1.dot(p);
@@ -237,7 +240,7 @@ fn refine(world: &PreparedWorld, hit: &Hit, origin: DVec3, direction: DVec3) -> 
     let (u, v) = (u / sum, v / sum);
     let point = a + e1 * u + e2 * v;
     let t = (point.dot(direction) / direction.length_squared()).max(0.0);
-    Refined {
+    RefinedHit {
         t,
         barycentric: [1.0 - u - v, u, v],
         normal,

@@ -3,16 +3,16 @@
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use raycam_bvh::past_cache;
+use raycam_bvh::with_streaming_stores;
 
 use crate::film::channel::Channel;
-use crate::film::frame::Plane;
-use crate::film::output_plane::Target;
-use crate::film::tile::{TILE, Tile};
-use crate::film::tile_writer::{Page, ROWS, Rest, Run, Strip};
+use crate::film::frame::ImagePlane;
+use crate::film::output_plane::OutputPlane;
+use crate::film::tile::{TILE_SIZE, Tile};
+use crate::film::tile_writer::{ChannelStrip, PixelRun, ROWS_PER_WRITE, RowWriter, StripCursor};
 
 /// Bytes of a picture from which on it is written past the cache: it would not stay there.
-const LARGE: usize = 4 << 20;
+const STREAMING_THRESHOLD: usize = 4 << 20;
 
 /// A block of a tile, and which of the tile's pixels it begins with; where that is none, it shows nothing but the
 /// background.
@@ -21,15 +21,15 @@ pub(crate) type Block = (Tile, Option<usize>);
 /// The planes of a region, cut into rows of tiles, each of which one thread writes at a time.
 pub(crate) struct Film<'a> {
     region: [u32; 4],
-    bands: Vec<Mutex<Vec<Strip<'a>>>>,
-    /// Whether it is [`LARGE`].
+    bands: Vec<Mutex<Vec<ChannelStrip<'a>>>>,
+    /// Whether it is [`STREAMING_THRESHOLD`].
     large: bool,
 }
 
 impl<'a> Film<'a> {
     /// `None` where a target does not fit the region.
-    pub fn new(region: [u32; 4], targets: impl Iterator<Item = Target<'a>>) -> Option<Self> {
-        let mut bands: Vec<Vec<_>> = (0..region[3].div_ceil(TILE)).map(|_| vec![]).collect();
+    pub fn new(region: [u32; 4], targets: impl Iterator<Item = OutputPlane<'a>>) -> Option<Self> {
+        let mut bands: Vec<Vec<_>> = (0..region[3].div_ceil(TILE_SIZE)).map(|_| vec![]).collect();
         let [width, height] = [region[2] as usize, region[3] as usize];
         let mut bytes = 0;
         for target in targets {
@@ -38,8 +38,11 @@ impl<'a> Film<'a> {
             }
             bytes += width * height * target.channel.bytes() as usize;
             let (channel, zero) = (target.channel, target.zero);
-            for (band, values) in bands.iter_mut().zip(target.strips(width * TILE as usize)) {
-                band.push(Strip {
+            for (band, values) in bands
+                .iter_mut()
+                .zip(target.strips(width * TILE_SIZE as usize))
+            {
+                band.push(ChannelStrip {
                     channel,
                     values,
                     zero,
@@ -49,7 +52,7 @@ impl<'a> Film<'a> {
         Some(Self {
             region,
             bands: bands.into_iter().map(Mutex::new).collect(),
-            large: bytes >= LARGE,
+            large: bytes >= STREAMING_THRESHOLD,
         })
     }
 
@@ -67,29 +70,34 @@ impl<'a> Film<'a> {
         &self,
         tile: &Tile,
         blocks: &[Block],
-        background: &[(Channel, Plane)],
-        mut write: impl FnMut(Channel, &mut Page),
+        background: &[(Channel, ImagePlane)],
+        mut write: impl FnMut(Channel, &mut RowWriter),
     ) {
         let (first, mut strips) = self.band(tile);
-        let mut rests: Vec<Rest> = strips
+        let mut rests: Vec<StripCursor> = strips
             .iter_mut()
             .enumerate()
-            .map(|(i, strip)| Rest::new(strip, background.get(i).map(|(_, plane)| plane)))
+            .map(|(i, strip)| StripCursor::new(strip, background.get(i).map(|(_, plane)| plane)))
             .collect();
         let mut runs = vec![];
-        past_cache(|past| {
+        with_streaming_stores(|past| {
             // Some rows in all channels before the next ones.
             for blocks in blocks.chunk_by(|(a, _), (b, _)| a.y == b.y) {
                 let height = blocks.first().map_or(0, |(block, _)| block.height);
                 let blank = blocks.iter().all(|(_, pixels)| pixels.is_none());
-                for row in (0..height).step_by(ROWS as usize) {
-                    self.runs(first, blocks, row..height.min(row + ROWS), &mut runs);
+                for row in (0..height).step_by(ROWS_PER_WRITE as usize) {
+                    self.runs(
+                        first,
+                        blocks,
+                        row..height.min(row + ROWS_PER_WRITE),
+                        &mut runs,
+                    );
                     for rest in &mut rests {
                         if blank && rest.is_idle() {
                             continue;
                         }
                         let channel = rest.channel;
-                        let mut page = Page {
+                        let mut page = RowWriter {
                             runs: &runs,
                             past: self.large.then_some(&mut *past),
                             rest,
@@ -105,17 +113,17 @@ impl<'a> Film<'a> {
     }
 
     /// Writes the background all over a tile, which may be wide: whole rows of a channel before the next one.
-    pub fn fill(&self, tile: &Tile, background: &[(Channel, Plane)]) {
+    pub fn fill(&self, tile: &Tile, background: &[(Channel, ImagePlane)]) {
         let (first, mut strips) = self.band(tile);
         let mut runs = vec![];
         self.runs(first, &[(*tile, None)], 0..tile.height, &mut runs);
-        past_cache(|past| {
+        with_streaming_stores(|past| {
             for (strip, (_, plane)) in strips.iter_mut().zip(background) {
-                let rest = &mut Rest::new(strip, Some(plane));
+                let rest = &mut StripCursor::new(strip, Some(plane));
                 if rest.is_idle() {
                     continue;
                 }
-                let mut page = Page {
+                let mut page = RowWriter {
                     runs: &runs,
                     past: self.large.then_some(&mut *past),
                     rest,
@@ -126,23 +134,23 @@ impl<'a> Film<'a> {
     }
 
     /// The strips that a tile lies in, and their first row.
-    fn band(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<Strip<'a>>>) {
-        let band = (tile.y - self.region[1]) / TILE;
+    fn band(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<ChannelStrip<'a>>>) {
+        let band = (tile.y - self.region[1]) / TILE_SIZE;
         // A thread that panicked left its own pixels unwritten; nobody else's suffer.
         let strips = self.bands[band as usize]
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        (self.region[1] + band * TILE, strips)
+        (self.region[1] + band * TILE_SIZE, strips)
     }
 
     /// The runs of rows of blocks beside each other, in a strip that begins with the row `first`.
-    fn runs(&self, first: u32, blocks: &[Block], rows: Range<u32>, runs: &mut Vec<Run>) {
+    fn runs(&self, first: u32, blocks: &[Block], rows: Range<u32>, runs: &mut Vec<PixelRun>) {
         runs.clear();
         for row in rows {
             for (i, (block, pixels)) in blocks.iter().enumerate() {
                 let length = block.width as usize;
                 let before = (block.y + row - first) as usize * self.region[2] as usize;
-                runs.push(Run {
+                runs.push(PixelRun {
                     to: before + (block.x - self.region[0]) as usize,
                     from: pixels.map(|pixels| pixels + row as usize * length),
                     length,
@@ -159,15 +167,15 @@ mod tests {
     use crate::film::output_plane;
 
     /// A picture of pixel numbers in which every third block is background, written tile by tile.
-    fn written(region: [u32; 4], channels: &[Channel]) -> Vec<(Channel, Plane)> {
+    fn written(region: [u32; 4], channels: &[Channel]) -> Vec<(Channel, ImagePlane)> {
         let mut planes = output_plane::planes(region, channels).unwrap();
-        let film = Film::new(region, planes.iter_mut().map(Target::of)).unwrap();
+        let film = Film::new(region, planes.iter_mut().map(OutputPlane::of)).unwrap();
         let mut background = output_plane::planes([0, 0, 1, 1], channels).unwrap();
         for (_, plane) in &mut background {
             match plane {
-                Plane::F32 { data, .. } => data.fill(-1.5),
-                Plane::F64 { data, .. } => data.fill(-1.5),
-                Plane::I32 { data, .. } => data.fill(-1),
+                ImagePlane::F32 { data, .. } => data.fill(-1.5),
+                ImagePlane::F64 { data, .. } => data.fill(-1.5),
+                ImagePlane::I32 { data, .. } => data.fill(-1),
             }
         }
         for tile in Tile::for_threads(region, 2) {
@@ -205,13 +213,13 @@ mod tests {
             ([0, 0, 700, 200], [0, 192, 700, 8]), // large
         ] {
             let mut planes = output_plane::planes(region, &channels).unwrap();
-            let film = Film::new(region, planes.iter_mut().map(Target::of)).unwrap();
+            let film = Film::new(region, planes.iter_mut().map(OutputPlane::of)).unwrap();
             let mut background = output_plane::planes([0, 0, 1, 1], &channels).unwrap();
             for (i, (_, plane)) in background.iter_mut().enumerate() {
                 match plane {
-                    Plane::F64 { data, .. } => data.copy_from_slice(&[1.0, f64::NAN, -0.5]),
-                    Plane::I32 { data, .. } => data.fill(-1 - i as i32),
-                    Plane::F32 { .. } => {}
+                    ImagePlane::F64 { data, .. } => data.copy_from_slice(&[1.0, f64::NAN, -0.5]),
+                    ImagePlane::I32 { data, .. } => data.fill(-1 - i as i32),
+                    ImagePlane::F32 { .. } => {}
                 }
             }
             let [x, y, width, height] = tile;
@@ -227,8 +235,10 @@ mod tests {
                 let (u, v) = (at % region[2] + region[0], at / region[2] + region[1]);
                 let inside = (x..x + width).contains(&u) && (y..y + height).contains(&v);
                 let at = at as usize;
-                let [Plane::F64 { data: place, .. }, Plane::I32 { data: id, .. }] =
-                    [&planes[0].1, &planes[1].1]
+                let [
+                    ImagePlane::F64 { data: place, .. },
+                    ImagePlane::I32 { data: id, .. },
+                ] = [&planes[0].1, &planes[1].1]
                 else {
                     unreachable!()
                 };
@@ -252,7 +262,7 @@ mod tests {
             [0, 8, 520, 400],
         ] {
             let [x, y, width, height] = region;
-            let large = u64::from(width * height) * 40 >= LARGE as u64;
+            let large = u64::from(width * height) * 40 >= STREAMING_THRESHOLD as u64;
             assert_eq!(large, width == 520);
             let planes = written(region, &channels);
             for (row, column) in (0..height).flat_map(|v| (0..width).map(move |u| (v, u))) {
@@ -274,11 +284,11 @@ mod tests {
                 };
                 for (channel, plane) in &planes {
                     match plane {
-                        Plane::F64 { data, .. } => assert_eq!(data[3 * at..][..3], real),
-                        Plane::F32 { data, .. } => {
+                        ImagePlane::F64 { data, .. } => assert_eq!(data[3 * at..][..3], real),
+                        ImagePlane::F32 { data, .. } => {
                             assert_eq!(data[3 * at..][..3], real.map(|k| k as f32));
                         }
-                        Plane::I32 { data, .. } => assert_eq!(data[at], whole, "{channel:?}"),
+                        ImagePlane::I32 { data, .. } => assert_eq!(data[at], whole, "{channel:?}"),
                     }
                 }
             }

@@ -1,11 +1,11 @@
 //! Where the planes of a picture are written, and how large they may be.
 
-use raycam_bvh::zeros;
+use raycam_bvh::zeroed_huge;
 use rayon::prelude::*;
 
 use crate::error::RenderError;
-use crate::film::channel::{Channel, Kind};
-use crate::film::frame::Plane;
+use crate::film::channel::{Channel, PixelType};
+use crate::film::frame::ImagePlane;
 
 /// The most memory that the planes of a frame may take.
 pub const MAX_FRAME_BYTES: u64 = 8 << 30;
@@ -40,7 +40,7 @@ pub(crate) fn check_room(
 pub(crate) fn planes(
     region: [u32; 4],
     channels: &[Channel],
-) -> Result<Vec<(Channel, Plane)>, RenderError> {
+) -> Result<Vec<(Channel, ImagePlane)>, RenderError> {
     let pixels = check_room(region, channels)?;
     Ok(channels
         .par_iter()
@@ -48,17 +48,17 @@ pub(crate) fn planes(
             let components = channel.components();
             let count = pixels * components;
             let plane = match channel.kind() {
-                Kind::F32 => Plane::F32 {
+                PixelType::F32 => ImagePlane::F32 {
                     components,
-                    data: zeros(count),
+                    data: zeroed_huge(count),
                 },
-                Kind::F64 => Plane::F64 {
+                PixelType::F64 => ImagePlane::F64 {
                     components,
-                    data: zeros(count),
+                    data: zeroed_huge(count),
                 },
-                Kind::I32 => Plane::I32 {
+                PixelType::I32 => ImagePlane::I32 {
                     components,
-                    data: zeros(count),
+                    data: zeroed_huge(count),
                 },
             };
             (channel, plane)
@@ -67,7 +67,7 @@ pub(crate) fn planes(
 }
 
 /// Where a plane of a picture is written: as many values as the region has pixels, times the channel's components.
-pub enum Values<'a> {
+pub enum PlaneData<'a> {
     /// float32.
     F32(&'a mut [f32]),
     /// float64.
@@ -77,24 +77,24 @@ pub enum Values<'a> {
 }
 
 /// A plane to be written.
-pub struct Target<'a> {
+pub struct OutputPlane<'a> {
     /// What of.
     pub channel: Channel,
     /// Where to.
-    pub values: Values<'a>,
+    pub values: PlaneData<'a>,
     /// Whether all of them are 0 already; else they may be anything.
     pub zero: bool,
 }
 
-impl<'a> Target<'a> {
+impl<'a> OutputPlane<'a> {
     /// One that is zero.
-    pub(crate) fn of((channel, plane): &'a mut (Channel, Plane)) -> Self {
+    pub(crate) fn of((channel, plane): &'a mut (Channel, ImagePlane)) -> Self {
         Self {
             channel: *channel,
             values: match plane {
-                Plane::F32 { data, .. } => Values::F32(data),
-                Plane::F64 { data, .. } => Values::F64(data),
-                Plane::I32 { data, .. } => Values::I32(data),
+                ImagePlane::F32 { data, .. } => PlaneData::F32(data),
+                ImagePlane::F64 { data, .. } => PlaneData::F64(data),
+                ImagePlane::I32 { data, .. } => PlaneData::I32(data),
             },
             zero: true,
         }
@@ -103,20 +103,20 @@ impl<'a> Target<'a> {
     /// Whether it is as large as it has to be, and of the kind of its channel.
     pub(crate) fn fits(&self, pixels: usize) -> bool {
         let (kind, length) = match &self.values {
-            Values::F32(to) => (Kind::F32, to.len()),
-            Values::F64(to) => (Kind::F64, to.len()),
-            Values::I32(to) => (Kind::I32, to.len()),
+            PlaneData::F32(to) => (PixelType::F32, to.len()),
+            PlaneData::F64(to) => (PixelType::F64, to.len()),
+            PlaneData::I32(to) => (PixelType::I32, to.len()),
         };
         kind == self.channel.kind() && length == pixels * self.channel.components()
     }
 
     /// Its rows of tiles, of so many pixels each.
-    pub(crate) fn strips(self, pixels: usize) -> Vec<Values<'a>> {
+    pub(crate) fn strips(self, pixels: usize) -> Vec<PlaneData<'a>> {
         let length = pixels * self.channel.components();
         match self.values {
-            Values::F32(to) => to.chunks_mut(length).map(Values::F32).collect(),
-            Values::F64(to) => to.chunks_mut(length).map(Values::F64).collect(),
-            Values::I32(to) => to.chunks_mut(length).map(Values::I32).collect(),
+            PlaneData::F32(to) => to.chunks_mut(length).map(PlaneData::F32).collect(),
+            PlaneData::F64(to) => to.chunks_mut(length).map(PlaneData::F64).collect(),
+            PlaneData::I32(to) => to.chunks_mut(length).map(PlaneData::I32).collect(),
         }
     }
 }

@@ -1,19 +1,19 @@
 //! Some rows of one channel of a tile, which are written at once.
 
-use raycam_bvh::{PastCache, Plain};
+use raycam_bvh::{Pod, StreamingWriter};
 
 use crate::film::channel::Channel;
-use crate::film::frame::Plane;
-use crate::film::output_plane::Values;
-use crate::film::tile::TILE;
+use crate::film::frame::ImagePlane;
+use crate::film::output_plane::PlaneData;
+use crate::film::tile::TILE_SIZE;
 
 /// Rows of a tile that are written together, and their pixels: what is known of these fits the nearest cache. Rows of a block
 /// are a multiple.
-pub(crate) const ROWS: u32 = 4;
-const PAGE: usize = (TILE * ROWS) as usize;
+pub(crate) const ROWS_PER_WRITE: u32 = 4;
+const PIXELS_PER_WRITE: usize = (TILE_SIZE * ROWS_PER_WRITE) as usize;
 
 /// Pixels in a row: where they lie in a strip, and which of the tile's they are, unless they are background.
-pub(crate) struct Run {
+pub(crate) struct PixelRun {
     pub to: usize,
     pub from: Option<usize>,
     pub length: usize,
@@ -22,27 +22,27 @@ pub(crate) struct Run {
 }
 
 /// What planes are of.
-pub(crate) trait Stored: Plain + 'static {
+pub(crate) trait PixelValue: Pod + 'static {
     /// The values of a plane of this kind; none of another.
-    fn of(plane: &Plane) -> &[Self];
+    fn of(plane: &ImagePlane) -> &[Self];
 
     /// What is to be written, if it is of this kind.
-    fn to<'r, 'a>(values: &'r mut Values<'a>) -> Option<&'r mut &'a mut [Self]>;
+    fn to<'r, 'a>(values: &'r mut PlaneData<'a>) -> Option<&'r mut &'a mut [Self]>;
 }
 
 macro_rules! stored {
     ($($kind:ty: $plane:ident),*) => {$(
-        impl Stored for $kind {
-            fn of(plane: &Plane) -> &[Self] {
+        impl PixelValue for $kind {
+            fn of(plane: &ImagePlane) -> &[Self] {
                 match plane {
-                    Plane::$plane { data, .. } => data,
+                    ImagePlane::$plane { data, .. } => data,
                     _ => &[],
                 }
             }
 
-            fn to<'r, 'a>(values: &'r mut Values<'a>) -> Option<&'r mut &'a mut [Self]> {
+            fn to<'r, 'a>(values: &'r mut PlaneData<'a>) -> Option<&'r mut &'a mut [Self]> {
                 match values {
-                    Values::$plane(to) => Some(to),
+                    PlaneData::$plane(to) => Some(to),
                     _ => None,
                 }
             }
@@ -52,32 +52,32 @@ macro_rules! stored {
 stored!(f32: F32, f64: F64, i32: I32);
 
 /// The rows of one channel that a row of tiles covers.
-pub(crate) struct Strip<'a> {
+pub(crate) struct ChannelStrip<'a> {
     pub channel: Channel,
-    pub values: Values<'a>,
+    pub values: PlaneData<'a>,
     /// Whether all of them were 0 at first.
     pub zero: bool,
 }
 
 /// What lies in a strip behind the pixels that are written.
-pub(crate) struct Rest<'a> {
+pub(crate) struct StripCursor<'a> {
     pub channel: Channel,
-    values: Values<'a>,
+    values: PlaneData<'a>,
     /// The number of its first pixel in the strip.
     at: usize,
     zero: bool,
     /// What is seen where nothing is.
-    background: Option<&'a Plane>,
+    background: Option<&'a ImagePlane>,
 }
 
-impl<'a> Rest<'a> {
-    pub fn new(strip: &'a mut Strip<'_>, background: Option<&'a Plane>) -> Self {
+impl<'a> StripCursor<'a> {
+    pub fn new(strip: &'a mut ChannelStrip<'_>, background: Option<&'a ImagePlane>) -> Self {
         Self {
             channel: strip.channel,
             values: match &mut strip.values {
-                Values::F32(to) => Values::F32(to),
-                Values::F64(to) => Values::F64(to),
-                Values::I32(to) => Values::I32(to),
+                PlaneData::F32(to) => PlaneData::F32(to),
+                PlaneData::F64(to) => PlaneData::F64(to),
+                PlaneData::I32(to) => PlaneData::I32(to),
             },
             at: 0,
             zero: strip.zero,
@@ -87,25 +87,25 @@ impl<'a> Rest<'a> {
 
     /// Memory that nobody writes to costs nothing.
     pub fn is_idle(&self) -> bool {
-        self.zero && self.background.is_some_and(Plane::is_zero)
+        self.zero && self.background.is_some_and(ImagePlane::is_zero)
     }
 }
 
 /// One channel of some pixels of a tile.
-pub(crate) struct Page<'p, 'a> {
-    pub rest: &'p mut Rest<'a>,
-    pub runs: &'p [Run],
-    pub past: Option<&'p mut PastCache<'a>>,
+pub(crate) struct RowWriter<'p, 'a> {
+    pub rest: &'p mut StripCursor<'a>,
+    pub runs: &'p [PixelRun],
+    pub past: Option<&'p mut StreamingWriter<'a>>,
 }
 
-impl Page<'_, '_> {
+impl RowWriter<'_, '_> {
     /// Puts the value of each pixel in its place, by its number in the tile. Values are of the kind that the channel is of;
     /// others are not put.
     #[inline]
-    pub fn put<T: Stored, const N: usize>(&mut self, mut value: impl FnMut(usize) -> [T; N]) {
+    pub fn put<T: PixelValue, const N: usize>(&mut self, mut value: impl FnMut(usize) -> [T; N]) {
         let blank = self.blank();
         // All of them before the first is copied: what was written a moment ago is slow to be read.
-        let mut pixels = [[T::default(); N]; PAGE];
+        let mut pixels = [[T::default(); N]; PIXELS_PER_WRITE];
         let mut room = pixels.as_mut_slice();
         for run in self.runs {
             let (here, after) = room.split_at_mut(run.length);
@@ -125,14 +125,14 @@ impl Page<'_, '_> {
     /// Puts the background.
     pub fn put_background(&mut self) {
         match self.rest.background {
-            Some(Plane::F32 { data, .. }) => self.repeat(data),
-            Some(Plane::F64 { data, .. }) => self.repeat(data),
-            Some(Plane::I32 { data, .. }) => self.repeat(data),
+            Some(ImagePlane::F32 { data, .. }) => self.repeat(data),
+            Some(ImagePlane::F64 { data, .. }) => self.repeat(data),
+            Some(ImagePlane::I32 { data, .. }) => self.repeat(data),
             None => {}
         }
     }
 
-    fn repeat<T: Stored>(&mut self, pixel: &[T]) {
+    fn repeat<T: PixelValue>(&mut self, pixel: &[T]) {
         let mut rows = self.runs.chunk_by(|_, run| !run.begins);
         let length = rows
             .next()
@@ -142,14 +142,14 @@ impl Page<'_, '_> {
     }
 
     /// What the background has.
-    fn blank<T: Stored, const N: usize>(&self) -> [T; N] {
+    fn blank<T: PixelValue, const N: usize>(&self) -> [T; N] {
         let background = self.rest.background.map(T::of);
         let pixel = background.and_then(|pixel| pixel.first_chunk());
         pixel.copied().unwrap_or([T::default(); N])
     }
 
     /// Puts the values of the runs' pixels, those of one row after those of another, or the same `always`.
-    fn copy<T: Stored>(&mut self, mut values: &[T], components: usize, always: bool) {
+    fn copy<T: PixelValue>(&mut self, mut values: &[T], components: usize, always: bool) {
         let Some(rest) = T::to(&mut self.rest.values) else {
             return;
         };

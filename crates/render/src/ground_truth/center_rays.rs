@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use raycam_bvh::{ExactHit, ExactRay, Hit, NOTHING};
+use raycam_bvh::{ExactHit, ExactRay, Hit, INVALID_ID};
 use raycam_scene::Camera;
 
 use crate::film::channel::Channel;
-use crate::ground_truth::channels::Found;
-use crate::interaction::attributes::{facing, unit, unit_normal};
+use crate::ground_truth::channels::TriangleCache;
+use crate::interaction::attributes::{face_forward, unit, unit_normal};
 use crate::prepare::PreparedWorld;
 use crate::settings::Settings;
 
@@ -38,7 +38,7 @@ impl Normals {
 
 /// A triangle, as it was seen last.
 #[derive(Clone, Copy)]
-struct Facet {
+struct CachedTriangle {
     /// Its normal on the side from which its corners run counter-clockwise, and on the side that was seen.
     unit: DVec3,
     seen: DVec3,
@@ -46,7 +46,7 @@ struct Facet {
     corners: Option<[DVec3; 3]>,
 }
 
-impl Facet {
+impl CachedTriangle {
     const NONE: Self = Self {
         unit: DVec3::ZERO,
         seen: DVec3::NAN,
@@ -76,7 +76,7 @@ impl Facet {
             v,
             ..
         } = *hit;
-        let geometric = facing(self.unit, ray.direction.into());
+        let geometric = face_forward(self.unit, ray.direction.into());
         if !smooth {
             return Normals {
                 geometric,
@@ -85,7 +85,7 @@ impl Facet {
         }
         if geometric != self.seen {
             self.seen = geometric;
-            self.corners = world.corner_normals(instance, triangle, geometric);
+            self.corners = world.facing_vertex_normals(instance, triangle, geometric);
         }
         let shading = self.corners.map_or(geometric, |[a, b, c]| {
             (a * (1.0 - u - v) + b * u + c * v).normalize_or(geometric)
@@ -96,11 +96,11 @@ impl Facet {
 
 /// Rays that are answered at a time: what is told of their triangles is told while these are in the cache. Much fewer would
 /// pay for the room that each search needs.
-const BATCH: usize = 512;
+const RAYS_PER_BATCH: usize = 512;
 
 /// The rays through the pixels' centres, and what they met.
 #[derive(Default)]
-pub(crate) struct Exact {
+pub(crate) struct CenterRays {
     pub rays: Vec<ExactRay>,
     /// What they met first.
     pub hits: Vec<ExactHit>,
@@ -109,7 +109,7 @@ pub(crate) struct Exact {
     normals: Vec<Normals>,
 }
 
-impl Exact {
+impl CenterRays {
     /// Traces the rays of pixels; with `passing` the ground truth is of what lies behind what one sees through.
     pub fn find(
         &mut self,
@@ -126,8 +126,11 @@ impl Exact {
         self.behind.clear();
         self.normals.clear();
         let smooth = Normals::asked(&settings.channels);
-        let mut facets = Found::new(Facet::NONE);
-        let batches = self.rays.chunks(BATCH).zip(self.hits.chunks_mut(BATCH));
+        let mut facets = TriangleCache::new(CachedTriangle::NONE);
+        let batches = self
+            .rays
+            .chunks(RAYS_PER_BATCH)
+            .zip(self.hits.chunks_mut(RAYS_PER_BATCH));
         for (rays, hits) in batches {
             world.closest_exact(rays, hits);
             let mut told = &*hits;
@@ -140,18 +143,18 @@ impl Exact {
             if let Some(smooth) = smooth {
                 let told = rays.iter().zip(told);
                 self.normals.extend(told.map(|(ray, hit)| {
-                    if hit.instance == NOTHING {
+                    if hit.instance == INVALID_ID {
                         return Normals::NONE;
                     }
-                    let facet = facets.of(hit, || Facet::new(world, hit));
+                    let facet = facets.of(hit, || CachedTriangle::new(world, hit));
                     facet.normals(world, ray, hit, smooth)
                 }));
             }
         }
-        self.count_from(camera.start());
+        self.count_from(camera.ray_start_depth());
     }
 
-    /// [`Exact::find`], where each pixel sees a world of its own: those of a line the same one.
+    /// [`CenterRays::find`], where each pixel sees a world of its own: those of a line the same one.
     pub fn find_each(
         &mut self,
         worlds: &[Arc<PreparedWorld>],
@@ -160,7 +163,7 @@ impl Exact {
         settings: &Settings,
         passing: bool,
     ) {
-        let mut of_line = Exact::default();
+        let mut of_line = CenterRays::default();
         self.rays.clear();
         self.hits.clear();
         self.behind.clear();
@@ -220,12 +223,12 @@ impl Exact {
 }
 
 /// A normal as it is stored; 0 stays 0 whatever its sign.
-pub(crate) fn stored(normal: DVec3) -> [f32; 3] {
+pub(crate) fn to_f32_normal(normal: DVec3) -> [f32; 3] {
     (normal + 0.0).as_vec3().to_array()
 }
 
 /// An exact hit as the float32 kernel would tell it.
-pub(crate) fn rounded(
+pub(crate) fn to_float_hit(
     &ExactHit {
         t,
         u,

@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use raycam_bvh::{ExactHit, NOTHING};
+use raycam_bvh::{ExactHit, INVALID_ID};
 
-use crate::ground_truth::center_rays::{Exact, Normals, rounded, stored};
+use crate::ground_truth::center_rays::{CenterRays, Normals, to_f32_normal, to_float_hit};
 use crate::prepare::PreparedWorld;
 use crate::prepare::texture::Footprint;
 
 /// The exact rays of pixels and what is told of them.
-pub(crate) struct Told<'a> {
-    exact: &'a Exact,
+pub(crate) struct ChannelReader<'a> {
+    exact: &'a CenterRays,
     hits: &'a [ExactHit],
     world: &'a PreparedWorld,
     /// Of worlds that move, that of each pixel; else empty.
@@ -22,19 +22,19 @@ pub(crate) struct Told<'a> {
 }
 
 /// What was found of triangles not long ago: neighbours mostly meet the same ones.
-pub(crate) struct Found<T> {
-    of: [(u32, u32); KEPT],
-    found: [T; KEPT],
+pub(crate) struct TriangleCache<T> {
+    of: [(u32, u32); CACHE_SIZE],
+    found: [T; CACHE_SIZE],
 }
 
 /// A power of two: about the triangles of a few rows.
-const KEPT: usize = 16;
+const CACHE_SIZE: usize = 16;
 
-impl<T: Copy> Found<T> {
+impl<T: Copy> TriangleCache<T> {
     pub fn new(nothing: T) -> Self {
         Self {
-            of: [(NOTHING, NOTHING); KEPT],
-            found: [nothing; KEPT],
+            of: [(INVALID_ID, INVALID_ID); CACHE_SIZE],
+            found: [nothing; CACHE_SIZE],
         }
     }
 
@@ -42,7 +42,7 @@ impl<T: Copy> Found<T> {
     #[inline]
     pub fn of(&mut self, hit: &ExactHit, find: impl FnOnce() -> T) -> &mut T {
         let of = (hit.instance, hit.triangle);
-        let at = (hit.instance.wrapping_mul(7) ^ hit.triangle) as usize % KEPT;
+        let at = (hit.instance.wrapping_mul(7) ^ hit.triangle) as usize % CACHE_SIZE;
         if self.of[at] != of {
             self.of[at] = of;
             self.found[at] = find();
@@ -51,9 +51,9 @@ impl<T: Copy> Found<T> {
     }
 }
 
-impl<'a> Told<'a> {
+impl<'a> ChannelReader<'a> {
     pub fn new(
-        exact: &'a Exact,
+        exact: &'a CenterRays,
         world: &'a PreparedWorld,
         seen: &'a [Arc<PreparedWorld>],
         still: DMat3,
@@ -72,7 +72,7 @@ impl<'a> Told<'a> {
     /// The hit, unless the ray met nothing.
     #[inline]
     fn met(&self, i: usize) -> Option<&ExactHit> {
-        Some(&self.hits[i]).filter(|hit| hit.instance != NOTHING)
+        Some(&self.hits[i]).filter(|hit| hit.instance != INVALID_ID)
     }
 
     #[inline]
@@ -89,7 +89,7 @@ impl<'a> Told<'a> {
         self.met(i).map_or([0.0; 3], |hit| {
             let color = self
                 .world(i)
-                .base_color(&rounded(hit), &Footprint::default());
+                .base_color(&to_float_hit(hit), &Footprint::default());
             color.to_array()
         })
     }
@@ -117,13 +117,13 @@ impl<'a> Told<'a> {
     /// A normal in the world.
     #[inline]
     pub fn normal(&self, i: usize, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
-        stored(normal(self.exact.normals(i)))
+        to_f32_normal(normal(self.exact.normals(i)))
     }
 
     /// A normal in the camera's axes.
     #[inline]
     pub fn in_camera(&self, i: usize, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
-        stored(*self.rotation(i) * normal(self.exact.normals(i)))
+        to_f32_normal(*self.rotation(i) * normal(self.exact.normals(i)))
     }
 
     /// Index of the object.
@@ -145,21 +145,21 @@ impl<'a> Told<'a> {
     }
 
     #[inline]
-    pub fn uv(&self, i: usize, corners: &mut Found<Option<[[f64; 2]; 3]>>) -> [f32; 2] {
+    pub fn uv(&self, i: usize, corners: &mut TriangleCache<Option<[[f64; 2]; 3]>>) -> [f32; 2] {
         let Some(hit) = self.met(i) else {
             return [f32::NAN; 2];
         };
         let find = || self.world(i).uv_corners(hit.instance, hit.triangle, 0);
         let corners = corners.of(hit, find).as_ref();
         corners.map_or([f32::NAN; 2], |corners| {
-            PreparedWorld::uv_within(corners, [hit.u, hit.v])
+            PreparedWorld::interpolate_uv(corners, [hit.u, hit.v])
         })
     }
 
     #[inline]
     pub fn category(&self, i: usize) -> i32 {
         self.met(i).map_or(-1, |hit| {
-            self.world(i).objects[hit.instance as usize].category
+            self.world(i).instances[hit.instance as usize].category
         })
     }
 

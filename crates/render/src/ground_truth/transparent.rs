@@ -1,24 +1,24 @@
 //! The ground truth's way through what one sees through.
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{ExactHit, ExactRay, Hit, NOTHING};
-use raycam_scene::{Material, Reflectance};
+use raycam_bvh::{ExactHit, ExactRay, Hit, INVALID_ID};
+use raycam_scene::{Material, MaterialModel};
 
-use crate::ground_truth::center_rays::{exact_ray, rounded};
+use crate::ground_truth::center_rays::{exact_ray, to_float_hit};
 use crate::prepare::PreparedWorld;
 
 /// A surface with less of it there is passed.
-const HALF: f32 = 0.5;
+const OPACITY_THRESHOLD: f32 = 0.5;
 /// A ray goes on this share of the distance behind what it has passed; nothing lies in between but float64 rounding.
-const BEHIND: f64 = 1e-12;
+const RESTART_OFFSET: f64 = 1e-12;
 /// Surfaces that a ray passes at most: after these it tells of the next one whatever it is.
-const MOST: usize = 1000;
+const MAX_SKIPS: usize = 1000;
 
 impl PreparedWorld {
     /// Whether there is anything that [`PreparedWorld::pass_through`] would pass.
     pub(crate) fn has_passable(&self) -> bool {
         let passable = |material: &Material| {
-            refracts(material)
+            is_refractive(material)
                 || !material.double_sided
                 || material.alpha != raycam_scene::material::Alpha::Opaque
         };
@@ -30,12 +30,12 @@ impl PreparedWorld {
     /// Replaces hits on what one sees through by the first hits behind that are not.
     pub(crate) fn pass_through(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
         let passed = |(ray, hit): (&ExactRay, &ExactHit)| {
-            hit.instance != NOTHING && self.passes(&rounded(hit), ray.direction.into())
+            hit.instance != INVALID_ID && self.passes(&to_float_hit(hit), ray.direction.into())
         };
         let mut pending: Vec<usize> = (0..hits.len())
             .filter(|&i| passed((&rays[i], &hits[i])))
             .collect();
-        for _ in 0..MOST {
+        for _ in 0..MAX_SKIPS {
             if pending.is_empty() {
                 return;
             }
@@ -77,7 +77,7 @@ impl PreparedWorld {
         let mut seen: Vec<u32> = hits.iter().map(|hit| hit.instance).collect();
         let passed: Vec<usize> = (0..hits.len())
             .filter(|&i| {
-                hits[i].instance != NOTHING && self.passes(&hits[i], directions[i].as_dvec3())
+                hits[i].instance != INVALID_ID && self.passes(&hits[i], directions[i].as_dvec3())
             })
             .collect();
         let rays: Vec<ExactRay> = passed
@@ -97,28 +97,28 @@ impl PreparedWorld {
     fn behind(&self, ray: &ExactRay, hit: &ExactHit) -> f64 {
         let reach =
             DVec3::from(ray.origin).abs().max_element() + hit.t + self.origin.abs().max_element();
-        hit.t + BEHIND * reach
+        hit.t + RESTART_OFFSET * reach
     }
 
     fn passes(&self, hit: &Hit, direction: DVec3) -> bool {
         let material = &self.material(hit).material;
-        refracts(material)
-            || self.opacity(hit) < HALF
+        is_refractive(material)
+            || self.opacity(hit) < OPACITY_THRESHOLD
             || !material.double_sided && self.shows_back(hit, direction)
     }
 
     fn shows_back(&self, hit: &Hit, direction: DVec3) -> bool {
         let [a, b, c] = self.corners(hit.instance, hit.triangle);
         let away = (b - a).cross(c - a).dot(direction) > 0.0;
-        away != self.objects[hit.instance as usize].mirrored
+        away != self.instances[hit.instance as usize].flips_orientation
     }
 }
 
 /// Whether light goes through the surface by its material.
-fn refracts(material: &Material) -> bool {
-    match &material.reflectance {
-        Reflectance::Glass(_) => true,
-        Reflectance::Principled(principled) => principled.transmission.value >= HALF,
-        Reflectance::Lecture { .. } | Reflectance::Unlit | Reflectance::Metal(_) => false,
+fn is_refractive(material: &Material) -> bool {
+    match &material.model {
+        MaterialModel::Glass(_) => true,
+        MaterialModel::Principled(principled) => principled.transmission.value >= OPACITY_THRESHOLD,
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => false,
     }
 }

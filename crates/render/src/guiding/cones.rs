@@ -10,58 +10,58 @@ use std::f32::consts::TAU;
 
 use glam::Vec3;
 
-use crate::guiding::caustic_casters::MIRRORS;
-pub(crate) use crate::guiding::sample_cones::Aim;
-use crate::lobes::shading_frame::cosine_density;
-use crate::soa::{Three, get};
+use crate::guiding::caustic_casters::MAX_CASTERS;
+pub(crate) use crate::guiding::sample_cones::SampleGuided;
+use crate::lobes::shading_frame::cosine_hemisphere_pdf;
+use crate::soa::{Vec3xN, get_lane};
 
 /// The most cones.
-const CONES: usize = 2 * MIRRORS;
+const MAX_CONES: usize = 2 * MAX_CASTERS;
 /// Cones of every lane. Each lane is computed as it would be alone.
 #[derive(Clone, Debug)]
-pub(crate) struct Aims<const N: usize> {
+pub(crate) struct GuidingCones<const N: usize> {
     /// How many cones there are.
     pub(crate) count: usize,
-    pub(crate) axis: [Three<f32, N>; CONES],
+    pub(crate) axis: [Vec3xN<f32, N>; MAX_CONES],
     /// 1 - cos of the angle.
-    pub(crate) height: [[f32; N]; CONES],
+    pub(crate) one_minus_cos: [[f32; N]; MAX_CONES],
     /// Of the rays.
-    pub(crate) share: [[f32; N]; CONES],
+    pub(crate) weight: [[f32; N]; MAX_CONES],
     /// What share is not aimed.
-    pub(crate) rest: [f32; N],
+    pub(crate) cosine_weight: [f32; N],
 }
 
-impl<const N: usize> Default for Aims<N> {
+impl<const N: usize> Default for GuidingCones<N> {
     fn default() -> Self {
         Self {
             count: 0,
-            axis: [[[0.0; N]; 3]; CONES],
-            height: [[1.0; N]; CONES],
-            share: [[0.0; N]; CONES],
-            rest: [1.0; N],
+            axis: [[[0.0; N]; 3]; MAX_CONES],
+            one_minus_cos: [[1.0; N]; MAX_CONES],
+            weight: [[0.0; N]; MAX_CONES],
+            cosine_weight: [1.0; N],
         }
     }
 }
 
-impl<const N: usize> Aims<N> {
+impl<const N: usize> GuidingCones<N> {
     /// Aims at nothing.
     pub fn clear(&mut self) {
         self.count = 0;
     }
 
     /// Whether any ray may be aimed.
-    pub fn any(&self) -> bool {
+    pub fn has_cones(&self) -> bool {
         self.count > 0
     }
 
     /// The density of a lane's direction, whose cosine to the normal is this.
     #[inline(always)]
-    pub fn density(&self, lane: usize, direction: Vec3, cosine: f32) -> f32 {
-        let mut density = cosine_density(cosine);
-        if self.any() {
-            density *= self.rest[lane];
+    pub fn pdf(&self, lane: usize, direction: Vec3, cosine: f32) -> f32 {
+        let mut density = cosine_hemisphere_pdf(cosine);
+        if self.has_cones() {
+            density *= self.cosine_weight[lane];
             for k in 0..self.count {
-                density += self.aimed(k, lane, direction);
+                density += self.cone_pdf(k, lane, direction);
             }
         }
         density
@@ -69,15 +69,15 @@ impl<const N: usize> Aims<N> {
 
     /// The same for all lanes.
     #[inline(always)]
-    pub fn densities(&self, directions: &Three<f32, N>, cosines: &[f32; N]) -> [f32; N] {
-        let mut densities = cosines.map(cosine_density);
-        if self.any() {
-            for (density, rest) in densities.iter_mut().zip(&self.rest) {
+    pub fn pdfs(&self, directions: &Vec3xN<f32, N>, cosines: &[f32; N]) -> [f32; N] {
+        let mut densities = cosines.map(cosine_hemisphere_pdf);
+        if self.has_cones() {
+            for (density, rest) in densities.iter_mut().zip(&self.cosine_weight) {
                 *density *= rest;
             }
             for k in 0..self.count {
                 for (lane, density) in densities.iter_mut().enumerate() {
-                    *density += self.aimed(k, lane, get(directions, lane).into());
+                    *density += self.cone_pdf(k, lane, get_lane(directions, lane).into());
                 }
             }
         }
@@ -85,11 +85,11 @@ impl<const N: usize> Aims<N> {
     }
 
     #[inline(always)]
-    fn aimed(&self, k: usize, lane: usize, direction: Vec3) -> f32 {
+    fn cone_pdf(&self, k: usize, lane: usize, direction: Vec3) -> f32 {
         // 1 - cos = |a - b|^2 / 2, without cancellation.
-        let off = direction - Vec3::from(get(&self.axis[k], lane));
-        let height = self.height[k][lane];
-        let density = self.share[k][lane] / (TAU * height);
+        let off = direction - Vec3::from(get_lane(&self.axis[k], lane));
+        let height = self.one_minus_cos[k][lane];
+        let density = self.weight[k][lane] / (TAU * height);
         if off.length_squared() <= 2.0 * height {
             density
         } else {
@@ -100,8 +100,8 @@ impl<const N: usize> Aims<N> {
 
 /// The share that rays of a cosine's density have in this density; none where nothing goes.
 #[inline(always)]
-pub(crate) fn share(cosine: f32, density: f32) -> f32 {
-    let share = cosine_density(cosine) / density;
+pub(crate) fn mixture_weight(cosine: f32, density: f32) -> f32 {
+    let share = cosine_hemisphere_pdf(cosine) / density;
     if density > 0.0 { share } else { 0.0 }
 }
 
@@ -110,19 +110,19 @@ mod tests {
     use std::f64::consts::TAU;
 
     use glam::{DAffine3, DVec3};
-    use raycam_bvh::{Hit, Loops, vectorized};
+    use raycam_bvh::{Hit, WithSimd, dispatch_simd};
     use raycam_scene::mesh::primitive;
     use raycam_scene::{Material, Object, World};
 
     use super::*;
     use crate::control::Control;
-    use crate::guiding::caustic_casters::Mirror;
-    use crate::guiding::caustic_map::Thrown;
+    use crate::guiding::caustic_casters::CausticCaster;
+    use crate::guiding::caustic_map::CausticMap;
     use crate::guiding::caustic_map::tests::from_ball;
-    use crate::interaction::Places;
+    use crate::interaction::SurfaceInteractions;
     use crate::prepare::PreparedWorld;
     use crate::sampling::chi_squared::{limit, statistic};
-    use crate::soa::{LANES, set_corners};
+    use crate::soa::{LANES, set_triangle};
 
     fn floor() -> PreparedWorld {
         let mut world = World::default();
@@ -134,11 +134,11 @@ mod tests {
     }
 
     /// Rays that come down on places of the floor, the first of which is `first`.
-    fn places<const N: usize>(world: &PreparedWorld, first: usize) -> Places<N> {
-        let mut places = Places::<N>::default();
-        let corners = places.begin();
+    fn places<const N: usize>(world: &PreparedWorld, first: usize) -> SurfaceInteractions<N> {
+        let mut places = SurfaceInteractions::<N>::default();
+        let corners = places.clear();
         for lane in 0..N {
-            set_corners(corners, lane, world.corners(0, 0));
+            set_triangle(corners, lane, world.corners(0, 0));
         }
         for lane in 0..N {
             let hit = Hit {
@@ -148,22 +148,22 @@ mod tests {
                 instance: 0,
                 triangle: 0,
             };
-            places.put(lane, world, -Vec3::Z, &hit, 0.0);
+            places.set_lane(lane, world, -Vec3::Z, &hit, 0.0);
         }
         places.run();
         places
     }
 
     /// One before the floor, one that it cuts, one that holds all places, one too far away to matter.
-    fn some() -> Vec<Mirror> {
+    fn some() -> Vec<CausticCaster> {
         [
             (DVec3::new(1.5, 0.0, 1.0), 0.4),
             (DVec3::new(-1.0, 2.0, 0.1), 0.6),
             (DVec3::new(0.0, 0.0, 2.0), 5.0),
             (DVec3::new(0.0, 0.0, 9e3), 1.0),
         ]
-        .map(|(center, radius)| Mirror {
-            object: 0,
+        .map(|(center, radius)| CausticCaster {
+            instance: 0,
             center,
             radius,
         })
@@ -171,29 +171,29 @@ mod tests {
     }
 
     /// What two of them throw.
-    fn thrown() -> Vec<Thrown> {
+    fn thrown() -> Vec<CausticMap> {
         let balls = [(DVec3::new(0.3, 0.2, -0.5), 0.2), (DVec3::ZERO, 0.4)];
         let throws = |(i, mirror)| match balls.get(i) {
             Some(&(center, radius)) => from_ball(mirror, center, radius),
-            None => Thrown::new(mirror, [].into_iter()),
+            None => CausticMap::new(mirror, [].into_iter()),
         };
         some().iter().enumerate().map(throws).collect()
     }
 
     fn aimed<const N: usize>(
-        places: &Places<N>,
-        thrown: &[Thrown],
+        places: &SurfaceInteractions<N>,
+        thrown: &[CausticMap],
         active: [bool; N],
         random: [[f32; N]; 2],
-    ) -> (Aims<N>, Three<f32, N>) {
-        let (mut aims, mut out) = (Aims::default(), [[0.0; N]; 3]);
-        vectorized(Aim {
-            mirrors: &some(),
-            thrown,
+    ) -> (GuidingCones<N>, Vec3xN<f32, N>) {
+        let (mut aims, mut out) = (GuidingCones::default(), [[0.0; N]; 3]);
+        dispatch_simd(SampleGuided {
+            casters: &some(),
+            maps: thrown,
             places,
             active: &active,
             random: &random,
-            aims: &mut aims,
+            cones: &mut aims,
             out: &mut out,
         });
         (aims, out)
@@ -214,9 +214,9 @@ mod tests {
         const FINE: usize = 12;
         const SAMPLES: usize = 1 << 16;
         let world = floor();
-        let mut places = Places::<LANES>::default();
-        let corners = places.begin();
-        (0..LANES).for_each(|lane| set_corners(corners, lane, world.corners(0, 0)));
+        let mut places = SurfaceInteractions::<LANES>::default();
+        let corners = places.clear();
+        (0..LANES).for_each(|lane| set_triangle(corners, lane, world.corners(0, 0)));
         let hit = Hit {
             t: 1.0,
             u: 0.2,
@@ -224,7 +224,7 @@ mod tests {
             instance: 0,
             triangle: 0,
         };
-        (0..LANES).for_each(|lane| places.put(lane, &world, -Vec3::Z, &hit, 0.0));
+        (0..LANES).for_each(|lane| places.set_lane(lane, &world, -Vec3::Z, &hit, 0.0));
         places.run();
         let cell = |d: DVec3| {
             let turn = (d.y.atan2(d.x) / TAU).rem_euclid(1.0);
@@ -238,7 +238,7 @@ mod tests {
                     |which| std::array::from_fn(|lane| random(2 * (at * LANES + lane) + which));
                 let (_, out) = aimed(&places, &thrown, [true; LANES], [number(0), number(1)]);
                 for lane in 0..LANES {
-                    let direction = Vec3::from(get(&out, lane));
+                    let direction = Vec3::from(get_lane(&out, lane));
                     assert!((direction.length() - 1.0).abs() < 1e-5);
                     seen[cell(direction.as_dvec3())] += 1.0;
                 }
@@ -252,7 +252,7 @@ mod tests {
                         ((column as f64 + 0.5) / (AROUND * FINE) as f64 * TAU).sin_cos();
                     let radius = (1.0 - z * z).sqrt();
                     let direction = DVec3::new(radius * cos, radius * sin, z);
-                    let density = aims.density(5, direction.as_vec3(), z as f32);
+                    let density = aims.pdf(5, direction.as_vec3(), z as f32);
                     let solid = 2.0 * TAU / (HIGH * AROUND * FINE * FINE) as f64;
                     expected[row / FINE * AROUND + column / FINE] += f64::from(density) * solid;
                 }
@@ -267,7 +267,7 @@ mod tests {
                 "{chi2} of {freedom}"
             );
             // A fifth is aimed, and none at what holds all places; three tenths of that beside what is thrown.
-            let shares: Vec<_> = aims.share[..aims.count].iter().map(|s| s[5]).collect();
+            let shares: Vec<_> = aims.weight[..aims.count].iter().map(|s| s[5]).collect();
             let (whole, balls) = shares.split_at(4);
             let most = if thrown.is_empty() { 0.2 } else { 0.3 * 0.2 };
             assert!((whole.iter().sum::<f32>() - most).abs() < 1e-6, "{whole:?}");
@@ -275,7 +275,7 @@ mod tests {
             let thrown_at = balls.iter().sum::<f32>();
             assert_eq!(thrown_at > 0.0, !thrown.is_empty(), "{balls:?}");
             assert!(thrown_at <= 0.2 + 1e-6, "{balls:?}");
-            assert!((aims.rest[5] - (1.0 - most - thrown_at)).abs() < 1e-6);
+            assert!((aims.cosine_weight[5] - (1.0 - most - thrown_at)).abs() < 1e-6);
         }
     }
 
@@ -289,15 +289,15 @@ mod tests {
         let numbers: [[f32; LANES]; 2] = [number(0), number(1)];
         let (aims, out) = aimed(&whole, &thrown, active, numbers);
         let cosines = std::array::from_fn(|lane| out[2][lane]);
-        let densities = aims.densities(&out, &cosines);
+        let densities = aims.pdfs(&out, &cosines);
         for lane in 0..LANES {
             let own = numbers.map(|numbers| [numbers[lane]]);
             let (alone, direction) =
                 aimed(&places::<1>(&world, lane), &thrown, [active[lane]], own);
-            assert_eq!(get(&direction, 0), get(&out, lane));
-            let density = alone.density(0, get(&direction, 0).into(), cosines[lane]);
+            assert_eq!(get_lane(&direction, 0), get_lane(&out, lane));
+            let density = alone.pdf(0, get_lane(&direction, 0).into(), cosines[lane]);
             assert_eq!(density, densities[lane]);
-            assert_eq!(alone.rest[0] < 1.0, active[lane]);
+            assert_eq!(alone.cosine_weight[0] < 1.0, active[lane]);
         }
     }
 }

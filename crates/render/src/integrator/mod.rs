@@ -11,26 +11,26 @@ pub(crate) mod shadow_queue;
 pub(crate) mod unlit;
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Hit, NOTHING, Scene};
+use raycam_bvh::{Hit, INVALID_ID, Scene};
 
 use crate::control::Control;
 use crate::error::RenderError;
-pub(crate) use crate::integrator::photon_pass::guide;
-use crate::light::{Choice, Lights};
+pub(crate) use crate::integrator::photon_pass::build_caustic_maps;
+use crate::light::{LightSampling, Lights};
 use crate::prepare::PreparedWorld;
-use crate::prepare::texture::Cone;
+use crate::prepare::texture::RayCone;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
-pub(crate) use path::Room;
+pub(crate) use path::PathScratch;
 
 /// Rays of one tile and what they met, entry by entry.
-pub(crate) struct Batch<'a> {
+pub(crate) struct CameraRayBatch<'a> {
     /// What rays that go on are traced against.
     pub scene: &'a Scene,
     /// Scene-local.
     pub origins: &'a [DVec3],
     /// How wide the rays are.
-    pub cone: Cone,
+    pub ray_cone: RayCone,
     /// Unit length.
     pub directions: &'a [Vec3],
     pub hits: &'a [Hit],
@@ -39,37 +39,37 @@ pub(crate) struct Batch<'a> {
 
 /// What one picture's paths do.
 #[derive(Clone, Copy, Debug)]
-struct Rules<'a> {
+struct PathSettings<'a> {
     /// What lights them.
     pub lights: &'a Lights,
     /// The most segments of a path, the camera's ray included.
     pub max_depth: u32,
     /// Whether mirrors and smooth glass cost no segment.
-    pub free_mirrors: bool,
+    pub free_specular_bounces: bool,
     /// How many lights are sampled at a point.
     pub light_samples: usize,
     /// How they are chosen.
-    pub choice: Choice,
+    pub light_sampling: LightSampling,
     /// Whether surfaces that the camera sees sample more than one where there are several.
-    pub splits: bool,
+    pub split_lights: bool,
     /// Takes the even skies for an ambient term, dimmed by what is nearer than a distance where there is one.
-    pub ambient: Option<Option<f32>>,
+    pub ambient_term: Option<Option<f32>>,
     /// Leaves the sky out where the camera sees it.
-    pub transparent: bool,
+    pub hide_environment: bool,
 }
 
 /// The radiance that arrives along every ray of the batch, and whether what the camera sees there is the sky.
 pub(crate) fn radiance(
     world: &PreparedWorld,
     settings: &Settings,
-    batch: &Batch,
+    batch: &CameraRayBatch,
     control: &Control,
-    room: &mut Room,
+    room: &mut PathScratch,
     radiance: &mut [Vec3],
     sky: &mut [bool],
 ) -> Result<(), RenderError> {
     let integrator = settings.integrator;
-    let lights = integrator.lights(world);
+    let lights = integrator.effective_lights(world);
     let reach = settings.ambient_occlusion;
     match integrator {
         Integrator::Flat => unlit::radiance(world, batch, radiance, sky),
@@ -78,37 +78,37 @@ pub(crate) fn radiance(
             ao::radiance(world, distance, batch, radiance, sky);
         }
         Integrator::Direct => {
-            let rules = Rules {
+            let rules = PathSettings {
                 lights,
                 max_depth: 2,
-                free_mirrors: true,
+                free_specular_bounces: true,
                 light_samples: lights.count().clamp(1, MAX_LIGHT_SAMPLES),
-                choice: if lights.count() <= MAX_LIGHT_SAMPLES {
-                    Choice::Even
+                light_sampling: if lights.count() <= MAX_LIGHT_SAMPLES {
+                    LightSampling::Uniform
                 } else {
-                    Choice::Weighed
+                    LightSampling::Importance
                 },
-                splits: false,
-                ambient: match reach {
+                split_lights: false,
+                ambient_term: match reach {
                     None => Some(None),
                     // Occluded at any distance, the sky is a light like others.
                     Some(distance) if distance.is_infinite() => None,
                     Some(distance) => Some(Some(distance as f32)),
                 },
-                transparent: settings.transparent,
+                hide_environment: settings.transparent,
             };
             path::radiance(world, &rules, batch, control, room, radiance, sky)?;
         }
         Integrator::Path => {
-            let rules = Rules {
+            let rules = PathSettings {
                 lights,
                 max_depth: settings.max_depth.unwrap_or(u32::MAX),
-                free_mirrors: false,
+                free_specular_bounces: false,
                 light_samples: 1,
-                choice: Choice::Weighed,
-                splits: true,
-                ambient: None,
-                transparent: settings.transparent,
+                light_sampling: LightSampling::Importance,
+                split_lights: true,
+                ambient_term: None,
+                hide_environment: settings.transparent,
             };
             path::radiance(world, &rules, batch, control, room, radiance, sky)?;
         }
@@ -125,7 +125,7 @@ pub(crate) fn radiance(
 pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<Vec3> {
     match settings.integrator {
         Integrator::Flat | Integrator::Ao if settings.transparent => Some(Vec3::ZERO),
-        Integrator::Flat => Integrator::Flat.lights(world).even_sky(),
+        Integrator::Flat => Integrator::Flat.effective_lights(world).even_sky(),
         Integrator::Ao => Some(Vec3::ONE),
         // Rays may pick up lights without a mesh on their way.
         Integrator::Direct | Integrator::Path => None,
@@ -137,7 +137,7 @@ const MAX_LIGHT_SAMPLES: usize = 64;
 
 impl Integrator {
     /// The lights it works with: a world without any gets some where light is needed to see anything.
-    pub(crate) fn lights(self, world: &PreparedWorld) -> &Lights {
+    pub(crate) fn effective_lights(self, world: &PreparedWorld) -> &Lights {
         match &world.default_lights {
             Some(lights) if self.needs_light() => lights,
             _ => &world.lights,
@@ -145,7 +145,7 @@ impl Integrator {
     }
 
     /// Whether its rays go on from where they meet something.
-    pub(crate) fn scatters(self) -> bool {
+    pub(crate) fn traces_secondary_rays(self) -> bool {
         self != Self::Flat
     }
 
@@ -170,5 +170,5 @@ impl Integrator {
 }
 
 fn is_miss(hit: &Hit) -> bool {
-    hit.instance == NOTHING
+    hit.instance == INVALID_ID
 }

@@ -1,80 +1,80 @@
 //! Places, many at a time, field by field.
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Hit, Loops};
+use raycam_bvh::{Hit, WithSimd};
 
-use crate::bsdf::Frame;
-use crate::interaction::attributes::{is_far_from_ends, unit_normal};
-use crate::interaction::{Place, beside};
+use crate::bsdf::ShadingFrame;
+use crate::interaction::attributes::{is_safe_square, unit_normal};
+use crate::interaction::{SurfaceInteraction, normalize_facing};
 use crate::prepare::texture::Footprint;
-use crate::prepare::{PreparedWorld, Rounding};
-use crate::soa::{Corners, Three, corners, get, set, vector};
+use crate::prepare::{ErrorBounds, PreparedWorld};
+use crate::soa::{TriangleXN, Vec3xN, get_triangle, get_lane, set_lane, lane_dvec3};
 
 /// Rays, the triangles that they meet, and where. Each lane is computed as it would be alone.
 #[derive(Debug)]
-pub(crate) struct Places<const N: usize> {
+pub(crate) struct SurfaceInteractions<const N: usize> {
     /// In the world at first, then scene-local.
-    corners: Corners<N>,
-    origin: DVec3,
+    corners: TriangleXN<N>,
+    scene_origin: DVec3,
     /// At the corners, in the world and of any length, where the mesh has normals.
-    normals: [Three<f64, N>; 3],
+    vertex_normals: [Vec3xN<f64, N>; 3],
     /// Whether it has, and whether any has.
-    smooth: [bool; N],
-    any_smooth: bool,
+    has_normals: [bool; N],
+    any_has_normals: bool,
     /// Of the second and third corner.
-    weights: [[f64; N]; 2],
-    direction: Three<f32, N>,
-    mirrored: [bool; N],
+    barycentrics: [[f64; N]; 2],
+    direction: Vec3xN<f32, N>,
+    flips_orientation: [bool; N],
     /// The columns of `of_point`, and `of_mesh`.
-    rounding: [Three<f64, N>; 4],
+    error_bounds: [Vec3xN<f64, N>; 4],
     footprint: [Footprint; N],
     /// The triangle's normal: at first where its corners run counter-clockwise, then on the viewer's side.
-    outwards: Three<f64, N>,
-    /// The rest is what a [`Place`] has.
-    position: Three<f64, N>,
-    geometric: Three<f32, N>,
-    normal: Three<f32, N>,
-    front: [bool; N],
-    above: Three<f32, N>,
-    below: Three<f32, N>,
+    unoriented_normal: Vec3xN<f64, N>,
+    /// The rest is what a [`SurfaceInteraction`] has.
+    position: Vec3xN<f64, N>,
+    geometric_normal: Vec3xN<f32, N>,
+    shading_normal: Vec3xN<f32, N>,
+    is_front: [bool; N],
+    offset_front: Vec3xN<f32, N>,
+    offset_back: Vec3xN<f32, N>,
 }
 
-impl<const N: usize> Default for Places<N> {
+impl<const N: usize> Default for SurfaceInteractions<N> {
     fn default() -> Self {
         Self {
             corners: [[[0.0; N]; 3]; 3],
-            origin: DVec3::ZERO,
-            normals: [[[0.0; N]; 3]; 3],
-            smooth: [false; N],
-            any_smooth: false,
-            weights: [[0.0; N]; 2],
+            scene_origin: DVec3::ZERO,
+            vertex_normals: [[[0.0; N]; 3]; 3],
+            has_normals: [false; N],
+            any_has_normals: false,
+            barycentrics: [[0.0; N]; 2],
             direction: [[0.0; N]; 3],
-            mirrored: [false; N],
-            rounding: [[[0.0; N]; 3]; 4],
+            flips_orientation: [false; N],
+            error_bounds: [[[0.0; N]; 3]; 4],
             footprint: [Footprint::default(); N],
-            outwards: [[0.0; N]; 3],
+            unoriented_normal: [[0.0; N]; 3],
             position: [[0.0; N]; 3],
-            geometric: [[0.0; N]; 3],
-            normal: [[0.0; N]; 3],
-            front: [false; N],
-            above: [[0.0; N]; 3],
-            below: [[0.0; N]; 3],
+            geometric_normal: [[0.0; N]; 3],
+            shading_normal: [[0.0; N]; 3],
+            is_front: [false; N],
+            offset_front: [[0.0; N]; 3],
+            offset_back: [[0.0; N]; 3],
         }
     }
 }
 
-impl<const N: usize> Places<N> {
+impl<const N: usize> SurfaceInteractions<N> {
     /// Forgets all; returns the corners of the triangles, in the world, to be set before the lanes are put. What lanes hold
     /// that are not does not matter.
     #[inline]
-    pub fn begin(&mut self) -> &mut Corners<N> {
-        self.any_smooth = false;
+    pub fn clear(&mut self) -> &mut TriangleXN<N> {
+        self.any_has_normals = false;
         &mut self.corners
     }
 
     /// Sets a lane: the ray in this direction whose hit it is.
     #[inline]
-    pub fn put(
+    pub fn set_lane(
         &mut self,
         lane: usize,
         world: &PreparedWorld,
@@ -82,21 +82,21 @@ impl<const N: usize> Places<N> {
         hit: &Hit,
         width: f32,
     ) {
-        let object = &world.objects[hit.instance as usize];
-        self.origin = world.origin;
-        self.weights[0][lane] = f64::from(hit.u);
-        self.weights[1][lane] = f64::from(hit.v);
-        set(&mut self.direction, lane, direction.to_array());
-        self.mirrored[lane] = object.mirrored;
-        for (lanes, column) in self.rounding.iter_mut().zip(object.rounding.columns()) {
-            set(lanes, lane, column.to_array());
+        let object = &world.instances[hit.instance as usize];
+        self.scene_origin = world.origin;
+        self.barycentrics[0][lane] = f64::from(hit.u);
+        self.barycentrics[1][lane] = f64::from(hit.v);
+        set_lane(&mut self.direction, lane, direction.to_array());
+        self.flips_orientation[lane] = object.flips_orientation;
+        for (lanes, column) in self.error_bounds.iter_mut().zip(object.error_bounds.columns()) {
+            set_lane(lanes, lane, column.to_array());
         }
-        let normals = world.normals_of(hit.instance, hit.triangle);
-        self.smooth[lane] = normals.is_some();
+        let normals = world.vertex_normals(hit.instance, hit.triangle);
+        self.has_normals[lane] = normals.is_some();
         if let Some(normals) = normals {
-            self.any_smooth = true;
-            for (lanes, normal) in self.normals.iter_mut().zip(normals) {
-                set(lanes, lane, normal.to_array());
+            self.any_has_normals = true;
+            for (lanes, normal) in self.vertex_normals.iter_mut().zip(normals) {
+                set_lane(lanes, lane, normal.to_array());
             }
         }
         if !world.textures.is_empty() {
@@ -105,102 +105,102 @@ impl<const N: usize> Places<N> {
         }
     }
 
-    /// What a lane has, after [`Loops::run`].
+    /// What a lane has, after [`WithSimd::run`].
     #[inline(always)]
-    pub fn place(&self, lane: usize) -> Place {
-        Place {
+    pub fn lane(&self, lane: usize) -> SurfaceInteraction {
+        SurfaceInteraction {
             position: self.position(lane),
-            geometric: self.geometric(lane),
-            normal: self.normal(lane),
-            front: self.front[lane],
-            above: get(&self.above, lane).into(),
-            below: get(&self.below, lane).into(),
+            geometric_normal: self.geometric_normal(lane),
+            shading_normal: self.shading_normal(lane),
+            is_front: self.is_front[lane],
+            offset_front: get_lane(&self.offset_front, lane).into(),
+            offset_back: get_lane(&self.offset_back, lane).into(),
             footprint: self.footprint[lane],
         }
     }
 
     /// Where they are, scene-local.
-    pub fn positions(&self) -> &Three<f64, N> {
+    pub fn positions(&self) -> &Vec3xN<f64, N> {
         &self.position
     }
 
-    /// [`Place::geometric`] of a lane.
+    /// [`SurfaceInteraction::geometric_normal`] of a lane.
     #[inline(always)]
-    pub fn geometric(&self, lane: usize) -> Vec3 {
-        get(&self.geometric, lane).into()
+    pub fn geometric_normal(&self, lane: usize) -> Vec3 {
+        get_lane(&self.geometric_normal, lane).into()
     }
 
     /// Of the triangles, on the viewers' side.
-    pub fn geometrics(&self) -> &Three<f32, N> {
-        &self.geometric
+    pub fn geometric_normals(&self) -> &Vec3xN<f32, N> {
+        &self.geometric_normal
     }
 
     /// The normal of the smooth surface of a lane.
     #[inline(always)]
-    pub fn normal(&self, lane: usize) -> Vec3 {
-        get(&self.normal, lane).into()
+    pub fn shading_normal(&self, lane: usize) -> Vec3 {
+        get_lane(&self.shading_normal, lane).into()
     }
 
-    /// [`Place::position`] of a lane.
+    /// [`SurfaceInteraction::position`] of a lane.
     #[inline(always)]
     pub fn position(&self, lane: usize) -> DVec3 {
-        vector(&self.position, lane)
+        lane_dvec3(&self.position, lane)
     }
 
-    /// [`Place::front`] of a lane.
+    /// [`SurfaceInteraction::is_front`] of a lane.
     #[inline(always)]
-    pub fn front(&self, lane: usize) -> bool {
-        self.front[lane]
+    pub fn is_front(&self, lane: usize) -> bool {
+        self.is_front[lane]
     }
 
-    /// [`Place::footprint`] of a lane.
+    /// [`SurfaceInteraction::footprint`] of a lane.
     #[inline(always)]
     pub fn footprint(&self, lane: usize) -> &Footprint {
         &self.footprint[lane]
     }
 
-    /// [`Place::start`] of a lane.
+    /// [`SurfaceInteraction::offset_ray_origin`] of a lane.
     #[inline(always)]
-    pub fn start(&self, lane: usize, direction: Vec3) -> DVec3 {
-        let below = self.geometric(lane).dot(direction) < 0.0;
-        let (above, beneath) = (get(&self.above, lane), get(&self.below, lane));
+    pub fn offset_ray_origin(&self, lane: usize, direction: Vec3) -> DVec3 {
+        let below = self.geometric_normal(lane).dot(direction) < 0.0;
+        let (above, beneath) = (get_lane(&self.offset_front, lane), get_lane(&self.offset_back, lane));
         let beyond = Vec3::from(if below { beneath } else { above });
         self.position(lane) + beyond.as_dvec3()
     }
 
-    /// [`Place::frame`] of a lane, seen along its ray.
+    /// [`SurfaceInteraction::shading_frame`] of a lane, seen along its ray.
     #[inline(always)]
-    pub fn frame(&self, lane: usize) -> Frame {
-        let direction = Vec3::from(get(&self.direction, lane));
-        Frame::new(self.geometric(lane), self.normal(lane), -direction)
+    pub fn shading_frame(&self, lane: usize) -> ShadingFrame {
+        let direction = Vec3::from(get_lane(&self.direction, lane));
+        ShadingFrame::new(self.geometric_normal(lane), self.shading_normal(lane), -direction)
     }
 
     /// Of the rays.
-    pub fn directions(&self) -> &Three<f32, N> {
+    pub fn directions(&self) -> &Vec3xN<f32, N> {
         &self.direction
     }
 
     /// The normals of the smooth surfaces.
-    pub fn normals(&self) -> &Three<f32, N> {
-        &self.normal
+    pub fn shading_normals(&self) -> &Vec3xN<f32, N> {
+        &self.shading_normal
     }
 
     #[inline(always)]
     fn corners(&self, lane: usize) -> [DVec3; 3] {
-        corners(&self.corners, lane)
+        get_triangle(&self.corners, lane)
     }
 
     #[inline(always)]
-    fn rounding(&self, lane: usize, position: DVec3, normal: DVec3) -> f64 {
-        let [x, y, z, of_mesh] = &self.rounding;
-        let of_point = [vector(x, lane), vector(y, lane), vector(z, lane)];
-        Rounding::along(of_point, vector(of_mesh, lane), position, normal)
+    fn error_along(&self, lane: usize, position: DVec3, normal: DVec3) -> f64 {
+        let [x, y, z, of_mesh] = &self.error_bounds;
+        let of_point = [lane_dvec3(x, lane), lane_dvec3(y, lane), lane_dvec3(z, lane)];
+        ErrorBounds::error_along(of_point, lane_dvec3(of_mesh, lane), position, normal)
     }
 
     #[inline(always)]
-    fn localize(&mut self) {
+    fn to_local(&mut self) {
         for corner in &mut self.corners {
-            for (values, origin) in corner.iter_mut().zip(self.origin.to_array()) {
+            for (values, origin) in corner.iter_mut().zip(self.scene_origin.to_array()) {
                 for value in values {
                     *value -= origin;
                 }
@@ -209,41 +209,41 @@ impl<const N: usize> Places<N> {
     }
 
     #[inline(always)]
-    fn face(&mut self) {
+    fn orient_normals(&mut self) {
         let mut sound = [false; N];
         for (lane, sound) in sound.iter_mut().enumerate() {
             let [a, b, c] = self.corners(lane);
             let cross = (b - a).cross(c - a);
             let square = cross.length_squared();
-            *sound = is_far_from_ends(square);
-            set(&mut self.outwards, lane, (cross / square.sqrt()).to_array());
+            *sound = is_safe_square(square);
+            set_lane(&mut self.unoriented_normal, lane, (cross / square.sqrt()).to_array());
         }
         if sound != [true; N] {
             for lane in (0..N).filter(|&lane| !sound[lane]) {
                 let normal = unit_normal(self.corners(lane));
-                set(&mut self.outwards, lane, normal.to_array());
+                set_lane(&mut self.unoriented_normal, lane, normal.to_array());
             }
         }
     }
 
     #[inline(always)]
-    fn locate(&mut self) {
+    fn compute_positions(&mut self) {
         for lane in 0..N {
             let [a, b, c] = self.corners(lane);
             let (e1, e2) = (b - a, c - a);
-            let position = a + e1 * self.weights[0][lane] + e2 * self.weights[1][lane];
-            let outwards = vector(&self.outwards, lane);
-            let direction = Vec3::from(get(&self.direction, lane)).as_dvec3();
+            let position = a + e1 * self.barycentrics[0][lane] + e2 * self.barycentrics[1][lane];
+            let outwards = lane_dvec3(&self.unoriented_normal, lane);
+            let direction = Vec3::from(get_lane(&self.direction, lane)).as_dvec3();
             let outside = outwards.dot(direction) <= 0.0;
             let geometric = if outside { outwards } else { -outwards };
-            let beyond = geometric * self.rounding(lane, position, geometric);
-            self.front[lane] = outside != self.mirrored[lane];
-            set(&mut self.position, lane, position.to_array());
-            set(&mut self.outwards, lane, geometric.to_array());
-            set(&mut self.geometric, lane, geometric.as_vec3().to_array());
-            set(&mut self.normal, lane, geometric.as_vec3().to_array());
-            set(&mut self.above, lane, beyond.as_vec3().to_array());
-            set(&mut self.below, lane, (-beyond).as_vec3().to_array());
+            let beyond = geometric * self.error_along(lane, position, geometric);
+            self.is_front[lane] = outside != self.flips_orientation[lane];
+            set_lane(&mut self.position, lane, position.to_array());
+            set_lane(&mut self.unoriented_normal, lane, geometric.to_array());
+            set_lane(&mut self.geometric_normal, lane, geometric.as_vec3().to_array());
+            set_lane(&mut self.shading_normal, lane, geometric.as_vec3().to_array());
+            set_lane(&mut self.offset_front, lane, beyond.as_vec3().to_array());
+            set_lane(&mut self.offset_back, lane, (-beyond).as_vec3().to_array());
         }
     }
 
@@ -251,17 +251,17 @@ impl<const N: usize> Places<N> {
     /// the triangle it lies: rays start there, so that a coarse mesh does not shade itself (J. Hanika, "Hacking the Shadow
     /// Terminator", Ray Tracing Gems II, 2021, chapter 4).
     #[inline(always)]
-    fn smooth(&mut self) {
+    fn interpolate_normals(&mut self) {
         for lane in 0..N {
             let corners = self.corners(lane);
-            let position = vector(&self.position, lane);
-            let geometric = vector(&self.outwards, lane);
-            let beyond = geometric * self.rounding(lane, position, geometric);
-            let [u, v] = [self.weights[0][lane], self.weights[1][lane]];
+            let position = lane_dvec3(&self.position, lane);
+            let geometric = lane_dvec3(&self.unoriented_normal, lane);
+            let beyond = geometric * self.error_along(lane, position, geometric);
+            let [u, v] = [self.barycentrics[0][lane], self.barycentrics[1][lane]];
             let weights = [1.0 - u - v, u, v];
             let (mut normal, mut lift) = (DVec3::ZERO, DVec3::ZERO);
             for k in 0..3 {
-                let of_corner = beside(vector(&self.normals[k], lane), geometric);
+                let of_corner = normalize_facing(lane_dvec3(&self.vertex_normals[k], lane), geometric);
                 normal += of_corner * weights[k];
                 let below = (corners[k] - position).dot(of_corner).max(0.0);
                 lift += of_corner * (weights[k] * below);
@@ -269,8 +269,8 @@ impl<const N: usize> Places<N> {
             let normal = normal.normalize_or(geometric).as_vec3().to_array();
             let above = (beyond + lift).as_vec3().to_array();
             for axis in 0..3 {
-                let smooth = self.smooth[lane];
-                let (n, a) = (&mut self.normal[axis][lane], &mut self.above[axis][lane]);
+                let smooth = self.has_normals[lane];
+                let (n, a) = (&mut self.shading_normal[axis][lane], &mut self.offset_front[axis][lane]);
                 *n = if smooth { normal[axis] } else { *n };
                 *a = if smooth { above[axis] } else { *a };
             }
@@ -278,14 +278,14 @@ impl<const N: usize> Places<N> {
     }
 }
 
-impl<const N: usize> Loops for &mut Places<N> {
+impl<const N: usize> WithSimd for &mut SurfaceInteractions<N> {
     #[inline(always)]
     fn run(self) {
-        self.localize();
-        self.face();
-        self.locate();
-        if self.any_smooth {
-            self.smooth();
+        self.to_local();
+        self.orient_normals();
+        self.compute_positions();
+        if self.any_has_normals {
+            self.interpolate_normals();
         }
     }
 }
@@ -298,7 +298,7 @@ mod tests {
 
     use super::*;
     use crate::control::Control;
-    use crate::soa::{LANES, set_corners};
+    use crate::soa::{LANES, set_triangle};
 
     /// A floor, a smooth ball, the same mirrored and stretched, and a triangle without area.
     fn world() -> PreparedWorld {
@@ -333,7 +333,7 @@ mod tests {
         let hits: Vec<_> = (0..320u32)
             .map(|i| {
                 let instance = i * 7 % 4;
-                let mesh = &world.objects[instance as usize].mesh.mesh;
+                let mesh = &world.instances[instance as usize].mesh.mesh;
                 let triangle = i * 31 % mesh.triangles.len() as u32;
                 let angle = i as f32;
                 let direction = Vec3::new(angle.sin(), angle.cos(), (3.0 * angle).sin());
@@ -347,21 +347,21 @@ mod tests {
                 (direction.normalize(), hit)
             })
             .collect();
-        let mut met = Places::<LANES>::default();
+        let mut met = SurfaceInteractions::<LANES>::default();
         let mut smooth = 0;
         for some in hits.chunks(LANES) {
-            let corners = met.begin();
+            let corners = met.clear();
             for (lane, (_, hit)) in some.iter().enumerate() {
-                set_corners(corners, lane, world.corners(hit.instance, hit.triangle));
+                set_triangle(corners, lane, world.corners(hit.instance, hit.triangle));
             }
             for (lane, (direction, hit)) in some.iter().enumerate() {
-                met.put(lane, &world, *direction, hit, 0.0);
+                met.set_lane(lane, &world, *direction, hit, 0.0);
             }
-            raycam_bvh::vectorized(&mut met);
+            raycam_bvh::dispatch_simd(&mut met);
             for (lane, (direction, hit)) in some.iter().enumerate() {
-                let alone = Place::new(&world, *direction, hit, 0.0);
-                assert_eq!(format!("{:?}", met.place(lane)), format!("{alone:?}"));
-                smooth += usize::from(alone.normal != alone.geometric);
+                let alone = SurfaceInteraction::new(&world, *direction, hit, 0.0);
+                assert_eq!(format!("{:?}", met.lane(lane)), format!("{alone:?}"));
+                smooth += usize::from(alone.shading_normal != alone.geometric_normal);
             }
         }
         assert_eq!(smooth, 160);

@@ -5,61 +5,61 @@ pub(crate) mod batch;
 pub(crate) mod normal_map;
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Hit, Loops, Ray};
+use raycam_bvh::{Hit, Ray, WithSimd};
 
-use crate::bsdf::Frame;
-pub(crate) use crate::interaction::batch::Places;
+use crate::bsdf::ShadingFrame;
+pub(crate) use crate::interaction::batch::SurfaceInteractions;
 use crate::prepare::PreparedWorld;
 use crate::prepare::texture::Footprint;
-use crate::soa::set_corners;
+use crate::soa::set_triangle;
 
 /// Where a ray meets a triangle, on the side that is seen.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Place {
+pub(crate) struct SurfaceInteraction {
     /// Scene-local.
     pub position: DVec3,
     /// The triangle's normal, on the viewer's side.
-    pub geometric: Vec3,
+    pub geometric_normal: Vec3,
     /// Of the smooth surface that the triangle stands for.
-    normal: Vec3,
+    shading_normal: Vec3,
     /// Whether the viewer is where the triangle's corners run counter-clockwise.
-    pub front: bool,
+    pub is_front: bool,
     /// How far rays that leave it start from it, on the viewer's side and on the other: beyond all float32 rounding.
-    above: Vec3,
-    below: Vec3,
+    offset_front: Vec3,
+    offset_back: Vec3,
     /// What the ray covers of the triangle, where there are textures.
     pub footprint: Footprint,
 }
 
-impl Place {
+impl SurfaceInteraction {
     /// Where a ray in this direction meets its hit; `width` is how wide its cone is there.
     pub fn new(world: &PreparedWorld, direction: Vec3, hit: &Hit, width: f32) -> Self {
         let corners = world.corners(hit.instance, hit.triangle);
-        let mut met = Places::<1>::default();
-        set_corners(met.begin(), 0, corners);
-        met.put(0, world, direction, hit, width);
+        let mut met = SurfaceInteractions::<1>::default();
+        set_triangle(met.clear(), 0, corners);
+        met.set_lane(0, world, direction, hit, width);
         met.run();
-        met.place(0)
+        met.lane(0)
     }
 
     /// The directions of the smooth surface, seen along a ray in this direction.
     #[inline]
-    pub fn frame(&self, direction: Vec3) -> Frame {
-        Frame::new(self.geometric, self.normal, -direction)
+    pub fn shading_frame(&self, direction: Vec3) -> ShadingFrame {
+        ShadingFrame::new(self.geometric_normal, self.shading_normal, -direction)
     }
 
     /// Where rays in this direction start, scene-local.
     #[inline]
-    pub fn start(&self, direction: Vec3) -> DVec3 {
-        let below = self.geometric.dot(direction) < 0.0;
-        self.position + if below { self.below } else { self.above }.as_dvec3()
+    pub fn offset_ray_origin(&self, direction: Vec3) -> DVec3 {
+        let below = self.geometric_normal.dot(direction) < 0.0;
+        self.position + if below { self.offset_back } else { self.offset_front }.as_dvec3()
     }
 
     /// A ray from here into the world.
     #[inline]
-    pub fn leaving(&self, direction: Vec3, t_max: f32) -> Ray {
+    pub fn spawn_ray(&self, direction: Vec3, t_max: f32) -> Ray {
         Ray {
-            origin: self.start(direction).as_vec3().to_array(),
+            origin: self.offset_ray_origin(direction).as_vec3().to_array(),
             direction: direction.to_array(),
             t_max,
         }
@@ -68,7 +68,7 @@ impl Place {
 
 /// The normal of a corner, of unit length, on the side of the triangle's.
 #[inline(always)]
-pub(crate) fn beside(normal: DVec3, geometric: DVec3) -> DVec3 {
+pub(crate) fn normalize_facing(normal: DVec3, geometric: DVec3) -> DVec3 {
     let normal = normal.normalize_or(geometric);
     if normal.dot(geometric) < 0.0 {
         -normal

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
-use raycam_bvh::{Loops, prefetch, vectorized};
+use raycam_bvh::{WithSimd, dispatch_simd, prefetch};
 use raycam_scene::{Image, Texels};
 
 /// What is seen behind everything: an image that repeats to the sides.
 #[derive(Debug)]
-pub(crate) struct Backdrop {
+pub(crate) struct EnvironmentImage {
     pub image: Arc<Image>,
     /// What its values are multiplied by.
     pub scale: f32,
@@ -16,7 +16,7 @@ pub(crate) struct Backdrop {
 
 /// Places in the picture, 0..=1 to the right and down, and between which texels they lie.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spots<const N: usize> {
+pub(crate) struct BilinearTaps<const N: usize> {
     places: [[f32; N]; 2],
     columns: [[u32; N]; 2],
     rows: [[u32; N]; 2],
@@ -24,22 +24,22 @@ pub(crate) struct Spots<const N: usize> {
     between: [[f32; N]; 2],
 }
 
-impl<const N: usize> Spots<N> {
+impl<const N: usize> BilinearTaps<N> {
     pub fn place(&self, lane: usize) -> [f32; 2] {
         [self.places[0][lane], self.places[1][lane]]
     }
 }
 
-impl Backdrop {
+impl EnvironmentImage {
     /// What these places lie between.
-    pub fn spots<const N: usize>(&self, places: [[f32; N]; 2]) -> Spots<N> {
-        let mut spots = Spots {
+    pub fn spots<const N: usize>(&self, places: [[f32; N]; 2]) -> BilinearTaps<N> {
+        let mut spots = BilinearTaps {
             places,
             columns: [[0; N]; 2],
             rows: [[0; N]; 2],
             between: [[0.0; N]; 2],
         };
-        vectorized(FindTexels {
+        dispatch_simd(ComputeTaps {
             size: self.image.size,
             spots: &mut spots,
         });
@@ -48,7 +48,7 @@ impl Backdrop {
 
     /// Asks for the texels of a place.
     #[inline]
-    pub fn prefetch<const N: usize>(&self, spots: &Spots<N>, lane: usize) {
+    pub fn prefetch<const N: usize>(&self, spots: &BilinearTaps<N>, lane: usize) {
         // Images with a high dynamic range are of this kind; others are a quarter of the size.
         if let Texels::Float(texels) = &self.image.texels {
             let [above, below] = self.indices(spots, lane);
@@ -60,7 +60,7 @@ impl Backdrop {
 
     /// The radiance at a place.
     #[inline]
-    pub fn radiance<const N: usize>(&self, spots: &Spots<N>, lane: usize) -> Vec3 {
+    pub fn radiance<const N: usize>(&self, spots: &BilinearTaps<N>, lane: usize) -> Vec3 {
         let texel = |index: usize| match &self.image.texels {
             Texels::Float(texels) => Vec4::from(texels[index]),
             texels => Vec4::from(texels.linear(index)),
@@ -75,7 +75,7 @@ impl Backdrop {
 
     /// Row by row.
     #[inline]
-    fn indices<const N: usize>(&self, spots: &Spots<N>, lane: usize) -> [[usize; 2]; 2] {
+    fn indices<const N: usize>(&self, spots: &BilinearTaps<N>, lane: usize) -> [[usize; 2]; 2] {
         let width = self.image.size[0] as usize;
         let columns = [0, 1].map(|i: usize| spots.columns[i][lane] as usize);
         [0, 1].map(|i: usize| columns.map(|column| spots.rows[i][lane] as usize * width + column))
@@ -83,12 +83,12 @@ impl Backdrop {
 }
 
 /// Finds the texels of spots in an image of this size.
-struct FindTexels<'a, const N: usize> {
+struct ComputeTaps<'a, const N: usize> {
     size: [u32; 2],
-    spots: &'a mut Spots<N>,
+    spots: &'a mut BilinearTaps<N>,
 }
 
-impl<const N: usize> Loops for FindTexels<'_, N> {
+impl<const N: usize> WithSimd for ComputeTaps<'_, N> {
     #[inline(always)]
     fn run(self) {
         let Self { size, spots } = self;

@@ -3,22 +3,22 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DVec3, Mat3, Vec3};
-use raycam_bvh::{Loops, prefetch, vectorized};
+use raycam_bvh::{WithSimd, dispatch_simd, prefetch};
 use raycam_scene::Up;
 
-use crate::bsdf::{turn, turned};
-use crate::soa::{Three, get, set};
+use crate::bsdf::{atan2_turns, sincos_turns};
+use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// Which way a panorama is turned.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame {
+pub(crate) struct EquirectFrame {
     /// Rows: where its middle is, left of that, up.
     panorama_from_world: DMat3,
     /// The same in float32, for what is asked of every ray.
     rounded: Mat3,
 }
 
-impl Frame {
+impl EquirectFrame {
     /// `yaw` in degrees, as a camera's.
     pub fn new(up: Up, yaw: f64) -> Self {
         let vertical = up.axis();
@@ -40,14 +40,14 @@ impl Frame {
     #[inline(always)]
     pub fn place(&self, direction: Vec3) -> [f32; 2] {
         let d = self.rounded * direction;
-        let around = turned(d.y, d.x);
+        let around = atan2_turns(d.y, d.x);
         let u = if around <= 0.5 { 0.5 } else { 1.5 } - around;
-        [u, 2.0 * turned(d.truncate().length(), d.z)]
+        [u, 2.0 * atan2_turns(d.truncate().length(), d.z)]
     }
 
     /// The same of many.
-    pub fn places<const N: usize>(&self, directions: &Three<f32, N>, places: &mut [[f32; N]; 2]) {
-        vectorized(FindPlaces {
+    pub fn places<const N: usize>(&self, directions: &Vec3xN<f32, N>, places: &mut [[f32; N]; 2]) {
+        dispatch_simd(ComputeUvs {
             frame: self,
             directions,
             places,
@@ -58,7 +58,7 @@ impl Frame {
     #[inline(always)]
     pub fn direction(&self, u: f64, down: f64) -> Vec3 {
         // A half turn from where u begins.
-        let (sin, cos) = turn(u as f32);
+        let (sin, cos) = sincos_turns(u as f32);
         let radius = (1.0 - down * down).max(0.0).sqrt() as f32;
         self.rounded.transpose() * Vec3::new(-cos * radius, sin * radius, down as f32)
     }
@@ -73,7 +73,7 @@ impl Frame {
 /// inverse of their distribution, which keeps what is even about the random numbers (M. Pharr, W. Jakob and G. Humphreys,
 /// "Physically Based Rendering", 4th edition, section 12.5.2). Inside a cell all directions are alike.
 #[derive(Debug)]
-pub(crate) struct Table {
+pub(crate) struct PiecewiseConstant2D {
     columns: usize,
     rows: usize,
     /// For every row, one more than there are columns, from 0 to 1.
@@ -89,7 +89,7 @@ pub(crate) struct Table {
     density: Vec<f32>,
 }
 
-impl Table {
+impl PiecewiseConstant2D {
     /// `None` where all is dark. There are at most 2^16 columns and as many rows.
     pub fn new(
         [columns, rows]: [usize; 2],
@@ -99,10 +99,10 @@ impl Table {
             .map(|row| (PI * row as f64 / rows as f64).cos())
             .collect();
         let mut across = Vec::with_capacity((columns + 1) * rows);
-        let mut across_hints = Vec::with_capacity(columns.div_ceil(SHARE) * rows);
+        let mut across_hints = Vec::with_capacity(columns.div_ceil(CELLS_PER_BUCKET) * rows);
         let mut sums = Vec::with_capacity(rows);
         for row in 0..rows {
-            let sum = accumulate(
+            let sum = running_sum(
                 (0..columns).map(|column| brightness(column, row)),
                 &mut across,
             );
@@ -110,7 +110,7 @@ impl Table {
             sums.push(sum * (edges[row] - edges[row + 1]));
         }
         let mut down = Vec::with_capacity(rows + 1);
-        let total = accumulate(sums.into_iter(), &mut down);
+        let total = running_sum(sums.into_iter(), &mut down);
         let mut down_hints = vec![];
         hints(&down, &mut down_hints);
         let density = (0..rows).map(|row| {
@@ -131,20 +131,20 @@ impl Table {
     }
 
     /// A direction by random numbers.
-    pub fn sample(&self, frame: &Frame, random: [f32; 2]) -> Vec3 {
+    pub fn sample(&self, frame: &EquirectFrame, random: [f32; 2]) -> Vec3 {
         let mut directions = [[0.0]; 3];
         self.sample_many::<1>(frame, &[random], &mut directions);
-        get(&directions, 0).into()
+        get_lane(&directions, 0).into()
     }
 
     /// The same of many; there may be fewer numbers.
     pub fn sample_many<const N: usize>(
         &self,
-        frame: &Frame,
+        frame: &EquirectFrame,
         random: &[[f32; 2]],
-        directions: &mut Three<f32, N>,
+        directions: &mut Vec3xN<f32, N>,
     ) {
-        vectorized(Sample {
+        dispatch_simd(SampleMany {
             table: self,
             frame,
             random,
@@ -159,7 +159,7 @@ impl Table {
         (sums[column + 1] - sums[column]) * self.density[row]
     }
 
-    /// Asks for what [`Table::pdf`] reads.
+    /// Asks for what [`PiecewiseConstant2D::pdf`] reads.
     pub fn prefetch(&self, [u, v]: [f32; 2]) {
         let [column, row] = self.cell([u, v]);
         prefetch(&raw const self.row(row)[column]);
@@ -172,7 +172,7 @@ impl Table {
 
     #[inline(always)]
     fn hints(&self, row: usize) -> &[u16] {
-        let hints = self.columns.div_ceil(SHARE);
+        let hints = self.columns.div_ceil(CELLS_PER_BUCKET);
         &self.across_hints[row * hints..][..hints]
     }
 
@@ -183,17 +183,17 @@ impl Table {
 }
 
 /// Finds where directions lie in the picture.
-struct FindPlaces<'a, const N: usize> {
-    frame: &'a Frame,
-    directions: &'a Three<f32, N>,
+struct ComputeUvs<'a, const N: usize> {
+    frame: &'a EquirectFrame,
+    directions: &'a Vec3xN<f32, N>,
     places: &'a mut [[f32; N]; 2],
 }
 
-impl<const N: usize> Loops for FindPlaces<'_, N> {
+impl<const N: usize> WithSimd for ComputeUvs<'_, N> {
     #[inline(always)]
     fn run(self) {
         for lane in 0..N {
-            let [u, v] = self.frame.place(get(self.directions, lane).into());
+            let [u, v] = self.frame.place(get_lane(self.directions, lane).into());
             self.places[0][lane] = u;
             self.places[1][lane] = v;
         }
@@ -201,14 +201,14 @@ impl<const N: usize> Loops for FindPlaces<'_, N> {
 }
 
 /// Draws directions, step by step over all of them: what one step reads the one before has asked for.
-struct Sample<'a, const N: usize> {
-    table: &'a Table,
-    frame: &'a Frame,
+struct SampleMany<'a, const N: usize> {
+    table: &'a PiecewiseConstant2D,
+    frame: &'a EquirectFrame,
     random: &'a [[f32; 2]],
-    directions: &'a mut Three<f32, N>,
+    directions: &'a mut Vec3xN<f32, N>,
 }
 
-impl<const N: usize> Loops for Sample<'_, N> {
+impl<const N: usize> WithSimd for SampleMany<'_, N> {
     #[inline(always)]
     fn run(self) {
         let Self {
@@ -241,14 +241,14 @@ impl<const N: usize> Loops for Sample<'_, N> {
         }
         for lane in 0..N {
             let direction = frame.direction(u[lane], down[lane]);
-            set(directions, lane, direction.to_array());
+            set_lane(directions, lane, direction.to_array());
         }
     }
 }
 
 /// Appends the running sums of `values` from 0 to 1, and gives the sum before it became 1. An even distribution where
 /// it is 0: it is never asked for.
-fn accumulate(values: impl ExactSizeIterator<Item = f64>, into: &mut Vec<f32>) -> f64 {
+fn running_sum(values: impl ExactSizeIterator<Item = f64>, into: &mut Vec<f32>) -> f64 {
     let count = values.len();
     let mut sums = Vec::with_capacity(count + 1);
     sums.push(0.0);
@@ -269,13 +269,13 @@ fn accumulate(values: impl ExactSizeIterator<Item = f64>, into: &mut Vec<f32>) -
 }
 
 /// How many cells share a hint, in the mean.
-const SHARE: usize = 8;
+const CELLS_PER_BUCKET: usize = 8;
 
 /// Appends, for equal parts of 0..1, a cell of a running sum behind whose beginning every number of the part lies
 /// (H. C. Chen and Y. Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
 fn hints(sums: &[f32], into: &mut Vec<u16>) {
     let cells = sums.len() - 1;
-    let parts = cells.div_ceil(SHARE);
+    let parts = cells.div_ceil(CELLS_PER_BUCKET);
     let mut cell = 0;
     for part in 0..parts {
         // What is a hair less may be rounded up to the part.
@@ -309,10 +309,10 @@ fn find(sums: &[f32], first: usize, x: f32) -> (usize, f64) {
     // Several at a time, without a guess how many there are.
     loop {
         let next = &sums[cell + 1..];
-        let next = &next[..next.len().min(SHARE)];
+        let next = &next[..next.len().min(CELLS_PER_BUCKET)];
         let before: usize = next.iter().map(|sum| usize::from(*sum <= x)).sum();
         cell = (cell + before).min(cells - 1);
-        if before < SHARE || cell == cells - 1 {
+        if before < CELLS_PER_BUCKET || cell == cells - 1 {
             break;
         }
     }
@@ -340,7 +340,7 @@ mod tests {
             };
             let (mut sums, mut hinted) = (vec![], vec![]);
             let values = (0..cells).map(|i| bright(i) + if i < cells / 2 { 0.0 } else { 1e-3 });
-            accumulate(values.collect::<Vec<_>>().into_iter(), &mut sums);
+            running_sum(values.collect::<Vec<_>>().into_iter(), &mut sums);
             hints(&sums, &mut hinted);
             let edges = sums.iter().flat_map(|&x| [x.next_down(), x, x.next_up()]);
             let spread = (0..1000).map(|i| i as f32 / 999.0);

@@ -1,21 +1,21 @@
 //! Spheres around lights: most rays miss most lights, and this says so at little cost.
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Loops, vectorized};
+use raycam_bvh::{WithSimd, dispatch_simd};
 
 use crate::light::Lights;
-use crate::light::bounds::Bounds;
-use crate::soa::{Three, get, vector};
+use crate::light::bounds::LightBounds;
+use crate::soa::{Vec3xN, get_lane, lane_dvec3};
 
 /// A sphere around a light.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sphere {
+pub(crate) struct BoundingSphere {
     center: DVec3,
     radius2: f32,
 }
 
-impl Sphere {
-    pub fn around(bounds: &Bounds) -> Self {
+impl BoundingSphere {
+    pub fn around(bounds: &LightBounds) -> Self {
         let [lower, upper] = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3());
         let center = (lower + upper) / 2.0;
         // The corners have been rounded to float32.
@@ -42,11 +42,11 @@ impl Lights {
     /// For which of many rays [`Lights::crossed`] may tell of any.
     pub fn find_near<const N: usize>(
         &self,
-        from: &Three<f64, N>,
-        directions: &Three<f32, N>,
+        from: &Vec3xN<f64, N>,
+        directions: &Vec3xN<f32, N>,
         out: &mut [bool; N],
     ) {
-        vectorized(Near {
+        dispatch_simd(TestSpheres {
             spheres: &self.crossable,
             from,
             directions,
@@ -56,21 +56,21 @@ impl Lights {
 }
 
 /// Finds which of many rays may meet any of some spheres.
-struct Near<'a, const N: usize> {
-    spheres: &'a [(usize, Sphere)],
-    from: &'a Three<f64, N>,
-    directions: &'a Three<f32, N>,
+struct TestSpheres<'a, const N: usize> {
+    spheres: &'a [(usize, BoundingSphere)],
+    from: &'a Vec3xN<f64, N>,
+    directions: &'a Vec3xN<f32, N>,
     out: &'a mut [bool; N],
 }
 
-impl<const N: usize> Loops for Near<'_, N> {
+impl<const N: usize> WithSimd for TestSpheres<'_, N> {
     #[inline(always)]
     fn run(self) {
         let mut near = [false; N];
         for (_, sphere) in self.spheres {
             for (lane, near) in near.iter_mut().enumerate() {
-                let from = vector(self.from, lane);
-                *near |= sphere.is_near(from, get(self.directions, lane).into());
+                let from = lane_dvec3(self.from, lane);
+                *near |= sphere.is_near(from, get_lane(self.directions, lane).into());
             }
         }
         *self.out = near;

@@ -5,12 +5,12 @@
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
 
 use glam::{DVec3, Mat3, Vec3};
-use raycam_bvh::{Loops, vectorized};
+use raycam_bvh::{WithSimd, dispatch_simd};
 use raycam_scene::Up;
 
-use crate::light::equirect::Frame;
-use crate::light::sun::Sun;
-use crate::soa::{Three, get, set};
+use crate::light::equirect::EquirectFrame;
+use crate::light::sun::SunLight;
+use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// Of light of one colour that the eye sees best.
 const LUMEN_PER_WATT: f64 = 683.0;
@@ -22,43 +22,45 @@ const SUN_DIAMETER: f64 = 0.533;
 const SUN_ILLUMINANCE: f64 = 133_100.0;
 
 #[derive(Debug)]
-pub(crate) struct Daylight {
+pub(crate) struct PreethamSky {
     up: Vec3,
     /// Towards the sun.
     sun: Vec3,
     /// The two factors of luminance and the two chromaticities, times their values at the zenith over F(0, angle of the sun):
-    /// one goes by the cosine of the angle to the zenith, one by [`from_sun`].
-    by_zenith: Curve,
-    by_sun: Curve,
+    /// one goes by the cosine of the angle to the zenith, one by [`sun_distance`].
+    by_zenith: LinearTable,
+    by_sun: LinearTable,
     scale: f32,
     ground: Vec3,
 }
 
-impl Daylight {
+impl PreethamSky {
     /// The sky and its sun. `direction` is the way sunlight travels; a sun below the horizon stands at it.
-    pub fn new(up: Up, direction: DVec3, turbidity: f64, scale: f64) -> (Self, Sun) {
+    pub fn new(up: Up, direction: DVec3, turbidity: f64, scale: f64) -> (Self, SunLight) {
         let vertical = up.axis();
         let towards = -direction.normalize_or_zero();
         let zenith_angle = towards.dot(vertical).clamp(0.0, 1.0).acos();
         let perez = perez(turbidity, zenith_angle);
         let by_zenith = |cosine: f64| {
             // At the horizon itself the model divides by zero.
-            perez.map(|(coefficients, zenith)| zenith * by_height(&coefficients, cosine.max(1e-3)))
+            perez.map(|(coefficients, zenith)| {
+                zenith * perez_zenith_factor(&coefficients, cosine.max(1e-3))
+            })
         };
         let by_sun = |place: f64| {
-            let angle = angle_from_sun(place);
-            perez.map(|(coefficients, _)| by_angle(&coefficients, angle, angle.cos()))
+            let angle = angle_of_sun_distance(place);
+            perez.map(|(coefficients, _)| perez_sun_factor(&coefficients, angle, angle.cos()))
         };
         let mut sky = Self {
             up: vertical.as_vec3(),
             sun: towards.as_vec3(),
-            by_zenith: Curve::of(by_zenith),
-            by_sun: Curve::of(by_sun),
+            by_zenith: LinearTable::of(by_zenith),
+            by_sun: LinearTable::of(by_sun),
             scale: (scale * 1000.0 / LUMEN_PER_WATT) as f32,
             ground: Vec3::ZERO,
         };
         let irradiance = sun_irradiance(turbidity, zenith_angle) * scale;
-        let sun = Sun::new(
+        let sun = SunLight::new(
             direction.to_array(),
             irradiance.as_vec3().to_array(),
             SUN_DIAMETER,
@@ -70,27 +72,28 @@ impl Daylight {
 
     /// On a horizontal plane, from the sky alone: the midpoint rule.
     fn irradiance(&self, up: Up) -> DVec3 {
-        const RINGS: usize = 64;
-        const TURNS: usize = 128;
-        let frame = Frame::new(up, 0.0);
+        const QUADRATURE_RADIAL: usize = 64;
+        const QUADRATURE_ANGULAR: usize = 128;
+        let frame = EquirectFrame::new(up, 0.0);
         let mut sum = DVec3::ZERO;
-        for ring in 0..RINGS {
+        for ring in 0..QUADRATURE_RADIAL {
             // Even in the square of the sine: each place has the same share of the irradiance.
-            let sine = ((ring as f64 + 0.5) / RINGS as f64).sqrt();
-            for turn in 0..TURNS {
-                let (y, x) = ((turn as f64 + 0.5) / TURNS as f64 * TAU).sin_cos();
+            let sine = ((ring as f64 + 0.5) / QUADRATURE_RADIAL as f64).sqrt();
+            for turn in 0..QUADRATURE_ANGULAR {
+                let (y, x) = ((turn as f64 + 0.5) / QUADRATURE_ANGULAR as f64 * TAU).sin_cos();
                 let local = DVec3::new(x * sine, y * sine, (1.0 - sine * sine).sqrt());
                 sum += self.radiance(frame.world(local).as_vec3()).as_dvec3();
             }
         }
-        sum * (PI / (RINGS * TURNS) as f64)
+        sum * (PI / (QUADRATURE_RADIAL * QUADRATURE_ANGULAR) as f64)
     }
 
     #[inline(always)]
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let up = direction.dot(self.up);
         // In linear Rec. 709; colours outside of it lose what is negative.
-        let values = self.by_zenith.at(up.max(0.0)) * self.by_sun.at(from_sun(direction, self.sun));
+        let values =
+            self.by_zenith.at(up.max(0.0)) * self.by_sun.at(sun_distance(direction, self.sun));
         let [luminance, x, y] = values.to_array();
         let xyz = Vec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance.max(0.0);
         let sky = (RGB_FROM_XYZ * xyz).max(Vec3::ZERO) * self.scale;
@@ -98,9 +101,9 @@ impl Daylight {
     }
 
     /// The same of many directions.
-    pub fn radiances<const N: usize>(&self, directions: &Three<f32, N>) -> Three<f32, N> {
+    pub fn radiances<const N: usize>(&self, directions: &Vec3xN<f32, N>) -> Vec3xN<f32, N> {
         let mut radiances = [[0.0; N]; 3];
-        vectorized(Radiances {
+        dispatch_simd(EvaluateSky {
             sky: self,
             directions,
             radiances: &mut radiances,
@@ -110,18 +113,18 @@ impl Daylight {
 }
 
 /// Finds what comes out of directions.
-struct Radiances<'a, const N: usize> {
-    sky: &'a Daylight,
-    directions: &'a Three<f32, N>,
-    radiances: &'a mut Three<f32, N>,
+struct EvaluateSky<'a, const N: usize> {
+    sky: &'a PreethamSky,
+    directions: &'a Vec3xN<f32, N>,
+    radiances: &'a mut Vec3xN<f32, N>,
 }
 
-impl<const N: usize> Loops for Radiances<'_, N> {
+impl<const N: usize> WithSimd for EvaluateSky<'_, N> {
     #[inline(always)]
     fn run(self) {
         for lane in 0..N {
-            let radiance = self.sky.radiance(get(self.directions, lane).into());
-            set(self.radiances, lane, radiance.to_array());
+            let radiance = self.sky.radiance(get_lane(self.directions, lane).into());
+            set_lane(self.radiances, lane, radiance.to_array());
         }
     }
 }
@@ -129,7 +132,7 @@ impl<const N: usize> Loops for Radiances<'_, N> {
 /// From 0, towards the sun, to 1: by the distance of two directions on the unit sphere, or from the opposite one where that
 /// is less. It is nearly the angle where the sky is steep, and asks for no arc cosine.
 #[inline(always)]
-fn from_sun(direction: Vec3, sun: Vec3) -> f32 {
+fn sun_distance(direction: Vec3, sun: Vec3) -> f32 {
     let place = |way: Vec3| way.length() * (0.5 / SQRT_2 as f32);
     if direction.dot(sun) >= 0.0 {
         place(direction - sun)
@@ -138,8 +141,8 @@ fn from_sun(direction: Vec3, sun: Vec3) -> f32 {
     }
 }
 
-/// The angle to the sun where [`from_sun`] is this.
-fn angle_from_sun(place: f64) -> f64 {
+/// The angle to the sun where [`sun_distance`] is this.
+fn angle_of_sun_distance(place: f64) -> f64 {
     let angle = 2.0 * (place.min(1.0 - place) * SQRT_2).asin();
     if place <= 0.5 { angle } else { PI - angle }
 }
@@ -147,9 +150,9 @@ fn angle_from_sun(place: f64) -> f64 {
 /// Three functions of a number from 0 to 1, linear between their values at even distances: for the curves of a sky good to
 /// one part in ten thousand. The exponentials of every ray would take longer than all else that is asked of it.
 #[derive(Debug)]
-struct Curve(Vec<Vec3>);
+struct LinearTable(Vec<Vec3>);
 
-impl Curve {
+impl LinearTable {
     const STEPS: usize = 1024;
 
     fn of(curves: impl Fn(f64) -> [f64; 3]) -> Self {
@@ -173,15 +176,15 @@ const RGB_FROM_XYZ: Mat3 = Mat3::from_cols(
 );
 
 /// Perez' F, the paper's equation 3: a product of what the angle to the zenith and the angle to the sun make of it.
-fn shape(coefficients: &[f64; 5], cos_theta: f64, gamma: f64, cos_gamma: f64) -> f64 {
-    by_height(coefficients, cos_theta) * by_angle(coefficients, gamma, cos_gamma)
+fn perez_f(coefficients: &[f64; 5], cos_theta: f64, gamma: f64, cos_gamma: f64) -> f64 {
+    perez_zenith_factor(coefficients, cos_theta) * perez_sun_factor(coefficients, gamma, cos_gamma)
 }
 
-fn by_height([a, b, ..]: &[f64; 5], cos_theta: f64) -> f64 {
+fn perez_zenith_factor([a, b, ..]: &[f64; 5], cos_theta: f64) -> f64 {
     1.0 + a * (b / cos_theta).exp()
 }
 
-fn by_angle([.., c, d, e]: &[f64; 5], gamma: f64, cos_gamma: f64) -> f64 {
+fn perez_sun_factor([.., c, d, e]: &[f64; 5], gamma: f64, cos_gamma: f64) -> f64 {
     1.0 + c * (d * gamma).exp() + e * cos_gamma * cos_gamma
 }
 
@@ -228,7 +231,7 @@ fn perez(t: f64, sun: f64) -> [([f64; 5], f64); 3] {
     ]);
     let zenith = [luminance, x, y];
     [0, 1, 2].map(|i| {
-        let reference = shape(&coefficients[i], 1.0, sun, sun.cos());
+        let reference = perez_f(&coefficients[i], 1.0, sun, sun.cos());
         (coefficients[i], zenith[i] / reference)
     })
 }
@@ -256,7 +259,7 @@ mod tests {
     fn the_curves_are_the_models() {
         for (turbidity, degrees) in [(2.0, 3.0_f64), (3.0, 40.0), (6.0, 85.0), (10.0, 60.0)] {
             let (sin, cos) = degrees.to_radians().sin_cos();
-            let (sky, _) = Daylight::new(Up::Z, -DVec3::new(cos, 0.0, sin), turbidity, 1.0);
+            let (sky, _) = PreethamSky::new(Up::Z, -DVec3::new(cos, 0.0, sin), turbidity, 1.0);
             let perez = perez(turbidity, FRAC_PI_2 - degrees.to_radians());
             let mut most: f32 = 0.0;
             for i in 0..20_000 {
@@ -267,7 +270,7 @@ mod tests {
                 let direction = DVec3::new(turn.cos() * level, turn.sin() * level, height);
                 let cos_gamma = direction.dot(DVec3::new(cos, 0.0, sin)).clamp(-1.0, 1.0);
                 let [luminance, x, y] = perez.map(|(coefficients, zenith)| {
-                    zenith * shape(&coefficients, height.max(1e-3), cos_gamma.acos(), cos_gamma)
+                    zenith * perez_f(&coefficients, height.max(1e-3), cos_gamma.acos(), cos_gamma)
                 });
                 let xyz = DVec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance;
                 let rgb = (RGB_FROM_XYZ.as_dmat3() * xyz * (1000.0 / LUMEN_PER_WATT)).as_vec3();

@@ -3,14 +3,14 @@
 use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::Loops;
+use raycam_bvh::WithSimd;
 
-use crate::light::bounds::Bounds;
-use crate::light::{LightSample, LightSamples};
-use crate::soa::{Three, get, set};
+use crate::light::bounds::LightBounds;
+use crate::light::{LightLiSample, LightLiSamples};
+use crate::soa::{Vec3xN, get_lane, set_lane};
 
 #[derive(Debug)]
-pub(crate) struct Area {
+pub(crate) struct RectangleLight {
     /// Scene-local.
     corner: DVec3,
     edges: [DVec3; 2],
@@ -31,11 +31,11 @@ pub(crate) struct Area {
 /// From farther away than this many half diagonals, squared, a point is drawn evenly from the area: directions are then
 /// nearly even as well, the solid angle costs more than it brings, and small ones lose their digits. So it is on
 /// parallelograms without right angles.
-const FAR: f64 = 4.0;
+const UNIFORM_SAMPLING_DISTANCE2: f64 = 4.0;
 /// ... and so it is where the rectangle is seen edge-on.
-const SMALLEST: f64 = 1e-5;
+const MIN_SOLID_ANGLE: f64 = 1e-5;
 
-impl Area {
+impl RectangleLight {
     pub fn new(center: DVec3, [u, v]: [DVec3; 2], radiance: Vec3, two_sided: bool) -> Self {
         let cross = u.cross(v);
         let (normal, area) = (cross.normalize_or_zero(), cross.length());
@@ -55,7 +55,7 @@ impl Area {
         }
     }
 
-    pub fn bounds(&self) -> Bounds {
+    pub fn bounds(&self) -> LightBounds {
         let [u, v] = self.edges;
         let corners = [
             self.corner,
@@ -64,10 +64,10 @@ impl Area {
             self.corner + u + v,
         ];
         let intensity = self.radiance.as_dvec3() * self.area;
-        Bounds::flat(&corners, self.normal, intensity.as_vec3(), self.two_sided)
+        LightBounds::flat(&corners, self.normal, intensity.as_vec3(), self.two_sided)
     }
 
-    pub fn sample(&self, point: DVec3, random: [f32; 2]) -> Option<LightSample> {
+    pub fn sample(&self, point: DVec3, random: [f32; 2]) -> Option<LightLiSample> {
         if !self.shines_to(point) {
             return None;
         }
@@ -79,7 +79,7 @@ impl Area {
             }
             None => self.sample_far(point, random),
         };
-        LightSample::toward(direction, end, self.radiance, density)
+        LightLiSample::toward(direction, end, self.radiance, density)
     }
 
     /// A direction to a point drawn evenly from the area, that point, and the density.
@@ -128,26 +128,26 @@ impl Area {
 
     #[inline(always)]
     fn is_far(&self, point: DVec3) -> bool {
-        (point - self.center).length_squared() > FAR * self.radius2
+        (point - self.center).length_squared() > UNIFORM_SAMPLING_DISTANCE2 * self.radius2
     }
 
     /// The rectangle on the sphere around a point, where it is one and near.
     fn solid_angle(&self, point: DVec3) -> Option<SphericalRectangle> {
         let axes = self.axes.filter(|_| !self.is_far(point))?;
         let solid = SphericalRectangle::new(self.corner - point, axes, self.edges);
-        (solid.angle > SMALLEST).then_some(solid)
+        (solid.angle > MIN_SOLID_ANGLE).then_some(solid)
     }
 }
 
-/// [`Area::sample`] of many points at once.
-pub(crate) struct SampleArea<'a, const N: usize> {
-    pub area: &'a Area,
-    pub points: &'a Three<f64, N>,
+/// [`RectangleLight::sample`] of many points at once.
+pub(crate) struct SampleRectangle<'a, const N: usize> {
+    pub area: &'a RectangleLight,
+    pub points: &'a Vec3xN<f64, N>,
     pub random: &'a [[f32; N]; 2],
-    pub out: &'a mut LightSamples<N>,
+    pub out: &'a mut LightLiSamples<N>,
 }
 
-impl<const N: usize> Loops for SampleArea<'_, N> {
+impl<const N: usize> WithSimd for SampleRectangle<'_, N> {
     #[inline(always)]
     fn run(self) {
         let Self {
@@ -157,17 +157,17 @@ impl<const N: usize> Loops for SampleArea<'_, N> {
             out,
         } = self;
         // What is known to lie nowhere else can be kept in registers.
-        let (points, random, mut lanes) = (*points, *random, LightSamples::<N>::default());
+        let (points, random, mut lanes) = (*points, *random, LightLiSamples::<N>::default());
         lanes.shine(area.radiance);
         let mut far = [true; N];
         for lane in 0..N {
-            let point = DVec3::from(get(&points, lane));
+            let point = DVec3::from(get_lane(&points, lane));
             let numbers = [f64::from(random[0][lane]), f64::from(random[1][lane])];
             let (direction, end, density) = area.sample_far(point, numbers);
             let pdf = density as f32;
             let found = area.shines_to(point) & (pdf > 0.0) & (pdf < f32::INFINITY);
-            set(&mut lanes.direction, lane, direction.as_vec3().to_array());
-            set(&mut lanes.end, lane, end.to_array());
+            set_lane(&mut lanes.direction, lane, direction.as_vec3().to_array());
+            set_lane(&mut lanes.end, lane, end.to_array());
             lanes.pdf[lane] = if found { pdf } else { 0.0 };
             far[lane] = area.is_far(point);
         }
@@ -177,7 +177,7 @@ impl<const N: usize> Loops for SampleArea<'_, N> {
         }
         for lane in (0..N).filter(|&lane| !far[lane]) {
             let numbers = [random[0][lane], random[1][lane]];
-            out.put(lane, area.sample(get(&points, lane).into(), numbers));
+            out.put(lane, area.sample(get_lane(&points, lane).into(), numbers));
         }
     }
 }
@@ -243,7 +243,7 @@ impl SphericalRectangle {
 
 #[cfg(test)]
 mod tests {
-    use raycam_bvh::vectorized;
+    use raycam_bvh::dispatch_simd;
 
     use super::*;
 
@@ -254,25 +254,25 @@ mod tests {
         let slanted = [edges[0], edges[1] + edges[0] / 4.0];
         let (mut near, mut dark) = (0, 0);
         for (edges, two_sided) in [(edges, false), (edges, true), (slanted, false)] {
-            let area = Area::new(DVec3::new(0.0, 0.0, 1.0), edges, Vec3::ONE, two_sided);
+            let area = RectangleLight::new(DVec3::new(0.0, 0.0, 1.0), edges, Vec3::ONE, two_sided);
             // Around it, in its plane and far below it.
             let points = |lane: usize, axis: usize| {
                 let at = (lane * 3 + axis) as f64;
                 at.sin() * [1.0, 8.0, 1.0, 1e4][lane % 4] + f64::from(lane == 5 && axis == 2)
             };
-            let points: Three<f64, N> =
+            let points: Vec3xN<f64, N> =
                 [0, 1, 2].map(|axis| std::array::from_fn(|lane| points(lane, axis)));
             let random = [7.0, 11.0]
                 .map(|k: f32| std::array::from_fn(|lane| (k * lane as f32 / 16.0).fract()));
-            let mut found = LightSamples::default();
-            vectorized(SampleArea {
+            let mut found = LightLiSamples::default();
+            dispatch_simd(SampleRectangle {
                 area: &area,
                 points: &points,
                 random: &random,
                 out: &mut found,
             });
             for (lane, (&x, &y)) in random[0].iter().zip(&random[1]).enumerate() {
-                let point = get(&points, lane).into();
+                let point = get_lane(&points, lane).into();
                 let alone = area.sample(point, [x, y]);
                 let lanes = found.at(lane);
                 assert_eq!(format!("{alone:?}"), format!("{lanes:?}"), "{lane}");

@@ -12,75 +12,75 @@ use glam::DVec3;
 use raycam_bvh::{ExactHit, ExactRay, Scene};
 use rayon::prelude::*;
 
-use crate::prepare::{PreparedObject, PreparedWorld};
+use crate::prepare::{PreparedInstance, PreparedWorld};
 
 /// Samples for every triangle that make up for building the tree, and a little more, where objects are near each other.
-const SAMPLES: u64 = 4;
+const SAMPLES_TO_PAY: u64 = 4;
 /// The same where they stand apart, and few rays go into several of them.
-const APART: u64 = 24;
+const SAMPLES_TO_PAY_SPARSE: u64 = 24;
 /// The same of exact rays, which are fewer and run alike.
-const EXACT: u64 = 8;
+const EXACT_RAYS_TO_PAY: u64 = 8;
 /// The most triangles: some 200 bytes each, for a moment.
-const MOST: usize = 1 << 22;
+const MAX_TRIANGLES: usize = 1 << 22;
 /// float32 has this many steps or more along the mean triangle of every object, or else small things on a large floor
 /// would lose their form.
-const STEPS: f64 = 64.0;
+const MIN_F32_STEPS: f64 = 64.0;
 
 /// The tree, once there is one.
 #[derive(Debug, Default)]
-pub(crate) struct Merged {
+pub(crate) struct FlattenedScene {
     /// `None` where it would be too large or too coarse.
-    tree: OnceLock<Option<Scene>>,
+    scene: OnceLock<Option<Scene>>,
     /// How many exact rays were traced without it.
-    exact: AtomicU64,
+    exact_rays: AtomicU64,
 }
 
 impl PreparedWorld {
     /// What the rays of a picture of so many samples are traced against. It depends on nothing but the world and that
     /// number: the same picture has the same bits.
-    pub(crate) fn scene_for(&self, samples: u64) -> &Scene {
+    pub(crate) fn scene_for_samples(&self, samples: u64) -> &Scene {
         let pays = |triangles| {
             let enough = |each| samples / each >= triangles;
-            enough(APART) || (enough(SAMPLES) && self.has_neighbours())
+            enough(SAMPLES_TO_PAY_SPARSE) || (enough(SAMPLES_TO_PAY) && self.instances_are_close())
         };
-        self.merged_if(pays).unwrap_or(&self.scene)
+        self.flattened_if_worth(pays).unwrap_or(&self.scene)
     }
 
     /// The tree over everything if it pays for so many triangles.
-    fn merged_if(&self, pays: impl Fn(u64) -> bool) -> Option<&Scene> {
-        if self.scene.is_one_tree() || !pays(self.triangle_count() as u64) {
+    fn flattened_if_worth(&self, pays: impl Fn(u64) -> bool) -> Option<&Scene> {
+        if self.scene.is_single_level() || !pays(self.triangle_count() as u64) {
             return None;
         }
-        let tree = &self.merged.tree;
+        let tree = &self.flattened.scene;
         if tree.get().is_none() {
             // Not while others wait for it: a thread that builds takes up work of other pictures, and one of the same world
             // would wait for itself. Whoever is first is kept; all of them are the same.
-            let _ = tree.set(self.merge());
+            let _ = tree.set(self.flatten());
         }
         tree.get().and_then(Option::as_ref)
     }
 
     /// Makes the tree if with so many more exact rays it pays. Their answers are the same with it and without.
-    pub(crate) fn expect_exact(&self, rays: u64) {
-        if self.merged.tree.get().is_none() {
-            let before = self.merged.exact.fetch_add(rays, Ordering::Relaxed);
+    pub(crate) fn note_exact_rays(&self, rays: u64) {
+        if self.flattened.scene.get().is_none() {
+            let before = self.flattened.exact_rays.fetch_add(rays, Ordering::Relaxed);
             let rays = before.saturating_add(rays);
-            self.merged_if(|triangles| rays / EXACT >= triangles);
+            self.flattened_if_worth(|triangles| rays / EXACT_RAYS_TO_PAY >= triangles);
         }
     }
 
     /// The nearest hit of every ray by float64.
     pub(crate) fn closest_exact(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
-        let merged = self.merged.tree.get().and_then(Option::as_ref);
+        let merged = self.flattened.scene.get().and_then(Option::as_ref);
         merged
             .unwrap_or(&self.scene)
             .closest_exact(rays, self, hits);
     }
 
     /// Whether any object's box is as near to that of another as a quarter of its size; taken for granted of very many.
-    fn has_neighbours(&self) -> bool {
-        const MANY: usize = 1 << 12;
-        let of_object = |object: &PreparedObject| {
+    fn instances_are_close(&self) -> bool {
+        const MAX_COMPARED: usize = 1 << 12;
+        let of_object = |object: &PreparedInstance| {
             let (mesh, place) = (&object.mesh, object.world_from_mesh);
             let middle = place.transform_point3((mesh.lower + mesh.upper) / 2.0);
             (
@@ -88,7 +88,7 @@ impl PreparedWorld {
                 place.matrix3.abs() * (mesh.upper - mesh.lower) / 2.0,
             )
         };
-        let boxes: Vec<(DVec3, DVec3)> = self.objects.iter().map(of_object).collect();
+        let boxes: Vec<(DVec3, DVec3)> = self.instances.iter().map(of_object).collect();
         let near = |(i, &(middle, half)): (usize, &(DVec3, DVec3))| {
             let mut others = boxes[..i].iter();
             others.any(|&(other, other_half)| {
@@ -96,36 +96,36 @@ impl PreparedWorld {
                 gap.max_element() <= half.max_element().min(other_half.max_element()) / 2.0
             })
         };
-        boxes.len() > MANY || boxes.iter().enumerate().any(near)
+        boxes.len() > MAX_COMPARED || boxes.iter().enumerate().any(near)
     }
 
     /// Triangles of all objects, those of shared meshes as often as they are shown.
     fn triangle_count(&self) -> usize {
-        let count = |object| self.triangles_of(object).len();
-        (0..self.objects.len()).map(count).sum()
+        let count = |object| self.instance_triangles(object).len();
+        (0..self.instances.len()).map(count).sum()
     }
 
-    fn triangles_of(&self, object: usize) -> &[[u32; 3]] {
-        &self.objects[object].mesh.mesh.triangles
+    fn instance_triangles(&self, object: usize) -> &[[u32; 3]] {
+        &self.instances[object].mesh.mesh.triangles
     }
 
     /// Everything in one tree; `None` where that would be too large or too coarse.
-    fn merge(&self) -> Option<Scene> {
-        if !(1..=MOST).contains(&self.triangle_count()) {
+    fn flatten(&self) -> Option<Scene> {
+        if !(1..=MAX_TRIANGLES).contains(&self.triangle_count()) {
             return None;
         }
         let (mut vertices, mut triangles, mut firsts) = (vec![], vec![], vec![]);
-        for (i, object) in self.objects.iter().enumerate() {
+        for (i, object) in self.instances.iter().enumerate() {
             let mesh = &object.mesh;
             let size = object.world_from_mesh.matrix3.abs() * (mesh.upper - mesh.lower);
-            let count = self.triangles_of(i).len();
+            let count = self.instance_triangles(i).len();
             let step = f64::from(f32::EPSILON) * self.radius;
-            if count > 0 && size.max_element() < STEPS * step * (count as f64).sqrt() {
+            if count > 0 && size.max_element() < MIN_F32_STEPS * step * (count as f64).sqrt() {
                 return None;
             }
             let before = u32::try_from(vertices.len()).ok()?;
             firsts.push(u32::try_from(triangles.len()).ok()?);
-            triangles.extend(self.triangles_of(i).iter().map(|t| t.map(|i| before + i)));
+            triangles.extend(self.instance_triangles(i).iter().map(|t| t.map(|i| before + i)));
             let local = |&vertex| {
                 let vertex = object.world_from_mesh.transform_point3(vertex);
                 (vertex - self.origin).as_vec3().to_array()
@@ -138,7 +138,7 @@ impl PreparedWorld {
                     .map(local),
             );
         }
-        Scene::merged(&vertices, &triangles, firsts, self.origin.to_array()).ok()
+        Scene::flattened(&vertices, &triangles, firsts, self.origin.to_array()).ok()
     }
 }
 
@@ -152,7 +152,7 @@ mod tests {
 
     use super::*;
     use crate::control::Control;
-    use crate::film::frame::Plane;
+    use crate::film::frame::ImagePlane;
     use crate::{Channel, Integrator, Settings};
 
     /// Balls on a floor, one of them stretched, two of one mesh.
@@ -174,7 +174,7 @@ mod tests {
             let object = Object::new("", mesh, vec![material], place);
             world.add_object(object).unwrap();
         }
-        world.add_light(Light::even_sky([1.0; 3])).unwrap();
+        world.add_light(Light::uniform_sky([1.0; 3])).unwrap();
         world
     }
 
@@ -188,28 +188,32 @@ mod tests {
         let prepared = prepare(&world, None);
         let triangles = prepared.triangle_count() as u64;
         assert_eq!(triangles, 2 + 2 * 1280);
-        let few = prepared.scene_for(SAMPLES * triangles - 1);
+        let few = prepared.scene_for_samples(SAMPLES_TO_PAY * triangles - 1);
         assert!(std::ptr::eq(few, &prepared.scene));
-        let many = prepared.scene_for(SAMPLES * triangles);
-        assert!(many.is_one_tree());
+        let many = prepared.scene_for_samples(SAMPLES_TO_PAY * triangles);
+        assert!(many.is_single_level());
         // It is kept while nothing moves.
         let mut lit = world.clone();
         lit.lights.clear();
         let lit = prepare(&lit, Some(&prepared));
-        assert!(Arc::ptr_eq(&lit.merged, &prepared.merged));
+        assert!(Arc::ptr_eq(&lit.flattened, &prepared.flattened));
         let mut moved = world.clone();
         moved.objects[1].world_from_mesh.translation.x += 0.1;
         let moved = prepare(&moved, Some(&prepared));
-        assert!(moved.merged.tree.get().is_none());
+        assert!(moved.flattened.scene.get().is_none());
         // Far apart it takes more.
         let mut apart = world.clone();
         for (i, object) in apart.objects.iter_mut().enumerate() {
             object.world_from_mesh.translation.z += 4.0 * i as f64;
         }
         let apart = prepare(&apart, None);
-        let few = apart.scene_for(APART * triangles - 1);
+        let few = apart.scene_for_samples(SAMPLES_TO_PAY_SPARSE * triangles - 1);
         assert!(std::ptr::eq(few, &apart.scene));
-        assert!(apart.scene_for(APART * triangles).is_one_tree());
+        assert!(
+            apart
+                .scene_for_samples(SAMPLES_TO_PAY_SPARSE * triangles)
+                .is_single_level()
+        );
     }
 
     #[test]
@@ -227,7 +231,7 @@ mod tests {
                     let (pool, prepared) = (&pool, &prepared);
                     scope.spawn(move || {
                         std::thread::sleep(std::time::Duration::from_millis(turn));
-                        pool.install(|| assert!(prepared.scene_for(u64::MAX).is_one_tree()));
+                        pool.install(|| assert!(prepared.scene_for_samples(u64::MAX).is_single_level()));
                     });
                 }
             });
@@ -254,19 +258,19 @@ mod tests {
         let picture = || crate::render(&prepared, &camera, &settings, &Control::new()).unwrap();
         let (pixels, triangles) = (120 * 80, prepared.triangle_count() as u64);
         let without = picture();
-        for _ in 1..EXACT * triangles / pixels {
+        for _ in 1..EXACT_RAYS_TO_PAY * triangles / pixels {
             picture();
         }
-        assert!(prepared.merged.tree.get().is_none());
+        assert!(prepared.flattened.scene.get().is_none());
         let with = picture();
-        assert!(prepared.merged.tree.get().is_some_and(Option::is_some));
+        assert!(prepared.flattened.scene.get().is_some_and(Option::is_some));
         assert!(without.planes[..2] == with.planes[..2]);
         match &with.planes[0].1 {
-            Plane::I32 { data, .. } => assert_eq!(data.iter().max(), Some(&2)),
+            ImagePlane::I32 { data, .. } => assert_eq!(data.iter().max(), Some(&2)),
             other => panic!("{other:?}"),
         }
         let bits = |frame: &crate::Frame| match &frame.planes[2].1 {
-            Plane::F64 { data, .. } => data.iter().map(|v| v.to_bits()).collect::<Vec<_>>(),
+            ImagePlane::F64 { data, .. } => data.iter().map(|v| v.to_bits()).collect::<Vec<_>>(),
             other => panic!("{other:?}"),
         };
         assert!(bits(&without) == bits(&with));
@@ -277,9 +281,9 @@ mod tests {
         let mut world = world();
         let scale = DAffine3::from_scale(DVec3::splat(100.0));
         world.objects[0].world_from_mesh = scale;
-        assert!(prepare(&world, None).scene_for(u64::MAX).is_one_tree());
+        assert!(prepare(&world, None).scene_for_samples(u64::MAX).is_single_level());
         world.objects[0].world_from_mesh = scale * scale;
-        assert!(!prepare(&world, None).scene_for(u64::MAX).is_one_tree());
+        assert!(!prepare(&world, None).scene_for_samples(u64::MAX).is_single_level());
     }
 
     #[test]
@@ -299,12 +303,12 @@ mod tests {
         let picture = |world: &PreparedWorld| {
             let frame = crate::render(world, &camera, &settings, &Control::new()).unwrap();
             match &frame.planes[0].1 {
-                Plane::F32 { data, .. } => data.clone(),
+                ImagePlane::F32 { data, .. } => data.clone(),
                 other => panic!("{other:?}"),
             }
         };
         let merged = picture(&prepared);
-        assert!(prepared.merged.tree.get().is_some());
+        assert!(prepared.flattened.scene.get().is_some());
         // Moved elsewhere and back, with the trees that were there.
         let mut away = world.clone();
         away.objects[1].world_from_mesh.translation.x += 0.1;
@@ -313,13 +317,13 @@ mod tests {
         assert!(picture(&prepare(&world, Some(&away))) == merged);
         // With a tree for each.
         let apart = PreparedWorld {
-            merged: Arc::new(Merged {
-                tree: None.into(),
-                ..Merged::default()
+            flattened: Arc::new(FlattenedScene {
+                scene: None.into(),
+                ..FlattenedScene::default()
             }),
             ..prepare(&world, None)
         };
-        assert!(!apart.scene_for(u64::MAX).is_one_tree());
+        assert!(!apart.scene_for_samples(u64::MAX).is_single_level());
         let apart = picture(&apart);
         let same = merged
             .iter()

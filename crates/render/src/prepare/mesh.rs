@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::PreparedWorld;
-use crate::prepare::dielectric_bounds::is_body;
+use crate::prepare::dielectric_bounds::is_watertight;
 
 /// A mesh and its acceleration structure, which holds float32 vertices relative to `center`.
 #[derive(Debug)]
@@ -21,14 +21,14 @@ pub(crate) struct PreparedMesh {
     pub lower: DVec3,
     pub upper: DVec3,
     pub center: DVec3,
-    /// What [`is_body`] says, once it is asked.
-    body: OnceLock<bool>,
+    /// What [`is_watertight`] says, once it is asked.
+    is_closed: OnceLock<bool>,
     /// What the tree cost when it was built, not refitted.
     built_cost: f64,
 }
 
 /// A refitted tree that costs more than this many times what it cost when built is built anew.
-const WORN: f64 = 1.5;
+const MAX_REFIT_COST_RATIO: f64 = 1.5;
 
 /// Every mesh that an object shows, by its index in the world.
 pub(crate) fn prepare_meshes(
@@ -38,7 +38,7 @@ pub(crate) fn prepare_meshes(
 ) -> Result<Vec<Option<Arc<PreparedMesh>>>, RenderError> {
     let known: HashMap<*const Mesh, &Arc<PreparedMesh>> = previous
         .iter()
-        .flat_map(|previous| &previous.objects)
+        .flat_map(|previous| &previous.instances)
         .map(|object| (Arc::as_ptr(&object.mesh.mesh), &object.mesh))
         .collect();
     let mut meshes: Vec<Option<Arc<PreparedMesh>>> = vec![None; world.meshes.len()];
@@ -62,7 +62,7 @@ pub(crate) fn prepare_meshes(
     for (object, previous) in world
         .objects
         .iter()
-        .zip(previous.iter().flat_map(|p| &p.objects))
+        .zip(previous.iter().flat_map(|p| &p.instances))
     {
         before.entry(object.mesh).or_insert(&*previous.mesh);
     }
@@ -71,7 +71,7 @@ pub(crate) fn prepare_meshes(
         .map(|index| {
             control.check()?;
             let mesh = &world.meshes[index];
-            let moved = before.get(&index).and_then(|before| before.moved(mesh));
+            let moved = before.get(&index).and_then(|before| before.refit(mesh));
             let mesh = match moved {
                 Some(moved) => moved,
                 None => PreparedMesh::build(index, mesh.clone())?,
@@ -92,7 +92,7 @@ impl PreparedMesh {
             .map_err(|error| RenderError::World(format!("mesh {index}: {error}")))?;
         let (lower, upper) = mesh.bounds().unwrap_or_default();
         let center = lower + (upper - lower) / 2.0;
-        let vertices = around(&mesh, center);
+        let vertices = center_vertices(&mesh, center);
         let bvh =
             Bvh::build(&vertices, &mesh.triangles, &BuildOptions::default()).map_err(|source| {
                 RenderError::Build {
@@ -102,24 +102,24 @@ impl PreparedMesh {
             })?;
         Ok(Self {
             mesh,
-            built_cost: bvh.cost(),
+            built_cost: bvh.sah_cost(),
             bvh: Arc::new(bvh),
             lower,
             upper,
             center,
-            body: OnceLock::new(),
+            is_closed: OnceLock::new(),
         })
     }
 
-    /// What [`is_body`] says. Found first and kept then: threads that work meanwhile must not wait for the cell.
-    pub fn is_body(&self) -> bool {
-        let known = self.body.get().copied();
-        let body = known.unwrap_or_else(|| is_body(&self.mesh));
-        *self.body.get_or_init(|| body)
+    /// What [`is_watertight`] says. Found first and kept then: threads that work meanwhile must not wait for the cell.
+    pub fn is_watertight(&self) -> bool {
+        let known = self.is_closed.get().copied();
+        let body = known.unwrap_or_else(|| is_watertight(&self.mesh));
+        *self.is_closed.get_or_init(|| body)
     }
 
     /// The same triangles with their vertices elsewhere; `None` where it takes a new tree.
-    fn moved(&self, mesh: &Arc<Mesh>) -> Option<Self> {
+    fn refit(&self, mesh: &Arc<Mesh>) -> Option<Self> {
         let before = &*self.mesh;
         let same = before.vertices.len() == mesh.vertices.len()
             && before.triangles == mesh.triangles
@@ -127,21 +127,22 @@ impl PreparedMesh {
         let (lower, upper) = mesh.bounds().filter(|_| same)?;
         let center = lower + (upper - lower) / 2.0;
         let mut bvh = Bvh::clone(&self.bvh);
-        bvh.refit(&around(mesh, center), &mesh.triangles).ok()?;
-        (bvh.cost() <= WORN * self.built_cost).then(|| Self {
+        bvh.refit(&center_vertices(mesh, center), &mesh.triangles)
+            .ok()?;
+        (bvh.sah_cost() <= MAX_REFIT_COST_RATIO * self.built_cost).then(|| Self {
             mesh: mesh.clone(),
             built_cost: self.built_cost,
             bvh: Arc::new(bvh),
             lower,
             upper,
             center,
-            body: OnceLock::new(),
+            is_closed: OnceLock::new(),
         })
     }
 }
 
 /// The vertices in float32, counted from `center`.
-fn around(mesh: &Mesh, center: DVec3) -> Vec<[f32; 3]> {
+fn center_vertices(mesh: &Mesh, center: DVec3) -> Vec<[f32; 3]> {
     let vertices = mesh.vertices.par_iter().with_min_len(1 << 14);
     vertices
         .map(|&vertex| (vertex - center).as_vec3().to_array())

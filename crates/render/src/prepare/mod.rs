@@ -11,15 +11,15 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DMat3, DVec3};
 use raycam_bvh::{BuildError, Bvh, ExactTriangles, Instance, Scene};
-use raycam_scene::{Alpha, Camera, Material, Object, TextureMemory, World};
+use raycam_scene::{Alpha, Camera, Material, Object, TextureCache, World};
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::guiding::caustic_casters::{Mirror, mirrors};
-use crate::guiding::caustic_map::Thrown;
+use crate::guiding::caustic_casters::{CausticCaster, find_caustic_casters};
+use crate::guiding::caustic_map::CausticMap;
 use crate::light::{Lights, default_lights};
-use crate::prepare::dielectric_bounds::bodies;
-use crate::prepare::flattened::Merged;
+use crate::prepare::dielectric_bounds::closed_dielectric_bounds;
+use crate::prepare::flattened::FlattenedScene;
 use crate::prepare::material::{PreparedMaterial, prepare_materials};
 use crate::prepare::mesh::{PreparedMesh, prepare_meshes};
 use crate::prepare::texture::{PreparedTexture, prepare_textures};
@@ -28,20 +28,20 @@ use crate::tile_renderer::screen_mask;
 
 /// A placed mesh.
 #[derive(Debug)]
-pub(crate) struct PreparedObject {
+pub(crate) struct PreparedInstance {
     pub mesh: Arc<PreparedMesh>,
     pub world_from_mesh: DAffine3,
     /// Whether that changes nothing.
-    in_place: bool,
+    is_identity: bool,
     /// Takes normals to the world: the inverse transpose of the linear part, up to length.
     pub normal_from_mesh: DMat3,
     /// Whether it turns counter-clockwise triangles clockwise.
-    pub mirrored: bool,
+    pub flips_orientation: bool,
     /// Per slot, an index into [`PreparedWorld::materials`].
     pub materials: Vec<usize>,
     /// Its number in the world's categories, or -1.
     pub category: i32,
-    pub rounding: Rounding,
+    pub error_bounds: ErrorBounds,
 }
 
 /// A world ready to be rendered: acceleration structures, instances and lights relative to a local origin.
@@ -49,26 +49,26 @@ pub(crate) struct PreparedObject {
 pub struct PreparedWorld {
     pub(crate) scene: Scene,
     /// All of it in one tree, made when it is needed: see [`PreparedWorld::scene_for`].
-    pub(crate) merged: Arc<Merged>,
+    pub(crate) flattened: Arc<FlattenedScene>,
     /// The world coordinates of the scene-local origin: the centre of everything.
     pub(crate) origin: DVec3,
     /// Everything lies within this distance of `origin`.
     pub(crate) radius: f64,
-    pub(crate) objects: Vec<PreparedObject>,
-    /// Where they lie: see [`screen_mask::boxes`].
-    pub(crate) boxes: Vec<[DVec3; 2]>,
+    pub(crate) instances: Vec<PreparedInstance>,
+    /// Where they lie: see [`screen_mask::object_bounds`].
+    pub(crate) object_bounds: Vec<[DVec3; 2]>,
     pub(crate) materials: Arc<Vec<PreparedMaterial>>,
-    /// For each material, where closed bodies of it lie: see [`bodies`].
-    pub(crate) bodies: Vec<Option<[DVec3; 2]>>,
+    /// For each material, where closed bodies of it lie: see [`dielectric_bounds`].
+    pub(crate) dielectric_bounds: Vec<Option<[DVec3; 2]>>,
     /// Whether some material's opacity counts.
-    pub(crate) see_through: bool,
+    pub(crate) has_transparency: bool,
     pub(crate) textures: Arc<Vec<Arc<PreparedTexture>>>,
     /// Where their images are, if something bounds them.
-    pub(crate) texture_memory: Option<Arc<TextureMemory>>,
+    pub(crate) texture_memory: Option<Arc<TextureCache>>,
     /// What gathers light.
-    pub(crate) mirrors: Vec<Mirror>,
+    pub(crate) caustic_casters: Vec<CausticCaster>,
     /// What each of these throws, found when paths need it: see [`crate::integrator::guide`]. None of a moment of an exposure.
-    pub(crate) thrown: OnceLock<Vec<Thrown>>,
+    pub(crate) caustic_maps: OnceLock<Vec<CausticMap>>,
     pub(crate) lights: Arc<Lights>,
     /// What lights a world without lights.
     pub(crate) default_lights: Option<Arc<Lights>>,
@@ -76,8 +76,8 @@ pub struct PreparedWorld {
 
 impl PreparedWorld {
     /// The camera, whose rays from infinity start before everything.
-    pub(crate) fn before(&self, camera: &Camera) -> Camera {
-        camera.starting_before(self.origin, self.radius)
+    pub(crate) fn camera_outside(&self, camera: &Camera) -> Camera {
+        camera.with_ray_origins_outside(self.origin, self.radius)
     }
 
     /// Prepares a world. Meshes that `previous` already holds (the same `Arc`) are not built again, so that moving
@@ -92,54 +92,54 @@ impl PreparedWorld {
         threads: Option<usize>,
         control: &Control,
     ) -> Result<Self, RenderError> {
-        check(world)?;
+        validate(world)?;
         let meshes = with_pool(threads, || prepare_meshes(world, previous, control))??;
         control.check()?;
         let placed = |object: &Object| meshes[object.mesh].clone();
         let meshes: Vec<_> = world.objects.iter().filter_map(placed).collect();
-        let (lower, upper) = bounds(&world.objects, &meshes);
+        let (lower, upper) = world_bounds(&world.objects, &meshes);
         let origin = lower + (upper - lower) / 2.0;
         // In our pool too: rayon's own does not survive a fork.
-        let (objects, scene) = with_pool(threads, || place(world, meshes, origin))??;
+        let (objects, scene) = with_pool(threads, || build_instances(world, meshes, origin))??;
         let materials = Arc::new(prepare_materials(&world.materials));
         let textures = prepare_textures(world, previous.map(|previous| &previous.textures[..]));
         let mut prepared = Self {
             scene,
-            merged: Arc::default(),
+            flattened: Arc::default(),
             origin,
             radius: (upper - origin).length(),
-            boxes: screen_mask::boxes(&objects, origin, (upper - origin).length()),
-            bodies: with_pool(threads, || bodies(&objects, &materials, origin))?,
-            objects,
+            object_bounds: screen_mask::boxes(&objects, origin, (upper - origin).length()),
+            dielectric_bounds: with_pool(threads, || closed_dielectric_bounds(&objects, &materials, origin))?,
+            instances: objects,
             materials,
-            see_through: is_see_through(world),
+            has_transparency: has_transparency(world),
             textures: Arc::new(textures),
-            texture_memory: world.texture_memory.clone(),
-            mirrors: vec![],
-            thrown: OnceLock::new(),
+            texture_memory: world.texture_cache.clone(),
+            caustic_casters: vec![],
+            caustic_maps: OnceLock::new(),
             lights: Arc::default(),
             default_lights: None,
         };
-        if let Some(previous) = previous.filter(|previous| prepared.is_placed_as(previous)) {
-            prepared.merged = previous.merged.clone();
+        if let Some(previous) = previous.filter(|previous| prepared.has_same_instances(previous)) {
+            prepared.flattened = previous.flattened.clone();
         }
-        prepared.mirrors = mirrors(&prepared);
-        with_pool(threads, || prepared.light(world))?;
+        prepared.caustic_casters = find_caustic_casters(&prepared);
+        with_pool(threads, || prepared.build_lights(world))?;
         Ok(prepared)
     }
 
     /// Whether its objects have the same meshes in the same places.
-    fn is_placed_as(&self, other: &Self) -> bool {
-        let place = |object: &PreparedObject| (Arc::as_ptr(&object.mesh), object.world_from_mesh);
-        let places = self.objects.iter().map(place);
-        places.eq(other.objects.iter().map(place))
+    fn has_same_instances(&self, other: &Self) -> bool {
+        let place = |object: &PreparedInstance| (Arc::as_ptr(&object.mesh), object.world_from_mesh);
+        let places = self.instances.iter().map(place);
+        places.eq(other.instances.iter().map(place))
     }
 
     /// Makes the lights of the world, once its objects are there.
-    pub(crate) fn light(&mut self, world: &World) {
+    pub(crate) fn build_lights(&mut self, world: &World) {
         let lights = Lights::new(&world.lights, world.up, self.origin).with_surfaces(self);
         self.lights = Arc::new(lights);
-        let dark = match world.glow_is_decoration {
+        let dark = match world.emission_keeps_default_lights {
             true => world.lights.is_empty(),
             false => self.lights.count() == 0,
         };
@@ -151,25 +151,25 @@ impl PreparedWorld {
 
     /// How many objects have the very acceleration structure that `other` has too.
     pub fn objects_shared_with(&self, other: &PreparedWorld) -> usize {
-        let theirs: HashSet<_> = other.objects.iter().map(|o| Arc::as_ptr(&o.mesh)).collect();
-        let shared = |object: &&PreparedObject| theirs.contains(&Arc::as_ptr(&object.mesh));
-        self.objects.iter().filter(shared).count()
+        let theirs: HashSet<_> = other.instances.iter().map(|o| Arc::as_ptr(&o.mesh)).collect();
+        let shared = |object: &&PreparedInstance| theirs.contains(&Arc::as_ptr(&object.mesh));
+        self.instances.iter().filter(shared).count()
     }
 
     /// The acceleration structure of an object's mesh: the same `Arc` as long as the mesh is the same.
     pub fn bvh(&self, object: usize) -> Option<&Arc<Bvh>> {
-        self.objects.get(object).map(|object| &object.mesh.bvh)
+        self.instances.get(object).map(|object| &object.mesh.bvh)
     }
 
     /// The corners of a triangle in the world, float64.
     #[inline]
     pub(crate) fn corners(&self, instance: u32, triangle: u32) -> [DVec3; 3] {
-        let object = &self.objects[instance as usize];
+        let object = &self.instances[instance as usize];
         let mesh = &*object.mesh.mesh;
         // Spelled out: the compiler may leave `map` a call.
         let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| vertex as usize);
         let corners = [mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]];
-        if object.in_place {
+        if object.is_identity {
             return corners;
         }
         let [a, b, c] = corners;
@@ -187,35 +187,35 @@ impl ExactTriangles for PreparedWorld {
 
 /// How many float32 roundings of the largest coordinates add up, at most, between a surface and a ray that leaves it:
 /// vertices, transform, start and direction of the ray, the shear of the triangle test.
-const ROUNDINGS: f64 = 8.0;
+const MAX_ROUNDINGS: f64 = 8.0;
 
 /// What float32 may do to the points of an object, in units of one rounding.
 #[derive(Debug)]
-pub(crate) struct Rounding {
+pub(crate) struct ErrorBounds {
     /// Into the mesh's coordinates and back: |M| |M^-1|.
-    of_point: DMat3,
+    per_point: DMat3,
     /// The same for the mesh's place, and for its vertices.
-    of_mesh: DVec3,
+    per_mesh: DVec3,
 }
 
-impl Rounding {
+impl ErrorBounds {
     /// The columns of its two parts.
     #[inline(always)]
     pub fn columns(&self) -> [DVec3; 4] {
-        let Self { of_point, of_mesh } = self;
+        let Self { per_point: of_point, per_mesh: of_mesh } = self;
         [of_point.x_axis, of_point.y_axis, of_point.z_axis, *of_mesh]
     }
 
     /// Float32 rounds a point on the object, a ray that starts there and the triangles around it: together they are off by
-    /// at most this length along `normal`. `point` is scene-local; the others are [`Rounding::columns`].
+    /// at most this length along `normal`. `point` is scene-local; the others are [`ErrorBounds::columns`].
     #[inline(always)]
-    pub fn along([x, y, z]: [DVec3; 3], of_mesh: DVec3, point: DVec3, normal: DVec3) -> f64 {
+    pub fn error_along([x, y, z]: [DVec3; 3], of_mesh: DVec3, point: DVec3, normal: DVec3) -> f64 {
         let per_axis = DMat3::from_cols(x, y, z) * point.abs() + of_mesh;
-        ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * per_axis.dot(normal.abs())
+        MAX_ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * per_axis.dot(normal.abs())
     }
 }
 
-impl PreparedObject {
+impl PreparedInstance {
     fn new(object: &Object, mesh: Arc<PreparedMesh>, origin: DVec3, category: i32) -> Self {
         let linear = object.world_from_mesh.matrix3;
         let inverse = linear.inverse();
@@ -223,14 +223,14 @@ impl PreparedObject {
         let place = (object.world_from_mesh.transform_point3(mesh.center) - origin).abs();
         let reach = (mesh.upper - mesh.center).max_element();
         Self {
-            rounding: Rounding {
-                of_point,
-                of_mesh: of_point * place + linear.abs() * DVec3::splat(2.0 * reach),
+            error_bounds: ErrorBounds {
+                per_point: of_point,
+                per_mesh: of_point * place + linear.abs() * DVec3::splat(2.0 * reach),
             },
-            in_place: object.world_from_mesh == DAffine3::IDENTITY,
+            is_identity: object.world_from_mesh == DAffine3::IDENTITY,
             world_from_mesh: object.world_from_mesh,
             normal_from_mesh: inverse.transpose(),
-            mirrored: linear.determinant() < 0.0,
+            flips_orientation: linear.determinant() < 0.0,
             materials: object.materials.clone(),
             category,
             mesh,
@@ -239,17 +239,17 @@ impl PreparedObject {
 
     /// A box around it, lower and upper corner, in the world.
     pub fn bounds(&self) -> [DVec3; 2] {
-        around(&self.mesh, &self.world_from_mesh)
+        transformed_bounds(&self.mesh, &self.world_from_mesh)
     }
 
     /// What float32 may do to it, and to rays that start up to `reach` from the scene's origin, along each axis.
-    pub fn blur(&self, reach: f64) -> DVec3 {
-        let rounding = self.rounding.of_point * DVec3::splat(reach) + self.rounding.of_mesh;
-        ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * rounding
+    pub fn error_extent(&self, reach: f64) -> DVec3 {
+        let rounding = self.error_bounds.per_point * DVec3::splat(reach) + self.error_bounds.per_mesh;
+        MAX_ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * rounding
     }
 
     /// Where the mesh's own float32 coordinates lie in scene-local ones.
-    pub fn instance(&self, origin: DVec3) -> Instance {
+    pub fn bvh_instance(&self, origin: DVec3) -> Instance {
         let linear = self.world_from_mesh.matrix3;
         let place = self.world_from_mesh.transform_point3(self.mesh.center) - origin;
         let row = |i: usize| {
@@ -264,22 +264,22 @@ impl PreparedObject {
 }
 
 /// Places meshes, and builds the tree over them.
-pub(crate) fn place(
+pub(crate) fn build_instances(
     world: &World,
     meshes: Vec<Arc<PreparedMesh>>,
     origin: DVec3,
-) -> Result<(Vec<PreparedObject>, Scene), RenderError> {
+) -> Result<(Vec<PreparedInstance>, Scene), RenderError> {
     let objects: Vec<_> = world
         .objects
         .iter()
         .zip(meshes)
         .zip(world.categories().of_objects)
-        .map(|((object, mesh), category)| PreparedObject::new(object, mesh, origin, category))
+        .map(|((object, mesh), category)| PreparedInstance::new(object, mesh, origin, category))
         .collect();
-    let instances = objects.iter().map(|object| object.instance(origin));
+    let instances = objects.iter().map(|object| object.bvh_instance(origin));
     let scene = Scene::build(instances.collect(), origin.to_array());
     let scene = scene.map_err(|error| match error {
-        BuildError::NotFinite { what } => RenderError::World(format!(
+        BuildError::NonFinite { what } => RenderError::World(format!(
             "{what} is placed where float32 does not reach: keep coordinates below 1e30"
         )),
         other => RenderError::World(other.to_string()),
@@ -287,13 +287,13 @@ pub(crate) fn place(
     Ok((objects, scene))
 }
 
-pub(crate) fn is_see_through(world: &World) -> bool {
+pub(crate) fn has_transparency(world: &World) -> bool {
     let clear = |material: &Material| material.alpha != Alpha::Opaque;
     world.materials.iter().any(clear)
 }
 
 /// Whether every index is in range and every part is valid, meshes apart.
-pub(crate) fn check(world: &World) -> Result<(), RenderError> {
+pub(crate) fn validate(world: &World) -> Result<(), RenderError> {
     let fail = |message: String| Err(RenderError::World(message));
     let invalid = |error: raycam_scene::SceneError| RenderError::World(error.to_string());
     world
@@ -360,16 +360,16 @@ pub(crate) fn check(world: &World) -> Result<(), RenderError> {
 }
 
 /// A box around everything; a single untransformed mesh has the box of its mesh, exactly.
-pub(crate) fn bounds(objects: &[Object], meshes: &[Arc<PreparedMesh>]) -> (DVec3, DVec3) {
+pub(crate) fn world_bounds(objects: &[Object], meshes: &[Arc<PreparedMesh>]) -> (DVec3, DVec3) {
     let boxes = objects.iter().zip(meshes);
     boxes
-        .map(|(object, mesh)| around(mesh, &object.world_from_mesh).into())
+        .map(|(object, mesh)| transformed_bounds(mesh, &object.world_from_mesh).into())
         .reduce(|(a, b), (l, u)| (a.min(l), b.max(u)))
         .unwrap_or_default()
 }
 
 /// A box around a placed mesh: around the corners of its own.
-fn around(mesh: &PreparedMesh, world_from_mesh: &DAffine3) -> [DVec3; 2] {
+fn transformed_bounds(mesh: &PreparedMesh, world_from_mesh: &DAffine3) -> [DVec3; 2] {
     let corner = |i: u32| {
         let pick = |axis: usize| {
             if i >> axis & 1 == 1 {

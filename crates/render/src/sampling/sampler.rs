@@ -9,16 +9,16 @@
 //! pixel is too bright its neighbours are too dark: A. Ahmed and P. Wonka, "Screen-Space Blue-Noise Diffusion of Monte
 //! Carlo Sampling Error via Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020. There each pixel has a stretch of one
 //! sequence, as long as its number of samples, which has to be known. Here the pixel is added to the index of the point
-//! bit by bit ([`APART`]), which does the same for every number of samples.
+//! bit by bit ([`MORTON_XOR`]), which does the same for every number of samples.
 //!
 //! Pairs that belong together, as those of a path's first surfaces do, have one order of their points, and each another
-//! sequence (`crate::sampling::dimension::MIXED`), so that the numbers of two pairs fill their four dimensions evenly too. All others are shuffled
+//! sequence (`crate::sampling::dimension::MIXING_MATRICES`), so that the numbers of two pairs fill their four dimensions evenly too. All others are shuffled
 //! independently of each other.
 
-use raycam_bvh::{Loops, vectorized};
+use raycam_bvh::{WithSimd, dispatch_simd};
 
-pub(crate) use crate::sampling::dimension::Pair;
-use crate::sampling::dimension::{Group, MIXED_BITS};
+pub(crate) use crate::sampling::dimension::Dimension;
+use crate::sampling::dimension::{DimensionGroup, MIXING_BITS};
 
 /// The random numbers of one sample of one pixel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,13 +34,13 @@ pub(crate) struct Sampler {
 }
 
 /// Bits of a coordinate within a block of pixels.
-const BLOCK: u32 = 4;
+const BLOCK_BITS: u32 = 4;
 
 /// What the bits of a pixel's Morton number, the lowest first, add to the indices of its points, modulo 2. They are found by
 /// simulated annealing so that the first 2^k points of all pixels of a square of 2^m by 2^m together are a (0, k + 2 m, 2)-net
 /// in base 2 as often as possible: always in squares of 2 by 2 pixels and up to 1024 samples, of 4 by 4 and 8 by 8 and up to
 /// 256, of 16 by 16 nearly.
-const APART: [u32; 2 * BLOCK as usize] = [
+const MORTON_XOR: [u32; 2 * BLOCK_BITS as usize] = [
     0x2d90_0b6d,
     0x43a8_86db,
     0x8b78_3cf3,
@@ -59,18 +59,18 @@ impl Sampler {
 
     /// The first sample of a pixel.
     pub fn of_pixel(seed: u64, frame: u32, [x, y]: [u32; 2]) -> Self {
-        let picture = mix(seed ^ (u64::from(frame) << 32));
+        let picture = splitmix64(seed ^ (u64::from(frame) << 32));
         let of_square = |bits: u32| {
             let [x, y] = [x, y].map(|v| u64::from(v >> bits));
-            mix(picture ^ (y << 32 | x))
+            splitmix64(picture ^ (y << 32 | x))
         };
-        let block = of_square(BLOCK);
-        let within = |v: u32| v & ((1 << BLOCK) - 1);
+        let block = of_square(BLOCK_BITS);
+        let within = |v: u32| v & ((1 << BLOCK_BITS) - 1);
         Self {
             block: [block as u32, (block >> 32) as u32],
             // Another hash than the block's.
-            quad: mix(!of_square(1)) as u32,
-            place: (spaced(within(x)) | spaced(within(y)) << 1).reverse_bits(),
+            quad: splitmix64(!of_square(1)) as u32,
+            place: (spread_bits(within(x)) | spread_bits(within(y)) << 1).reverse_bits(),
             sample: 0,
         }
     }
@@ -86,7 +86,7 @@ impl Sampler {
     /// Another sample of the same pixel, of one of several sequences that are independent of each other: sample s is number
     /// s / n of sequence s % n.
     pub fn at_of(self, sample: u32, sequences: u32) -> Self {
-        let key = mix(u64::from(sample % sequences) + 1);
+        let key = splitmix64(u64::from(sample % sequences) + 1);
         let [low, high] = [key as u32, (key >> 32) as u32];
         let Self {
             block: [a, b],
@@ -102,7 +102,7 @@ impl Sampler {
 
     /// Two numbers in [0, 1).
     #[inline]
-    pub fn pair(&self, pair: Pair) -> [f32; 2] {
+    pub fn pair(&self, pair: Dimension) -> [f32; 2] {
         let group = pair.group();
         self.numbers(self.shuffled(group.key), pair.number(), group)
     }
@@ -110,20 +110,20 @@ impl Sampler {
     /// A number in [0, 1) that is spread by chance alone: where evenness brings nothing, for a part of the time.
     #[inline]
     pub fn chance(&self, number: u32) -> f32 {
-        let pixel = mix(u64::from(self.block[0]) << 32 | u64::from(self.place ^ number));
-        (mix(pixel ^ u64::from(self.sample)) >> 40) as f32 * (1.0 / (1 << 24) as f32)
+        let pixel = splitmix64(u64::from(self.block[0]) << 32 | u64::from(self.place ^ number));
+        (splitmix64(pixel ^ u64::from(self.sample)) >> 40) as f32 * (1.0 / (1 << 24) as f32)
     }
 
     /// Pairs of one group, each in a list of its own, of some samples of a batch, in the order of `which`.
     pub fn pairs<const K: usize>(
         samplers: &[Self],
         which: impl Iterator<Item = usize>,
-        pairs: [Pair; K],
+        pairs: [Dimension; K],
         out: [&mut Vec<[f32; 2]>; K],
     ) {
         let key = pairs.first().map_or(0, |pair| pair.group().key);
         debug_assert!(pairs.iter().all(|pair| pair.group().key == key));
-        vectorized(Pairs {
+        dispatch_simd(GeneratePoints2D {
             samplers,
             which,
             key,
@@ -135,7 +135,7 @@ impl Sampler {
     /// The pixels of a block change places, level by level: it is by chance who is beside whom in other pairs.
     #[inline(always)]
     fn changed(&self, exchange: u32, own: u32) -> u32 {
-        turned(permute(self.place, !exchange), own)
+        permute_base4_digit(owen_scramble(self.place, !exchange), own)
     }
 
     /// Which point of a sequence the sample has, in a group with this key.
@@ -145,49 +145,54 @@ impl Sampler {
         // The order of a pixel's points is its own as far as its first 2^k points stay the first 2^k.
         let own = self.of_quad(key);
         let order = own.rotate_left(8 * (self.changed(shuffle, own) >> 30));
-        reverse(permute(reorder(self.sample, order), shuffle))
+        reverse_bits(owen_scramble(nested_shuffle(self.sample, order), shuffle))
     }
 
     #[inline(always)]
     fn of_block(&self, number: u32) -> [u32; 3] {
-        spread([self.block[0], self.block[1], number])
+        pcg3d([self.block[0], self.block[1], number])
     }
 
     #[inline(always)]
     fn of_quad(&self, number: u32) -> u32 {
-        lowbias(self.quad.wrapping_add(golden(number)))
+        lowbias32(self.quad.wrapping_add(golden_ratio_sequence(number)))
     }
 
     #[inline(always)]
-    fn numbers(&self, shuffled: u32, number: u32, Group { mixed, low, .. }: Group) -> [f32; 2] {
-        let above = (shuffled >> MIXED_BITS) ^ golden(number);
-        let mut index = shuffled ^ lowbias(above) & low;
+    fn numbers(
+        &self,
+        shuffled: u32,
+        number: u32,
+        DimensionGroup { mixed, low, .. }: DimensionGroup,
+    ) -> [f32; 2] {
+        let above = (shuffled >> MIXING_BITS) ^ golden_ratio_sequence(number);
+        let mut index = shuffled ^ lowbias32(above) & low;
         for (bit, mixed) in mixed.iter().enumerate() {
             index ^= mixed & ((shuffled << (30 - bit)) as i32 >> 31) as u32;
         }
         let [exchange, first, second] = self.of_block(number);
         let place = self.changed(exchange, self.of_quad(number));
-        for (bit, apart) in APART.iter().enumerate() {
+        for (bit, apart) in MORTON_XOR.iter().enumerate() {
             // All ones where the bit is set; the bits are in reverse.
             index ^= apart & ((place << bit) as i32 >> 31) as u32;
         }
-        let x = reverse(permute(index, first));
-        let y = reverse(permute(pascal(index), second));
+        let x = reverse_bits(owen_scramble(index, first));
+        let y = reverse_bits(owen_scramble(sobol_dim2(index), second));
         // 24 bits: the float32 values stay below 1. As whole numbers with a sign they convert everywhere.
         [x, y].map(|bits| (bits >> 8) as i32 as f32 * (1.0 / (1 << 24) as f32))
     }
 }
 
 /// [`Sampler::pairs`] at work.
-struct Pairs<'a, W, const K: usize> {
+struct GeneratePoints2D<'a, W, const K: usize> {
     samplers: &'a [Sampler],
     which: W,
     key: u32,
-    pairs: [(u32, Group); K],
+    pairs: [(u32, DimensionGroup); K],
     out: [&'a mut Vec<[f32; 2]>; K],
 }
 
-impl<W: Iterator<Item = usize>, const K: usize> Loops for Pairs<'_, W, K> {
+impl<W: Iterator<Item = usize>, const K: usize> WithSimd for GeneratePoints2D<'_, W, K> {
     #[inline(always)]
     fn run(self) {
         // Four registers: each number is a chain of some forty multiplications, and one chain goes on while another waits.
@@ -247,7 +252,7 @@ impl<W: Iterator<Item = usize>, const K: usize> Loops for Pairs<'_, W, K> {
 
 /// Three hashes of three numbers (M. Jarzynski and M. Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020: pcg3d).
 #[inline(always)]
-fn spread(v: [u32; 3]) -> [u32; 3] {
+fn pcg3d(v: [u32; 3]) -> [u32; 3] {
     let [mut x, mut y, mut z] = v.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     let round = |x: &mut u32, y: &mut u32, z: &mut u32| {
         *x = x.wrapping_add(y.wrapping_mul(*z));
@@ -262,7 +267,7 @@ fn spread(v: [u32; 3]) -> [u32; 3] {
 
 /// The bits in reverse, by steps that vectorise.
 #[inline(always)]
-pub(crate) fn reverse(mut x: u32) -> u32 {
+pub(crate) fn reverse_bits(mut x: u32) -> u32 {
     x = (x & 0x5555_5555) << 1 | (x >> 1) & 0x5555_5555;
     x = (x & 0x3333_3333) << 2 | (x >> 2) & 0x3333_3333;
     x = (x & 0x0f0f_0f0f) << 4 | (x >> 4) & 0x0f0f_0f0f;
@@ -273,7 +278,7 @@ pub(crate) fn reverse(mut x: u32) -> u32 {
 /// triangle modulo 2, the Kronecker power of [[1, 1], [0, 1]]: one step per factor. The first dimension's, in reverse, is
 /// the index itself.
 #[inline(always)]
-pub(crate) fn pascal(mut index: u32) -> u32 {
+pub(crate) fn sobol_dim2(mut index: u32) -> u32 {
     index ^= (index & 0xffff_0000) >> 16;
     index ^= (index & 0xff00_ff00) >> 8;
     index ^= (index & 0xf0f0_f0f0) >> 4;
@@ -285,7 +290,7 @@ pub(crate) fn pascal(mut index: u32) -> u32 {
 /// Owen's nested uniform scrambling of a number whose bits come in reverse: every bit is flipped or not, depending on
 /// those before it.
 #[inline(always)]
-fn permute(mut x: u32, seed: u32) -> u32 {
+fn owen_scramble(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
     x = x.wrapping_mul((seed >> 16) | 1);
@@ -296,7 +301,7 @@ fn permute(mut x: u32, seed: u32) -> u32 {
 /// A permutation of the same kind that keeps 0 and the lowest bit that is set: of numbers whose bits come in reverse, it
 /// permutes those from 2^k to 2^(k + 1) among themselves, for each k.
 #[inline(always)]
-fn reorder(mut x: u32, seed: u32) -> u32 {
+fn nested_shuffle(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_mul(seed | 1);
     x ^= x.wrapping_mul(0x0552_6c56);
@@ -305,9 +310,9 @@ fn reorder(mut x: u32, seed: u32) -> u32 {
 }
 
 /// The lowest digit in base 4 multiplied in GF(4) by one of its three elements that are not 0: together with what
-/// [`permute`] does to it, any order of the four pixels of a square. The bits are in reverse.
+/// [`owen_scramble`] does to it, any order of the four pixels of a square. The bits are in reverse.
 #[inline(always)]
-fn turned(place: u32, random: u32) -> u32 {
+fn permute_base4_digit(place: u32, random: u32) -> u32 {
     // The digit's bits where they are and each in the other's place.
     let (here, there) = (
         place & 0xc000_0000,
@@ -326,20 +331,20 @@ fn turned(place: u32, random: u32) -> u32 {
 
 /// A bit of zero after each of the lowest four.
 #[inline]
-fn spaced(mut x: u32) -> u32 {
+fn spread_bits(mut x: u32) -> u32 {
     x = (x | x << 2) & 0x3333_3333;
     (x | x << 1) & 0x5555_5555
 }
 
 /// Numbers that follow each other, far apart: multiples of 2^32 over the golden ratio.
 #[inline(always)]
-fn golden(number: u32) -> u32 {
+fn golden_ratio_sequence(number: u32) -> u32 {
     number.wrapping_mul(0x9e37_79b9)
 }
 
 /// A hash of 32 bits (C. Wellons, "Prospecting for Hash Functions", 2018: lowbias32).
 #[inline(always)]
-fn lowbias(mut x: u32) -> u32 {
+fn lowbias32(mut x: u32) -> u32 {
     x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
     x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
     x ^ (x >> 16)
@@ -347,7 +352,7 @@ fn lowbias(mut x: u32) -> u32 {
 
 /// The finaliser of SplitMix64 (Steele, Lea and Flood, 2014).
 #[inline]
-pub(crate) fn mix(mut x: u64) -> u64 {
+pub(crate) fn splitmix64(mut x: u64) -> u64 {
     x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -3,35 +3,35 @@
 use std::ops::Range;
 
 use glam::{DVec2, DVec3, Vec3};
-use raycam_bvh::{Coherence, Hit, Loops, Ray, vectorized};
+use raycam_bvh::{Coherence, Hit, Ray, WithSimd, dispatch_simd};
 use raycam_scene::camera::Pinhole;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::film::estimator::SEQUENCES;
+use crate::film::estimator::REPLICATIONS;
 use crate::prepare::PreparedWorld;
-use crate::sampling::sampler::{Pair, Sampler};
+use crate::sampling::sampler::{Dimension, Sampler};
 use crate::settings::Settings;
-use crate::soa::{LANES, get, set};
-use crate::tile_renderer::{Buffers, Picture};
+use crate::soa::{LANES, get_lane, set_lane};
+use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
 /// Rays of a batch, about.
-const BATCH: usize = 4096;
+const BATCH_RAYS: usize = 4096;
 /// Samples of a pixel in a batch, at most. Rays of few pixels run alike for longer than rays of many.
-const TOGETHER: u32 = 64;
+const SAMPLES_PER_PIXEL_PER_BATCH: u32 = 64;
 
-impl Picture<'_> {
+impl TileRenderer<'_> {
     /// More samples of every active pixel.
     pub fn add_samples(
         &self,
-        buffers: &mut Buffers,
+        buffers: &mut ThreadScratch,
         samples: Range<u32>,
         control: &Control,
     ) -> Result<(), RenderError> {
         let mut first = samples.start;
         while first < samples.end {
-            let next = samples.end.min(first + TOGETHER);
-            let pixels = BATCH / (next - first) as usize;
+            let next = samples.end.min(first + SAMPLES_PER_PIXEL_PER_BATCH);
+            let pixels = BATCH_RAYS / (next - first) as usize;
             let all = std::mem::take(&mut buffers.active);
             for some in all.chunks(pixels) {
                 control.check()?;
@@ -56,8 +56,8 @@ impl Picture<'_> {
     }
 
     /// The rays of a batch, in float32.
-    pub(crate) fn trace_batch(&self, world: &PreparedWorld, buffers: &mut Buffers) {
-        let Buffers {
+    pub(crate) fn trace_batch(&self, world: &PreparedWorld, buffers: &mut ThreadScratch) {
+        let ThreadScratch {
             pixels,
             rays,
             hits,
@@ -81,12 +81,17 @@ impl Picture<'_> {
             last = Some((i, of_pixel));
             self.sample_of(of_pixel, sample)
         }));
-        Sampler::pairs(samplers, 0..samplers.len(), [Pair::Filter], [offsets]);
+        Sampler::pairs(
+            samplers,
+            0..samplers.len(),
+            [Dimension::PixelFilter],
+            [offsets],
+        );
         let pinhole = self.camera.pinhole();
         if let Some(pinhole) = pinhole.filter(|at| !world.is_far(at.center - world.origin)) {
             let start = pinhole.center - world.origin;
             origins.resize(batch.len(), start);
-            vectorized(Rays {
+            dispatch_simd(GeneratePinholeRays {
                 pinhole,
                 pixels: batch
                     .iter()
@@ -101,7 +106,7 @@ impl Picture<'_> {
                 let (lens, part) = self.scatter(sampler);
                 let ray = self
                     .camera
-                    .sample(self.spread(pixels[i], offset), lens, part);
+                    .generate_ray(self.spread(pixels[i], offset), lens, part);
                 let (origin, direction) = (ray.origin, ray.direction);
                 rays.push(world.local_ray(origin, direction, f64::INFINITY).0);
                 origins.push(origin - world.origin);
@@ -113,7 +118,7 @@ impl Picture<'_> {
         self.scene(world).closest(rays, hits, Coherence::Coherent);
     }
 
-    /// Where a sample of a pixel is, by its numbers of [`Pair::Filter`].
+    /// Where a sample of a pixel is, by its numbers of [`Dimension::PixelFilter`].
     pub(crate) fn spread(&self, [x, y]: [u32; 2], numbers: [f32; 2]) -> DVec2 {
         self.camera.pixel_center_of(x, y) + DVec2::from(self.filter.offset(numbers))
     }
@@ -123,8 +128,8 @@ impl Picture<'_> {
         if !self.scattered {
             return ([0.5; 2], 0.5);
         }
-        let lens = sampler.pair(Pair::Aperture).map(f64::from);
-        (lens, f64::from(sampler.pair(Pair::Exposure)[0]))
+        let lens = sampler.pair(Dimension::Lens).map(f64::from);
+        (lens, f64::from(sampler.pair(Dimension::Time)[0]))
     }
 
     pub(crate) fn center_of(&self, [x, y]: [u32; 2]) -> DVec2 {
@@ -140,7 +145,7 @@ impl Picture<'_> {
     /// The sample of this number of the same pixel.
     pub(crate) fn sample_of(&self, of_pixel: Sampler, sample: u32) -> Sampler {
         if self.estimated {
-            of_pixel.at_of(sample, SEQUENCES)
+            of_pixel.at_of(sample, REPLICATIONS)
         } else {
             of_pixel.at(sample)
         }
@@ -148,7 +153,7 @@ impl Picture<'_> {
 }
 
 /// Rays of a pinhole near the world, through pixel coordinates.
-struct Rays<'a, P> {
+struct GeneratePinholeRays<'a, P> {
     pinhole: Pinhole,
     pixels: P,
     /// The pinhole, scene-local.
@@ -157,7 +162,7 @@ struct Rays<'a, P> {
     directions: &'a mut Vec<Vec3>,
 }
 
-impl<P: Iterator<Item = DVec2>> Loops for Rays<'_, P> {
+impl<P: Iterator<Item = DVec2>> WithSimd for GeneratePinholeRays<'_, P> {
     #[inline(always)]
     fn run(mut self) {
         let origin = self.start.as_vec3().to_array();
@@ -173,13 +178,13 @@ impl<P: Iterator<Item = DVec2>> Loops for Rays<'_, P> {
             let mut directions = [[0.0; LANES]; 3];
             for lane in 0..LANES {
                 let direction = self.pinhole.direction(DVec2::new(x[lane], y[lane]));
-                set(&mut directions, lane, direction.as_vec3().to_array());
+                set_lane(&mut directions, lane, direction.as_vec3().to_array());
             }
             self.directions
-                .extend((0..count).map(|lane| Vec3::from(get(&directions, lane))));
+                .extend((0..count).map(|lane| Vec3::from(get_lane(&directions, lane))));
             self.rays.extend((0..count).map(|lane| Ray {
                 origin,
-                direction: get(&directions, lane),
+                direction: get_lane(&directions, lane),
                 t_max: f32::INFINITY,
             }));
             if count < LANES {

@@ -8,26 +8,26 @@ use glam::{DVec2, DVec3};
 use raycam_scene::Camera;
 use raycam_scene::camera::{Center, Lens};
 
-use crate::annotations::ray_queries::FAR;
-use crate::film::tile::{BLOCK, Tile};
-use crate::prepare::PreparedObject;
+use crate::annotations::ray_queries::MAX_ORIGIN_RADII;
+use crate::film::tile::{RAY_BLOCK, Tile};
+use crate::prepare::PreparedInstance;
 
 /// Boxes of a world; more objects than this share one.
-const BOXES: usize = 256;
+const MAX_BOXES: usize = 256;
 /// Pixels around an image: rays are up to 1.5 pixels from a centre, whatever the filter.
-const MARGIN: f64 = 2.0;
+const PIXEL_MARGIN: f64 = 2.0;
 /// What a few float64 operations may do to a number.
 const EPS64: f64 = 1e-12;
 /// A box that comes so close to the camera's plane, for its distance, may be seen anywhere.
-const GRAZING: f64 = 1e-6;
+const MIN_DEPTH_RATIO: f64 = 1e-6;
 
 /// Boxes in the world that all objects lie in.
-pub(crate) fn boxes(objects: &[PreparedObject], origin: DVec3, radius: f64) -> Vec<[DVec3; 2]> {
-    let each = (BOXES / objects.len().max(1)).max(1);
+pub(crate) fn boxes(objects: &[PreparedInstance], origin: DVec3, radius: f64) -> Vec<[DVec3; 2]> {
+    let each = (MAX_BOXES / objects.len().max(1)).max(1);
     let boxes = objects.iter().flat_map(|object| {
-        let blur = object.blur(FAR * radius);
+        let blur = object.error_extent(MAX_ORIGIN_RADII * radius);
         let place = object.world_from_mesh;
-        object.mesh.bvh.boxes(each).into_iter().map(move |corners| {
+        object.mesh.bvh.bounding_boxes(each).into_iter().map(move |corners| {
             let [lower, upper] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
             let middle = place.transform_point3(object.mesh.center + (lower + upper) / 2.0);
             let half = place.matrix3.abs() * ((upper - lower) / 2.0);
@@ -35,7 +35,7 @@ pub(crate) fn boxes(objects: &[PreparedObject], origin: DVec3, radius: f64) -> V
             [middle - half - pad, middle + half + pad]
         })
     });
-    if objects.len() <= BOXES {
+    if objects.len() <= MAX_BOXES {
         return boxes.collect();
     }
     let around = |[a, b]: [DVec3; 2], [l, u]: [DVec3; 2]| [a.min(l), b.max(u)];
@@ -43,7 +43,7 @@ pub(crate) fn boxes(objects: &[PreparedObject], origin: DVec3, radius: f64) -> V
 }
 
 /// The blocks of a region that something may be seen in.
-pub(crate) struct Cover {
+pub(crate) struct ScreenMask {
     /// The first pixel.
     from: [u32; 2],
     /// Blocks in a row.
@@ -51,7 +51,7 @@ pub(crate) struct Cover {
     seen: Vec<bool>,
 }
 
-impl Cover {
+impl ScreenMask {
     /// `None` where it is not known, or all of them.
     pub fn new(boxes: &[[DVec3; 2]], camera: &Camera, region: [u32; 4]) -> Option<Self> {
         let straight =
@@ -60,23 +60,23 @@ impl Cover {
             return None;
         }
         let [x, y, width, height] = region;
-        let across = width.div_ceil(BLOCK) as usize;
+        let across = width.div_ceil(RAY_BLOCK) as usize;
         let mut cover = Self {
             from: [x, y],
             across,
-            seen: vec![false; across * height.div_ceil(BLOCK) as usize],
+            seen: vec![false; across * height.div_ceil(RAY_BLOCK) as usize],
         };
         for &bounds in boxes {
             let [lower, upper] = match image(camera, bounds)? {
-                Image::Behind => continue,
-                Image::Between(ends) => ends,
+                ScreenBounds::Behind => continue,
+                ScreenBounds::Rect(ends) => ends,
             };
             // Beyond the ends they are cast to the ends.
             let first = (lower.floor() - DVec2::new(x.into(), y.into())).max(DVec2::ZERO);
             let end = upper.ceil() + 1.0 - DVec2::new(x.into(), y.into());
             let (width, height) = (width.min(end.x as u32), height.min(end.y as u32));
-            let columns = first.x as usize / BLOCK as usize..width.div_ceil(BLOCK) as usize;
-            for row in first.y as usize / BLOCK as usize..height.div_ceil(BLOCK) as usize {
+            let columns = first.x as usize / RAY_BLOCK as usize..width.div_ceil(RAY_BLOCK) as usize;
+            for row in first.y as usize / RAY_BLOCK as usize..height.div_ceil(RAY_BLOCK) as usize {
                 if let Some(seen) = cover.seen[row * across..][..across].get_mut(columns.clone()) {
                     seen.fill(true);
                 }
@@ -87,21 +87,22 @@ impl Cover {
 
     /// Whether anything may be seen in a block of [`Tile::blocks`].
     pub fn meets(&self, block: &Tile) -> bool {
-        let [column, row] = [block.x - self.from[0], block.y - self.from[1]].map(|at| at / BLOCK);
+        let [column, row] =
+            [block.x - self.from[0], block.y - self.from[1]].map(|at| at / RAY_BLOCK);
         self.seen[row as usize * self.across + column as usize]
     }
 }
 
 /// Where a box is seen.
-enum Image {
+enum ScreenBounds {
     /// Nowhere.
     Behind,
     /// Between two pixels, counted from the centre of the first.
-    Between([DVec2; 2]),
+    Rect([DVec2; 2]),
 }
 
 /// Where a box is seen; `None` where that is not known.
-fn image(camera: &Camera, bounds: [DVec3; 2]) -> Option<Image> {
+fn image(camera: &Camera, bounds: [DVec3; 2]) -> Option<ScreenBounds> {
     let k = camera.k();
     let focal = DVec3::new(k.x_axis.x, k.y_axis.x, k.y_axis.y)
         .abs()
@@ -115,7 +116,8 @@ fn image(camera: &Camera, bounds: [DVec3; 2]) -> Option<Image> {
         if camera.center() == Center::Point {
             let way = point - camera.c();
             depth = camera.r().row(2).dot(way);
-            let grazing = GRAZING * way.length() + EPS64 * (point.length() + camera.c().length());
+            let grazing =
+                MIN_DEPTH_RATIO * way.length() + EPS64 * (point.length() + camera.c().length());
             if depth < -grazing {
                 behind += 1;
                 continue;
@@ -134,11 +136,11 @@ fn image(camera: &Camera, bounds: [DVec3; 2]) -> Option<Image> {
     }
     let first = camera.pixel_center_of(0, 0);
     match behind {
-        0 => Some(Image::Between([
-            lower - first - MARGIN,
-            upper - first + MARGIN,
+        0 => Some(ScreenBounds::Rect([
+            lower - first - PIXEL_MARGIN,
+            upper - first + PIXEL_MARGIN,
         ])),
-        8 => Some(Image::Behind),
+        8 => Some(ScreenBounds::Behind),
         _ => None,
     }
 }
@@ -151,7 +153,7 @@ mod tests {
 
     use super::*;
     use crate::prepare::PreparedWorld;
-    use crate::{Channel, Control, Filter, Frame, Integrator, Plane, Settings, TruthSurface};
+    use crate::{Channel, Control, Filter, Frame, ImagePlane, Integrator, Settings, TruthSurface};
 
     /// Numbers from -1 to 1.
     struct Random(u64);
@@ -214,10 +216,10 @@ mod tests {
     }
 
     fn bits(frame: &Frame) -> Vec<Vec<u64>> {
-        let of = |plane: &Plane| match plane {
-            Plane::F32 { data, .. } => data.iter().map(|v| u64::from(v.to_bits())).collect(),
-            Plane::F64 { data, .. } => data.iter().map(|v| v.to_bits()).collect(),
-            Plane::I32 { data, .. } => data.iter().map(|&v| v as u64).collect(),
+        let of = |plane: &ImagePlane| match plane {
+            ImagePlane::F32 { data, .. } => data.iter().map(|v| u64::from(v.to_bits())).collect(),
+            ImagePlane::F64 { data, .. } => data.iter().map(|v| v.to_bits()).collect(),
+            ImagePlane::I32 { data, .. } => data.iter().map(|&v| v as u64).collect(),
         };
         frame.planes.iter().map(|(_, plane)| of(plane)).collect()
     }
@@ -229,7 +231,7 @@ mod tests {
         for round in 0..240 {
             let mut world = world(random, [0.0, 1e4][round / 2 % 2]);
             if round % 3 == 0 {
-                world.add_light(Light::even_sky([0.3, 0.2, 0.1])).unwrap();
+                world.add_light(Light::uniform_sky([0.3, 0.2, 0.1])).unwrap();
             }
             let mut prepared = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
             let camera = camera(random, &prepared);
@@ -248,10 +250,10 @@ mod tests {
                 bits(&crate::render(world, &camera, &settings, &Control::new()).unwrap())
             };
             let region = settings.region.unwrap_or([0, 0, 83, 61]);
-            let cover = Cover::new(&prepared.boxes, &prepared.before(&camera), region);
+            let cover = ScreenMask::new(&prepared.object_bounds, &prepared.camera_outside(&camera), region);
             let quick = render(&prepared);
-            prepared.boxes.push([DVec3::NEG_INFINITY, DVec3::INFINITY]);
-            assert!(Cover::new(&prepared.boxes, &camera, region).is_none());
+            prepared.object_bounds.push([DVec3::NEG_INFINITY, DVec3::INFINITY]);
+            assert!(ScreenMask::new(&prepared.object_bounds, &camera, region).is_none());
             assert!(quick == render(&prepared), "round {round}");
             let seen = cover.map_or(vec![true], |cover| cover.seen);
             left_out += usize::from(!seen.contains(&true));
@@ -276,7 +278,7 @@ mod tests {
         let k = DMat3::from_cols_array(&[100.0, 0.0, 0.0, 0.0, 100.0, 0.0, 40.0, 30.0, 1.0]);
         let size = [80, 60];
         let camera = Camera::new(k, DMat3::IDENTITY, DVec3::ZERO, size, PixelCenter::Integer);
-        let cover = Cover::new(&prepared.boxes, &camera.unwrap(), [0, 0, 80, 60]).unwrap();
+        let cover = ScreenMask::new(&prepared.object_bounds, &camera.unwrap(), [0, 0, 80, 60]).unwrap();
         // Its image is around (2.5, 5), 2.5 pixels in radius: 2 x 2 blocks with the margin.
         let seen: Vec<_> = (0..cover.seen.len()).filter(|&i| cover.seen[i]).collect();
         assert_eq!(seen, [0, 1, 10, 11]);

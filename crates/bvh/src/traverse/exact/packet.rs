@@ -1,26 +1,29 @@
 //! Float64 answers for rays that run alike: the boxes are those of packets, padded as for a single exact ray.
 
 use crate::blas::Bvh;
-use crate::node::{MAX_LEAF_TRIANGLES, LeafNode, NO_CHILD};
+use crate::node::{LeafNode, MAX_LEAF_TRIANGLES, NO_CHILD};
 use crate::ray::{ExactHit, ExactRay, Ray};
-use crate::scene::rebraid::Part;
-use crate::scene::{ExactTriangles, Placed, Scene};
+use crate::scene::rebraid::SubtreeRef;
+use crate::scene::{ExactTriangles, InstanceRecord, Scene};
 use crate::simd::Isa;
-use crate::traverse::exact::rays::ExactRays;
-use crate::traverse::exact::single::{Moved, may_meet, off, through_part, through_scene, turned};
+use crate::traverse::exact::rays::RaySoa64;
+use crate::traverse::exact::single::{
+    ClippedRay, conservative_candidates, coordinate_error, intersect_subtree, intersect_tlas,
+    to_mesh_space,
+};
 use crate::traverse::packet::frustum::Apex;
-use crate::traverse::packet::tlas::{Packets, Query};
-use crate::traverse::packet::traversal::{AtLeaf, leaf_by_leaf};
-use crate::traverse::packet::{Packet, SIZE};
-use crate::traverse::stream::packet_groups::{Members, Who, number, numbers};
-use crate::traverse::trav_ray::EPS;
-use crate::traverse::triangle::single::Member;
+use crate::traverse::packet::tlas::{PacketQuery, PacketScratch};
+use crate::traverse::packet::traversal::{LeafVisitor, traverse_packet};
+use crate::traverse::packet::{PACKET_SIZE, Packet};
+use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index, ray_mask};
+use crate::traverse::trav_ray::MACHINE_EPSILON;
+use crate::traverse::triangle::single::PacketRay;
 
 /// Rays start where they are given, and so at one point, up to this many times the reach of the scene.
-const NEAR: f64 = 8.0;
+const MAX_ORIGIN_DISTANCE: f64 = 8.0;
 
 /// Candidates for each ray from which on each triangle of a leaf is tested by itself for every ray at once.
-const RAYS_EACH: u32 = 2;
+const TRANSPOSE_THRESHOLD: u32 = 2;
 
 /// The answers of at most 64 rays.
 #[inline(always)]
@@ -29,27 +32,31 @@ pub fn closest_exact_chunk<I: Isa>(
     rays: &[ExactRay],
     triangles: &dyn ExactTriangles,
     hits: &mut [ExactHit],
-    (packets, near, exact): (&mut Packets, &mut Members, &mut ExactRays),
+    (packets, near, exact): (&mut PacketScratch, &mut RayBatch, &mut RaySoa64),
 ) {
     hits.fill(ExactHit::MISS);
     if scene.root == NO_CHILD {
         return;
     }
-    exact.take(scene, rays, NEAR * f64::from(scene.reach));
+    exact.load(
+        scene,
+        rays,
+        MAX_ORIGIN_DISTANCE * f64::from(scene.max_abs_coord),
+    );
     near.clear();
-    let (mut distance, mut drift) = (0.0f32, 0.0f64);
+    let (mut distance, mut origin_error) = (0.0f32, 0.0f64);
     for (i, (ray, hit)) in rays.iter().zip(hits.iter_mut()).enumerate() {
         match exact.starts_near(i) {
             None => {}
             Some(true) => {
-                let (ray, farthest, off) = exact.rounded(scene, i);
+                let (ray, farthest, off) = exact.local_ray_f32(scene, i);
                 near.push(ray, i);
-                (distance, drift) = (distance.max(farthest), drift.max(off));
+                (distance, origin_error) = (distance.max(farthest), origin_error.max(off));
             }
             Some(false) => {
-                if let Some(mut moved) = Moved::new(scene, ray) {
-                    through_scene::<I>(scene, &mut moved, triangles);
-                    *hit = moved.answer();
+                if let Some(mut clipped) = ClippedRay::new(scene, ray) {
+                    intersect_tlas::<I>(scene, &mut clipped, triangles);
+                    *hit = clipped.to_hit();
                 }
             }
         }
@@ -57,136 +64,155 @@ pub fn closest_exact_chunk<I: Isa>(
     if near.len == 0 {
         return;
     }
-    let (some, who) = near.all();
-    // In their own places, if they are all there are.
-    let who = who.filter(|_| some.len() < rays.len());
-    let mut query = Exact {
+    let (some, indices) = near.all();
+    // In their own lanes, if they are all there are.
+    let indices = indices.filter(|_| some.len() < rays.len());
+    let mut query = ExactQuery {
         scene,
         triangles,
         rays: exact,
         hits,
-        drift,
+        origin_error,
         distance,
     };
-    packets.ask::<I, _>(&mut query, scene, some, who);
+    packets.trace::<I, _>(&mut query, scene, some, indices);
     for i in 0..rays.len() {
         if exact.starts_near(i) == Some(true) {
-            exact.answer(i, &mut hits[i]);
+            exact.to_hit(i, &mut hits[i]);
         }
     }
 }
 
 /// The rays of a chunk that start near, by number.
-struct Exact<'a> {
+struct ExactQuery<'a> {
     scene: &'a Scene,
     triangles: &'a dyn ExactTriangles,
-    rays: &'a mut ExactRays,
+    rays: &'a mut RaySoa64,
     /// The nearest so far; their t is not told yet.
     hits: &'a mut [ExactHit],
     /// The largest of them, in scaled scene coordinates.
-    drift: f64,
+    origin_error: f64,
     distance: f32,
 }
 
-impl Query for Exact<'_> {
+impl PacketQuery for ExactQuery<'_> {
     /// Boxes are padded by a part of the distance of the rays and the reach of what they meet: of that reach at least.
     #[inline(always)]
-    fn packed<I: Isa>(&self, rays: &[Ray], placed: Option<&Placed>, packet: &mut Packet) -> bool {
-        let (extent, pad) = match placed {
+    fn make_packet<I: Isa>(
+        &self,
+        rays: &[Ray],
+        placed: Option<&InstanceRecord>,
+        packet: &mut Packet,
+    ) -> bool {
+        let (bounds, pad) = match placed {
             Some(placed) => {
-                let off = off(self.scene, placed, self.distance, self.drift);
-                (placed.bvh.extent(), off / placed.bvh.reach())
+                let off = coordinate_error(self.scene, placed, self.distance, self.origin_error);
+                (placed.bvh.bounds(), off / placed.bvh.max_abs_coord())
             }
             None => {
-                let extent = &self.scene.extent;
-                let slack = self.scene.slack(self.distance) + self.drift as f32;
-                (extent, 2.0 * slack / extent.reach())
+                let bounds = &self.scene.bounds;
+                let slack = self.scene.box_padding(self.distance) + self.origin_error as f32;
+                (bounds, 2.0 * slack / bounds.max_abs_coord())
             }
         };
-        pad.is_finite() && packet.set::<I>(rays, extent, pad, Apex::Origin)
+        pad.is_finite() && packet.setup::<I>(rays, bounds, pad, Apex::Origin)
     }
 
     #[inline(always)]
-    fn turned(&self, _: &Ray, number: usize, placed: &Placed) -> Ray {
-        let line = self.rays.line(self.scene, number);
-        let (origin, direction) = turned(self.scene, placed, line);
+    fn to_instance_space(&self, _: &Ray, number: usize, placed: &InstanceRecord) -> Ray {
+        let line = self.rays.local_ray_f64(self.scene, number);
+        let (origin, direction) = to_mesh_space(self.scene, placed, line);
         Ray {
             origin,
             direction,
-            t_max: self.rays.limit(number).next_up(),
+            t_max: self.rays.t_max_f32(number).next_up(),
         }
     }
 
     #[inline(always)]
-    fn limit(&self, number: usize, _: f32) -> f32 {
-        self.rays.limit(number).next_up()
+    fn t_max(&self, number: usize, _: f32) -> f32 {
+        self.rays.t_max_f32(number).next_up()
     }
 
     #[inline(always)]
-    fn alone<I: Isa>(&mut self, mut places: u64, part: Option<&Part>, who: Who) {
-        while places != 0 {
-            let i = number(places.trailing_zeros(), who);
-            places &= places - 1;
-            let mut ray = self.rays.alone(self.scene, i, &self.hits[i]);
-            match part {
-                None => through_scene::<I>(self.scene, &mut ray, self.triangles),
-                Some(part) => through_part::<I>(self.scene, part, &mut ray, self.triangles),
+    fn trace_single<I: Isa>(
+        &mut self,
+        mut lanes: u64,
+        subtree: Option<&SubtreeRef>,
+        indices: RayIndices,
+    ) {
+        while lanes != 0 {
+            let i = ray_index(lanes.trailing_zeros(), indices);
+            lanes &= lanes - 1;
+            let mut ray = self.rays.to_single(self.scene, i, &self.hits[i]);
+            match subtree {
+                None => intersect_tlas::<I>(self.scene, &mut ray, self.triangles),
+                Some(subtree) => {
+                    intersect_subtree::<I>(self.scene, subtree, &mut ray, self.triangles)
+                }
             }
-            self.rays.keep(i, &ray, &mut self.hits[i]);
+            self.rays.commit(i, &ray, &mut self.hits[i]);
         }
     }
 
     #[inline(always)]
-    fn in_part<I: Isa>(&mut self, part: &Part, packet: &mut Packet, who: Who) {
-        let placed = &self.scene.placed[part.instance as usize];
+    fn intersect_subtree<I: Isa>(
+        &mut self,
+        subtree: &SubtreeRef,
+        packet: &mut Packet,
+        indices: RayIndices,
+    ) {
+        let placed = &self.scene.instances[subtree.instance as usize];
         let mesh = &*placed.bvh;
-        let off = off(self.scene, placed, self.distance, self.drift)
-            + 8.0 * EPS * (packet.distance().max(mesh.reach()) + mesh.reach());
-        let query = InMesh {
+        let off = coordinate_error(self.scene, placed, self.distance, self.origin_error)
+            + 8.0
+                * MACHINE_EPSILON
+                * (packet.max_abs_origin().max(mesh.max_abs_coord()) + mesh.max_abs_coord());
+        let query = ExactLeafVisitor {
             query: self,
             mesh,
-            instance: part.instance,
+            instance: subtree.instance,
             off,
-            who,
+            indices,
         };
-        leaf_by_leaf::<I, _>(mesh, part.start, packet, query);
+        traverse_packet::<I, _>(mesh, subtree.node, packet, query);
     }
 }
 
 /// The rays of a packet in a mesh.
-struct InMesh<'a, 'b> {
-    query: &'a mut Exact<'b>,
+struct ExactLeafVisitor<'a, 'b> {
+    query: &'a mut ExactQuery<'b>,
     mesh: &'a Bvh,
     instance: u32,
     /// What float32 coordinates there may be off by.
     off: f32,
-    who: Who<'a>,
+    indices: RayIndices<'a>,
 }
 
-impl AtLeaf for InMesh<'_, '_> {
+impl LeafVisitor for ExactLeafVisitor<'_, '_> {
     #[inline(always)]
-    fn meet<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64 {
+    fn visit_leaf<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64 {
         let Self {
             ref mut query,
             mesh,
             instance,
             off,
-            who,
+            indices,
         } = *self;
-        mesh.prefetch_id::<I>(leaf.first);
-        let mut candidates = packet.candidates_within::<I>(leaf, 4.0 * off);
+        mesh.prefetch_prim_id::<I>(leaf.first_prim);
+        let mut candidates = packet.candidate_triangles_within::<I>(leaf, 4.0 * off);
         // Large triangles are asked for all rays at a time, for many meet each; small ones where a ray may meet them.
-        let large = candidates.count_ones() * RAYS_EACH <= active.count_ones();
-        let (mut near, mut some) = ([0; SIZE], 0);
+        let large = candidates.count_ones() * TRANSPOSE_THRESHOLD <= active.count_ones();
+        let (mut near, mut some) = ([0; PACKET_SIZE], 0);
         if !large {
             candidates = 0;
             let mut left = active;
             while left != 0 {
-                let place = left.trailing_zeros() as usize & (SIZE - 1);
+                let lane = left.trailing_zeros() as usize & (PACKET_SIZE - 1);
                 left &= left - 1;
-                near[place] = may_meet::<I>(leaf, Member(packet, place), off);
-                some |= u64::from(near[place] != 0) << place;
-                candidates |= near[place];
+                near[lane] = conservative_candidates::<I>(leaf, PacketRay(packet, lane), off);
+                some |= u64::from(near[lane] != 0) << lane;
+                candidates |= near[lane];
             }
         }
         let mut triangles = [(0, [[0.0; 3]; 3]); MAX_LEAF_TRIANGLES];
@@ -195,47 +221,52 @@ impl AtLeaf for InMesh<'_, '_> {
         while left != 0 {
             let k = left.trailing_zeros();
             left &= left - 1;
-            let id = mesh.id(leaf.first + k);
+            let id = mesh.prim_id(leaf.first_prim + k);
             let corners = query.triangles.corners(instance, id);
             triangles[k as usize & (MAX_LEAF_TRIANGLES - 1)] = (id, corners);
         }
         if large {
-            let rays = numbers(active, who);
+            let rays = ray_mask(active, indices);
             let mut closer = false;
             while candidates != 0 {
                 let (id, corners) =
                     triangles[candidates.trailing_zeros() as usize & (MAX_LEAF_TRIANGLES - 1)];
                 candidates &= candidates - 1;
                 let triangle = (instance, id);
-                closer |= query.rays.meet_all(rays, corners, triangle, query.hits);
+                closer |= query
+                    .rays
+                    .intersect_many(rays, corners, triangle, query.hits);
             }
             some = if closer { active } else { 0 };
         }
         let mut sooner = 0;
         while some != 0 {
-            let place = some.trailing_zeros();
+            let lane = some.trailing_zeros();
             some &= some - 1;
-            let number = number(place, who);
-            let mut near = near[place as usize & (SIZE - 1)];
+            let number = ray_index(lane, indices);
+            let mut near = near[lane as usize & (PACKET_SIZE - 1)];
             while near != 0 {
-                let (id, corners) = triangles[near.trailing_zeros() as usize & (MAX_LEAF_TRIANGLES - 1)];
+                let (id, corners) =
+                    triangles[near.trailing_zeros() as usize & (MAX_LEAF_TRIANGLES - 1)];
                 near &= near - 1;
-                query.rays.meet(number, corners, (instance, id), query.hits);
+                query
+                    .rays
+                    .intersect_one(number, corners, (instance, id), query.hits);
             }
-            sooner |= query.shorten(place, packet, who);
+            sooner |= query.clip(lane, packet, indices);
         }
         sooner
     }
 }
 
-impl Exact<'_> {
+impl ExactQuery<'_> {
     /// Ends a ray of a packet at what it has met; its bit if that is sooner than before.
     #[inline(always)]
-    fn shorten(&self, place: u32, packet: &mut Packet, who: Who) -> u64 {
-        let t_max = &mut packet.t_max[place as usize & (SIZE - 1)];
-        let limit = self.rays.limit(number(place, who)).next_up();
+    fn clip(&self, lane: u32, packet: &mut Packet, indices: RayIndices) -> u64 {
+        let t_max = &mut packet.t_max[lane as usize & (PACKET_SIZE - 1)];
+        let limit = self.rays.t_max_f32(ray_index(lane, indices)).next_up();
         let sooner = limit < *t_max;
         *t_max = limit;
-        u64::from(sooner) << place
+        u64::from(sooner) << lane
     }
 }

@@ -3,33 +3,33 @@
 use crate::node::cross;
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::Scene;
-use crate::traverse::exact::single::{EPS64, Moved, limit};
-use crate::traverse::packet::SIZE;
+use crate::traverse::exact::single::{ClippedRay, F64_ERROR, t_max_f32};
+use crate::traverse::packet::PACKET_SIZE;
 
 /// A value of each ray.
-type Row = [f64; SIZE];
+type RayRow = [f64; PACKET_SIZE];
 
 /// Up to 64 rays that start near the scene, by number; what is told of the others means nothing.
-pub struct ExactRays {
+pub struct RaySoa64 {
     /// Start in the world and direction as given, but scaled to a largest component of 1 to 2.
-    origin: [Row; 3],
-    direction: [Row; 3],
+    origin: [RayRow; 3],
+    direction: [RayRow; 3],
     /// The given t is the t along `direction` divided by this power of two.
-    power: Row,
+    direction_scale: RayRow,
     /// The t of the nearest hit so far, along `direction`.
-    best: Row,
-    /// How much x and y change along the main axis, see [`ExactRays::axes`].
-    shear: [Row; 2],
+    t_hit: RayRow,
+    /// How much x and y change along the main axis, see [`RaySoa64::axes`].
+    shear: [RayRow; 2],
     /// The main axis, along which the direction is steepest.
-    main: [u8; SIZE],
+    major_axis: [u8; PACKET_SIZE],
     /// The same in scaled scene coordinates, as float32 has it.
-    start: [[f32; SIZE]; 3],
-    along: [[f32; SIZE]; 3],
+    origin_f32: [[f32; PACKET_SIZE]; 3],
+    direction_f32: [[f32; PACKET_SIZE]; 3],
     /// The largest coordinate there.
-    farthest: Row,
-    state: [u8; SIZE],
+    max_abs_origin: RayRow,
+    origin_class: [u8; PACKET_SIZE],
     /// The main axis of all of them, if it is one.
-    common: Option<usize>,
+    shared_major_axis: Option<usize>,
 }
 
 /// What is to be done with a ray: it can meet nothing, it starts near, or far from the scene.
@@ -37,41 +37,41 @@ const NOWHERE: u8 = 0;
 const NEAR: u8 = 1;
 
 /// The axes after the main one.
-const NEXT: [usize; 3] = [1, 2, 0];
+const NEXT_AXES: [usize; 3] = [1, 2, 0];
 
-impl ExactRays {
-    pub const NONE: ExactRays = ExactRays {
-        origin: [[0.0; SIZE]; 3],
-        direction: [[0.0; SIZE]; 3],
-        power: [0.0; SIZE],
-        best: [0.0; SIZE],
-        shear: [[0.0; SIZE]; 2],
-        main: [0; SIZE],
-        start: [[0.0; SIZE]; 3],
-        along: [[0.0; SIZE]; 3],
-        farthest: [0.0; SIZE],
-        state: [NOWHERE; SIZE],
-        common: None,
+impl RaySoa64 {
+    pub const EMPTY: RaySoa64 = RaySoa64 {
+        origin: [[0.0; PACKET_SIZE]; 3],
+        direction: [[0.0; PACKET_SIZE]; 3],
+        direction_scale: [0.0; PACKET_SIZE],
+        t_hit: [0.0; PACKET_SIZE],
+        shear: [[0.0; PACKET_SIZE]; 2],
+        major_axis: [0; PACKET_SIZE],
+        origin_f32: [[0.0; PACKET_SIZE]; 3],
+        direction_f32: [[0.0; PACKET_SIZE]; 3],
+        max_abs_origin: [0.0; PACKET_SIZE],
+        origin_class: [NOWHERE; PACKET_SIZE],
+        shared_major_axis: None,
     };
 
     /// Takes rays. They start near where that is within `reach` of the scene's origin, in scaled scene coordinates.
     #[inline(always)]
-    pub fn take(&mut self, scene: &Scene, rays: &[ExactRay], reach: f64) {
+    pub fn load(&mut self, scene: &Scene, rays: &[ExactRay], reach: f64) {
         for (i, ray) in rays.iter().enumerate() {
             for axis in 0..3 {
-                self.origin[axis][i & (SIZE - 1)] = ray.origin[axis];
-                self.direction[axis][i & (SIZE - 1)] = ray.direction[axis];
+                self.origin[axis][i & (PACKET_SIZE - 1)] = ray.origin[axis];
+                self.direction[axis][i & (PACKET_SIZE - 1)] = ray.direction[axis];
             }
-            self.best[i & (SIZE - 1)] = ray.t_max;
+            self.t_hit[i & (PACKET_SIZE - 1)] = ray.t_max;
         }
         let ([ox, oy, oz], [dx, dy, dz]) = (&self.origin, &mut self.direction);
         let [sx, sy] = &mut self.shear;
-        let ([wx, wy, wz], unit) = (scene.origin(), scene.unit);
-        let ([px, py, pz], [ax, ay, az]) = (&mut self.start, &mut self.along);
+        let ([wx, wy, wz], unit) = (scene.origin(), scene.scale);
+        let ([px, py, pz], [ax, ay, az]) = (&mut self.origin_f32, &mut self.direction_f32);
         // All of it without a branch: compilers make vectors of that.
-        for i in 0..SIZE {
+        for i in 0..PACKET_SIZE {
             let size = [dx[i].abs(), dy[i].abs(), dz[i].abs()];
-            let steepest = larger(larger(size[0], size[1]), size[2]);
+            let steepest = max_f64(max_f64(size[0], size[1]), size[2]);
             let finite = (size[0] <= f64::MAX)
                 & (size[1] <= f64::MAX)
                 & (size[2] <= f64::MAX)
@@ -79,12 +79,12 @@ impl ExactRays {
                 & (oy[i].abs() <= f64::MAX)
                 & (oz[i].abs() <= f64::MAX);
             // Also left here: subnormal directions, whose scaling would not be exact, and a t_max that is NaN.
-            let sane = finite & (steepest >= f64::MIN_POSITIVE) & (self.best[i] >= 0.0);
+            let sane = finite & (steepest >= f64::MIN_POSITIVE) & (self.t_hit[i] >= 0.0);
             let power = f64::from_bits(steepest.to_bits() & (0x7ff << 52));
             let d = [dx[i] / power, dy[i] / power, dz[i] / power];
             (dx[i], dy[i], dz[i]) = (d[0], d[1], d[2]);
-            self.power[i] = power;
-            self.best[i] *= power;
+            self.direction_scale[i] = power;
+            self.t_hit[i] *= power;
             let size = [d[0].abs(), d[1].abs(), d[2].abs()];
             let first = (size[0] >= size[1]) & (size[0] >= size[2]);
             let second = size[1] >= size[2];
@@ -110,7 +110,7 @@ impl ExactRays {
                 d[1]
             };
             (sx[i], sy[i]) = (after / main, last / main);
-            self.main[i] = if first {
+            self.major_axis[i] = if first {
                 0
             } else if second {
                 1
@@ -122,9 +122,9 @@ impl ExactRays {
                 (oy[i] - wy) * unit,
                 (oz[i] - wz) * unit,
             ];
-            let farthest = larger(larger(start[0].abs(), start[1].abs()), start[2].abs());
-            self.farthest[i] = farthest;
-            self.state[i] = (sane as u8) * (2 - (farthest <= reach) as u8);
+            let farthest = max_f64(max_f64(start[0].abs(), start[1].abs()), start[2].abs());
+            self.max_abs_origin[i] = farthest;
+            self.origin_class[i] = (sane as u8) * (2 - (farthest <= reach) as u8);
             (px[i], py[i], pz[i]) = (start[0] as f32, start[1] as f32, start[2] as f32);
             (ax[i], ay[i], az[i]) = (
                 (d[0] * unit) as f32,
@@ -132,101 +132,111 @@ impl ExactRays {
                 (d[2] * unit) as f32,
             );
         }
-        let first = self.main[0];
-        let same = self.main[..rays.len()].iter().all(|main| *main == first);
-        self.common = same.then_some(usize::from(first));
+        let first = self.major_axis[0];
+        let same = self.major_axis[..rays.len()]
+            .iter()
+            .all(|main| *main == first);
+        self.shared_major_axis = same.then_some(usize::from(first));
     }
 
     /// Whether ray `i` can meet anything, and then whether it starts near.
     #[inline(always)]
     pub fn starts_near(&self, i: usize) -> Option<bool> {
-        let state = self.state[i & (SIZE - 1)];
+        let state = self.origin_class[i & (PACKET_SIZE - 1)];
         (state != NOWHERE).then_some(state == NEAR)
     }
 
     /// The ray in scaled scene coordinates, with the largest of them and what they may be off by.
     #[inline(always)]
-    pub fn rounded(&self, scene: &Scene, i: usize) -> (Ray, f32, f64) {
-        let i = i & (SIZE - 1);
-        let origin = [self.start[0][i], self.start[1][i], self.start[2][i]];
+    pub fn local_ray_f32(&self, scene: &Scene, i: usize) -> (Ray, f32, f64) {
+        let i = i & (PACKET_SIZE - 1);
+        let origin = [
+            self.origin_f32[0][i],
+            self.origin_f32[1][i],
+            self.origin_f32[2][i],
+        ];
         let ray = Ray {
             origin,
-            direction: [self.along[0][i], self.along[1][i], self.along[2][i]],
-            t_max: self.limit(i).next_up(),
+            direction: [
+                self.direction_f32[0][i],
+                self.direction_f32[1][i],
+                self.direction_f32[2][i],
+            ],
+            t_max: self.t_max_f32(i).next_up(),
         };
-        let farthest = self.farthest[i];
-        (ray, farthest as f32, drift(scene, farthest))
+        let farthest = self.max_abs_origin[i];
+        (ray, farthest as f32, origin_error(scene, farthest))
     }
 
     /// How far boxes need to be looked at.
     #[inline(always)]
-    pub fn limit(&self, i: usize) -> f32 {
-        limit(self.best[i & (SIZE - 1)], 0.0)
+    pub fn t_max_f32(&self, i: usize) -> f32 {
+        t_max_f32(self.t_hit[i & (PACKET_SIZE - 1)], 0.0)
     }
 
     /// Start in scaled scene coordinates and direction of a ray.
     #[inline(always)]
-    pub fn line(&self, scene: &Scene, i: usize) -> ([f64; 3], [f64; 3]) {
-        let (i, world) = (i & (SIZE - 1), scene.origin());
+    pub fn local_ray_f64(&self, scene: &Scene, i: usize) -> ([f64; 3], [f64; 3]) {
+        let (i, world) = (i & (PACKET_SIZE - 1), scene.origin());
         (
-            std::array::from_fn(|a| (self.origin[a][i] - world[a]) * scene.unit),
+            std::array::from_fn(|a| (self.origin[a][i] - world[a]) * scene.scale),
             std::array::from_fn(|a| self.direction[a][i]),
         )
     }
 
     /// A ray by itself, with what it has met.
-    pub fn alone(&self, scene: &Scene, i: usize, hit: &ExactHit) -> Moved {
-        let i = i & (SIZE - 1);
-        let (start, direction) = self.line(scene, i);
-        Moved {
+    pub fn to_single(&self, scene: &Scene, i: usize, hit: &ExactHit) -> ClippedRay {
+        let i = i & (PACKET_SIZE - 1);
+        let (start, direction) = self.local_ray_f64(scene, i);
+        ClippedRay {
             origin: std::array::from_fn(|a| self.origin[a][i]),
             direction,
-            power: self.power[i],
-            start,
-            forward: 0.0,
-            drift: drift(scene, self.farthest[i]),
+            direction_scale: self.direction_scale[i],
+            local_origin: start,
+            t_offset: 0.0,
+            origin_error: origin_error(scene, self.max_abs_origin[i]),
             best: ExactHit {
-                t: self.best[i],
+                t: self.t_hit[i],
                 ..*hit
             },
         }
     }
 
     /// Keeps what it has met then.
-    pub fn keep(&mut self, i: usize, ray: &Moved, hit: &mut ExactHit) {
-        self.best[i & (SIZE - 1)] = ray.best.t;
+    pub fn commit(&mut self, i: usize, ray: &ClippedRay, hit: &mut ExactHit) {
+        self.t_hit[i & (PACKET_SIZE - 1)] = ray.best.t;
         *hit = ray.best;
     }
 
     /// The t of its hit, if any, as the ray was given.
     #[inline(always)]
-    pub fn answer(&self, i: usize, hit: &mut ExactHit) {
-        let i = i & (SIZE - 1);
-        if hit.triangle != crate::NOTHING {
-            hit.t = self.best[i] / self.power[i];
+    pub fn to_hit(&self, i: usize, hit: &mut ExactHit) {
+        let i = i & (PACKET_SIZE - 1);
+        if hit.triangle != crate::INVALID_ID {
+            hit.t = self.t_hit[i] / self.direction_scale[i];
         }
     }
 
     /// Lets one ray meet a triangle.
     #[inline(always)]
-    pub fn meet(
+    pub fn intersect_one(
         &mut self,
         i: usize,
         corners: [[f64; 3]; 3],
         triangle: (u32, u32),
         hits: &mut [ExactHit],
     ) {
-        let i = i & (SIZE - 1);
+        let i = i & (PACKET_SIZE - 1);
         let normal = cross(corners);
-        let [u, v, w] = self.edges(i, usize::from(self.main[i]) % 3, &corners);
-        if is_inside(u, v, w) && normal != [0.0; 3] {
-            self.accept(i, [u, v, w], &corners, normal, triangle, hits);
+        let [u, v, w] = self.edge_functions(i, usize::from(self.major_axis[i]) % 3, &corners);
+        if same_sign(u, v, w) && normal != [0.0; 3] {
+            self.accept_hit(i, [u, v, w], &corners, normal, triangle, hits);
         }
     }
 
-    /// Lets many rays meet a triangle. The answers are those of [`ExactRays::meet`].
+    /// Lets many rays meet a triangle. The answers are those of [`RaySoa64::intersect_one`].
     #[inline(always)]
-    pub fn meet_all(
+    pub fn intersect_many(
         &mut self,
         rays: u64,
         corners: [[f64; 3]; 3],
@@ -238,19 +248,19 @@ impl ExactRays {
         if normal == [0.0; 3] {
             return false;
         }
-        let mut inside = match self.common {
-            Some(0) => self.inside::<0>(&corners),
-            Some(1) => self.inside::<1>(&corners),
-            Some(2) => self.inside::<2>(&corners),
+        let mut inside = match self.shared_major_axis {
+            Some(0) => self.edge_test::<0>(&corners),
+            Some(1) => self.edge_test::<1>(&corners),
+            Some(2) => self.edge_test::<2>(&corners),
             _ => u64::MAX,
         } & rays;
         let mut closer = false;
         while inside != 0 {
             let i = inside.trailing_zeros() as usize;
             inside &= inside - 1;
-            let [u, v, w] = self.edges(i, usize::from(self.main[i]) % 3, &corners);
-            if is_inside(u, v, w) {
-                closer |= self.accept(i, [u, v, w], &corners, normal, triangle, hits);
+            let [u, v, w] = self.edge_functions(i, usize::from(self.major_axis[i]) % 3, &corners);
+            if same_sign(u, v, w) {
+                closer |= self.accept_hit(i, [u, v, w], &corners, normal, triangle, hits);
             }
         }
         closer
@@ -258,13 +268,13 @@ impl ExactRays {
 
     /// Bit i: ray i, whose main axis is `Z`, runs within the edges.
     #[inline(always)]
-    fn inside<const Z: usize>(&self, corners: &[[f64; 3]; 3]) -> u64 {
-        let (x, y) = (NEXT[Z], NEXT[NEXT[Z]]);
+    fn edge_test<const Z: usize>(&self, corners: &[[f64; 3]; 3]) -> u64 {
+        let (x, y) = (NEXT_AXES[Z], NEXT_AXES[NEXT_AXES[Z]]);
         let (ox, oy, oz) = (&self.origin[x], &self.origin[y], &self.origin[Z]);
         let [sx, sy] = &self.shear;
         let [a, b, c] = *corners;
-        let mut inside = [0u8; SIZE];
-        for i in 0..SIZE {
+        let mut inside = [0u8; PACKET_SIZE];
+        for i in 0..PACKET_SIZE {
             let (za, zb, zc) = (a[Z] - oz[i], b[Z] - oz[i], c[Z] - oz[i]);
             let (ax, ay) = (a[x] - ox[i] - sx[i] * za, a[y] - oy[i] - sy[i] * za);
             let (bx, by) = (b[x] - ox[i] - sx[i] * zb, b[y] - oy[i] - sy[i] * zb);
@@ -272,7 +282,7 @@ impl ExactRays {
             let u = cx * by - cy * bx;
             let v = ax * cy - ay * cx;
             let w = bx * ay - by * ax;
-            inside[i] = is_inside(u, v, w) as u8;
+            inside[i] = same_sign(u, v, w) as u8;
         }
         bits(&inside)
     }
@@ -280,9 +290,9 @@ impl ExactRays {
     /// The edge functions of a triangle, sheared so that ray `i` runs along its main axis `z` from 0: those of
     /// [`crate::traverse::triangle::packet`] in float64.
     #[inline(always)]
-    fn edges(&self, i: usize, z: usize, corners: &[[f64; 3]; 3]) -> [f64; 3] {
-        let (x, y) = (NEXT[z], NEXT[NEXT[z]]);
-        let i = i & (SIZE - 1);
+    fn edge_functions(&self, i: usize, z: usize, corners: &[[f64; 3]; 3]) -> [f64; 3] {
+        let (x, y) = (NEXT_AXES[z], NEXT_AXES[NEXT_AXES[z]]);
+        let i = i & (PACKET_SIZE - 1);
         let (sx, sy) = (self.shear[0][i], self.shear[1][i]);
         let (ox, oy, oz) = (self.origin[x][i], self.origin[y][i], self.origin[z][i]);
         let [a, b, c] = corners.map(|p| {
@@ -298,7 +308,7 @@ impl ExactRays {
 
     /// Takes a triangle within whose edges ray `i` runs, if it is met before the best one.
     #[inline(always)]
-    fn accept(
+    fn accept_hit(
         &mut self,
         i: usize,
         [u, v, w]: [f64; 3],
@@ -307,8 +317,8 @@ impl ExactRays {
         (instance, triangle): (u32, u32),
         hits: &mut [ExactHit],
     ) -> bool {
-        let i = i & (SIZE - 1);
-        let z = usize::from(self.main[i]) % 3;
+        let i = i & (PACKET_SIZE - 1);
+        let z = usize::from(self.major_axis[i]) % 3;
         let det = u + v + w;
         if det == 0.0 {
             return false;
@@ -316,13 +326,13 @@ impl ExactRays {
         let (wa, wb, wc) = (u / det, v / det, w / det);
         let [a, b, c] = corners.map(|p| (p[z] - self.origin[z][i]) / self.direction[z][i]);
         let t = wa * a + wb * b + wc * c;
-        let (best, hit) = (self.best[i], &mut hits[i]);
-        let first =
-            hit.triangle == crate::NOTHING || (instance, triangle) < (hit.instance, hit.triangle);
+        let (best, hit) = (self.t_hit[i], &mut hits[i]);
+        let first = hit.triangle == crate::INVALID_ID
+            || (instance, triangle) < (hit.instance, hit.triangle);
         if !(t >= 0.0 && (t < best || t == best && first)) {
             return false;
         }
-        self.best[i] = t;
+        self.t_hit[i] = t;
         *hit = ExactHit {
             t,
             u: wb,
@@ -337,26 +347,26 @@ impl ExactRays {
 
 /// Whether edge functions do not differ in sign.
 #[inline(always)]
-fn is_inside(u: f64, v: f64, w: f64) -> bool {
+fn same_sign(u: f64, v: f64, w: f64) -> bool {
     ((u >= 0.0) & (v >= 0.0) & (w >= 0.0)) | ((u <= 0.0) & (v <= 0.0) & (w <= 0.0))
 }
 
 /// What the start of a ray may be off by, in scaled scene coordinates.
 #[inline(always)]
-fn drift(scene: &Scene, farthest: f64) -> f64 {
-    let world = scene.origin().map(|x| (x * scene.unit).abs());
+fn origin_error(scene: &Scene, farthest: f64) -> f64 {
+    let world = scene.origin().map(|x| (x * scene.scale).abs());
     let offset = farthest.max(world[0]).max(world[1]).max(world[2]);
-    EPS64 * (offset + f64::from(scene.reach))
+    F64_ERROR * (offset + f64::from(scene.max_abs_coord))
 }
 
 #[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
+fn max_f64(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
 /// Bit i: byte i is 1; the others are 0.
 #[inline(always)]
-fn bits(bytes: &[u8; SIZE]) -> u64 {
+fn bits(bytes: &[u8; PACKET_SIZE]) -> u64 {
     let mut all = 0;
     for (k, eight) in bytes.as_chunks::<8>().0.iter().enumerate() {
         // Bit 8 j times bit 56 - 7 j is bit 56 + j, and no two products meet.

@@ -7,22 +7,22 @@
 
 use crate::node::{LEAF, LeafNode, NO_CHILD, cross, leaf, node};
 use crate::ray::{ExactHit, ExactRay};
-use crate::scene::rebraid::Part;
-use crate::scene::{ExactTriangles, Placed, Scene};
+use crate::scene::rebraid::SubtreeRef;
+use crate::scene::{ExactTriangles, InstanceRecord, Scene};
 use crate::simd::{Isa, Vector};
 use crate::traverse::exact::packet::closest_exact_chunk;
-use crate::traverse::exact::rays::ExactRays;
-use crate::traverse::node_test::enter_children;
-use crate::traverse::packet::SIZE;
-use crate::traverse::packet::tlas::Packets;
+use crate::traverse::exact::rays::RaySoa64;
+use crate::traverse::node_test::intersect_children;
+use crate::traverse::packet::PACKET_SIZE;
+use crate::traverse::packet::tlas::PacketScratch;
 use crate::traverse::stack::Stack;
-use crate::traverse::stream::packet_groups::Members;
-use crate::traverse::trav_ray::{EPS, LocalRay};
+use crate::traverse::stream::packet_groups::RayBatch;
+use crate::traverse::trav_ray::{MACHINE_EPSILON, TravRay};
 use crate::traverse::triangle::packet::{corners, indices};
-use crate::traverse::triangle::single::{Line, sheared};
+use crate::traverse::triangle::single::{RayView, shear_vertices};
 
 /// The relative error of a few float64 roundings.
-pub const EPS64: f64 = 1.0 / (1u64 << 50) as f64;
+pub const F64_ERROR: f64 = 1.0 / (1u64 << 50) as f64;
 
 #[inline(always)]
 pub fn closest_exact_batch<I: Isa>(
@@ -31,9 +31,9 @@ pub fn closest_exact_batch<I: Isa>(
     triangles: &dyn ExactTriangles,
     hits: &mut [ExactHit],
 ) {
-    let (mut packets, mut near) = (Packets::NONE, Members::NONE);
-    let mut exact = ExactRays::NONE;
-    for (rays, hits) in rays.chunks(SIZE).zip(hits.chunks_mut(SIZE)) {
+    let (mut packets, mut near) = (PacketScratch::EMPTY, RayBatch::EMPTY);
+    let mut exact = RaySoa64::EMPTY;
+    for (rays, hits) in rays.chunks(PACKET_SIZE).zip(hits.chunks_mut(PACKET_SIZE)) {
         let room = (&mut packets, &mut near, &mut exact);
         closest_exact_chunk::<I>(scene, rays, triangles, hits, room);
     }
@@ -41,23 +41,23 @@ pub fn closest_exact_batch<I: Isa>(
 
 /// A ray that was moved to the scene's box.
 #[derive(Clone, Copy)]
-pub struct Moved {
+pub struct ClippedRay {
     /// Start in the world and direction as given, but scaled to a largest component of 1 to 2.
     pub origin: [f64; 3],
     pub direction: [f64; 3],
     /// The given t is the t along `direction` divided by this power of two.
-    pub power: f64,
+    pub direction_scale: f64,
     /// Start in scaled scene coordinates, `forward` along `direction`, which is in them as well.
-    pub start: [f64; 3],
-    pub forward: f64,
+    pub local_origin: [f64; 3],
+    pub t_offset: f64,
     /// What `start` may be off by.
-    pub drift: f64,
+    pub origin_error: f64,
     /// The nearest hit so far, `t` along `direction`.
     pub best: ExactHit,
 }
 
-impl Moved {
-    pub fn new(scene: &Scene, ray: &ExactRay) -> Option<Moved> {
+impl ClippedRay {
+    pub fn new(scene: &Scene, ray: &ExactRay) -> Option<ClippedRay> {
         let steepest = ray.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let finite = ray
             .origin
@@ -76,19 +76,20 @@ impl Moved {
         let power = f64::from_bits(steepest.to_bits() & (0x7ff << 52));
         let direction = ray.direction.map(|d| d / power);
         let world = scene.origin();
-        let far: [f64; 3] = std::array::from_fn(|a| (ray.origin[a] - world[a]) * scene.unit);
-        let scale = scene.unit;
+        let far: [f64; 3] = std::array::from_fn(|a| (ray.origin[a] - world[a]) * scene.scale);
+        let scale = scene.scale;
         // In scaled scene coordinates the direction is `scale` times as long, and t the same.
         let along = direction.map(|d| d * scale);
-        let fat = f64::from(scene.slack(scene.reach)) * 2.0 + 1e-5 * f64::from(scene.reach);
+        let fat = f64::from(scene.box_padding(scene.max_abs_coord)) * 2.0
+            + 1e-5 * f64::from(scene.max_abs_coord);
         let (mut enter, mut leave) = (0.0f64, ray.t_max * power);
         let offset = (0..3).fold(0.0, |m: f64, a| {
             m.max(far[a].abs()).max((world[a] * scale).abs())
         });
-        let drift = EPS64 * (offset + f64::from(scene.reach));
+        let drift = F64_ERROR * (offset + f64::from(scene.max_abs_coord));
         for axis in 0..3 {
-            let lower = f64::from(scene.extent.lower[axis]) - fat - drift - far[axis];
-            let upper = f64::from(scene.extent.upper[axis]) + fat + drift - far[axis];
+            let lower = f64::from(scene.bounds.lower[axis]) - fat - drift - far[axis];
+            let upper = f64::from(scene.bounds.upper[axis]) + fat + drift - far[axis];
             if along[axis] == 0.0 {
                 if lower > 0.0 || upper < 0.0 {
                     return None;
@@ -108,42 +109,44 @@ impl Moved {
             t: ray.t_max * power,
             ..ExactHit::MISS
         };
-        Some(Moved {
+        Some(ClippedRay {
             origin: ray.origin,
             direction,
-            power,
-            start,
-            forward: enter,
-            drift,
+            direction_scale: power,
+            local_origin: start,
+            t_offset: enter,
+            origin_error: drift,
             best,
         })
     }
 
     /// How far boxes need to be looked at, in t from `start`.
     #[inline(always)]
-    pub fn limit(&self) -> f32 {
-        limit(self.best.t, self.forward)
+    pub fn t_max_f32(&self) -> f32 {
+        t_max_f32(self.best.t, self.t_offset)
     }
 
     /// What was found, by the t of the ray as it was given.
-    pub fn answer(&self) -> ExactHit {
-        if self.best.triangle == crate::NOTHING {
+    pub fn to_hit(&self) -> ExactHit {
+        if self.best.triangle == crate::INVALID_ID {
             return ExactHit::MISS;
         }
         ExactHit {
-            t: self.best.t / self.power,
+            t: self.best.t / self.direction_scale,
             ..self.best
         }
     }
 
     /// Takes a triangle if it is hit before the best one.
     #[inline(always)]
-    pub fn decide(&mut self, corners: [[f64; 3]; 3], instance: u32, triangle: u32) {
-        let Some(Meeting { t, u, v, normal }) = meet(self.origin, self.direction, corners) else {
+    pub fn intersect_exact(&mut self, corners: [[f64; 3]; 3], instance: u32, triangle: u32) {
+        let Some(TriangleIntersection64 { t, u, v, normal }) =
+            intersect_triangle_f64(self.origin, self.direction, corners)
+        else {
             return;
         };
         let best = &self.best;
-        let first = best.triangle == crate::NOTHING
+        let first = best.triangle == crate::INVALID_ID
             || (instance, triangle) < (best.instance, best.triangle);
         if t < best.t || t == best.t && first {
             self.best = ExactHit {
@@ -160,36 +163,36 @@ impl Moved {
 
 /// How far boxes need to be looked at for what comes before `t`, in t from `forward`.
 #[inline(always)]
-pub fn limit(t: f64, forward: f64) -> f32 {
-    let limit = t - forward + EPS64 * forward;
+pub fn t_max_f32(t: f64, forward: f64) -> f32 {
+    let limit = t - forward + F64_ERROR * forward;
     (limit as f32).next_up().max(0.0)
 }
 
 /// One ray through everything.
 #[inline(always)]
-pub fn through_scene<I: Isa>(scene: &Scene, ray: &mut Moved, triangles: &dyn ExactTriangles) {
-    let start = ray.start.map(|x| x as f32);
-    let direction = ray.direction.map(|d| (d * scene.unit) as f32);
-    let distance = largest(start);
-    let slack = 2.0 * scene.slack(distance) + ray.drift as f32 * 2.0;
+pub fn intersect_tlas<I: Isa>(scene: &Scene, ray: &mut ClippedRay, triangles: &dyn ExactTriangles) {
+    let start = ray.local_origin.map(|x| x as f32);
+    let direction = ray.direction.map(|d| (d * scene.scale) as f32);
+    let distance = max_abs(start);
+    let slack = 2.0 * scene.box_padding(distance) + ray.origin_error as f32 * 2.0;
     let mut stack = Stack::new();
     let mut at = scene.root;
-    if let Some(outer) = LocalRay::new(start, direction, &scene.extent, slack) {
+    if let Some(outer) = TravRay::new(start, direction, &scene.bounds, slack) {
         loop {
             if at & LEAF == 0 {
                 let node = node(scene.blocks(), at);
-                let limit = outer.inner_t(ray.limit()).next_up();
-                let (into, enter) = enter_children::<I>(node, &outer, limit);
-                let into = <I::F8 as Vector>::bits(into);
+                let limit = outer.to_local_t(ray.t_max_f32()).next_up();
+                let (into, enter) = intersect_children::<I>(node, &outer, limit);
+                let into = <I::F32x8 as Vector>::to_bitmask(into);
                 if into != 0 {
                     at = stack.push::<I>(node, enter, into);
                     continue;
                 }
             } else {
-                let part = &scene.parts[(at & !LEAF) as usize];
-                through_part::<I>(scene, part, ray, triangles);
+                let subtree = &scene.subtree_refs[(at & !LEAF) as usize];
+                intersect_subtree::<I>(scene, subtree, ray, triangles);
             }
-            match stack.pop(0, outer.inner_t(ray.limit()).next_up()) {
+            match stack.pop(0, outer.to_local_t(ray.t_max_f32()).next_up()) {
                 Some(next) => at = next,
                 None => return,
             }
@@ -199,14 +202,16 @@ pub fn through_scene<I: Isa>(scene: &Scene, ray: &mut Moved, triangles: &dyn Exa
 
 /// One ray in the coordinates of a mesh's tree.
 #[inline(always)]
-pub fn turned(
+pub fn to_mesh_space(
     scene: &Scene,
-    placed: &Placed,
+    instance_record: &InstanceRecord,
     (start, direction): ([f64; 3], [f64; 3]),
 ) -> ([f32; 3], [f32; 3]) {
-    let matrix = placed.mesh_from_scene.map(|row| row.map(f64::from));
+    let matrix = instance_record
+        .mesh_from_scene
+        .map(|row| row.map(f64::from));
     let turned = |v: [f64; 3], row: usize| (0..3).map(|k| matrix[row][k] * v[k]).sum::<f64>();
-    let along = direction.map(|d| d * scene.unit);
+    let along = direction.map(|d| d * scene.scale);
     (
         std::array::from_fn(|row| (turned(start, row) + matrix[row][3]) as f32),
         std::array::from_fn(|row| turned(along, row) as f32),
@@ -215,45 +220,49 @@ pub fn turned(
 
 /// One ray through a part of a mesh.
 #[inline(always)]
-pub fn through_part<I: Isa>(
+pub fn intersect_subtree<I: Isa>(
     scene: &Scene,
-    part: &Part,
-    ray: &mut Moved,
+    subtree: &SubtreeRef,
+    ray: &mut ClippedRay,
     triangles: &dyn ExactTriangles,
 ) {
-    let instance = part.instance;
-    let placed: &Placed = &scene.placed[instance as usize];
-    let mesh = &*placed.bvh;
-    let (origin, direction) = turned(scene, placed, (ray.start, ray.direction));
-    let distance = largest(ray.start.map(|x| x as f32));
-    let off = off(scene, placed, distance, ray.drift);
-    let Some(local) = LocalRay::new(origin, direction, mesh.extent(), off) else {
+    let instance = subtree.instance;
+    let instance_record: &InstanceRecord = &scene.instances[instance as usize];
+    let mesh = &*instance_record.bvh;
+    let (origin, direction) =
+        to_mesh_space(scene, instance_record, (ray.local_origin, ray.direction));
+    let distance = max_abs(ray.local_origin.map(|x| x as f32));
+    let off = coordinate_error(scene, instance_record, distance, ray.origin_error);
+    let Some(local) = TravRay::new(origin, direction, mesh.bounds(), off) else {
         return;
     };
-    let off = off + 8.0 * EPS * (largest(origin).max(mesh.reach()) + mesh.reach());
+    let off = off
+        + 8.0
+            * MACHINE_EPSILON
+            * (max_abs(origin).max(mesh.max_abs_coord()) + mesh.max_abs_coord());
     let mut stack = Stack::new();
-    let mut at = part.start;
+    let mut at = subtree.node;
     loop {
         if at & LEAF == 0 {
             let node = node(mesh.blocks(), at);
             let (into, enter) =
-                enter_children::<I>(node, &local, local.inner_t(ray.limit()).next_up());
-            let into = <I::F8 as Vector>::bits(into);
+                intersect_children::<I>(node, &local, local.to_local_t(ray.t_max_f32()).next_up());
+            let into = <I::F32x8 as Vector>::to_bitmask(into);
             if into != 0 {
                 at = stack.push::<I>(node, enter, into);
                 continue;
             }
         } else {
             let leaf = leaf(mesh.blocks(), at);
-            let mut near = may_meet::<I>(leaf, &local, off);
+            let mut near = conservative_candidates::<I>(leaf, &local, off);
             while near != 0 {
                 let lane = near.trailing_zeros();
                 near &= near - 1;
-                let triangle = mesh.id(leaf.first + lane);
-                ray.decide(triangles.corners(instance, triangle), instance, triangle);
+                let triangle = mesh.prim_id(leaf.first_prim + lane);
+                ray.intersect_exact(triangles.corners(instance, triangle), instance, triangle);
             }
         }
-        match stack.pop(0, local.inner_t(ray.limit()).next_up()) {
+        match stack.pop(0, local.to_local_t(ray.t_max_f32()).next_up()) {
             Some(next) => at = next,
             None => return,
         }
@@ -261,15 +270,21 @@ pub fn through_part<I: Isa>(
 }
 
 /// The largest coordinate.
-fn largest(point: [f32; 3]) -> f32 {
+fn max_abs(point: [f32; 3]) -> f32 {
     point[0].abs().max(point[1].abs()).max(point[2].abs())
 }
 
 /// What a ray that starts within `distance` of the scene's origin and the vertices of a mesh are off by in its
 /// coordinates: ray, matrix and vertices were rounded to float32, at the size they have in the scene or in the mesh.
-pub fn off(scene: &Scene, placed: &Placed, distance: f32, drift: f64) -> f32 {
-    placed.stretch * (32.0 * EPS * (distance + scene.reach) + drift as f32 * 2.0)
-        + 8.0 * EPS * placed.bvh.reach()
+pub fn coordinate_error(
+    scene: &Scene,
+    instance_record: &InstanceRecord,
+    distance: f32,
+    drift: f64,
+) -> f32 {
+    instance_record.max_scale
+        * (32.0 * MACHINE_EPSILON * (distance + scene.max_abs_coord) + drift as f32 * 2.0)
+        + 8.0 * MACHINE_EPSILON * instance_record.bvh.max_abs_coord()
 }
 
 /// Bit i: the ray might meet triangle i if ray and corners are off by at most `off`.
@@ -278,42 +293,42 @@ pub fn off(scene: &Scene, placed: &Placed, distance: f32, drift: f64) -> f32 {
 /// x1 y2 - y1 x2 then by e (|x1| + |y1| + |x2| + |y2|) + 2 e^2, and rounding, which `off` exceeds by far, by less than
 /// that again.
 #[inline(always)]
-pub fn may_meet<I: Isa>(leaf: &LeafNode, ray: impl Line, off: f32) -> u32 {
-    let [px, py] = sheared::<I>(leaf, ray);
+pub fn conservative_candidates<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32) -> u32 {
+    let [px, py] = shear_vertices::<I>(leaf, ray);
     let size = px.abs().add(py.abs());
     let index = indices::<I>(leaf);
     let (x, y) = (corners::<I>(px, &index), corners::<I>(py, &index));
     let size = corners::<I>(size, &index);
-    let e = I::F16::splat(4.0 * off);
-    let square = I::F16::splat(16.0 * off * off);
-    let zero = I::F16::splat(0.0);
-    let u = edge::<I>(&x, &y, &size, [1, 2], e, square);
-    let v = edge::<I>(&x, &y, &size, [2, 0], e, square);
-    let w = edge::<I>(&x, &y, &size, [0, 1], e, square);
-    let inside = <I::F16 as Vector>::or(
+    let e = I::F32x16::splat(4.0 * off);
+    let square = I::F32x16::splat(16.0 * off * off);
+    let zero = I::F32x16::splat(0.0);
+    let u = edge_bounds::<I>(&x, &y, &size, [1, 2], e, square);
+    let v = edge_bounds::<I>(&x, &y, &size, [2, 0], e, square);
+    let w = edge_bounds::<I>(&x, &y, &size, [0, 1], e, square);
+    let inside = <I::F32x16 as Vector>::or(
         zero.le(u.0.min(v.0).min(w.0)),
         u.1.max(v.1).max(w.1).le(zero),
     );
-    <I::F16 as Vector>::bits(inside) & ((1u32 << leaf.count) - 1)
+    <I::F32x16 as Vector>::to_bitmask(inside) & ((1u32 << leaf.count) - 1)
 }
 
 /// The greatest and the least value an edge function may have.
 #[inline(always)]
-fn edge<I: Isa>(
-    x: &[I::F16; 3],
-    y: &[I::F16; 3],
-    size: &[I::F16; 3],
+fn edge_bounds<I: Isa>(
+    x: &[I::F32x16; 3],
+    y: &[I::F32x16; 3],
+    size: &[I::F32x16; 3],
     [a, b]: [usize; 2],
-    e: I::F16,
-    square: I::F16,
-) -> (I::F16, I::F16) {
+    e: I::F32x16,
+    square: I::F32x16,
+) -> (I::F32x16, I::F32x16) {
     let value = x[b].mul(y[a]).sub(y[b].mul(x[a]));
     let slack = e.mul(size[a].add(size[b])).add(square);
     (value.add(slack), value.sub(slack))
 }
 
 /// Where a ray meets a triangle; fields as of [`ExactHit`].
-struct Meeting {
+struct TriangleIntersection64 {
     t: f64,
     u: f64,
     v: f64,
@@ -321,7 +336,11 @@ struct Meeting {
 }
 
 /// The test of [`crate::traverse::triangle::packet`] in float64.
-fn meet(origin: [f64; 3], direction: [f64; 3], corners: [[f64; 3]; 3]) -> Option<Meeting> {
+fn intersect_triangle_f64(
+    origin: [f64; 3],
+    direction: [f64; 3],
+    corners: [[f64; 3]; 3],
+) -> Option<TriangleIntersection64> {
     let size = direction.map(f64::abs);
     let z = if size[0] >= size[1] && size[0] >= size[2] {
         0
@@ -348,7 +367,7 @@ fn meet(origin: [f64; 3], direction: [f64; 3], corners: [[f64; 3]; 3]) -> Option
     let t = wa * a[2] + wb * b[2] + wc * c[2];
     let normal = cross(corners);
     // Rounding may have given corners in a line a determinant.
-    (t >= 0.0 && normal != [0.0; 3]).then_some(Meeting {
+    (t >= 0.0 && normal != [0.0; 3]).then_some(TriangleIntersection64 {
         t,
         u: wb,
         v: wc,

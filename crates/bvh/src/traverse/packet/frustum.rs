@@ -6,50 +6,50 @@ use crate::simd::{Isa, Vector};
 
 /// What bounds all rays of a packet at once; `t` counts from the apex.
 #[derive(Clone, Copy)]
-pub struct Fan {
+pub struct Frustum {
     pub apex: [f32; 3],
     /// The least and the greatest reciprocal.
     pub reciprocal: [[f32; 2]; 3],
     /// What a box is entered earlier and left later at most, because rays start off the apex and are rounded.
-    pub near: [f32; 3],
-    pub far: [f32; 3],
-    pub entry: [usize; 3],
+    pub t_near_pad: [f32; 3],
+    pub t_far_pad: [f32; 3],
+    pub near_rows: [usize; 3],
 }
 
-impl Fan {
+impl Frustum {
     /// The children that some ray may enter at a t up to `t_max`, and the earliest t at which one may.
     #[inline(always)]
-    pub fn children<I: Isa>(&self, node: &WideNode, t_max: f32) -> (u32, I::F8) {
-        let mut enter = I::F8::splat(0.0);
-        let mut leave = I::F8::splat(t_max);
+    pub fn intersect_children<I: Isa>(&self, node: &WideNode, t_max: f32) -> (u32, I::F32x8) {
+        let mut enter = I::F32x8::splat(0.0);
+        let mut leave = I::F32x8::splat(t_max);
         for axis in 0..3 {
-            // SAFETY: `entry` is one of the six rows, each of 8 floats; the lowest bit chooses between two of an axis.
+            // SAFETY: `near_rows` is one of the six rows, each of 8 floats; the lowest bit chooses between two of an axis.
             let (first, last) = unsafe {
-                let row = self.entry[axis];
+                let row = self.near_rows[axis];
                 (
-                    I::F8::load(node.bounds.get_unchecked(row).as_ptr()),
-                    I::F8::load(node.bounds.get_unchecked(row ^ 1).as_ptr()),
+                    I::F32x8::load(node.bounds.get_unchecked(row).as_ptr()),
+                    I::F32x8::load(node.bounds.get_unchecked(row ^ 1).as_ptr()),
                 )
             };
-            let apex = I::F8::splat(self.apex[axis]);
+            let apex = I::F32x8::splat(self.apex[axis]);
             let (low, high) = (
-                I::F8::splat(self.reciprocal[axis][0]),
-                I::F8::splat(self.reciprocal[axis][1]),
+                I::F32x8::splat(self.reciprocal[axis][0]),
+                I::F32x8::splat(self.reciprocal[axis][1]),
             );
             let (first, last) = (first.sub(apex), last.sub(apex));
             enter = enter.max(
                 first
                     .mul(low)
                     .min(first.mul(high))
-                    .sub(I::F8::splat(self.near[axis])),
+                    .sub(I::F32x8::splat(self.t_near_pad[axis])),
             );
             leave = leave.min(
                 last.mul(low)
                     .max(last.mul(high))
-                    .add(I::F8::splat(self.far[axis])),
+                    .add(I::F32x8::splat(self.t_far_pad[axis])),
             );
         }
-        (<I::F8 as Vector>::bits(enter.le(leave)), enter)
+        (<I::F32x8 as Vector>::to_bitmask(enter.le(leave)), enter)
     }
 }
 
@@ -65,7 +65,7 @@ pub enum Apex {
 impl Apex {
     /// Whether rays start or end closer together, by the looks of three of them.
     #[inline(always)]
-    pub fn of(rays: &[Ray]) -> Apex {
+    pub fn choose(rays: &[Ray]) -> Apex {
         let (mut starts, mut ends) = (0.0, 0.0);
         let first = &rays[0];
         for ray in [&rays[rays.len() / 2], &rays[rays.len() - 1]] {

@@ -1,73 +1,105 @@
-//! From up to 64 rays to packets of those that run alike: through the tree over instances, and in each instance anew,
-//! because there they run elsewhere. What is asked for is a [`Query`].
+//! From up to 64 rays to packets of those that run groups: through the tree over instances, and in each instance anew,
+//! because there they run elsewhere. What is asked for is a [`PacketQuery`].
 
 use crate::node::{LEAF, node};
 use crate::ray::Ray;
-use crate::scene::rebraid::Part;
-use crate::scene::{Placed, Scene};
+use crate::scene::rebraid::SubtreeRef;
+use crate::scene::{InstanceRecord, Scene};
 use crate::simd::Isa;
-use crate::traverse::packet::{Packet, SIZE};
+use crate::traverse::packet::{PACKET_SIZE, Packet};
 use crate::traverse::stack::Stack;
-use crate::traverse::stream::packet_groups::{Members, Parts, Who, number};
+use crate::traverse::stream::packet_groups::{OctantGroups, RayBatch, RayIndices, ray_index};
 
-/// What rays are asked for. They are known by their number in the chunk; `who` says which numbers those at hand have.
-pub trait Query {
+/// What rays are asked for. They are known by their number in the chunk; `indices` says which numbers those at hand have.
+pub trait PacketQuery {
     /// Makes rays a packet, in scaled scene coordinates or in those of a placed mesh; false where it may not pay.
-    fn packed<I: Isa>(&self, rays: &[Ray], placed: Option<&Placed>, packet: &mut Packet) -> bool;
+    fn make_packet<I: Isa>(
+        &self,
+        rays: &[Ray],
+        placed: Option<&InstanceRecord>,
+        packet: &mut Packet,
+    ) -> bool;
 
     /// A ray in the coordinates of a placed mesh, no longer than it is of interest by now.
-    fn turned(&self, ray: &Ray, number: usize, placed: &Placed) -> Ray;
+    fn to_instance_space(&self, ray: &Ray, number: usize, placed: &InstanceRecord) -> Ray;
 
     /// The t up to which a ray that was of interest up to `t_max` still is; below 0 for none.
-    fn limit(&self, number: usize, t_max: f32) -> f32;
+    fn t_max(&self, number: usize, t_max: f32) -> f32;
 
     /// Takes a packet through a part of a mesh.
-    fn in_part<I: Isa>(&mut self, part: &Part, packet: &mut Packet, who: Who);
+    fn intersect_subtree<I: Isa>(
+        &mut self,
+        subtree: &SubtreeRef,
+        packet: &mut Packet,
+        indices: RayIndices,
+    );
 
     /// Takes each ray of a mask by itself through a part or, without one, through everything.
-    fn alone<I: Isa>(&mut self, places: u64, part: Option<&Part>, who: Who);
+    fn trace_single<I: Isa>(
+        &mut self,
+        lanes: u64,
+        subtree: Option<&SubtreeRef>,
+        indices: RayIndices,
+    );
 }
 
 /// Room for the packets of a chunk.
-pub struct Packets {
-    /// In scaled scene coordinates: those that run alike.
-    outer: Members,
-    in_scene: Packet,
-    inside: Inside,
+pub struct PacketScratch {
+    /// In scaled scene coordinates: those that run groups.
+    scene_rays: RayBatch,
+    scene_packet: Packet,
+    instance: InstanceScratch,
 }
 
-/// The same in the coordinates of a mesh: all that enter an instance, and those of them that run alike.
-struct Inside {
-    local: Members,
-    inner: Members,
+/// The same in the coordinates of a mesh: all that enter an instance, and those of them that run groups.
+struct InstanceScratch {
+    local: RayBatch,
+    inner: RayBatch,
     packet: Packet,
 }
 
-impl Packets {
-    pub const NONE: Packets = Packets {
-        outer: Members::NONE,
-        in_scene: Packet::NONE,
-        inside: Inside {
-            local: Members::NONE,
-            inner: Members::NONE,
-            packet: Packet::NONE,
+impl PacketScratch {
+    pub const EMPTY: PacketScratch = PacketScratch {
+        scene_rays: RayBatch::EMPTY,
+        scene_packet: Packet::EMPTY,
+        instance: InstanceScratch {
+            local: RayBatch::EMPTY,
+            inner: RayBatch::EMPTY,
+            packet: Packet::EMPTY,
         },
     };
 
     /// Asks for rays in scaled scene coordinates; the scene is not empty.
     #[inline(always)]
-    pub fn ask<I: Isa, Q: Query>(&mut self, query: &mut Q, scene: &Scene, rays: &[Ray], who: Who) {
-        let mut parts = Parts::of(rays);
-        while let Some((part, pays)) = parts.next() {
-            let (some, who_of_some) = self.outer.of_part(rays, who, part, parts.whole);
+    pub fn trace<I: Isa, Q: PacketQuery>(
+        &mut self,
+        query: &mut Q,
+        scene: &Scene,
+        rays: &[Ray],
+        indices: RayIndices,
+    ) {
+        let mut groups = OctantGroups::new(rays);
+        while let Some((group, pays)) = groups.next() {
+            let (some, some_indices) =
+                self.scene_rays
+                    .subset(rays, indices, group, groups.is_whole);
             // Nothing is above the only mesh.
-            if scene.direct || pays && query.packed::<I>(some, None, &mut self.in_scene) {
-                let packet = &mut self.in_scene;
-                in_scene::<I, Q>(query, scene, some, who_of_some, packet, &mut self.inside);
-            } else if parts.whole {
-                parts.sort(rays);
+            if scene.is_single_mesh
+                || pays && query.make_packet::<I>(some, None, &mut self.scene_packet)
+            {
+                let packet = &mut self.scene_packet;
+                intersect_tlas::<I, Q>(
+                    query,
+                    scene,
+                    some,
+                    some_indices,
+                    packet,
+                    &mut self.instance,
+                );
+            } else if groups.is_whole {
+                groups.sort(rays);
             } else {
-                query.alone::<I>(part, None, who);
+                query.trace_single::<I>(group, None, indices);
             }
         }
     }
@@ -75,58 +107,67 @@ impl Packets {
 
 /// Through the tree over instances.
 #[inline(always)]
-fn in_scene<I: Isa, Q: Query>(
+fn intersect_tlas<I: Isa, Q: PacketQuery>(
     query: &mut Q,
     scene: &Scene,
     rays: &[Ray],
-    who: Who,
+    indices: RayIndices,
     packet: &mut Packet,
-    inside: &mut Inside,
+    instance: &mut InstanceScratch,
 ) {
-    let Inside {
+    let InstanceScratch {
         local,
         inner,
-        packet: in_mesh,
-    } = inside;
+        packet: mesh_packet,
+    } = instance;
     let mut stack = Stack::new();
-    let (mut at, mut t_max) = match scene.direct {
+    let (mut at, mut t_max) = match scene.is_single_mesh {
         true => (LEAF, 0.0),
-        false => (scene.root, packet.farthest::<I>()),
+        false => (scene.root, packet.max_t::<I>()),
     };
     loop {
         if at & LEAF == 0 {
             let node = node(scene.blocks(), at);
-            let (mask, enter) = packet.fan.children::<I>(node, t_max);
+            let (mask, enter) = packet.frustum.intersect_children::<I>(node, t_max);
             if mask != 0 {
                 at = stack.push::<I>(node, enter, mask);
                 continue;
             }
         } else {
-            let part = &scene.parts[(at & !LEAF) as usize];
-            let placed = &scene.placed[part.instance as usize];
+            let subtree = &scene.subtree_refs[(at & !LEAF) as usize];
+            let placed = &scene.instances[subtree.instance as usize];
             let mut entered = 0;
-            if !scene.direct {
-                entered = packet.enter::<I>(|row| part.corners[row % 2][row / 2], packet.active);
-                local.gather(rays, who, entered);
-                for (ray, number) in local.rays[..local.len].iter_mut().zip(&local.who) {
-                    *ray = query.turned(ray, usize::from(*number), placed);
+            if !scene.is_single_mesh {
+                entered = packet
+                    .intersect_box::<I>(|row| subtree.corners[row % 2][row / 2], packet.active);
+                local.gather(rays, indices, entered);
+                for (ray, number) in local.rays[..local.len].iter_mut().zip(&local.indices) {
+                    *ray = query.to_instance_space(ray, usize::from(*number), placed);
                 }
             }
-            if scene.direct || entered != 0 {
-                let (some, who_of_some) = match scene.direct {
-                    true => (rays, who),
+            if scene.is_single_mesh || entered != 0 {
+                let (some, some_indices) = match scene.is_single_mesh {
+                    true => (rays, indices),
                     false => local.all(),
                 };
-                in_part::<I, Q>(query, placed, part, some, who_of_some, inner, in_mesh);
+                intersect_subtree::<I, Q>(
+                    query,
+                    placed,
+                    subtree,
+                    some,
+                    some_indices,
+                    inner,
+                    mesh_packet,
+                );
             }
             if entered != 0 {
                 while entered != 0 {
-                    let place = entered.trailing_zeros();
+                    let lane = entered.trailing_zeros();
                     entered &= entered - 1;
-                    let t_max = &mut packet.t_max[place as usize & (SIZE - 1)];
-                    *t_max = query.limit(number(place, who), *t_max);
+                    let t_max = &mut packet.t_max[lane as usize & (PACKET_SIZE - 1)];
+                    *t_max = query.t_max(ray_index(lane, indices), *t_max);
                 }
-                t_max = packet.farthest::<I>();
+                t_max = packet.max_t::<I>();
             }
         }
         match stack.pop(0, t_max) {
@@ -138,24 +179,24 @@ fn in_scene<I: Isa, Q: Query>(
 
 /// Through a part of a mesh, for rays in its coordinates: as one packet, or one for each heading.
 #[inline(always)]
-fn in_part<I: Isa, Q: Query>(
+fn intersect_subtree<I: Isa, Q: PacketQuery>(
     query: &mut Q,
-    placed: &Placed,
-    part: &Part,
+    placed: &InstanceRecord,
+    subtree: &SubtreeRef,
     rays: &[Ray],
-    who: Who,
-    inner: &mut Members,
+    indices: RayIndices,
+    inner: &mut RayBatch,
     packet: &mut Packet,
 ) {
-    let mut alike = Parts::of(rays);
-    while let Some((places, pays)) = alike.next() {
-        let (some, who_of_some) = inner.of_part(rays, who, places, alike.whole);
-        if pays && query.packed::<I>(some, Some(placed), packet) {
-            query.in_part::<I>(part, packet, who_of_some);
-        } else if alike.whole {
-            alike.sort(rays);
+    let mut groups = OctantGroups::new(rays);
+    while let Some((lanes, pays)) = groups.next() {
+        let (some, some_indices) = inner.subset(rays, indices, lanes, groups.is_whole);
+        if pays && query.make_packet::<I>(some, Some(placed), packet) {
+            query.intersect_subtree::<I>(subtree, packet, some_indices);
+        } else if groups.is_whole {
+            groups.sort(rays);
         } else {
-            query.alone::<I>(places, Some(part), who);
+            query.trace_single::<I>(lanes, Some(subtree), indices);
         }
     }
 }

@@ -1,80 +1,81 @@
 //! A packet through a mesh, from one leaf that its rays enter to the next.
 
 use crate::blas::Bvh;
-use crate::node::{NodeBlock, LEAF, LeafNode, leaf, node};
+use crate::node::{LEAF, LeafNode, NodeBlock, leaf, node};
 use crate::simd::Isa;
 use crate::traverse::packet::Packet;
-use crate::traverse::stack::EnteredStack;
+use crate::traverse::stack::PacketStack;
 
 /// Once the bounds of all rays have entered more leaves than this that no ray does, what is seen is finer than the rays are
 /// apart: from there on nodes are asked for each ray too.
-const MOST_VAIN: u32 = 32;
+const MAX_FALSE_LEAVES: u32 = 32;
 
 /// What rays are asked for at a leaf.
-pub trait AtLeaf {
+pub trait LeafVisitor {
     /// Takes the rays `active` through a leaf that they enter; those for which something nearer was found.
-    fn meet<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64;
+    fn visit_leaf<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64;
 }
 
 /// Through all that is below `start`, the nearer first. Rays end where `packet` says that they are of interest no longer.
 #[inline(always)]
-pub fn leaf_by_leaf<I: Isa, L: AtLeaf>(
+pub fn traverse_packet<I: Isa, L: LeafVisitor>(
     mesh: &Bvh,
     start: u32,
     packet: &mut Packet,
-    mut at_leaf: L,
+    mut visitor: L,
 ) {
     let blocks = mesh.blocks();
-    let mut stack = EnteredStack::new();
-    let mut t_max = packet.farthest::<I>();
+    let mut stack = PacketStack::new();
+    let mut t_max = packet.max_t::<I>();
     let (mut at, mut active) = (start, packet.active);
-    let (mut met, mut vain) = (0, 0);
+    let (mut hit_mask, mut false_leaves) = (0, 0);
     loop {
         if at & LEAF == 0 {
             let node = node(blocks, at);
-            let (mut mask, enter) = packet.fan.children::<I>(node, t_max);
-            // Where some rays have met something and others go on, the bounds of all do not end: of what lies behind, only
+            let (mut mask, enter) = packet.frustum.intersect_children::<I>(node, t_max);
+            // Where some rays have hit_mask something and others go on, the bounds of all do not end: of what lies behind, only
             // the rays themselves can say that they do not come there.
-            let edge = met != 0 && met != packet.active;
+            let edge = hit_mask != 0 && hit_mask != packet.active;
             let mut entered = [0; 8];
             let mut left = mask;
             while left != 0 {
                 let lane = left.trailing_zeros() as usize & 7;
                 left &= left - 1;
-                let child = node.child[lane];
-                if child & LEAF != 0 || edge || vain > MOST_VAIN {
+                let child = node.children[lane];
+                if child & LEAF != 0 || edge || false_leaves > MAX_FALSE_LEAVES {
                     // The bounds of all rays enter many leaves that no ray does: those are not even asked for.
-                    entered[lane] = packet.enter::<I>(|row| node.bounds[row][lane], packet.active);
+                    entered[lane] =
+                        packet.intersect_box::<I>(|row| node.bounds[row][lane], packet.active);
                     if entered[lane] == 0 {
-                        vain += 1;
+                        false_leaves += 1;
                         mask &= !(1 << lane);
                         continue;
                     }
                 }
-                prefetch::<I>(blocks, child);
+                prefetch_block::<I>(blocks, child);
             }
             if mask != 0 {
                 (at, active) = if mask & (mask - 1) == 0 {
                     let lane = mask.trailing_zeros() as usize & 7;
-                    (node.child[lane], entered[lane])
+                    (node.children[lane], entered[lane])
                 } else {
                     stack.push::<I>(node, enter, mask, &entered)
                 };
                 continue;
             }
         } else if active != 0 {
-            let closer = at_leaf.meet::<I>(leaf(blocks, at), active, packet);
-            met |= closer;
-            // Until each ray has met something, one of them is of interest as far as ever.
-            if closer != 0 && met == packet.active {
-                t_max = packet.farthest::<I>();
+            let closer = visitor.visit_leaf::<I>(leaf(blocks, at), active, packet);
+            hit_mask |= closer;
+            // Until each ray has hit_mask something, one of them is of interest as far as ever.
+            if closer != 0 && hit_mask == packet.active {
+                t_max = packet.max_t::<I>();
             }
         }
         match stack.pop(t_max) {
             Some((next, rays, enter)) => {
                 at = next;
                 if at & LEAF != 0 {
-                    active = rays & packet.reaching::<I>(enter);
+                    active = rays & packet.rays_reaching::<I>(enter);
                 }
             }
             None => return,
@@ -84,7 +85,7 @@ pub fn leaf_by_leaf<I: Isa, L: AtLeaf>(
 
 /// Asks for a block that is read soon.
 #[inline(always)]
-pub fn prefetch<I: Isa>(blocks: &[NodeBlock], at: u32) {
+pub fn prefetch_block<I: Isa>(blocks: &[NodeBlock], at: u32) {
     let start = blocks
         .as_ptr()
         .wrapping_add((at & !LEAF) as usize)

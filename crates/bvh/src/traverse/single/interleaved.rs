@@ -7,143 +7,146 @@ use crate::node::NO_CHILD;
 use crate::ray::{Hit, Ray};
 use crate::scene::Scene;
 use crate::simd::Isa;
-use crate::traverse::single::ray_state::Slot;
+use crate::traverse::single::ray_state::RayState;
 
-/// How many rays take turns.
-const SLOTS: usize = 24;
+/// How many rays take ready.
+const RAYS_IN_FLIGHT: usize = 24;
 
 /// Rays at nodes that wait for those at leaves.
-const FEW: u32 = 8;
+const MAX_WAITING_NODES: u32 = 8;
 
 /// A ray to be traced.
 #[derive(Clone, Copy)]
-pub struct Work {
+pub struct RayTask {
     pub ray: Ray,
     /// What to answer it by.
-    pub number: usize,
+    pub ray_id: usize,
     /// Where in the mesh of which instance to start, and to end with it; [`NO_CHILD`] for the root of everything.
-    pub start: u32,
+    pub start_node: u32,
     pub instance: u32,
 }
 
-/// Where a batch gets its rays from and brings its answers to.
-pub trait Batch {
-    fn next(&mut self) -> Option<Work>;
-    fn answer(&mut self, number: usize, hit: Hit);
+/// Where a source gets its rays from and brings its answers to.
+pub trait RaySource {
+    fn next(&mut self) -> Option<RayTask>;
+    fn report(&mut self, number: usize, hit: Hit);
 }
 
-/// The steps that rays need next: bit i is that of slot i.
+/// The steps that rays need next: bit i is that of state i.
 #[derive(Default)]
-struct Turns {
+struct ReadyMasks {
     nodes: u32,
     /// Those at leaves, among others.
     leaves: u32,
     /// Those at the end of a tree.
-    ends: u32,
-    /// Those above the instances, where leaves are instances.
-    above: u32,
+    finished: u32,
+    /// Those in_tlas the instances, where leaves are instances.
+    in_tlas: u32,
 }
 
-impl Turns {
-    /// Adds a slot that is where a step took it, or a new one.
+impl ReadyMasks {
+    /// Adds a state that is where a step took it, or a new one.
     #[inline(always)]
-    fn add(&mut self, i: u32, slot: &Slot) {
-        self.leaves |= (slot.at >> 31) << i;
-        self.ends |= u32::from(slot.at == NO_CHILD) << i;
+    fn add(&mut self, i: u32, state: &RayState) {
+        self.leaves |= (state.node >> 31) << i;
+        self.finished |= u32::from(state.node == NO_CHILD) << i;
     }
 
-    /// Adds a slot that may have gone into an instance or out of one.
+    /// Adds a state that may have gone into an instance or out of one.
     #[inline(always)]
-    fn add_anywhere(&mut self, i: u32, slot: &Slot) {
-        self.nodes |= (slot.at >> 31 ^ 1) << i;
-        self.above = self.above & !(1 << i) | u32::from(slot.mesh.is_none()) << i;
-        self.add(i, slot);
+    fn add_with_level(&mut self, i: u32, state: &RayState) {
+        self.nodes |= (state.node >> 31 ^ 1) << i;
+        self.in_tlas = self.in_tlas & !(1 << i) | u32::from(state.mesh.is_none()) << i;
+        self.add(i, state);
     }
 }
 
 /// Takes the lowest bit.
 #[inline(always)]
-fn lowest(bits: &mut u32) -> u32 {
+fn pop_lowest_bit(bits: &mut u32) -> u32 {
     let i = bits.trailing_zeros();
     *bits &= *bits - 1;
     i
 }
 
-/// Traces a batch. With `ANY`, any hit will do: of the answer, only whether there is an instance counts.
+/// Traces a source. With `ANY_HIT`, any hit will do: of the answer, only whether there is an instance counts.
 #[inline(always)]
-pub fn trace<I: Isa, B: Batch, const ANY: bool>(scene: &Scene, batch: &mut B) {
-    let mut slots: [Slot; SLOTS] = std::array::from_fn(|_| Slot::idle());
-    let mut turns = Turns::default();
-    for (i, slot) in slots.iter_mut().enumerate() {
-        if !refill(slot, scene, batch) {
+pub fn traverse_interleaved<I: Isa, B: RaySource, const ANY_HIT: bool>(
+    scene: &Scene,
+    source: &mut B,
+) {
+    let mut states: [RayState; RAYS_IN_FLIGHT] = std::array::from_fn(|_| RayState::idle());
+    let mut ready = ReadyMasks::default();
+    for (i, state) in states.iter_mut().enumerate() {
+        if !refill(state, scene, source) {
             break;
         }
-        turns.add_anywhere(i as u32, slot);
+        ready.add_with_level(i as u32, state);
     }
     loop {
-        while turns.nodes.count_ones() > FEW || turns.leaves == 0 {
-            if turns.nodes == 0 {
+        while ready.nodes.count_ones() > MAX_WAITING_NODES || ready.leaves == 0 {
+            if ready.nodes == 0 {
                 return;
             }
-            let mut left = turns.nodes;
+            let mut left = ready.nodes;
             while left != 0 {
-                let i = lowest(&mut left);
-                // SAFETY: slots, no more of them, set the bits.
-                let slot = unsafe { slots.get_unchecked_mut(i as usize) };
-                slot.step_node::<I, ANY>();
-                turns.add(i, slot);
+                let i = pop_lowest_bit(&mut left);
+                // SAFETY: states, no more of them, set the bits.
+                let state = unsafe { states.get_unchecked_mut(i as usize) };
+                state.step_node::<I, ANY_HIT>();
+                ready.add(i, state);
             }
-            turns.nodes &= !turns.leaves;
+            ready.nodes &= !ready.leaves;
         }
-        let mut instances = turns.ends | turns.leaves & turns.above;
-        let mut left = turns.leaves & !instances;
-        (turns.leaves, turns.ends) = (0, 0);
-        let (stepped, mut near) = (left, 0u32);
+        let mut instances = ready.finished | ready.leaves & ready.in_tlas;
+        let mut left = ready.leaves & !instances;
+        (ready.leaves, ready.finished) = (0, 0);
+        let (stepped, mut with_candidates) = (left, 0u32);
         while left != 0 {
-            let i = lowest(&mut left);
-            // SAFETY: as above.
-            let slot = unsafe { slots.get_unchecked_mut(i as usize) };
-            if ANY {
-                slot.step_any::<I>();
+            let i = pop_lowest_bit(&mut left);
+            // SAFETY: as in_tlas.
+            let state = unsafe { states.get_unchecked_mut(i as usize) };
+            if ANY_HIT {
+                state.step_leaf_any_hit::<I>();
             } else {
-                slot.step_leaf::<I>();
-                near |= u32::from(slot.near != 0) << i;
+                state.step_leaf::<I>();
+                with_candidates |= u32::from(state.candidates != 0) << i;
             }
-            turns.add(i, slot);
+            ready.add(i, state);
         }
         // Those are still where they were.
-        turns.leaves &= !near;
-        while near != 0 {
-            let i = lowest(&mut near);
-            // SAFETY: as above.
-            let slot = unsafe { slots.get_unchecked_mut(i as usize) };
-            slot.step_near::<I>();
-            turns.add(i, slot);
+        ready.leaves &= !with_candidates;
+        while with_candidates != 0 {
+            let i = pop_lowest_bit(&mut with_candidates);
+            // SAFETY: as in_tlas.
+            let state = unsafe { states.get_unchecked_mut(i as usize) };
+            state.step_triangles::<I>();
+            ready.add(i, state);
         }
-        turns.nodes |= stepped & !turns.leaves;
+        ready.nodes |= stepped & !ready.leaves;
         while instances != 0 {
-            let i = lowest(&mut instances);
-            // SAFETY: as above.
-            let slot = unsafe { slots.get_unchecked_mut(i as usize) };
-            if slot.step_instance::<ANY>(scene) {
-                batch.answer(slot.number, slot.hit);
-                if !refill(slot, scene, batch) {
+            let i = pop_lowest_bit(&mut instances);
+            // SAFETY: as in_tlas.
+            let state = unsafe { states.get_unchecked_mut(i as usize) };
+            if state.step_instance::<ANY_HIT>(scene) {
+                source.report(state.ray_id, state.hit);
+                if !refill(state, scene, source) {
                     continue;
                 }
             }
-            turns.add_anywhere(i, slot);
+            ready.add_with_level(i, state);
         }
     }
 }
 
 /// Starts the next ray that can meet anything, and answers those before it.
 #[inline(always)]
-fn refill<'a, B: Batch>(slot: &mut Slot<'a>, scene: &'a Scene, batch: &mut B) -> bool {
-    while let Some(work) = batch.next() {
-        if slot.start(scene, work) {
+fn refill<'a, B: RaySource>(state: &mut RayState<'a>, scene: &'a Scene, source: &mut B) -> bool {
+    while let Some(task) = source.next() {
+        if state.begin(scene, task) {
             return true;
         }
-        batch.answer(work.number, Hit::MISS);
+        source.report(task.ray_id, Hit::MISS);
     }
     false
 }

@@ -2,117 +2,123 @@
 
 use crate::node::NO_CHILD;
 use crate::ray::{Coherence, Ray};
-use crate::scene::rebraid::Part;
-use crate::scene::{Placed, Scene};
+use crate::scene::rebraid::SubtreeRef;
+use crate::scene::{InstanceRecord, Scene};
 use crate::simd::Isa;
 use crate::traverse::packet::frustum::Apex;
-use crate::traverse::packet::{Packet, SIZE};
-use crate::traverse::single::interleaved::Work;
-use crate::traverse::stream::octant_sort::{BLOCK, Headed};
-use crate::traverse::stream::packet_groups::{Members, Who, number};
-use crate::traverse::stream::root_cull::{ASKED, Gate};
+use crate::traverse::packet::{PACKET_SIZE, Packet};
+use crate::traverse::single::interleaved::RayTask;
+use crate::traverse::stream::octant_sort::{MAX_BLOCK, OctantSorter};
+use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index};
+use crate::traverse::stream::root_cull::{RootCull, TRIAL_RAYS};
 
-/// How much work is put aside before it is done, or a little more.
-pub const ASIDE: usize = 2048;
+/// How much tasks is put aside before it is done, or a little more.
+pub const SINGLE_FLUSH_THRESHOLD: usize = 2048;
 
 /// Rays that go on alone.
 #[derive(Default)]
-pub struct Aside {
-    work: Vec<Work>,
-    /// The numbers of those that go through everything.
-    pub whole: Vec<u32>,
+pub struct SingleRayQueue {
+    subtree_rays: Vec<RayTask>,
+    /// The ray_ids of those that go through everything.
+    pub full_rays: Vec<u32>,
     /// Nodes and leaves that the packets visited.
     pub visits: usize,
 }
 
-impl Aside {
+impl SingleRayQueue {
     /// How often a ray goes on alone.
     #[inline(always)]
     pub fn len(&self) -> usize {
-        self.work.len() + self.whole.len()
+        self.subtree_rays.len() + self.full_rays.len()
     }
 
     /// All that they are to go through.
     #[inline(always)]
-    pub fn drain(&mut self, rays: &[Ray]) -> impl Iterator<Item = Work> {
-        let whole = self.whole.drain(..).map(|number| Work {
+    pub fn drain(&mut self, rays: &[Ray]) -> impl Iterator<Item = RayTask> {
+        let whole = self.full_rays.drain(..).map(|number| RayTask {
             ray: rays[number as usize],
-            number: number as usize,
+            ray_id: number as usize,
             instance: 0,
-            start: NO_CHILD,
+            start_node: NO_CHILD,
         });
-        self.work.drain(..).chain(whole)
+        self.subtree_rays.drain(..).chain(whole)
     }
 }
 
 /// The chunk at hand, and the rays that go on alone.
-pub struct Chunk<'a> {
+pub struct RayChunk<'a> {
     pub scene: &'a Scene,
     pub coherence: Coherence,
-    pub given: &'a [Ray],
-    /// Their numbers in the batch.
-    pub numbers: &'a [u32],
-    pub aside: &'a mut Aside,
-    /// The numbers of those that run apart from the others of the chunk.
-    pub apart: &'a mut Vec<u32>,
+    pub rays: &'a [Ray],
+    /// Their ray_ids in the batch.
+    pub ray_ids: &'a [u32],
+    pub singles: &'a mut SingleRayQueue,
+    /// The ray_ids of those that run apart from the others of the chunk.
+    pub incoherent: &'a mut Vec<u32>,
 }
 
-impl<'a> Chunk<'a> {
+impl<'a> RayChunk<'a> {
     /// Puts rays aside, to go through a part or, without one, through everything.
     #[inline(always)]
-    pub fn alone(&mut self, places: u64, part: Option<&Part>, who: Who) {
-        match part {
-            Some(part) if !self.scene.direct => {
-                self.alone_from(places, part.instance, part.start, who);
+    pub fn queue_singles(&mut self, lanes: u64, subtree: Option<&SubtreeRef>, indices: RayIndices) {
+        match subtree {
+            Some(subtree) if !self.scene.is_single_mesh => {
+                self.queue_singles_at(lanes, subtree.instance, subtree.node, indices);
             }
-            _ => self.set_apart(places, who),
+            _ => self.defer_incoherent(lanes, indices),
         }
     }
 
     /// Puts rays aside, to go on at a node of an instance.
     #[inline(always)]
-    pub fn alone_from(&mut self, mut places: u64, instance: u32, start: u32, who: Who) {
-        while places != 0 {
-            let i = number(places.trailing_zeros(), who);
-            places &= places - 1;
-            self.aside.work.push(Work {
-                ray: self.given[i],
-                number: self.numbers[i] as usize,
+    pub fn queue_singles_at(
+        &mut self,
+        mut lanes: u64,
+        instance: u32,
+        start_node: u32,
+        indices: RayIndices,
+    ) {
+        while lanes != 0 {
+            let i = ray_index(lanes.trailing_zeros(), indices);
+            lanes &= lanes - 1;
+            self.singles.subtree_rays.push(RayTask {
+                ray: self.rays[i],
+                ray_id: self.ray_ids[i] as usize,
                 instance,
-                start,
+                start_node,
             });
         }
     }
 
     /// Puts rays aside that have not met anything of the scene yet.
     #[inline(always)]
-    fn set_apart(&mut self, mut places: u64, who: Who) {
+    fn defer_incoherent(&mut self, mut lanes: u64, indices: RayIndices) {
         let apart = match self.coherence {
-            Coherence::Unknown => &mut *self.apart,
-            Coherence::Coherent | Coherence::Incoherent => &mut self.aside.whole,
+            Coherence::Unknown => &mut *self.incoherent,
+            Coherence::Coherent | Coherence::Incoherent => &mut self.singles.full_rays,
         };
-        while places != 0 {
-            let i = number(places.trailing_zeros(), who);
-            places &= places - 1;
-            apart.push(self.numbers[i]);
+        while lanes != 0 {
+            let i = ray_index(lanes.trailing_zeros(), indices);
+            lanes &= lanes - 1;
+            apart.push(self.ray_ids[i]);
         }
     }
 
     /// The rays in scaled scene coordinates.
     #[inline(always)]
-    pub fn scaled<'b>(&self, room: &'b mut Members) -> &'b [Ray]
+    pub fn scaled<'b>(&self, room: &'b mut RayBatch) -> &'b [Ray]
     where
         'a: 'b,
     {
-        if self.scene.unit == 1.0 {
-            return self.given;
+        if self.scene.scale == 1.0 {
+            return self.rays;
         }
-        let unit = self.scene.unit as f32;
+        let scale = self.scene.scale as f32;
         room.clear();
-        for (i, ray) in self.given.iter().enumerate() {
+        for (i, ray) in self.rays.iter().enumerate() {
             let scaled = Ray {
-                origin: ray.origin.map(|x| x * unit),
-                direction: ray.direction.map(|x| x * unit),
+                origin: ray.origin.map(|x| x * scale),
+                direction: ray.direction.map(|x| x * scale),
                 ..*ray
             };
             room.push(scaled, i);
@@ -122,87 +128,87 @@ impl<'a> Chunk<'a> {
 
     /// Whether rays make a packet that may pay. Parallel rays from all over share their signs, but no boxes.
     #[inline(always)]
-    pub fn packed<I: Isa>(
+    pub fn make_packet<I: Isa>(
         &self,
         rays: &[Ray],
-        placed: Option<&Placed>,
+        placed: Option<&InstanceRecord>,
         apex: Apex,
         packet: &mut Packet,
     ) -> bool {
-        let (extent, pad) = match placed {
-            Some(placed) => (placed.bvh.extent(), 0.0),
+        let (bounds, pad) = match placed {
+            Some(placed) => (placed.bvh.bounds(), 0.0),
             None => {
-                let within = |ray: &Ray| self.scene.is_within(ray.origin);
-                let (extent, reach) = (&self.scene.extent, self.scene.reach);
-                let pad = self.scene.rounding(rays.iter().all(within));
+                let within = |ray: &Ray| self.scene.is_within_reach(ray.origin);
+                let (bounds, reach) = (&self.scene.bounds, self.scene.max_abs_coord);
+                let pad = self.scene.relative_padding(rays.iter().all(within));
                 // Packets count from the reach of the boxes; that of the meshes may be more.
-                (extent, pad * (reach / extent.reach()).max(1.0))
+                (bounds, pad * (reach / bounds.max_abs_coord()).max(1.0))
             }
         };
         pad.is_finite()
-            && packet.set::<I>(rays, extent, pad, apex)
+            && packet.setup::<I>(rays, bounds, pad, apex)
             && !(self.coherence == Coherence::Unknown
                 && apex == Apex::Origin
-                && packet.spread() > extent.reach() / 16.0)
+                && packet.origin_extent() > bounds.max_abs_coord() / 16.0)
     }
 }
 
 /// Goes through the rays of a batch: 64 at a time as they are given, and in between those that run apart, by where they
 /// head.
-pub struct Chunks<'a> {
+pub struct RayChunker<'a> {
     rays: &'a [Ray],
     coherence: Coherence,
-    taken: usize,
+    consumed: usize,
     /// Of those taken last.
-    numbers: [u32; SIZE],
+    ray_ids: [u32; PACKET_SIZE],
     len: usize,
-    gate: Gate<'a>,
-    headed: Headed<'a>,
-    /// Whether those at hand are of `headed`.
-    apart: bool,
+    root_cull: RootCull<'a>,
+    sorter: OctantSorter<'a>,
+    /// Whether those at hand are of `sorter`.
+    from_sorter: bool,
 }
 
-impl<'a> Chunks<'a> {
+impl<'a> RayChunker<'a> {
     #[inline(always)]
-    pub fn of(scene: &'a Scene, rays: &'a [Ray], coherence: Coherence) -> Chunks<'a> {
+    pub fn new(scene: &'a Scene, rays: &'a [Ray], coherence: Coherence) -> RayChunker<'a> {
         debug_assert!(u32::try_from(rays.len()).is_ok());
-        Chunks {
+        RayChunker {
             rays,
             coherence,
-            taken: 0,
-            numbers: [0; SIZE],
+            consumed: 0,
+            ray_ids: [0; PACKET_SIZE],
             len: 0,
-            gate: Gate::of(scene),
-            headed: Headed::new(&scene.packets),
-            apart: false,
+            root_cull: RootCull::new(scene),
+            sorter: OctantSorter::new(&scene.packet_backoff),
+            from_sorter: false,
         }
     }
 
     /// Goes to the next chunk; false where there is none. Some rays may be put aside at once; those of `apart` are taken
     /// from there.
     #[inline(always)]
-    pub fn advance<I: Isa>(&mut self, aside: &mut Aside, apart: &mut Vec<u32>) -> bool {
+    pub fn advance<I: Isa>(&mut self, aside: &mut SingleRayQueue, apart: &mut Vec<u32>) -> bool {
         loop {
-            self.apart = self.headed.advance(self.rays, &mut aside.whole);
-            if self.apart {
+            self.from_sorter = self.sorter.next_packet(self.rays, &mut aside.full_rays);
+            if self.from_sorter {
                 return true;
             }
-            let left = self.rays.len() - self.taken;
+            let left = self.rays.len() - self.consumed;
             if self.coherence == Coherence::Incoherent {
-                let most = self.headed.most();
-                while self.taken < self.rays.len() && apart.len() + ASKED <= most {
-                    let end = self.rays.len().min(self.taken + ASKED);
+                let most = self.sorter.block_size();
+                while self.consumed < self.rays.len() && apart.len() + TRIAL_RAYS <= most {
+                    let end = self.rays.len().min(self.consumed + TRIAL_RAYS);
                     let from = apart.len();
-                    apart.extend(self.taken as u32..end as u32);
-                    self.gate.pass::<I>(self.rays, apart, from);
-                    self.taken = end;
+                    apart.extend(self.consumed as u32..end as u32);
+                    self.root_cull.cull::<I>(self.rays, apart, from);
+                    self.consumed = end;
                 }
-            } else if left > 0 && apart.len() <= BLOCK - SIZE {
-                self.len = left.min(SIZE);
-                for (i, number) in self.numbers[..self.len].iter_mut().enumerate() {
-                    *number = (self.taken + i) as u32;
+            } else if left > 0 && apart.len() <= MAX_BLOCK - PACKET_SIZE {
+                self.len = left.min(PACKET_SIZE);
+                for (i, number) in self.ray_ids[..self.len].iter_mut().enumerate() {
+                    *number = (self.consumed + i) as u32;
                 }
-                self.taken += self.len;
+                self.consumed += self.len;
                 self.prefetch::<I>();
                 return true;
             }
@@ -210,12 +216,13 @@ impl<'a> Chunks<'a> {
                 return false;
             }
             if self.coherence == Coherence::Unknown {
-                self.gate.pass::<I>(self.rays, apart, 0);
+                self.root_cull.cull::<I>(self.rays, apart, 0);
             }
             if I::WIDE {
-                self.headed.set::<I>(self.rays, apart, &mut aside.whole);
+                self.sorter
+                    .sort_block::<I>(self.rays, apart, &mut aside.full_rays);
             } else {
-                aside.whole.extend_from_slice(apart);
+                aside.full_rays.extend_from_slice(apart);
             }
             apart.clear();
         }
@@ -223,22 +230,22 @@ impl<'a> Chunks<'a> {
 
     /// How many rays of the batch have been taken, put aside at once or not.
     #[inline(always)]
-    pub fn taken(&self) -> usize {
-        self.taken
+    pub fn consumed(&self) -> usize {
+        self.consumed
     }
 
     /// Asks for the rays that come next: until they are needed, they are there.
     #[inline(always)]
     fn prefetch<I: Isa>(&self) {
-        let rays = &self.rays[self.taken..];
-        prefetch_all::<I, _>(&rays[..rays.len().min(SIZE)]);
+        let rays = &self.rays[self.consumed..];
+        prefetch_all::<I, _>(&rays[..rays.len().min(PACKET_SIZE)]);
     }
 
     /// Is told how often one of those at hand went on alone, and what their packets visited.
     #[inline(always)]
-    pub fn count(&mut self, alone: usize, visits: usize) {
-        if self.apart {
-            self.headed.count(alone, visits);
+    pub fn report_cost(&mut self, alone: usize, visits: usize) {
+        if self.from_sorter {
+            self.sorter.report_cost(alone, visits);
         }
     }
 
@@ -247,23 +254,23 @@ impl<'a> Chunks<'a> {
     pub fn chunk<'b>(
         &'b self,
         scene: &'b Scene,
-        aside: &'b mut Aside,
+        aside: &'b mut SingleRayQueue,
         apart: &'b mut Vec<u32>,
-    ) -> Chunk<'b> {
-        let (given, numbers, coherence) = if self.apart {
-            let (rays, numbers) = self.headed.taken();
-            (rays, numbers, Coherence::Incoherent)
+    ) -> RayChunk<'b> {
+        let (rays, ray_ids, coherence) = if self.from_sorter {
+            let (rays, ray_ids) = self.sorter.current_packet();
+            (rays, ray_ids, Coherence::Incoherent)
         } else {
-            let rays = &self.rays[self.taken - self.len..self.taken];
-            (rays, &self.numbers[..self.len], self.coherence)
+            let rays = &self.rays[self.consumed - self.len..self.consumed];
+            (rays, &self.ray_ids[..self.len], self.coherence)
         };
-        Chunk {
+        RayChunk {
             scene,
             coherence,
-            given,
-            numbers,
-            aside,
-            apart,
+            rays,
+            ray_ids,
+            singles: aside,
+            incoherent: apart,
         }
     }
 }

@@ -1,146 +1,154 @@
-//! Rays that run apart, where many of them do: those that head the same way make packets, though they start anywhere.
+//! Rays that run apart, where many of them do: those that head the same class make packets, though they start anywhere.
 //!
 //! Boxes are then tested for every ray, and rays go on alone where few are left: that pays near the root of any tree, and in
 //! all of a small one.
 
 use crate::ray::Ray;
 use crate::simd::Isa;
-use crate::traverse::packet::SIZE;
+use crate::traverse::packet::PACKET_SIZE;
 use crate::traverse::stream::backoff::Backoff;
-use crate::traverse::stream::packet_groups::{HEADINGS, ODD, headings};
+use crate::traverse::stream::packet_groups::{DIRECTION_CLASSES, UNGROUPED, direction_classes};
 
 /// The most rays that are sorted at a time.
-pub const BLOCK: usize = 2048;
+pub const MAX_BLOCK: usize = 2048;
 
 /// How many of a batch are sorted at first, to see whether that pays.
-const FIRST: usize = 1024;
+const FIRST_BLOCK: usize = 1024;
 
-/// Rays that head the same way are traced alone where they are fewer.
-const ENOUGH: usize = 16;
+/// Rays that head the same class are traced alone where they are fewer.
+const MIN_PACKET_RAYS: usize = 16;
 
 /// After so many rays it is seen whether packets pay: not if they visit more nodes and leaves than so many for each ray
 /// that need not go on alone.
-const TRIAL: usize = 4 * SIZE;
-const MOST_VISITS: usize = 1;
+const TRIAL_RAYS: usize = 4 * PACKET_SIZE;
+const MAX_VISITS_PER_RAY: usize = 1;
 
 /// A block of rays in the order of where they head, of which some have been taken.
-pub struct Headed<'a> {
+pub struct OctantSorter<'a> {
     order: Vec<u32>,
     /// Where each heading ends in it.
-    ends: [usize; HEADINGS],
-    taken: usize,
+    class_ends: [usize; DIRECTION_CLASSES],
+    cursor: usize,
     /// Those taken last.
-    some: Vec<Ray>,
+    packet: Vec<Ray>,
     /// How many of the block were taken to be packets, how often one of these went on alone, and the nodes and leaves that
     /// the packets visited.
-    packed: usize,
-    alone: usize,
+    packet_rays: usize,
+    single_count: usize,
     visits: usize,
     /// Whether packets paid the last time.
-    pays: bool,
-    skip: &'a Backoff,
+    is_profitable: bool,
+    backoff: &'a Backoff,
 }
 
-impl<'a> Headed<'a> {
+impl<'a> OctantSorter<'a> {
     /// No block yet.
     #[inline(always)]
-    pub fn new(skip: &'a Backoff) -> Self {
+    pub fn new(backoff: &'a Backoff) -> Self {
         Self {
             order: vec![],
-            ends: [0; HEADINGS],
-            taken: 0,
-            some: vec![],
-            packed: 0,
-            alone: 0,
+            class_ends: [0; DIRECTION_CLASSES],
+            cursor: 0,
+            packet: vec![],
+            packet_rays: 0,
+            single_count: 0,
             visits: 0,
-            pays: false,
-            skip,
+            is_profitable: false,
+            backoff,
         }
     }
 
     /// How many rays the next block should have at most.
     #[inline(always)]
-    pub fn most(&self) -> usize {
-        if self.pays { BLOCK } else { FIRST }
+    pub fn block_size(&self) -> usize {
+        if self.is_profitable {
+            MAX_BLOCK
+        } else {
+            FIRST_BLOCK
+        }
     }
 
-    /// Takes another block: the rays with these numbers, at most [`BLOCK`]. Nothing is left of the last one. Those that go
+    /// Takes another block: the rays with these ray_ids, at most [`MAX_BLOCK`]. Nothing is left of the last one. Those that go
     /// on alone are put aside.
     #[inline(always)]
-    pub fn set<I: Isa>(&mut self, rays: &[Ray], numbers: &[u32], alone: &mut Vec<u32>) {
-        if self.skip.should_skip() {
-            alone.extend_from_slice(numbers);
+    pub fn sort_block<I: Isa>(&mut self, rays: &[Ray], ray_ids: &[u32], alone: &mut Vec<u32>) {
+        if self.backoff.should_skip() {
+            alone.extend_from_slice(ray_ids);
             return;
         }
-        self.order.resize(numbers.len(), 0);
-        self.taken = 0;
-        (self.packed, self.alone, self.visits) = (0, 0, 0);
-        let mut ways = [0; BLOCK];
-        let ways = &mut ways[..numbers.len()];
-        headings::<I>(rays, numbers, ways);
-        let mut ends = [0; HEADINGS];
-        for way in &*ways {
-            ends[usize::from(*way) % HEADINGS] += 1;
+        self.order.resize(ray_ids.len(), 0);
+        self.cursor = 0;
+        (self.packet_rays, self.single_count, self.visits) = (0, 0, 0);
+        let mut classes = [0; MAX_BLOCK];
+        let classes = &mut classes[..ray_ids.len()];
+        direction_classes::<I>(rays, ray_ids, classes);
+        let mut ends = [0; DIRECTION_CLASSES];
+        for class in &*classes {
+            ends[usize::from(*class) % DIRECTION_CLASSES] += 1;
         }
         let mut sum = 0;
         for end in &mut ends {
             (*end, sum) = (sum, sum + *end);
         }
-        for (way, number) in ways.iter().zip(numbers) {
-            let end = &mut ends[usize::from(*way) % HEADINGS];
+        for (class, number) in classes.iter().zip(ray_ids) {
+            let end = &mut ends[usize::from(*class) % DIRECTION_CLASSES];
             self.order[*end] = *number;
             *end += 1;
         }
-        self.ends = ends;
+        self.class_ends = ends;
     }
 
-    /// Takes up to 64 rays that head the same way; false where there are no more. Those that go on alone are put aside.
+    /// Takes up to 64 rays that head the same class; false where there are no more. Those that go on alone are put aside.
     #[inline(always)]
-    pub fn advance(&mut self, rays: &[Ray], alone: &mut Vec<u32>) -> bool {
-        if self.packed >= TRIAL {
-            let answered = self.packed.saturating_sub(self.alone);
-            self.pays = self.visits <= MOST_VISITS * answered;
-            if !self.pays {
-                self.skip.record(false);
-                alone.extend_from_slice(&self.order[self.taken..]);
-                (self.taken, self.packed) = (self.order.len(), 0);
+    pub fn next_packet(&mut self, rays: &[Ray], alone: &mut Vec<u32>) -> bool {
+        if self.packet_rays >= TRIAL_RAYS {
+            let answered = self.packet_rays.saturating_sub(self.single_count);
+            self.is_profitable = self.visits <= MAX_VISITS_PER_RAY * answered;
+            if !self.is_profitable {
+                self.backoff.record(false);
+                alone.extend_from_slice(&self.order[self.cursor..]);
+                (self.cursor, self.packet_rays) = (self.order.len(), 0);
             }
         }
-        while self.taken < self.order.len() {
-            let start = self.taken;
-            let way = self.ends.iter().take_while(|end| **end <= start).count();
-            let end = self.ends[way % HEADINGS];
-            if way == usize::from(ODD) || end - start < ENOUGH {
+        while self.cursor < self.order.len() {
+            let start = self.cursor;
+            let class = self
+                .class_ends
+                .iter()
+                .take_while(|end| **end <= start)
+                .count();
+            let end = self.class_ends[class % DIRECTION_CLASSES];
+            if class == usize::from(UNGROUPED) || end - start < MIN_PACKET_RAYS {
                 alone.extend_from_slice(&self.order[start..end]);
-                self.taken = end;
+                self.cursor = end;
                 continue;
             }
-            self.taken = end.min(start + SIZE);
-            let numbers = &self.order[start..self.taken];
-            self.packed += numbers.len();
-            self.some.clear();
-            let some = numbers.iter().map(|number| rays[*number as usize]);
-            self.some.extend(some);
+            self.cursor = end.min(start + PACKET_SIZE);
+            let ray_ids = &self.order[start..self.cursor];
+            self.packet_rays += ray_ids.len();
+            self.packet.clear();
+            let some = ray_ids.iter().map(|number| rays[*number as usize]);
+            self.packet.extend(some);
             return true;
         }
-        if self.packed >= TRIAL {
-            self.skip.record(true);
+        if self.packet_rays >= TRIAL_RAYS {
+            self.backoff.record(true);
         }
         false
     }
 
     /// Is told how often one of those taken last went on alone, and what their packets visited.
     #[inline(always)]
-    pub fn count(&mut self, alone: usize, visits: usize) {
-        self.alone += alone;
+    pub fn report_cost(&mut self, alone: usize, visits: usize) {
+        self.single_count += alone;
         self.visits += visits;
     }
 
-    /// Those taken last, and their numbers.
+    /// Those taken last, and their ray_ids.
     #[inline(always)]
-    pub fn taken(&self) -> (&[Ray], &[u32]) {
-        let numbers = self.taken - self.some.len()..self.taken;
-        (&self.some, &self.order[numbers])
+    pub fn current_packet(&self) -> (&[Ray], &[u32]) {
+        let ray_ids = self.cursor - self.packet.len()..self.cursor;
+        (&self.packet, &self.order[ray_ids])
     }
 }
 
@@ -149,7 +157,7 @@ mod tests {
     use super::*;
     use crate::simd::Portable;
 
-    /// Rays in all headings, of which each 50th is flat along an axis.
+    /// Rays in all direction_classes, of which each 50th is flat along an axis.
     fn rays(count: usize) -> Vec<Ray> {
         let component = |i: usize, k: usize| match (i + k) % 50 {
             0 if k == 0 => 0.0,
@@ -166,55 +174,58 @@ mod tests {
     #[test]
     fn every_ray_is_taken_or_goes_on_alone_once() {
         let rays = rays(1500);
-        let numbers: Vec<u32> = (0..1500).step_by(2).collect();
+        let ray_ids: Vec<u32> = (0..1500).step_by(2).collect();
         let skip = Backoff::default();
-        let (mut headed, mut alone) = (Headed::new(&skip), vec![]);
-        headed.set::<Portable>(&rays, &numbers, &mut alone);
+        let (mut sorter, mut alone) = (OctantSorter::new(&skip), vec![]);
+        sorter.sort_block::<Portable>(&rays, &ray_ids, &mut alone);
         let (mut seen, mut packets) = (vec![], 0);
-        while headed.advance(&rays, &mut alone) {
-            let (some, numbers) = headed.taken();
-            assert!((ENOUGH..=SIZE).contains(&some.len()));
+        while sorter.next_packet(&rays, &mut alone) {
+            let (some, ray_ids) = sorter.current_packet();
+            assert!((MIN_PACKET_RAYS..=PACKET_SIZE).contains(&some.len()));
             let signs = |ray: &Ray| ray.direction.map(|d| d < 0.0);
-            for (ray, number) in some.iter().zip(numbers) {
+            for (ray, number) in some.iter().zip(ray_ids) {
                 assert_eq!(*ray, rays[*number as usize]);
                 assert_eq!(signs(ray), signs(&some[0]));
             }
-            seen.extend_from_slice(numbers);
+            seen.extend_from_slice(ray_ids);
             packets += 1;
         }
         let flat = |number: &u32| rays[*number as usize].direction[0] == 0.0;
         assert!(packets > 5 && !seen.iter().any(flat), "{packets}");
         seen.extend(alone);
         seen.sort();
-        assert_eq!(seen, numbers);
+        assert_eq!(seen, ray_ids);
     }
 
     #[test]
     fn packets_that_do_not_pay_are_not_made_again_soon() {
         let rays = rays(1000);
-        let numbers: Vec<u32> = (0..1000).collect();
-        let packets = |headed: &mut Headed, visits| {
+        let ray_ids: Vec<u32> = (0..1000).collect();
+        let packets = |sorter: &mut OctantSorter, visits| {
             let (mut alone, mut taken, mut packets) = (vec![], 0, 0);
-            headed.set::<Portable>(&rays, &numbers, &mut alone);
-            while headed.advance(&rays, &mut alone) {
-                taken += headed.taken().0.len();
-                headed.count(0, visits * headed.taken().0.len());
+            sorter.sort_block::<Portable>(&rays, &ray_ids, &mut alone);
+            while sorter.next_packet(&rays, &mut alone) {
+                taken += sorter.current_packet().0.len();
+                sorter.report_cost(0, visits * sorter.current_packet().0.len());
                 packets += 1;
             }
             assert_eq!(taken + alone.len(), rays.len());
             packets
         };
         let skip = Backoff::default();
-        let mut headed = Headed::new(&skip);
-        let all = packets(&mut headed, MOST_VISITS);
-        assert!(all > 10 && headed.most() == BLOCK, "{all}");
-        assert_eq!(packets(&mut headed, MOST_VISITS), all);
-        let few = packets(&mut headed, MOST_VISITS + 1);
-        assert!(few < all / 2 && headed.most() == FIRST, "{few}");
-        assert_eq!(packets(&mut headed, MOST_VISITS), 0);
-        assert_eq!(packets(&mut headed, MOST_VISITS), all);
+        let mut sorter = OctantSorter::new(&skip);
+        let all = packets(&mut sorter, MAX_VISITS_PER_RAY);
+        assert!(all > 10 && sorter.block_size() == MAX_BLOCK, "{all}");
+        assert_eq!(packets(&mut sorter, MAX_VISITS_PER_RAY), all);
+        let few = packets(&mut sorter, MAX_VISITS_PER_RAY + 1);
+        assert!(few < all / 2 && sorter.block_size() == FIRST_BLOCK, "{few}");
+        assert_eq!(packets(&mut sorter, MAX_VISITS_PER_RAY), 0);
+        assert_eq!(packets(&mut sorter, MAX_VISITS_PER_RAY), all);
         // Nor in the next batch.
-        packets(&mut headed, MOST_VISITS + 1);
-        assert_eq!(packets(&mut Headed::new(&skip), MOST_VISITS), 0);
+        packets(&mut sorter, MAX_VISITS_PER_RAY + 1);
+        assert_eq!(
+            packets(&mut OctantSorter::new(&skip), MAX_VISITS_PER_RAY),
+            0
+        );
     }
 }

@@ -6,150 +6,152 @@ use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::simd::{Isa, Vector};
 use crate::traverse::trav_ray::{
-    END_PAD, EPS, ORIGIN_LIMIT, ORIGIN_PAD, REACH_LIMIT, RELATIVE, STEEPEST,
+    MACHINE_EPSILON, MAX_COORD, MAX_ORIGIN, MAX_RECIPROCAL, ORIGIN_PAD, RELATIVE_PAD, SLAB_PAD,
 };
 
 /// How many rays are asked before it is seen whether that pays.
-pub const ASKED: usize = 512;
+pub const TRIAL_RAYS: usize = 512;
 
 /// It does if one of so many is turned away.
-const PAYS: usize = 12;
+const MIN_CULL_RATE: usize = 12;
 
 /// The boxes at the root of a tree.
-pub struct Gate<'a> {
+pub struct RootCull<'a> {
     scene: &'a Scene,
     /// None where there are no boxes, or rays are to be scaled first.
     root: Option<&'a WideNode>,
 }
 
-impl<'a> Gate<'a> {
-    /// The gate of the tree over instances, or of the only mesh if that is in its place.
+impl<'a> RootCull<'a> {
+    /// The cull of the tree over instances, or of the only mesh if that is in its place.
     #[inline(always)]
-    pub fn of(scene: &'a Scene) -> Gate<'a> {
-        let (blocks, root) = match (scene.direct, &*scene.placed) {
-            (true, [placed]) => (placed.bvh.blocks(), placed.bvh.root()),
+    pub fn new(scene: &'a Scene) -> RootCull<'a> {
+        let (blocks, root) = match (scene.is_single_mesh, &*scene.instances) {
+            (true, [instance]) => (instance.bvh.blocks(), instance.bvh.root()),
             _ => (scene.blocks(), scene.root),
         };
-        let root = (root & LEAF == 0 && scene.unit == 1.0).then(|| node(blocks, root));
-        Gate { scene, root }
+        let root = (root & LEAF == 0 && scene.scale == 1.0).then(|| node(blocks, root));
+        RootCull { scene, root }
     }
 
-    /// Of the numbers of rays from a position on leaves those that may meet anything, and others where asking does not pay.
+    /// Of the ray_ids of rays from a position on leaves those that may meet anything, and others where asking does not pay.
     #[inline(always)]
-    pub fn pass<I: Isa>(&self, rays: &[Ray], numbers: &mut Vec<u32>, from: usize) {
+    pub fn cull<I: Isa>(&self, rays: &[Ray], ray_ids: &mut Vec<u32>, from: usize) {
         if let Some(root) = self.root
-            && I::FUSED
-            && !self.scene.gate.should_skip()
+            && I::HAS_FMA
+            && !self.scene.root_cull_backoff.should_skip()
         {
-            let asked = numbers.len() - from;
-            let away = self.turn_away::<I>(root, rays, numbers, from);
-            self.scene.gate.record(PAYS * away > asked);
+            let asked = ray_ids.len() - from;
+            let away = self.compact::<I>(root, rays, ray_ids, from);
+            self.scene
+                .root_cull_backoff
+                .record(MIN_CULL_RATE * away > asked);
         }
     }
 
-    /// Leaves the numbers of rays that may meet anything, in their order, and returns how many others there were.
+    /// Leaves the ray_ids of rays that may meet anything, in their order, and returns how many others there were.
     #[inline(always)]
-    fn turn_away<I: Isa>(
+    fn compact<I: Isa>(
         &self,
         root: &WideNode,
         rays: &[Ray],
-        numbers: &mut Vec<u32>,
+        ray_ids: &mut Vec<u32>,
         from: usize,
     ) -> usize {
         let mut kept = from;
-        for start in (from..numbers.len()).step_by(16) {
-            let some = &numbers[start..numbers.len().min(start + 16)];
+        for start in (from..ray_ids.len()).step_by(16) {
+            let some = &ray_ids[start..ray_ids.len().min(start + 16)];
             let every = u32::MAX >> (32 - some.len());
             let some = std::array::from_fn(|i| *some.get(i).unwrap_or(&some[0]));
             let asked = some.map(|number| &rays[number as usize]);
-            let mut staying = self.enter::<I>(root, asked) & every;
+            let mut staying = self.intersects_root::<I>(root, asked) & every;
             while staying != 0 {
-                numbers[kept] = some[staying.trailing_zeros() as usize & 15];
+                ray_ids[kept] = some[staying.trailing_zeros() as usize & 15];
                 staying &= staying - 1;
                 kept += 1;
             }
         }
-        let away = numbers.len() - kept;
-        numbers.truncate(kept);
+        let away = ray_ids.len() - kept;
+        ray_ids.truncate(kept);
         away
     }
 
     /// Bit i: ray i may enter a child, or is odd in any way. Slabs are padded as those of packets are, or more.
     #[inline(always)]
-    fn enter<I: Isa>(&self, root: &WideNode, rays: [&Ray; 16]) -> u32 {
+    fn intersects_root<I: Isa>(&self, root: &WideNode, rays: [&Ray; 16]) -> u32 {
         let scene = self.scene;
         let rays = rays.map(|ray| std::ptr::from_ref(ray).cast::<f32>());
         // SAFETY: a ray is seven floats: origin, direction, t_max.
         let ([x, y, z, _], [dx, dy, dz, t_max]) = unsafe {
             (
-                I::columns(rays),
-                I::columns(rays.map(|ray| ray.wrapping_add(3))),
+                I::load_transposed(rays),
+                I::load_transposed(rays.map(|ray| ray.wrapping_add(3))),
             )
         };
-        let zero = I::F16::splat(0.0);
+        let zero = I::F32x16::splat(0.0);
         let (origin, direction) = ([x, y, z], [dx, dy, dz]);
         let distance = x.abs().max(y.abs()).max(z.abs());
         let steepest = dx.abs().max(dy.abs()).max(dz.abs());
         let flattest = dx.abs().min(dy.abs()).min(dz.abs());
         // As in `Packet::set`.
         let sum = (x.add(y).add(z)).add(dx.add(dy).add(dz)).mul(zero);
-        let mut sane = distance.le(I::F16::splat(ORIGIN_LIMIT));
+        let mut sane = distance.le(I::F32x16::splat(MAX_ORIGIN));
         let more = [
-            steepest.le(I::F16::splat(REACH_LIMIT)),
-            I::F16::splat(1.0 / REACH_LIMIT).le(steepest),
-            I::F16::splat(1.0).le(flattest.mul(I::F16::splat(STEEPEST))),
+            steepest.le(I::F32x16::splat(MAX_COORD)),
+            I::F32x16::splat(1.0 / MAX_COORD).le(steepest),
+            I::F32x16::splat(1.0).le(flattest.mul(I::F32x16::splat(MAX_RECIPROCAL))),
             sum.eq(zero),
             zero.le(t_max),
         ];
         for also in more {
-            sane = <I::F16 as Vector>::and(sane, also);
+            sane = <I::F32x16 as Vector>::and(sane, also);
         }
-        let slack = if scene.direct {
+        let slack = if scene.is_single_mesh {
             zero
         } else {
-            let within = distance.le(I::F16::splat(scene.reach));
-            let rounding = |within| I::F16::splat(scene.rounding(within));
-            I::F16::select(within, rounding(true), rounding(false))
-                .mul(distance.add(I::F16::splat(scene.reach)))
-                .mul(I::F16::splat(1.0 + 8.0 * EPS))
+            let within = distance.le(I::F32x16::splat(scene.max_abs_coord));
+            let rounding = |within| I::F32x16::splat(scene.relative_padding(within));
+            I::F32x16::select(within, rounding(true), rounding(false))
+                .mul(distance.add(I::F32x16::splat(scene.max_abs_coord)))
+                .mul(I::F32x16::splat(1.0 + 8.0 * MACHINE_EPSILON))
         };
         // No less than along the main axis.
         let mut farthest = zero;
         for axis in 0..3 {
-            let above = I::F16::splat(scene.extent.upper[axis]).sub(origin[axis]);
-            let below = origin[axis].sub(I::F16::splat(scene.extent.lower[axis]));
+            let above = I::F32x16::splat(scene.bounds.upper[axis]).sub(origin[axis]);
+            let below = origin[axis].sub(I::F32x16::splat(scene.bounds.lower[axis]));
             farthest = farthest.max(above.max(below));
         }
-        let end_pad = farthest.div(steepest).mul(I::F16::splat(END_PAD));
+        let end_pad = farthest.div(steepest).mul(I::F32x16::splat(SLAB_PAD));
         let mut backwards = [sane; 3];
         let (mut near, mut far) = ([[zero; 2]; 3], [[zero; 2]; 3]);
         for axis in 0..3 {
-            let (o, reciprocal) = (origin[axis], I::F16::splat(1.0).div(direction[axis]));
+            let (o, reciprocal) = (origin[axis], I::F32x16::splat(1.0).div(direction[axis]));
             backwards[axis] = reciprocal.le(zero);
-            let wide = (o.mul(reciprocal).abs().mul(I::F16::splat(ORIGIN_PAD)))
+            let wide = (o.mul(reciprocal).abs().mul(I::F32x16::splat(ORIGIN_PAD)))
                 .add(slack.mul(reciprocal.abs()))
                 .add(end_pad);
             let (n, f) = (
-                reciprocal.mul(I::F16::splat(1.0 - RELATIVE)),
-                reciprocal.mul(I::F16::splat(1.0 + RELATIVE)),
+                reciprocal.mul(I::F32x16::splat(1.0 - RELATIVE_PAD)),
+                reciprocal.mul(I::F32x16::splat(1.0 + RELATIVE_PAD)),
             );
             near[axis] = [n, o.mul(n).add(wide)];
             far[axis] = [f, o.mul(f).sub(wide)];
         }
-        let mut entered = <I::F16 as Vector>::mask(0);
-        for child in 0..root.children as usize {
+        let mut entered = <I::F32x16 as Vector>::from_bitmask(0);
+        for child in 0..root.child_count as usize {
             let (mut enter, mut leave) = (zero, t_max);
             for axis in 0..3 {
-                let lower = I::F16::splat(root.bounds[2 * axis][child & 7]);
-                let upper = I::F16::splat(root.bounds[2 * axis + 1][child & 7]);
-                let first = I::F16::select(backwards[axis], upper, lower);
-                let last = I::F16::select(backwards[axis], lower, upper);
+                let lower = I::F32x16::splat(root.bounds[2 * axis][child & 7]);
+                let upper = I::F32x16::splat(root.bounds[2 * axis + 1][child & 7]);
+                let first = I::F32x16::select(backwards[axis], upper, lower);
+                let last = I::F32x16::select(backwards[axis], lower, upper);
                 enter = enter.max(first.mul_sub(near[axis][0], near[axis][1]));
                 leave = leave.min(last.mul_sub(far[axis][0], far[axis][1]));
             }
-            entered = <I::F16 as Vector>::or(entered, enter.le(leave));
+            entered = <I::F32x16 as Vector>::or(entered, enter.le(leave));
         }
-        let bits = <I::F16 as Vector>::bits;
+        let bits = <I::F32x16 as Vector>::to_bitmask;
         bits(entered) | !bits(sane) & 0xffff
     }
 }
@@ -162,7 +164,7 @@ mod tests {
     use crate::simd::Portable;
     use crate::{Bvh, Instance};
 
-    /// A wide floor and 400 small triangles above it; the mesh is placed so often, side by side.
+    /// A wide floor and 400 small triangles above it; the mesh is instance so often, side by side.
     fn scene(copies: usize) -> Scene {
         let random = |i: usize, k: usize| ((i * 3 + k) as f32 * 12.9898).sin();
         let mut vertices = vec![[-9.0, -1.0, -9.0], [9.0, -1.0, -9.0], [0.0, -1.0, 9.0]];
@@ -190,7 +192,7 @@ mod tests {
         let random = |i: usize| ((i as f32 * 78.233).sin() * 43_758.547).fract();
         let ray = |i: usize| {
             let origin = [0, 1, 2].map(|k| 2.0 * random(6 * i + k));
-            let (lower, upper) = root.child_bounds(i / 2 % root.children as usize);
+            let (lower, upper) = root.child_bounds(i / 2 % root.child_count as usize);
             let to: [f32; 3] = std::array::from_fn(|k| match i % 2 {
                 0 => 2.0 * random(6 * i + 3 + k),
                 _ if i >> (k + 5) & 1 == 0 => lower[k],
@@ -209,7 +211,7 @@ mod tests {
 
     /// Whether a ray enters a child, in float64.
     fn enters(root: &WideNode, ray: &Ray) -> bool {
-        (0..root.children as usize).any(|child| {
+        (0..root.child_count as usize).any(|child| {
             let (lower, upper) = root.child_bounds(child);
             let (mut enter, mut leave) = (0.0, f64::from(ray.t_max));
             for k in 0..3 {
@@ -225,11 +227,12 @@ mod tests {
     fn no_ray_is_turned_away_that_enters_a_box() {
         for copies in [1, 3] {
             let scene = scene(copies);
-            let gate = Gate::of(&scene);
-            let root = gate.root.unwrap();
+            let cull = RootCull::new(&scene);
+            let root = cull.root.unwrap();
             let (mut away, mut missing) = (0, 0);
             for some in rays(root, 64_000).chunks(16) {
-                let staying = gate.enter::<Portable>(root, std::array::from_fn(|i| &some[i]));
+                let staying =
+                    cull.intersects_root::<Portable>(root, std::array::from_fn(|i| &some[i]));
                 for (i, ray) in some.iter().enumerate() {
                     let stays = staying >> i & 1 != 0;
                     assert!(stays || !enters(root, ray), "{ray:?}");
@@ -249,7 +252,7 @@ mod tests {
     #[test]
     fn odd_rays_stay() {
         let scene = scene(1);
-        let gate = Gate::of(&scene);
+        let cull = RootCull::new(&scene);
         let away = Ray {
             origin: [0.0, 20.0, 0.0],
             direction: [1.0, 1.0, 2.0],
@@ -264,24 +267,24 @@ mod tests {
         rays[6].origin[0] = -1e30;
         rays[7].direction = [1e-30; 3];
         rays[8].t_max = -1.0;
-        let staying = gate.enter::<Portable>(gate.root.unwrap(), rays.each_ref());
+        let staying = cull.intersects_root::<Portable>(cull.root.unwrap(), rays.each_ref());
         assert_eq!(staying, 0b1_1111_1110);
     }
 
     #[test]
     fn those_that_stay_keep_their_order() {
         let scene = scene(1);
-        let gate = Gate::of(&scene);
-        let root = gate.root.unwrap();
+        let cull = RootCull::new(&scene);
+        let root = cull.root.unwrap();
         let rays = rays(root, 1000);
-        let mut numbers: Vec<u32> = (0..1000).rev().collect();
-        let mut expected = numbers.clone();
+        let mut ray_ids: Vec<u32> = (0..1000).rev().collect();
+        let mut expected = ray_ids.clone();
         expected.retain(|i| {
             let all = [&rays[*i as usize]; 16];
-            *i >= 990 || gate.enter::<Portable>(root, all) & 1 != 0
+            *i >= 990 || cull.intersects_root::<Portable>(root, all) & 1 != 0
         });
-        let away = gate.turn_away::<Portable>(root, &rays, &mut numbers, 10);
-        assert_eq!(numbers, expected);
+        let away = cull.compact::<Portable>(root, &rays, &mut ray_ids, 10);
+        assert_eq!(ray_ids, expected);
         assert!(away == 1000 - expected.len() && away > 100, "{away}");
     }
 }

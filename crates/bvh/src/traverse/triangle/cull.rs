@@ -3,35 +3,35 @@
 use crate::node::LeafNode;
 use crate::simd::{Isa, Vector};
 use crate::traverse::packet::Packet;
-use crate::traverse::triangle::packet::{corners, indices, relative};
+use crate::traverse::triangle::packet::{corners, indices, vertices_minus};
 
 impl Packet {
     /// Bit k: some ray may meet triangle k. The others lie to one side of the sheared axis for all rays: rounding is
-    /// monotonic, so what holds of the extremes holds of the values that the test computes for each ray.
+    /// monotonic, so what holds of the min_max holds of the values that the test computes for each ray.
     #[inline(always)]
-    pub fn candidates<I: Isa>(&self, leaf: &LeafNode) -> u32 {
-        self.candidates_within::<I>(leaf, 0.0) & leaf.solid
+    pub fn candidate_triangles<I: Isa>(&self, leaf: &LeafNode) -> u32 {
+        self.candidate_triangles_within::<I>(leaf, 0.0) & leaf.non_degenerate
     }
 
     /// The same where the sheared corners of any triangle may be off by `slack`.
     #[inline(always)]
-    pub fn candidates_within<I: Isa>(&self, leaf: &LeafNode, slack: f32) -> u32 {
+    pub fn candidate_triangles_within<I: Isa>(&self, leaf: &LeafNode, slack: f32) -> u32 {
         let [kx, ky, kz] = self.axes;
         let index = indices::<I>(leaf);
-        let [least, greatest] = self.origins[kz];
+        let [least, greatest] = self.origin_range[kz];
         let depth = [
-            relative::<I>(leaf, kz, greatest),
-            relative::<I>(leaf, kz, least),
+            vertices_minus::<I>(leaf, kz, greatest),
+            vertices_minus::<I>(leaf, kz, least),
         ];
-        let (before, beyond) = (I::F16::splat(-slack), I::F16::splat(slack));
+        let (before, beyond) = (I::F32x16::splat(-slack), I::F32x16::splat(slack));
         let mut near = (1u32 << leaf.count) - 1;
-        for (axis, shears) in [(kx, self.shears[0]), (ky, self.shears[1])] {
-            let [least, greatest] = self.origins[axis];
+        for (axis, shears) in [(kx, self.shear_range[0]), (ky, self.shear_range[1])] {
+            let [least, greatest] = self.origin_range[axis];
             let (low, high) = (
-                relative::<I>(leaf, axis, greatest),
-                relative::<I>(leaf, axis, least),
+                vertices_minus::<I>(leaf, axis, greatest),
+                vertices_minus::<I>(leaf, axis, least),
             );
-            let (s, t) = (I::F16::splat(shears[0]), I::F16::splat(shears[1]));
+            let (s, t) = (I::F32x16::splat(shears[0]), I::F32x16::splat(shears[1]));
             let products = [
                 s.mul(depth[0]),
                 s.mul(depth[1]),
@@ -49,8 +49,10 @@ impl Packet {
             let low = a.min(b).min(c);
             let [a, b, c] = corners::<I>(high, &index);
             let high = a.max(b).max(c);
-            near &=
-                <I::F16 as Vector>::bits(<I::F16 as Vector>::and(low.le(beyond), before.le(high)));
+            near &= <I::F32x16 as Vector>::to_bitmask(<I::F32x16 as Vector>::and(
+                low.le(beyond),
+                before.le(high),
+            ));
         }
         near
     }

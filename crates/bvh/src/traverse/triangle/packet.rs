@@ -5,54 +5,54 @@
 //! the same value with opposite sign, so no ray passes between them, and where a value is 0 float64 decides exactly.
 //! Front and back are both hit. The edges count as inside.
 //!
-//! That is done in two steps: edges first, of one ray and sixteen triangles ([`crate::traverse::triangle::single::within`]) or of one triangle and
+//! That is done in two steps: edges first, of one ray and sixteen triangles ([`crate::traverse::triangle::single::edge_test`]) or of one triangle and
 //! sixteen rays ([`crate::traverse::triangle::packet_edges`]); then the few triangles that remain, one by one for a ray alone
-//! ([`crate::traverse::triangle::single::meet_one`]), or one for each of some rays ([`meet_each`]). Each computes every value by the same
+//! ([`crate::traverse::triangle::single::intersect_triangle`]), or one for each of some rays ([`intersect_lanes`]). Each computes every value by the same
 //! operations in the same order, so a ray and a triangle have the same answer in any of them.
 
 use crate::node::LeafNode;
 use crate::simd::{Isa, Vector, packed_index};
-use crate::traverse::packet::soa::rays;
-use crate::traverse::packet::{Packet, SIZE};
-use crate::traverse::triangle::packet_edges::Near;
-use crate::traverse::triangle::single::{Member, depth_in_float64};
+use crate::traverse::packet::soa::load_rays;
+use crate::traverse::packet::{PACKET_SIZE, Packet};
+use crate::traverse::triangle::packet_edges::PotentialHits;
+use crate::traverse::triangle::single::{PacketRay, plane_depth_f64};
 
 /// The corners of the triangles of a leaf.
 #[inline(always)]
-pub fn corners<I: Isa>(v: I::F16, index: &[I::Index; 3]) -> [I::F16; 3] {
+pub fn corners<I: Isa>(v: I::F32x16, index: &[I::LaneIndices; 3]) -> [I::F32x16; 3] {
     [
-        I::lookup(v, index[0]),
-        I::lookup(v, index[1]),
-        I::lookup(v, index[2]),
+        I::permute(v, index[0]),
+        I::permute(v, index[1]),
+        I::permute(v, index[2]),
     ]
 }
 
 /// The indices that [`corners`] takes.
 #[inline(always)]
-pub fn indices<I: Isa>(leaf: &LeafNode) -> [I::Index; 3] {
+pub fn indices<I: Isa>(leaf: &LeafNode) -> [I::LaneIndices; 3] {
     [
-        I::index(leaf.corner[0]),
-        I::index(leaf.corner[1]),
-        I::index(leaf.corner[2]),
+        I::unpack_indices(leaf.packed_indices[0]),
+        I::unpack_indices(leaf.packed_indices[1]),
+        I::unpack_indices(leaf.packed_indices[2]),
     ]
 }
 
 /// The vertices of a leaf along an axis, less an origin.
 #[inline(always)]
-pub fn relative<I: Isa>(leaf: &LeafNode, axis: usize, origin: f32) -> I::F16 {
+pub fn vertices_minus<I: Isa>(leaf: &LeafNode, axis: usize, origin: f32) -> I::F32x16 {
     // SAFETY: each row of `vertex` holds 16 floats.
-    let row = unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) };
-    row.sub(I::F16::splat(origin))
+    let row = unsafe { I::F32x16::load(leaf.vertices[axis].as_ptr()) };
+    row.sub(I::F32x16::splat(origin))
 }
 
 impl LeafNode {
     /// The leaf with its vertices counted from a point.
     #[inline(always)]
-    pub fn around<I: Isa>(&self, point: [f32; 3]) -> LeafNode {
+    pub fn translated<I: Isa>(&self, point: [f32; 3]) -> LeafNode {
         let mut leaf = *self;
-        for (axis, row) in leaf.vertex.iter_mut().enumerate() {
+        for (axis, row) in leaf.vertices.iter_mut().enumerate() {
             // SAFETY: the row holds 16 floats.
-            unsafe { relative::<I>(self, axis, point[axis]).store(row.as_mut_ptr()) };
+            unsafe { vertices_minus::<I>(self, axis, point[axis]).store(row.as_mut_ptr()) };
         }
         leaf
     }
@@ -61,12 +61,12 @@ impl LeafNode {
 /// The lanes of the corners of triangle `k`.
 #[inline(always)]
 pub fn corner_lanes(leaf: &LeafNode, k: usize) -> [usize; 3] {
-    leaf.corner
+    leaf.packed_indices
         .map(|packed| usize::from(packed_index(packed, k)))
 }
 
 /// Where rays meet a triangle each, in the lanes of `hit`.
-pub struct MetEach<V> {
+pub struct LaneIntersections<V> {
     pub hit: u32,
     /// Which triangles, in the bits.
     pub triangle: V,
@@ -77,49 +77,49 @@ pub struct MetEach<V> {
     pub det: V,
 }
 
-/// Where the [`Isa::RAYS`] rays of a group meet a triangle each, at a t of `0..=t_max`: those that [`Near`] names. With `ANY`
+/// Where the [`Isa::RAY_LANES`] rays of a group meet a triangle each, at a t of `0..=t_max`: those that [`PotentialHits`] names. With `ANY_HIT`
 /// only `hit` counts: t and the rest may be left out.
 #[inline(always)]
-pub fn meet_each<I: Isa, const ANY: bool>(
+pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     leaf: &LeafNode,
     packet: &Packet,
     group: usize,
-    near: &Near,
-) -> MetEach<I::Rays> {
-    let mut hit = near.lanes::<I>(group);
-    let zero = I::Rays::splat(0.0);
-    let start = I::RAYS * (group % (SIZE / I::RAYS));
-    // SAFETY: a row of 64 words, and a group, as of `rays`, lies within; as floats they are only moved.
-    let triangle = unsafe { I::Rays::load(near.triangle.as_ptr().add(start).cast()) };
+    potential: &PotentialHits,
+) -> LaneIntersections<I::RayVec> {
+    let mut hit = potential.hit_lanes::<I>(group);
+    let zero = I::RayVec::splat(0.0);
+    let start = I::RAY_LANES * (group % (PACKET_SIZE / I::RAY_LANES));
+    // SAFETY: a row of 64 words, and a group, as of `load_rays`, lies within; as floats they are only moved.
+    let triangle = unsafe { I::RayVec::load(potential.triangle.as_ptr().add(start).cast()) };
     let corner = [
-        I::find(I::spread(leaf.corner[0]), triangle),
-        I::find(I::spread(leaf.corner[1]), triangle),
-        I::find(I::spread(leaf.corner[2]), triangle),
+        I::gather_lanes(I::expand_bits(leaf.packed_indices[0]), triangle),
+        I::gather_lanes(I::expand_bits(leaf.packed_indices[1]), triangle),
+        I::gather_lanes(I::expand_bits(leaf.packed_indices[2]), triangle),
     ];
     let [kx, ky, kz] = packet.axes;
     let (px, py, pz) = (
-        each_corner::<I>(leaf, kx, &corner),
-        each_corner::<I>(leaf, ky, &corner),
-        each_corner::<I>(leaf, kz, &corner),
+        gather_corners::<I>(leaf, kx, &corner),
+        gather_corners::<I>(leaf, ky, &corner),
+        gather_corners::<I>(leaf, kz, &corner),
     );
-    let along = |axis: usize| rays::<I>(&packet.origin[axis], group);
-    let z = less(pz, along(kz));
-    // Where the rays enter and leave the triangles' own boxes: see END_PAD.
-    let (first, last) = ends(px, packet.entry[kx]);
-    let ex = packet.near.each_passes::<I>(kx, group, first);
-    let lx = packet.far.each_passes::<I>(kx, group, last);
-    let (first, last) = ends(py, packet.entry[ky]);
-    let ey = packet.near.each_passes::<I>(ky, group, first);
-    let ly = packet.far.each_passes::<I>(ky, group, last);
-    let (first, last) = ends(z, packet.entry[kz]);
-    let scale = rays::<I>(&packet.shear[2], group);
+    let along = |axis: usize| load_rays::<I>(&packet.origin[axis], group);
+    let z = subtract(pz, along(kz));
+    // Where the rays enter and leave the triangles' own boxes: see SLAB_PAD.
+    let (first, last) = near_far_bounds(px, packet.near_rows[kx]);
+    let ex = packet.near.t_at_lanes::<I>(kx, group, first);
+    let lx = packet.far.t_at_lanes::<I>(kx, group, last);
+    let (first, last) = near_far_bounds(py, packet.near_rows[ky]);
+    let ey = packet.near.t_at_lanes::<I>(ky, group, first);
+    let ly = packet.far.t_at_lanes::<I>(ky, group, last);
+    let (first, last) = near_far_bounds(z, packet.near_rows[kz]);
+    let scale = load_rays::<I>(&packet.shear[2], group);
     let (ez, lz) = (first.mul(scale), last.mul(scale));
     let (enter, leave) = (ex.max(ey).max(ez), lx.min(ly).min(lz));
-    let t_max = rays::<I>(&packet.t_max, group);
+    let t_max = load_rays::<I>(&packet.t_max, group);
     // What t will be clamped to says it already, one way or the other.
-    let soon = <I::Rays as Vector>::and(enter.le(t_max), zero.le(enter.max(leave)));
-    hit &= <I::Rays as Vector>::bits(soon);
-    let nothing = MetEach {
+    let soon = <I::RayVec as Vector>::and(enter.le(t_max), zero.le(enter.max(leave)));
+    hit &= <I::RayVec as Vector>::to_bitmask(soon);
+    let nothing = LaneIntersections {
         hit: 0,
         triangle,
         t: zero,
@@ -130,16 +130,16 @@ pub fn meet_each<I: Isa, const ANY: bool>(
     if hit == 0 {
         return nothing;
     }
-    let (x, y) = (less(px, along(kx)), less(py, along(ky)));
-    let sx = rays::<I>(&packet.shear[0], group);
-    let sy = rays::<I>(&packet.shear[1], group);
-    let [ax, bx, cx] = sheared(x, sx, z);
-    let [ay, by, cy] = sheared(y, sy, z);
+    let (x, y) = (subtract(px, along(kx)), subtract(py, along(ky)));
+    let sx = load_rays::<I>(&packet.shear[0], group);
+    let sy = load_rays::<I>(&packet.shear[1], group);
+    let [ax, bx, cx] = shear_corners(x, sx, z);
+    let [ay, by, cy] = shear_corners(y, sy, z);
     let mut u = cx.mul(by).sub(cy.mul(bx));
     let mut v = ax.mul(cy).sub(ay.mul(cx));
     let mut w = bx.mul(ay).sub(by.mul(ax));
     let smallest = u.abs().min(v.abs()).min(w.abs());
-    let unsure = <I::Rays as Vector>::bits(smallest.eq(zero)) & hit;
+    let unsure = <I::RayVec as Vector>::to_bitmask(smallest.eq(zero)) & hit;
     if unsure != 0 {
         let mut edges = [[0.0; 16]; 3];
         let mut corners = [[0.0; 16]; 6];
@@ -151,38 +151,38 @@ pub fn meet_each<I: Isa, const ANY: bool>(
             // SAFETY: each array holds at least as many floats.
             unsafe { vector.store(array.as_mut_ptr()) };
         }
-        hit = decide_lanes(&corners, unsure, hit, &mut edges);
+        hit = edge_functions_f64_lanes(&corners, unsure, hit, &mut edges);
         // SAFETY: each array holds at least as many floats.
         unsafe {
-            u = I::Rays::load(edges[0].as_ptr());
-            v = I::Rays::load(edges[1].as_ptr());
-            w = I::Rays::load(edges[2].as_ptr());
+            u = I::RayVec::load(edges[0].as_ptr());
+            v = I::RayVec::load(edges[1].as_ptr());
+            w = I::RayVec::load(edges[2].as_ptr());
         }
     }
-    if ANY {
+    if ANY_HIT {
         // What t would be clamped to says it already.
-        let sure = <I::Rays as Vector>::and(zero.le(enter), enter.max(leave).le(t_max));
-        if hit & !<I::Rays as Vector>::bits(sure) == 0 {
-            return MetEach { hit, ..nothing };
+        let sure = <I::RayVec as Vector>::and(zero.le(enter), enter.max(leave).le(t_max));
+        if hit & !<I::RayVec as Vector>::to_bitmask(sure) == 0 {
+            return LaneIntersections { hit, ..nothing };
         }
     }
     let det = u.add(v).add(w);
     let mut depth = u.mul(z[0]).add(v.mul(z[1])).add(w.mul(z[2])).div(det);
     if leaf.has_slivers() {
-        let behind = hit & !<I::Rays as Vector>::bits(zero.le(enter));
+        let behind = hit & !<I::RayVec as Vector>::to_bitmask(zero.le(enter));
         if behind != 0 {
             let mut depths = [0.0; 16];
             // SAFETY: the array holds at least as many floats.
             unsafe { depth.store(depths.as_mut_ptr()) };
-            thin_depths(leaf, packet, start, near, behind, &mut depths);
+            sliver_depths(leaf, packet, start, potential, behind, &mut depths);
             // SAFETY: as above.
-            depth = unsafe { I::Rays::load(depths.as_ptr()) };
+            depth = unsafe { I::RayVec::load(depths.as_ptr()) };
         }
     }
     let t = depth.mul(scale).min(leave).max(enter);
-    let counts = <I::Rays as Vector>::and(zero.le(t), t.le(t_max));
-    MetEach {
-        hit: hit & <I::Rays as Vector>::bits(counts),
+    let counts = <I::RayVec as Vector>::and(zero.le(t), t.le(t_max));
+    LaneIntersections {
+        hit: hit & <I::RayVec as Vector>::to_bitmask(counts),
         triangle,
         t,
         u: v,
@@ -193,27 +193,35 @@ pub fn meet_each<I: Isa, const ANY: bool>(
 
 /// Three corners for each ray, by the vertices of a leaf along an axis.
 #[inline(always)]
-fn each_corner<I: Isa>(leaf: &LeafNode, axis: usize, [a, b, c]: &[I::Rays; 3]) -> [I::Rays; 3] {
+fn gather_corners<I: Isa>(
+    leaf: &LeafNode,
+    axis: usize,
+    [a, b, c]: &[I::RayVec; 3],
+) -> [I::RayVec; 3] {
     // SAFETY: each row of `vertex` holds 16 floats.
-    let row = unsafe { I::F16::load(leaf.vertex[axis].as_ptr()) };
-    [I::find(row, *a), I::find(row, *b), I::find(row, *c)]
+    let row = unsafe { I::F32x16::load(leaf.vertices[axis].as_ptr()) };
+    [
+        I::gather_lanes(row, *a),
+        I::gather_lanes(row, *b),
+        I::gather_lanes(row, *c),
+    ]
 }
 
 #[inline(always)]
-fn less<V: Vector>([a, b, c]: [V; 3], origin: V) -> [V; 3] {
+fn subtract<V: Vector>([a, b, c]: [V; 3], origin: V) -> [V; 3] {
     [a.sub(origin), b.sub(origin), c.sub(origin)]
 }
 
 #[inline(always)]
-fn sheared<V: Vector>([a, b, c]: [V; 3], s: V, z: [V; 3]) -> [V; 3] {
+fn shear_corners<V: Vector>([a, b, c]: [V; 3], s: V, z: [V; 3]) -> [V; 3] {
     [a.sub(s.mul(z[0])), b.sub(s.mul(z[1])), c.sub(s.mul(z[2]))]
 }
 
-/// Of three corners that which rays come to first, and last; `entry` is their row of bounds where they enter.
+/// Of three corners that which rays come to first, and last; `near_row` is their row of bounds where they enter.
 #[inline(always)]
-fn ends<V: Vector>([a, b, c]: [V; 3], entry: usize) -> (V, V) {
+fn near_far_bounds<V: Vector>([a, b, c]: [V; 3], near_row: usize) -> (V, V) {
     let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
-    let backwards = V::mask(0u32.wrapping_sub(entry as u32 & 1) & 0xffff);
+    let backwards = V::from_bitmask(0u32.wrapping_sub(near_row as u32 & 1) & 0xffff);
     (
         V::select(backwards, upper, lower),
         V::select(backwards, lower, upper),
@@ -223,19 +231,19 @@ fn ends<V: Vector>([a, b, c]: [V; 3], entry: usize) -> (V, V) {
 /// Puts float64's depths where thin triangles are met that begin behind the ray.
 #[cold]
 #[inline(never)]
-fn thin_depths(
+fn sliver_depths(
     leaf: &LeafNode,
     packet: &Packet,
     start: usize,
-    near: &Near,
+    potential: &PotentialHits,
     behind: u32,
     depths: &mut [f32; 16],
 ) {
     for lane in (0..16).filter(|lane| behind >> lane & 1 != 0) {
         let i = start + lane;
-        let k = near.triangle[i] as usize;
-        if leaf.is_thin(k) {
-            depths[lane] = depth_in_float64(leaf, k, Member(packet, i), depths[lane]);
+        let k = potential.triangle[i] as usize;
+        if leaf.is_sliver(k) {
+            depths[lane] = plane_depth_f64(leaf, k, PacketRay(packet, i), depths[lane]);
         }
     }
 }
@@ -243,14 +251,14 @@ fn thin_depths(
 /// Decides the lanes of `unsure`; returns the lanes of `hit` that stay.
 #[cold]
 #[inline(never)]
-fn decide_lanes(
+fn edge_functions_f64_lanes(
     corners: &[[f32; 16]; 6],
     unsure: u32,
     mut hit: u32,
     edges: &mut [[f32; 16]; 3],
 ) -> u32 {
     for lane in (0..16).filter(|lane| unsure >> lane & 1 != 0) {
-        match decide(corners.map(|row| row[lane])) {
+        match edge_functions_f64(corners.map(|row| row[lane])) {
             Some(decided) => {
                 for (edge, value) in edges.iter_mut().zip(decided) {
                     edge[lane] = value;
@@ -265,7 +273,7 @@ fn decide_lanes(
 /// The edge functions by float64, in which the products are exact; `None` outside.
 #[cold]
 #[inline(never)]
-pub fn decide(corners: [f32; 6]) -> Option<[f32; 3]> {
+pub fn edge_functions_f64(corners: [f32; 6]) -> Option<[f32; 3]> {
     let [ax, ay, bx, by, cx, cy] = corners.map(f64::from);
     let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
     let det = u + v + w;

@@ -5,24 +5,26 @@ use std::hint::select_unpredictable;
 
 use crate::node::{LeafNode, cross};
 use crate::simd::{Isa, Vector};
-use crate::traverse::packet::{Packet, SIZE};
-use crate::traverse::trav_ray::LocalRay;
-use crate::traverse::triangle::packet::{corner_lanes, corners, decide, indices, relative};
+use crate::traverse::packet::{PACKET_SIZE, Packet};
+use crate::traverse::trav_ray::TravRay;
+use crate::traverse::triangle::packet::{
+    corner_lanes, corners, edge_functions_f64, indices, vertices_minus,
+};
 
 /// A ray as it is tested against triangles, one of a packet or not.
-pub trait Line: Copy {
-    /// See [`LocalRay::axes`].
+pub trait RayView: Copy {
+    /// See [`TravRay::axes`].
     fn axes(&self) -> [usize; 3];
     fn origin(&self, axis: usize) -> f32;
     fn shear(&self, k: usize) -> f32;
     fn reciprocal(&self, axis: usize) -> f32;
     /// The t at which a slab is entered whose bound that is, padded.
-    fn enters(&self, axis: usize, bound: f32) -> f32;
+    fn t_near(&self, axis: usize, bound: f32) -> f32;
     /// The t at which it is left, padded.
-    fn leaves(&self, axis: usize, bound: f32) -> f32;
+    fn t_far(&self, axis: usize, bound: f32) -> f32;
 }
 
-impl Line for &LocalRay {
+impl RayView for &TravRay {
     #[inline(always)]
     fn axes(&self) -> [usize; 3] {
         let [x, y, z, _] = self.axes;
@@ -41,138 +43,171 @@ impl Line for &LocalRay {
         self.reciprocal[axis]
     }
     #[inline(always)]
-    fn enters(&self, axis: usize, bound: f32) -> f32 {
-        self.near.passes(axis, bound)
+    fn t_near(&self, axis: usize, bound: f32) -> f32 {
+        self.near.t_at(axis, bound)
     }
     #[inline(always)]
-    fn leaves(&self, axis: usize, bound: f32) -> f32 {
-        self.far.passes(axis, bound)
+    fn t_far(&self, axis: usize, bound: f32) -> f32 {
+        self.far.t_at(axis, bound)
     }
 }
 
 /// Ray `1` of a packet.
 #[derive(Clone, Copy)]
-pub struct Member<'a>(pub &'a Packet, pub usize);
+pub struct PacketRay<'a>(pub &'a Packet, pub usize);
 
-impl Line for Member<'_> {
+impl RayView for PacketRay<'_> {
     #[inline(always)]
     fn axes(&self) -> [usize; 3] {
         self.0.axes
     }
     #[inline(always)]
     fn origin(&self, axis: usize) -> f32 {
-        self.0.origin[axis][self.1 & (SIZE - 1)]
+        self.0.origin[axis][self.1 & (PACKET_SIZE - 1)]
     }
     #[inline(always)]
     fn shear(&self, k: usize) -> f32 {
-        self.0.shear[k][self.1 & (SIZE - 1)]
+        self.0.shear[k][self.1 & (PACKET_SIZE - 1)]
     }
     #[inline(always)]
     fn reciprocal(&self, axis: usize) -> f32 {
-        self.0.reciprocal[axis][self.1 & (SIZE - 1)]
+        self.0.reciprocal[axis][self.1 & (PACKET_SIZE - 1)]
     }
     #[inline(always)]
-    fn enters(&self, axis: usize, bound: f32) -> f32 {
-        self.0.near.passes(axis, self.1 & (SIZE - 1), bound)
+    fn t_near(&self, axis: usize, bound: f32) -> f32 {
+        self.0.near.t_at(axis, self.1 & (PACKET_SIZE - 1), bound)
     }
     #[inline(always)]
-    fn leaves(&self, axis: usize, bound: f32) -> f32 {
-        self.0.far.passes(axis, self.1 & (SIZE - 1), bound)
+    fn t_far(&self, axis: usize, bound: f32) -> f32 {
+        self.0.far.t_at(axis, self.1 & (PACKET_SIZE - 1), bound)
     }
 }
 
 /// The vertices of a leaf in x and y, sheared so that the ray runs along z from 0.
 #[inline(always)]
-pub fn sheared<I: Isa>(leaf: &LeafNode, ray: impl Line) -> [I::F16; 2] {
+pub fn shear_vertices<I: Isa>(leaf: &LeafNode, ray: impl RayView) -> [I::F32x16; 2] {
     let [kx, ky, kz] = ray.axes();
-    let rx = relative::<I>(leaf, kx, ray.origin(kx));
-    let ry = relative::<I>(leaf, ky, ray.origin(ky));
-    let rz = relative::<I>(leaf, kz, ray.origin(kz));
-    let px = rx.sub(I::F16::splat(ray.shear(0)).mul(rz));
-    let py = ry.sub(I::F16::splat(ray.shear(1)).mul(rz));
+    let rx = vertices_minus::<I>(leaf, kx, ray.origin(kx));
+    let ry = vertices_minus::<I>(leaf, ky, ray.origin(ky));
+    let rz = vertices_minus::<I>(leaf, kz, ray.origin(kz));
+    let px = rx.sub(I::F32x16::splat(ray.shear(0)).mul(rz));
+    let py = ry.sub(I::F32x16::splat(ray.shear(1)).mul(rz));
     [px, py]
 }
 
-/// Bit i: the line of the ray runs within the edges of triangle i of the leaf, or so close that [`meet_one`] decides.
+/// Bit i: the line of the ray runs within the edges of triangle i of the leaf, or so close that [`intersect_triangle`] decides.
 #[inline(always)]
-pub fn within<I: Isa>(leaf: &LeafNode, ray: impl Line) -> u32 {
-    let [px, py] = sheared::<I>(leaf, ray);
-    inside::<I>(px, py, leaf, &indices::<I>(leaf)) & leaf.solid
+pub fn edge_test<I: Isa>(leaf: &LeafNode, ray: impl RayView) -> u32 {
+    let [px, py] = shear_vertices::<I>(leaf, ray);
+    inside_mask::<I>(px, py, leaf, &indices::<I>(leaf)) & leaf.non_degenerate
 }
 
-/// [`inside`], where sixteen triangles take more registers than there are: eight at a time, and many leaves have no more.
+/// [`inside_mask`], where sixteen triangles take more registers than there are: eight at a time, and many leaves have no more.
 #[inline(always)]
-fn inside_by_halves<I: Isa>(px: I::F16, py: I::F16, leaf: &LeafNode) -> u32 {
-    let lower = inside_half::<I, 0>(px, py, leaf);
+fn inside_mask_by_halves<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode) -> u32 {
+    let lower = inside_mask_half::<I, 0>(px, py, leaf);
     if leaf.count <= 8 {
         return lower;
     }
-    lower | inside_half::<I, 1>(px, py, leaf) << 8
+    lower | inside_mask_half::<I, 1>(px, py, leaf) << 8
 }
 
-/// [`inside`] of triangles `8 * HALF ..`.
+/// [`inside_mask`] of triangles `8 * HALF ..`.
 #[inline(always)]
-fn inside_half<I: Isa, const HALF: usize>(px: I::F16, py: I::F16, leaf: &LeafNode) -> u32 {
-    let [a, b, c] = leaf.corner;
-    enclosing(
-        (I::lookup_half::<HALF>(px, a), I::lookup_half::<HALF>(py, a)),
-        (I::lookup_half::<HALF>(px, b), I::lookup_half::<HALF>(py, b)),
-        (I::lookup_half::<HALF>(px, c), I::lookup_half::<HALF>(py, c)),
+fn inside_mask_half<I: Isa, const HALF: usize>(
+    px: I::F32x16,
+    py: I::F32x16,
+    leaf: &LeafNode,
+) -> u32 {
+    let [a, b, c] = leaf.packed_indices;
+    edge_functions_agree(
+        (
+            I::permute_half::<HALF>(px, a),
+            I::permute_half::<HALF>(py, a),
+        ),
+        (
+            I::permute_half::<HALF>(px, b),
+            I::permute_half::<HALF>(py, b),
+        ),
+        (
+            I::permute_half::<HALF>(px, c),
+            I::permute_half::<HALF>(py, c),
+        ),
     )
 }
 
 /// The triangles that have 0 within, of vertices in x and y; `index` as [`indices`] has it.
 #[inline(always)]
-pub fn inside<I: Isa>(px: I::F16, py: I::F16, leaf: &LeafNode, index: &[I::Index; 3]) -> u32 {
-    if I::RAYS < 16 {
-        return inside_by_halves::<I>(px, py, leaf);
+pub fn inside_mask<I: Isa>(
+    px: I::F32x16,
+    py: I::F32x16,
+    leaf: &LeafNode,
+    index: &[I::LaneIndices; 3],
+) -> u32 {
+    if I::RAY_LANES < 16 {
+        return inside_mask_by_halves::<I>(px, py, leaf);
     }
     let ([ax, bx, cx], [ay, by, cy]) = (corners::<I>(px, index), corners::<I>(py, index));
-    enclosing((ax, ay), (bx, by), (cx, cy))
+    edge_functions_agree((ax, ay), (bx, by), (cx, cy))
 }
 
 /// The triangles that have 0 within, of their corners' x and y.
 #[inline(always)]
-fn enclosing<V: Vector>((ax, ay): (V, V), (bx, by): (V, V), (cx, cy): (V, V)) -> u32 {
+fn edge_functions_agree<V: Vector>((ax, ay): (V, V), (bx, by): (V, V), (cx, cy): (V, V)) -> u32 {
     let u = cx.mul(by).sub(cy.mul(bx));
     let v = ax.mul(cy).sub(ay.mul(cx));
     let w = bx.mul(ay).sub(by.mul(ax));
     let zero = V::splat(0.0);
-    V::bits(V::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero)))
+    V::to_bitmask(V::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero)))
 }
 
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug)]
-pub struct Met {
+pub struct TriangleIntersection {
     pub t: f32,
     pub u: f32,
     pub v: f32,
 }
 
-/// Where the ray meets triangle `k` of the leaf, at a t of `0..=t_max`: for those that [`within`] names.
+/// Where the ray meets triangle `k` of the leaf, at a t of `0..=t_max`: for those that [`edge_test`] names.
 #[inline(always)]
-pub fn meet_one(leaf: &LeafNode, k: usize, ray: impl Line, t_max: f32) -> Option<Met> {
-    meet::<_, false>(leaf, k, ray, t_max)
+pub fn intersect_triangle(
+    leaf: &LeafNode,
+    k: usize,
+    ray: impl RayView,
+    t_max: f32,
+) -> Option<TriangleIntersection> {
+    intersect::<_, false>(leaf, k, ray, t_max)
 }
 
 /// Apart, so that the others pay nothing for it.
 #[cold]
 #[inline(never)]
-fn meet_thin(leaf: &LeafNode, k: usize, ray: impl Line, t_max: f32) -> Option<Met> {
-    meet::<_, true>(leaf, k, ray, t_max)
+fn intersect_sliver(
+    leaf: &LeafNode,
+    k: usize,
+    ray: impl RayView,
+    t_max: f32,
+) -> Option<TriangleIntersection> {
+    intersect::<_, true>(leaf, k, ray, t_max)
 }
 
 #[inline(always)]
-fn meet<L: Line, const THIN: bool>(leaf: &LeafNode, k: usize, ray: L, t_max: f32) -> Option<Met> {
+fn intersect<L: RayView, const SLIVER: bool>(
+    leaf: &LeafNode,
+    k: usize,
+    ray: L,
+    t_max: f32,
+) -> Option<TriangleIntersection> {
     let corner = corner_lanes(leaf, k);
     let [kx, ky, kz] = ray.axes();
-    let at = |axis: usize| corner.map(|lane| leaf.vertex[axis][lane]);
+    let at = |axis: usize| corner.map(|lane| leaf.vertices[axis][lane]);
     let along = |axis: usize, at: [f32; 3]| at.map(|x| x - ray.origin(axis));
     let (px, py) = (at(kx), at(ky));
     let (x, y, z) = (along(kx, px), along(ky, py), along(kz, at(kz)));
-    // Where the ray enters and leaves the triangle's own box: see END_PAD.
+    // Where the ray enters and leaves the triangle's own box: see SLAB_PAD.
     let ends = |axis: usize, [a, b, c]: [f32; 3]| {
-        let (lower, upper) = (least(least(a, b), c), greatest(greatest(a, b), c));
+        let (lower, upper) = (min_f32(min_f32(a, b), c), max_f32(max_f32(a, b), c));
         let backwards = ray.reciprocal(axis) < 0.0;
         (
             select_unpredictable(backwards, upper, lower),
@@ -181,21 +216,21 @@ fn meet<L: Line, const THIN: bool>(leaf: &LeafNode, k: usize, ray: L, t_max: f32
     };
     let slab = |axis: usize, corners: [f32; 3]| {
         let (first, last) = ends(axis, corners);
-        (ray.enters(axis, first), ray.leaves(axis, last))
+        (ray.t_near(axis, first), ray.t_far(axis, last))
     };
     let (ex, lx) = slab(kx, px);
     let (ey, ly) = slab(ky, py);
     let (first, last) = ends(kz, z);
     let (ez, lz) = (first * ray.reciprocal(kz), last * ray.reciprocal(kz));
-    let (enter, leave) = (greatest(greatest(ex, ey), ez), least(least(lx, ly), lz));
+    let (enter, leave) = (max_f32(max_f32(ex, ey), ez), min_f32(min_f32(lx, ly), lz));
     // What t will be clamped to says it already, one way or the other.
     if (enter > t_max) | ((enter < 0.0) & (leave < 0.0)) {
         return None;
     }
-    if !THIN && leaf.is_thin(k) && enter < 0.0 {
+    if !SLIVER && leaf.is_sliver(k) && enter < 0.0 {
         // Field by field: in one piece, what is found here would go through memory too, and wait for it.
-        let Met { t, u, v } = meet_thin(leaf, k, ray, t_max)?;
-        return Some(Met { t, u, v });
+        let TriangleIntersection { t, u, v } = intersect_sliver(leaf, k, ray, t_max)?;
+        return Some(TriangleIntersection { t, u, v });
     }
     let (sx, sy) = (ray.shear(0), ray.shear(1));
     let sheared = |i: usize| (x[i] - sx * z[i], y[i] - sy * z[i]);
@@ -204,16 +239,16 @@ fn meet<L: Line, const THIN: bool>(leaf: &LeafNode, k: usize, ray: L, t_max: f32
     let mut v = ax * cy - ay * cx;
     let mut w = bx * ay - by * ax;
     if u == 0.0 || v == 0.0 || w == 0.0 {
-        [u, v, w] = decide([ax, ay, bx, by, cx, cy])?;
+        [u, v, w] = edge_functions_f64([ax, ay, bx, by, cx, cy])?;
     }
     let det = u + v + w;
     // One division, not one for each weight: what comes too late needs none of those.
     let mut depth = (u * z[0] + v * z[1] + w * z[2]) / det;
-    if THIN {
-        depth = depth_in_float64(leaf, k, ray, depth);
+    if SLIVER {
+        depth = plane_depth_f64(leaf, k, ray, depth);
     }
-    let t = greatest(least(depth * ray.shear(2), leave), enter);
-    (0.0 <= t && t <= t_max).then(|| Met {
+    let t = max_f32(min_f32(depth * ray.shear(2), leave), enter);
+    (0.0 <= t && t <= t_max).then(|| TriangleIntersection {
         t,
         u: v / det,
         v: w / det,
@@ -224,10 +259,10 @@ fn meet<L: Line, const THIN: bool>(leaf: &LeafNode, k: usize, ray: L, t_max: f32
 ///
 /// As a sum of its corners with weights it may be off by as much as they are far, if the triangle is thin: where its box
 /// does not say so, whether it is ahead or behind is then anyone's guess. (`depth` is returned where there is no plane.)
-pub fn depth_in_float64(leaf: &LeafNode, k: usize, ray: impl Line, depth: f32) -> f32 {
+pub fn plane_depth_f64(leaf: &LeafNode, k: usize, ray: impl RayView, depth: f32) -> f32 {
     let axes = ray.axes();
     let [a, b, c] = corner_lanes(leaf, k).map(|lane| {
-        axes.map(|axis| f64::from(leaf.vertex[axis][lane]) - f64::from(ray.origin(axis)))
+        axes.map(|axis| f64::from(leaf.vertices[axis][lane]) - f64::from(ray.origin(axis)))
     });
     let normal = cross([a, b, c]);
     let along = |p: [f64; 3]| normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2];
@@ -240,12 +275,12 @@ pub fn depth_in_float64(leaf: &LeafNode, k: usize, ray: impl Line, depth: f32) -
 
 /// [`Vector::min`] of one lane.
 #[inline(always)]
-fn least(a: f32, b: f32) -> f32 {
+fn min_f32(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
 /// [`Vector::max`] of one lane.
 #[inline(always)]
-fn greatest(a: f32, b: f32) -> f32 {
+fn max_f32(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }

@@ -1,28 +1,28 @@
 //! Points that are computed many at a time are what they are alone.
 
 use glam::{DAffine3, Vec3};
-use raycam_bvh::{Hit, vectorized};
+use raycam_bvh::{Hit, dispatch_simd};
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Glass, Material, Metal, Object, Principled, Reflectance, World};
+use raycam_scene::{Glass, Material, Metal, Object, Principled, MaterialModel, World};
 
-use crate::bsdf::specular::THROUGH;
+use crate::bsdf::specular::FORCE_TRANSMISSION;
 use crate::bsdf::{
-    FindFrosted, FindLobes, FindWays, FrostedPoints, GlossyPoints, ScatterSample, Scattering,
-    SmoothPoints, Value,
+    BsdfEval, BsdfModel, BsdfSample, GlossyBsdfBatch, RoughDielectricBsdfBatch, SampleGlossy,
+    SampleRoughDielectric, SampleSpecular, SpecularBsdfBatch,
 };
 use crate::control::Control;
-use crate::interaction::Places;
-use crate::interaction::attributes::Surface;
+use crate::interaction::SurfaceInteractions;
+use crate::interaction::attributes::ShadingPoint;
 use crate::prepare::PreparedWorld;
-use crate::soa::{LANES, get, set, set_corners};
+use crate::soa::{LANES, get_lane, set_lane, set_triangle};
 
 /// A ball of each of these.
-fn world(reflectances: &[Reflectance]) -> PreparedWorld {
+fn world(reflectances: &[MaterialModel]) -> PreparedWorld {
     let mut world = World::default();
     let ball = world.add_mesh(primitive::sphere(0.5, 2).unwrap());
     for reflectance in reflectances {
         let material = Material {
-            reflectance: reflectance.clone(),
+            model: reflectance.clone(),
             color: [0.9, 0.8, 0.5],
             ..Material::default()
         };
@@ -47,7 +47,7 @@ fn numbers(first: usize, step: usize) -> [f32; LANES] {
 struct Met {
     hits: [Hit; LANES],
     directions: [Vec3; LANES],
-    places: Places<LANES>,
+    places: SurfaceInteractions<LANES>,
 }
 
 impl Met {
@@ -60,15 +60,15 @@ impl Met {
             triangle: (first + lane) as u32 % 80,
         });
         let directions = std::array::from_fn(|lane| unit(first + lane));
-        let mut places = Places::default();
-        let corners = places.begin();
+        let mut places = SurfaceInteractions::default();
+        let corners = places.clear();
         for (lane, hit) in hits.iter().enumerate() {
-            set_corners(corners, lane, world.corners(hit.instance, hit.triangle));
+            set_triangle(corners, lane, world.corners(hit.instance, hit.triangle));
         }
         for (lane, hit) in hits.iter().enumerate() {
-            places.put(lane, world, directions[lane], hit, 0.0);
+            places.set_lane(lane, world, directions[lane], hit, 0.0);
         }
-        vectorized(&mut places);
+        dispatch_simd(&mut places);
         Self {
             hits,
             directions,
@@ -77,15 +77,15 @@ impl Met {
     }
 }
 
-fn metal(name: &str, roughness: f32) -> Reflectance {
+fn metal(name: &str, roughness: f32) -> MaterialModel {
     let metal = Metal::named(name).unwrap();
-    Reflectance::Metal(Metal { roughness, ..metal })
+    MaterialModel::Metal(Metal { roughness, ..metal })
 }
 
 #[test]
 fn smooth_ones() {
     let glass = |thin| {
-        Reflectance::Glass(Glass {
+        MaterialModel::Glass(Glass {
             thin,
             ..Glass::default()
         })
@@ -95,7 +95,7 @@ fn smooth_ones() {
         (p.metallic.value, p.roughness.value) = (0.0, 0.0);
         (p.transmission.value, p.thickness.value) = (1.0, thickness);
         p.specular_color.value = [1.0, 0.5, 2.0];
-        Reflectance::Principled(p.into())
+        MaterialModel::Principled(p.into())
     };
     let world = world(&[
         glass(false),
@@ -111,7 +111,7 @@ fn smooth_ones() {
         _ => i * 7 / 3 % 6,
     };
     let (mut on, mut through, mut lost, mut forked) = (0, 0, 0, 0);
-    let mut points = SmoothPoints::<LANES>::default();
+    let mut points = SpecularBsdfBatch::<LANES>::default();
     for first in (0..480).step_by(LANES) {
         let Met {
             hits,
@@ -122,43 +122,43 @@ fn smooth_ones() {
         let around = |lane| [1.0, 1.33][lane % 2];
         let choice = numbers(first, 5);
         let forks = |lane: usize| (first / LANES + lane).is_multiple_of(3);
-        points.begin();
+        points.clear();
         for (lane, hit) in hits.iter().enumerate() {
             let (forks, around) = (forks(lane), around(lane));
-            points.put((&places, lane), (&world, hit), channel, around, forks);
-            assert!(points.is[lane]);
+            points.set_lane((&places, lane), (&world, hit), channel, around, forks);
+            assert!(points.is_active[lane]);
         }
-        vectorized(FindWays {
+        dispatch_simd(SampleSpecular {
             places: &places,
             choice: &choice,
-            points: &mut points,
+            batch: &mut points,
         });
         for (lane, hit) in hits.iter().enumerate() {
-            let place = places.place(lane);
-            let Surface { scatter, frame, .. } =
-                Surface::new(&world, &place, directions[lane], hit, channel, around(lane));
+            let place = places.lane(lane);
+            let ShadingPoint { bsdf: scatter, frame, .. } =
+                ShadingPoint::new(&world, &place, directions[lane], hit, channel, around(lane));
             let transmissive = scatter.is_transmissive();
             assert_eq!(points.transmission(lane) != Vec3::ZERO, transmissive);
             let sample = |choice| {
                 let sample = scatter.sample(&frame, [choice, 0.0, 0.0]);
-                sample.map(|sample| (sample, place.start(sample.direction).as_vec3()))
+                sample.map(|sample| (sample, place.offset_ray_origin(sample.wi).as_vec3()))
             };
             let alone = sample(choice[lane]);
             if forks(lane) && transmissive {
                 // The weight is another test's.
-                let ways = |(sample, start): (ScatterSample, Vec3)| (sample.direction, start);
-                if let Some(fork) = points.fork(lane) {
-                    assert_eq!(ways(fork), ways(sample(THROUGH).unwrap()));
+                let ways = |(sample, start): (BsdfSample, Vec3)| (sample.wi, start);
+                if let Some(fork) = points.transmitted_sample(lane) {
+                    assert_eq!(ways(fork), ways(sample(FORCE_TRANSMISSION).unwrap()));
                     assert_eq!(points.sample(lane).map(ways), sample(0.0).map(ways));
                     forked += 1;
                 }
                 continue;
             }
-            assert!(points.fork(lane).is_none());
+            assert!(points.transmitted_sample(lane).is_none());
             assert_eq!(format!("{:?}", points.sample(lane)), format!("{alone:?}"));
             match alone {
                 None => lost += 1,
-                Some((sample, _)) if frame.geometric.dot(sample.direction) < 0.0 => {
+                Some((sample, _)) if frame.geometric.dot(sample.wi) < 0.0 => {
                     through += 1;
                 }
                 Some(_) => on += 1,
@@ -175,14 +175,14 @@ fn glossy_ones() {
         let mut p = Principled::default();
         (p.metallic.value, p.roughness.value) = (metallic, roughness);
         p.specular_color.value = [1.0, 0.5, 2.0];
-        Reflectance::Principled(p.into())
+        MaterialModel::Principled(p.into())
     };
     let layered = |coat: [f32; 2], sheen: [f32; 3]| {
         let mut p = Principled::default();
         (p.metallic.value, p.roughness.value) = (0.2, 0.5);
         (p.clearcoat.value, p.clearcoat_roughness.value) = coat.into();
         (p.sheen_color.value, p.sheen_roughness.value) = (sheen, 0.6);
-        Reflectance::Principled(p.into())
+        MaterialModel::Principled(p.into())
     };
     let world = world(&[
         principled(0.0, 0.4),
@@ -203,44 +203,49 @@ fn glossy_ones() {
         _ => i * 7 / 3 % 9,
     };
     let (mut on, mut lost, mut lit, mut mirrored) = (0, 0, 0, 0);
-    let mut points = GlossyPoints::<LANES>::default();
+    let mut points = GlossyBsdfBatch::<LANES>::default();
     for first in (0..1920).step_by(LANES) {
         let Met {
             hits,
             directions,
             places,
         } = Met::new(&world, first, object);
-        points.begin();
+        points.clear();
         for (lane, hit) in hits.iter().enumerate() {
-            points.put((&places, lane), &world, world.material(hit), hit);
+            points.set_lane((&places, lane), &world, world.material(hit), hit);
         }
-        assert_eq!(points.is, [true; LANES]);
+        assert_eq!(points.is_active, [true; LANES]);
         let (choice, random) = (numbers(first, 5), [numbers(first, 7), numbers(first, 11)]);
-        vectorized(FindLobes {
+        dispatch_simd(SampleGlossy {
             places: &places,
             random: &random,
             choice: &choice,
-            points: &mut points,
+            batch: &mut points,
         });
         let mut lights = [[0.0; LANES]; 3];
         for lane in 0..LANES {
-            set(&mut lights, lane, unit(first + 13 * lane).to_array());
+            set_lane(&mut lights, lane, unit(first + 13 * lane).to_array());
         }
-        let values = points.evaluate(&places, &lights);
+        let values = points.eval(&places, &lights);
         for (lane, hit) in hits.iter().enumerate() {
-            let place = places.place(lane);
-            let Surface { frame, scatter, .. } =
-                Surface::new(&world, &place, directions[lane], hit, None, 1.0);
+            let place = places.lane(lane);
+            let ShadingPoint { frame, bsdf: scatter, .. } =
+                ShadingPoint::new(&world, &place, directions[lane], hit, None, 1.0);
             let random = [choice[lane], random[0][lane], random[1][lane]];
             let alone = scatter.sample(&frame, random);
-            let alone = alone.map(|sample| (sample, place.start(sample.direction).as_vec3()));
+            let alone = alone.map(|sample| (sample, place.offset_ray_origin(sample.wi).as_vec3()));
             assert_eq!(format!("{:?}", points.sample(lane)), format!("{alone:?}"));
-            let Value { value, pdf } = scatter.evaluate(&frame, get(&lights, lane).into());
-            assert_eq!(Vec3::from(get(&values.value, lane)), value);
+            let BsdfEval { value, pdf } = scatter.eval(&frame, get_lane(&lights, lane).into());
+            assert_eq!(Vec3::from(get_lane(&values.value, lane)), value);
             assert_eq!(values.pdf[lane], pdf);
             match alone {
                 None => lost += 1,
-                Some((ScatterSample { delta, .. }, _)) => {
+                Some((
+                    BsdfSample {
+                        is_specular: delta, ..
+                    },
+                    _,
+                )) => {
                     on += 1;
                     mirrored += usize::from(delta);
                 }
@@ -255,7 +260,7 @@ fn glossy_ones() {
 #[test]
 fn frosted_ones() {
     let glass = |roughness, ior| {
-        Reflectance::Glass(Glass {
+        MaterialModel::Glass(Glass {
             roughness,
             ior,
             ..Glass::default()
@@ -266,7 +271,7 @@ fn frosted_ones() {
         (p.transmission.value, p.thickness.value) = (1.0, 1.0);
         (p.metallic.value, p.roughness.value) = (metallic, roughness);
         p.specular_color.value = [1.0, 0.5, 2.0];
-        Reflectance::Principled(p.into())
+        MaterialModel::Principled(p.into())
     };
     // The second loses next to nothing.
     let world = world(&[
@@ -282,47 +287,47 @@ fn frosted_ones() {
         _ => i * 7 / 3 % 5,
     };
     let (mut on, mut through, mut lost, mut lit) = (0, 0, 0, [0; 2]);
-    let mut points = FrostedPoints::<LANES>::default();
+    let mut points = RoughDielectricBsdfBatch::<LANES>::default();
     for first in (0..1920).step_by(LANES) {
         let Met {
             hits,
             directions,
             places,
         } = Met::new(&world, first, object);
-        points.begin();
+        points.clear();
         for (lane, hit) in hits.iter().enumerate() {
-            points.put((&places, lane), &world, hit, None, 1.0);
+            points.set_lane((&places, lane), &world, hit, None, 1.0);
         }
-        assert_eq!(points.is, [true; LANES]);
+        assert_eq!(points.is_active, [true; LANES]);
         let (choice, random) = (numbers(first, 5), [numbers(first, 7), numbers(first, 11)]);
-        vectorized(FindFrosted {
+        dispatch_simd(SampleRoughDielectric {
             world: &world,
             places: &places,
             random: &random,
             choice: &choice,
-            points: &mut points,
+            batch: &mut points,
         });
         let mut lights = [[0.0; LANES]; 3];
         for lane in 0..LANES {
-            set(&mut lights, lane, unit(first + 13 * lane).to_array());
+            set_lane(&mut lights, lane, unit(first + 13 * lane).to_array());
         }
-        let values = points.evaluate(&world, &places, &lights);
+        let values = points.eval(&world, &places, &lights);
         for (lane, hit) in hits.iter().enumerate() {
-            let place = places.place(lane);
-            let Surface { frame, scatter, .. } =
-                Surface::new(&world, &place, directions[lane], hit, None, 1.0);
+            let place = places.lane(lane);
+            let ShadingPoint { frame, bsdf: scatter, .. } =
+                ShadingPoint::new(&world, &place, directions[lane], hit, None, 1.0);
             let random = [choice[lane], random[0][lane], random[1][lane]];
             let alone = scatter.sample(&frame, random);
-            let alone = alone.map(|sample| (sample, place.start(sample.direction).as_vec3()));
+            let alone = alone.map(|sample| (sample, place.offset_ray_origin(sample.wi).as_vec3()));
             assert_eq!(format!("{:?}", points.sample(lane)), format!("{alone:?}"));
-            let light = Vec3::from(get(&lights, lane));
-            let Value { value, pdf } = scatter.evaluate(&frame, light);
-            assert_eq!(Vec3::from(get(&values.value, lane)), value);
+            let light = Vec3::from(get_lane(&lights, lane));
+            let BsdfEval { value, pdf } = scatter.eval(&frame, light);
+            assert_eq!(Vec3::from(get_lane(&values.value, lane)), value);
             assert_eq!(values.pdf[lane], pdf);
             let below = |direction: Vec3| frame.geometric.dot(direction) < 0.0;
             match alone {
                 None => lost += 1,
-                Some((sample, _)) if below(sample.direction) => through += 1,
+                Some((sample, _)) if below(sample.wi) => through += 1,
                 Some(_) => on += 1,
             }
             lit[usize::from(below(light))] += usize::from(value != Vec3::ZERO);
@@ -342,7 +347,7 @@ fn what_is_more_than_frosted_goes_one_by_one() {
         (p.transmission.value, p.thickness.value) = (1.0, 1.0);
         (p.metallic.value, p.roughness.value) = (0.0, 0.5);
         change(&mut p);
-        Reflectance::Principled(p.into())
+        MaterialModel::Principled(p.into())
     };
     let world = world(&[
         with(|_| {}),
@@ -350,16 +355,21 @@ fn what_is_more_than_frosted_goes_one_by_one() {
         with(|p| p.roughness.value = 0.0),
         with(|p| p.clearcoat.value = 1.0),
         with(|p| p.anisotropy.value = 0.5),
-        Reflectance::Glass(Glass {
+        MaterialModel::Glass(Glass {
             thin: true,
             roughness: 0.5,
             ..Glass::default()
         }),
     ]);
     let Met { hits, places, .. } = Met::new(&world, 0, |i| i % 6);
-    let mut points = FrostedPoints::<LANES>::default();
+    let mut points = RoughDielectricBsdfBatch::<LANES>::default();
     for (lane, hit) in hits.iter().enumerate() {
-        points.put((&places, lane), &world, hit, None, 1.0);
-        assert_eq!(points.is[lane], hit.instance == 0, "{}", hit.instance);
+        points.set_lane((&places, lane), &world, hit, None, 1.0);
+        assert_eq!(
+            points.is_active[lane],
+            hit.instance == 0,
+            "{}",
+            hit.instance
+        );
     }
 }

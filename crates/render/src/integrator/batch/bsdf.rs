@@ -1,57 +1,61 @@
 //! Surfaces that light is sampled for, of every kind that is computed many at a time.
 
-use crate::bsdf::{FrostedPoints, GlossyPoints, Values};
+use crate::bsdf::{BsdfEvals, GlossyBsdfBatch, RoughDielectricBsdfBatch};
 use crate::integrator::batch::diffuse::Mattes;
-use crate::integrator::batch::path_lanes::Arriving;
-use crate::interaction::Places;
+use crate::integrator::batch::path_lanes::PathLanes;
+use crate::interaction::SurfaceInteractions;
 use crate::prepare::PreparedWorld;
-use crate::soa::{Three, set};
+use crate::soa::{Vec3xN, set_lane};
 
 /// Surfaces of lanes, and the paths that arrive there.
 #[derive(Clone, Copy)]
-pub(crate) struct Surfaces<'a, const N: usize> {
-    pub arriving: &'a Arriving<N>,
-    pub mattes: &'a Mattes<N>,
-    pub glossies: &'a GlossyPoints<N>,
-    pub frosted: &'a FrostedPoints<N>,
+pub(crate) struct BatchBsdf<'a, const N: usize> {
+    pub path_lanes: &'a PathLanes<N>,
+    pub diffuse: &'a Mattes<N>,
+    pub glossy: &'a GlossyBsdfBatch<N>,
+    pub rough_dielectric: &'a RoughDielectricBsdfBatch<N>,
     pub world: &'a PreparedWorld,
 }
 
-impl<const N: usize> Surfaces<'_, N> {
+impl<const N: usize> BatchBsdf<'_, N> {
     /// Whether a lane has one.
-    pub fn has(&self, lane: usize) -> bool {
-        self.mattes.is[lane] || self.glossies.is[lane] || self.frosted.is[lane]
+    pub fn is_active(&self, lane: usize) -> bool {
+        self.diffuse.is[lane] || self.glossy.is_active[lane] || self.rough_dielectric.is_active[lane]
     }
 
-    /// [`Reference::normal`] of the lanes.
-    pub fn normals(&self, places: &Places<N>) -> Three<f32, N> {
-        let mut normals = *places.geometrics();
-        for lane in (0..N).filter(|&lane| self.frosted.is[lane]) {
-            set(&mut normals, lane, [0.0; 3]);
+    /// [`LightSampleContext::normal`] of the lanes.
+    pub fn normals(&self, places: &SurfaceInteractions<N>) -> Vec3xN<f32, N> {
+        let mut normals = *places.geometric_normals();
+        for lane in (0..N).filter(|&lane| self.rough_dielectric.is_active[lane]) {
+            set_lane(&mut normals, lane, [0.0; 3]);
         }
         normals
     }
 
     /// The values of light from these directions, where there are any of them.
     #[inline(always)]
-    pub fn evaluate(&self, places: &Places<N>, directions: &Three<f32, N>) -> Values<N> {
+    pub fn eval(
+        &self,
+        places: &SurfaceInteractions<N>,
+        directions: &Vec3xN<f32, N>,
+    ) -> BsdfEvals<N> {
         let Self {
-            mattes,
-            glossies,
-            frosted,
+            diffuse: mattes,
+            glossy: glossies,
+            rough_dielectric: frosted,
             ..
         } = self;
         let mut values = if glossies.any() {
-            glossies.evaluate(places, directions)
+            glossies.eval(places, directions)
         } else {
             mattes.evaluate(places, directions)
         };
         if glossies.any() && mattes.any() {
-            values.take(&mattes.is, &mattes.evaluate(places, directions));
+            values.select_lanes(&mattes.is, &mattes.evaluate(places, directions));
         }
         if frosted.any() {
-            let refracted = frosted.evaluate(self.world, places, directions);
-            values.take(&frosted.is, &refracted);
+            let refracted = frosted.eval(self.world, places, directions);
+            values.select_lanes(&frosted.is_active, &refracted);
         }
         values
     }
@@ -60,15 +64,15 @@ impl<const N: usize> Surfaces<'_, N> {
 #[cfg(test)]
 mod tests {
     use glam::DAffine3;
-    use raycam_bvh::{Hit, vectorized};
+    use raycam_bvh::{Hit, dispatch_simd};
     use raycam_scene::mesh::primitive;
-    use raycam_scene::{Glass, Material, Object, Principled, Reflectance, World};
+    use raycam_scene::{Glass, Material, Object, Principled, MaterialModel, World};
 
     use super::*;
-    use crate::bsdf::{FindFrosted, FindLobes};
+    use crate::bsdf::{SampleGlossy, SampleRoughDielectric};
     use crate::control::Control;
     use crate::integrator::batch::diffuse::tests::some;
-    use crate::soa::{LANES, get};
+    use crate::soa::{LANES, get_lane};
 
     #[test]
     fn each_lane_has_the_values_of_its_kind() {
@@ -79,11 +83,11 @@ mod tests {
             ..Glass::default()
         };
         for reflectance in [
-            Reflectance::Principled(Principled::default().into()),
-            Reflectance::Glass(glass),
+            MaterialModel::Principled(Principled::default().into()),
+            MaterialModel::Glass(glass),
         ] {
             let material = Material {
-                reflectance,
+                model: reflectance,
                 ..Material::default()
             };
             let material = world.add_material(material).unwrap();
@@ -92,7 +96,10 @@ mod tests {
         }
         let world = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
         let (places, mut mattes, directions) = some(0);
-        let (mut glossies, mut frosted) = (GlossyPoints::default(), FrostedPoints::default());
+        let (mut glossies, mut frosted) = (
+            GlossyBsdfBatch::default(),
+            RoughDielectricBsdfBatch::default(),
+        );
         for lane in 0..LANES {
             let hit = |instance| Hit {
                 instance,
@@ -102,44 +109,44 @@ mod tests {
             mattes.is[lane] = lane % 3 == 0;
             match lane % 3 {
                 0 => {}
-                1 => glossies.put((&places, lane), &world, world.material(&hit(0)), &hit(0)),
-                _ => frosted.put((&places, lane), &world, &hit(1), None, 1.0),
+                1 => glossies.set_lane((&places, lane), &world, world.material(&hit(0)), &hit(0)),
+                _ => frosted.set_lane((&places, lane), &world, &hit(1), None, 1.0),
             }
         }
         let (random, choice) = (&[[0.4; LANES]; 2], &[0.3; LANES]);
-        vectorized(FindLobes {
+        dispatch_simd(SampleGlossy {
             places: &places,
             random,
             choice,
-            points: &mut glossies,
+            batch: &mut glossies,
         });
-        vectorized(FindFrosted {
+        dispatch_simd(SampleRoughDielectric {
             world: &world,
             places: &places,
             random,
             choice,
-            points: &mut frosted,
+            batch: &mut frosted,
         });
-        let surfaces = Surfaces {
-            arriving: &Arriving::default(),
-            mattes: &mattes,
-            glossies: &glossies,
-            frosted: &frosted,
+        let surfaces = BatchBsdf {
+            path_lanes: &PathLanes::default(),
+            diffuse: &mattes,
+            glossy: &glossies,
+            rough_dielectric: &frosted,
             world: &world,
         };
-        let values = surfaces.evaluate(&places, &directions);
+        let values = surfaces.eval(&places, &directions);
         let kinds = [
             mattes.evaluate(&places, &directions),
-            glossies.evaluate(&places, &directions),
-            frosted.evaluate(&world, &places, &directions),
+            glossies.eval(&places, &directions),
+            frosted.eval(&world, &places, &directions),
         ];
         let normals = surfaces.normals(&places);
         for lane in 0..LANES {
             let own = &kinds[lane % 3];
-            assert!(surfaces.has(lane));
-            assert_eq!(get(&values.value, lane), get(&own.value, lane));
+            assert!(surfaces.is_active(lane));
+            assert_eq!(get_lane(&values.value, lane), get_lane(&own.value, lane));
             assert_eq!(values.pdf[lane], own.pdf[lane]);
-            assert_eq!(get(&normals, lane) == [0.0; 3], lane % 3 == 2);
+            assert_eq!(get_lane(&normals, lane) == [0.0; 3], lane % 3 == 2);
         }
     }
 }

@@ -1,27 +1,27 @@
-//! What paths do at matte surfaces, many at a time: what [`Walk::step`] does one by one.
+//! What paths do at matte surfaces, many at a time: what [`PathTracer::step`] does one by one.
 
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
-use raycam_bvh::{Hit, Loops};
+use raycam_bvh::{Hit, WithSimd};
 
-use crate::bsdf::{Aims, Matte, ScatterSample, Values, share};
-use crate::integrator::batch::hits::Meetings;
-use crate::integrator::nested_dielectrics::Skin;
-use crate::integrator::path::{Path, Wave};
-use crate::integrator::shade::Walk;
-use crate::interaction::Places;
-use crate::interaction::attributes::Surface;
-use crate::light::Reference;
-use crate::soa::{Three, get, set};
+use crate::bsdf::{BsdfEvals, BsdfSample, Diffuse, GuidingCones, mixture_weight};
+use crate::integrator::batch::hits::HitBatch;
+use crate::integrator::nested_dielectrics::InterfaceTransition;
+use crate::integrator::path::{PathState, WavefrontQueues};
+use crate::integrator::shade::PathTracer;
+use crate::interaction::SurfaceInteractions;
+use crate::interaction::attributes::ShadingPoint;
+use crate::light::LightSampleContext;
+use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// Paths at matte surfaces in empty space. Each lane is computed as it would be alone.
 #[derive(Debug)]
 pub(crate) struct Mattes<const N: usize> {
     /// Which lanes are such.
     pub is: [bool; N],
-    pub albedo: Three<f32, N>,
-    pub aims: Aims<N>,
+    pub albedo: Vec3xN<f32, N>,
+    pub aims: GuidingCones<N>,
     leaving: Leaving<N>,
 }
 
@@ -32,7 +32,7 @@ struct Leaving<const N: usize> {
     pdf: [f32; N],
     /// What the albedo is multiplied by for the weight.
     ratio: [f32; N],
-    start: Three<f32, N>,
+    start: Vec3xN<f32, N>,
 }
 
 impl<const N: usize> Default for Leaving<N> {
@@ -51,7 +51,7 @@ impl<const N: usize> Default for Mattes<N> {
         Self {
             is: [false; N],
             albedo: [[0.0; N]; 3],
-            aims: Aims::default(),
+            aims: GuidingCones::default(),
             leaving: Leaving::default(),
         }
     }
@@ -62,7 +62,7 @@ impl<const N: usize> Mattes<N> {
     #[inline]
     pub fn put(&mut self, lane: usize, albedo: Vec3) {
         self.is[lane] = true;
-        set(&mut self.albedo, lane, albedo.to_array());
+        set_lane(&mut self.albedo, lane, albedo.to_array());
     }
 
     /// Whether there is any.
@@ -73,26 +73,30 @@ impl<const N: usize> Mattes<N> {
 
     /// The values of light from these directions.
     #[inline(always)]
-    pub fn evaluate(&self, places: &Places<N>, directions: &Three<f32, N>) -> Values<N> {
-        let (mut values, mut cosines) = (Values::default(), [0.0; N]);
+    pub fn evaluate(
+        &self,
+        places: &SurfaceInteractions<N>,
+        directions: &Vec3xN<f32, N>,
+    ) -> BsdfEvals<N> {
+        let (mut values, mut cosines) = (BsdfEvals::default(), [0.0; N]);
         for (lane, cosine) in cosines.iter_mut().enumerate() {
-            *cosine = places.normal(lane).dot(get(directions, lane).into());
+            *cosine = places.shading_normal(lane).dot(get_lane(directions, lane).into());
         }
-        let densities = self.aims.densities(directions, &cosines);
+        let densities = self.aims.pdfs(directions, &cosines);
         for lane in 0..N {
-            let (direction, cosine) = (Vec3::from(get(directions, lane)), cosines[lane]);
-            let dark = (places.geometric(lane).dot(direction) <= 0.0) | (cosine <= 0.0);
-            let value = Vec3::from(get(&self.albedo, lane)) * FRAC_1_PI * cosine;
+            let (direction, cosine) = (Vec3::from(get_lane(directions, lane)), cosines[lane]);
+            let dark = (places.geometric_normal(lane).dot(direction) <= 0.0) | (cosine <= 0.0);
+            let value = Vec3::from(get_lane(&self.albedo, lane)) * FRAC_1_PI * cosine;
             let value = if dark { Vec3::ZERO } else { value };
             values.pdf[lane] = if dark { 0.0 } else { densities[lane] };
-            set(&mut values.value, lane, value.to_array());
+            set_lane(&mut values.value, lane, value.to_array());
         }
         values
     }
 
     /// The direction in which a path goes on, which is this one, and where its ray starts.
     #[inline]
-    pub fn sample(&self, lane: usize, direction: Vec3) -> Option<(ScatterSample, Vec3)> {
+    pub fn sample(&self, lane: usize, direction: Vec3) -> Option<(BsdfSample, Vec3)> {
         let Leaving {
             away,
             pdf,
@@ -100,26 +104,26 @@ impl<const N: usize> Mattes<N> {
             start,
         } = &self.leaving;
         away[lane].then(|| {
-            let sample = ScatterSample {
-                direction,
-                weight: Vec3::from(get(&self.albedo, lane)) * ratio[lane],
+            let sample = BsdfSample {
+                wi: direction,
+                weight: Vec3::from(get_lane(&self.albedo, lane)) * ratio[lane],
                 pdf: pdf[lane],
-                delta: false,
-                squeeze: 1.0,
+                is_specular: false,
+                eta_scale: 1.0,
             };
-            (sample, get(start, lane).into())
+            (sample, get_lane(start, lane).into())
         })
     }
 }
 
 /// Finds where paths go on.
 pub(crate) struct Scatter<'a, const N: usize> {
-    pub places: &'a Places<N>,
-    pub directions: &'a Three<f32, N>,
+    pub places: &'a SurfaceInteractions<N>,
+    pub directions: &'a Vec3xN<f32, N>,
     pub mattes: &'a mut Mattes<N>,
 }
 
-impl<const N: usize> Loops for Scatter<'_, N> {
+impl<const N: usize> WithSimd for Scatter<'_, N> {
     #[inline(always)]
     fn run(self) {
         let Self {
@@ -130,73 +134,73 @@ impl<const N: usize> Loops for Scatter<'_, N> {
         let mut leaving = Leaving::default();
         let mut cosines = [0.0; N];
         for (lane, cosine) in cosines.iter_mut().enumerate() {
-            let direction = Vec3::from(get(directions, lane));
-            let start = places.start(lane, direction).as_vec3();
-            *cosine = places.normal(lane).dot(direction);
-            leaving.away[lane] = places.geometric(lane).dot(direction) > 0.0;
-            set(&mut leaving.start, lane, start.to_array());
+            let direction = Vec3::from(get_lane(directions, lane));
+            let start = places.offset_ray_origin(lane, direction).as_vec3();
+            *cosine = places.shading_normal(lane).dot(direction);
+            leaving.away[lane] = places.geometric_normal(lane).dot(direction) > 0.0;
+            set_lane(&mut leaving.start, lane, start.to_array());
         }
-        leaving.pdf = mattes.aims.densities(directions, &cosines);
-        if mattes.aims.any() {
+        leaving.pdf = mattes.aims.pdfs(directions, &cosines);
+        if mattes.aims.has_cones() {
             for (lane, ratio) in leaving.ratio.iter_mut().enumerate() {
-                *ratio = share(cosines[lane], leaving.pdf[lane]);
+                *ratio = mixture_weight(cosines[lane], leaving.pdf[lane]);
             }
         }
         mattes.leaving = leaving;
     }
 }
 
-impl Walk<'_> {
-    /// [`Walk::step`] at a lane of [`Mattes`].
+impl PathTracer<'_> {
+    /// [`PathTracer::step`] at a lane of [`Mattes`].
     #[inline]
     pub(crate) fn step_matte(
         &self,
-        path: &mut Path,
-        meetings: &Meetings,
+        path: &mut PathState,
+        meetings: &HitBatch,
         (number, lane): (usize, usize),
         hit: &Hit,
-        wave: &mut Wave,
+        wave: &mut WavefrontQueues,
         radiance: &mut [Vec3],
     ) -> bool {
-        let Meetings {
+        let HitBatch {
             places,
-            mattes,
-            arriving,
+            diffuse: mattes,
+            path_lanes: arriving,
             ..
         } = meetings;
-        let out = &mut radiance[path.ray];
-        let from = Reference {
+        let out = &mut radiance[path.ray_index];
+        let from = LightSampleContext {
             position: places.position(lane),
-            normal: places.geometric(lane),
+            normal: places.geometric_normal(lane),
         };
-        if arriving.near[lane] {
-            let distance = (from.position - path.from.position).length();
-            self.pick_up(path, distance, out);
+        if arriving.may_cross_light[lane] {
+            let distance = (from.position - path.prev_context.position).length();
+            self.add_intersected_lights(path, distance, out);
         }
-        if !self.free(path) && path.depth >= self.rules.max_depth {
+        if !self.is_free_bounce(path) && path.depth >= self.settings.max_depth {
             return false;
         }
-        let direction = get(&meetings.matte, lane).into();
+        let direction = get_lane(&meetings.diffuse_directions, lane).into();
         // What the camera sees through something else chooses lights as nothing else does by now.
-        let late = self.choice(path) != self.choice_of_turn();
-        if self.many && !late {
-            meetings.asked.ask(lane, path.ray, &mut wave.shadows);
-        } else if self.sampled || self.rules.ambient.is_some() {
-            let meeting = meetings.at(self, number, lane, hit);
-            let surface = Surface {
-                place: &meeting.place,
-                frame: meeting.place.frame(path.direction),
-                scatter: Matte {
-                    albedo: get(&mattes.albedo, lane).into(),
-                    direction,
-                    aims: mattes.aims.any().then_some((&mattes.aims, lane)),
+        let late = self.light_sampling(path) != self.light_sampling_of_bounce();
+        if self.batch_direct_lighting && !late {
+            meetings.direct_lighting.ask(lane, path.ray_index, &mut wave.shadow_rays);
+        } else if self.has_light_samples || self.settings.ambient_term.is_some() {
+            let meeting = meetings.view(self, number, lane, hit);
+            let surface = ShadingPoint {
+                interaction: &meeting.place,
+                frame: meeting.place.shading_frame(path.direction),
+                bsdf: Diffuse {
+                    albedo: get_lane(&mattes.albedo, lane).into(),
+                    sampled_direction: direction,
+                    guiding: mattes.aims.has_cones().then_some((&mattes.aims, lane)),
                 },
             };
-            let skin = Skin::none(path.media);
+            let skin = InterfaceTransition::no_interface(path.interior_list);
             self.sample_lights(path, &surface, skin, &meeting, wave, out);
         }
         match mattes.sample(lane, direction) {
-            Some((sample, start)) => self.send(path, &sample, start, from, path.media, wave),
+            Some((sample, start)) => self.continue_path(path, &sample, start, from, path.interior_list, wave),
             None => false,
         }
     }
@@ -205,16 +209,16 @@ impl Walk<'_> {
 #[cfg(test)]
 pub(crate) mod tests {
     use glam::{DAffine3, DVec3};
-    use raycam_bvh::vectorized;
+    use raycam_bvh::dispatch_simd;
     use raycam_scene::mesh::primitive;
     use raycam_scene::{Material, Object, World};
 
     use super::*;
-    use crate::bsdf::{Aim, Scattering};
+    use crate::bsdf::{BsdfModel, SampleGuided};
     use crate::control::Control;
-    use crate::guiding::caustic_casters::Mirror;
+    use crate::guiding::caustic_casters::CausticCaster;
     use crate::prepare::PreparedWorld;
-    use crate::soa::{LANES, set_corners};
+    use crate::soa::{LANES, set_triangle};
 
     pub fn unit(i: usize) -> Vec3 {
         let angle = i as f32;
@@ -222,18 +226,24 @@ pub(crate) mod tests {
     }
 
     /// Surfaces of a ball, the first of which is `first`, and directions; every second time they aim.
-    pub fn some(first: usize) -> (Places<LANES>, Mattes<LANES>, Three<f32, LANES>) {
+    pub fn some(
+        first: usize,
+    ) -> (
+        SurfaceInteractions<LANES>,
+        Mattes<LANES>,
+        Vec3xN<f32, LANES>,
+    ) {
         let mut world = World::default();
         let ball = world.add_mesh(primitive::sphere(0.5, 2).unwrap());
         let material = world.add_material(Material::default()).unwrap();
         let object = Object::new("", ball, vec![material], DAffine3::IDENTITY);
         world.add_object(object).unwrap();
         let world = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
-        let (mut places, mut mattes) = (Places::<LANES>::default(), Mattes::default());
+        let (mut places, mut mattes) = (SurfaceInteractions::<LANES>::default(), Mattes::default());
         let mut directions = [[0.0; LANES]; 3];
-        let corners = places.begin();
+        let corners = places.clear();
         for lane in 0..LANES {
-            set_corners(corners, lane, world.corners(0, (first + lane) as u32));
+            set_triangle(corners, lane, world.corners(0, (first + lane) as u32));
         }
         for lane in 0..LANES {
             let i = first + lane;
@@ -244,26 +254,26 @@ pub(crate) mod tests {
                 instance: 0,
                 triangle: i as u32,
             };
-            places.put(lane, &world, unit(i), &hit, 0.0);
+            places.set_lane(lane, &world, unit(i), &hit, 0.0);
             mattes.is[lane] = true;
-            set(&mut directions, lane, unit(2 * i + 1).to_array());
-            set(&mut mattes.albedo, lane, unit(i).abs().to_array());
+            set_lane(&mut directions, lane, unit(2 * i + 1).to_array());
+            set_lane(&mut mattes.albedo, lane, unit(i).abs().to_array());
         }
-        vectorized(&mut places);
+        dispatch_simd(&mut places);
         if first.is_multiple_of(2 * LANES) {
-            let mirrors = [DVec3::X, DVec3::Y].map(|center| Mirror {
-                object: 0,
+            let mirrors = [DVec3::X, DVec3::Y].map(|center| CausticCaster {
+                instance: 0,
                 center: 2.0 * center,
                 radius: 0.7,
             });
             let random: Vec<f32> = (0..LANES).map(|i| unit(i + first).x.abs()).collect();
-            vectorized(Aim {
-                mirrors: &mirrors,
-                thrown: &[],
+            dispatch_simd(SampleGuided {
+                casters: &mirrors,
+                maps: &[],
                 places: &places,
                 active: &[true; LANES],
                 random: &[0, 1].map(|_| std::array::from_fn(|lane| random[lane])),
-                aims: &mut mattes.aims,
+                cones: &mut mattes.aims,
                 out: &mut directions,
             });
         }
@@ -273,13 +283,13 @@ pub(crate) mod tests {
     /// The surface of a lane by itself.
     pub fn alone<'a>(
         mattes: &'a Mattes<LANES>,
-        directions: &Three<f32, LANES>,
+        directions: &Vec3xN<f32, LANES>,
         lane: usize,
-    ) -> Matte<'a> {
-        Matte {
-            albedo: get(&mattes.albedo, lane).into(),
-            direction: get(directions, lane).into(),
-            aims: mattes.aims.any().then_some((&mattes.aims, lane)),
+    ) -> Diffuse<'a> {
+        Diffuse {
+            albedo: get_lane(&mattes.albedo, lane).into(),
+            sampled_direction: get_lane(directions, lane).into(),
+            guiding: mattes.aims.has_cones().then_some((&mattes.aims, lane)),
         }
     }
 
@@ -288,19 +298,19 @@ pub(crate) mod tests {
         let mut away = 0;
         for first in (0..320).step_by(LANES) {
             let (places, mut mattes, directions) = some(first);
-            vectorized(Scatter {
+            dispatch_simd(Scatter {
                 places: &places,
                 directions: &directions,
                 mattes: &mut mattes,
             });
             for lane in 0..LANES {
-                let place = places.place(lane);
+                let place = places.lane(lane);
                 let matte = alone(&mattes, &directions, lane);
-                let frame = place.frame(unit(first + lane));
+                let frame = place.shading_frame(unit(first + lane));
                 let alone = matte
                     .sample(&frame, [0.0; 3])
-                    .map(|sample| (sample, place.start(sample.direction).as_vec3()));
-                let lanes = mattes.sample(lane, get(&directions, lane).into());
+                    .map(|sample| (sample, place.offset_ray_origin(sample.wi).as_vec3()));
+                let lanes = mattes.sample(lane, get_lane(&directions, lane).into());
                 assert_eq!(format!("{lanes:?}"), format!("{alone:?}"));
                 away += usize::from(alone.is_some());
             }

@@ -1,86 +1,87 @@
-//! What lights bring to matte and glossy surfaces, many at a time: what [`Walk::sample_lights`] asks for one by one.
+//! What lights bring to matte and glossy surfaces, many at a time: what [`PathTracer::sample_lights`] asks for one by one.
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Loops, Ray, vectorized};
+use raycam_bvh::{Ray, WithSimd, dispatch_simd};
 
-use crate::integrator::batch::bsdf::Surfaces;
-use crate::integrator::shade::Walk;
-use crate::integrator::shadow_queue::Shadows;
-use crate::interaction::Places;
+use crate::integrator::batch::bsdf::BatchBsdf;
+use crate::integrator::shade::PathTracer;
+use crate::integrator::shadow_queue::ShadowRayQueue;
+use crate::interaction::SurfaceInteractions;
 use crate::light::{
-    Around, Askers, BEFORE_LIGHT, Choice, Drawn, FindWeights, LightSamples, MOST_AT_ONCE,
-    Reference, Source, Weights,
+    ComputeNodeImportances, EnvironmentSample, LightLiSamples, LightRandom, LightSampleContext,
+    LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES, NodeImportances,
+    ONE_MINUS_SHADOW_EPSILON, PreparedLight,
 };
-use crate::soa::{LANES, Three, get, set, vector};
+use crate::soa::{LANES, Vec3xN, get_lane, set_lane, lane_dvec3};
 
 /// What the surfaces of a turn ask lights for: the random numbers of all of them, and of some at a time what takes more
 /// room.
 #[derive(Default)]
-pub(crate) struct Asked {
+pub(crate) struct DirectLightingBatch {
     /// Where on each of the lights that are sampled at a point.
-    pub draws: Draws,
+    pub randoms: LightRandoms,
     /// Which light.
-    pub which: Vec<[f32; 2]>,
-    pub samples: [LightSamples<LANES>; MOST_AT_ONCE],
-    lit: [Lit<LANES>; MOST_AT_ONCE],
+    pub light_choices: Vec<[f32; 2]>,
+    pub samples: [LightLiSamples<LANES>; MAX_SPLIT_SAMPLES],
+    shadow_rays: [Lit<LANES>; MAX_SPLIT_SAMPLES],
     /// Of lights without a mesh, and of surfaces that shine.
-    weights: [Weights; 2],
-    /// How many of `lit` there are, the last of which has something.
+    importances: [NodeImportances; 2],
+    /// How many of `shadow_rays` there are, the last of which has something.
     count: usize,
 }
 
 /// Random numbers of all surfaces of a turn, light by light.
 #[derive(Default)]
-pub(crate) struct Draws {
-    pub numbers: [Vec<[f32; 2]>; MOST_AT_ONCE],
+pub(crate) struct LightRandoms {
+    pub numbers: [Vec<[f32; 2]>; MAX_SPLIT_SAMPLES],
     /// What they draw of the image or the sky all around, where it may be asked for, and its number.
-    around: [Vec<Around>; MOST_AT_ONCE],
-    environment: usize,
+    environment_samples: [Vec<EnvironmentSample>; MAX_SPLIT_SAMPLES],
+    environment_index: usize,
 }
 
-impl Draws {
+impl LightRandoms {
     /// Draws from the image or the sky all around: for all surfaces, whatever they are, so that none waits for what it reads.
-    pub fn look_around(&mut self, walk: &Walk) {
-        self.around.iter_mut().for_each(Vec::clear);
+    pub fn presample_environment(&mut self, walk: &PathTracer) {
+        self.environment_samples.iter_mut().for_each(Vec::clear);
         let Some((number, environment)) = walk.lights.environment() else {
             return;
         };
-        self.environment = number;
-        let splits = walk.choice_of_turn() == Choice::Several;
-        for i in walk.asked().filter(|&i| walk.many || i == 0) {
+        self.environment_index = number;
+        let splits = walk.light_sampling_of_bounce() == LightSampling::Split;
+        for i in walk.light_sample_indices().filter(|&i| walk.batch_direct_lighting || i == 0) {
             if !splits || i == number {
-                environment.sample_many(&self.numbers[i], &mut self.around[i]);
+                environment.sample_many(&self.numbers[i], &mut self.environment_samples[i]);
             }
         }
     }
 
     /// Where a surface of the turn asks light `i`.
-    pub fn of(&self, i: usize, surface: usize) -> Drawn {
-        let around = self.around[i].get(surface);
-        Drawn {
+    pub fn of(&self, i: usize, surface: usize) -> LightRandom {
+        let around = self.environment_samples[i].get(surface);
+        LightRandom {
             random: self.numbers[i][surface],
-            around: around.map(|&around| (self.environment, around)),
+            around: around.map(|&around| (self.environment_index, around)),
         }
     }
 }
 
-impl Asked {
+impl DirectLightingBatch {
     /// Finds what arrives at the surfaces of chunk `number`. Samples of a lone area light are there already.
     pub fn find(
         &mut self,
-        walk: &Walk,
+        walk: &PathTracer,
         number: usize,
-        places: &Places<LANES>,
-        surfaces: Surfaces<LANES>,
+        places: &SurfaceInteractions<LANES>,
+        surfaces: BatchBsdf<LANES>,
     ) {
-        if !matches!(walk.only, Some(Source::Area(_))) {
-            walk.asked().for_each(|i| self.samples[i].clear());
-            let choice = walk.choice_of_turn();
+        if !matches!(walk.single_light, Some(PreparedLight::Rectangle(_))) {
+            walk.light_sample_indices().for_each(|i| self.samples[i].clear());
+            let choice = walk.light_sampling_of_bounce();
             let small = walk.lights.small_trees(choice);
             let normals = surfaces.normals(places);
-            for (node, out) in small.iter().zip(&mut self.weights) {
+            for (node, out) in small.iter().zip(&mut self.importances) {
                 if let Some(node) = node {
-                    vectorized(FindWeights {
+                    dispatch_simd(ComputeNodeImportances {
                         node,
                         points: places.positions(),
                         normals: &normals,
@@ -88,39 +89,39 @@ impl Asked {
                     });
                 }
             }
-            let known = [0, 1].map(|i: usize| small[i].map(|_| &self.weights[i]));
-            for lane in (0..LANES).filter(|&lane| surfaces.has(lane)) {
-                let from = Reference {
+            let known = [0, 1].map(|i: usize| small[i].map(|_| &self.importances[i]));
+            for lane in (0..LANES).filter(|&lane| surfaces.is_active(lane)) {
+                let from = LightSampleContext {
                     position: places.position(lane),
-                    normal: get(&normals, lane).into(),
+                    normal: get_lane(&normals, lane).into(),
                 };
                 let index = number * LANES + lane;
-                let which = if walk.chosen {
-                    self.which[index][1]
+                let which = if walk.needs_light_choice {
+                    self.light_choices[index][1]
                 } else {
                     0.0
                 };
-                let random = |i: usize| self.draws.of(i, index);
+                let random = |i: usize| self.randoms.of(i, index);
                 let put = |i: usize, sample| self.samples[i].put(lane, Some(sample));
-                let by = Askers {
+                let by = LightSampleContexts {
                     from: &from,
                     known: known.map(|known| Some((known?, lane))),
                 };
-                walk.draw_samples(choice, &by, which, random, put);
+                walk.for_each_light_sample(choice, &by, which, random, put);
             }
         }
         self.count = 0;
-        for i in walk.asked() {
+        for i in walk.light_sample_indices() {
             // Numbers between these have nothing.
-            for lit in &mut self.lit[self.count..i] {
+            for lit in &mut self.shadow_rays[self.count..i] {
                 lit.any = [false; LANES];
             }
-            vectorized(Light {
+            dispatch_simd(Light {
                 places,
                 samples: &self.samples[i],
-                found: walk.found,
+                found: walk.mis_with_bsdf,
                 surfaces,
-                lit: &mut self.lit[i],
+                lit: &mut self.shadow_rays[i],
             });
             self.count = i + 1;
         }
@@ -128,10 +129,10 @@ impl Asked {
 
     /// Asks whether light arrives at a lane, which is of a path with this ray.
     #[inline(always)]
-    pub fn ask(&self, lane: usize, ray: usize, shadows: &mut [Shadows]) {
-        for (lit, shadows) in self.lit[..self.count].iter().zip(shadows) {
+    pub fn ask(&self, lane: usize, ray: usize, shadows: &mut [ShadowRayQueue]) {
+        for (lit, shadows) in self.shadow_rays[..self.count].iter().zip(shadows) {
             if lit.any[lane] {
-                shadows.ask(lit.shadow(lane), ray, get(&lit.light, lane).into());
+                shadows.push(lit.shadow(lane), ray, get_lane(&lit.light, lane).into());
             }
         }
     }
@@ -142,17 +143,17 @@ impl Asked {
         &self,
         lane: usize,
         ray: usize,
-        shadows: &mut [Shadows],
+        shadows: &mut [ShadowRayQueue],
         through: impl Fn(Vec3, DVec3) -> Vec3,
     ) {
-        for (i, (lit, shadows)) in self.lit[..self.count].iter().zip(shadows).enumerate() {
+        for (i, (lit, shadows)) in self.shadow_rays[..self.count].iter().zip(shadows).enumerate() {
             if lit.any[lane] {
                 let samples = &self.samples[i];
-                let end: DVec3 = vector(&samples.end, lane);
-                let part = through(get(&samples.direction, lane).into(), end);
+                let end: DVec3 = lane_dvec3(&samples.end, lane);
+                let part = through(get_lane(&samples.direction, lane).into(), end);
                 if part != Vec3::ZERO {
-                    let light = part * Vec3::from(get(&lit.light, lane));
-                    shadows.ask(lit.shadow(lane), ray, light);
+                    let light = part * Vec3::from(get_lane(&lit.light, lane));
+                    shadows.push(lit.shadow(lane), ray, light);
                 }
             }
         }
@@ -163,9 +164,9 @@ impl Asked {
 #[derive(Clone, Copy, Debug)]
 struct Lit<const N: usize> {
     any: [bool; N],
-    light: Three<f32, N>,
-    start: Three<f32, N>,
-    way: Three<f32, N>,
+    light: Vec3xN<f32, N>,
+    start: Vec3xN<f32, N>,
+    way: Vec3xN<f32, N>,
     t_max: [f32; N],
 }
 
@@ -185,8 +186,8 @@ impl<const N: usize> Lit<N> {
     #[inline(always)]
     fn shadow(&self, lane: usize) -> Ray {
         Ray {
-            origin: get(&self.start, lane),
-            direction: get(&self.way, lane),
+            origin: get_lane(&self.start, lane),
+            direction: get_lane(&self.way, lane),
             t_max: self.t_max[lane],
         }
     }
@@ -194,15 +195,15 @@ impl<const N: usize> Lit<N> {
 
 /// Finds what one light brings to the paths.
 struct Light<'a, const N: usize> {
-    places: &'a Places<N>,
-    samples: &'a LightSamples<N>,
+    places: &'a SurfaceInteractions<N>,
+    samples: &'a LightLiSamples<N>,
     /// Whether scattered rays may find it too.
     found: bool,
-    surfaces: Surfaces<'a, N>,
+    surfaces: BatchBsdf<'a, N>,
     lit: &'a mut Lit<N>,
 }
 
-impl<const N: usize> Loops for Light<'_, N> {
+impl<const N: usize> WithSimd for Light<'_, N> {
     #[inline(always)]
     fn run(self) {
         let Self {
@@ -213,31 +214,31 @@ impl<const N: usize> Loops for Light<'_, N> {
             lit: out,
         } = self;
         let mut lit = Lit::default();
-        let values = surfaces.evaluate(places, &samples.direction);
+        let values = surfaces.eval(places, &samples.direction);
         for lane in 0..N {
-            let direction = Vec3::from(get(&samples.direction, lane));
-            let radiance = Vec3::from(get(&samples.radiance, lane));
-            let throughput = Vec3::from(get(&surfaces.arriving.throughput, lane));
-            let (value, density) = (get(&values.value, lane), values.pdf[lane]);
+            let direction = Vec3::from(get_lane(&samples.direction, lane));
+            let radiance = Vec3::from(get_lane(&samples.radiance, lane));
+            let throughput = Vec3::from(get_lane(&surfaces.path_lanes.throughput, lane));
+            let (value, density) = (get_lane(&values.value, lane), values.pdf[lane]);
             let pdf = samples.pdf[lane];
             let light = throughput * Vec3::from(value) * (radiance / pdf);
             let both = found & !samples.delta[lane];
             let light = light / if both { 1.0 + density / pdf } else { 1.0 };
-            let start = places.start(lane, direction);
-            let end: DVec3 = vector(&samples.end, lane);
+            let start = places.offset_ray_origin(lane, direction);
+            let end: DVec3 = lane_dvec3(&samples.end, lane);
             let way = (end - start).as_vec3();
             let infinite = end.x == f64::INFINITY;
             let way = if infinite { direction } else { way };
             lit.t_max[lane] = if infinite {
                 f32::INFINITY
             } else {
-                BEFORE_LIGHT
+                ONE_MINUS_SHADOW_EPSILON
             };
             let Vec3 { x, y, z } = light;
             lit.any[lane] = (pdf > 0.0) & ((x != 0.0) | (y != 0.0) | (z != 0.0));
-            set(&mut lit.light, lane, light.to_array());
-            set(&mut lit.start, lane, start.as_vec3().to_array());
-            set(&mut lit.way, lane, way.to_array());
+            set_lane(&mut lit.light, lane, light.to_array());
+            set_lane(&mut lit.start, lane, start.as_vec3().to_array());
+            set_lane(&mut lit.way, lane, way.to_array());
         }
         *out = lit;
     }
@@ -248,26 +249,29 @@ mod tests {
     use raycam_scene::World;
 
     use super::*;
-    use crate::bsdf::{FrostedPoints, GlossyPoints, Scattering};
+    use crate::bsdf::{BsdfModel, GlossyBsdfBatch, RoughDielectricBsdfBatch};
     use crate::control::Control;
     use crate::integrator::batch::diffuse::tests::{alone, some, unit};
-    use crate::integrator::batch::path_lanes::Arriving;
-    use crate::light::LightSample;
+    use crate::integrator::batch::path_lanes::PathLanes;
+    use crate::light::LightLiSample;
     use crate::prepare::PreparedWorld;
 
     #[test]
     fn every_lane_is_what_it_is_alone() {
         let mut lit = 0;
-        let (glossies, frosted) = (GlossyPoints::default(), FrostedPoints::default());
+        let (glossies, frosted) = (
+            GlossyBsdfBatch::default(),
+            RoughDielectricBsdfBatch::default(),
+        );
         let world = PreparedWorld::new(&World::default(), None, None, &Control::new()).unwrap();
         for first in (0..320).step_by(LANES) {
             let (places, mattes, directions) = some(first);
-            let mut arriving = Arriving::default();
-            let mut samples = LightSamples::default();
+            let mut arriving = PathLanes::default();
+            let mut samples = LightLiSamples::default();
             for lane in 0..LANES {
                 let i = first + lane;
-                set(&mut arriving.throughput, lane, unit(7 * i).abs().to_array());
-                let sample = LightSample {
+                set_lane(&mut arriving.throughput, lane, unit(7 * i).abs().to_array());
+                let sample = LightLiSample {
                     direction: unit(5 * i),
                     end: (i % 7 != 0).then_some(unit(5 * i).as_dvec3() * 3.0),
                     radiance: Vec3::new(3.0, 2.0, 1.0),
@@ -277,46 +281,46 @@ mod tests {
                 samples.put(lane, (i % 5 != 0).then_some(sample));
             }
             let mut lanes = Lit::default();
-            vectorized(Light {
+            dispatch_simd(Light {
                 places: &places,
                 samples: &samples,
                 found: true,
-                surfaces: Surfaces {
-                    arriving: &arriving,
-                    mattes: &mattes,
-                    glossies: &glossies,
-                    frosted: &frosted,
+                surfaces: BatchBsdf {
+                    path_lanes: &arriving,
+                    diffuse: &mattes,
+                    glossy: &glossies,
+                    rough_dielectric: &frosted,
                     world: &world,
                 },
                 lit: &mut lanes,
             });
             for lane in 0..LANES {
-                let place = places.place(lane);
+                let place = places.lane(lane);
                 let matte = alone(&mattes, &directions, lane);
-                let frame = place.frame(unit(first + lane));
+                let frame = place.shading_frame(unit(first + lane));
                 let alone = samples.at(lane).and_then(|sample| {
-                    let scattered = matte.evaluate(&frame, sample.direction);
-                    let throughput = Vec3::from(get(&arriving.throughput, lane));
+                    let scattered = matte.eval(&frame, sample.direction);
+                    let throughput = Vec3::from(get_lane(&arriving.throughput, lane));
                     let mut light = throughput * scattered.value * (sample.radiance / sample.pdf);
                     if !sample.delta {
                         light /= 1.0 + scattered.pdf / sample.pdf;
                     }
                     let ray = match sample.end {
-                        None => place.leaving(sample.direction, f32::INFINITY),
+                        None => place.spawn_ray(sample.direction, f32::INFINITY),
                         Some(end) => Ray {
-                            direction: (end - place.start(sample.direction)).as_vec3().to_array(),
-                            ..place.leaving(sample.direction, BEFORE_LIGHT)
+                            direction: (end - place.offset_ray_origin(sample.direction)).as_vec3().to_array(),
+                            ..place.spawn_ray(sample.direction, ONE_MINUS_SHADOW_EPSILON)
                         },
                     };
                     (light != Vec3::ZERO).then_some((ray, light))
                 });
                 let known = lanes.any[lane].then(|| {
                     let ray = Ray {
-                        origin: get(&lanes.start, lane),
-                        direction: get(&lanes.way, lane),
+                        origin: get_lane(&lanes.start, lane),
+                        direction: get_lane(&lanes.way, lane),
                         t_max: lanes.t_max[lane],
                     };
-                    (ray, Vec3::from(get(&lanes.light, lane)))
+                    (ray, Vec3::from(get_lane(&lanes.light, lane)))
                 });
                 assert_eq!(format!("{known:?}"), format!("{alone:?}"));
                 lit += usize::from(alone.is_some());

@@ -1,76 +1,78 @@
 //! Where the paths of a turn meet surfaces, and the random numbers that they need there.
 
 use glam::Vec3;
-use raycam_bvh::{Hit, vectorized};
+use raycam_bvh::{Hit, dispatch_simd};
 
-use crate::bsdf::{Aim, Directions, FindFrosted, FindLobes, GlossyPoints};
-use crate::integrator::batch::bsdf::Surfaces;
+use crate::bsdf::{
+    GlossyBsdfBatch, SampleCosineHemisphere, SampleGlossy, SampleGuided, SampleRoughDielectric,
+};
+use crate::integrator::batch::bsdf::BatchBsdf;
 use crate::integrator::batch::diffuse::{Mattes, Scatter};
-use crate::integrator::batch::direct_lighting::Asked;
-use crate::integrator::batch::path_lanes::Arriving;
+use crate::integrator::batch::direct_lighting::DirectLightingBatch;
+use crate::integrator::batch::path_lanes::PathLanes;
 use crate::integrator::batch::rough_dielectric::Frosteds;
 use crate::integrator::batch::specular::Smooths;
-use crate::integrator::path::Path;
-use crate::integrator::shade::Walk;
-use crate::interaction::{Place, Places};
-use crate::light::{Drawn, LightSample, SampleArea, Source};
+use crate::integrator::path::PathState;
+use crate::integrator::shade::PathTracer;
+use crate::interaction::{SurfaceInteraction, SurfaceInteractions};
+use crate::light::{LightLiSample, LightRandom, PreparedLight, SampleRectangle};
 use crate::prepare::material::PreparedMaterial;
-use crate::sampling::sampler::{Pair, Sampler};
-use crate::soa::{Corners, LANES, Three, get, set_corners};
+use crate::sampling::sampler::{Dimension, Sampler};
+use crate::soa::{LANES, TriangleXN, Vec3xN, get_lane, set_triangle};
 
 /// Segments from a surface through a mirror to a light, at least.
-pub(crate) const BY_MIRROR: u32 = 2;
+pub(crate) const MIN_CAUSTIC_SEGMENTS: u32 = 2;
 
 /// Of all paths of a turn at once, and of some at a time what takes more room.
 #[derive(Default)]
-pub(crate) struct Meetings {
-    corners: Vec<Corners<LANES>>,
-    scatter: Vec<[f32; 2]>,
-    pub places: Places<LANES>,
+pub(crate) struct HitBatch {
+    corners: Vec<TriangleXN<LANES>>,
+    bsdf_randoms: Vec<[f32; 2]>,
+    pub places: SurfaceInteractions<LANES>,
     /// Which surfaces are not there for the ray, by their opacity.
-    pub absent: [bool; LANES],
-    pub matte: Three<f32, LANES>,
-    pub arriving: Arriving<LANES>,
-    pub mattes: Mattes<LANES>,
-    pub glossies: GlossyPoints<LANES>,
-    pub smooths: Smooths,
-    pub frosteds: Frosteds,
-    pub asked: Asked,
+    pub alpha_rejected: [bool; LANES],
+    pub diffuse_directions: Vec3xN<f32, LANES>,
+    pub path_lanes: PathLanes<LANES>,
+    pub diffuse: Mattes<LANES>,
+    pub glossy: GlossyBsdfBatch<LANES>,
+    pub specular: Smooths,
+    pub rough_dielectric: Frosteds,
+    pub direct_lighting: DirectLightingBatch,
 }
 
 /// One path's.
-pub(crate) struct Meeting<'a> {
+pub(crate) struct HitView<'a> {
     pub hit: &'a Hit,
     pub material: &'a PreparedMaterial,
-    pub place: Place,
+    pub place: SurfaceInteraction,
     /// Where the surface scatters to, if it is matte.
-    pub matte: Vec3,
+    pub diffuse_direction: Vec3,
     /// ... and if it is not.
-    pub scatter: [f32; 2],
+    pub bsdf_random: [f32; 2],
     /// Where on the first light.
-    pub light: Drawn,
+    pub light_random: LightRandom,
     /// The sample of an area light that is the only one.
-    pub on_area: Option<LightSample>,
+    pub single_light_sample: Option<LightLiSample>,
 }
 
-impl Meetings {
+impl HitBatch {
     /// Begins a turn. Step by step over all of them: triangles come from all over the memory, and many are fetched at once.
-    pub fn find(&mut self, walk: &Walk, paths: &[Path], live: &[u32], hits: &[Hit]) {
+    pub fn begin_bounce(&mut self, walk: &PathTracer, paths: &[PathState], live: &[u32], hits: &[Hit]) {
         let world = walk.world;
-        let which = || live.iter().map(|&at| paths[at as usize].ray);
-        let turn = walk.turn;
-        let Asked {
-            draws,
-            which: choices,
+        let which = || live.iter().map(|&at| paths[at as usize].ray_index);
+        let turn = walk.bounce;
+        let DirectLightingBatch {
+            randoms: draws,
+            light_choices: choices,
             ..
-        } = &mut self.asked;
+        } = &mut self.direct_lighting;
         let [first, more @ ..] = &mut draws.numbers;
-        let (scatter, light) = (Pair::Scatter(turn), Pair::Light(turn, 0));
-        let choice = Pair::Which(turn);
+        let (scatter, light) = (Dimension::Bsdf(turn), Dimension::Light(turn, 0));
+        let choice = Dimension::LobeAndLight(turn);
         choices.clear();
-        let (samplers, out) = (walk.samplers, &mut self.scatter);
+        let (samplers, out) = (walk.samplers, &mut self.bsdf_randoms);
         // Together, as they are of one group.
-        match (walk.sampled, (walk.sampled && walk.chosen) || walk.branches) {
+        match (walk.has_light_samples, (walk.has_light_samples && walk.needs_light_choice) || walk.needs_lobe_choice) {
             (true, true) => {
                 let pairs = [scatter, light, choice];
                 Sampler::pairs(samplers, which(), pairs, [out, first, choices]);
@@ -79,16 +81,16 @@ impl Meetings {
             (false, true) => Sampler::pairs(samplers, which(), [scatter, choice], [out, choices]),
             (false, false) => Sampler::pairs(samplers, which(), [scatter], [out]),
         }
-        if !walk.sampled {
+        if !walk.has_light_samples {
             first.clear();
             first.resize(live.len(), [0.0; 2]);
         }
-        for i in walk.asked().filter(|&i| walk.many && i > 0) {
+        for i in walk.light_sample_indices().filter(|&i| walk.batch_direct_lighting && i > 0) {
             let out = &mut more[i - 1];
-            Sampler::pairs(samplers, which(), [Pair::Light(turn, i)], [out]);
+            Sampler::pairs(samplers, which(), [Dimension::Light(turn, i)], [out]);
         }
-        if walk.sampled {
-            draws.look_around(walk);
+        if walk.has_light_samples {
+            draws.presample_environment(walk);
         }
         let chunks = hits.chunks(LANES);
         if self.corners.len() < chunks.len() {
@@ -96,44 +98,44 @@ impl Meetings {
         }
         for (hits, corners) in chunks.zip(&mut self.corners) {
             for (lane, hit) in hits.iter().enumerate() {
-                set_corners(corners, lane, world.corners(hit.instance, hit.triangle));
+                set_triangle(corners, lane, world.corners(hit.instance, hit.triangle));
             }
         }
     }
 
     /// Goes on to chunk `number` of [`LANES`] paths.
-    pub fn locate(
+    pub fn load_lanes(
         &mut self,
-        walk: &Walk,
+        walk: &PathTracer,
         number: usize,
-        paths: &mut [Path],
+        paths: &mut [PathState],
         live: &[u32],
         hits: &[Hit],
     ) {
         let first = number * LANES;
         let mut random = [[0.0; LANES]; 2];
         let mut on_light = [[0.0; LANES]; 2];
-        *self.places.begin() = self.corners[number];
+        *self.places.clear() = self.corners[number];
         for (lane, (&at, hit)) in live.iter().zip(hits).enumerate() {
             let (index, path) = (first + lane, &mut paths[at as usize]);
-            path.cone = path.cone.after(hit.t);
-            let (direction, width) = (path.direction, path.cone.width);
-            self.places.put(lane, walk.world, direction, hit, width);
-            [random[0][lane], random[1][lane]] = self.scatter[index];
-            [on_light[0][lane], on_light[1][lane]] = self.asked.draws.numbers[0][index];
+            path.ray_cone = path.ray_cone.propagate(hit.t);
+            let (direction, width) = (path.direction, path.ray_cone.width);
+            self.places.set_lane(lane, walk.world, direction, hit, width);
+            [random[0][lane], random[1][lane]] = self.bsdf_randoms[index];
+            [on_light[0][lane], on_light[1][lane]] = self.direct_lighting.randoms.numbers[0][index];
         }
-        vectorized(&mut self.places);
-        vectorized(Directions {
-            normals: self.places.normals(),
+        dispatch_simd(&mut self.places);
+        dispatch_simd(SampleCosineHemisphere {
+            normals: self.places.shading_normals(),
             random: &random,
-            out: &mut self.matte,
+            out: &mut self.diffuse_directions,
         });
-        if let Some(Source::Area(area)) = walk.only {
-            vectorized(SampleArea {
+        if let Some(PreparedLight::Rectangle(area)) = walk.single_light {
+            dispatch_simd(SampleRectangle {
                 area,
                 points: self.places.positions(),
                 random: &on_light,
-                out: &mut self.asked.samples[0],
+                out: &mut self.direct_lighting.samples[0],
             });
         }
         self.scatter(walk, number, paths, live, hits, &random);
@@ -142,98 +144,98 @@ impl Meetings {
     /// What happens at surfaces that are met many at a time.
     fn scatter(
         &mut self,
-        walk: &Walk,
+        walk: &PathTracer,
         number: usize,
-        paths: &[Path],
+        paths: &[PathState],
         live: &[u32],
         hits: &[Hit],
         random: &[[f32; LANES]; 2],
     ) {
         let Self {
             places,
-            absent,
-            matte,
-            arriving,
-            mattes,
-            glossies,
-            smooths,
-            frosteds,
-            asked,
+            alpha_rejected: absent,
+            diffuse_directions: matte,
+            path_lanes: arriving,
+            diffuse: mattes,
+            glossy: glossies,
+            specular: smooths,
+            rough_dielectric: frosteds,
+            direct_lighting: asked,
             ..
         } = self;
         mattes.is = [false; LANES];
-        glossies.begin();
-        smooths.points.begin();
-        frosteds.points.begin();
+        glossies.clear();
+        smooths.points.clear();
+        frosteds.points.clear();
         let mut aimed = [false; LANES];
         for (lane, (&at, hit)) in live.iter().zip(hits).enumerate() {
             let path = &paths[at as usize];
             let material = walk.world.material(hit);
-            arriving.put(lane, path);
+            arriving.set_lane(lane, path);
             // The backs of one-sided surfaces are another matter.
-            absent[lane] = !walk.is_back(path, &material.material, places.front(lane))
-                && walk.is_absent(path, &material.material, hit);
+            absent[lane] = !walk.is_culled_back_face(path, &material.material, places.is_front(lane))
+                && walk.fails_alpha_test(path, &material.material, hit);
             if absent[lane] {
                 continue;
             }
-            let Some(albedo) = walk.plain(path, (material, hit), places, lane) else {
+            let Some(albedo) = walk.diffuse_albedo(path, (material, hit), places, lane) else {
                 walk.put_glossy(path, (material, hit), (places, lane), glossies);
                 walk.put_smooth(path, (material, hit), (places, lane), smooths);
                 walk.put_frosted(path, (material, hit), (places, lane), arriving, frosteds);
                 continue;
             };
             mattes.put(lane, albedo);
-            aimed[lane] = path.depth.saturating_add(BY_MIRROR) <= walk.rules.max_depth;
+            aimed[lane] = path.depth.saturating_add(MIN_CAUSTIC_SEGMENTS) <= walk.settings.max_depth;
         }
-        arriving.find_near(walk.lights, places.directions());
+        arriving.test_light_bounds(walk.lights, places.directions());
         let mut choice = [0.0; LANES];
-        let choices = asked.which.iter().skip(number * LANES);
+        let choices = asked.light_choices.iter().skip(number * LANES);
         for (choice, [x, _]) in choice.iter_mut().zip(choices) {
             *choice = *x;
         }
         walk.find_smooth(&choice, places, smooths);
         if glossies.any() {
-            vectorized(FindLobes {
+            dispatch_simd(SampleGlossy {
                 places,
                 random,
                 choice: &choice,
-                points: glossies,
+                batch: glossies,
             });
         }
         if frosteds.points.any() {
-            vectorized(FindFrosted {
+            dispatch_simd(SampleRoughDielectric {
                 world: walk.world,
                 places,
                 random,
                 choice: &choice,
-                points: &mut frosteds.points,
+                batch: &mut frosteds.points,
             });
         }
         if mattes.any() {
             mattes.aims.clear();
-            if !walk.mirrors.is_empty() && aimed != [false; LANES] {
-                vectorized(Aim {
-                    mirrors: walk.mirrors,
-                    thrown: walk.thrown,
+            if !walk.caustic_casters.is_empty() && aimed != [false; LANES] {
+                dispatch_simd(SampleGuided {
+                    casters: walk.caustic_casters,
+                    maps: walk.caustic_maps,
                     places,
                     active: &aimed,
                     random,
-                    aims: &mut mattes.aims,
+                    cones: &mut mattes.aims,
                     out: matte,
                 });
             }
-            vectorized(Scatter {
+            dispatch_simd(Scatter {
                 places,
                 directions: matte,
                 mattes,
             });
         }
-        if walk.many && (mattes.any() || glossies.any() || frosteds.points.any()) {
-            let surfaces = Surfaces {
-                arriving,
-                mattes,
-                glossies,
-                frosted: &frosteds.points,
+        if walk.batch_direct_lighting && (mattes.any() || glossies.any() || frosteds.points.any()) {
+            let surfaces = BatchBsdf {
+                path_lanes: arriving,
+                diffuse: mattes,
+                glossy: glossies,
+                rough_dielectric: &frosteds.points,
                 world: walk.world,
             };
             asked.find(walk, number, places, surfaces);
@@ -242,17 +244,17 @@ impl Meetings {
 
     /// One of the chunk at hand, by its hit.
     #[inline]
-    pub fn at<'a>(&self, walk: &Walk<'a>, number: usize, lane: usize, hit: &'a Hit) -> Meeting<'a> {
+    pub fn view<'a>(&self, walk: &PathTracer<'a>, number: usize, lane: usize, hit: &'a Hit) -> HitView<'a> {
         let index = number * LANES + lane;
-        Meeting {
+        HitView {
             hit,
             material: walk.world.material(hit),
-            place: self.places.place(lane),
-            matte: get(&self.matte, lane).into(),
-            scatter: self.scatter[index],
-            light: self.asked.draws.of(0, index),
-            on_area: match walk.only {
-                Some(Source::Area(_)) => self.asked.samples[0].at(lane),
+            place: self.places.lane(lane),
+            diffuse_direction: get_lane(&self.diffuse_directions, lane).into(),
+            bsdf_random: self.bsdf_randoms[index],
+            light_random: self.direct_lighting.randoms.of(0, index),
+            single_light_sample: match walk.single_light {
+                Some(PreparedLight::Rectangle(_)) => self.direct_lighting.samples[0].at(lane),
                 _ => None,
             },
         }

@@ -1,15 +1,15 @@
-//! What paths do at mirrors and clear glass, many at a time: what [`Walk::step`] does one by one.
+//! What paths do at mirrors and clear glass, many at a time: what [`PathTracer::step`] does one by one.
 
 use glam::Vec3;
-use raycam_bvh::{Hit, vectorized};
+use raycam_bvh::{Hit, dispatch_simd};
 
-use crate::bsdf::{FindWays, ScatterSample, SmoothPoints};
-use crate::integrator::batch::hits::Meetings;
-use crate::integrator::nested_dielectrics::{Media, Skin};
-use crate::integrator::path::{Path, Wave};
-use crate::integrator::shade::Walk;
-use crate::interaction::Places;
-use crate::light::Reference;
+use crate::bsdf::{BsdfSample, SampleSpecular, SpecularBsdfBatch};
+use crate::integrator::batch::hits::HitBatch;
+use crate::integrator::nested_dielectrics::{InteriorList, InterfaceTransition};
+use crate::integrator::path::{PathState, WavefrontQueues};
+use crate::integrator::shade::PathTracer;
+use crate::interaction::SurfaceInteractions;
+use crate::light::LightSampleContext;
 use crate::prepare::material::PreparedMaterial;
 use crate::soa::LANES;
 
@@ -20,75 +20,75 @@ const MOST_FORKS: u8 = 2;
 #[derive(Debug, Default)]
 pub(crate) struct Smooths {
     /// Which they are, and what these do.
-    pub points: SmoothPoints<LANES>,
+    pub points: SpecularBsdfBatch<LANES>,
     /// What the paths are in behind the surface.
-    after: [Media; LANES],
+    after: [InteriorList; LANES],
 }
 
-impl Walk<'_> {
-    /// Sets a lane, where [`Walk::step_smooth`] knows what happens there.
+impl PathTracer<'_> {
+    /// Sets a lane, where [`PathTracer::step_smooth`] knows what happens there.
     #[inline]
     pub(crate) fn put_smooth(
         &self,
-        path: &Path,
+        path: &PathState,
         (prepared, hit): (&PreparedMaterial, &Hit),
-        (places, lane): (&Places<LANES>, usize),
+        (places, lane): (&SurfaceInteractions<LANES>, usize),
         smooths: &mut Smooths,
     ) {
         if !prepared.clear {
             return;
         }
-        let (material, front) = (&prepared.material, places.front(lane));
-        let channel = path.channel.map(usize::from);
-        let skin = Skin::of(self.world, path.media, hit, front, channel);
+        let (material, front) = (&prepared.material, places.is_front(lane));
+        let channel = path.wavelength_channel.map(usize::from);
+        let skin = InterfaceTransition::at_hit(self.world, path.interior_list, hit, front, channel);
         // A path that leaves what it never entered is rare.
-        if skin.hidden || skin.before != path.media {
+        if skin.is_false_intersection || skin.outside != path.interior_list {
             return;
         }
         let points = &mut smooths.points;
-        let forks = path.forks < MOST_FORKS && path.straight;
+        let forks = path.split_count < MOST_FORKS && path.specular_bounce;
         let at = (self.world, hit);
-        points.put((places, lane), at, channel, skin.around, forks);
-        if points.transmission(lane) == Vec3::ZERO && self.is_back(path, material, front) {
-            points.is[lane] = false;
+        points.set_lane((places, lane), at, channel, skin.outside_ior, forks);
+        if points.transmission(lane) == Vec3::ZERO && self.is_culled_back_face(path, material, front) {
+            points.is_active[lane] = false;
         }
-        smooths.after[lane] = skin.after;
+        smooths.after[lane] = skin.inside;
     }
 
     /// Finds where the paths of the lanes go on, by numbers that choose between ways.
     pub(crate) fn find_smooth(
         &self,
         choice: &[f32; LANES],
-        places: &Places<LANES>,
+        places: &SurfaceInteractions<LANES>,
         smooths: &mut Smooths,
     ) {
-        if smooths.points.any() {
-            vectorized(FindWays {
+        if smooths.points.any_active() {
+            dispatch_simd(SampleSpecular {
                 places,
                 choice,
-                points: &mut smooths.points,
+                batch: &mut smooths.points,
             });
         }
     }
 
-    /// [`Walk::step`] at a lane of [`Smooths`].
+    /// [`PathTracer::step`] at a lane of [`Smooths`].
     #[inline]
     pub(crate) fn step_smooth(
         &self,
-        path: &mut Path,
-        meetings: &Meetings,
+        path: &mut PathState,
+        meetings: &HitBatch,
         lane: usize,
-        wave: &mut Wave,
+        wave: &mut WavefrontQueues,
         radiance: &mut [Vec3],
     ) -> bool {
-        let Meetings {
+        let HitBatch {
             places,
-            smooths,
-            arriving,
+            specular: smooths,
+            path_lanes: arriving,
             ..
         } = meetings;
-        let geometric = places.geometric(lane);
-        let from = Reference {
+        let geometric = places.geometric_normal(lane);
+        let from = LightSampleContext {
             position: places.position(lane),
             normal: if smooths.points.transmission(lane) == Vec3::ZERO {
                 geometric
@@ -96,24 +96,24 @@ impl Walk<'_> {
                 Vec3::ZERO
             },
         };
-        if arriving.near[lane] || !path.media.is_empty() {
-            let distance = (from.position - path.from.position).length();
+        if arriving.may_cross_light[lane] || !path.interior_list.is_empty() {
+            let distance = (from.position - path.prev_context.position).length();
             self.absorb(path, distance);
-            self.pick_up(path, distance, &mut radiance[path.ray]);
+            self.add_intersected_lights(path, distance, &mut radiance[path.ray_index]);
         }
-        if !self.free(path) && path.depth >= self.rules.max_depth {
+        if !self.is_free_bounce(path) && path.depth >= self.settings.max_depth {
             return false;
         }
-        let go = |path: &mut Path, (sample, start): (ScatterSample, Vec3), wave: &mut Wave| {
-            let media = if geometric.dot(sample.direction) < 0.0 {
+        let go = |path: &mut PathState, (sample, start): (BsdfSample, Vec3), wave: &mut WavefrontQueues| {
+            let media = if geometric.dot(sample.wi) < 0.0 {
                 smooths.after[lane]
             } else {
-                path.media
+                path.interior_list
             };
-            self.send(path, &sample, start, from, media, wave)
+            self.continue_path(path, &sample, start, from, media, wave)
         };
-        let fork = smooths.points.fork(lane).map(|through| {
-            path.forks += 1;
+        let fork = smooths.points.transmitted_sample(lane).map(|through| {
+            path.split_count += 1;
             (*path, through)
         });
         let goes_on = match smooths.points.sample(lane) {
@@ -123,7 +123,7 @@ impl Walk<'_> {
         if let Some((mut path, through)) = fork
             && go(&mut path, through, wave)
         {
-            wave.forks.push(path);
+            wave.split_paths.push(path);
         }
         goes_on
     }

@@ -1,34 +1,34 @@
 //! What the children of nodes may matter to points: of one node to many of them at a time, or of any to one.
 
-use raycam_bvh::{Loops, vectorized};
+use raycam_bvh::{WithSimd, dispatch_simd};
 
-use crate::light::Reference;
-use crate::light::tree::node::{Node, Shares, Weigh};
-use crate::soa::{LANES, Three, get};
+use crate::light::LightSampleContext;
+use crate::light::tree::node::{ChildProbabilities, ComputeImportance, LightTreeNode};
+use crate::soa::{LANES, Vec3xN, get_lane};
 
 /// What each child of a node may matter to each point.
 #[derive(Debug, Default)]
-pub(crate) struct Weights {
+pub(crate) struct NodeImportances {
     of_children: [[f32; LANES]; LANES],
 }
 
 /// A point that a tree of lights is asked for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Asker<'a> {
-    pub from: &'a Reference,
+pub(crate) struct LightTreeContext<'a> {
+    pub from: &'a LightSampleContext,
     /// What is known of the tree's only node, and the point's lane there.
-    pub known: Option<(&'a Weights, usize)>,
+    pub known: Option<(&'a NodeImportances, usize)>,
 }
 
-impl<'a> From<&'a Reference> for Asker<'a> {
-    fn from(from: &'a Reference) -> Self {
+impl<'a> From<&'a LightSampleContext> for LightTreeContext<'a> {
+    fn from(from: &'a LightSampleContext) -> Self {
         Self { from, known: None }
     }
 }
 
-impl Asker<'_> {
+impl LightTreeContext<'_> {
     /// How often the children of a node are chosen for it: never, where none of its lights matters.
-    pub(crate) fn shares(&self, node: &Node) -> Shares {
+    pub(crate) fn shares(&self, node: &LightTreeNode) -> ChildProbabilities {
         let mut weights = [0.0; LANES];
         match self.known {
             Some((known, lane)) => {
@@ -36,33 +36,33 @@ impl Asker<'_> {
                     *weight = of_child[lane];
                 }
             }
-            None => vectorized(Weigh {
+            None => dispatch_simd(ComputeImportance {
                 node,
                 position: self.from.position.as_vec3(),
                 normal: self.from.normal,
                 out: &mut weights,
             }),
         }
-        Shares::new(weights)
+        ChildProbabilities::new(weights)
     }
 }
 
 /// Finds the weights of points, given by position and normal: of the only node of a tree.
-pub(crate) struct FindWeights<'a> {
-    pub node: &'a Node,
-    pub points: &'a Three<f64, LANES>,
-    pub normals: &'a Three<f32, LANES>,
-    pub out: &'a mut Weights,
+pub(crate) struct ComputeNodeImportances<'a> {
+    pub node: &'a LightTreeNode,
+    pub points: &'a Vec3xN<f64, LANES>,
+    pub normals: &'a Vec3xN<f32, LANES>,
+    pub out: &'a mut NodeImportances,
 }
 
-impl Loops for FindWeights<'_> {
+impl WithSimd for ComputeNodeImportances<'_> {
     #[inline(always)]
     fn run(self) {
         let Self {
             node,
             points,
             normals,
-            out: Weights { of_children },
+            out: NodeImportances { of_children },
         } = self;
         let (points, normals) = (*points, *normals);
         for (child, out) in of_children.iter_mut().enumerate() {
@@ -70,8 +70,8 @@ impl Loops for FindWeights<'_> {
             if child < node.below().len() {
                 let reach = node.reach(child);
                 for (lane, weight) in weights.iter_mut().enumerate() {
-                    let position = get(&points, lane).map(|x| x as f32);
-                    *weight = reach.importance(position.into(), get(&normals, lane).into());
+                    let position = get_lane(&points, lane).map(|x| x as f32);
+                    *weight = reach.importance(position.into(), get_lane(&normals, lane).into());
                 }
             }
             *out = weights;
@@ -84,9 +84,9 @@ mod tests {
     use glam::{DVec3, Vec3};
 
     use super::*;
-    use crate::light::bounds::Bounds;
-    use crate::light::tree::Tree;
-    use crate::soa::{set, vector};
+    use crate::light::bounds::LightBounds;
+    use crate::light::tree::LightTree;
+    use crate::soa::{set_lane, lane_dvec3};
 
     #[test]
     fn every_lane_is_what_it_is_alone() {
@@ -94,42 +94,42 @@ mod tests {
             let angle = i as f64;
             DVec3::new(angle.sin(), angle.cos(), (3.0 * angle).sin())
         };
-        let lights: Vec<Bounds> = (0..7)
+        let lights: Vec<LightBounds> = (0..7)
             .map(|i| {
                 let (at, normal) = (place(i) * 2.0, place(5 * i + 1).normalize());
                 let corners = [at, at + 0.3 * normal.any_orthonormal_vector()];
                 match i % 3 {
-                    0 => Bounds::around(at, at, Vec3::ONE),
-                    1 => Bounds::flat(&corners, normal, Vec3::X, false),
-                    _ => Bounds::flat(&corners, normal, Vec3::splat(5.0), true),
+                    0 => LightBounds::around(at, at, Vec3::ONE),
+                    1 => LightBounds::flat(&corners, normal, Vec3::X, false),
+                    _ => LightBounds::flat(&corners, normal, Vec3::splat(5.0), true),
                 }
             })
             .collect();
-        let tree = Tree::new(&lights);
+        let tree = LightTree::new(&lights);
         let (mut none, mut some) = (0, 0);
         for first in (0..640).step_by(LANES) {
             let (mut points, mut normals) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
             for lane in 0..LANES {
                 let i = first + lane;
-                set(&mut points, lane, (place(7 * i) * 3.0).to_array());
+                set_lane(&mut points, lane, (place(7 * i) * 3.0).to_array());
                 let normal = place(3 * i).normalize() * f64::from(i % 5 != 0);
-                set(&mut normals, lane, normal.as_vec3().to_array());
+                set_lane(&mut normals, lane, normal.as_vec3().to_array());
             }
-            let mut weights = Weights::default();
-            vectorized(FindWeights {
+            let mut weights = NodeImportances::default();
+            dispatch_simd(ComputeNodeImportances {
                 node: tree.only_node().unwrap(),
                 points: &points,
                 normals: &normals,
                 out: &mut weights,
             });
             for lane in 0..LANES {
-                let from = Reference {
-                    position: vector(&points, lane),
-                    normal: get(&normals, lane).into(),
+                let from = LightSampleContext {
+                    position: lane_dvec3(&points, lane),
+                    normal: get_lane(&normals, lane).into(),
                 };
                 let node = tree.only_node().unwrap();
-                let alone = Asker::from(&from);
-                let known = Asker {
+                let alone = LightTreeContext::from(&from);
+                let known = LightTreeContext {
                     known: Some((&weights, lane)),
                     ..alone
                 };

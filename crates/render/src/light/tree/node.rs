@@ -1,46 +1,46 @@
 //! A node of the tree over lights: up to sixteen children, field by field, weighed at once.
 
 use glam::Vec3;
-use raycam_bvh::Loops;
+use raycam_bvh::WithSimd;
 
-use crate::light::bounds::{Angle, Bounds, Reach};
-use crate::soa::{LANES, Three, get, set};
+use crate::light::bounds::{Angle, LightBounds, PreparedLightBounds};
+use crate::soa::{LANES, Vec3xN, get_lane, set_lane};
 
 /// Children of a node, of which places that are not taken are dark.
 #[derive(Debug)]
-pub(crate) struct Node {
-    /// The fields of their [`Reach`].
-    center: Three<f32, LANES>,
-    half: Three<f32, LANES>,
+pub(crate) struct LightTreeNode {
+    /// The fields of their [`PreparedLightBounds`].
+    center: Vec3xN<f32, LANES>,
+    half: Vec3xN<f32, LANES>,
     radius: [f32; LANES],
-    axis: Three<f32, LANES>,
+    axis: Vec3xN<f32, LANES>,
     /// Sine and cosine.
     normals: [[f32; LANES]; 2],
     cos_emission: [f32; LANES],
     two_sided: [bool; LANES],
     intensity: [f32; LANES],
-    below: [Below; LANES],
+    below: [Child; LANES],
     /// Places that are taken.
     count: usize,
     /// Of which node it is a child, and which one; the root is none.
-    pub above: Option<Place>,
+    pub above: Option<SurfaceInteraction>,
 }
 
 /// Where a node or a light hangs in the tree: below which node, and which child of it that is.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct SurfaceInteraction {
     pub node: u32,
     pub child: u32,
 }
 
 /// What a child is.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Below {
+pub(crate) enum Child {
     Node(u32),
     Light(u32),
 }
 
-impl Node {
+impl LightTreeNode {
     pub fn new() -> Self {
         Self {
             center: [[0.0; LANES]; 3],
@@ -51,20 +51,20 @@ impl Node {
             cos_emission: [0.0; LANES],
             two_sided: [false; LANES],
             intensity: [0.0; LANES],
-            below: [Below::Light(0); LANES],
+            below: [Child::Light(0); LANES],
             count: 0,
             above: None,
         }
     }
 
     /// Takes the next place.
-    pub fn push(&mut self, bounds: &Bounds, below: Below) {
+    pub fn push(&mut self, bounds: &LightBounds, below: Child) {
         let child = self.count;
         let reach = bounds.reach();
-        set(&mut self.center, child, reach.center.to_array());
-        set(&mut self.half, child, reach.half.to_array());
+        set_lane(&mut self.center, child, reach.center.to_array());
+        set_lane(&mut self.half, child, reach.half.to_array());
         self.radius[child] = reach.radius;
-        set(&mut self.axis, child, reach.axis.to_array());
+        set_lane(&mut self.axis, child, reach.axis.to_array());
         self.normals[0][child] = reach.normals.sin;
         self.normals[1][child] = reach.normals.cos;
         self.cos_emission[child] = reach.cos_emission;
@@ -74,26 +74,26 @@ impl Node {
         self.count += 1;
     }
 
-    pub fn below(&self) -> &[Below] {
+    pub fn below(&self) -> &[Child] {
         &self.below[..self.count]
     }
 
     /// Moves the nodes below by so many.
     pub fn shift(&mut self, by: usize) {
         for below in &mut self.below[..self.count] {
-            if let Below::Node(node) = below {
+            if let Child::Node(node) = below {
                 *node += by as u32;
             }
         }
     }
 
     #[inline(always)]
-    pub fn reach(&self, child: usize) -> Reach {
-        Reach {
-            center: get(&self.center, child).into(),
-            half: get(&self.half, child).into(),
+    pub fn reach(&self, child: usize) -> PreparedLightBounds {
+        PreparedLightBounds {
+            center: get_lane(&self.center, child).into(),
+            half: get_lane(&self.half, child).into(),
             radius: self.radius[child],
-            axis: get(&self.axis, child).into(),
+            axis: get_lane(&self.axis, child).into(),
             normals: Angle {
                 sin: self.normals[0][child],
                 cos: self.normals[1][child],
@@ -107,13 +107,13 @@ impl Node {
 
 /// How often each child of a node is chosen.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Shares {
+pub(crate) struct ChildProbabilities {
     weights: [f32; LANES],
     /// Of the weights up to each child.
     sums: [f64; LANES],
 }
 
-impl Shares {
+impl ChildProbabilities {
     /// In proportion to these.
     pub fn new(weights: [f32; LANES]) -> Self {
         // Four sums at a time: each waits for the one before.
@@ -174,14 +174,14 @@ impl Shares {
 }
 
 /// Finds how much the children of a node may matter to a point.
-pub(crate) struct Weigh<'a> {
-    pub node: &'a Node,
+pub(crate) struct ComputeImportance<'a> {
+    pub node: &'a LightTreeNode,
     pub position: Vec3,
     pub normal: Vec3,
     pub out: &'a mut [f32; LANES],
 }
 
-impl Loops for Weigh<'_> {
+impl WithSimd for ComputeImportance<'_> {
     #[inline(always)]
     fn run(self) {
         let Self {
@@ -201,14 +201,14 @@ impl Loops for Weigh<'_> {
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
-    use raycam_bvh::vectorized;
+    use raycam_bvh::dispatch_simd;
 
     use super::*;
 
     #[test]
     fn children_have_the_shares_of_their_weights() {
         let weights = std::array::from_fn(|i| [0.0, 1e-6, 3.0, 1e7, 0.25][i % 5]);
-        let shares = Shares::new(weights);
+        let shares = ChildProbabilities::new(weights);
         let total: f64 = weights.iter().copied().map(f64::from).sum();
         let (mut sum, mut at) = (0.0, 0.0);
         for (child, &weight) in weights.iter().enumerate() {
@@ -224,23 +224,23 @@ mod tests {
             at = sum;
         }
         assert!(shares.choose(0.0).is_some() && shares.choose(1.0).is_some());
-        assert!(Shares::default().choose(0.5).is_none());
+        assert!(ChildProbabilities::default().choose(0.5).is_none());
     }
 
     #[test]
     fn every_child_weighs_what_its_bounds_say() {
-        let mut node = Node::new();
+        let mut node = LightTreeNode::new();
         let at = |i: usize| DVec3::new(i as f64, (i as f64).sin(), 2.0);
         for i in 0..11 {
             let light = match i % 2 {
-                0 => Bounds::around(at(i), at(i), Vec3::ONE),
-                _ => Bounds::flat(&[at(i), at(i + 1)], -DVec3::Z, Vec3::ONE, i == 3),
+                0 => LightBounds::around(at(i), at(i), Vec3::ONE),
+                _ => LightBounds::flat(&[at(i), at(i + 1)], -DVec3::Z, Vec3::ONE, i == 3),
             };
-            node.push(&light, Below::Light(i as u32));
+            node.push(&light, Child::Light(i as u32));
         }
         let (position, normal) = (Vec3::new(4.0, 0.0, 0.5), Vec3::Z);
         let mut weights = [0.0; LANES];
-        vectorized(Weigh {
+        dispatch_simd(ComputeImportance {
             node: &node,
             position,
             normal,
