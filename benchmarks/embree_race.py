@@ -81,11 +81,11 @@ def main() -> None:
     if options.isa is not None:
         os.environ["RAYCAM_ISA"] = options.isa
     subprocess.run(
-        ["cargo", "build", "-q", "--release", "-p", "raycam-bvh", "--example", "replay"],
+        ["cargo", "build", "-q", "--release", "-p", "raycam-bvh", "--example", "ray_bench"],
         cwd=HERE.parent,
         check=True,
     )
-    replay = str(HERE.parent / "target/release/examples/replay")
+    ray_bench = str(HERE.parent / "target/release/examples/ray_bench")
     today = datetime.date.today().isoformat()
     model = re.search(r"model name\s*: (.*)", pathlib.Path("/proc/cpuinfo").read_text())
     lines = [
@@ -115,7 +115,7 @@ def main() -> None:
                 rays.mkdir(exist_ok=True)
                 base = [str(driver), str(folder / name), "--threads", str(options.threads), *isa]
                 files = [str(rays / f"{kind}.rays") for kind in CLASSES]
-                build_command = [replay, str(folder / f"{name}.tri"), "--threads", str(options.threads)]
+                build_command = [ray_bench, str(folder / f"{name}.tri"), "--threads", str(options.threads)]
                 ours_command = [*build_command, "--repeat", str(options.repeat), *files]
                 medium = run([*base, "--dump", str(rays)])
                 ours = run(ours_command)

@@ -3,7 +3,7 @@
     python benchmarks/scaling.py [SCENE ...] [--triangles 0.25e6 1e6 ...] [--threads 1 2] [--size 1024 768]
 
 Generated scenes of growing numbers of triangles, seen by the same camera: a ray for each pixel in tiles of 8 x 8,
-played by the example `replay` of crates/bvh, and by Embree (the better of its single rays and packets, at medium
+played by the example `ray_bench` of crates/bvh, and by Embree (the better of its single rays and packets, at medium
 quality) beside it on one thread. With few pixels there are soon more triangles than rays, and rays share less and less
 of what they read.
 """
@@ -26,7 +26,7 @@ from raycam.bench import tiled
 from raycam.bench_scenes import SCENES, generate
 
 ROOT = Path(__file__).resolve().parent.parent
-REPLAY = ROOT / "target/release/examples/replay"
+RAY_BENCH = ROOT / "target/release/examples/ray_bench"
 
 
 def prepare(folder: Path, name: str, triangles: int, size: tuple[int, int]) -> int:
@@ -42,14 +42,14 @@ def prepare(folder: Path, name: str, triangles: int, size: tuple[int, int]) -> i
 
 def play(folder: Path, threads: int, repeat: int) -> dict[str, float]:
     """Build rate, bytes a triangle and million rays a second."""
-    command = [str(REPLAY), str(folder / "scene.tri"), "--threads", str(threads), "--repeat", str(repeat)]
+    command = [str(RAY_BENCH), str(folder / "scene.tri"), "--threads", str(threads), "--repeat", str(repeat)]
     command.append(str(folder / "primary.rays"))
     text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     number = r"\s+([\d.]+)"
     build = re.search(rf"build{number} s{number} Mtri/s\s+held{number} B/tri\s+peak{number}", text)
     rays = re.search(rf"primary\s+best{number}", text)
     if build is None or rays is None:
-        raise SystemExit(f"replay said: {text}")
+        raise SystemExit(f"ray_bench said: {text}")
     names = ("seconds", "build", "held", "peak")
     return dict(zip(names, map(float, build.groups()), strict=True)) | {"rays": float(rays[1])}
 
@@ -74,7 +74,7 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=7)
     parser.add_argument("--size", type=int, nargs=2, default=[1024, 768], help="of the picture, in pixels")
     options = parser.parse_args()
-    cargo = ["cargo", "build", "-q", "--locked", "--release", "-p", "raycam-bvh", "--example", "replay"]
+    cargo = ["cargo", "build", "-q", "--locked", "--release", "-p", "raycam-bvh", "--example", "ray_bench"]
     subprocess.run(cargo, cwd=ROOT, check=True)
     size = (options.size[0], options.size[1])
     rows = []

@@ -18,12 +18,12 @@ import embree_race_scenes
 import report
 
 ROOT = Path(__file__).resolve().parent.parent
-REPLAY = ROOT / "target/release/examples/replay"
+RAY_BENCH = ROOT / "target/release/examples/ray_bench"
 
 
 def ours(scene: Path, files: list[str], threads: int) -> list[str]:
     """The command that plays rays through raycam."""
-    return [str(REPLAY), f"{scene}.tri", "--threads", str(threads), "--repeat", "5", *files]
+    return [str(RAY_BENCH), f"{scene}.tri", "--threads", str(threads), "--repeat", "5", *files]
 
 
 def theirs(driver: Path, scene: Path, size: tuple[int, int], threads: int) -> list[str]:
@@ -39,7 +39,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     options = parser.parse_args()
     size = (options.size[0], options.size[1])
-    cargo = ["cargo", "build", "-q", "--locked", "--release", "-p", "raycam-bvh", "--example", "replay"]
+    cargo = ["cargo", "build", "-q", "--locked", "--release", "-p", "raycam-bvh", "--example", "ray_bench"]
     subprocess.run(cargo, cwd=ROOT, check=True)
     rows = []
     gains: list[list[float]] = [[], []]

@@ -5,8 +5,8 @@
 //! none: NUMBER.tri (u32 vertex count, u32 triangle count, f32 positions, u32 indices), NUMBER.rays (origin, direction,
 //! t_max in f32), and prints the names.
 
-#[path = "../tests/common/aimed.rs"]
-mod aimed;
+#[path = "../tests/support/edge_rays.rs"]
+mod edge_rays;
 
 use std::path::Path;
 
@@ -35,7 +35,7 @@ fn main() -> Result<(), Error> {
             _ => count = arg.parse()?,
         }
     }
-    let meshes = aimed::meshes();
+    let meshes = edge_rays::meshes();
     let each = (count / meshes.len() as f64 / PARTS as f64) as usize;
     if let Some(folder) = folder {
         for (m, mesh) in meshes.iter().enumerate() {
@@ -43,13 +43,13 @@ fn main() -> Result<(), Error> {
         }
         return Ok(());
     }
-    let mut total = aimed::Tally::default();
+    let mut total = edge_rays::Tally::default();
     for (m, mesh) in meshes.iter().enumerate() {
         let quality = [Quality::Fast, Quality::Default, Quality::High][m % 3];
         let scene = mesh.scene(quality, isa)?;
         let tallies = (0..PARTS).into_par_iter();
         let tallies = tallies.map(|part| mesh.trial(&scene, each, seed(m, part)));
-        let tally = tallies.reduce(aimed::Tally::default, |a, b| aimed::Tally {
+        let tally = tallies.reduce(edge_rays::Tally::default, |a, b| edge_rays::Tally {
             rays: a.rays + b.rays,
             leaks: a.leaks + b.leaks,
         });
@@ -79,7 +79,7 @@ fn seed(mesh: usize, part: u64) -> u64 {
 }
 
 /// Writes a mesh and the rays of all its parts.
-fn dump(mesh: &aimed::Closed, folder: &Path, number: usize, each: usize) -> Result<(), Error> {
+fn dump(mesh: &edge_rays::Closed, folder: &Path, number: usize, each: usize) -> Result<(), Error> {
     let (vertices, triangles) = (mesh.placed_vertices(), mesh.triangles());
     let counts = [vertices.len() as u32, triangles.len() as u32];
     let words = |words: &[u32]| {
@@ -100,8 +100,8 @@ fn dump(mesh: &aimed::Closed, folder: &Path, number: usize, each: usize) -> Resu
     std::fs::write(folder.join(format!("{number}.tri")), bytes)?;
     let (mut bytes, mut rays) = (vec![], vec![]);
     for part in 0..PARTS {
-        let mut rng = aimed::Rng(seed(number, part) * 2 + 1);
-        for _ in 0..each.div_ceil(aimed::BATCH) {
+        let mut rng = edge_rays::Rng(seed(number, part) * 2 + 1);
+        for _ in 0..each.div_ceil(edge_rays::BATCH) {
             mesh.aim(&mut rays, &mut rng);
             for ray in &rays {
                 bytes.extend(floats(&ray.origin));

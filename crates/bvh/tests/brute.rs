@@ -1,6 +1,6 @@
 //! A hundred meshes against brute force. `examples/brute.rs` does the same at length.
 
-#[path = "common/brute.rs"]
+#[path = "support/brute.rs"]
 mod brute;
 
 use raycam_bvh::{InstructionSet, Quality};

@@ -1,11 +1,11 @@
 //! Trees that follow their vertices.
 
-mod common;
+mod support;
 
 use std::sync::Arc;
 
-use common::*;
-use raycam_bvh::{BuildError, BuildOptions, Bvh, Coherence, Hit, Instance, INVALID_ID, Ray, Scene};
+use raycam_bvh::{BuildError, BuildOptions, Bvh, Coherence, Hit, INVALID_ID, Instance, Ray, Scene};
+use support::*;
 
 fn answers(bvh: Bvh, rays: &[Ray]) -> Vec<Hit> {
     let placed = Instance {

@@ -1,11 +1,11 @@
 //! Queries against float64 brute force, and against each other.
 
-mod common;
+mod support;
 
-use common::*;
 use raycam_bvh::{
-    Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Instance, INVALID_ID, Quality, Ray, Scene,
+    Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, Quality, Ray, Scene,
 };
+use support::*;
 
 fn closest(scene: &Scene, rays: &[Ray]) -> Vec<Hit> {
     let mut hits = vec![Hit::MISS; rays.len()];
@@ -302,7 +302,7 @@ fn ties_go_to_the_smallest_instance_and_triangle() {
         .zip(exact_hits(&scene, &exact, &world))
     {
         let first = (0..mesh.triangles.len() as u32)
-            .find(|&k| meet(&common::exact(ray), world.corners(0, k)).is_some())
+            .find(|&k| meet(&support::exact(ray), world.corners(0, k)).is_some())
             .unwrap();
         assert_eq!((hit.t, hit.instance, hit.triangle), (5.0, 0, first));
         assert_eq!((far.t, far.instance, far.triangle), (5.0, 0, first));

@@ -1,14 +1,14 @@
 //! Rays aimed at edges and vertices of closed meshes: none gets through. `examples/leaks.rs` does the same at length.
 
-#[path = "common/aimed.rs"]
-mod aimed;
+#[path = "support/edge_rays.rs"]
+mod edge_rays;
 
 use raycam_bvh::{Coherence, Hit, InstructionSet, Quality, Ray};
 use rayon::prelude::*;
 
 #[test]
 fn ten_million_aimed_rays_leak_nowhere() {
-    let meshes = aimed::meshes();
+    let meshes = edge_rays::meshes();
     let isas: Vec<_> = InstructionSet::ALL
         .into_iter()
         .filter(|isa| isa.is_available())
@@ -36,7 +36,7 @@ fn ten_million_aimed_rays_leak_nowhere() {
 /// far is off by more than t.
 #[test]
 fn a_needle_is_met_close_to_its_sharp_end() {
-    let meshes = aimed::meshes();
+    let meshes = edge_rays::meshes();
     let mesh = meshes
         .iter()
         .find(|mesh| mesh.name == "needles, a million long");

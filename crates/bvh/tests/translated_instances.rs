@@ -1,9 +1,9 @@
 //! Instances that are moved and not turned, whose rays only change their start from one to the next.
 
-mod common;
+mod support;
 
-use common::*;
 use raycam_bvh::{Coherence, Hit, Quality, Ray};
+use support::*;
 
 /// Balls on a wide floor, one of them turned: rays leave their surfaces by as little as a renderer makes them.
 #[test]
@@ -66,7 +66,11 @@ fn rays_among_moved_instances_are_brute_force() {
     let mut met = [0; 4];
     for ((ray, hit), dark) in rays.iter().zip(&hits).zip(dark) {
         let (t, instance, triangle, next) = world.nearest(&exact(ray));
-        assert_eq!(dark, hit.instance != raycam_bvh::INVALID_ID, "{ray:?} {hit:?}");
+        assert_eq!(
+            dark,
+            hit.instance != raycam_bvh::INVALID_ID,
+            "{ray:?} {hit:?}"
+        );
         if next - t > 1e-4 || t == f64::INFINITY {
             let found = (hit.instance, hit.triangle);
             assert_eq!(found, (instance, triangle), "{ray:?} {hit:?} {t} {next}");

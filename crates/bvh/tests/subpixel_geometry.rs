@@ -1,9 +1,9 @@
 //! Triangles much finer than the rays are apart: the bounds of a packet enter everything between its rays.
 
-mod common;
+mod support;
 
-use common::*;
 use raycam_bvh::{Coherence, Hit, INVALID_ID, Quality, Ray};
+use support::*;
 
 /// Squares of 8 by 8 rays from one point, row by row, down to a grid that lies below it, and beside it.
 fn squares(count: usize, rng: &mut Rng) -> Vec<Ray> {

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use raycam_bvh::{
-    BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Instance,
-    InstructionSet, INVALID_ID, Quality, Ray, Scene,
+    BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance,
+    InstructionSet, Quality, Ray, Scene,
 };
 
 /// xorshift64*
@@ -297,7 +297,10 @@ impl Closed {
             tally.leaks += answers
                 .filter(|(hit, dark)| hit.triangle == INVALID_ID || !**dark)
                 .count() as u64;
-            tally.leaks += exact.iter().filter(|hit| hit.triangle == INVALID_ID).count() as u64;
+            tally.leaks += exact
+                .iter()
+                .filter(|hit| hit.triangle == INVALID_ID)
+                .count() as u64;
         }
         tally
     }

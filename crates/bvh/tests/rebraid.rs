@@ -1,9 +1,9 @@
 //! Meshes that are in each other's way, whose parts are sorted into one tree.
 
-mod common;
+mod support;
 
-use common::*;
 use raycam_bvh::{Coherence, ExactHit, ExactTriangles, Hit, INVALID_ID, Quality, Ray};
+use support::*;
 
 /// Soups in one place: moved, turned, mirrored, sheared and scaled; one of them flat.
 fn soups(rng: &mut Rng) -> World {

@@ -10,8 +10,8 @@
 use std::sync::Arc;
 
 use raycam_bvh::{
-    BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Instance,
-    InstructionSet, INVALID_ID, Quality, Ray, Scene,
+    BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance,
+    InstructionSet, Quality, Ray, Scene,
 };
 
 /// The tie band of float32 answers: 17 roundings.

@@ -1,9 +1,9 @@
 //! Meshes in one tree: the answers of the same meshes as instances, with ties to the first.
 
-mod common;
+mod support;
 
-use common::*;
 use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Quality, Ray, Scene};
+use support::*;
 
 const STILL: [[f64; 4]; 3] = [
     [1.0, 0.0, 0.0, 0.0],

@@ -1,12 +1,12 @@
 //! Geometry and rays that break tracers.
 
-mod common;
+mod support;
 
-use common::*;
 use raycam_bvh::{
     BuildError, BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID,
     Quality, Ray, Scene,
 };
+use support::*;
 
 fn one(scene: &Scene, origin: [f32; 3], direction: [f32; 3]) -> Hit {
     let mut hit = [Hit::MISS];

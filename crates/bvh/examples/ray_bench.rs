@@ -1,4 +1,4 @@
-//! Plays recorded rays through a mesh: `replay SCENE.tri [--threads N] [--quality fast|default|high] [--isa NAME]
+//! Plays recorded rays through a mesh: `ray_bench SCENE.tri [--threads N] [--quality fast|default|high] [--isa NAME]
 //! [--coherent yes|no|unknown] [--repeat 7] [--cpu] [--exact] RAYS...`
 //!
 //! `.tri`: u32 vertex count, u32 triangle count, f32 positions, u32 indices, little endian. `.rays`: 7 f32 a ray
@@ -14,8 +14,8 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::Instant;
 
 use raycam_bvh::{
-    BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Instance,
-    InstructionSet, INVALID_ID, Quality, Ray, Scene,
+    BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance,
+    InstructionSet, Quality, Ray, Scene,
 };
 
 /// Counts what is allocated.
