@@ -3,21 +3,21 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use raycam_scene::{Camera, TextureMemory, World};
+use raycam_scene::{Camera, TextureCache, World};
 use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::film::estimator::Estimate;
+use crate::film::estimator::PixelEstimator;
 use crate::film::film::Film;
 use crate::film::frame::Frame;
-use crate::film::output_plane::{self, Target};
+use crate::film::output_plane::{self, OutputPlane};
 use crate::film::tile::Tile;
-use crate::motion::shutter::Moments;
+use crate::motion::shutter::ShutterSlices;
 use crate::prepare::PreparedWorld;
 use crate::settings::Settings;
 use crate::thread_pool::with_pool;
-use crate::tile_renderer::{Buffers, Part, Picture};
+use crate::tile_renderer::{ThreadScratch, TileRenderer, TileTask};
 
 /// Renders what a camera sees.
 ///
@@ -34,7 +34,7 @@ pub fn render(
     settings: &Settings,
     control: &Control,
 ) -> Result<Frame, RenderError> {
-    picture_of(world, None, camera, settings, control)
+    render_to_frame(world, None, camera, settings, control)
 }
 
 /// [`render`], of a world that moves while the shutter of the camera is open: `prepared` is `world` as it stands, at its
@@ -50,11 +50,11 @@ pub fn render_moving(
     settings: &Settings,
     control: &Control,
 ) -> Result<Frame, RenderError> {
-    let moments = Moments::new(world, prepared, camera);
-    picture_of(prepared, moments.as_ref(), camera, settings, control)
+    let moments = ShutterSlices::new(world, prepared, camera);
+    render_to_frame(prepared, moments.as_ref(), camera, settings, control)
 }
 
-/// [`render_moving`] into memory that is there: a target for each channel, in their order, as large as [`room`] says.
+/// [`render_moving`] into memory that is there: a target for each channel, in their order, as large as [`checked_region`] says.
 /// Returns the region and the notices of the frame. What the targets hold after an error is anything.
 ///
 /// # Errors
@@ -65,13 +65,13 @@ pub fn render_into(
     camera: &Camera,
     settings: &Settings,
     control: &Control,
-    targets: Vec<Target<'_>>,
+    targets: Vec<OutputPlane<'_>>,
 ) -> Result<([u32; 4], Vec<String>), RenderError> {
-    let moments = Moments::new(world, prepared, camera);
+    let moments = ShutterSlices::new(world, prepared, camera);
     let region = settings.check(camera.size())?;
-    let picture = Asked {
+    let picture = RenderRequest {
         world: prepared,
-        moments: moments.as_ref(),
+        shutter: moments.as_ref(),
         camera,
         settings,
         region,
@@ -83,7 +83,7 @@ pub fn render_into(
 ///
 /// # Errors
 /// [`RenderError::Settings`] and [`RenderError::TooLarge`].
-pub fn room(camera: &Camera, settings: &Settings) -> Result<([u32; 4], usize), RenderError> {
+pub fn checked_region(camera: &Camera, settings: &Settings) -> Result<([u32; 4], usize), RenderError> {
     let region = settings.check(camera.size())?;
     Ok((
         region,
@@ -91,9 +91,9 @@ pub fn room(camera: &Camera, settings: &Settings) -> Result<([u32; 4], usize), R
     ))
 }
 
-fn picture_of(
+fn render_to_frame(
     world: &PreparedWorld,
-    moments: Option<&Moments<'_>>,
+    moments: Option<&ShutterSlices<'_>>,
     camera: &Camera,
     settings: &Settings,
     control: &Control,
@@ -102,14 +102,14 @@ fn picture_of(
     let mut planes = with_pool(settings.threads, || {
         output_plane::planes(region, &settings.channels)
     })??;
-    let picture = Asked {
+    let picture = RenderRequest {
         world,
-        moments,
+        shutter: moments,
         camera,
         settings,
         region,
     };
-    let notices = picture.render(control, planes.iter_mut().map(Target::of))?;
+    let notices = picture.render(control, planes.iter_mut().map(OutputPlane::of))?;
     Ok(Frame {
         size: camera.size(),
         region,
@@ -119,29 +119,29 @@ fn picture_of(
 }
 
 /// A picture that can be made.
-struct Asked<'a> {
+struct RenderRequest<'a> {
     world: &'a PreparedWorld,
-    moments: Option<&'a Moments<'a>>,
+    shutter: Option<&'a ShutterSlices<'a>>,
     camera: &'a Camera,
     settings: &'a Settings,
     region: [u32; 4],
 }
 
-impl Asked<'_> {
+impl RenderRequest<'_> {
     /// Renders it; returns its notices.
     fn render<'t>(
         &self,
         control: &Control,
-        targets: impl Iterator<Item = Target<'t>>,
+        targets: impl Iterator<Item = OutputPlane<'t>>,
     ) -> Result<Vec<String>, RenderError> {
-        let Asked {
+        let RenderRequest {
             world,
-            moments,
+            shutter: moments,
             settings,
             region,
             ..
         } = *self;
-        let camera = &world.before(self.camera);
+        let camera = &world.camera_outside(self.camera);
         let film = Film::new(region, targets);
         let film = film.filter(|film| film.is_of(&settings.channels));
         let film = film.ok_or_else(|| {
@@ -150,10 +150,10 @@ impl Asked<'_> {
             )
         })?;
         let texture_memory = world.texture_memory.as_deref();
-        let read_before = texture_memory.map(TextureMemory::read_back);
+        let read_before = texture_memory.map(TextureCache::page_in_stats);
         let (picture, tiles) = with_pool(settings.threads, || {
             (
-                Picture::new(world, moments, camera, settings, region),
+                TileRenderer::new(world, moments, camera, settings, region),
                 Tile::for_threads(region, rayon::current_num_threads()),
             )
         })?;
@@ -161,7 +161,7 @@ impl Asked<'_> {
         match settings.time {
             Some(seconds) if picture.sampled => {
                 let samples = with_pool(settings.threads, || {
-                    in_time(&picture, &tiles, seconds, &film, control)
+                    render_for_duration(&picture, &tiles, seconds, &film, control)
                 })??;
                 notices.push(format!(
                 "{samples} samples per pixel in time = {seconds}; samples = {samples} gives the same picture"
@@ -170,15 +170,15 @@ impl Asked<'_> {
             _ => {
                 control.start(tiles.len() * picture.passes());
                 with_pool(settings.threads, || {
-                    one_by_one(&picture.parts(&tiles), |buffers, part| {
-                        picture.do_part(part, buffers, &film, control)
+                    for_each_dynamic(&picture.tasks(&tiles), |buffers, part| {
+                        picture.run_task(part, buffers, &film, control)
                     })
                 })??;
             }
         }
         if let (Some(memory), Some(before)) = (texture_memory, read_before) {
             memory.check().map_err(RenderError::Textures)?;
-            notices.extend(memory.read_back().notice_since(&before));
+            notices.extend(memory.page_in_stats().notice_since(&before));
         }
         picture.notices(region, &mut notices);
         Ok(notices)
@@ -186,13 +186,13 @@ impl Asked<'_> {
 }
 
 /// Gives each part to the next thread that is free: in this pool, which would otherwise deal out many in a row.
-fn one_by_one(
-    parts: &[Part],
-    work: impl Fn(&mut Buffers, &Part) -> Result<(), RenderError> + Sync,
+fn for_each_dynamic(
+    parts: &[TileTask],
+    work: impl Fn(&mut ThreadScratch, &TileTask) -> Result<(), RenderError> + Sync,
 ) -> Result<(), RenderError> {
     let next = AtomicUsize::new(0);
     let of_thread = |_: rayon::BroadcastContext| {
-        let mut buffers = Buffers::default();
+        let mut buffers = ThreadScratch::default();
         while let Some(part) = parts.get(next.fetch_add(1, Ordering::Relaxed)) {
             work(&mut buffers, part).inspect_err(|_| {
                 // The others need not go on.
@@ -205,24 +205,24 @@ fn one_by_one(
 }
 
 /// Traces and develops tiles for about this time; how many samples each pixel has got.
-fn in_time(
-    picture: &Picture,
+fn render_for_duration(
+    picture: &TileRenderer,
     tiles: &[Tile],
     seconds: f64,
     film: &Film,
     control: &Control,
 ) -> Result<u32, RenderError> {
     /// Of the progress bar.
-    const STEPS: f64 = 1000.0;
+    const PROGRESS_STEPS: f64 = 1000.0;
     let start = Instant::now();
-    control.start(STEPS as usize);
-    let mut states: Vec<Estimate> = vec![Estimate::default(); tiles.len()];
+    control.start(PROGRESS_STEPS as usize);
+    let mut states: Vec<PixelEstimator> = vec![PixelEstimator::default(); tiles.len()];
     let (mut taken, mut told) = (0, 0);
     let mut round = 1;
     while taken < picture.settings.samples {
         let until = picture.settings.samples.min(taken + round);
         tiles.par_iter().zip(&mut states).try_for_each_init(
-            Buffers::default,
+            ThreadScratch::default,
             |buffers, (tile, state)| {
                 if taken > 0 {
                     picture.resume(tile, buffers, state, control)?;
@@ -230,14 +230,14 @@ fn in_time(
                     picture.begin(tile, buffers, control)?;
                 }
                 picture.add_samples(buffers, taken..until, control)?;
-                picture.develop(tile, buffers, film);
+                picture.resolve(tile, buffers, film);
                 std::mem::swap(&mut buffers.estimate, state);
                 Ok(())
             },
         )?;
         taken = until;
         let (spent, whole) = (start.elapsed().as_secs_f64(), seconds);
-        let done = (STEPS * (spent / whole).min(1.0)) as usize;
+        let done = (PROGRESS_STEPS * (spent / whole).min(1.0)) as usize;
         control.advance_by(done.saturating_sub(told));
         told = done.max(told);
         // As many as should fit, but no more than have been measured.

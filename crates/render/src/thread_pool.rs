@@ -6,12 +6,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::error::RenderError;
 
 /// The pools of one process. A forked child has none of its parent's threads, hence the process id.
-struct Pools {
+struct PoolCache {
     process: u32,
     by_threads: HashMap<usize, Arc<rayon::ThreadPool>>,
 }
 
-static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
+static POOLS: Mutex<Option<PoolCache>> = Mutex::new(None);
 
 /// The most threads one may ask for.
 pub const MAX_THREADS: usize = 1024;
@@ -56,7 +56,7 @@ fn pool(threads: usize) -> Result<Arc<rayon::ThreadPool>, RenderError> {
             message: e.to_string(),
         })?;
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
-    let pools = pools.get_or_insert_with(|| Pools {
+    let pools = pools.get_or_insert_with(|| PoolCache {
         process,
         by_threads: HashMap::new(),
     });

@@ -6,7 +6,7 @@ use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Light, Mesh, Reflectance, World};
+use raycam_scene::{Light, Mesh, MaterialModel, World};
 
 fn settings(samples: u32) -> Settings {
     Settings {
@@ -38,7 +38,7 @@ fn sun(towards: DVec3, irradiance: f32) -> Light {
 }
 
 fn bulb(position: DVec3, intensity: f32, radius: f64) -> Light {
-    Light::Bulb {
+    Light::Point {
         position: position.to_array(),
         power: None,
         intensity: Some([intensity; 3]),
@@ -103,7 +103,7 @@ fn a_lambertian_plane_under_a_bulb() {
         // Power spreads over the whole sphere of directions.
         let mut world = plane(4.0, 0.6);
         let power = Some([4.0 * std::f32::consts::PI * 5.0; 3]);
-        let light = Light::Bulb {
+        let light = Light::Point {
             position: position.to_array(),
             power,
             intensity: None,
@@ -305,7 +305,7 @@ fn the_phong_lobe_gives_no_energy() {
                 material([1.0; 3], 0.0, 1.0, shininess),
                 DAffine3::IDENTITY,
             );
-            world.add_light(Light::even_sky([1.0; 3])).unwrap();
+            world.add_light(Light::uniform_sky([1.0; 3])).unwrap();
             close(
                 radiance(&world, eye, DVec3::ZERO, &settings(1)),
                 found,
@@ -366,7 +366,7 @@ fn the_sky_is_ambient_and_hidden_when_asked() {
         DAffine3::IDENTITY,
     );
     for radiance in [[1.5; 3], [0.5; 3]] {
-        world.add_light(Light::even_sky(radiance)).unwrap();
+        world.add_light(Light::uniform_sky(radiance)).unwrap();
     }
     // From below the disc, whose form factor for a point under its middle is r^2 / (r^2 + h^2).
     let eye = DVec3::new(0.5, 0.0, 0.3);
@@ -403,7 +403,7 @@ fn the_sky_is_ambient_and_hidden_when_asked() {
 #[test]
 fn unlit_surfaces_shine_by_themselves() {
     let mut world = plane(4.0, 1.0);
-    world.materials[0].reflectance = Reflectance::Unlit;
+    world.materials[0].model = MaterialModel::Unlit;
     world.materials[0].color = [0.25, 0.5, 0.75];
     world.add_light(sun(DVec3::Z, 9.0)).unwrap();
     let camera = look_at(EYE, DVec3::ZERO, 10.0, [4, 4]);
@@ -432,7 +432,7 @@ fn a_world_without_lights_gets_some_and_says_so() {
     let flat = render(&world, &camera, &Settings::default());
     assert!(flat.notices.is_empty());
     let mut dark = world;
-    dark.add_light(Light::even_sky([0.0; 3])).unwrap();
+    dark.add_light(Light::uniform_sky([0.0; 3])).unwrap();
     let frame = render(&dark, &camera, &settings(4));
     assert!(frame.notices.is_empty());
     assert_eq!(f32s(&frame, Channel::Color)[0], 0.0);

@@ -1,7 +1,7 @@
 //! Pictures for displays: every pixel by itself, whatever its neighbours and the threads.
 
 use raycam_render::film::display::{srgb8, srgb16};
-use raycam_scene::View;
+use raycam_scene::ViewTransform;
 use raycam_scene::color::srgb_from_linear;
 
 /// The curve as IEC 61966-2-1 has it, to `top` steps.
@@ -22,9 +22,9 @@ fn many_pixels_are_as_one_by_one() {
             .map(|i| [value(i), value(7 * i), value(13 * i)])
             .collect();
         for (scale, view) in [
-            (1.0, View::Standard),
-            (2.0, View::Standard),
-            (1.0, View::Agx),
+            (1.0, ViewTransform::Standard),
+            (2.0, ViewTransform::Standard),
+            (1.0, ViewTransform::Agx),
         ] {
             let shown = |rgb: &[f32; 3]| view.apply(rgb.map(|v| v * scale));
             let bytes: Vec<u32> = srgb8(&pixels, scale, view)

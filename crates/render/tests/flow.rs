@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use common::*;
 use glam::DVec3;
-use raycam_render::annotations::flow::{View, flow};
+use raycam_render::annotations::flow::{Viewpoint, flow};
 use raycam_render::{Control, RenderError};
 
 #[test]
@@ -19,9 +19,9 @@ fn a_deformed_mesh_is_followed_by_its_corners() {
     mesh.vertices.iter_mut().for_each(|v| *v = bend(*v));
     let camera = look_at(DVec3::new(0.1, -0.2, 4.0), DVec3::ZERO, 40.0, [40, 30]);
     let (a, b) = (prepare(&first), prepare(&second));
-    let view = |world| View {
+    let view = |world| Viewpoint {
         world,
-        moving: None,
+        animated_world: None,
         camera: &camera,
     };
     let found = flow(view(&a), view(&b), Some(2), &Control::new()).unwrap();
@@ -64,9 +64,9 @@ fn a_deformed_mesh_is_followed_by_its_corners() {
 fn other_triangles_and_a_stop_are_errors() {
     let camera = look_at(DVec3::new(0.1, -0.2, 4.0), DVec3::ZERO, 40.0, [8, 8]);
     let (a, b) = (prepare(&plane(1.0, 1.0)), prepare(&still_life()));
-    let view = |world| View {
+    let view = |world| Viewpoint {
         world,
-        moving: None,
+        animated_world: None,
         camera: &camera,
     };
     let error = flow(view(&a), view(&b), None, &Control::new()).unwrap_err();

@@ -4,17 +4,17 @@ mod common;
 
 use common::*;
 use glam::{DVec2, DVec3};
-use raycam_render::annotations::flow::View;
-use raycam_render::annotations::keypoints::{Anchor, Keypoint, keypoints};
+use raycam_render::annotations::flow::Viewpoint;
+use raycam_render::annotations::keypoints::{Keypoint, KeypointSource, keypoints};
 use raycam_render::{Control, RenderError};
 
-fn seen(anchors: &[Anchor]) -> Result<Vec<Keypoint>, RenderError> {
+fn seen(anchors: &[KeypointSource]) -> Result<Vec<Keypoint>, RenderError> {
     let world = still_life();
     let prepared = prepare(&world);
     let (eye, target) = (DVec3::new(0.0, -6.0, 1.0), DVec3::new(0.0, 0.0, 1.0));
-    let view = View {
+    let view = Viewpoint {
         world: &prepared,
-        moving: Some(&world),
+        animated_world: Some(&world),
         camera: &look_at(eye, target, 50.0, [81, 61]),
     };
     keypoints(view, anchors, 0.01, None, &Control::new())
@@ -22,14 +22,14 @@ fn seen(anchors: &[Anchor]) -> Result<Vec<Keypoint>, RenderError> {
 
 #[test]
 fn points_are_where_the_camera_sees_them_and_know_what_is_before_them() {
-    let ball = |point| Anchor::Mesh { object: 1, point };
+    let ball = |point| KeypointSource::Mesh { object: 1, point };
     let anchors = [
         ball(DVec3::NEG_Y),
         ball(DVec3::Y),
-        Anchor::World(DVec3::new(0.0, 3.0, 1.0)),
-        Anchor::World(DVec3::new(0.0, -3.0, 1.0)),
-        Anchor::World(DVec3::new(0.0, -9.0, 1.0)),
-        Anchor::World(DVec3::new(100.0, 0.0, 1.0)),
+        KeypointSource::World(DVec3::new(0.0, 3.0, 1.0)),
+        KeypointSource::World(DVec3::new(0.0, -3.0, 1.0)),
+        KeypointSource::World(DVec3::new(0.0, -9.0, 1.0)),
+        KeypointSource::World(DVec3::new(100.0, 0.0, 1.0)),
     ];
     let found = seen(&anchors).unwrap();
     let middle = DVec2::new(40.0, 30.0);
@@ -59,12 +59,12 @@ fn points_of_triangles_are_between_their_corners() {
     let point = a * weights.x + b * weights.y + c * weights.z;
     let object = 2;
     let anchors = [
-        Anchor::Triangle {
+        KeypointSource::Triangle {
             object,
             triangle,
             weights,
         },
-        Anchor::Mesh { object, point },
+        KeypointSource::Mesh { object, point },
     ];
     let found = seen(&anchors).unwrap();
     assert!(found[0].point.distance(found[1].point) < 1e-12);
@@ -73,7 +73,7 @@ fn points_of_triangles_are_between_their_corners() {
 
 #[test]
 fn what_is_not_there_is_refused() {
-    let triangle = |object, triangle, sum: f64| Anchor::Triangle {
+    let triangle = |object, triangle, sum: f64| KeypointSource::Triangle {
         object,
         triangle,
         weights: DVec3::splat(sum / 3.0),
@@ -83,7 +83,7 @@ fn what_is_not_there_is_refused() {
         triangle(3, 3, 1.0),
         triangle(1, 1 << 20, 1.0),
         triangle(1, 3, 2.0),
-        Anchor::Mesh {
+        KeypointSource::Mesh {
             object: 3,
             point: DVec3::ZERO,
         },

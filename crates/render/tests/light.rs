@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
 use raycam_scene::mesh::primitive;
 use raycam_scene::{
-    Image, Interpolation, Light, Material, Reflectance, Texels, Texture, TextureSampler,
+    Image, TexelFilter, Light, Material, MaterialModel, Texels, Texture, TextureSampler,
     TextureSlot, World,
 };
 
@@ -45,16 +45,16 @@ fn a_textured_mesh_shines_as_its_texels_do() {
         texels: Texels::Float(radiance.iter().flatten().map(|&v| [v, v, v, 1.0]).collect()),
     };
     let mut shining = plane(4.0, 0.5);
-    shining.add_light(Light::even_sky([0.0; 3])).unwrap();
+    shining.add_light(Light::uniform_sky([0.0; 3])).unwrap();
     let texture = shining.add_texture(Texture {
         image: Arc::new(image),
         sampler: TextureSampler {
-            magnification: Interpolation::Nearest,
+            magnification: TexelFilter::Nearest,
             ..TextureSampler::default()
         },
     });
     let mut material = Material {
-        reflectance: Reflectance::Lecture {
+        model: MaterialModel::Phong {
             diffuse: 0.0,
             specular: [0.0; 3],
             shininess: 1.0,
@@ -76,7 +76,7 @@ fn a_textured_mesh_shines_as_its_texels_do() {
     for (row, line) in radiance.iter().enumerate() {
         for (column, &radiance) in line.iter().enumerate() {
             let corner = DVec3::new(column as f64 * 0.5 - 0.25, row as f64 * 0.5 - 0.25, 0.0);
-            let light = Light::Area {
+            let light = Light::Rectangle {
                 position: (corner + DVec3::new(0.2, 0.1, 1.0)).to_array(),
                 u: [0.5, 0.0, 0.0],
                 v: [0.0, -0.5, 0.0],
@@ -136,7 +136,7 @@ fn the_half_shadow_of_the_sun_is_a_part_of_its_disk() {
 fn daylight_comes_from_where_it_is_said_to() {
     let mut world = plane(4.0, 1.0);
     world
-        .add_light(Light::Daylight {
+        .add_light(Light::Preetham {
             direction: [-1.0, 0.0, -1.0],
             turbidity: 3.0,
             scale: 1.0,

@@ -6,7 +6,7 @@ use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Camera, Glass, Light, Material, Mesh, Reflectance, World};
+use raycam_scene::{Camera, Glass, Light, Material, Mesh, MaterialModel, World};
 
 const GLASS: f64 = 1.5;
 const WATER: f64 = 1.33;
@@ -14,7 +14,7 @@ const WATER: f64 = 1.33;
 fn matter(glass: Glass, priority: i32) -> Material {
     Material {
         priority,
-        reflectance: Reflectance::Glass(glass),
+        model: MaterialModel::Glass(glass),
         ..Material::default()
     }
 }
@@ -143,7 +143,7 @@ fn what_is_there_absorbs() {
     let (water, glass) = ([0.9, 0.8, 0.3], [0.4, 0.9, 0.7]);
     slab(&mut world, tinted(water, 0), 0.0, 2.0);
     slab(&mut world, tinted(glass, 1), 1.75, 2.5);
-    world.add_light(Light::even_sky([1.0; 3])).unwrap();
+    world.add_light(Light::uniform_sky([1.0; 3])).unwrap();
     let found = mean(&world, &looking_down(0.0), 16);
     for i in 0..3 {
         let expected = f64::from(water[i]).powf(1.75) * f64::from(glass[i]).powf(0.75);
@@ -170,7 +170,7 @@ fn nested_matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
     ball(&mut world, 0.8, 0.6, clear(GLASS, 2));
     ball(&mut world, 0.5, 0.1, clear(1.0, 3));
     ball(&mut world, 0.3, -0.8, matter(rough, 1));
-    world.add_light(Light::even_sky([1.0; 3])).unwrap();
+    world.add_light(Light::uniform_sky([1.0; 3])).unwrap();
     let camera = look_at(DVec3::new(0.0, -6.0, 0.0), DVec3::ZERO, 22.0, [16, 16]);
     let found = mean(&world, &camera, 256);
     // Roughness within other matter loses a little, and is noisy.
@@ -191,7 +191,7 @@ fn lights_within_clear_matter_lose_on_their_way() {
         let mesh = primitive::box_([8.0; 3]).unwrap();
         add(&mut world, mesh, matter(glass, 0), DAffine3::IDENTITY);
         world
-            .add_light(Light::Bulb {
+            .add_light(Light::Point {
                 position: [0.0, 0.0, 2.0],
                 power: None,
                 intensity: Some([1.0; 3]),
@@ -237,7 +237,7 @@ fn frosted(mesh: Mesh, open: bool) -> World {
         irradiance: [2.0; 3],
         angular_diameter: 0.0,
     };
-    let bulb = Light::Bulb {
+    let bulb = Light::Point {
         position: [2.0, 0.0, 2.0],
         power: None,
         intensity: Some([4.0; 3]),

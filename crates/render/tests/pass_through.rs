@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Frame, Settings, TruthSurface};
 use raycam_scene::material::Alpha;
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Camera, Material, Reflectance, World};
+use raycam_scene::{Camera, Material, MaterialModel, World};
 
 /// Planes at heights 4, 3, 2, ... of these materials, the first one on top; a camera looks down from 6.
 fn stack(materials: Vec<Material>) -> (World, Camera) {
@@ -52,7 +52,7 @@ fn veil(opacity: f32, alpha: Alpha) -> Material {
 #[test]
 fn truth_passes_what_one_sees_through() {
     let glass = Material {
-        reflectance: Reflectance::Glass(Default::default()),
+        model: MaterialModel::Glass(Default::default()),
         ..Material::default()
     };
     let (world, camera) = stack(vec![

@@ -8,7 +8,7 @@ use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Alpha, Light, Material, Mesh, Reflectance, World};
+use raycam_scene::{Alpha, Light, Material, Mesh, MaterialModel, World};
 
 fn settings(integrator: Integrator, samples: u32) -> Settings {
     Settings {
@@ -44,7 +44,7 @@ fn glowing_sphere(albedo: [f32; 3]) -> World {
         matter,
         DAffine3::IDENTITY,
     );
-    world.add_light(Light::even_sky([0.0; 3])).unwrap();
+    world.add_light(Light::uniform_sky([0.0; 3])).unwrap();
     world
 }
 
@@ -86,7 +86,7 @@ fn direct_is_path_of_one_bounce() {
         [32, 24],
     );
     // Bulbs outside of the picture: their edges would need more samples.
-    let bulb = |position| Light::Bulb {
+    let bulb = |position| Light::Point {
         position,
         power: Some([400.0; 3]),
         intensity: None,
@@ -158,7 +158,7 @@ fn a_white_furnace_stays_white() {
             place,
         );
     }
-    world.add_light(Light::even_sky([1.0; 3])).unwrap();
+    world.add_light(Light::uniform_sky([1.0; 3])).unwrap();
     let camera = look_at(DVec3::new(0.0, -6.0, 0.0), DVec3::ZERO, 40.0, [32, 24]);
     let frame = render(&world, &camera, &settings(Integrator::Path, 256));
     for pixel in f32s(&frame, Channel::Color).chunks(3) {
@@ -169,7 +169,7 @@ fn a_white_furnace_stays_white() {
     // Two white balls without smooth normals and without a lobe that reaches below the surface lose nothing.
     world.meshes = world.meshes.drain(..).map(flat).collect();
     for material in &mut world.materials {
-        material.reflectance = Reflectance::DEFAULT;
+        material.model = MaterialModel::DEFAULT;
     }
     let whole = mean(&world, &camera, &settings(Integrator::Path, 64));
     close(whole, 1.0, 1e-3);
@@ -241,7 +241,7 @@ fn the_camera_looks_through_the_back_of_one_sided_surfaces() {
         mean(world, &camera, &settings(Integrator::Path, 16))
     };
     assert_eq!(seen(2.0, &world), 0.0, "its front is black");
-    world.lights.push(Light::even_sky([1.0; 3]));
+    world.lights.push(Light::uniform_sky([1.0; 3]));
     close(seen(0.5, &world), 1.0, 1e-6);
     world.materials[1].double_sided = true;
     assert!(seen(0.5, &world) < 0.01);
@@ -252,7 +252,7 @@ fn unlit_surfaces_are_seen_and_light_nothing() {
     let mut world = plane(4.0, 0.5);
     let shade = Material {
         color: [0.25, 0.5, 0.75],
-        reflectance: Reflectance::Unlit,
+        model: MaterialModel::Unlit,
         ..Material::default()
     };
     let wall = Mesh {
@@ -265,7 +265,7 @@ fn unlit_surfaces_are_seen_and_light_nothing() {
         ..Mesh::default()
     };
     add(&mut world, wall, shade, DAffine3::IDENTITY);
-    world.add_light(Light::even_sky([0.0; 3])).unwrap();
+    world.add_light(Light::uniform_sky([0.0; 3])).unwrap();
     let eye = DVec3::new(0.0, -2.0, 1.0);
     let camera = look_at(eye, DVec3::new(0.0, 1.0, 1.0), 5.0, [4, 4]);
     let frame = render(&world, &camera, &settings(Integrator::Path, 8));
@@ -331,7 +331,7 @@ fn every_lamp_lights_what_the_camera_sees() {
     // Lights without a size, of which no more matter than are sampled at once: nothing is left to chance.
     let mut world = plane(10.0, 0.5);
     for i in 0..4 {
-        let light = Light::Bulb {
+        let light = Light::Point {
             position: [f64::from(i) - 3.0, f64::from(i % 2), 1.0 + f64::from(i)],
             power: None,
             intensity: Some([1.0 + i as f32, 2.0, 3.0]),

@@ -37,7 +37,7 @@ use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Camera, Glass, Light, Material, Metal, Reflectance, World};
+use raycam_scene::{Camera, Glass, Light, Material, Metal, MaterialModel, World};
 
 fn settings(integrator: Integrator, samples: u32) -> Settings {
     Settings {
@@ -78,7 +78,7 @@ fn form_factors_of_squares() {
     for (position, u, v, expected) in [parallel, upright] {
         let mut world = plane(1.0, 1.0);
         world
-            .add_light(Light::Area {
+            .add_light(Light::Rectangle {
                 position,
                 u,
                 v,
@@ -103,13 +103,13 @@ fn form_factors_of_squares() {
 #[test]
 fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
     let glass = |roughness, thin| {
-        Reflectance::Glass(Glass {
+        MaterialModel::Glass(Glass {
             roughness,
             thin,
             ..Glass::default()
         })
     };
-    let dispersive = Reflectance::Glass(Glass {
+    let dispersive = MaterialModel::Glass(Glass {
         dispersion: 0.5,
         ..Glass::default()
     });
@@ -124,7 +124,7 @@ fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
     ] {
         let mut world = World::default();
         let ball = Material {
-            reflectance: reflectance.clone(),
+            model: reflectance.clone(),
             ..Material::default()
         };
         let mesh = primitive::sphere(1.0, 5).unwrap();
@@ -140,7 +140,7 @@ fn matter_that_absorbs_nothing_vanishes_in_a_white_sky() {
         let camera = look_at(DVec3::new(0.0, -6.0, 0.0), DVec3::ZERO, 16.0, [16, 16]);
         let found = mean(&world, &camera, &settings(Integrator::Path, 512));
         // Rough glass holds some light captive for long, which is noisy; the furnace of single surfaces is exacter.
-        let rough = matches!(&reflectance, Reflectance::Glass(glass) if glass.roughness > 0.0);
+        let rough = matches!(&reflectance, MaterialModel::Glass(glass) if glass.roughness > 0.0);
         let off = if rough { 3e-2 } else { 1e-3 };
         assert!((found - 1.0).abs() < off, "{reflectance:?}: {found}");
     }
@@ -152,7 +152,7 @@ fn glass_absorbs_as_beer_says() {
     // Of the index of air, so that nothing is reflected: two metres of what leaves `color` after one.
     let mut world = World::default();
     let block = Material {
-        reflectance: Reflectance::Glass(Glass {
+        model: MaterialModel::Glass(Glass {
             ior: 1.0,
             attenuation_color: color,
             attenuation_distance: 1.0,
@@ -162,7 +162,7 @@ fn glass_absorbs_as_beer_says() {
     };
     let mesh = primitive::box_([2.0, 2.0, 2.0]).unwrap();
     add(&mut world, mesh, block, DAffine3::IDENTITY);
-    world.add_light(Light::even_sky([1.0; 3])).unwrap();
+    world.add_light(Light::uniform_sky([1.0; 3])).unwrap();
     let camera = look_at(DVec3::new(0.0, 1e-3, 5.0), DVec3::ZERO, 0.1, [1, 1]);
     let frame = render(&world, &camera, &settings(Integrator::Path, 16));
     for (found, share) in f32s(&frame, Channel::Color).iter().zip(color) {
@@ -175,7 +175,7 @@ fn glass_absorbs_as_beer_says() {
 fn a_smooth_metal_mirrors_what_its_fresnel_says() {
     let metal = Metal::named("copper").unwrap();
     let mut world = plane(4.0, 1.0);
-    world.materials[0].reflectance = Reflectance::Metal(metal);
+    world.materials[0].model = MaterialModel::Metal(metal);
     world
         .add_light(Light::Sky {
             radiance: Some([1.0; 3]),

@@ -80,7 +80,7 @@ fn surfaces_do_not_shade_themselves() {
                 let mut world = scene(size, place, in_vertices);
                 let camera = camera(size, place);
                 world
-                    .add_light(Light::Bulb {
+                    .add_light(Light::Point {
                         position: camera.c().to_array(),
                         power: None,
                         intensity: Some([(size * size) as f32; 3]),

@@ -4,8 +4,8 @@ mod common;
 
 use common::*;
 use glam::{DAffine3, DQuat, DVec3};
-use raycam_render::annotations::amodal::silhouettes;
-use raycam_render::annotations::flow::View;
+use raycam_render::annotations::amodal::amodal_masks;
+use raycam_render::annotations::flow::Viewpoint;
 use raycam_render::{Channel, Control, PreparedWorld, RenderError, Settings};
 use raycam_scene::{Camera, Lens, LensModel, World};
 
@@ -17,10 +17,10 @@ fn settings() -> Settings {
 }
 
 /// A world that stands.
-fn view<'a>(world: &'a PreparedWorld, camera: &'a Camera) -> View<'a> {
-    View {
+fn view<'a>(world: &'a PreparedWorld, camera: &'a Camera) -> Viewpoint<'a> {
+    Viewpoint {
         world,
-        moving: None,
+        animated_world: None,
         camera,
     }
 }
@@ -58,7 +58,7 @@ fn far_away_turned_and_squashed_objects_are_whole_through_a_lens() {
 
 fn check_alone(world: &World, camera: &Camera) {
     let prepared = prepare(world);
-    let found = silhouettes(
+    let found = amodal_masks(
         view(&prepared, camera),
         &[2, 0, 1],
         [0, 0],
@@ -89,7 +89,7 @@ fn threads_and_tiles_do_not_matter() {
     let world = prepare(&still_life());
     let camera = look_at(DVec3::new(3.0, -5.0, 3.0), DVec3::ZERO, 20.0, [33, 65]);
     let of = |margin, threads| {
-        silhouettes(
+        amodal_masks(
             view(&world, &camera),
             &[0, 1, 2],
             margin,
@@ -109,7 +109,7 @@ fn what_cannot_be_is_refused() {
     let world = prepare(&still_life());
     let camera = look_at(DVec3::new(3.0, -5.0, 3.0), DVec3::ZERO, 20.0, [8, 8]);
     let of = |objects: &[usize], margin| {
-        silhouettes(
+        amodal_masks(
             view(&world, &camera),
             objects,
             margin,
@@ -127,6 +127,6 @@ fn what_cannot_be_is_refused() {
     assert_eq!(of(&[], [0, 0]), Ok(vec![]));
     let control = Control::new();
     control.cancel();
-    let stopped = silhouettes(view(&world, &camera), &[0], [0, 0], None, &control);
+    let stopped = amodal_masks(view(&world, &camera), &[0], [0, 0], None, &control);
     assert_eq!(stopped, Err(RenderError::Cancelled));
 }

@@ -87,7 +87,7 @@ fn nothing_is_told_apart_from_something() {
     }
     assert!(f32s(&frame, Channel::Coverage).iter().all(|v| *v == 1.0));
     let mut lit = world;
-    lit.add_light(Light::even_sky([0.5, 1.5, 2.5])).unwrap();
+    lit.add_light(Light::uniform_sky([0.5, 1.5, 2.5])).unwrap();
     let frame = render(&lit, &camera, &settings());
     assert_eq!(f32s(&frame, Channel::Color)[..3], [0.5, 1.5, 2.5]);
     let frame = render(&World::default(), &camera, &settings());

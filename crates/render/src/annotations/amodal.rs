@@ -54,7 +54,7 @@ pub fn amodal_masks(
     if canvas[0] * canvas[1] > MAX_FRAME_BYTES {
         return Err(too_large(canvas));
     }
-    let moments = view.moments();
+    let moments = view.rolling_shutter();
     let whole = [0, 0, width as u32, height as u32];
     let lines = moments.as_ref().map(|m| m.rows_of(camera, whole));
     let regions = lines.unwrap_or_else(|| vec![whole]);
@@ -124,7 +124,7 @@ struct IsolatedObject<'a> {
     lower: DVec3,
     upper: DVec3,
     mesh_from_world: DMat3,
-    place: DVec3,
+    translation: DVec3,
 }
 
 impl ExactTriangles for IsolatedObject<'_> {
@@ -161,20 +161,20 @@ impl<'a> IsolatedObject<'a> {
             lower,
             upper,
             mesh_from_world: placed.world_from_mesh.matrix3.inverse(),
-            place: placed.world_from_mesh.translation,
+            translation: placed.world_from_mesh.translation,
         })
     }
 
     /// False only where a ray, of unit length, does not meet the ball or the box. Most rays of a tile do not, and are not
     /// worth a search.
-    fn may_meet(&self, ray: &ExactRay) -> bool {
+    fn may_intersect(&self, ray: &ExactRay) -> bool {
         let [origin, direction] = [ray.origin, ray.direction].map(DVec3::from);
         let way = self.center - origin;
         let radius = self.radius + BOX_PADDING * (self.radius + way.length());
         if way.cross(direction).length_squared() > radius * radius {
             return false;
         }
-        let origin = self.mesh_from_world * (origin - self.place);
+        let origin = self.mesh_from_world * (origin - self.translation);
         let direction = self.mesh_from_world * direction;
         let slack = BOX_PADDING * ((self.upper - self.lower).length() + origin.length());
         let to_lower = (self.lower - slack - origin) / direction;
@@ -193,9 +193,9 @@ fn rasterize_tile(
     alone: &[IsolatedObject],
 ) -> Vec<(usize, TileBits)> {
     let ray = |x: f64, y: f64| camera.ray(canvas_pixel(camera, margin, x, y));
-    let cone = TileCone::around(tile, ray);
+    let cone = TileCone::enclosing(tile, ray);
     let near: Vec<usize> = (0..alone.len())
-        .filter(|&i| cone.may_meet(alone[i].center, alone[i].radius))
+        .filter(|&i| cone.may_intersect(alone[i].center, alone[i].radius))
         .collect();
     if near.is_empty() {
         return vec![];
@@ -212,7 +212,7 @@ fn rasterize_tile(
         let (pixels, rays): (Vec<_>, Vec<_>) = pixels
             .iter()
             .zip(&rays)
-            .filter(|(_, ray)| alone[i].may_meet(ray))
+            .filter(|(_, ray)| alone[i].may_intersect(ray))
             .map(|(pixel, ray)| (*pixel, *ray))
             .unzip();
         let mut hits = vec![ExactHit::MISS; rays.len()];
@@ -242,7 +242,7 @@ const BOX_PADDING: f64 = 1e-6;
 const LENS_MARGIN: f64 = 1.5;
 
 impl TileCone {
-    fn around(tile: &Tile, ray: impl Fn(f64, f64) -> (DVec3, DVec3)) -> TileCone {
+    fn enclosing(tile: &Tile, ray: impl Fn(f64, f64) -> (DVec3, DVec3)) -> TileCone {
         let thirds = |start: u32, length: u32| {
             let (start, end) = (f64::from(start), f64::from(start + length - 1));
             [start, (start + end) / 2.0, end]
@@ -284,7 +284,7 @@ impl TileCone {
     }
 
     /// False only where no ray meets the ball.
-    fn may_meet(&self, center: DVec3, radius: f64) -> bool {
+    fn may_intersect(&self, center: DVec3, radius: f64) -> bool {
         let way = center - self.origin;
         let radius = (radius + self.width) * (1.0 + 1e-6);
         let distance = way.length();

@@ -25,15 +25,15 @@ pub struct Viewpoint<'a> {
     /// The world; of one that moves on while the shutter is open, as it stands in the middle of that.
     pub world: &'a PreparedWorld,
     /// The same as it is described, which says how it moves on; none for a world that stands.
-    pub moving: Option<&'a World>,
+    pub animated_world: Option<&'a World>,
     /// The camera.
     pub camera: &'a Camera,
 }
 
 impl<'a> Viewpoint<'a> {
     /// The times at which its lines see the world, where these differ.
-    pub(crate) fn moments(&self) -> Option<ShutterSlices<'a>> {
-        ShutterSlices::new(self.moving?, self.world, self.camera).filter(ShutterSlices::is_rolling)
+    pub(crate) fn rolling_shutter(&self) -> Option<ShutterSlices<'a>> {
+        ShutterSlices::new(self.animated_world?, self.world, self.camera).filter(ShutterSlices::is_rolling)
     }
 }
 
@@ -68,7 +68,7 @@ pub fn flow(
     control: &Control,
 ) -> Result<Flow, RenderError> {
     check(first.world, second.world)?;
-    let moments = first.moments();
+    let moments = first.rolling_shutter();
     let cameras = [&first, &second].map(|view| view.world.camera_outside(view.camera));
     let [first, second] = [(first, &cameras[0]), (second, &cameras[1])]
         .map(|(view, camera)| Viewpoint { camera, ..view });
@@ -118,13 +118,13 @@ pub fn flow(
                     let world = then.as_deref().unwrap_or(first.world);
                     let seen = Viewpoint { world, ..first };
                     for tile in Tile::of_region([x, y, width, height]) {
-                        for (pixel, moved) in follow(seen, &shown, &tile) {
+                        for (pixel, moved) in flow_of_tile(seen, &shown, &tile) {
                             let i = ((pixel[1] - top) * size[0] + pixel[0]) as usize;
                             flow[i] = moved.flow;
                             scene_flow[i] = moved.scene_flow;
                             depth[i] = moved.depth;
-                            occluded[i] = moved.seen == Visibility::Occluded;
-                            outside[i] = moved.seen == Visibility::OutOfFrame;
+                            occluded[i] = moved.visibility == Visibility::Occluded;
+                            outside[i] = moved.visibility == Visibility::OutOfFrame;
                         }
                     }
                 }
@@ -166,38 +166,38 @@ struct FlowSample {
     flow: [f32; 2],
     scene_flow: [f32; 3],
     depth: f32,
-    seen: Visibility,
+    visibility: Visibility,
 }
 
 /// How the second view shows points.
 struct SecondView<'a> {
     view: Viewpoint<'a>,
     /// The world of each line, where they differ.
-    lines: Vec<Arc<PreparedWorld>>,
+    row_worlds: Vec<Arc<PreparedWorld>>,
 }
 
 impl<'a> SecondView<'a> {
     fn new(view: Viewpoint<'a>, control: &Control) -> Result<Self, RenderError> {
-        let lines = match view.moments() {
+        let lines = match view.rolling_shutter() {
             Some(moments) => moments.all_row_worlds(view.camera, control)?,
             None => vec![],
         };
-        Ok(Self { view, lines })
+        Ok(Self { view, row_worlds: lines })
     }
 
     /// Where a point of a triangle is when it is seen, its pixel, and whether it is seen at all.
-    fn find(&self, hit: &ExactHit) -> (DVec3, DVec2, bool) {
+    fn project(&self, hit: &ExactHit) -> (DVec3, DVec2, bool) {
         let camera = self.view.camera;
-        let Some(last) = self.lines.len().checked_sub(1) else {
-            let point = place(self.view.world, hit);
+        let Some(last) = self.row_worlds.len().checked_sub(1) else {
+            let point = point_in(self.view.world, hit);
             let (pixel, sees) = camera.project(point);
             return (point, pixel, sees);
         };
         // From line to line, each in the middle of its own part of the picture, everything moves straight on.
         let at = |line: f64| {
-            let line = line * self.lines.len() as f64 - 0.5;
+            let line = line * self.row_worlds.len() as f64 - 0.5;
             let before = (line.max(0.0) as usize).min(last.saturating_sub(1));
-            let [a, b] = [before, last.min(before + 1)].map(|i| place(&self.lines[i], hit));
+            let [a, b] = [before, last.min(before + 1)].map(|i| point_in(&self.row_worlds[i], hit));
             a.lerp(b, line - before as f64)
         };
         let (pixel, sees) = camera.project_moving(at);
@@ -206,15 +206,15 @@ impl<'a> SecondView<'a> {
 
     /// The world that a pixel shows.
     fn world(&self, pixel: DVec2) -> &PreparedWorld {
-        let line = self.view.camera.line_fraction(pixel) * self.lines.len() as f64;
-        let last = self.lines.len().saturating_sub(1);
-        let then = self.lines.get((line as usize).min(last));
+        let line = self.view.camera.line_fraction(pixel) * self.row_worlds.len() as f64;
+        let last = self.row_worlds.len().saturating_sub(1);
+        let then = self.row_worlds.get((line as usize).min(last));
         then.map_or(self.view.world, |world| world)
     }
 }
 
 /// The point of a world that a ray has met in another one.
-fn place(world: &PreparedWorld, hit: &ExactHit) -> DVec3 {
+fn point_in(world: &PreparedWorld, hit: &ExactHit) -> DVec3 {
     let [a, b, c] = world.corners(hit.instance, hit.triangle);
     a + (b - a) * hit.u + (c - a) * hit.v
 }
@@ -225,12 +225,12 @@ struct OcclusionRay<'a> {
     ray: ExactRay,
     distance: f64,
     /// Which of the points it is of, and what lies there.
-    of: usize,
+    sample: usize,
     hit: ExactHit,
 }
 
 /// The pixels of a tile that show something, followed.
-fn follow(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32; 2], FlowSample)> {
+fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32; 2], FlowSample)> {
     let mut pixels = vec![];
     tile.pixels(&mut pixels);
     let camera = first.camera;
@@ -249,7 +249,7 @@ fn follow(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32; 2], 
             continue;
         }
         let before = DVec3::from(ray.origin) + hit.t * DVec3::from(ray.direction);
-        let (after, pixel, sees) = second.find(&hit);
+        let (after, pixel, sees) = second.project(&hit);
         let from = first.camera.pixel_center_of(x, y) - first.camera.pixel_center().offset();
         let to = pixel - camera.pixel_center().offset();
         let inside = sees
@@ -259,8 +259,8 @@ fn follow(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32; 2], 
             let world = second.world(pixel);
             let (origin, direction) = camera.ray(pixel);
             // Between the middles of two lines a point is a little beside where it is in the world of either.
-            let way = place(world, &hit) - origin;
-            let direction = match second.lines.is_empty() || camera.center() != Center::Point {
+            let way = point_in(world, &hit) - origin;
+            let direction = match second.row_worlds.is_empty() || camera.center() != Center::Point {
                 true => direction,
                 false => way.normalize(),
             };
@@ -268,7 +268,7 @@ fn follow(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32; 2], 
                 world,
                 ray: exact_ray((origin, direction)),
                 distance: way.dot(direction),
-                of: moved.len(),
+                sample: moved.len(),
                 hit,
             });
         }
@@ -279,7 +279,7 @@ fn follow(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32; 2], 
                 flow: flow.as_vec2().to_array(),
                 scene_flow: (after - before).as_vec3().to_array(),
                 depth: camera.depth_at(pixel, after) as f32,
-                seen: if inside {
+                visibility: if inside {
                     Visibility::Visible
                 } else {
                     Visibility::OutOfFrame
@@ -295,7 +295,7 @@ fn follow(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32; 2], 
         for (there, back) in hits.iter().zip(same) {
             let itself = (there.instance, there.triangle) == (back.hit.instance, back.hit.triangle);
             if there.t < back.distance * (1.0 - OCCLUSION_TOLERANCE) && !itself {
-                moved[back.of].1.seen = Visibility::Occluded;
+                moved[back.sample].1.visibility = Visibility::Occluded;
             }
         }
     }

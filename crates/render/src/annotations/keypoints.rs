@@ -8,20 +8,20 @@ use raycam_scene::camera::Center;
 use raycam_scene::{Camera, Mesh, World};
 use rayon::prelude::*;
 
-use crate::annotations::flow::View;
+use crate::annotations::flow::Viewpoint;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::ground_truth::center_rays::exact_ray;
-use crate::motion::shutter::Moments;
+use crate::motion::shutter::ShutterSlices;
 use crate::prepare::PreparedWorld;
 use crate::thread_pool::with_pool;
 
 /// Points that a thread takes at a time.
-const CHUNK: usize = 4096;
+const POINTS_PER_TASK: usize = 4096;
 
 /// A point that is looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Anchor {
+pub enum KeypointSource {
     /// In the world, where it stays.
     World(DVec3),
     /// In the coordinates of an object's mesh: it goes where the object goes.
@@ -42,7 +42,7 @@ pub enum Anchor {
     },
 }
 
-impl Anchor {
+impl KeypointSource {
     fn object(&self) -> Option<usize> {
         match *self {
             Self::World(_) => None,
@@ -51,7 +51,7 @@ impl Anchor {
     }
 
     /// Where it is, in a world whose objects are there; nowhere where its object shows another mesh, as hidden ones do.
-    fn place<'m>(&self, of: impl Fn(usize) -> Option<(DAffine3, &'m Mesh)>) -> Option<DVec3> {
+    fn position_with<'m>(&self, of: impl Fn(usize) -> Option<(DAffine3, &'m Mesh)>) -> Option<DVec3> {
         match *self {
             Self::World(point) => Some(point),
             Self::Mesh { object, point } => Some(of(object)?.0.transform_point3(point)),
@@ -71,20 +71,20 @@ impl Anchor {
         }
     }
 
-    fn place_in(&self, world: &World) -> DVec3 {
+    fn position_in(&self, world: &World) -> DVec3 {
         let of = |i: usize| {
             let object = world.objects.get(i)?;
             Some((object.world_from_mesh, &**world.meshes.get(object.mesh)?))
         };
-        self.place(of).unwrap_or(DVec3::NAN)
+        self.position_with(of).unwrap_or(DVec3::NAN)
     }
 
-    fn place_in_prepared(&self, world: &PreparedWorld) -> DVec3 {
+    fn position_in_prepared(&self, world: &PreparedWorld) -> DVec3 {
         let of = |i: usize| {
-            let object = world.objects.get(i)?;
+            let object = world.instances.get(i)?;
             Some((object.world_from_mesh, &*object.mesh.mesh))
         };
-        self.place(of).unwrap_or(DVec3::NAN)
+        self.position_with(of).unwrap_or(DVec3::NAN)
     }
 }
 
@@ -115,8 +115,8 @@ pub struct Keypoint {
 /// coordinates of a mesh that a skin bends; [`RenderError::World`] where the world has no place at a time of its video;
 /// [`RenderError::Cancelled`], and those of [`with_pool`].
 pub fn keypoints(
-    view: View,
-    anchors: &[Anchor],
+    view: Viewpoint,
+    anchors: &[KeypointSource],
     tolerance: f64,
     threads: Option<usize>,
     control: &Control,
@@ -125,14 +125,14 @@ pub fn keypoints(
         .iter()
         .enumerate()
         .try_for_each(|(i, anchor)| check(&view, i, anchor))?;
-    let moments = view.moments();
-    let camera = &view.world.before(view.camera);
-    let view = View { camera, ..view };
+    let moments = view.rolling_shutter();
+    let camera = &view.world.camera_outside(view.camera);
+    let view = Viewpoint { camera, ..view };
     control.start(anchors.len());
     with_pool(threads, || {
-        let find = |anchor: &Anchor| {
+        let find = |anchor: &KeypointSource| {
             control.check()?;
-            project(&view, moments.as_ref(), anchor)
+            project_keypoint(&view, moments.as_ref(), anchor)
         };
         let mut found = anchors
             .par_iter()
@@ -140,10 +140,10 @@ pub fn keypoints(
             .collect::<Result<Vec<_>, RenderError>>()?;
         // Those of a line together: they share its world.
         let center = |pixel: DVec2| {
-            let [x, y] = camera.past_corner(pixel).to_array();
+            let [x, y] = camera.offset_from_corner(pixel).to_array();
             camera.pixel_center_of(x as u32, y as u32)
         };
-        let time = |i: usize| camera.since_middle(center(found[i].pixel), 0.5);
+        let time = |i: usize| camera.shutter_offset(center(found[i].pixel), 0.5);
         let mut inside: Vec<(f64, usize)> = (0..found.len())
             .filter(|&i| found[i].inside)
             .map(|i| (time(i), i))
@@ -153,22 +153,22 @@ pub fn keypoints(
         }
         let groups: Vec<_> = inside
             .chunk_by(|a, b| moments.is_none() || a.0.to_bits() == b.0.to_bits())
-            .flat_map(|line| line.chunks(CHUNK))
+            .flat_map(|line| line.chunks(POINTS_PER_TASK))
             .collect();
         let seen = groups
             .par_iter()
             .map(|group| {
                 control.check()?;
                 let pixel = center(found[group[0].1].pixel);
-                let then = moments.as_ref().map(|m| m.at_line(camera, pixel, control));
+                let then = moments.as_ref().map(|m| m.row_world(camera, pixel, control));
                 let then = then.transpose()?;
                 let world = then.as_deref().unwrap_or(view.world);
                 let points: Vec<_> = group
                     .iter()
-                    .map(|&(_, i)| (anchors[i].place_in_prepared(world), found[i].pixel))
+                    .map(|&(_, i)| (anchors[i].position_in_prepared(world), found[i].pixel))
                     .collect();
                 control.advance_by(group.len());
-                Ok(first_before(world, camera, &points))
+                Ok(find_occluders(world, camera, &points))
             })
             .collect::<Result<Vec<_>, RenderError>>()?;
         for (&(_, i), (distance, hit)) in inside.iter().zip(seen.into_iter().flatten()) {
@@ -180,17 +180,17 @@ pub fn keypoints(
     })?
 }
 
-fn check(view: &View, i: usize, anchor: &Anchor) -> Result<(), RenderError> {
+fn check(view: &Viewpoint, i: usize, anchor: &KeypointSource) -> Result<(), RenderError> {
     let fail = |message: String| Err(RenderError::Settings(format!("point {i}: {message}")));
     let Some(number) = anchor.object() else {
         return Ok(());
     };
-    let Some(object) = view.world.objects.get(number) else {
-        let count = view.world.objects.len();
+    let Some(object) = view.world.instances.get(number) else {
+        let count = view.world.instances.len();
         return fail(format!("object {number} of a world with {count} objects"));
     };
     match *anchor {
-        Anchor::Triangle {
+        KeypointSource::Triangle {
             triangle, weights, ..
         } => {
             let count = object.mesh.mesh.triangles.len();
@@ -208,7 +208,7 @@ fn check(view: &View, i: usize, anchor: &Anchor) -> Result<(), RenderError> {
                 "the weights of its triangle's corners, {weights}, have the sum {sum}, expected 1"
             ))
         }
-        _ if is_skinned(view.moving, number) => fail(format!(
+        _ if is_skinned(view.animated_world, number) => fail(format!(
             "the mesh of object {number} is bent by a skin, so that a point in its coordinates does not go with it: \
              give the triangle on which it lies, and the weights of its corners"
         )),
@@ -217,7 +217,7 @@ fn check(view: &View, i: usize, anchor: &Anchor) -> Result<(), RenderError> {
 }
 
 fn is_skinned(world: Option<&World>, object: usize) -> bool {
-    let rig = world.and_then(|world| world.rig.as_ref());
+    let rig = world.and_then(|world| world.node_tree.as_ref());
     let mounts = rig.iter().flat_map(|rig| &rig.objects);
     mounts
         .into_iter()
@@ -225,20 +225,20 @@ fn is_skinned(world: Option<&World>, object: usize) -> bool {
 }
 
 /// A point and its image, without what lies before it.
-fn project(
-    view: &View,
-    moments: Option<&Moments>,
-    anchor: &Anchor,
+fn project_keypoint(
+    view: &Viewpoint,
+    moments: Option<&ShutterSlices>,
+    anchor: &KeypointSource,
 ) -> Result<Keypoint, RenderError> {
     let camera = view.camera;
     let failed = RefCell::new(None);
-    let still = anchor.place_in_prepared(view.world);
+    let still = anchor.position_in_prepared(view.world);
     let at = |line: f64| {
         let Some(moments) = moments.filter(|_| anchor.object().is_some()) else {
             return still;
         };
-        match moments.described_at(line) {
-            Ok(world) => anchor.place_in(&world),
+        match moments.scene_at_row(line) {
+            Ok(world) => anchor.position_in(&world),
             Err(error) => {
                 failed.replace(Some(error));
                 DVec3::NAN
@@ -248,14 +248,14 @@ fn project(
     let (pixel, sees) = camera.project_moving(at);
     let sees = sees && pixel.is_finite();
     let point = if sees {
-        at(camera.line_of(pixel))
+        at(camera.line_fraction(pixel))
     } else {
         still
     };
     if let Some(error) = failed.into_inner() {
         return Err(error);
     }
-    let past = camera.past_corner(pixel);
+    let past = camera.offset_from_corner(pixel);
     let size = DVec2::from(camera.size().map(f64::from));
     Ok(Keypoint {
         point,
@@ -267,7 +267,7 @@ fn project(
 }
 
 /// How far points with these images are along the camera's rays to them, and what these rays meet first.
-fn first_before(
+fn find_occluders(
     world: &PreparedWorld,
     camera: &Camera,
     points: &[(DVec3, DVec2)],

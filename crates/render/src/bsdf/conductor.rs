@@ -3,7 +3,7 @@
 use glam::Vec3;
 use raycam_scene::Metal;
 
-use crate::bsdf::layered::Layers;
+use crate::bsdf::layered::LayerStack;
 use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::Ggx;
 
@@ -17,17 +17,17 @@ pub(crate) fn fresnel(metal: &Metal, base: Vec3) -> Fresnel {
 }
 
 /// A metal whose reflection is multiplied by a base colour.
-pub(crate) fn layers(metal: &Metal, base: Vec3) -> Layers<'static> {
+pub(crate) fn layer_stack(metal: &Metal, base: Vec3) -> LayerStack<'static> {
     let fresnel = fresnel(metal, base);
-    Layers {
+    LayerStack {
         fresnel,
-        over: fresnel,
+        base_fresnel: fresnel,
         ggx: Ggx::isotropic(metal.roughness),
         diffuse: Vec3::ZERO,
-        through: Vec3::ZERO,
+        diffuse_transmission: Vec3::ZERO,
         transmission: Vec3::ZERO,
         eta: 1.0,
-        interface: None,
+        dielectric_albedo: None,
         coat: None,
         sheen: None,
     }

@@ -3,15 +3,15 @@
 use glam::Vec3;
 use raycam_scene::Glass;
 
-use crate::bsdf::layered::Layers;
-use crate::bsdf::principled::{absorption, dispersed};
-use crate::lobes::albedo_dielectric::Interface;
+use crate::bsdf::layered::LayerStack;
+use crate::bsdf::principled::{absorption_coefficient, ior_of_channel};
+use crate::lobes::albedo_dielectric::DielectricAlbedo;
 use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::Ggx;
 
 /// The index of the other side relative to the viewer's, where that of what is around the glass is `around`; a pane's own.
 pub(crate) fn eta(glass: &Glass, front: bool, channel: Option<usize>, around: f32) -> f32 {
-    let ior = dispersed(glass.ior, glass.dispersion, channel);
+    let ior = ior_of_channel(glass.ior, glass.dispersion, channel);
     match (glass.thin, front) {
         (true, _) => ior,
         (false, true) => ior / around,
@@ -22,40 +22,41 @@ pub(crate) fn eta(glass: &Glass, front: bool, channel: Option<usize>, around: f3
 /// What its interface reflects, or a whole pane.
 pub(crate) fn fresnel(glass: &Glass, eta: f32) -> Fresnel {
     if glass.thin {
-        Fresnel::Pane(eta)
+        Fresnel::ThinDielectric(eta)
     } else {
         Fresnel::Dielectric(eta)
     }
 }
 
 /// The index of the other side relative to the viewer's.
-pub(crate) fn beyond(glass: &Glass, eta: f32) -> f32 {
+pub(crate) fn relative_ior(glass: &Glass, eta: f32) -> f32 {
     if glass.thin { 1.0 } else { eta }
 }
 
 /// Glass whose base colour tints what passes its surface.
-pub(crate) fn layers<'a>(
+pub(crate) fn layer_stack<'a>(
     glass: &Glass,
     eta: f32,
     base: Vec3,
-    interface: Option<&'a Interface>,
-) -> Layers<'a> {
+    interface: Option<&'a DielectricAlbedo>,
+) -> LayerStack<'a> {
     let fresnel = fresnel(glass, eta);
-    Layers {
+    LayerStack {
         fresnel,
-        over: fresnel,
+        base_fresnel: fresnel,
         ggx: Ggx::isotropic(glass.roughness),
         diffuse: Vec3::ZERO,
-        through: Vec3::ZERO,
+        diffuse_transmission: Vec3::ZERO,
         transmission: base,
-        eta: beyond(glass, eta),
-        interface,
+        eta: relative_ior(glass, eta),
+        dielectric_albedo: interface,
         coat: None,
         sheen: None,
     }
 }
 
 /// Its absorption per metre, where it has an inside.
-pub(crate) fn inside(glass: &Glass) -> Option<Vec3> {
-    (!glass.thin).then(|| absorption(glass.attenuation_color, glass.attenuation_distance))
+pub(crate) fn interior_absorption(glass: &Glass) -> Option<Vec3> {
+    (!glass.thin)
+        .then(|| absorption_coefficient(glass.attenuation_color, glass.attenuation_distance))
 }

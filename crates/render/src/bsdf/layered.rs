@@ -8,42 +8,44 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use crate::bsdf::Value;
-use crate::bsdf::layered_sampling::{DOWN, LOBES, SPECULAR, UP};
-use crate::bsdf::multiscatter_dielectric::Between;
-use crate::lobes::albedo_dielectric::Interface;
-use crate::lobes::albedo_tables::{Albedo, Energy};
-use crate::lobes::clearcoat::Coat;
+use crate::bsdf::BsdfEval;
+use crate::bsdf::layered_sampling::{
+    DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, LOBE_COUNT, SPECULAR,
+};
+use crate::bsdf::multiscatter_dielectric::MultiscatterDielectric;
+use crate::lobes::albedo_dielectric::DielectricAlbedo;
+use crate::lobes::albedo_tables::{Albedo, DirectionalAlbedo};
+use crate::lobes::clearcoat::Clearcoat;
 use crate::lobes::fresnel::Fresnel;
-use crate::lobes::ggx::{Facets, Ggx};
-use crate::lobes::shading_frame::{Frame, cosine_density};
+use crate::lobes::ggx::{Ggx, MicrofacetEval};
+use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf};
 use crate::lobes::sheen::Sheen;
 
 /// What a point is made of.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Layers<'a> {
+pub(crate) struct LayerStack<'a> {
     /// Of the interface: what it reflects, and what it keeps from the base.
     pub fresnel: Fresnel,
-    pub over: Fresnel,
+    pub base_fresnel: Fresnel,
     pub ggx: Ggx,
     /// What the base reflects, and what it lets through, diffusely.
     pub diffuse: Vec3,
-    pub through: Vec3,
+    pub diffuse_transmission: Vec3,
     /// What is left of light that is refracted.
     pub transmission: Vec3,
     /// The index of the other side relative to the viewer's; 1 for thin walls.
     pub eta: f32,
     /// What a solid's roughness loses, where that is known.
-    pub interface: Option<&'a Interface>,
-    pub coat: Option<Coat>,
+    pub dielectric_albedo: Option<&'a DielectricAlbedo>,
+    pub coat: Option<Clearcoat>,
     pub sheen: Option<Sheen>,
 }
 
-impl Layers<'_> {
+impl LayerStack<'_> {
     /// Whether it is the interface alone.
-    pub fn is_bare(&self) -> bool {
+    pub fn is_interface_only(&self) -> bool {
         self.diffuse == Vec3::ZERO
-            && self.through == Vec3::ZERO
+            && self.diffuse_transmission == Vec3::ZERO
             && self.coat.is_none()
             && self.sheen.is_none()
     }
@@ -51,81 +53,86 @@ impl Layers<'_> {
 
 /// Layers seen from a direction.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Layered<'a> {
-    pub(crate) layers: Layers<'a>,
+pub(crate) struct LayeredBsdf<'a> {
+    pub(crate) stack: LayerStack<'a>,
     /// In coordinates along tangent, bitangent and normal.
-    pub(crate) view: Vec3,
-    energy: Energy,
-    pub(crate) between: Option<Between<'a>>,
+    pub(crate) wo: Vec3,
+    directional_albedo: DirectionalAlbedo,
+    pub(crate) multiscatter: Option<MultiscatterDielectric<'a>>,
     /// What the interface leaves for the base: from here, and in the mean.
-    pub(crate) left: f32,
-    left_mean: f32,
+    pub(crate) base_transmittance: f32,
+    mean_base_transmittance: f32,
     /// The coat's share of the view.
-    pub(crate) coated: f32,
+    pub(crate) coat_albedo: f32,
     /// How often each lobe is sampled.
-    pub(crate) shares: [f32; LOBES],
+    pub(crate) lobe_probabilities: [f32; LOBE_COUNT],
 }
 
-impl<'a> Layered<'a> {
-    pub fn new(layers: Layers<'a>, frame: &Frame) -> Self {
-        let view = frame.local(frame.view);
-        let energy = Energy::new(&layers.ggx);
+impl<'a> LayeredBsdf<'a> {
+    pub fn new(layers: LayerStack<'a>, frame: &ShadingFrame) -> Self {
+        let view = frame.to_local(frame.wo);
+        let energy = DirectionalAlbedo::new(&layers.ggx);
         let coated = layers
             .coat
-            .map_or(0.0, |coat| coat.reflected(coat.frame.local(frame.view).z));
+            .map_or(0.0, |coat| coat.albedo(coat.frame.to_local(frame.wo).z));
         let mut this = Self {
-            layers,
-            view,
-            energy,
-            between: Between::new(&layers, energy, view),
-            left: 0.0,
-            left_mean: 1.0,
-            coated,
-            shares: [0.0; LOBES],
+            stack: layers,
+            wo: view,
+            directional_albedo: energy,
+            multiscatter: MultiscatterDielectric::new(&layers, energy, view),
+            base_transmittance: 0.0,
+            mean_base_transmittance: 1.0,
+            coat_albedo: coated,
+            lobe_probabilities: [0.0; LOBE_COUNT],
         };
-        if this.has_base() {
-            this.left = this.left(view);
-            this.left_mean = this.left_mean();
+        if this.has_diffuse_base() {
+            this.base_transmittance = this.left(view);
+            this.mean_base_transmittance = this.left_mean();
         }
-        this.shares = this.shares();
+        this.lobe_probabilities = this.compute_lobe_probabilities();
         this
     }
 
     /// Whether there is anything diffuse below the interface.
-    fn has_base(&self) -> bool {
-        self.layers.diffuse != Vec3::ZERO || self.layers.through != Vec3::ZERO
+    fn has_diffuse_base(&self) -> bool {
+        self.stack.diffuse != Vec3::ZERO || self.stack.diffuse_transmission != Vec3::ZERO
     }
 
     /// What the interface reflects of light from a direction.
-    pub(crate) fn albedo_of(&self, fresnel: &Fresnel, direction: Vec3) -> Albedo {
-        if self.layers.ggx.is_smooth() {
+    pub(crate) fn interface_albedo(&self, fresnel: &Fresnel, direction: Vec3) -> Albedo {
+        if self.stack.ggx.effectively_smooth() {
             return Albedo {
-                single: fresnel.reflected(direction.z),
-                multiple: Vec3::ZERO,
+                single_scatter: fresnel.reflectance(direction.z),
+                multi_scatter: Vec3::ZERO,
             };
         }
-        if let Fresnel::Schlick { inside: None, .. } = fresnel {
-            return self.energy.albedo(fresnel.ends(), direction);
+        if let Fresnel::Schlick { eta: None, .. } = fresnel {
+            return self.directional_albedo.albedo(fresnel.f0_f90(), direction);
         }
-        let lost = self.energy.lost(direction);
+        let lost = self.directional_albedo.energy_loss(direction);
         Albedo {
-            single: fresnel.reflected(direction.z) * (1.0 - lost),
-            multiple: self.energy.multiple(fresnel.ends()) * lost,
+            single_scatter: fresnel.reflectance(direction.z) * (1.0 - lost),
+            multi_scatter: self
+                .directional_albedo
+                .multi_scatter_color(fresnel.f0_f90())
+                * lost,
         }
     }
 
     /// What the interface leaves for the base of light from a direction.
     fn left(&self, direction: Vec3) -> f32 {
-        self.albedo_of(&self.layers.over, direction).left().max(0.0)
+        self.interface_albedo(&self.stack.base_fresnel, direction)
+            .base_transmittance()
+            .max(0.0)
     }
 
     /// The same in the mean over the hemisphere, weighed by the cosine.
     fn left_mean(&self) -> f32 {
-        if let Fresnel::Schlick { inside: None, .. } = self.layers.over {
+        if let Fresnel::Schlick { eta: None, .. } = self.stack.base_fresnel {
             return self
-                .energy
-                .albedo_mean(self.layers.over.ends())
-                .left()
+                .directional_albedo
+                .albedo_mean(self.stack.base_fresnel.f0_f90())
+                .base_transmittance()
                 .max(1e-6);
         }
         const POINTS: usize = 8;
@@ -140,89 +147,98 @@ impl<'a> Layered<'a> {
     }
 
     /// What the coat and the sheen leave of light that goes both ways.
-    pub(crate) fn covered(&self, frame: &Frame, light: Vec3) -> (f32, f32) {
-        let coat = self.layers.coat.map_or(1.0, |coat| {
+    pub(crate) fn cover_transmittance(&self, frame: &ShadingFrame, light: Vec3) -> (f32, f32) {
+        let coat = self.stack.coat.map_or(1.0, |coat| {
             let cosine = coat.frame.normal.dot(light).abs();
-            1.0 - self.coated.max(coat.reflected(cosine))
+            1.0 - self.coat_albedo.max(coat.albedo(cosine))
         });
-        let sheen = self.layers.sheen.map_or(1.0, |sheen| {
+        let sheen = self.stack.sheen.map_or(1.0, |sheen| {
             let cosine = frame.normal.dot(light).abs();
-            sheen.left(self.view.z).min(sheen.left(cosine))
+            sheen
+                .base_transmittance(self.wo.z)
+                .min(sheen.base_transmittance(cosine))
         });
         (coat, sheen)
     }
 
-    pub fn evaluate(&self, frame: &Frame, light: Vec3) -> Value {
-        let l = frame.local(light);
+    pub fn eval(&self, frame: &ShadingFrame, light: Vec3) -> BsdfEval {
+        let l = frame.to_local(light);
         let up = frame.geometric.dot(light) > 0.0;
         if up != (l.z > 0.0) || l.z == 0.0 {
-            return Value::default();
+            return BsdfEval::default();
         }
-        let (coat, sheen) = self.covered(frame, light);
+        let (coat, sheen) = self.cover_transmittance(frame, light);
         if !up {
-            let Value { value, pdf } = self.below(l);
-            return Value {
+            let BsdfEval { value, pdf } = self.eval_transmission(l);
+            return BsdfEval {
                 value: value * (coat * sheen),
                 pdf,
             };
         }
-        let mut found = self.above(l);
+        let mut found = self.eval_reflection(l);
         found.value *= sheen;
-        if let Some(sheen) = &self.layers.sheen {
-            found.value += sheen.evaluate(self.view, l);
+        if let Some(sheen) = &self.stack.sheen {
+            found.value += sheen.eval(self.wo, l);
         }
         found.value *= coat;
-        if let Some(coat) = &self.layers.coat {
-            let Value { value, pdf } = coat.evaluate(frame.view, light);
+        if let Some(coat) = &self.stack.coat {
+            let BsdfEval { value, pdf } = coat.eval(frame.wo, light);
             found.value += value;
-            found.pdf += pdf * self.shares[LOBES - 1];
+            found.pdf += pdf * self.lobe_probabilities[LOBE_COUNT - 1];
         }
         found
     }
 
     /// The interface and the base, on the viewer's side.
-    fn above(&self, l: Vec3) -> Value {
-        let (layers, v) = (&self.layers, self.view);
+    fn eval_reflection(&self, l: Vec3) -> BsdfEval {
+        let (layers, v) = (&self.stack, self.wo);
         let mut value = Vec3::ZERO;
-        let mut pdf = cosine_density(l.z) * self.shares[UP];
-        if !layers.ggx.is_smooth() {
-            let Facets {
+        let mut pdf = cosine_hemisphere_pdf(l.z) * self.lobe_probabilities[DIFFUSE_REFLECTION];
+        if !layers.ggx.effectively_smooth() {
+            let MicrofacetEval {
                 cosine,
-                seen,
+                weight: seen,
                 pdf: density,
-            } = Facets::new(&layers.ggx, v, l);
-            value += layers.fresnel.reflected(cosine) * seen;
-            pdf += density * (self.mirrors(cosine) * self.shares[SPECULAR]);
-            let lost = self.energy.lost_mean();
+            } = MicrofacetEval::new(&layers.ggx, v, l);
+            value += layers.fresnel.reflectance(cosine) * seen;
+            pdf += density * (self.reflect_probability(cosine) * self.lobe_probabilities[SPECULAR]);
+            let lost = self.directional_albedo.mean_energy_loss();
             if lost > 1e-6 {
-                let lost = self.energy.lost(v) * self.energy.lost(l) / lost;
-                value += self.energy.multiple(layers.fresnel.ends()) * (lost * l.z * FRAC_1_PI);
+                let lost = self.directional_albedo.energy_loss(v)
+                    * self.directional_albedo.energy_loss(l)
+                    / lost;
+                value += self
+                    .directional_albedo
+                    .multi_scatter_color(layers.fresnel.f0_f90())
+                    * (lost * l.z * FRAC_1_PI);
             }
         }
-        value += layers.diffuse * self.base(l) + self.between(l);
-        Value { value, pdf }
+        value += layers.diffuse * self.eval_base(l) + self.between(l);
+        BsdfEval { value, pdf }
     }
 
     /// The base of albedo 1, times the cosine.
-    fn base(&self, light: Vec3) -> f32 {
-        self.left * self.left(light) / self.left_mean * (light.z * FRAC_1_PI)
+    fn eval_base(&self, light: Vec3) -> f32 {
+        self.base_transmittance * self.left(light) / self.mean_base_transmittance
+            * (light.z * FRAC_1_PI)
     }
 
     /// What leaves after several microfacets, times the cosine.
     fn between(&self, l: Vec3) -> Vec3 {
-        self.between.map_or(Vec3::ZERO, |between| {
-            between.evaluate(l) * self.layers.transmission
+        self.multiscatter.map_or(Vec3::ZERO, |between| {
+            between.eval(l) * self.stack.transmission
         })
     }
 
     /// The base and refraction, on the other side.
-    fn below(&self, l: Vec3) -> Value {
-        let (layers, v) = (&self.layers, self.view);
-        let mut found = Value {
-            value: layers.through * self.base(Vec3::new(l.x, l.y, -l.z)) + self.between(l),
-            pdf: cosine_density(-l.z) * self.shares[DOWN],
+    fn eval_transmission(&self, l: Vec3) -> BsdfEval {
+        let (layers, v) = (&self.stack, self.wo);
+        let mut found = BsdfEval {
+            value: layers.diffuse_transmission * self.eval_base(Vec3::new(l.x, l.y, -l.z))
+                + self.between(l),
+            pdf: cosine_hemisphere_pdf(-l.z) * self.lobe_probabilities[DIFFUSE_TRANSMISSION],
         };
-        if layers.transmission == Vec3::ZERO || layers.ggx.is_smooth() {
+        if layers.transmission == Vec3::ZERO || layers.ggx.effectively_smooth() {
             return found;
         }
         let ggx = &layers.ggx;
@@ -231,10 +247,11 @@ impl<'a> Layered<'a> {
             let l = Vec3::new(l.x, l.y, -l.z);
             let h = (v + l).normalize();
             let cosine = v.dot(h);
-            let rest = (Vec3::ONE - layers.over.reflected(cosine)) * layers.transmission;
-            found.value += rest * (ggx.density(h) * ggx.visible_both(v, l) / (4.0 * v.z));
-            let refracts = 1.0 - self.mirrors(cosine);
-            found.pdf += ggx.pdf(v, h) / (4.0 * cosine) * (refracts * self.shares[SPECULAR]);
+            let rest = (Vec3::ONE - layers.base_fresnel.reflectance(cosine)) * layers.transmission;
+            found.value += rest * (ggx.d(h) * ggx.g(v, l) / (4.0 * v.z));
+            let refracts = 1.0 - self.reflect_probability(cosine);
+            found.pdf +=
+                ggx.pdf(v, h) / (4.0 * cosine) * (refracts * self.lobe_probabilities[SPECULAR]);
             return found;
         }
         let sum = v + l * layers.eta;
@@ -244,38 +261,48 @@ impl<'a> Layered<'a> {
         if seen <= 0.0 || lit >= 0.0 {
             return found;
         }
-        let rest = (Vec3::ONE - layers.over.reflected(seen)) * layers.transmission;
+        let rest = (Vec3::ONE - layers.base_fresnel.reflectance(seen)) * layers.transmission;
         let squeeze = -lit / (seen + layers.eta * lit).powi(2);
         let down = Vec3::new(l.x, l.y, -l.z);
-        let shape = ggx.density(h) * ggx.visible_both(v, down) * seen / v.z;
+        let shape = ggx.d(h) * ggx.g(v, down) * seen / v.z;
         found.value += rest * (shape * squeeze);
         let density = ggx.pdf(v, h) * layers.eta * layers.eta * squeeze;
-        found.pdf += density * ((1.0 - self.mirrors(seen)) * self.shares[SPECULAR]);
+        found.pdf +=
+            density * ((1.0 - self.reflect_probability(seen)) * self.lobe_probabilities[SPECULAR]);
         found
     }
 
     pub fn albedo(&self) -> Vec3 {
-        let layers = &self.layers;
-        let Albedo { single, multiple } = self.albedo_of(&layers.fresnel, self.view);
-        let below = (Vec3::ONE - layers.over.reflected(self.view.z)) * layers.transmission;
-        let inner = single + multiple + (layers.diffuse + layers.through) * self.left + below;
+        let layers = &self.stack;
+        let Albedo {
+            single_scatter: single,
+            multi_scatter: multiple,
+        } = self.interface_albedo(&layers.fresnel, self.wo);
+        let below = (Vec3::ONE - layers.base_fresnel.reflectance(self.wo.z)) * layers.transmission;
+        let inner = single
+            + multiple
+            + (layers.diffuse + layers.diffuse_transmission) * self.base_transmittance
+            + below;
         let (sheen, left) = layers.sheen.map_or((Vec3::ZERO, 1.0), |sheen| {
-            (sheen.reflected(self.view.z), sheen.left(self.view.z))
+            (
+                sheen.albedo_color(self.wo.z),
+                sheen.base_transmittance(self.wo.z),
+            )
         });
-        let coat = Vec3::splat(self.coated);
-        (coat + (inner * left + sheen) * (1.0 - self.coated)).min(Vec3::ONE)
+        let coat = Vec3::splat(self.coat_albedo);
+        (coat + (inner * left + sheen) * (1.0 - self.coat_albedo)).min(Vec3::ONE)
     }
 
     pub fn is_transmissive(&self) -> bool {
-        self.layers.transmission != Vec3::ZERO || self.layers.through != Vec3::ZERO
+        self.stack.transmission != Vec3::ZERO || self.stack.diffuse_transmission != Vec3::ZERO
     }
 
     /// Whether light sampling finds something of it: it is not mirror and smooth glass alone.
-    pub fn is_lit(&self) -> bool {
-        let rough = |ggx: &Ggx| !ggx.is_smooth();
-        rough(&self.layers.ggx)
-            || self.layers.coat.is_some_and(|coat| rough(&coat.ggx))
-            || self.shares[UP] > 0.0
-            || self.shares[DOWN] > 0.0
+    pub fn is_non_specular(&self) -> bool {
+        let rough = |ggx: &Ggx| !ggx.effectively_smooth();
+        rough(&self.stack.ggx)
+            || self.stack.coat.is_some_and(|coat| rough(&coat.ggx))
+            || self.lobe_probabilities[DIFFUSE_REFLECTION] > 0.0
+            || self.lobe_probabilities[DIFFUSE_TRANSMISSION] > 0.0
     }
 }

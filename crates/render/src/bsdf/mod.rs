@@ -1,6 +1,6 @@
-//! How surfaces scatter light: the closed set of [`raycam_scene::Reflectance`], evaluated at a point.
+//! How surfaces scatter light: the closed set of [`raycam_scene::MaterialModel`], evaluated at a point.
 //!
-//! All directions point away from the surface and are of unit length. `evaluate` and `sample` agree: a sample's weight
+//! All directions point away from the surface and are of unit length. `eval` and `sample` agree: a sample's weight
 //! is its value divided by its density, and what one never returns the other gives no density.
 
 pub(crate) mod batch;
@@ -18,29 +18,33 @@ pub(crate) mod tests;
 
 use glam::Vec3;
 use raycam_bvh::Hit;
-use raycam_scene::{Material, Reflectance};
+use raycam_scene::{Material, MaterialModel};
 
 use crate::prepare::PreparedWorld;
 use crate::prepare::material::PreparedMaterial;
 use crate::prepare::texture::Footprint;
-use crate::soa::{Three, get, set};
+use crate::soa::{Vec3xN, get_lane, set_lane};
 
-pub(crate) use crate::bsdf::batch::glossy::{FindLobes, GlossyPoints, is_glossy};
-pub(crate) use crate::bsdf::batch::rough_dielectric::{FindFrosted, FrostedPoints, is_frosted};
-pub(crate) use crate::bsdf::batch::specular::{FindWays, SmoothPoints};
-pub(crate) use crate::bsdf::diffuse::{Directions, Matte};
-pub(crate) use crate::bsdf::layered::Layered;
-pub(crate) use crate::bsdf::phong::Lecture;
-pub(crate) use crate::bsdf::principled::is_solid;
-pub(crate) use crate::bsdf::specular::is_clear;
-pub(crate) use crate::guiding::cones::{Aim, Aims, share};
-pub(crate) use crate::lobes::albedo_dielectric::Interface;
-pub(crate) use crate::lobes::phong_lobe::Lobe;
-pub(crate) use crate::lobes::shading_frame::{Frame, above, cosine_direction, turn, turned};
+pub(crate) use crate::bsdf::batch::glossy::{GlossyBsdfBatch, SampleGlossy, is_rough_reflective};
+pub(crate) use crate::bsdf::batch::rough_dielectric::{
+    RoughDielectricBsdfBatch, SampleRoughDielectric, is_rough_refractive,
+};
+pub(crate) use crate::bsdf::batch::specular::{SampleSpecular, SpecularBsdfBatch};
+pub(crate) use crate::bsdf::diffuse::{Diffuse, SampleCosineHemisphere};
+pub(crate) use crate::bsdf::layered::LayeredBsdf;
+pub(crate) use crate::bsdf::phong::ModifiedPhong;
+pub(crate) use crate::bsdf::principled::has_interior;
+pub(crate) use crate::bsdf::specular::is_specular_material;
+pub(crate) use crate::guiding::cones::{GuidingCones, SampleGuided, mixture_weight};
+pub(crate) use crate::lobes::albedo_dielectric::DielectricAlbedo;
+pub(crate) use crate::lobes::phong_lobe::PhongLobe;
+pub(crate) use crate::lobes::shading_frame::{
+    ShadingFrame, atan2_turns, sample_cosine_hemisphere, sincos_turns, to_world_around,
+};
 
-use crate::bsdf::principled::{Lookup, Seen};
+use crate::bsdf::principled::{TextureLookup, ViewContext};
 use crate::bsdf::specular::is_smooth;
-use crate::lobes::albedo_dielectric::Curve;
+use crate::lobes::albedo_dielectric::FresnelModel;
 
 /// How one point scatters light, its textures looked up.
 #[derive(Clone, Debug)]
@@ -48,45 +52,45 @@ use crate::lobes::albedo_dielectric::Curve;
     clippy::large_enum_variant,
     reason = "made at every hit: a box would be an allocation there"
 )]
-pub(crate) enum Scatter<'a> {
+pub(crate) enum Bsdf<'a> {
     /// It does not: it absorbs, or shines by itself.
     Black,
-    Lecture(Lecture<'a>),
-    Layered(Layered<'a>),
+    Phong(ModifiedPhong<'a>),
+    Layered(LayeredBsdf<'a>),
 }
 
 /// A direction that light may come from.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ScatterSample {
-    pub direction: Vec3,
+pub(crate) struct BsdfSample {
+    pub wi: Vec3,
     /// Value (reflectance or transmittance times cosine) divided by density.
     pub weight: Vec3,
     /// By solid angle; of no meaning for delta samples.
     pub pdf: f32,
     /// Whether this direction is one of few: no light sampling finds it.
-    pub delta: bool,
+    pub is_specular: bool,
     /// The square of the relative index of refraction where it is refracted, else 1: what the weight has been divided
     /// by, and will be multiplied by on the way out.
-    pub squeeze: f32,
+    pub eta_scale: f32,
 }
 
 /// What share of an irradiance becomes radiance towards the viewer, and the density of sampling its direction.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Value {
+pub(crate) struct BsdfEval {
     /// Reflectance or transmittance in 1/sr times the cosine.
     pub value: Vec3,
     /// By solid angle.
     pub pdf: f32,
 }
 
-/// [`Value`]s of many points, field by field.
+/// [`BsdfEval`]s of many points, field by field.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Values<const N: usize> {
-    pub value: Three<f32, N>,
+pub(crate) struct BsdfEvals<const N: usize> {
+    pub value: Vec3xN<f32, N>,
     pub pdf: [f32; N],
 }
 
-impl<const N: usize> Default for Values<N> {
+impl<const N: usize> Default for BsdfEvals<N> {
     fn default() -> Self {
         Self {
             value: [[0.0; N]; 3],
@@ -95,59 +99,64 @@ impl<const N: usize> Default for Values<N> {
     }
 }
 
-impl<const N: usize> Values<N> {
+impl<const N: usize> BsdfEvals<N> {
     /// Takes some lanes of others.
     #[inline(always)]
-    pub fn take(&mut self, which: &[bool; N], others: &Self) {
+    pub fn select_lanes(&mut self, which: &[bool; N], others: &Self) {
         for (lane, &which) in which.iter().enumerate() {
             let from = if which { others } else { &*self };
-            let (value, pdf) = (get(&from.value, lane), from.pdf[lane]);
-            set(&mut self.value, lane, value);
+            let (value, pdf) = (get_lane(&from.value, lane), from.pdf[lane]);
+            set_lane(&mut self.value, lane, value);
             self.pdf[lane] = pdf;
         }
     }
 }
 
 /// What paths ask of a point of a surface.
-pub(crate) trait Scattering {
+pub(crate) trait BsdfModel {
     /// The value of light from a direction.
-    fn evaluate(&self, frame: &Frame, light: Vec3) -> Value;
+    fn eval(&self, frame: &ShadingFrame, light: Vec3) -> BsdfEval;
     /// A direction drawn about as often as it matters; `None` where the light is absorbed.
-    fn sample(&self, frame: &Frame, random: [f32; 3]) -> Option<ScatterSample>;
+    fn sample(&self, frame: &ShadingFrame, random: [f32; 3]) -> Option<BsdfSample>;
     /// The radiance towards the viewer under a sky of radiance 1 that nothing hides.
-    fn albedo(&self, frame: &Frame) -> Vec3;
+    fn albedo(&self, frame: &ShadingFrame) -> Vec3;
     /// Whether light that is sampled has a chance to be scattered to the viewer.
-    fn is_lit(&self) -> bool;
+    fn is_non_specular(&self) -> bool;
     /// Whether light from behind the surface reaches the viewer.
     fn is_transmissive(&self) -> bool;
-    /// Whether [`Scattering::sample`] needs the first of its numbers, which chooses among parts.
-    fn chooses(&self) -> bool;
+    /// Whether [`BsdfModel::sample`] needs the first of its numbers, which chooses among parts.
+    fn needs_lobe_sample(&self) -> bool;
 }
 
 impl PreparedMaterial {
     /// What roughness loses, for a colour.
-    fn interface(&self, channel: Option<usize>) -> Option<&Interface> {
-        self.interfaces
+    fn dielectric_albedo(&self, channel: Option<usize>) -> Option<&DielectricAlbedo> {
+        self.dielectric_tables
             .get(channel.unwrap_or(1))
-            .or(self.interfaces.first())
+            .or(self.dielectric_tables.first())
     }
 
-    /// The albedo where light is scattered by a [`Matte`] surface alone, without a normal map.
+    /// The albedo where light is scattered by a [`Diffuse`] surface alone, without a normal map.
     #[inline]
-    pub fn matte(&self, world: &PreparedWorld, hit: &Hit, footprint: &Footprint) -> Option<Vec3> {
-        let Reflectance::Lecture { diffuse, .. } = self.material.reflectance else {
+    pub fn diffuse_albedo(
+        &self,
+        world: &PreparedWorld,
+        hit: &Hit,
+        footprint: &Footprint,
+    ) -> Option<Vec3> {
+        let MaterialModel::Phong { diffuse, .. } = self.material.model else {
             return None;
         };
-        (self.lobe.is_none() && self.material.normal_map.is_none())
-            .then(|| world.base_color_of(self, hit, footprint) * diffuse)
+        (self.phong_lobe.is_none() && self.material.normal_map.is_none())
+            .then(|| world.base_color_with(self, hit, footprint) * diffuse)
     }
 }
 
 /// The diffuse part of a material that is matte and no more: without a lobe, normals or light of its own.
-pub(crate) fn plain(material: &Material) -> Option<f32> {
-    let Reflectance::Lecture {
+pub(crate) fn diffuse_only(material: &Material) -> Option<f32> {
+    let MaterialModel::Phong {
         diffuse, specular, ..
-    } = material.reflectance
+    } = material.model
     else {
         return None;
     };
@@ -157,126 +166,130 @@ pub(crate) fn plain(material: &Material) -> Option<f32> {
     plain.then_some(diffuse)
 }
 
-impl<'a> Scatter<'a> {
-    /// What happens to light at a hit, and the directions that it happens by: `smooth` with the normal map's normal.
+impl<'a> Bsdf<'a> {
+    /// What happens to light at a hit, and the directions that it happens by: `unmapped_frame` with the normal map's normal.
     pub fn new(
         world: &'a PreparedWorld,
         hit: &Hit,
-        smooth: Frame,
+        smooth: ShadingFrame,
         front: bool,
         channel: Option<usize>,
         around: f32,
         footprint: &Footprint,
-    ) -> (Self, Frame) {
+    ) -> (Self, ShadingFrame) {
         let prepared = world.material(hit);
-        let PreparedMaterial { material, lobe, .. } = prepared;
+        let PreparedMaterial { material, phong_lobe: lobe, .. } = prepared;
         let normal = material
             .normal_map
             .and_then(|map| world.mapped_normal(&map, hit, footprint, smooth.normal, front));
         let mut frame = smooth;
         if let Some(normal) = normal {
-            frame = smooth.with_normal(normal, None);
+            frame = smooth.with_shading_normal(normal, None);
         }
-        let base = world.base_color_of(prepared, hit, footprint);
-        let layers = match &material.reflectance {
-            Reflectance::Lecture {
+        let base = world.base_color_with(prepared, hit, footprint);
+        let layers = match &material.model {
+            MaterialModel::Phong {
                 diffuse, specular, ..
             } => {
-                let lecture = Lecture {
+                let lecture = ModifiedPhong {
                     diffuse: base * *diffuse,
                     specular: Vec3::from(*specular),
                     lobe: lobe.as_deref(),
                 };
-                return (Self::Lecture(lecture), frame);
+                return (Self::Phong(lecture), frame);
             }
-            Reflectance::Unlit => return (Self::Black, frame),
-            Reflectance::Metal(metal) => {
-                frame = frame.with_normal(frame.normal, None);
-                conductor::layers(metal, base)
+            MaterialModel::Unlit => return (Self::Black, frame),
+            MaterialModel::Metal(metal) => {
+                frame = frame.with_shading_normal(frame.normal, None);
+                conductor::layer_stack(metal, base)
             }
-            Reflectance::Glass(glass) => {
-                frame = frame.with_normal(frame.normal, None);
+            MaterialModel::Glass(glass) => {
+                frame = frame.with_shading_normal(frame.normal, None);
                 let eta = dielectric::eta(glass, front, channel, around);
-                dielectric::layers(glass, eta, base, prepared.interface(channel))
+                dielectric::layer_stack(glass, eta, base, prepared.dielectric_albedo(channel))
             }
-            Reflectance::Principled(p) => {
-                let lookup = Lookup::new(world, hit, footprint);
-                frame = frame.with_normal(frame.normal, lookup.tangent(p));
-                let seen = Seen {
-                    smooth,
+            MaterialModel::Principled(p) => {
+                let lookup = TextureLookup::new(world, hit, footprint);
+                frame = frame.with_shading_normal(frame.normal, lookup.tangent(p));
+                let seen = ViewContext {
+                    unmapped_frame: smooth,
                     front,
                     channel,
-                    around,
+                    outside_ior: around,
                     base,
-                    interface: prepared.interface(channel),
+                    dielectric_albedo: prepared.dielectric_albedo(channel),
                 };
-                principled::layers(p, &lookup, &seen)
+                principled::layer_stack(p, &lookup, &seen)
             }
         };
-        (Self::Layered(Layered::new(layers, &frame)), frame)
+        (Self::Layered(LayeredBsdf::new(layers, &frame)), frame)
     }
 }
 
-impl Scattering for Scatter<'_> {
-    fn evaluate(&self, frame: &Frame, light: Vec3) -> Value {
+impl BsdfModel for Bsdf<'_> {
+    fn eval(&self, frame: &ShadingFrame, light: Vec3) -> BsdfEval {
         match self {
-            Self::Black => Value::default(),
-            Self::Lecture(lecture) => Scattering::evaluate(lecture, frame, light),
-            Self::Layered(layered) => layered.evaluate(frame, light),
+            Self::Black => BsdfEval::default(),
+            Self::Phong(lecture) => BsdfModel::eval(lecture, frame, light),
+            Self::Layered(layered) => layered.eval(frame, light),
         }
     }
 
-    fn sample(&self, frame: &Frame, random: [f32; 3]) -> Option<ScatterSample> {
+    fn sample(&self, frame: &ShadingFrame, random: [f32; 3]) -> Option<BsdfSample> {
         match self {
             Self::Black => None,
-            Self::Lecture(lecture) => Scattering::sample(lecture, frame, random),
+            Self::Phong(lecture) => BsdfModel::sample(lecture, frame, random),
             Self::Layered(layered) => layered.sample(frame, random),
         }
     }
 
-    fn albedo(&self, frame: &Frame) -> Vec3 {
+    fn albedo(&self, frame: &ShadingFrame) -> Vec3 {
         match self {
             Self::Black => Vec3::ZERO,
-            Self::Lecture(lecture) => Scattering::albedo(lecture, frame),
+            Self::Phong(lecture) => BsdfModel::albedo(lecture, frame),
             Self::Layered(layered) => layered.albedo(),
         }
     }
 
-    fn is_lit(&self) -> bool {
+    fn is_non_specular(&self) -> bool {
         match self {
             Self::Black => false,
-            Self::Lecture(lecture) => lecture.is_lit(),
-            Self::Layered(layered) => layered.is_lit(),
+            Self::Phong(lecture) => lecture.is_non_specular(),
+            Self::Layered(layered) => layered.is_non_specular(),
         }
     }
 
     fn is_transmissive(&self) -> bool {
         match self {
             Self::Black => false,
-            Self::Lecture(lecture) => lecture.is_transmissive(),
+            Self::Phong(lecture) => lecture.is_transmissive(),
             Self::Layered(layered) => layered.is_transmissive(),
         }
     }
 
-    fn chooses(&self) -> bool {
+    fn needs_lobe_sample(&self) -> bool {
         match self {
             Self::Black => false,
-            Self::Lecture(lecture) => lecture.chooses(),
+            Self::Phong(lecture) => lecture.needs_lobe_sample(),
             Self::Layered(_) => true,
         }
     }
 }
 
 /// What the roughness of a material loses where light is refracted: one for each colour if they differ.
-pub(crate) fn interfaces(material: &Material) -> Vec<Interface> {
-    let (ior, dispersion, curve) = match &material.reflectance {
-        Reflectance::Glass(glass) if !glass.thin => (glass.ior, glass.dispersion, Curve::Exact),
-        Reflectance::Principled(p) if principled::is_solid(p) => {
-            (p.ior, p.dispersion, Curve::Schlick)
+pub(crate) fn dielectric_tables(material: &Material) -> Vec<DielectricAlbedo> {
+    let (ior, dispersion, curve) = match &material.model {
+        MaterialModel::Glass(glass) if !glass.thin => {
+            (glass.ior, glass.dispersion, FresnelModel::Exact)
+        }
+        MaterialModel::Principled(p) if principled::has_interior(p) => {
+            (p.ior, p.dispersion, FresnelModel::Schlick)
         }
         _ => return vec![],
     };
-    let of = |channel| Interface::new(principled::dispersed(ior, dispersion, channel), curve);
+    let of = |channel| {
+        DielectricAlbedo::new(principled::ior_of_channel(ior, dispersion, channel), curve)
+    };
     match is_dispersive(material) {
         true => [0, 1, 2].map(|channel| of(Some(channel))).into(),
         false => vec![of(None)],
@@ -284,22 +297,22 @@ pub(crate) fn interfaces(material: &Material) -> Vec<Interface> {
 }
 
 /// What the inside of a material does to light that goes through it: absorption per metre, where it has an inside.
-pub(crate) fn inside(material: &Material) -> Option<Vec3> {
-    match &material.reflectance {
-        Reflectance::Principled(p) => principled::inside(p),
-        Reflectance::Glass(glass) => dielectric::inside(glass),
-        Reflectance::Lecture { .. } | Reflectance::Unlit | Reflectance::Metal(_) => None,
+pub(crate) fn interior_absorption(material: &Material) -> Option<Vec3> {
+    match &material.model {
+        MaterialModel::Principled(p) => principled::interior_absorption(p),
+        MaterialModel::Glass(glass) => dielectric::interior_absorption(glass),
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => None,
     }
 }
 
 /// The index of refraction of the inside of a material, for a colour.
-pub(crate) fn index(material: &Material, channel: Option<usize>) -> f32 {
-    match &material.reflectance {
-        Reflectance::Glass(glass) if !glass.thin => {
-            principled::dispersed(glass.ior, glass.dispersion, channel)
+pub(crate) fn ior(material: &Material, channel: Option<usize>) -> f32 {
+    match &material.model {
+        MaterialModel::Glass(glass) if !glass.thin => {
+            principled::ior_of_channel(glass.ior, glass.dispersion, channel)
         }
-        Reflectance::Principled(p) if principled::is_solid(p) => {
-            principled::dispersed(p.ior, p.dispersion, channel)
+        MaterialModel::Principled(p) if principled::has_interior(p) => {
+            principled::ior_of_channel(p.ior, p.dispersion, channel)
         }
         _ => 1.0,
     }
@@ -307,9 +320,9 @@ pub(crate) fn index(material: &Material, channel: Option<usize>) -> f32 {
 
 /// Whether a material refracts colours differently.
 pub(crate) fn is_dispersive(material: &Material) -> bool {
-    match &material.reflectance {
-        Reflectance::Principled(p) => p.dispersion > 0.0 && principled::is_solid(p),
-        Reflectance::Glass(glass) => glass.dispersion > 0.0 && !glass.thin,
-        Reflectance::Lecture { .. } | Reflectance::Unlit | Reflectance::Metal(_) => false,
+    match &material.model {
+        MaterialModel::Principled(p) => p.dispersion > 0.0 && principled::has_interior(p),
+        MaterialModel::Glass(glass) => glass.dispersion > 0.0 && !glass.thin,
+        MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => false,
     }
 }

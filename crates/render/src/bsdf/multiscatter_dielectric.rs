@@ -9,107 +9,113 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use crate::bsdf::layered::Layers;
-use crate::lobes::albedo_dielectric::Losses;
-use crate::lobes::albedo_tables::Energy;
+use crate::bsdf::layered::LayerStack;
+use crate::lobes::albedo_dielectric::EnergyLoss;
+use crate::lobes::albedo_tables::DirectionalAlbedo;
 use crate::lobes::fresnel::Fresnel;
 
 /// The lobes of a surface seen from a direction.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Between<'a> {
-    energy: Energy,
+pub(crate) struct MultiscatterDielectric<'a> {
+    directional_albedo: DirectionalAlbedo,
     /// Of solids, whose sides differ; thin walls lose the same on both.
-    losses: Option<Losses<'a>>,
-    inside: bool,
-    ends: (Vec3, Vec3),
+    loss_tables: Option<EnergyLoss<'a>>,
+    starts_inside: bool,
+    f0_f90: (Vec3, Vec3),
     /// The share of what reflection alone would lose that the interface's own lobe gives back.
-    given_back: Vec3,
+    compensation: Vec3,
     /// What is lost of the view.
-    view: Vec3,
+    view_loss: Vec3,
     /// Over the sides in the mean, by their squared indices relative to the viewer's.
-    total: Vec3,
+    mean_loss: Vec3,
     /// How much of it leaves on the viewer's side.
-    up: f32,
+    reflected_fraction: f32,
 }
 
-impl<'a> Between<'a> {
+impl<'a> MultiscatterDielectric<'a> {
     /// `None` where nothing is lost, or nobody knows how much.
-    pub fn new(layers: &Layers<'a>, energy: Energy, view: Vec3) -> Option<Self> {
+    pub fn new(layers: &LayerStack<'a>, energy: DirectionalAlbedo, view: Vec3) -> Option<Self> {
         let thin = layers.eta == 1.0;
-        if layers.transmission == Vec3::ZERO || layers.ggx.is_smooth() {
+        if layers.transmission == Vec3::ZERO || layers.ggx.effectively_smooth() {
             return None;
         }
-        let known = layers.interface.filter(|interface| {
-            interface.is_between(layers.eta)
+        let known = layers.dielectric_albedo.filter(|interface| {
+            interface.matches_eta(layers.eta)
                 && layers.ggx.is_isotropic()
-                && !matches!(layers.over, Fresnel::Film { .. })
+                && !matches!(layers.base_fresnel, Fresnel::ThinFilm { .. })
         });
         if !thin && known.is_none() {
             return None;
         }
-        let ends = layers.over.ends();
+        let ends = layers.base_fresnel.f0_f90();
         let mut this = Self {
-            energy,
-            losses: known.filter(|_| !thin).map(|known| known.at(&layers.ggx)),
-            inside: layers.eta < 1.0,
-            ends,
-            given_back: energy.multiple(ends),
-            view: Vec3::ZERO,
-            total: Vec3::ZERO,
-            up: 0.5,
+            directional_albedo: energy,
+            loss_tables: known
+                .filter(|_| !thin)
+                .map(|known| known.at_roughness(&layers.ggx)),
+            starts_inside: layers.eta < 1.0,
+            f0_f90: ends,
+            compensation: energy.multi_scatter_color(ends),
+            view_loss: Vec3::ZERO,
+            mean_loss: Vec3::ZERO,
+            reflected_fraction: 0.5,
         };
-        this.view = this.lost(view, false);
-        let up = this.lost_mean(false);
-        this.total = up + this.lost_mean(true) * (layers.eta * layers.eta);
-        if this.total.max_element() < 1e-6 {
+        this.view_loss = this.energy_loss(view, false);
+        let up = this.mean_energy_loss(false);
+        this.mean_loss = up + this.mean_energy_loss(true) * (layers.eta * layers.eta);
+        if this.mean_loss.max_element() < 1e-6 {
             return None;
         }
-        this.total = this.total.max(Vec3::splat(1e-9));
-        this.up = (up / this.total).element_sum() / 3.0;
+        this.mean_loss = this.mean_loss.max(Vec3::splat(1e-9));
+        this.reflected_fraction = (up / this.mean_loss).element_sum() / 3.0;
         Some(this)
     }
 
     /// What is lost of light from a direction above its side.
-    fn lost(&self, direction: Vec3, other: bool) -> Vec3 {
-        let reflected = self.energy.lost(direction);
-        let all = match &self.losses {
+    fn energy_loss(&self, direction: Vec3, other: bool) -> Vec3 {
+        let reflected = self.directional_albedo.energy_loss(direction);
+        let all = match &self.loss_tables {
             None => Vec3::splat(reflected),
             Some(losses) => {
-                let [up, down] = losses.kept(self.inside != other, direction.z, self.ends);
+                let [up, down] =
+                    losses.albedo(self.starts_inside != other, direction.z, self.f0_f90);
                 Vec3::ONE - up - down
             }
         };
-        (all - self.given_back * reflected).max(Vec3::ZERO)
+        (all - self.compensation * reflected).max(Vec3::ZERO)
     }
 
-    fn lost_mean(&self, other: bool) -> Vec3 {
-        let reflected = self.energy.lost_mean();
-        let all = match &self.losses {
+    fn mean_energy_loss(&self, other: bool) -> Vec3 {
+        let reflected = self.directional_albedo.mean_energy_loss();
+        let all = match &self.loss_tables {
             None => Vec3::splat(reflected),
-            Some(losses) => losses.lost_mean(self.inside != other, self.ends),
+            Some(losses) => losses.mean_loss(self.starts_inside != other, self.f0_f90),
         };
-        (all - self.given_back * reflected).max(Vec3::ZERO)
+        (all - self.compensation * reflected).max(Vec3::ZERO)
     }
 
     /// The value of light from a direction, where nothing is absorbed.
-    pub fn evaluate(&self, l: Vec3) -> Vec3 {
+    pub fn eval(&self, l: Vec3) -> Vec3 {
         let height = l.z.abs();
-        let lost = self.lost(Vec3::new(l.x, l.y, height), l.z < 0.0);
-        self.view * lost / self.total * (height * FRAC_1_PI)
+        let lost = self.energy_loss(Vec3::new(l.x, l.y, height), l.z < 0.0);
+        self.view_loss * lost / self.mean_loss * (height * FRAC_1_PI)
     }
 
     /// How much one microfacet reflects and refracts of light from a direction, where that is known better than by its
     /// angle to the surface.
-    pub fn kept(&self, direction: Vec3) -> Option<[f32; 2]> {
+    pub fn single_scatter_albedo(&self, direction: Vec3) -> Option<[f32; 2]> {
         let kept = self
-            .losses
-            .map(|losses| losses.kept(self.inside, direction.z, self.ends));
+            .loss_tables
+            .map(|losses| losses.albedo(self.starts_inside, direction.z, self.f0_f90));
         kept.map(|kept| kept.map(|share| share.element_sum() / 3.0))
     }
 
     /// How much light it returns on the viewer's side, and on the other.
-    pub fn shares(&self) -> [f32; 2] {
-        let view = self.view.element_sum() / 3.0;
-        [view * self.up, view * (1.0 - self.up)]
+    pub fn lobe_probabilities(&self) -> [f32; 2] {
+        let view = self.view_loss.element_sum() / 3.0;
+        [
+            view * self.reflected_fraction,
+            view * (1.0 - self.reflected_fraction),
+        ]
     }
 }

@@ -4,25 +4,25 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use crate::bsdf::diffuse::Matte;
-use crate::bsdf::{ScatterSample, Scattering, Value};
-use crate::lobes::phong_lobe::Lobe;
-use crate::lobes::shading_frame::{Frame, cosine_density, cosine_direction};
+use crate::bsdf::diffuse::Diffuse;
+use crate::bsdf::{BsdfEval, BsdfModel, BsdfSample};
+use crate::lobes::phong_lobe::PhongLobe;
+use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf, sample_cosine_hemisphere};
 
 /// Its shares at a point.
 #[derive(Clone, Debug)]
-pub(crate) struct Lecture<'a> {
+pub(crate) struct ModifiedPhong<'a> {
     /// Albedo of the diffuse part.
     pub diffuse: Vec3,
     /// Albedo of the specular part at normal incidence.
     pub specular: Vec3,
     /// Its lobe; `None` where `specular` is 0.
-    pub lobe: Option<&'a Lobe>,
+    pub lobe: Option<&'a PhongLobe>,
 }
 
-impl Lecture<'_> {
+impl ModifiedPhong<'_> {
     /// How often the specular lobe is sampled.
-    fn specular_share(&self) -> f32 {
+    fn specular_probability(&self) -> f32 {
         if self.lobe.is_none() {
             return 0.0;
         }
@@ -36,74 +36,74 @@ impl Lecture<'_> {
 
     /// Of light on the viewer's side.
     #[inline]
-    fn value(&self, frame: &Frame, light: Vec3) -> Value {
+    fn eval_reflection(&self, frame: &ShadingFrame, light: Vec3) -> BsdfEval {
         let cosine = frame.normal.dot(light);
         if cosine <= 0.0 {
-            return Value::default();
+            return BsdfEval::default();
         }
         let mut reflected = self.diffuse * FRAC_1_PI;
-        let mut pdf = cosine_density(cosine);
+        let mut pdf = cosine_hemisphere_pdf(cosine);
         if let Some(lobe) = self.lobe {
-            reflected += self.specular * lobe.evaluate(frame.normal, frame.view, light);
-            let share = self.specular_share();
-            pdf += (lobe.pdf(frame.normal, frame.view, light) - pdf) * share;
+            reflected += self.specular * lobe.eval(frame.normal, frame.wo, light);
+            let share = self.specular_probability();
+            pdf += (lobe.pdf(frame.normal, frame.wo, light) - pdf) * share;
         }
-        Value {
+        BsdfEval {
             value: reflected * cosine,
             pdf,
         }
     }
 }
 
-impl Scattering for Lecture<'_> {
+impl BsdfModel for ModifiedPhong<'_> {
     /// A triangle sends light back on the viewer's side, whatever the smooth surface says.
     #[inline]
-    fn evaluate(&self, frame: &Frame, light: Vec3) -> Value {
+    fn eval(&self, frame: &ShadingFrame, light: Vec3) -> BsdfEval {
         if frame.geometric.dot(light) > 0.0 {
-            self.value(frame, light)
+            self.eval_reflection(frame, light)
         } else {
-            Value::default()
+            BsdfEval::default()
         }
     }
 
     #[inline]
-    fn sample(&self, frame: &Frame, [choice, x, y]: [f32; 3]) -> Option<ScatterSample> {
+    fn sample(&self, frame: &ShadingFrame, [choice, x, y]: [f32; 3]) -> Option<BsdfSample> {
         let direction = match self.lobe {
-            Some(lobe) if choice < self.specular_share() => {
-                lobe.sample(frame.normal, frame.view, [x, y])
+            Some(lobe) if choice < self.specular_probability() => {
+                lobe.sample(frame.normal, frame.wo, [x, y])
             }
-            _ => frame.world(cosine_direction([x, y])),
+            _ => frame.to_world(sample_cosine_hemisphere([x, y])),
         };
         if frame.geometric.dot(direction) <= 0.0 {
             return None;
         }
         if self.lobe.is_none() {
             let albedo = self.diffuse;
-            let matte = Matte {
+            let matte = Diffuse {
                 albedo,
-                direction,
-                aims: None,
+                sampled_direction: direction,
+                guiding: None,
             };
             return matte.sample(frame, [choice, x, y]);
         }
-        let Value { value, pdf } = self.value(frame, direction);
-        (pdf > 0.0).then(|| ScatterSample {
-            direction,
+        let BsdfEval { value, pdf } = self.eval_reflection(frame, direction);
+        (pdf > 0.0).then(|| BsdfSample {
+            wi: direction,
             weight: value / pdf,
             pdf,
-            delta: false,
-            squeeze: 1.0,
+            is_specular: false,
+            eta_scale: 1.0,
         })
     }
 
-    fn albedo(&self, frame: &Frame) -> Vec3 {
+    fn albedo(&self, frame: &ShadingFrame) -> Vec3 {
         let specular = self
             .lobe
-            .map_or(0.0, |lobe| lobe.albedo(frame.normal.dot(frame.view)));
+            .map_or(0.0, |lobe| lobe.albedo(frame.normal.dot(frame.wo)));
         self.diffuse + self.specular * specular
     }
 
-    fn is_lit(&self) -> bool {
+    fn is_non_specular(&self) -> bool {
         true
     }
 
@@ -111,7 +111,7 @@ impl Scattering for Lecture<'_> {
         false
     }
 
-    fn chooses(&self) -> bool {
+    fn needs_lobe_sample(&self) -> bool {
         self.lobe.is_some()
     }
 }

@@ -2,7 +2,7 @@
 
 /// What one pixel of a channel is stored as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum PixelType {
     /// float32.
     F32,
     /// float64.
@@ -59,15 +59,20 @@ pub enum Channel {
 }
 
 /// A row of the channel table.
-struct Row {
+struct ChannelInfo {
     channel: Channel,
     name: &'static str,
-    kind: Kind,
+    kind: PixelType,
     components: usize,
 }
 
-const fn row(channel: Channel, name: &'static str, kind: Kind, components: usize) -> Row {
-    Row {
+const fn row(
+    channel: Channel,
+    name: &'static str,
+    kind: PixelType,
+    components: usize,
+) -> ChannelInfo {
+    ChannelInfo {
         channel,
         name,
         kind,
@@ -75,41 +80,41 @@ const fn row(channel: Channel, name: &'static str, kind: Kind, components: usize
     }
 }
 
-const TABLE: [Row; 18] = [
-    row(Channel::Color, "color", Kind::F32, 3),
-    row(Channel::Albedo, "albedo", Kind::F32, 3),
-    row(Channel::Depth, "depth", Kind::F32, 1),
-    row(Channel::Distance, "distance", Kind::F32, 1),
-    row(Channel::Position, "position", Kind::F64, 3),
-    row(Channel::Normal, "normal", Kind::F32, 3),
-    row(Channel::NormalCamera, "normal_camera", Kind::F32, 3),
-    row(Channel::ShadingNormal, "shading_normal", Kind::F32, 3),
+const CHANNELS: [ChannelInfo; 18] = [
+    row(Channel::Color, "color", PixelType::F32, 3),
+    row(Channel::Albedo, "albedo", PixelType::F32, 3),
+    row(Channel::Depth, "depth", PixelType::F32, 1),
+    row(Channel::Distance, "distance", PixelType::F32, 1),
+    row(Channel::Position, "position", PixelType::F64, 3),
+    row(Channel::Normal, "normal", PixelType::F32, 3),
+    row(Channel::NormalCamera, "normal_camera", PixelType::F32, 3),
+    row(Channel::ShadingNormal, "shading_normal", PixelType::F32, 3),
     row(
         Channel::ShadingNormalCamera,
         "shading_normal_camera",
-        Kind::F32,
+        PixelType::F32,
         3,
     ),
-    row(Channel::Instance, "instance", Kind::I32, 1),
-    row(Channel::Category, "category", Kind::I32, 1),
-    row(Channel::Triangle, "triangle", Kind::I32, 1),
-    row(Channel::Barycentric, "barycentric", Kind::F32, 3),
-    row(Channel::Uv, "uv", Kind::F32, 2),
-    row(Channel::Material, "material", Kind::I32, 1),
-    row(Channel::Coverage, "coverage", Kind::F32, 1),
-    row(Channel::Alpha, "alpha", Kind::F32, 1),
-    row(Channel::Error, "error", Kind::F32, 1),
+    row(Channel::Instance, "instance", PixelType::I32, 1),
+    row(Channel::Category, "category", PixelType::I32, 1),
+    row(Channel::Triangle, "triangle", PixelType::I32, 1),
+    row(Channel::Barycentric, "barycentric", PixelType::F32, 3),
+    row(Channel::Uv, "uv", PixelType::F32, 2),
+    row(Channel::Material, "material", PixelType::I32, 1),
+    row(Channel::Coverage, "coverage", PixelType::F32, 1),
+    row(Channel::Alpha, "alpha", PixelType::F32, 1),
+    row(Channel::Error, "error", PixelType::F32, 1),
 ];
 
 impl Channel {
     /// Every channel, in the order of the table.
     pub fn all() -> impl Iterator<Item = Channel> {
-        TABLE.iter().map(|row| row.channel)
+        CHANNELS.iter().map(|row| row.channel)
     }
 
     /// The channel of that name.
     pub fn from_name(name: &str) -> Option<Channel> {
-        TABLE
+        CHANNELS
             .iter()
             .find(|row| row.name == name)
             .map(|row| row.channel)
@@ -117,17 +122,17 @@ impl Channel {
 
     /// Its name in files and in Python.
     pub fn name(self) -> &'static str {
-        TABLE[self as usize].name
+        CHANNELS[self as usize].name
     }
 
     /// What its values are stored as.
-    pub fn kind(self) -> Kind {
-        TABLE[self as usize].kind
+    pub fn kind(self) -> PixelType {
+        CHANNELS[self as usize].kind
     }
 
     /// Values per pixel.
     pub fn components(self) -> usize {
-        TABLE[self as usize].components
+        CHANNELS[self as usize].components
     }
 
     /// Whether it comes from the exact ray through the pixel centre.
@@ -138,8 +143,8 @@ impl Channel {
     /// Bytes per pixel.
     pub(crate) fn bytes(self) -> u64 {
         let value = match self.kind() {
-            Kind::F32 | Kind::I32 => 4,
-            Kind::F64 => 8,
+            PixelType::F32 | PixelType::I32 => 4,
+            PixelType::F64 => 8,
         };
         value * self.components() as u64
     }

@@ -1,38 +1,38 @@
 //! From the linear light of a frame to the integers that files and displays take.
 
 use raycam_scene::color::{srgb_from_linear, srgb8_from_linear};
-use raycam_scene::{View, color::Rgb};
+use raycam_scene::{ViewTransform, color::Rgb};
 use rayon::prelude::*;
 
 use crate::error::RenderError;
 use crate::thread_pool::with_pool;
 
 /// Pixels that a thread takes at a time.
-const RUN: usize = 1 << 14;
+const PIXELS_PER_TASK: usize = 1 << 14;
 
 /// 8-bit sRGB of linear colours times `scale`, as a view shows them; NaN becomes 0.
 ///
 /// # Errors
 /// Those of [`with_pool`].
-pub fn srgb8(pixels: &[Rgb], scale: f32, view: View) -> Result<Vec<u8>, RenderError> {
-    converted(pixels, scale, view, srgb8_from_linear)
+pub fn srgb8(pixels: &[Rgb], scale: f32, view: ViewTransform) -> Result<Vec<u8>, RenderError> {
+    map_pixels(pixels, scale, view, srgb8_from_linear)
 }
 
 /// The same with 16 bits.
 ///
 /// # Errors
 /// Those of [`with_pool`].
-pub fn srgb16(pixels: &[Rgb], scale: f32, view: View) -> Result<Vec<u16>, RenderError> {
+pub fn srgb16(pixels: &[Rgb], scale: f32, view: ViewTransform) -> Result<Vec<u16>, RenderError> {
     // `as` takes NaN to 0 and saturates.
     let encode = |v: f32| (srgb_from_linear(v.clamp(0.0, 1.0)) * 65535.0).round() as u16;
-    converted(pixels, scale, view, |rgb| rgb.map(encode))
+    map_pixels(pixels, scale, view, |rgb| rgb.map(encode))
 }
 
 /// Every pixel by itself, on all threads where there are many.
-fn converted<T: Copy + Default + Send>(
+fn map_pixels<T: Copy + Default + Send>(
     pixels: &[Rgb],
     scale: f32,
-    view: View,
+    view: ViewTransform,
     encode: impl Fn(Rgb) -> [T; 3] + Sync,
 ) -> Result<Vec<T>, RenderError> {
     let mut data = vec![T::default(); 3 * pixels.len()];
@@ -41,12 +41,14 @@ fn converted<T: Copy + Default + Send>(
             *to = encode(view.apply(from.map(|v| v * scale)));
         }
     };
-    if pixels.len() <= RUN {
+    if pixels.len() <= PIXELS_PER_TASK {
         run((&mut data, pixels));
         return Ok(data);
     }
     with_pool(None, || {
-        let runs = data.par_chunks_mut(3 * RUN).zip(pixels.par_chunks(RUN));
+        let runs = data
+            .par_chunks_mut(3 * PIXELS_PER_TASK)
+            .zip(pixels.par_chunks(PIXELS_PER_TASK));
         runs.for_each(run);
     })?;
     Ok(data)

@@ -7,14 +7,14 @@
 use glam::{DVec3, Vec3};
 
 /// Independent sequences per pixel.
-pub(crate) const SEQUENCES: u32 = 16;
+pub(crate) const REPLICATIONS: u32 = 16;
 
 /// The share of each channel in the luminance of linear Rec. 709.
-const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+const LUMINANCE_WEIGHTS: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
 /// Sums of the samples of every pixel of a tile.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Estimate {
+pub(crate) struct PixelEstimator {
     color: Vec<DVec3>,
     /// Samples that see what the pixel's centre sees.
     same: Vec<u32>,
@@ -22,10 +22,10 @@ pub(crate) struct Estimate {
     sky: Vec<u32>,
     count: Vec<u32>,
     /// Sums of luminance per sequence; empty where the error is not asked for.
-    sequences: Vec<[f64; SEQUENCES as usize]>,
+    sequences: Vec<[f64; REPLICATIONS as usize]>,
 }
 
-impl Estimate {
+impl PixelEstimator {
     /// Begins anew.
     pub fn reset(&mut self, pixels: usize, with_error: bool) {
         self.color.clear();
@@ -38,7 +38,7 @@ impl Estimate {
         self.count.resize(pixels, 0);
         self.sequences.clear();
         if with_error {
-            self.sequences.resize(pixels, [0.0; SEQUENCES as usize]);
+            self.sequences.resize(pixels, [0.0; REPLICATIONS as usize]);
         }
     }
 
@@ -58,7 +58,7 @@ impl Estimate {
         let radiance = radiance.as_dvec3();
         self.color[pixel] += radiance;
         if let Some(sequences) = self.sequences.get_mut(pixel) {
-            sequences[(sample % SEQUENCES) as usize] += LUMINANCE.dot(radiance);
+            sequences[(sample % REPLICATIONS) as usize] += LUMINANCE_WEIGHTS.dot(radiance);
         }
     }
 
@@ -92,13 +92,13 @@ impl Estimate {
     /// The estimated standard error of the mean's luminance; infinite below two samples.
     pub fn error(&self, pixel: usize) -> f32 {
         let count = self.count[pixel];
-        let used = count.min(SEQUENCES);
+        let used = count.min(REPLICATIONS);
         if used < 2 {
             return f32::INFINITY;
         }
         let mean = |r: u32| {
             // Sample s belongs to sequence s % SEQUENCES.
-            let samples = (count - r).div_ceil(SEQUENCES);
+            let samples = (count - r).div_ceil(REPLICATIONS);
             self.sequences[pixel][r as usize] / f64::from(samples)
         };
         let whole = (0..used).map(mean).sum::<f64>() / f64::from(used);
@@ -110,7 +110,7 @@ impl Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampling::sampler::{Pair, Sampler};
+    use crate::sampling::sampler::{Dimension, Sampler};
 
     #[test]
     fn the_error_is_that_of_the_mean() {
@@ -120,12 +120,16 @@ mod tests {
         for samples in [16, 50, 256] {
             let (mut off, mut said) = (0.0, 0.0);
             for x in 0..400 {
-                let mut estimate = Estimate::default();
+                let mut estimate = PixelEstimator::default();
                 estimate.reset(1, true);
                 for sample in 0..samples {
-                    let sampler = Sampler::of_pixel(7, 0, [x, 3]).at_of(sample, SEQUENCES);
+                    let sampler = Sampler::of_pixel(7, 0, [x, 3]).at_of(sample, REPLICATIONS);
                     estimate.count(0, true);
-                    estimate.add(0, sample, Vec3::splat(f(sampler.pair(Pair::Filter))));
+                    estimate.add(
+                        0,
+                        sample,
+                        Vec3::splat(f(sampler.pair(Dimension::PixelFilter))),
+                    );
                 }
                 off += (f64::from(estimate.color(0).x) - exact).powi(2);
                 said += f64::from(estimate.error(0)).powi(2);

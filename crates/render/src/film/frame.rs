@@ -7,7 +7,7 @@ use crate::thread_pool::with_pool;
 
 /// The pixels of one channel, row by row, `components` values each.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Plane {
+pub enum ImagePlane {
     /// float32.
     F32 {
         /// Values per pixel.
@@ -39,14 +39,14 @@ pub struct Frame {
     /// x, y, width and height of the part that the planes hold.
     pub region: [u32; 4],
     /// The channels in the order they were asked for.
-    pub planes: Vec<(Channel, Plane)>,
+    pub planes: Vec<(Channel, ImagePlane)>,
     /// What the one who looks at the picture should know.
     pub notices: Vec<String>,
 }
 
 impl Frame {
     /// The plane of a channel, if the frame has it.
-    pub fn plane(&self, channel: Channel) -> Option<&Plane> {
+    pub fn plane(&self, channel: Channel) -> Option<&ImagePlane> {
         self.planes
             .iter()
             .find(|(c, _)| *c == channel)
@@ -75,7 +75,7 @@ impl Frame {
         {
             return fail("the frames to merge have different channels");
         }
-        let Some(region) = union(&parts) else {
+        let Some(region) = covering_rectangle(&parts) else {
             return fail("the regions of the frames to merge overlap or leave gaps");
         };
         let mut planes = with_pool(None, || output_plane::planes(region, &channels))??;
@@ -102,7 +102,7 @@ impl Frame {
 }
 
 /// The rectangle that regions fill without overlap, if there is one.
-fn union(parts: &[Frame]) -> Option<[u32; 4]> {
+fn covering_rectangle(parts: &[Frame]) -> Option<[u32; 4]> {
     let edges = |part: &Frame| {
         let [x, y, width, height] = part.region.map(u64::from);
         [x, y, x + width, y + height]
@@ -129,26 +129,26 @@ fn union(parts: &[Frame]) -> Option<[u32; 4]> {
     filled.then_some([left, top, right - left, bottom - top].map(|edge| edge as u32))
 }
 
-impl Plane {
+impl ImagePlane {
     /// Whether all its bits are zero.
     pub(crate) fn is_zero(&self) -> bool {
         match self {
-            Plane::F32 { data, .. } => data.iter().all(|value| value.to_bits() == 0),
-            Plane::F64 { data, .. } => data.iter().all(|value| value.to_bits() == 0),
-            Plane::I32 { data, .. } => data.iter().all(|&value| value == 0),
+            ImagePlane::F32 { data, .. } => data.iter().all(|value| value.to_bits() == 0),
+            ImagePlane::F64 { data, .. } => data.iter().all(|value| value.to_bits() == 0),
+            ImagePlane::I32 { data, .. } => data.iter().all(|&value| value == 0),
         }
     }
 
     /// Copies a part into its place; false where it does not have the values of its region.
-    fn paste(&mut self, whole: [u32; 4], part: &Plane, region: [u32; 4]) -> bool {
+    fn paste(&mut self, whole: [u32; 4], part: &ImagePlane, region: [u32; 4]) -> bool {
         match (self, part) {
-            (Plane::F32 { data, components }, Plane::F32 { data: part, .. }) => {
+            (ImagePlane::F32 { data, components }, ImagePlane::F32 { data: part, .. }) => {
                 copy(data, whole, part, region, *components)
             }
-            (Plane::F64 { data, components }, Plane::F64 { data: part, .. }) => {
+            (ImagePlane::F64 { data, components }, ImagePlane::F64 { data: part, .. }) => {
                 copy(data, whole, part, region, *components)
             }
-            (Plane::I32 { data, components }, Plane::I32 { data: part, .. }) => {
+            (ImagePlane::I32 { data, components }, ImagePlane::I32 { data: part, .. }) => {
                 copy(data, whole, part, region, *components)
             }
             _ => false,

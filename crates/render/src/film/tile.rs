@@ -1,11 +1,11 @@
 //! Tiles: the pixels that one thread takes at a time.
 
 /// Width and height of a tile, in pixels, where there are many for each thread.
-pub(crate) const TILE: u32 = 32;
+pub(crate) const TILE_SIZE: u32 = 32;
 /// ... and how many tiles each thread should have, so that none waits for long for the last.
-const EACH: usize = 8;
+const TILES_PER_THREAD: usize = 8;
 /// Rays in a row are best a square of this many pixels.
-pub(crate) const BLOCK: u32 = 8;
+pub(crate) const RAY_BLOCK: u32 = 8;
 
 /// A rectangle of the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,17 +19,17 @@ pub(crate) struct Tile {
 impl Tile {
     /// The tiles of a region (x, y, width, height), row by row.
     pub fn of_region(region: [u32; 4]) -> Vec<Tile> {
-        Self::of_size(region, TILE)
+        Self::of_size(region, TILE_SIZE)
     }
 
     /// The same, but smaller ones where there would be few for each of so many threads. Each lies in one row of the large,
     /// and the next one in another: two threads at a time do not write to one row.
     pub fn for_threads(region: [u32; 4], threads: usize) -> Vec<Tile> {
-        let mut size = TILE;
+        let mut size = TILE_SIZE;
         loop {
             let mut tiles = Self::of_size(region, size);
-            if size == BLOCK || tiles.len() >= EACH * threads {
-                tiles.sort_by_key(|tile| ((tile.y - region[1]) % TILE, tile.x, tile.y));
+            if size == RAY_BLOCK || tiles.len() >= TILES_PER_THREAD * threads {
+                tiles.sort_by_key(|tile| ((tile.y - region[1]) % TILE_SIZE, tile.x, tile.y));
                 return tiles;
             }
             size /= 2;
@@ -74,16 +74,16 @@ impl Tile {
         let Tile { width, height, .. } = *self;
         let (x, y) = (self.x, self.y);
         let parts = |whole: bool| {
-            let rows = (0..height).step_by(BLOCK as usize);
+            let rows = (0..height).step_by(RAY_BLOCK as usize);
             let places =
-                rows.flat_map(move |v| (0..width).step_by(BLOCK as usize).map(move |u| (u, v)));
+                rows.flat_map(move |v| (0..width).step_by(RAY_BLOCK as usize).map(move |u| (u, v)));
             let blocks = places.map(move |(u, v)| Tile {
                 x: x + u,
                 y: y + v,
-                width: BLOCK.min(width - u),
-                height: BLOCK.min(height - v),
+                width: RAY_BLOCK.min(width - u),
+                height: RAY_BLOCK.min(height - v),
             });
-            blocks.filter(move |one| (one.width == BLOCK && one.height == BLOCK) == whole)
+            blocks.filter(move |one| (one.width == RAY_BLOCK && one.height == RAY_BLOCK) == whole)
         };
         parts(true).chain(parts(false))
     }
@@ -126,15 +126,15 @@ mod tests {
         ] {
             let tiles = Tile::for_threads(region, threads);
             let largest = tiles.iter().map(|tile| tile.width.max(tile.height)).max();
-            assert!(tiles.len() >= EACH * threads || largest == Some(BLOCK));
+            assert!(tiles.len() >= TILES_PER_THREAD * threads || largest == Some(RAY_BLOCK));
             let mut pixels = vec![];
-            let band = |tile: &Tile| (tile.y - region[1]) / TILE;
+            let band = |tile: &Tile| (tile.y - region[1]) / TILE_SIZE;
             let beside = tiles
                 .windows(2)
                 .filter(|two| band(&two[0]) == band(&two[1]));
-            assert!(2 * beside.count() <= tiles.len() || region[3] <= TILE);
+            assert!(2 * beside.count() <= tiles.len() || region[3] <= TILE_SIZE);
             for tile in &tiles {
-                let row = |y: u32| (y - region[1]) / TILE;
+                let row = |y: u32| (y - region[1]) / TILE_SIZE;
                 assert_eq!(row(tile.y), row(tile.y + tile.height - 1));
                 tile.add_rows(&mut pixels);
             }

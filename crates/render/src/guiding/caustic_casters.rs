@@ -2,71 +2,73 @@
 //! meets them finds. Rays of matte surfaces are aimed at them.
 
 use glam::DVec3;
-use raycam_scene::{Material, Reflectance};
+use raycam_scene::{Material, MaterialModel};
 
-use crate::bsdf::is_solid;
-use crate::prepare::{PreparedObject, PreparedWorld};
+use crate::bsdf::has_interior;
+use crate::prepare::{PreparedInstance, PreparedWorld};
 
 /// Such an object, and a sphere around it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Mirror {
+pub(crate) struct CausticCaster {
     /// Its number in the world.
-    pub object: u32,
+    pub instance: u32,
     /// Scene-local.
     pub center: DVec3,
     pub radius: f64,
 }
 
 /// The largest that count: each takes time at every matte surface.
-pub(crate) const MIRRORS: usize = 4;
+pub(crate) const MAX_CASTERS: usize = 4;
 /// Rougher ones gather little, and light that is sampled where they are met finds it.
-const ROUGHEST_METAL: f32 = 0.45;
-const ROUGHEST_GLASS: f32 = 0.35;
+const MAX_CONDUCTOR_ROUGHNESS: f32 = 0.45;
+const MAX_DIELECTRIC_ROUGHNESS: f32 = 0.35;
 
 /// Those of a world.
-pub(crate) fn mirrors(world: &PreparedWorld) -> Vec<Mirror> {
-    let gathers = |(_, object): &(usize, &PreparedObject)| {
+pub(crate) fn find_caustic_casters(world: &PreparedWorld) -> Vec<CausticCaster> {
+    let gathers = |(_, object): &(usize, &PreparedInstance)| {
         let slots = object.mesh.mesh.slot_count().max(1);
-        let of_slot = |&material: &usize| gathers(&world.materials[material].material);
+        let of_slot = |&material: &usize| casts_caustics(&world.materials[material].material);
         object.materials.iter().take(slots).all(of_slot)
     };
     let mut all: Vec<_> = world
-        .objects
+        .instances
         .iter()
         .enumerate()
         .filter(gathers)
-        .map(|(number, object)| Mirror::around(number as u32, object, world.origin))
+        .map(|(number, object)| CausticCaster::bounding_sphere(number as u32, object, world.origin))
         .collect();
     // In the order of the world where they are of one size.
     all.sort_by(|a, b| b.radius.total_cmp(&a.radius));
-    all.truncate(MIRRORS);
+    all.truncate(MAX_CASTERS);
     all
 }
 
-impl Mirror {
-    fn around(number: u32, object: &PreparedObject, origin: DVec3) -> Self {
+impl CausticCaster {
+    fn bounding_sphere(number: u32, object: &PreparedInstance, origin: DVec3) -> Self {
         let placed = |point| object.world_from_mesh.transform_point3(point);
         let center = placed(object.mesh.center);
         let vertices = object.mesh.mesh.vertices.iter();
         let away = |&vertex: &DVec3| placed(vertex).distance_squared(center);
         Self {
-            object: number,
+            instance: number,
             center: center - origin,
             radius: vertices.map(away).fold(0.0, f64::max).sqrt(),
         }
     }
 }
 
-fn gathers(material: &Material) -> bool {
-    match &material.reflectance {
-        Reflectance::Metal(metal) => metal.roughness < ROUGHEST_METAL,
-        Reflectance::Glass(glass) => !glass.thin && glass.roughness < ROUGHEST_GLASS,
-        Reflectance::Principled(p) => {
+fn casts_caustics(material: &Material) -> bool {
+    match &material.model {
+        MaterialModel::Metal(metal) => metal.roughness < MAX_CONDUCTOR_ROUGHNESS,
+        MaterialModel::Glass(glass) => !glass.thin && glass.roughness < MAX_DIELECTRIC_ROUGHNESS,
+        MaterialModel::Principled(p) => {
             let roughness = p.roughness.value;
-            (p.metallic.value > 0.5 && roughness < ROUGHEST_METAL)
-                || (is_solid(p) && p.transmission.value > 0.5 && roughness < ROUGHEST_GLASS)
+            (p.metallic.value > 0.5 && roughness < MAX_CONDUCTOR_ROUGHNESS)
+                || (has_interior(p)
+                    && p.transmission.value > 0.5
+                    && roughness < MAX_DIELECTRIC_ROUGHNESS)
         }
-        Reflectance::Lecture { .. } | Reflectance::Unlit => false,
+        MaterialModel::Phong { .. } | MaterialModel::Unlit => false,
     }
 }
 
@@ -77,14 +79,14 @@ mod tests {
     use raycam_scene::{Camera, Glass, Light, Metal, PixelCenter, Principled, World, camera};
 
     use super::*;
-    use crate::{Channel, Control, Integrator, Plane, Settings, render};
+    use crate::{Channel, Control, ImagePlane, Integrator, Settings, render};
 
     /// Balls over a floor: matte, of gold, of rough gold, of glass and of thin glass, of glTF's glass and of a thin wall of it, as
     /// many of these as are asked for.
     fn world(balls: std::ops::Range<usize>) -> PreparedWorld {
         let mut world = World::default();
         let of = |reflectance| Material {
-            reflectance,
+            model: reflectance,
             ..Material::default()
         };
         let gold = Metal::named("gold").unwrap();
@@ -104,12 +106,12 @@ mod tests {
         };
         let materials = [
             Material::default(),
-            of(Reflectance::Metal(gold)),
-            of(Reflectance::Metal(rough)),
-            of(Reflectance::Glass(glass(false))),
-            of(Reflectance::Glass(glass(true))),
-            of(Reflectance::Principled(principled(0.1).into())),
-            of(Reflectance::Principled(principled(0.0).into())),
+            of(MaterialModel::Metal(gold)),
+            of(MaterialModel::Metal(rough)),
+            of(MaterialModel::Glass(glass(false))),
+            of(MaterialModel::Glass(glass(true))),
+            of(MaterialModel::Principled(principled(0.1).into())),
+            of(MaterialModel::Principled(principled(0.0).into())),
         ]
         .map(|material| world.add_material(material).unwrap());
         let floor = world.add_mesh(primitive::plane([12.0, 12.0]).unwrap());
@@ -126,7 +128,7 @@ mod tests {
         }
         let object = raycam_scene::Object::new("", floor, vec![materials[0]], DAffine3::IDENTITY);
         world.add_object(object).unwrap();
-        world.lights.push(Light::Area {
+        world.lights.push(Light::Rectangle {
             position: [0.0, 0.5, 3.0],
             u: [0.5, 0.0, 0.0],
             v: [0.0, -0.5, 0.0],
@@ -140,7 +142,7 @@ mod tests {
     fn they_are_what_gathers_light() {
         let prepared = world(0..7);
         let mut seen: Vec<_> = prepared
-            .mirrors
+            .caustic_casters
             .iter()
             .map(|mirror| (mirror.center + prepared.origin, mirror.radius))
             .collect();
@@ -174,7 +176,7 @@ mod tests {
             };
             let frame = render(prepared, &camera, &settings, &Control::new()).unwrap();
             match frame.plane(Channel::Color) {
-                Some(Plane::F32 { data, .. }) => data.clone(),
+                Some(ImagePlane::F32 { data, .. }) => data.clone(),
                 other => panic!("{other:?}"),
             }
         };
@@ -186,9 +188,9 @@ mod tests {
             (1..=8).map(|seed| picture(prepared, seed)).collect()
         };
         let thrown = pictures(&prepared);
-        prepared.thrown = vec![].into();
+        prepared.caustic_maps = vec![].into();
         let with = pictures(&prepared);
-        prepared.mirrors.clear();
+        prepared.caustic_casters.clear();
         let without = pictures(&prepared);
         let all = [&thrown, &with, &without];
         let [a, b, c] = all.map(|all| all.iter().map(|one| mean(one)).sum::<f64>());

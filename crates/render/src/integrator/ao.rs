@@ -3,22 +3,22 @@
 use glam::Vec3;
 use raycam_bvh::Coherence;
 
-use super::{Batch, is_miss};
-use crate::bsdf::{above, cosine_direction};
-use crate::integrator::shadow_queue::Shadows;
-use crate::interaction::Place;
+use super::{CameraRayBatch, is_miss};
+use crate::bsdf::{sample_cosine_hemisphere, to_world_around};
+use crate::integrator::shadow_queue::ShadowRayQueue;
+use crate::interaction::SurfaceInteraction;
 use crate::prepare::PreparedWorld;
-use crate::sampling::sampler::Pair;
+use crate::sampling::sampler::Dimension;
 
 /// 1 in the open and for the background, 0 where all directions, weighed by their cosine, end within `distance`.
 pub(super) fn radiance(
     world: &PreparedWorld,
     distance: f32,
-    batch: &Batch,
+    batch: &CameraRayBatch,
     radiance: &mut [Vec3],
     sky: &mut [bool],
 ) {
-    let mut shadows = Shadows::default();
+    let mut shadows = ShadowRayQueue::default();
     for (i, hit) in batch.hits.iter().enumerate() {
         if is_miss(hit) {
             radiance[i] = Vec3::ONE;
@@ -26,10 +26,10 @@ pub(super) fn radiance(
             continue;
         }
         radiance[i] = Vec3::ZERO;
-        let place = Place::new(world, batch.directions[i], hit, 0.0);
-        let random = batch.samplers[i].pair(Pair::Ambient);
-        let direction = above(place.geometric, cosine_direction(random));
-        shadows.ask(place.leaving(direction, distance), i, Vec3::ONE);
+        let place = SurfaceInteraction::new(world, batch.directions[i], hit, 0.0);
+        let random = batch.samplers[i].pair(Dimension::AmbientOcclusion);
+        let direction = to_world_around(place.geometric_normal, sample_cosine_hemisphere(random));
+        shadows.push(place.spawn_ray(direction, distance), i, Vec3::ONE);
     }
-    shadows.settle(world, batch.scene, Coherence::Incoherent, radiance);
+    shadows.trace(world, batch.scene, Coherence::Incoherent, radiance);
 }

@@ -3,122 +3,125 @@
 use glam::{DVec3, Vec3};
 use raycam_bvh::Ray;
 
-use crate::bsdf::{Scattering, above, cosine_direction};
-use crate::integrator::batch::hits::Meeting;
-use crate::integrator::nested_dielectrics::Skin;
-use crate::integrator::path::{Path, Wave};
-use crate::integrator::shade::Walk;
-use crate::integrator::shadow_queue::Shadows;
-use crate::interaction::attributes::Surface;
-use crate::light::{Askers, BEFORE_LIGHT, Choice, Drawn, LightSample, MOST_AT_ONCE};
-use crate::sampling::sampler::Pair;
+use crate::bsdf::{BsdfModel, sample_cosine_hemisphere, to_world_around};
+use crate::integrator::batch::hits::HitView;
+use crate::integrator::nested_dielectrics::InterfaceTransition;
+use crate::integrator::path::{PathState, WavefrontQueues};
+use crate::integrator::shade::PathTracer;
+use crate::integrator::shadow_queue::ShadowRayQueue;
+use crate::interaction::attributes::ShadingPoint;
+use crate::light::{
+    LightLiSample, LightRandom, LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES,
+    ONE_MINUS_SHADOW_EPSILON,
+};
+use crate::sampling::sampler::Dimension;
 
-impl Walk<'_> {
+impl PathTracer<'_> {
     /// How lights are chosen where a path is scattered.
-    pub(crate) fn choice(&self, path: &Path) -> Choice {
-        if self.splits && path.from_camera {
-            Choice::Several
+    pub(crate) fn light_sampling(&self, path: &PathState) -> LightSampling {
+        if self.split_lights && path.is_camera_ray {
+            LightSampling::Split
         } else {
-            self.rules.choice
+            self.settings.light_sampling
         }
     }
 
     /// The same for all paths that nothing has let through before.
-    pub(crate) fn choice_of_turn(&self) -> Choice {
-        if self.splits && self.turn == 0 {
-            Choice::Several
+    pub(crate) fn light_sampling_of_bounce(&self) -> LightSampling {
+        if self.split_lights && self.bounce == 0 {
+            LightSampling::Split
         } else {
-            self.rules.choice
+            self.settings.light_sampling
         }
     }
 
     /// The numbers of the lights that may be sampled at surfaces of this turn.
-    pub(crate) fn asked(&self) -> impl Iterator<Item = usize> {
-        let (split, count) = match self.choice_of_turn() {
-            Choice::Several => (true, MOST_AT_ONCE),
-            _ => (false, self.rules.light_samples),
+    pub(crate) fn light_sample_indices(&self) -> impl Iterator<Item = usize> {
+        let (split, count) = match self.light_sampling_of_bounce() {
+            LightSampling::Split => (true, MAX_SPLIT_SAMPLES),
+            _ => (false, self.settings.light_samples),
         };
-        (0..count).filter(move |&i| !split || self.lights.tells(i))
+        (0..count).filter(move |&i| !split || self.lights.may_use_index(i))
     }
 
     /// Asks for the light of one or more lights at a surface.
     #[inline]
-    pub(crate) fn sample_lights<S: Scattering>(
+    pub(crate) fn sample_lights<S: BsdfModel>(
         &self,
-        path: &Path,
-        surface: &Surface<S>,
-        skin: Skin,
-        meeting: &Meeting,
-        wave: &mut Wave,
+        path: &PathState,
+        surface: &ShadingPoint<S>,
+        skin: InterfaceTransition,
+        meeting: &HitView,
+        wave: &mut WavefrontQueues,
         out: &mut Vec3,
     ) {
-        if !surface.scatter.is_lit() {
+        if !surface.bsdf.is_non_specular() {
             return;
         }
-        let sampler = &self.samplers[path.ray];
-        if let Some(within) = self.rules.ambient
+        let sampler = &self.samplers[path.ray_index];
+        if let Some(within) = self.settings.ambient_term
             && self.lights.ambient != Vec3::ZERO
         {
             let ambient =
-                path.throughput * self.lights.ambient * surface.scatter.albedo(&surface.frame);
+                path.throughput * self.lights.ambient * surface.bsdf.albedo(&surface.frame);
             match within {
                 None => *out += ambient,
                 Some(distance) => {
-                    let direction = above(
-                        surface.place.geometric,
-                        cosine_direction(sampler.pair(Pair::Ambient)),
+                    let direction = to_world_around(
+                        surface.interaction.geometric_normal,
+                        sample_cosine_hemisphere(sampler.pair(Dimension::AmbientOcclusion)),
                     );
-                    let ray = surface.place.leaving(direction, distance);
-                    wave.scattered.ask(ray, path.ray, ambient);
+                    let ray = surface.interaction.spawn_ray(direction, distance);
+                    wave.bsdf_shadow_rays.push(ray, path.ray_index, ambient);
                 }
             }
         }
-        if !self.sampled {
+        if !self.has_light_samples {
             return;
         }
-        let from = surface.reference();
-        let [_, choice] = if self.chosen {
-            sampler.pair(Pair::Which(self.turn))
+        let from = surface.light_sample_context();
+        let [_, choice] = if self.needs_light_choice {
+            sampler.pair(Dimension::LobeAndLight(self.bounce))
         } else {
             [0.0; 2]
         };
         let random = |index| match index {
-            0 => meeting.light,
-            _ => sampler.pair(Pair::Light(self.turn, index)).into(),
+            0 => meeting.light_random,
+            _ => sampler.pair(Dimension::Light(self.bounce, index)).into(),
         };
-        if let Some(sample) = &meeting.on_area {
-            self.ask(path, surface, skin, sample, &mut wave.shadows[0]);
+        if let Some(sample) = &meeting.single_light_sample {
+            self.add_light_sample(path, surface, skin, sample, &mut wave.shadow_rays[0]);
             return;
         }
-        let tell = |index: usize, sample: LightSample| {
-            self.ask(path, surface, skin, &sample, &mut wave.shadows[index]);
+        let tell = |index: usize, sample: LightLiSample| {
+            self.add_light_sample(path, surface, skin, &sample, &mut wave.shadow_rays[index]);
         };
-        self.draw_samples(self.choice(path), &(&from).into(), choice, random, tell);
+        self.for_each_light_sample(self.light_sampling(path), &(&from).into(), choice, random, tell);
     }
 
     /// Tells of the samples of lights at a point with their numbers, each with the density of all of its kind together.
     /// `by` knows what lights may matter to the point, `which` chooses among them, and `random` gives where on each.
     #[inline(always)]
-    pub(crate) fn draw_samples(
+    pub(crate) fn for_each_light_sample(
         &self,
-        choice: Choice,
-        by: &Askers,
+        choice: LightSampling,
+        by: &LightSampleContexts,
         which: f32,
-        random: impl Fn(usize) -> Drawn,
-        mut tell: impl FnMut(usize, LightSample),
+        random: impl Fn(usize) -> LightRandom,
+        mut tell: impl FnMut(usize, LightLiSample),
     ) {
         let (lights, world) = (self.lights, self.world);
-        if let Some(light) = self.only {
+        if let Some(light) = self.single_light {
             if let Some(sample) = light.sample(by.from, random(0).random) {
                 tell(0, sample);
             }
             return;
         }
-        if choice == Choice::Several {
-            lights.sample_each(by, world, which, random, tell);
+        if choice == LightSampling::Split {
+            lights.sample_split(by, world, which, random, tell);
             return;
         }
-        let count = self.rules.light_samples;
+        let count = self.settings.light_samples;
         for index in 0..count {
             let which = (which + index as f32) / count as f32;
             if let Some(mut sample) = lights.sample(by, world, choice, which, &random(index)) {
@@ -130,41 +133,43 @@ impl Walk<'_> {
 
     /// Asks for the light of a sample.
     #[inline]
-    fn ask<S: Scattering>(
+    fn add_light_sample<S: BsdfModel>(
         &self,
-        path: &Path,
-        surface: &Surface<S>,
-        skin: Skin,
-        sample: &LightSample,
-        shadows: &mut Shadows,
+        path: &PathState,
+        surface: &ShadingPoint<S>,
+        skin: InterfaceTransition,
+        sample: &LightLiSample,
+        shadows: &mut ShadowRayQueue,
     ) {
         let pdf = sample.pdf;
-        let radiance = match sample.end {
-            None if !sample.delta => self.sky(false, sample.radiance),
+        let radiance = match sample.p_light {
+            None if !sample.is_delta => self.environment_without_ambient(false, sample.radiance),
             _ => sample.radiance,
         };
-        let scattered = surface.scatter.evaluate(&surface.frame, sample.direction);
+        let scattered = surface.bsdf.eval(&surface.frame, sample.direction);
         let mut light = path.throughput * scattered.value * (radiance / pdf);
-        if !sample.delta && self.found {
+        if !sample.is_delta && self.mis_with_bsdf {
             light /= 1.0 + scattered.pdf / pdf;
         }
         if light == Vec3::ZERO {
             return;
         }
-        let media = skin.beyond(surface.frame.geometric, sample.direction);
-        let start = surface.place.start(sample.direction);
-        let end = sample.end.unwrap_or(DVec3::INFINITY);
-        light *= self.arrives(path.ray, media, start, end);
+        let media = skin.medium_towards(surface.frame.geometric, sample.direction);
+        let start = surface.interaction.offset_ray_origin(sample.direction);
+        let end = sample.p_light.unwrap_or(DVec3::INFINITY);
+        light *= self.arrives(path.ray_index, media, start, end);
         if light == Vec3::ZERO {
             return;
         }
-        let ray = match sample.end {
-            None => surface.place.leaving(sample.direction, f32::INFINITY),
+        let ray = match sample.p_light {
+            None => surface.interaction.spawn_ray(sample.direction, f32::INFINITY),
             Some(end) => Ray {
                 direction: (end - start).as_vec3().to_array(),
-                ..surface.place.leaving(sample.direction, BEFORE_LIGHT)
+                ..surface
+                    .interaction
+                    .spawn_ray(sample.direction, ONE_MINUS_SHADOW_EPSILON)
             },
         };
-        shadows.ask(ray, path.ray, light);
+        shadows.push(ray, path.ray_index, light);
     }
 }

@@ -125,7 +125,7 @@ pub(crate) fn radiance(
 pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<Vec3> {
     match settings.integrator {
         Integrator::Flat | Integrator::Ao if settings.transparent => Some(Vec3::ZERO),
-        Integrator::Flat => Integrator::Flat.effective_lights(world).even_sky(),
+        Integrator::Flat => Integrator::Flat.effective_lights(world).constant_environment(),
         Integrator::Ao => Some(Vec3::ONE),
         // Rays may pick up lights without a mesh on their way.
         Integrator::Direct | Integrator::Path => None,
@@ -156,7 +156,7 @@ impl Integrator {
     /// What the one who looks at the picture should know.
     pub(crate) fn notices(self, world: &PreparedWorld) -> Vec<String> {
         if self.needs_light() && world.default_lights.is_some() {
-            let besides = match world.lights.has_surfaces() {
+            let besides = match world.lights.has_emissive_triangles() {
                 true => " but surfaces that shine, which a glTF file has to be seen",
                 false => "",
             };

@@ -7,167 +7,167 @@
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 
-use crate::bsdf::{Scattering, index};
-use crate::integrator::path::{Path, Wave};
-use crate::integrator::shade::Walk;
-use crate::interaction::attributes::Surface;
+use crate::bsdf::{BsdfModel, ior};
+use crate::integrator::path::{PathState, WavefrontQueues};
+use crate::integrator::shade::PathTracer;
+use crate::interaction::attributes::ShadingPoint;
 use crate::prepare::PreparedWorld;
 
 /// How many a path remembers; of more, the one it entered first is forgotten.
-const DEPTH: usize = 6;
-const NOTHING: u32 = u32::MAX;
+const MAX_NESTING: usize = 6;
+const EMPTY: u32 = u32::MAX;
 
 /// Of so many shadow rays that should meet the border of a body one is asked for, and counts as all of them: not none, for
 /// where parts of a mesh are turned inside out light does come that way.
-const RARELY: f32 = 16.0;
+const INTERIOR_SHADOW_RATE: f32 = 16.0;
 
 /// Materials in the order in which they were entered. No material twice where one mesh is inside of itself: each skin
 /// that is crossed counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Media([u32; DEPTH]);
+pub(crate) struct InteriorList([u32; MAX_NESTING]);
 
-impl Default for Media {
+impl Default for InteriorList {
     fn default() -> Self {
-        Self([NOTHING; DEPTH])
+        Self([EMPTY; MAX_NESTING])
     }
 }
 
 /// What a surface of clear matter separates.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Skin {
+pub(crate) struct InterfaceTransition {
     /// Where the ray comes from, and where it goes if it passes.
-    pub before: Media,
-    pub after: Media,
+    pub outside: InteriorList,
+    pub inside: InteriorList,
     /// Whether something of a higher priority is on both sides: nothing happens to light here.
-    pub hidden: bool,
+    pub is_false_intersection: bool,
     /// The index of refraction outside of the surface's own matter.
-    pub around: f32,
+    pub outside_ior: f32,
 }
 
-impl Skin {
+impl InterfaceTransition {
     /// That of a hit surface.
     #[inline]
-    pub fn of(
+    pub fn at_hit(
         world: &PreparedWorld,
-        media: Media,
+        media: InteriorList,
         hit: &Hit,
         front: bool,
         channel: Option<usize>,
     ) -> Self {
         let index = world.material_index(hit.instance, hit.triangle);
-        match world.materials[index].inside {
-            None => Self::none(media),
-            Some(_) => media.meet(world, index, front, channel),
+        match world.materials[index].absorption {
+            None => Self::no_interface(media),
+            Some(_) => media.transition(world, index, front, channel),
         }
     }
 
     /// What light in a direction from the surface goes through.
-    pub fn beyond(&self, normal: Vec3, direction: Vec3) -> Media {
+    pub fn medium_towards(&self, normal: Vec3, direction: Vec3) -> InteriorList {
         if normal.dot(direction) < 0.0 {
-            self.after
+            self.inside
         } else {
-            self.before
+            self.outside
         }
     }
 
     /// A surface that is no border of clear matter.
-    pub fn none(media: Media) -> Self {
+    pub fn no_interface(media: InteriorList) -> Self {
         Self {
-            before: media,
-            after: media,
-            hidden: false,
-            around: 1.0,
+            outside: media,
+            inside: media,
+            is_false_intersection: false,
+            outside_ior: 1.0,
         }
     }
 }
 
-impl Media {
+impl InteriorList {
     pub fn is_empty(&self) -> bool {
-        self.0[0] == NOTHING
+        self.0[0] == EMPTY
     }
 
     /// What a ray meets at the surface of a material that has an inside. One that leaves what it never entered has begun
     /// there.
-    fn meet(
+    fn transition(
         self,
         world: &PreparedWorld,
         material: usize,
         front: bool,
         channel: Option<usize>,
-    ) -> Skin {
+    ) -> InterfaceTransition {
         let [first, second, ..] = self.0;
         // Nearly always: nothing else is there. Word by word: what was just written is not compared as a whole.
-        if first == if front { NOTHING } else { material as u32 } && second == NOTHING {
+        if first == if front { EMPTY } else { material as u32 } && second == EMPTY {
             let mut after = Self::default();
-            after.0[0] = if front { material as u32 } else { NOTHING };
-            return Skin {
-                before: self,
-                after,
-                hidden: false,
-                around: 1.0,
+            after.0[0] = if front { material as u32 } else { EMPTY };
+            return InterfaceTransition {
+                outside: self,
+                inside: after,
+                is_false_intersection: false,
+                outside_ior: 1.0,
             };
         }
-        self.meet_among(world, material, front, channel)
+        self.transition_among(world, material, front, channel)
     }
 
     /// The same whatever else is there.
-    fn meet_among(
+    fn transition_among(
         self,
         world: &PreparedWorld,
         material: usize,
         front: bool,
         channel: Option<usize>,
-    ) -> Skin {
+    ) -> InterfaceTransition {
         let material = material as u32;
         let (before, after) = if front {
-            (self, self.with(material))
+            (self, self.push(material))
         } else if self.0.contains(&material) {
             (self, self.without(material))
         } else {
             (self.beneath(material), self)
         };
         let outside = if front { before } else { after };
-        Skin {
-            before,
-            after,
-            hidden: before.top(world) == after.top(world),
-            around: outside.top(world).map_or(1.0, |there| {
-                index(&world.materials[there].material, channel)
-            }),
+        InterfaceTransition {
+            outside: before,
+            inside: after,
+            is_false_intersection: before.current(world) == after.current(world),
+            outside_ior: outside
+                .current(world)
+                .map_or(1.0, |there| ior(&world.materials[there].material, channel)),
         }
     }
 
     /// What is lost per metre.
     pub fn absorption(&self, world: &PreparedWorld) -> Vec3 {
-        self.top(world)
-            .and_then(|there| world.materials[there].inside)
+        self.current(world)
+            .and_then(|there| world.materials[there].absorption)
             .unwrap_or(Vec3::ZERO)
     }
 
     /// Whether what is within is a closed body, and a light with this end is not within its box.
-    fn shuts_out(&self, world: &PreparedWorld, end: DVec3) -> bool {
-        let body = self.top(world).and_then(|there| world.bodies[there]);
+    fn light_outside_closed_body(&self, world: &PreparedWorld, end: DVec3) -> bool {
+        let body = self.current(world).and_then(|there| world.dielectric_bounds[there]);
         body.is_some_and(|[lower, upper]| end.cmplt(lower).any() || end.cmpgt(upper).any())
     }
 
     /// Of which material it is where the path is.
     #[inline]
-    fn top(&self, world: &PreparedWorld) -> Option<usize> {
-        if self.0[1] == NOTHING {
+    fn current(&self, world: &PreparedWorld) -> Option<usize> {
+        if self.0[1] == EMPTY {
             return (!self.is_empty()).then_some(self.0[0] as usize);
         }
-        let known = self.0.iter().take_while(|&&material| material != NOTHING);
+        let known = self.0.iter().take_while(|&&material| material != EMPTY);
         // Of equals, `max_by_key` takes the last.
         known
             .map(|&material| material as usize)
             .max_by_key(|&material| world.materials[material].material.priority)
     }
 
-    fn with(mut self, material: u32) -> Self {
-        if self.0[DEPTH - 1] != NOTHING {
+    fn push(mut self, material: u32) -> Self {
+        if self.0[MAX_NESTING - 1] != EMPTY {
             self.0.rotate_left(1);
-            self.0[DEPTH - 1] = material;
-        } else if let Some(place) = self.0.iter_mut().find(|place| **place == NOTHING) {
+            self.0[MAX_NESTING - 1] = material;
+        } else if let Some(place) = self.0.iter_mut().find(|place| **place == EMPTY) {
             *place = material;
         }
         self
@@ -175,7 +175,7 @@ impl Media {
 
     fn without(mut self, material: u32) -> Self {
         if let Some(at) = self.0.iter().rposition(|&known| known == material) {
-            self.0[at] = NOTHING;
+            self.0[at] = EMPTY;
             self.0[at..].rotate_left(1);
         }
         self
@@ -189,11 +189,11 @@ impl Media {
     }
 }
 
-impl Walk<'_> {
+impl PathTracer<'_> {
     /// What is lost on a way through clear matter.
     #[inline]
-    pub(crate) fn absorb(&self, path: &mut Path, distance: f64) {
-        let absorption = path.media.absorption(self.world);
+    pub(crate) fn absorb(&self, path: &mut PathState, distance: f64) {
+        let absorption = path.interior_list.absorption(self.world);
         if absorption != Vec3::ZERO {
             path.throughput *= (-absorption * distance as f32).exp();
         }
@@ -202,16 +202,16 @@ impl Walk<'_> {
     /// The share of a light at `end` (scene-local, infinite where it is infinitely far away) that clear matter lets through to
     /// `start`, per channel, for a shadow ray that no surface stops; zero where none is asked for.
     #[inline]
-    pub(crate) fn arrives(&self, ray: usize, media: Media, start: DVec3, end: DVec3) -> Vec3 {
+    pub(crate) fn arrives(&self, ray: usize, media: InteriorList, start: DVec3, end: DVec3) -> Vec3 {
         if media.is_empty() {
             return Vec3::ONE;
         }
         let mut part = Vec3::ONE;
-        if media.shuts_out(self.world, end) {
-            if self.samplers[ray].chance(self.turn) * RARELY >= 1.0 {
+        if media.light_outside_closed_body(self.world, end) {
+            if self.samplers[ray].chance(self.bounce) * INTERIOR_SHADOW_RATE >= 1.0 {
                 return Vec3::ZERO;
             }
-            part *= RARELY;
+            part *= INTERIOR_SHADOW_RATE;
         }
         if end.x < f64::INFINITY {
             let way = (end - start).length() as f32;
@@ -222,24 +222,24 @@ impl Walk<'_> {
 
     /// Goes on through a surface that other matter hides. Light sampling does not look through it: what the ray finds
     /// behind counts in full.
-    pub(crate) fn go_on<S: Scattering>(
+    pub(crate) fn go_on<S: BsdfModel>(
         &self,
-        path: &mut Path,
-        surface: &Surface<S>,
-        skin: Skin,
-        wave: &mut Wave,
+        path: &mut PathState,
+        surface: &ShadingPoint<S>,
+        skin: InterfaceTransition,
+        wave: &mut WavefrontQueues,
     ) {
-        wave.rays
-            .push(surface.place.leaving(path.direction, f32::INFINITY));
-        path.from = surface.reference();
-        path.pdf = f32::INFINITY;
-        path.media = skin.after;
+        wave.next_rays
+            .push(surface.interaction.spawn_ray(path.direction, f32::INFINITY));
+        path.prev_context = surface.light_sample_context();
+        path.bsdf_pdf = f32::INFINITY;
+        path.interior_list = skin.inside;
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use raycam_scene::{Glass, Material, Reflectance, World};
+    use raycam_scene::{Glass, Material, MaterialModel, World};
 
     use super::*;
     use crate::control::Control;
@@ -250,22 +250,22 @@ mod tests {
         for priority in [0, 3] {
             let material = Material {
                 priority,
-                reflectance: Reflectance::Glass(Glass::default()),
+                model: MaterialModel::Glass(Glass::default()),
                 ..Material::default()
             };
             world.add_material(material).unwrap();
         }
         let world = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
-        let nothing = Media::default();
+        let nothing = InteriorList::default();
         for media in [
             nothing,
-            nothing.with(0),
-            nothing.with(1),
-            nothing.with(0).with(1),
+            nothing.push(0),
+            nothing.push(1),
+            nothing.push(0).push(1),
         ] {
             for (material, front) in [(0, true), (0, false), (1, true), (1, false)] {
-                let met = media.meet(&world, material, front, None);
-                let among = media.meet_among(&world, material, front, None);
+                let met = media.transition(&world, material, front, None);
+                let among = media.transition_among(&world, material, front, None);
                 assert_eq!(format!("{met:?}"), format!("{among:?}"));
             }
         }

@@ -6,24 +6,26 @@ use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Hit, Ray};
 use rayon::prelude::*;
 
-use crate::bsdf::Scattering;
-use crate::guiding::caustic_casters::Mirror;
-use crate::guiding::caustic_map::{Fallen, Thrown};
-use crate::integrator::batch::hits::BY_MIRROR;
+use crate::bsdf::BsdfModel;
+use crate::guiding::caustic_casters::CausticCaster;
+use crate::guiding::caustic_map::{CausticMap, PhotonDeposit};
+use crate::integrator::batch::hits::MIN_CAUSTIC_SEGMENTS;
 use crate::integrator::is_miss;
-use crate::integrator::nested_dielectrics::{Media, Skin};
-use crate::interaction::Place;
-use crate::interaction::attributes::Surface;
-use crate::light::{Askers, BEFORE_LIGHT, Choice, Lights, Reference};
+use crate::integrator::nested_dielectrics::{InteriorList, InterfaceTransition};
+use crate::interaction::SurfaceInteraction;
+use crate::interaction::attributes::ShadingPoint;
+use crate::light::{
+    LightSampleContext, LightSampleContexts, LightSampling, Lights, ONE_MINUS_SHADOW_EPSILON,
+};
 use crate::prepare::PreparedWorld;
-use crate::sampling::sampler::{Pair, Sampler};
+use crate::sampling::sampler::{Dimension, Sampler};
 use crate::settings::{Integrator, Settings};
 
 /// How many are sent to each object that throws light, and how many at a time.
-const PHOTONS: u32 = 1 << 14;
-const BATCH: u32 = 1 << 11;
+const PHOTONS_PER_CASTER: u32 = 1 << 14;
+const PHOTON_BATCH: u32 = 1 << 11;
 /// Surfaces that one meets at most.
-const LONGEST: u32 = 8;
+const MAX_BOUNCES: u32 = 8;
 
 /// Light on its way.
 #[derive(Clone, Copy)]
@@ -31,55 +33,55 @@ struct Photon {
     sampler: Sampler,
     direction: Vec3,
     power: f64,
-    media: Media,
+    interior_list: InteriorList,
     /// Which object it has left last, and where.
-    left: Option<(usize, DVec3)>,
+    last_exit: Option<(usize, DVec3)>,
 }
 
 /// Finds what guides the paths of pictures, once for a world, where any are long enough to be guided.
-pub(crate) fn guide(world: &PreparedWorld, settings: &Settings) {
-    let lights = settings.integrator.lights(world);
-    let long = settings.max_depth.is_none_or(|most| most > BY_MIRROR);
-    let guided = settings.integrator == Integrator::Path && long && lights.is_thrown();
-    if guided && !world.mirrors.is_empty() && world.thrown.get().is_none() {
+pub(crate) fn build_caustic_maps(world: &PreparedWorld, settings: &Settings) {
+    let lights = settings.integrator.effective_lights(world);
+    let long = settings.max_depth.is_none_or(|most| most > MIN_CAUSTIC_SEGMENTS);
+    let guided = settings.integrator == Integrator::Path && long && lights.can_cast_caustics();
+    if guided && !world.caustic_casters.is_empty() && world.caustic_maps.get().is_none() {
         // Not while others wait for it: a thread that does so takes up work of other pictures.
-        let _ = world.thrown.set(throw(world, lights));
+        let _ = world.caustic_maps.set(build_maps(world, lights));
     }
 }
 
 /// What each of a world's mirrors throws. It guides paths alone: what is left out of it makes noise and no error.
-pub(crate) fn throw(world: &PreparedWorld, lights: &Lights) -> Vec<Thrown> {
-    let mirrors = &world.mirrors;
+pub(crate) fn build_maps(world: &PreparedWorld, lights: &Lights) -> Vec<CausticMap> {
+    let mirrors = &world.caustic_casters;
     let batches: Vec<_> = (0..mirrors.len())
-        .flat_map(|mirror| (0..PHOTONS / BATCH).map(move |batch| (mirror, batch)))
+        .flat_map(|mirror| (0..PHOTONS_PER_CASTER / PHOTON_BATCH).map(move |batch| (mirror, batch)))
         .collect();
     let fallen: Vec<_> = batches
         .into_par_iter()
         .map(|(mirror, batch)| {
             let sampler = Sampler::of_pixel(0, mirror as u32, [0, 0]);
-            let samplers = (batch * BATCH..(batch + 1) * BATCH).map(|i| sampler.at(i));
-            follow(world, lights, &mirrors[mirror], samplers)
+            let samplers = (batch * PHOTON_BATCH..(batch + 1) * PHOTON_BATCH).map(|i| sampler.at(i));
+            trace_photons(world, lights, &mirrors[mirror], samplers)
         })
         .collect();
     let thrown = |(number, mirror)| {
         let all = fallen.iter().flatten();
         let by_it = all.filter(|(by, _)| *by == number);
-        Thrown::new(mirror, by_it.map(|(_, fallen)| *fallen))
+        CausticMap::new(mirror, by_it.map(|(_, fallen)| *fallen))
     };
     mirrors.iter().enumerate().map(thrown).collect()
 }
 
 /// Sends photons to a mirror; those that have fallen on something else, and which mirror they left last.
-fn follow(
+fn trace_photons(
     world: &PreparedWorld,
     lights: &Lights,
-    mirror: &Mirror,
+    mirror: &CausticCaster,
     samplers: impl Iterator<Item = Sampler>,
-) -> Vec<(usize, Fallen)> {
-    let sent = samplers.filter_map(|sampler| send(world, lights, mirror, sampler));
+) -> Vec<(usize, PhotonDeposit)> {
+    let sent = samplers.filter_map(|sampler| emit_photon(world, lights, mirror, sampler));
     let (mut photons, mut rays): (Vec<_>, Vec<_>) = sent.unzip();
     let (mut hits, mut fallen) = (vec![], vec![]);
-    for turn in 0..LONGEST {
+    for turn in 0..MAX_BOUNCES {
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
         world.scene.closest(&rays, &mut hits, Coherence::Incoherent);
@@ -87,7 +89,7 @@ fn follow(
         let mut hits = hits.iter();
         photons.retain_mut(|photon| {
             let hit = hits.next().filter(|hit| !is_miss(hit));
-            let ray = hit.and_then(|hit| photon.meet(world, hit, turn, &mut fallen));
+            let ray = hit.and_then(|hit| photon.bounce(world, hit, turn, &mut fallen));
             rays.extend(ray);
             ray.is_some()
         });
@@ -96,35 +98,41 @@ fn follow(
 }
 
 /// From a light to a place in the sphere around a mirror.
-fn send(
+fn emit_photon(
     world: &PreparedWorld,
     lights: &Lights,
-    mirror: &Mirror,
+    mirror: &CausticCaster,
     sampler: Sampler,
 ) -> Option<(Photon, Ray)> {
-    let [height, turn] = sampler.pair(Pair::Filter).map(f64::from);
-    let [radius, which] = sampler.pair(Pair::Which(0));
-    let on_light = sampler.pair(Pair::Light(0, 0));
+    let [height, turn] = sampler.pair(Dimension::PixelFilter).map(f64::from);
+    let [radius, which] = sampler.pair(Dimension::LobeAndLight(0));
+    let on_light = sampler.pair(Dimension::Light(0, 0));
     let z = 2.0 * height - 1.0;
     let (sin, cos) = (TAU * turn).sin_cos();
     let across = (1.0 - z * z).sqrt();
     let within = DVec3::new(across * cos, across * sin, z) * f64::from(radius).cbrt();
-    let from = Reference {
+    let from = LightSampleContext {
         position: mirror.center + mirror.radius * within,
         normal: Vec3::ZERO,
     };
-    let by = Askers::from(&from);
-    let sample = lights.sample(&by, world, Choice::Weighed, which, &on_light.into())?;
+    let by = LightSampleContexts::from(&from);
+    let sample = lights.sample(
+        &by,
+        world,
+        LightSampling::Importance,
+        which,
+        &on_light.into(),
+    )?;
     // Those without a size are not found through mirrors, those all around shine on all of them.
-    let end = sample.end.filter(|_| !sample.delta)?;
+    let end = sample.p_light.filter(|_| !sample.is_delta)?;
     let photon = Photon {
         sampler,
         direction: -sample.direction,
         power: f64::from(sample.radiance.element_sum()) / f64::from(sample.pdf),
-        media: Media::default(),
-        left: None,
+        interior_list: InteriorList::default(),
+        last_exit: None,
     };
-    let origin = from.position + (end - from.position) * f64::from(BEFORE_LIGHT);
+    let origin = from.position + (end - from.position) * f64::from(ONE_MINUS_SHADOW_EPSILON);
     let ray = Ray {
         origin: origin.as_vec3().to_array(),
         direction: photon.direction.to_array(),
@@ -135,37 +143,44 @@ fn send(
 
 impl Photon {
     /// Goes on from a mirror; elsewhere it has fallen, if it has been at one.
-    fn meet(
+    fn bounce(
         &mut self,
         world: &PreparedWorld,
         hit: &Hit,
         turn: u32,
-        fallen: &mut Vec<(usize, Fallen)>,
+        fallen: &mut Vec<(usize, PhotonDeposit)>,
     ) -> Option<Ray> {
-        let place = Place::new(world, self.direction, hit, 0.0);
-        let mut mirrors = world.mirrors.iter();
-        let Some(mirror) = mirrors.position(|mirror| mirror.object == hit.instance) else {
-            fallen.extend(self.left.map(|(mirror, left)| {
+        let place = SurfaceInteraction::new(world, self.direction, hit, 0.0);
+        let mut mirrors = world.caustic_casters.iter();
+        let Some(mirror) = mirrors.position(|mirror| mirror.instance == hit.instance) else {
+            fallen.extend(self.last_exit.map(|(mirror, left)| {
                 let (at, power) = (place.position, self.power);
-                (mirror, Fallen { left, at, power })
+                (
+                    mirror,
+                    PhotonDeposit {
+                        exit_point: left,
+                        landing_point: at,
+                        power,
+                    },
+                )
             }));
             return None;
         };
-        let skin = Skin::of(world, self.media, hit, place.front, None);
-        if skin.hidden {
-            self.media = skin.after;
-            return Some(place.leaving(self.direction, f32::INFINITY));
+        let skin = InterfaceTransition::at_hit(world, self.interior_list, hit, place.is_front, None);
+        if skin.is_false_intersection {
+            self.interior_list = skin.inside;
+            return Some(place.spawn_ray(self.direction, f32::INFINITY));
         }
-        let surface = Surface::new(world, &place, self.direction, hit, None, skin.around);
-        let [choice, _] = self.sampler.pair(Pair::Which(turn + 1));
-        let [x, y] = self.sampler.pair(Pair::Scatter(turn));
-        let sample = surface.scatter.sample(&surface.frame, [choice, x, y])?;
+        let surface = ShadingPoint::new(world, &place, self.direction, hit, None, skin.outside_ior);
+        let [choice, _] = self.sampler.pair(Dimension::LobeAndLight(turn + 1));
+        let [x, y] = self.sampler.pair(Dimension::Bsdf(turn));
+        let sample = surface.bsdf.sample(&surface.frame, [choice, x, y])?;
         self.power *= f64::from(sample.weight.element_sum() / 3.0);
-        self.media = skin.beyond(surface.frame.geometric, sample.direction);
-        self.direction = sample.direction;
-        self.left = Some((mirror, place.position));
+        self.interior_list = skin.medium_towards(surface.frame.geometric, sample.wi);
+        self.direction = sample.wi;
+        self.last_exit = Some((mirror, place.position));
         let shines = self.power > 0.0 && self.power.is_finite();
-        shines.then(|| place.leaving(self.direction, f32::INFINITY))
+        shines.then(|| place.spawn_ray(self.direction, f32::INFINITY))
     }
 }
 
@@ -173,7 +188,7 @@ impl Photon {
 mod tests {
     use glam::DAffine3;
     use raycam_scene::mesh::primitive;
-    use raycam_scene::{Glass, Light, Material, Metal, Object, Reflectance, World};
+    use raycam_scene::{Glass, Light, Material, Metal, Object, MaterialModel, World};
 
     use super::*;
     use crate::control::Control;
@@ -182,13 +197,13 @@ mod tests {
     const LAMP: DVec3 = DVec3::new(1.0, 0.5, 3.0);
 
     /// A ball over a floor under a lamp, and over both a roof if there is one.
-    fn world(reflectance: Reflectance, roof: bool) -> PreparedWorld {
+    fn world(reflectance: MaterialModel, roof: bool) -> PreparedWorld {
         let mut world = World::default();
         let floor = world.add_mesh(primitive::plane([12.0, 12.0]).unwrap());
         let ball = world.add_mesh(primitive::sphere(0.5, 5).unwrap());
         let matte = world.add_material(Material::default()).unwrap();
         let clear = Material {
-            reflectance,
+            model: reflectance,
             ..Material::default()
         };
         let clear = world.add_material(clear).unwrap();
@@ -201,7 +216,7 @@ mod tests {
             let object = Object::new("", mesh, vec![material], place);
             world.add_object(object).unwrap();
         }
-        world.lights.push(Light::Area {
+        world.lights.push(Light::Rectangle {
             position: LAMP.to_array(),
             u: [0.1, 0.0, 0.0],
             v: [0.0, -0.1, 0.0],
@@ -211,8 +226,8 @@ mod tests {
         PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
     }
 
-    fn gold() -> Reflectance {
-        Reflectance::Metal(Metal::named("gold").unwrap())
+    fn gold() -> MaterialModel {
+        MaterialModel::Metal(Metal::named("gold").unwrap())
     }
 
     fn settings(integrator: Integrator, max_depth: u32) -> Settings {
@@ -225,10 +240,10 @@ mod tests {
 
     /// What the ball throws on a place of the world: the middle of where it left, and how far from there.
     fn thrown_on(world: &PreparedWorld, at: DVec3) -> (DVec3, f64) {
-        guide(world, &settings(Integrator::Path, 6));
-        let thrown = &world.thrown.get().unwrap()[0];
-        let Mirror { center, radius, .. } = world.mirrors[0];
-        let exit = thrown.exit(((at - world.origin - center) / radius).as_vec3());
+        build_caustic_maps(world, &settings(Integrator::Path, 6));
+        let thrown = &world.caustic_maps.get().unwrap()[0];
+        let CausticCaster { center, radius, .. } = world.caustic_casters[0];
+        let exit = thrown.lookup(((at - world.origin - center) / radius).as_vec3());
         let left = Vec3::from(exit.center).as_dvec3() * radius;
         (
             center + world.origin + left,
@@ -257,7 +272,7 @@ mod tests {
 
     #[test]
     fn a_ball_of_glass_throws_light_behind_it() {
-        let world = world(Reflectance::Glass(Glass::default()), false);
+        let world = world(MaterialModel::Glass(Glass::default()), false);
         let away = (MIDDLE - LAMP) / (LAMP.z - MIDDLE.z);
         let focus = MIDDLE + away * MIDDLE.z;
         let (left, radius) = thrown_on(&world, focus);
@@ -281,10 +296,10 @@ mod tests {
             (Integrator::Flat, 6),
             (Integrator::Path, 2),
         ] {
-            guide(&world, &settings(integrator, depth));
-            assert!(world.thrown.get().is_none());
+            build_caustic_maps(&world, &settings(integrator, depth));
+            assert!(world.caustic_maps.get().is_none());
         }
-        guide(&world, &settings(Integrator::Path, 3));
-        assert_eq!(world.thrown.get().map(Vec::len), Some(1));
+        build_caustic_maps(&world, &settings(Integrator::Path, 3));
+        assert_eq!(world.caustic_maps.get().map(Vec::len), Some(1));
     }
 }

@@ -2,252 +2,256 @@
 
 use glam::Vec3;
 use raycam_bvh::{Hit, Ray};
-use raycam_scene::{Alpha, Material, Reflectance};
+use raycam_scene::{Alpha, Material, MaterialModel};
 
-use crate::bsdf::{Matte, ScatterSample, Scattering, is_dispersive};
-use crate::guiding::caustic_casters::Mirror;
-use crate::guiding::caustic_map::Thrown;
-use crate::integrator::Rules;
-use crate::integrator::batch::hits::Meeting;
-use crate::integrator::nested_dielectrics::{Media, Skin};
-use crate::integrator::path::{Path, Wave};
-use crate::interaction::Places;
-use crate::interaction::attributes::Surface;
-use crate::light::{BEFORE_LIGHT, Choice, Known, Lights, Reference, Source};
+use crate::bsdf::{BsdfModel, BsdfSample, Diffuse, is_dispersive};
+use crate::guiding::caustic_casters::CausticCaster;
+use crate::guiding::caustic_map::CausticMap;
+use crate::integrator::PathSettings;
+use crate::integrator::batch::hits::HitView;
+use crate::integrator::nested_dielectrics::{InteriorList, InterfaceTransition};
+use crate::integrator::path::{PathState, WavefrontQueues};
+use crate::interaction::SurfaceInteractions;
+use crate::interaction::attributes::ShadingPoint;
+use crate::light::{
+    EnvironmentLookup, LightSampleContext, LightSampling, Lights, ONE_MINUS_SHADOW_EPSILON,
+    PreparedLight,
+};
 use crate::prepare::PreparedWorld;
 use crate::prepare::material::PreparedMaterial;
 use crate::prepare::texture::Footprint;
-use crate::sampling::sampler::{Pair, Sampler};
+use crate::sampling::sampler::{Dimension, Sampler};
 use crate::soa::LANES;
 
 /// Segments before a path may end by roulette: the noise of ending sooner costs more than the time that it saves.
-const SAFE_DEPTH: u32 = 6;
+const MIN_ROULETTE_DEPTH: u32 = 6;
 
 /// What all paths share.
-pub(crate) struct Walk<'a> {
+pub(crate) struct PathTracer<'a> {
     pub world: &'a PreparedWorld,
     pub lights: &'a Lights,
-    pub rules: &'a Rules<'a>,
+    pub settings: &'a PathSettings<'a>,
     pub samplers: &'a [Sampler],
     /// Whether a ray may find light that `Lights::sample` finds too.
-    pub found: bool,
+    pub mis_with_bsdf: bool,
     /// Whether `Lights::sample` finds any.
-    pub sampled: bool,
+    pub has_light_samples: bool,
     /// Whether there is more than one to choose from.
-    pub chosen: bool,
+    pub needs_light_choice: bool,
     /// The only one that is sampled, if there is but one.
-    pub only: Option<&'a Source>,
+    pub single_light: Option<&'a PreparedLight>,
     /// Whether what lights bring to matte and glossy surfaces is found for many at a time.
-    pub many: bool,
+    pub batch_direct_lighting: bool,
     /// Whether surfaces that the camera sees sample several of them.
-    pub splits: bool,
+    pub split_lights: bool,
     /// Whether of what stands in the way of a path's last segment only counts that it does.
-    pub blind: bool,
+    pub occlusion_only_last_segment: bool,
     /// Whether some surfaces choose between two ways.
-    pub branches: bool,
+    pub needs_lobe_choice: bool,
     /// What the rays of matte surfaces are aimed at.
-    pub mirrors: &'a [Mirror],
+    pub caustic_casters: &'a [CausticCaster],
     /// What each of these throws, where that is known.
-    pub thrown: &'a [Thrown],
+    pub caustic_maps: &'a [CausticMap],
     /// Surfaces that all paths at hand have met: which random numbers they have used.
-    pub turn: u32,
+    pub bounce: u32,
 }
 
-impl Walk<'_> {
+impl PathTracer<'_> {
     /// What one path does where it meets nothing; `known` is what is behind it of one of the lights there.
-    pub fn miss(&self, path: &Path, known: Option<Known>, out: &mut Vec3) {
-        self.pick_up(path, f64::INFINITY, out);
-        if !(path.from_camera && self.rules.transparent) {
-            self.see_sky(path, known, out);
+    pub fn handle_escaped_ray(&self, path: &PathState, known: Option<EnvironmentLookup>, out: &mut Vec3) {
+        self.add_intersected_lights(path, f64::INFINITY, out);
+        if !(path.is_camera_ray && self.settings.hide_environment) {
+            self.add_environment(path, known, out);
         }
     }
 
     /// What one path does at what it met; whether it goes on.
     #[inline]
-    pub fn step(
+    pub fn shade(
         &self,
-        path: &mut Path,
-        meeting: &Meeting,
-        wave: &mut Wave,
+        path: &mut PathState,
+        meeting: &HitView,
+        wave: &mut WavefrontQueues,
         radiance: &mut [Vec3],
     ) -> bool {
-        let Meeting {
+        let HitView {
             hit,
             material,
             ref place,
             ..
         } = *meeting;
         // What all paths do at most surfaces is compiled by itself, without the layers of others.
-        if let Some(albedo) = material.matte(self.world, hit, &place.footprint) {
-            let surface = Surface {
-                place,
-                frame: place.frame(path.direction),
-                scatter: Matte {
+        if let Some(albedo) = material.diffuse_albedo(self.world, hit, &place.footprint) {
+            let surface = ShadingPoint {
+                interaction: place,
+                frame: place.shading_frame(path.direction),
+                bsdf: Diffuse {
                     albedo,
-                    direction: meeting.matte,
-                    aims: None,
+                    sampled_direction: meeting.diffuse_direction,
+                    guiding: None,
                 },
             };
-            let skin = Skin::none(path.media);
-            return self.meet(path, &surface, skin, meeting, wave, radiance);
+            let skin = InterfaceTransition::no_interface(path.interior_list);
+            return self.shade_hit(path, &surface, skin, meeting, wave, radiance);
         }
-        self.split(path, &material.material);
-        let (direction, channel) = (path.direction, path.channel.map(usize::from));
-        let skin = Skin::of(self.world, path.media, hit, place.front, channel);
-        let smooth = material.smooth(self.world, hit, place, direction, channel, skin.around);
+        self.choose_wavelength(path, &material.material);
+        let (direction, channel) = (path.direction, path.wavelength_channel.map(usize::from));
+        let skin = InterfaceTransition::at_hit(self.world, path.interior_list, hit, place.is_front, channel);
+        let smooth =
+            material.specular_bsdf(self.world, hit, place, direction, channel, skin.outside_ior);
         if let Some((scatter, frame)) = smooth {
-            let surface = Surface {
-                place,
+            let surface = ShadingPoint {
+                interaction: place,
                 frame,
-                scatter,
+                bsdf: scatter,
             };
-            return self.meet(path, &surface, skin, meeting, wave, radiance);
+            return self.shade_hit(path, &surface, skin, meeting, wave, radiance);
         }
-        let surface = Surface::new(self.world, place, direction, hit, channel, skin.around);
-        self.meet(path, &surface, skin, meeting, wave, radiance)
+        let surface = ShadingPoint::new(self.world, place, direction, hit, channel, skin.outside_ior);
+        self.shade_hit(path, &surface, skin, meeting, wave, radiance)
     }
 
     /// Chooses the colour that a path carries from its first surface with dispersion.
-    fn split(&self, path: &mut Path, material: &Material) {
-        if path.channel.is_none() && is_dispersive(material) {
-            let [choice, _] = self.samplers[path.ray].pair(Pair::Spectrum);
+    fn choose_wavelength(&self, path: &mut PathState, material: &Material) {
+        if path.wavelength_channel.is_none() && is_dispersive(material) {
+            let [choice, _] = self.samplers[path.ray_index].pair(Dimension::Wavelength);
             let channel = ((choice * 3.0) as u8).min(2);
-            path.channel = Some(channel);
+            path.wavelength_channel = Some(channel);
             path.throughput *= 3.0 * Vec3::AXES[usize::from(channel)];
         }
     }
 
     #[inline]
-    fn meet<S: Scattering>(
+    fn shade_hit<S: BsdfModel>(
         &self,
-        path: &mut Path,
-        surface: &Surface<S>,
-        skin: Skin,
-        meeting: &Meeting,
-        wave: &mut Wave,
+        path: &mut PathState,
+        surface: &ShadingPoint<S>,
+        skin: InterfaceTransition,
+        meeting: &HitView,
+        wave: &mut WavefrontQueues,
         radiance: &mut [Vec3],
     ) -> bool {
-        let Meeting {
+        let HitView {
             hit,
             material: PreparedMaterial { material, .. },
             ref place,
             ..
         } = *meeting;
-        let out = &mut radiance[path.ray];
-        if self.passes(path, material, surface, hit) {
+        let out = &mut radiance[path.ray_index];
+        if self.is_skipped(path, material, surface, hit) {
             // The same ray, from the other side.
-            wave.rays.push(place.leaving(path.direction, f32::INFINITY));
+            wave.next_rays.push(place.spawn_ray(path.direction, f32::INFINITY));
             return true;
         }
-        let distance = (place.position - path.from.position).length();
-        path.media = skin.before;
+        let distance = (place.position - path.prev_context.position).length();
+        path.interior_list = skin.outside;
         self.absorb(path, distance);
-        self.pick_up(path, distance, out);
-        if skin.hidden {
+        self.add_intersected_lights(path, distance, out);
+        if skin.is_false_intersection {
             self.go_on(path, surface, skin, wave);
             return true;
         }
-        self.see_surface(path, material, hit, distance, out);
-        if self.free(path) || path.depth < self.rules.max_depth {
+        self.add_emission(path, material, hit, distance, out);
+        if self.is_free_bounce(path) || path.depth < self.settings.max_depth {
             self.sample_lights(path, surface, skin, meeting, wave, out);
-            return self.scatter(path, surface, skin, meeting, wave);
+            return self.sample_bsdf(path, surface, skin, meeting, wave);
         }
         false
     }
 
     /// Whether a path that may not grow may still go on through mirrors.
-    pub(crate) fn free(&self, path: &Path) -> bool {
-        self.rules.free_mirrors && path.straight
+    pub(crate) fn is_free_bounce(&self, path: &PathState) -> bool {
+        self.settings.free_specular_bounces && path.specular_bounce
     }
 
     /// Whether the camera sees the back of a one-sided surface.
-    pub(crate) fn is_back(&self, path: &Path, material: &Material, front: bool) -> bool {
-        path.depth == 1 && path.straight && !front && !material.double_sided
+    pub(crate) fn is_culled_back_face(&self, path: &PathState, material: &Material, front: bool) -> bool {
+        path.depth == 1 && path.specular_bounce && !front && !material.double_sided
     }
 
     /// The albedo of a plain surface in empty space.
     #[inline]
-    pub fn plain(
+    pub fn diffuse_albedo(
         &self,
-        path: &Path,
+        path: &PathState,
         (material, hit): (&PreparedMaterial, &Hit),
-        places: &Places<LANES>,
+        places: &SurfaceInteractions<LANES>,
         lane: usize,
     ) -> Option<Vec3> {
-        let diffuse = material.plain.filter(|_| path.media.is_empty())?;
-        if self.is_back(path, &material.material, places.front(lane)) {
+        let diffuse = material.diffuse_factor.filter(|_| path.interior_list.is_empty())?;
+        if self.is_culled_back_face(path, &material.material, places.is_front(lane)) {
             return None;
         }
         let base = self
             .world
-            .base_color_of(material, hit, places.footprint(lane));
+            .base_color_with(material, hit, places.footprint(lane));
         Some(base * diffuse)
     }
 
     /// Whether a surface is not there for this ray: by its opacity, or because the camera sees the back of a one-sided
     /// one (glTF 2.0, 3.9.4 and 3.9.6).
-    fn passes<S: Scattering>(
+    fn is_skipped<S: BsdfModel>(
         &self,
-        path: &Path,
+        path: &PathState,
         material: &Material,
-        surface: &Surface<S>,
+        surface: &ShadingPoint<S>,
         hit: &Hit,
     ) -> bool {
-        if self.is_back(path, material, surface.place.front) {
-            return !surface.scatter.is_transmissive();
+        if self.is_culled_back_face(path, material, surface.interaction.is_front) {
+            return !surface.bsdf.is_transmissive();
         }
-        self.is_absent(path, material, hit)
+        self.fails_alpha_test(path, material, hit)
     }
 
     /// Whether a surface is not there for this ray by its opacity.
     #[inline]
-    pub(crate) fn is_absent(&self, path: &Path, material: &Material, hit: &Hit) -> bool {
+    pub(crate) fn fails_alpha_test(&self, path: &PathState, material: &Material, hit: &Hit) -> bool {
         if material.alpha == Alpha::Opaque {
             return false;
         }
-        let [chance, _] = self.samplers[path.ray].pair(Pair::Fate(self.turn));
+        let [chance, _] = self.samplers[path.ray_index].pair(Dimension::OpacityAndRoulette(self.bounce));
         chance >= self.world.opacity(hit)
     }
 
     /// The weight of light that the surface's own sampling found, where light sampling has this density.
-    fn weight(&self, path: &Path, pdf: f32) -> f32 {
-        if path.straight || pdf == 0.0 {
+    fn mis_weight(&self, path: &PathState, pdf: f32) -> f32 {
+        if path.specular_bounce || pdf == 0.0 {
             1.0
         } else {
-            let count = match path.choice {
-                Choice::Several => 1.0,
-                _ => self.rules.light_samples as f32,
+            let count = match path.light_sampling {
+                LightSampling::Split => 1.0,
+                _ => self.settings.light_samples as f32,
             };
-            1.0 / (1.0 + count * pdf / path.pdf)
+            1.0 / (1.0 + count * pdf / path.bsdf_pdf)
         }
     }
 
     /// Lights without a mesh that the ray crosses.
-    pub(crate) fn pick_up(&self, path: &Path, distance: f64, out: &mut Vec3) {
-        self.lights.crossed(
-            &path.from,
-            path.choice,
+    pub(crate) fn add_intersected_lights(&self, path: &PathState, distance: f64, out: &mut Vec3) {
+        self.lights.intersect_visible(
+            &path.prev_context,
+            path.light_sampling,
             path.direction,
             distance,
             |_, radiance, pdf| {
-                *out += path.throughput * radiance * self.weight(path, pdf);
+                *out += path.throughput * radiance * self.mis_weight(path, pdf);
             },
         );
     }
 
-    fn see_sky(&self, path: &Path, known: Option<Known>, out: &mut Vec3) {
+    fn add_environment(&self, path: &PathState, known: Option<EnvironmentLookup>, out: &mut Vec3) {
         let (lights, direction) = (self.lights, path.direction);
-        let (radiance, pdf) = if path.straight {
-            (lights.sky(direction, known), 0.0)
+        let (radiance, pdf) = if path.specular_bounce {
+            (lights.escaped_radiance(direction, known), 0.0)
         } else {
-            lights.behind(&path.from, path.choice, direction, known)
+            lights.radiance_and_pdf(&path.prev_context, path.light_sampling, direction, known)
         };
-        *out += path.throughput * self.sky(path.straight, radiance) * self.weight(path, pdf);
+        *out += path.throughput * self.environment_without_ambient(path.specular_bounce, radiance) * self.mis_weight(path, pdf);
     }
 
     /// The part of the sky's radiance that is not in the ambient term.
-    pub(crate) fn sky(&self, straight: bool, radiance: Vec3) -> Vec3 {
-        if straight || self.rules.ambient.is_none() {
+    pub(crate) fn environment_without_ambient(&self, straight: bool, radiance: Vec3) -> Vec3 {
+        if straight || self.settings.ambient_term.is_none() {
             radiance
         } else {
             (radiance - self.lights.ambient).max(Vec3::ZERO)
@@ -255,78 +259,79 @@ impl Walk<'_> {
     }
 
     /// What the surface at a hit shines by itself.
-    pub(crate) fn see_surface(
+    pub(crate) fn add_emission(
         &self,
-        path: &Path,
+        path: &PathState,
         material: &Material,
         hit: &Hit,
         distance: f64,
         out: &mut Vec3,
     ) {
         let (world, direction) = (self.world, path.direction);
-        if path.straight && matches!(material.reflectance, Reflectance::Unlit) {
+        if path.specular_bounce && matches!(material.model, MaterialModel::Unlit) {
             *out += path.throughput * world.base_color(hit, &Footprint::default());
         }
         if material.emission.value == [0.0; 3] {
             return;
         }
-        let emitted = self.lights.emitted(world, hit, direction);
+        let emitted = self.lights.emission(world, hit, direction);
         if emitted != Vec3::ZERO {
             let pdf =
                 self.lights
-                    .emitted_pdf(&path.from, path.choice, world, hit, direction, distance);
-            *out += path.throughput * emitted * self.weight(path, pdf);
+                    .emission_pdf(&path.prev_context, path.light_sampling, world, hit, direction, distance);
+            *out += path.throughput * emitted * self.mis_weight(path, pdf);
         }
     }
 
     /// Sends the path on, where it has a future: whether it has.
     #[inline]
-    fn scatter<S: Scattering>(
+    fn sample_bsdf<S: BsdfModel>(
         &self,
-        path: &mut Path,
-        surface: &Surface<S>,
-        skin: Skin,
-        meeting: &Meeting,
-        wave: &mut Wave,
+        path: &mut PathState,
+        surface: &ShadingPoint<S>,
+        skin: InterfaceTransition,
+        meeting: &HitView,
+        wave: &mut WavefrontQueues,
     ) -> bool {
-        let sampler = &self.samplers[path.ray];
-        let choice = if surface.scatter.chooses() {
-            sampler.pair(Pair::Which(self.turn))[0]
+        let sampler = &self.samplers[path.ray_index];
+        let choice = if surface.bsdf.needs_lobe_sample() {
+            sampler.pair(Dimension::LobeAndLight(self.bounce))[0]
         } else {
             0.0
         };
-        let [x, y] = meeting.scatter;
-        let Some(sample) = surface.scatter.sample(&surface.frame, [choice, x, y]) else {
+        let [x, y] = meeting.bsdf_random;
+        let Some(sample) = surface.bsdf.sample(&surface.frame, [choice, x, y]) else {
             return false;
         };
-        let start = surface.place.start(sample.direction).as_vec3();
-        let media = skin.beyond(surface.frame.geometric, sample.direction);
-        self.send(path, &sample, start, surface.reference(), media, wave)
+        let start = surface.interaction.offset_ray_origin(sample.wi).as_vec3();
+        let media = skin.medium_towards(surface.frame.geometric, sample.wi);
+        self.continue_path(path, &sample, start, surface.light_sample_context(), media, wave)
     }
 
     /// The same where it is known how: in which direction, where the ray starts, from where and through what.
     #[inline(always)]
-    pub(crate) fn send(
+    pub(crate) fn continue_path(
         &self,
-        path: &mut Path,
-        sample: &ScatterSample,
+        path: &mut PathState,
+        sample: &BsdfSample,
         start: Vec3,
-        from: Reference,
-        media: Media,
-        wave: &mut Wave,
+        from: LightSampleContext,
+        media: InteriorList,
+        wave: &mut WavefrontQueues,
     ) -> bool {
-        let free = self.free(path) && sample.delta;
+        let free = self.is_free_bounce(path) && sample.is_specular;
         let depth = path.depth + u32::from(!free);
         // The last segment only looks for lights.
-        let last = depth >= self.rules.max_depth && !sample.delta;
-        if depth > self.rules.max_depth || (last && !self.found) {
+        let last = depth >= self.settings.max_depth && !sample.is_specular;
+        if depth > self.settings.max_depth || (last && !self.mis_with_bsdf) {
             return false;
         }
         let mut throughput = path.throughput * sample.weight;
-        let squeeze = path.squeeze * sample.squeeze;
-        if self.turn.saturating_add(2) > SAFE_DEPTH {
+        let squeeze = path.eta_scale * sample.eta_scale;
+        if self.bounce.saturating_add(2) > MIN_ROULETTE_DEPTH {
             let survival = (throughput.max_element() * squeeze).min(0.95);
-            let [_, chance] = self.samplers[path.ray].pair(Pair::Fate(self.turn));
+            let [_, chance] =
+                self.samplers[path.ray_index].pair(Dimension::OpacityAndRoulette(self.bounce));
             if chance >= survival {
                 return false;
             }
@@ -336,52 +341,52 @@ impl Walk<'_> {
             return false;
         }
         path.throughput = throughput;
-        path.direction = sample.direction;
-        path.from = from;
-        path.pdf = sample.pdf;
-        path.straight = sample.delta;
-        path.choice = self.choice(path);
-        path.from_camera = false;
+        path.direction = sample.wi;
+        path.prev_context = from;
+        path.bsdf_pdf = sample.pdf;
+        path.specular_bounce = sample.is_specular;
+        path.light_sampling = self.light_sampling(path);
+        path.is_camera_ray = false;
         path.depth = depth;
-        path.media = media;
-        path.squeeze = squeeze;
-        path.cone = path.cone.scattered(sample.delta);
-        if last && self.blind && path.media.is_empty() {
-            self.look(path, start, wave);
+        path.interior_list = media;
+        path.eta_scale = squeeze;
+        path.ray_cone = path.ray_cone.after_scatter(sample.is_specular);
+        if last && self.occlusion_only_last_segment && path.interior_list.is_empty() {
+            self.queue_last_segment(path, start, wave);
             return false;
         }
-        wave.rays.push(Ray {
+        wave.next_rays.push(Ray {
             origin: start.to_array(),
-            direction: sample.direction.to_array(),
+            direction: sample.wi.to_array(),
             t_max: f32::INFINITY,
         });
         true
     }
 
-    /// What [`Walk::miss`] and [`Walk::pick_up`] would find, by shadow rays: those need not know what is met.
+    /// What [`PathTracer::handle_escaped_ray`] and [`PathTracer::add_intersected_lights`] would find, by shadow rays: those need not know what is met.
     #[inline(never)]
-    fn look(&self, path: &Path, start: Vec3, wave: &mut Wave) {
+    fn queue_last_segment(&self, path: &PathState, start: Vec3, wave: &mut WavefrontQueues) {
         let ray = Ray {
             origin: start.to_array(),
             direction: path.direction.to_array(),
             t_max: f32::INFINITY,
         };
-        let ways = &mut wave.scattered;
-        self.lights.crossed(
-            &path.from,
-            path.choice,
+        let ways = &mut wave.bsdf_shadow_rays;
+        self.lights.intersect_visible(
+            &path.prev_context,
+            path.light_sampling,
             path.direction,
             f64::INFINITY,
             |at, radiance, pdf| {
-                let t_max = at as f32 * BEFORE_LIGHT;
-                let light = path.throughput * radiance * self.weight(path, pdf);
-                ways.ask(Ray { t_max, ..ray }, path.ray, light);
+                let t_max = at as f32 * ONE_MINUS_SHADOW_EPSILON;
+                let light = path.throughput * radiance * self.mis_weight(path, pdf);
+                ways.push(Ray { t_max, ..ray }, path.ray_index, light);
             },
         );
         let mut sky = Vec3::ZERO;
-        self.see_sky(path, None, &mut sky);
+        self.add_environment(path, None, &mut sky);
         if sky != Vec3::ZERO {
-            ways.ask(ray, path.ray, sky);
+            ways.push(ray, path.ray_index, sky);
         }
     }
 }

@@ -4,26 +4,26 @@ use glam::Vec3;
 use raycam_bvh::{Coherence, Hit, Ray, Scene};
 
 use crate::integrator::is_miss;
-use crate::interaction::Place;
+use crate::interaction::SurfaceInteraction;
 use crate::prepare::PreparedWorld;
 
 /// Shadow rays, and what arrives along each.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Shadows {
+pub(crate) struct ShadowRayQueue {
     rays: Vec<Ray>,
-    dark: Vec<bool>,
+    occluded: Vec<bool>,
     /// Which ray of the batch it is for, and how much.
-    light: Vec<(usize, Vec3)>,
+    contribution: Vec<(usize, Vec3)>,
 }
 
-impl Shadows {
-    pub fn ask(&mut self, ray: Ray, index: usize, light: Vec3) {
+impl ShadowRayQueue {
+    pub fn push(&mut self, ray: Ray, index: usize, light: Vec3) {
         self.rays.push(ray);
-        self.light.push((index, light));
+        self.contribution.push((index, light));
     }
 
     /// Answers everything asked since the last time.
-    pub fn settle(
+    pub fn trace(
         &mut self,
         world: &PreparedWorld,
         scene: &Scene,
@@ -31,33 +31,33 @@ impl Shadows {
         radiance: &mut [Vec3],
     ) {
         // All are written; what they were does not matter.
-        self.dark.resize(self.rays.len(), false);
-        scene.occluded(&self.rays, &mut self.dark, coherence);
-        for (&(index, light), dark) in self.light.iter().zip(&self.dark) {
+        self.occluded.resize(self.rays.len(), false);
+        scene.occluded(&self.rays, &mut self.occluded, coherence);
+        for (&(index, light), dark) in self.contribution.iter().zip(&self.occluded) {
             if !dark {
                 radiance[index] += light;
             }
         }
-        if world.see_through {
+        if world.has_transparency {
             let is_dark = || {
-                let mut dark = self.dark.iter();
+                let mut dark = self.occluded.iter();
                 move || dark.next() == Some(&true)
             };
             let (mut of_ray, mut of_light) = (is_dark(), is_dark());
             self.rays.retain(|_| of_ray());
-            self.light.retain(|_| of_light());
-            self.settle_through(world, scene, radiance);
+            self.contribution.retain(|_| of_light());
+            self.trace_transparent(world, scene, radiance);
         }
         self.clear();
     }
 
     pub fn clear(&mut self) {
         self.rays.clear();
-        self.light.clear();
+        self.contribution.clear();
     }
 
     /// What stands in the way may let light through by its opacity: from one surface to the next.
-    fn settle_through(&mut self, world: &PreparedWorld, scene: &Scene, radiance: &mut [Vec3]) {
+    fn trace_transparent(&mut self, world: &PreparedWorld, scene: &Scene, radiance: &mut [Vec3]) {
         let mut hits = vec![];
         while !self.rays.is_empty() {
             hits.clear();
@@ -65,7 +65,7 @@ impl Shadows {
             scene.closest(&self.rays, &mut hits, Coherence::Incoherent);
             let mut kept = 0;
             for (i, hit) in hits.iter().enumerate() {
-                let ((index, light), ray) = (self.light[i], self.rays[i]);
+                let ((index, light), ray) = (self.contribution[i], self.rays[i]);
                 if is_miss(hit) {
                     radiance[index] += light;
                     continue;
@@ -77,14 +77,14 @@ impl Shadows {
                 // From the other side of the surface to the same end.
                 let direction = Vec3::from(ray.direction);
                 let length = direction.length();
-                let place = Place::new(world, direction / length, hit, 0.0);
+                let place = SurfaceInteraction::new(world, direction / length, hit, 0.0);
                 let left = (ray.t_max - hit.t) * length;
-                self.rays[kept] = place.leaving(direction / length, left);
-                self.light[kept] = (index, light);
+                self.rays[kept] = place.spawn_ray(direction / length, left);
+                self.contribution[kept] = (index, light);
                 kept += 1;
             }
             self.rays.truncate(kept);
-            self.light.truncate(kept);
+            self.contribution.truncate(kept);
         }
     }
 }

@@ -2,23 +2,23 @@
 
 use glam::Vec3;
 
-use crate::integrator::{Batch, is_miss};
+use crate::integrator::{CameraRayBatch, is_miss};
 use crate::prepare::PreparedWorld;
 use crate::prepare::texture::Footprint;
 use crate::settings::Integrator;
 
 pub(crate) fn radiance(
     world: &PreparedWorld,
-    batch: &Batch,
+    batch: &CameraRayBatch,
     radiance: &mut [Vec3],
     sky: &mut [bool],
 ) {
-    let lights = Integrator::Flat.lights(world);
+    let lights = Integrator::Flat.effective_lights(world);
     let rays = batch.hits.iter().zip(batch.directions);
     for ((hit, &direction), (radiance, sky)) in rays.zip(radiance.iter_mut().zip(sky)) {
         *sky = is_miss(hit);
         *radiance = if *sky {
-            lights.sky(direction, None)
+            lights.escaped_radiance(direction, None)
         } else {
             world.base_color(hit, &Footprint::default())
         };

@@ -4,9 +4,9 @@ use glam::{DVec3, Vec2, Vec3};
 use raycam_bvh::Hit;
 use raycam_scene::{Alpha, TextureSlot};
 
-use crate::bsdf::{Frame, Scatter, Scattering};
-use crate::interaction::{Place, beside};
-use crate::light::Reference;
+use crate::bsdf::{Bsdf, BsdfModel, ShadingFrame};
+use crate::interaction::{SurfaceInteraction, normalize_facing};
+use crate::light::LightSampleContext;
 use crate::prepare::PreparedWorld;
 use crate::prepare::material::PreparedMaterial;
 use crate::prepare::texture::Footprint;
@@ -20,7 +20,7 @@ impl PreparedWorld {
 
     /// Which of the world's materials a triangle has.
     pub(crate) fn material_index(&self, instance: u32, triangle: u32) -> usize {
-        let object = &self.objects[instance as usize];
+        let object = &self.instances[instance as usize];
         let slots = object.mesh.mesh.material_slots.as_ref();
         let slot = slots.map_or(0, |slots| usize::from(slots[triangle as usize]));
         object.materials[slot]
@@ -28,8 +28,8 @@ impl PreparedWorld {
 
     /// The normals of a triangle's corners in the world, of any length; `None` where the mesh has none.
     #[inline]
-    pub(crate) fn normals_of(&self, instance: u32, triangle: u32) -> Option<[DVec3; 3]> {
-        let object = &self.objects[instance as usize];
+    pub(crate) fn vertex_normals(&self, instance: u32, triangle: u32) -> Option<[DVec3; 3]> {
+        let object = &self.instances[instance as usize];
         let mesh = &*object.mesh.mesh;
         let normals = mesh.normals.as_ref()?;
         let of_vertex = |vertex: u32| {
@@ -42,30 +42,30 @@ impl PreparedWorld {
     }
 
     /// The same of unit length, on the side of `geometric`, which stands in where a corner has none.
-    pub(crate) fn corner_normals(
+    pub(crate) fn facing_vertex_normals(
         &self,
         instance: u32,
         triangle: u32,
         geometric: DVec3,
     ) -> Option<[DVec3; 3]> {
-        let normals = self.normals_of(instance, triangle)?;
-        Some(normals.map(|normal| beside(normal, geometric)))
+        let normals = self.vertex_normals(instance, triangle)?;
+        Some(normals.map(|normal| normalize_facing(normal, geometric)))
     }
 
     /// The linear base colour at a hit: the product of its material's, its triangle's, its corners' and its texture's.
     pub(crate) fn base_color(&self, hit: &Hit, footprint: &Footprint) -> Vec3 {
-        self.base_color_of(self.material(hit), hit, footprint)
+        self.base_color_with(self.material(hit), hit, footprint)
     }
 
     /// The same where the hit's material is known.
     #[inline]
-    pub(crate) fn base_color_of(
+    pub(crate) fn base_color_with(
         &self,
         PreparedMaterial { material, .. }: &PreparedMaterial,
         hit: &Hit,
         footprint: &Footprint,
     ) -> Vec3 {
-        let mesh = &*self.objects[hit.instance as usize].mesh.mesh;
+        let mesh = &*self.instances[hit.instance as usize].mesh.mesh;
         let triangle = hit.triangle as usize;
         let mut color = Vec3::from(material.color);
         if let Some(colors) = &mesh.face_colors {
@@ -79,7 +79,7 @@ impl PreparedWorld {
         }
         if let Some(texel) = material
             .texture
-            .and_then(|slot| self.texel_within(&slot, hit, footprint))
+            .and_then(|slot| self.filtered_texel(&slot, hit, footprint))
         {
             color *= Vec3::from_slice(&texel);
         }
@@ -92,7 +92,7 @@ impl PreparedWorld {
         if material.alpha == Alpha::Opaque {
             return 1.0;
         }
-        let mesh = &*self.objects[hit.instance as usize].mesh.mesh;
+        let mesh = &*self.instances[hit.instance as usize].mesh.mesh;
         let mut opacity = material.opacity;
         if let Some([.., alpha]) = material.texture.and_then(|slot| self.texel(&slot, hit)) {
             opacity *= alpha;
@@ -115,7 +115,7 @@ impl PreparedWorld {
         }
         if !material.double_sided {
             let [a, b, c] = self.corners(hit.instance, hit.triangle);
-            let mirrored = self.objects[hit.instance as usize].mirrored;
+            let mirrored = self.instances[hit.instance as usize].flips_orientation;
             let away = (b - a).cross(c - a).dot(direction.as_dvec3()) > 0.0;
             if away != mirrored {
                 return Vec3::ZERO;
@@ -134,7 +134,7 @@ impl PreparedWorld {
     }
 
     /// The mean of a texture over the part of the triangle that a ray covers.
-    pub(crate) fn texel_within(
+    pub(crate) fn filtered_texel(
         &self,
         slot: &TextureSlot,
         hit: &Hit,
@@ -153,7 +153,7 @@ impl PreparedWorld {
             corner([0.0, 1.0])?,
         ];
         let uv = corner([hit.u, hit.v].map(f64::from))?;
-        let axes = footprint.in_image(corners);
+        let axes = footprint.in_texture(corners);
         Some(self.textures[slot.texture].mean(uv.to_array(), axes))
     }
 
@@ -167,7 +167,7 @@ impl PreparedWorld {
         weights: [f64; 2],
     ) -> Option<[f32; 2]> {
         let corners = self.uv_corners(instance, triangle, set)?;
-        Some(Self::uv_within(&corners, weights))
+        Some(Self::interpolate_uv(&corners, weights))
     }
 
     /// Those of the triangle's corners.
@@ -177,7 +177,7 @@ impl PreparedWorld {
         triangle: u32,
         set: usize,
     ) -> Option<[[f64; 2]; 3]> {
-        let mesh = &*self.objects[instance as usize].mesh.mesh;
+        let mesh = &*self.instances[instance as usize].mesh.mesh;
         let uvs = mesh.uv_set(set)?;
         let corner = |vertex: u32| uvs[vertex as usize].map(f64::from);
         Some(mesh.triangles[triangle as usize].map(corner))
@@ -185,7 +185,7 @@ impl PreparedWorld {
 
     /// Those between the corners, at the weights of the second and the third.
     #[inline]
-    pub(crate) fn uv_within([a, b, c]: &[[f64; 2]; 3], [u, v]: [f64; 2]) -> [f32; 2] {
+    pub(crate) fn interpolate_uv([a, b, c]: &[[f64; 2]; 3], [u, v]: [f64; 2]) -> [f32; 2] {
         [0, 1].map(|axis| (a[axis] + (b[axis] - a[axis]) * u + (c[axis] - a[axis]) * v) as f32)
     }
 }
@@ -197,7 +197,7 @@ fn interpolate([a, b, c]: [Vec3; 3], hit: &Hit) -> Vec3 {
 
 /// A normal on the side that a ray in this direction sees.
 #[inline]
-pub(crate) fn facing(normal: DVec3, direction: DVec3) -> DVec3 {
+pub(crate) fn face_forward(normal: DVec3, direction: DVec3) -> DVec3 {
     if normal.dot(direction) > 0.0 {
         -normal
     } else {
@@ -221,60 +221,60 @@ pub(crate) fn unit_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
 #[inline]
 pub(crate) fn unit(vector: DVec3) -> Option<DVec3> {
     let square = vector.length_squared();
-    is_far_from_ends(square).then(|| vector / square.sqrt())
+    is_safe_square(square).then(|| vector / square.sqrt())
 }
 
 /// Whether the square of a length is far from the ends of float64.
 #[inline(always)]
-pub(crate) fn is_far_from_ends(square: f64) -> bool {
+pub(crate) fn is_safe_square(square: f64) -> bool {
     (1e-200..1e200).contains(&square)
 }
 
 /// What happens to light at a place.
 #[derive(Clone, Debug)]
-pub(crate) struct Surface<'a, S> {
-    pub place: &'a Place,
+pub(crate) struct ShadingPoint<'a, S> {
+    pub interaction: &'a SurfaceInteraction,
     /// The normals and the viewer.
-    pub frame: Frame,
-    pub scatter: S,
+    pub frame: ShadingFrame,
+    pub bsdf: S,
 }
 
-impl<'a> Surface<'a, Scatter<'a>> {
+impl<'a> ShadingPoint<'a, Bsdf<'a>> {
     /// What a ray in this direction sees at its hit, which is this place; `channel` is the colour that it carries, where it
     /// has lost the others by dispersion.
     pub fn new(
         world: &'a PreparedWorld,
-        place: &'a Place,
+        place: &'a SurfaceInteraction,
         direction: Vec3,
         hit: &Hit,
         channel: Option<usize>,
         around: f32,
     ) -> Self {
-        let smooth = place.frame(direction);
-        let (scatter, frame) = Scatter::new(
+        let smooth = place.shading_frame(direction);
+        let (scatter, frame) = Bsdf::new(
             world,
             hit,
             smooth,
-            place.front,
+            place.is_front,
             channel,
             around,
             &place.footprint,
         );
         Self {
-            place,
+            interaction: place,
             frame,
-            scatter,
+            bsdf: scatter,
         }
     }
 }
 
-impl<S: Scattering> Surface<'_, S> {
+impl<S: BsdfModel> ShadingPoint<'_, S> {
     /// This point, as lights are sampled for it.
     #[inline]
-    pub fn reference(&self) -> Reference {
-        Reference {
-            position: self.place.position,
-            normal: if self.scatter.is_transmissive() {
+    pub fn light_sample_context(&self) -> LightSampleContext {
+        LightSampleContext {
+            position: self.interaction.position,
+            normal: if self.bsdf.is_transmissive() {
                 Vec3::ZERO
             } else {
                 self.frame.geometric

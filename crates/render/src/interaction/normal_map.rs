@@ -11,7 +11,7 @@ impl PreparedWorld {
     /// The directions of increasing u and v at a hit, in the world: the mesh's tangents, or the triangle's own by a set
     /// of its texture coordinates; `None` where there are none.
     pub(crate) fn tangents(&self, hit: &Hit, uv_set: usize) -> Option<[Vec3; 2]> {
-        let object = &self.objects[hit.instance as usize];
+        let object = &self.instances[hit.instance as usize];
         let mesh = &*object.mesh.mesh;
         let corners = mesh.triangles[hit.triangle as usize].map(|i| i as usize);
         let linear = object.world_from_mesh.matrix3;
@@ -47,7 +47,7 @@ impl PreparedWorld {
         normal: Vec3,
         front: bool,
     ) -> Option<Vec3> {
-        let [red, green, blue, _] = self.texel_within(&map.texture, hit, footprint)?;
+        let [red, green, blue, _] = self.filtered_texel(&map.texture, hit, footprint)?;
         let [tangent, bitangent] = self.tangents(hit, map.texture.uv_set)?;
         let side = if front { 1.0 } else { -1.0 };
         let [x, y, z] = [red, green, blue].map(|v| 2.0 * v - 1.0);

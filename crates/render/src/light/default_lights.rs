@@ -10,7 +10,7 @@ pub(crate) fn default_lights(up: Up) -> [Light; 2] {
         Up::Y => [1.0, -3.0, -2.0],
     };
     [
-        Light::even_sky([0.4; 3]),
+        Light::uniform_sky([0.4; 3]),
         Light::Sun {
             direction,
             irradiance: [2.4; 3],

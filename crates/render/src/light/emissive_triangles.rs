@@ -3,53 +3,53 @@
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 
-use crate::light::bounds::Bounds;
-use crate::light::tree::Tree;
-use crate::light::tree::importance::Asker;
-use crate::light::{LightSample, Reference};
+use crate::light::bounds::LightBounds;
+use crate::light::tree::LightTree;
+use crate::light::tree::importance::LightTreeContext;
+use crate::light::{LightLiSample, LightSampleContext};
 use crate::prepare::PreparedWorld;
 
 /// All triangles that shine.
 #[derive(Debug, Default)]
-pub(crate) struct Emissive {
+pub(crate) struct EmissiveTriangles {
     /// Object and triangle.
     triangles: Vec<[u32; 2]>,
     /// For each object that shines, where each of its triangles is in `triangles`.
-    numbers: Vec<Vec<u32>>,
-    tree: Tree,
+    light_of_triangle: Vec<Vec<u32>>,
+    tree: LightTree,
 }
 
 /// A triangle of an object that does not shine.
-const DARK: u32 = u32::MAX;
+const NOT_EMISSIVE: u32 = u32::MAX;
 
-impl Emissive {
+impl EmissiveTriangles {
     pub fn new(world: &PreparedWorld) -> Self {
         let mut found = Self {
-            numbers: vec![vec![]; world.objects.len()],
+            light_of_triangle: vec![vec![]; world.instances.len()],
             ..Self::default()
         };
         let mut bounds = vec![];
-        for (instance, object) in world.objects.iter().enumerate() {
+        for (instance, object) in world.instances.iter().enumerate() {
             let shines =
                 |&material: &usize| world.materials[material].material.emission.value != [0.0; 3];
             if !object.materials.iter().any(shines) {
                 continue;
             }
             let count = object.mesh.mesh.triangles.len();
-            let mut numbers = vec![DARK; count];
+            let mut numbers = vec![NOT_EMISSIVE; count];
             for (triangle, number) in numbers.iter_mut().enumerate() {
                 let (instance, triangle) = (instance as u32, triangle as u32);
                 if shines(&world.material_index(instance, triangle))
-                    && let Some(light) = measure(world, instance, triangle)
+                    && let Some(light) = measure_emission(world, instance, triangle)
                 {
                     *number = found.triangles.len() as u32;
                     found.triangles.push([instance, triangle]);
                     bounds.push(light);
                 }
             }
-            found.numbers[instance] = numbers;
+            found.light_of_triangle[instance] = numbers;
         }
-        found.tree = Tree::new(&bounds);
+        found.tree = LightTree::new(&bounds);
         found
     }
 
@@ -58,12 +58,12 @@ impl Emissive {
     }
 
     /// Which of them to choose.
-    pub fn tree(&self) -> &Tree {
+    pub fn tree(&self) -> &LightTree {
         &self.tree
     }
 
     /// How much all of them may matter to a point.
-    pub fn importance(&self, from: &Reference) -> f64 {
+    pub fn importance(&self, from: &LightSampleContext) -> f64 {
         self.tree.importance(from)
     }
 
@@ -71,10 +71,10 @@ impl Emissive {
     pub fn sample(
         &self,
         world: &PreparedWorld,
-        by: &Asker,
+        by: &LightTreeContext,
         which: f64,
         [x, y]: [f32; 2],
-    ) -> Option<LightSample> {
+    ) -> Option<LightLiSample> {
         let (number, probability) = self.tree.choose(by, which)?;
         let [instance, triangle] = self.triangles[number];
         // The square folded along its diagonal.
@@ -96,29 +96,29 @@ impl Emissive {
             triangle,
         };
         let radiance = world.emission(&hit, direction.as_vec3()) * world.opacity(&hit);
-        let density = by_angle(e1.cross(e2) / 2.0, direction, distance);
+        let density = solid_angle_pdf(e1.cross(e2) / 2.0, direction, distance);
         if radiance == Vec3::ZERO {
             return None;
         }
-        LightSample::toward(direction, end, radiance, probability * density)
+        LightLiSample::new(direction, end, radiance, probability * density)
     }
 
     /// By solid angle, of a hit at a distance.
-    pub fn density(
+    pub fn pdf(
         &self,
         world: &PreparedWorld,
-        from: &Reference,
+        from: &LightSampleContext,
         hit: &Hit,
         direction: Vec3,
         distance: f64,
     ) -> f64 {
-        let numbers = self.numbers.get(hit.instance as usize);
+        let numbers = self.light_of_triangle.get(hit.instance as usize);
         let number = numbers.and_then(|numbers| numbers.get(hit.triangle as usize));
-        let Some(&number) = number.filter(|&&number| number != DARK) else {
+        let Some(&number) = number.filter(|&&number| number != NOT_EMISSIVE) else {
             return 0.0;
         };
         let [_, e1, e2] = edges(world, hit.instance, hit.triangle);
-        let density = by_angle(e1.cross(e2) / 2.0, direction.as_dvec3(), distance);
+        let density = solid_angle_pdf(e1.cross(e2) / 2.0, direction.as_dvec3(), distance);
         self.tree.probability(&from.into(), number as usize) * density
     }
 }
@@ -130,21 +130,21 @@ fn edges(world: &PreparedWorld, instance: u32, triangle: u32) -> [DVec3; 3] {
 }
 
 /// The density by solid angle of a point drawn evenly from an area, given as a normal of that length.
-fn by_angle(area: DVec3, direction: DVec3, distance: f64) -> f64 {
+fn solid_angle_pdf(area: DVec3, direction: DVec3, distance: f64) -> f64 {
     distance * distance / area.dot(direction).abs()
 }
 
 /// How a triangle shines; `None` where it has no area. Its radiance is the mean over points spread evenly, for the
 /// choice alone: where they miss what is bright, scattered rays find it.
-fn measure(world: &PreparedWorld, instance: u32, triangle: u32) -> Option<Bounds> {
-    const SIDE: usize = 8;
+fn measure_emission(world: &PreparedWorld, instance: u32, triangle: u32) -> Option<LightBounds> {
+    const MEASURE_GRID: usize = 8;
     let [a, e1, e2] = edges(world, instance, triangle);
     let area = e1.cross(e2) / 2.0;
     let normal = area.try_normalize()?;
     let material = &world.materials[world.material_index(instance, triangle)].material;
     let place = |i: usize| {
-        let (x, y) = (i % SIDE, i / SIDE);
-        [x, y].map(|n| (n as f32 + 0.5) / SIDE as f32)
+        let (x, y) = (i % MEASURE_GRID, i / MEASURE_GRID);
+        [x, y].map(|n| (n as f32 + 0.5) / MEASURE_GRID as f32)
     };
     let mean = if material.emission.texture.is_some() {
         // Half of the square, by folding the other half.
@@ -162,15 +162,16 @@ fn measure(world: &PreparedWorld, instance: u32, triangle: u32) -> Option<Bounds
                 instance,
                 triangle,
             };
-            world.emission(&hit, emission_side(world, instance, normal))
+            world.emission(&hit, front_direction(world, instance, normal))
         };
-        (0..SIDE * SIDE).map(at).sum::<Vec3>() / (SIDE * SIDE) as f32
+        (0..MEASURE_GRID * MEASURE_GRID).map(at).sum::<Vec3>()
+            / (MEASURE_GRID * MEASURE_GRID) as f32
     } else {
         Vec3::from(material.emission.value)
     };
     let intensity = (mean.as_dvec3() * area.length()).as_vec3();
-    let front = -emission_side(world, instance, normal).as_dvec3();
-    Some(Bounds::flat(
+    let front = -front_direction(world, instance, normal).as_dvec3();
+    Some(LightBounds::planar(
         &[a, a + e1, a + e2],
         front,
         intensity,
@@ -179,7 +180,7 @@ fn measure(world: &PreparedWorld, instance: u32, triangle: u32) -> Option<Bounds
 }
 
 /// The way a ray travels that sees a triangle's front.
-fn emission_side(world: &PreparedWorld, instance: u32, normal: DVec3) -> Vec3 {
-    let mirrored = world.objects[instance as usize].mirrored;
+fn front_direction(world: &PreparedWorld, instance: u32, normal: DVec3) -> Vec3 {
+    let mirrored = world.instances[instance as usize].flips_orientation;
     (if mirrored { normal } else { -normal }).as_vec3()
 }

@@ -6,79 +6,79 @@ use std::sync::Arc;
 use glam::Vec3;
 use raycam_scene::{Image, Up};
 
-use super::{Around, LightSample};
-use crate::light::environment_image::{Backdrop, Spots};
-use crate::light::equirect::{Frame, Table};
-use crate::light::preetham::Daylight;
-use crate::soa::{Three, get, set};
+use super::{EnvironmentSample, LightLiSample};
+use crate::light::environment_image::{BilinearTaps, EnvironmentImage};
+use crate::light::equirect::{EquirectFrame, PiecewiseConstant2D};
+use crate::light::preetham::PreethamSky;
+use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// A table for drawing directions has at most this many columns, and rows; larger images share its cells.
-const MOST_CELLS: usize = 2048;
+const MAX_CELLS: usize = 2048;
 
 /// Columns and rows of the table of a clear sky.
 const SKY_CELLS: [usize; 2] = [256, 128];
 
 /// How many directions are asked for together: what they read fits into the first cache.
-const BLOCK: usize = 64;
+const LOOKUP_BLOCK: usize = 64;
 
 #[derive(Debug)]
-pub(crate) struct Environment {
-    frame: Frame,
-    table: Option<Table>,
-    behind: Behind,
+pub(crate) struct EnvironmentLight {
+    frame: EquirectFrame,
+    distribution: Option<PiecewiseConstant2D>,
+    source: EnvironmentSource,
 }
 
 /// What is seen behind everything.
 #[derive(Debug)]
-enum Behind {
-    Image(Backdrop),
-    Sky(Daylight),
+enum EnvironmentSource {
+    Image(EnvironmentImage),
+    Preetham(PreethamSky),
 }
 
 /// Directions that were looked at: for an image what is to be read of it, which is on its way; for a sky, which is
 /// computed and not read, the radiance itself.
-enum Views<'a, const N: usize> {
-    Image(&'a Backdrop, Spots<N>),
+enum PendingLookups<'a, const N: usize> {
+    Image(&'a EnvironmentImage, BilinearTaps<N>),
     Sky {
         places: [[f32; N]; 2],
-        radiances: Three<f32, N>,
+        radiances: Vec3xN<f32, N>,
     },
 }
 
-impl<const N: usize> Views<'_, N> {
+impl<const N: usize> PendingLookups<'_, N> {
     /// Where a lane lies in the picture.
-    fn place(&self, lane: usize) -> [f32; 2] {
+    fn uv(&self, lane: usize) -> [f32; 2] {
         match self {
-            Views::Image(_, spots) => spots.place(lane),
-            Views::Sky { places, .. } => places.map(|values| values[lane]),
+            PendingLookups::Image(_, spots) => spots.uv(lane),
+            PendingLookups::Sky { places, .. } => places.map(|values| values[lane]),
         }
     }
 }
 
-impl Environment {
+impl EnvironmentLight {
     pub fn new(image: Arc<Image>, up: Up, yaw: f64, scale: f32) -> Self {
-        let table = table(&image);
+        let table = image_distribution(&image);
         Self {
-            frame: Frame::new(up, yaw),
-            table: table.filter(|_| scale > 0.0),
-            behind: Behind::Image(Backdrop { image, scale }),
+            frame: EquirectFrame::new(up, yaw),
+            distribution: table.filter(|_| scale > 0.0),
+            source: EnvironmentSource::Image(EnvironmentImage { image, scale }),
         }
     }
 
     /// A clear sky.
-    pub fn of_sky(sky: Daylight, up: Up) -> Self {
-        let frame = Frame::new(up, 0.0);
+    pub fn of_sky(sky: PreethamSky, up: Up) -> Self {
+        let frame = EquirectFrame::new(up, 0.0);
         Self {
             frame,
-            table: table_of_sky(&sky, &frame),
-            behind: Behind::Sky(sky),
+            distribution: sky_distribution(&sky, &frame),
+            source: EnvironmentSource::Preetham(sky),
         }
     }
 
-    pub fn sample(&self, random: [f32; 2]) -> Option<LightSample> {
-        let direction = self.table.as_ref()?.sample(&self.frame, random);
-        let (radiance, pdf) = self.behind(direction);
-        let around = Around {
+    pub fn sample(&self, random: [f32; 2]) -> Option<LightLiSample> {
+        let direction = self.distribution.as_ref()?.sample(&self.frame, random);
+        let (radiance, pdf) = self.radiance_and_pdf(direction);
+        let around = EnvironmentSample {
             direction,
             radiance,
             pdf,
@@ -87,17 +87,17 @@ impl Environment {
     }
 
     /// The same of many, unless all is dark.
-    pub fn sample_many(&self, random: &[[f32; 2]], out: &mut Vec<Around>) {
+    pub fn sample_many(&self, random: &[[f32; 2]], out: &mut Vec<EnvironmentSample>) {
         out.clear();
-        let Some(table) = &self.table else { return };
-        for random in random.chunks(BLOCK) {
-            let mut directions = [[0.0; BLOCK]; 3];
+        let Some(table) = &self.distribution else { return };
+        for random in random.chunks(LOOKUP_BLOCK) {
+            let mut directions = [[0.0; LOOKUP_BLOCK]; 3];
             table.sample_many(&self.frame, random, &mut directions);
-            let views = self.views(&directions, random.len());
+            let views = self.begin_lookups(&directions, random.len());
             out.extend((0..random.len()).map(|lane| {
-                let (radiance, pdf) = self.at(&views, lane);
-                Around {
-                    direction: get(&directions, lane).into(),
+                let (radiance, pdf) = self.finish_lookup(&views, lane);
+                EnvironmentSample {
+                    direction: get_lane(&directions, lane).into(),
                     radiance,
                     pdf,
                 }
@@ -105,25 +105,25 @@ impl Environment {
         }
     }
 
-    /// The radiance out of a direction, and the density of [`Environment::sample`].
-    pub fn behind(&self, direction: Vec3) -> (Vec3, f32) {
+    /// The radiance out of a direction, and the density of [`EnvironmentLight::sample`].
+    pub fn radiance_and_pdf(&self, direction: Vec3) -> (Vec3, f32) {
         let directions = direction.to_array().map(|value| [value]);
-        self.at(&self.views(&directions, 1), 0)
+        self.finish_lookup(&self.begin_lookups(&directions, 1), 0)
     }
 
     /// The same of many: one after the other, what is read would be waited for.
-    pub fn behind_many(&self, directions: impl Iterator<Item = Vec3>, out: &mut Vec<(Vec3, f32)>) {
+    pub fn lookup_many(&self, directions: impl Iterator<Item = Vec3>, out: &mut Vec<(Vec3, f32)>) {
         out.clear();
-        let mut block = [[0.0; BLOCK]; 3];
+        let mut block = [[0.0; LOOKUP_BLOCK]; 3];
         let mut count = 0;
-        let mut find = |block: &Three<f32, BLOCK>, count| {
-            let views = self.views(block, count);
-            out.extend((0..count).map(|lane| self.at(&views, lane)));
+        let mut find = |block: &Vec3xN<f32, LOOKUP_BLOCK>, count| {
+            let views = self.begin_lookups(block, count);
+            out.extend((0..count).map(|lane| self.finish_lookup(&views, lane)));
         };
         for direction in directions {
-            set(&mut block, count, direction.to_array());
+            set_lane(&mut block, count, direction.to_array());
             count += 1;
-            if count == BLOCK {
+            if count == LOOKUP_BLOCK {
                 find(&block, count);
                 count = 0;
             }
@@ -131,36 +131,42 @@ impl Environment {
         find(&block, count);
     }
 
-    /// Looks at the first directions, and asks for what [`Environment::at`] reads there.
-    fn views<const N: usize>(&self, directions: &Three<f32, N>, count: usize) -> Views<'_, N> {
+    /// Looks at the first directions, and asks for what [`EnvironmentLight::finish_lookup`] reads there.
+    fn begin_lookups<const N: usize>(
+        &self,
+        directions: &Vec3xN<f32, N>,
+        count: usize,
+    ) -> PendingLookups<'_, N> {
         let mut places = [[0.0; N]; 2];
-        self.frame.places(directions, &mut places);
-        let views = match &self.behind {
-            Behind::Image(backdrop) => Views::Image(backdrop, backdrop.spots(places)),
-            Behind::Sky(sky) => Views::Sky {
+        self.frame.to_uv_many(directions, &mut places);
+        let views = match &self.source {
+            EnvironmentSource::Image(backdrop) => {
+                PendingLookups::Image(backdrop, backdrop.taps(places))
+            }
+            EnvironmentSource::Preetham(sky) => PendingLookups::Sky {
                 places,
-                radiances: sky.radiances(directions),
+                radiances: sky.radiance_many(directions),
             },
         };
         for lane in 0..if N > 1 { count } else { 0 } {
-            if let Views::Image(backdrop, spots) = &views {
+            if let PendingLookups::Image(backdrop, spots) = &views {
                 backdrop.prefetch(spots, lane);
             }
-            if let Some(table) = &self.table {
-                table.prefetch(views.place(lane));
+            if let Some(table) = &self.distribution {
+                table.prefetch(views.uv(lane));
             }
         }
         views
     }
 
-    fn at<const N: usize>(&self, views: &Views<N>, lane: usize) -> (Vec3, f32) {
-        let pdf = match &self.table {
-            Some(table) => table.pdf(views.place(lane)),
+    fn finish_lookup<const N: usize>(&self, views: &PendingLookups<N>, lane: usize) -> (Vec3, f32) {
+        let pdf = match &self.distribution {
+            Some(table) => table.pdf(views.uv(lane)),
             None => 0.0,
         };
         let radiance = match views {
-            Views::Image(backdrop, spots) => backdrop.radiance(spots, lane),
-            Views::Sky { radiances, .. } => get(radiances, lane).into(),
+            PendingLookups::Image(backdrop, spots) => backdrop.radiance(spots, lane),
+            PendingLookups::Sky { radiances, .. } => get_lane(radiances, lane).into(),
         };
         (radiance, pdf)
     }
@@ -168,7 +174,7 @@ impl Environment {
 
 /// By the mean brightness of each cell as it is seen: linear between texels, which spreads every texel over its
 /// neighbours by 1/8, 3/4, 1/8 both ways. So no direction that shines has the density 0.
-fn table(image: &Image) -> Option<Table> {
+fn image_distribution(image: &Image) -> Option<PiecewiseConstant2D> {
     let [width, height] = image.size.map(|n| n as usize);
     let bright = |x: usize, y: usize| {
         let [r, g, b, _] = image
@@ -177,7 +183,7 @@ fn table(image: &Image) -> Option<Table> {
             .map(|v| f64::from(v.max(0.0)));
         0.2126 * r + 0.7152 * g + 0.0722 * b
     };
-    let share = width.max(height).div_ceil(MOST_CELLS).max(1);
+    let share = width.max(height).div_ceil(MAX_CELLS).max(1);
     let [columns, rows] = [width.div_ceil(share), height.div_ceil(share)];
     let mut texels: Vec<f64> = vec![0.0; width * height];
     for y in 0..height {
@@ -201,7 +207,7 @@ fn table(image: &Image) -> Option<Table> {
     let range = |cell: usize, cells: usize, texels: usize| {
         cell * texels / cells..((cell + 1) * texels).div_ceil(cells)
     };
-    Table::new([columns, rows], |column, row| {
+    PiecewiseConstant2D::new([columns, rows], |column, row| {
         let mut sum = 0.0;
         let (ys, xs) = (range(row, rows, height), range(column, columns, width));
         let count = (ys.len() * xs.len()) as f64;
@@ -215,9 +221,9 @@ fn table(image: &Image) -> Option<Table> {
 }
 
 /// By the brightest of each cell's corners and its middle, so that the glow around the sun is not missed.
-fn table_of_sky(sky: &Daylight, frame: &Frame) -> Option<Table> {
+fn sky_distribution(sky: &PreethamSky, frame: &EquirectFrame) -> Option<PiecewiseConstant2D> {
     let [columns, rows] = SKY_CELLS.map(|n| n as f64);
-    Table::new(SKY_CELLS, |column, row| {
+    PiecewiseConstant2D::new(SKY_CELLS, |column, row| {
         let bright = |(dx, dy): (f64, f64)| {
             let (u, v) = ((column as f64 + dx) / columns, (row as f64 + dy) / rows);
             let [r, g, b] = sky.radiance(frame.direction(u, (PI * v).cos())).to_array();
@@ -236,7 +242,7 @@ mod tests {
     use super::*;
 
     /// Of an image whose every texel is another.
-    fn made(size: [u32; 2]) -> (Environment, Texture) {
+    fn made(size: [u32; 2]) -> (EnvironmentLight, Texture) {
         let texel = |i: u32| [1, 3, 5, 7].map(|k| (1 + i * k * 503 % 1009) as f32 / 100.0);
         let image = Arc::new(Image {
             name: String::new(),
@@ -247,7 +253,7 @@ mod tests {
             wrap: [Wrap::Repeat, Wrap::Clamp],
             ..TextureSampler::default()
         };
-        let environment = Environment::new(image.clone(), Up::Z, 20.0, 2.0);
+        let environment = EnvironmentLight::new(image.clone(), Up::Z, 20.0, 2.0);
         (environment, Texture { image, sampler })
     }
 
@@ -259,7 +265,7 @@ mod tests {
     }
 
     /// Asks for many directions, and sees that each is what it is alone; the radiance of each.
-    fn many(environment: &Environment, count: usize) -> Vec<Vec3> {
+    fn many(environment: &EnvironmentLight, count: usize) -> Vec<Vec3> {
         let random = |i: usize| [(i * 53 % 211) as f32 / 210.0, (i % 97) as f32 / 96.0];
         let random: Vec<[f32; 2]> = (0..count).map(random).collect();
         let mut drawn = vec![];
@@ -270,13 +276,13 @@ mod tests {
             assert_eq!(format!("{:?}", around.sample()), format!("{each:?}"));
         }
         let mut behind = vec![];
-        environment.behind_many((0..count).map(unit), &mut behind);
-        let each = (0..count).map(|i| environment.behind(unit(i)));
+        environment.lookup_many((0..count).map(unit), &mut behind);
+        let each = (0..count).map(|i| environment.radiance_and_pdf(unit(i)));
         assert!(behind.iter().copied().eq(each));
         behind.into_iter().map(|(radiance, _)| radiance).collect()
     }
 
-    const COUNTS: [usize; 5] = [0, 1, BLOCK - 1, BLOCK, 3 * BLOCK + 5];
+    const COUNTS: [usize; 5] = [0, 1, LOOKUP_BLOCK - 1, LOOKUP_BLOCK, 3 * LOOKUP_BLOCK + 5];
 
     #[test]
     fn many_of_an_image_are_what_each_is() {
@@ -284,7 +290,7 @@ mod tests {
             let (environment, texture) = made(size);
             for count in COUNTS {
                 for (i, radiance) in many(&environment, count).into_iter().enumerate() {
-                    let texel = texture.lookup(environment.frame.place(unit(i)));
+                    let texel = texture.lookup(environment.frame.to_uv(unit(i)));
                     let off = radiance - Vec3::from_slice(&texel) * 2.0;
                     assert!(off.abs().max_element() < 2e-2, "{size:?}, {i}: {off}");
                 }
@@ -294,8 +300,8 @@ mod tests {
 
     #[test]
     fn many_of_a_clear_sky_are_what_each_is() {
-        let made = || Daylight::new(Up::Y, DVec3::new(1.0, -0.4, 0.2), 3.0, 1.5).0;
-        let (environment, sky) = (Environment::of_sky(made(), Up::Y), made());
+        let made = || PreethamSky::new(Up::Y, DVec3::new(1.0, -0.4, 0.2), 3.0, 1.5).0;
+        let (environment, sky) = (EnvironmentLight::of_sky(made(), Up::Y), made());
         for count in COUNTS {
             for (i, radiance) in many(&environment, count).into_iter().enumerate() {
                 assert_eq!(radiance, sky.radiance(unit(i)));

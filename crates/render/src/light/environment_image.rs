@@ -17,27 +17,27 @@ pub(crate) struct EnvironmentImage {
 /// Places in the picture, 0..=1 to the right and down, and between which texels they lie.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BilinearTaps<const N: usize> {
-    places: [[f32; N]; 2],
+    uv: [[f32; N]; 2],
     columns: [[u32; N]; 2],
     rows: [[u32; N]; 2],
     /// How far from the first texel to the second, to the right and down.
-    between: [[f32; N]; 2],
+    fraction: [[f32; N]; 2],
 }
 
 impl<const N: usize> BilinearTaps<N> {
-    pub fn place(&self, lane: usize) -> [f32; 2] {
-        [self.places[0][lane], self.places[1][lane]]
+    pub fn uv(&self, lane: usize) -> [f32; 2] {
+        [self.uv[0][lane], self.uv[1][lane]]
     }
 }
 
 impl EnvironmentImage {
     /// What these places lie between.
-    pub fn spots<const N: usize>(&self, places: [[f32; N]; 2]) -> BilinearTaps<N> {
+    pub fn taps<const N: usize>(&self, places: [[f32; N]; 2]) -> BilinearTaps<N> {
         let mut spots = BilinearTaps {
-            places,
+            uv: places,
             columns: [[0; N]; 2],
             rows: [[0; N]; 2],
-            between: [[0.0; N]; 2],
+            fraction: [[0.0; N]; 2],
         };
         dispatch_simd(ComputeTaps {
             size: self.image.size,
@@ -65,7 +65,7 @@ impl EnvironmentImage {
             Texels::Float(texels) => Vec4::from(texels[index]),
             texels => Vec4::from(texels.linear(index)),
         };
-        let [right, down] = [spots.between[0][lane], spots.between[1][lane]];
+        let [right, down] = [spots.fraction[0][lane], spots.fraction[1][lane]];
         let mix = |a: Vec4, b: Vec4, t: f32| a + (b - a) * t;
         let [above, below] = self
             .indices(spots, lane)
@@ -96,7 +96,7 @@ impl<const N: usize> WithSimd for ComputeTaps<'_, N> {
         for lane in 0..N {
             let [(x, right), (y, down)] = [0, 1].map(|axis: usize| {
                 // Half a texel before the edge at the least, and half a one behind it at the most.
-                let position = spots.places[axis][lane] * size[axis] as f32 + 0.5;
+                let position = spots.uv[axis][lane] * size[axis] as f32 + 0.5;
                 let next = (position as i32).clamp(0, ends[axis] + 1);
                 (next, position - next as f32)
             });
@@ -105,8 +105,8 @@ impl<const N: usize> WithSimd for ComputeTaps<'_, N> {
             spots.columns[1][lane] = if x > ends[0] { 0 } else { x as u32 };
             spots.rows[0][lane] = (y - 1).max(0) as u32;
             spots.rows[1][lane] = y.min(ends[1]) as u32;
-            spots.between[0][lane] = right;
-            spots.between[1][lane] = down;
+            spots.fraction[0][lane] = right;
+            spots.fraction[1][lane] = down;
         }
     }
 }

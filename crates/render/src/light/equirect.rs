@@ -38,7 +38,7 @@ impl EquirectFrame {
 
     /// Where a direction lies in the picture: 0..=1 to the right, 0..=1 down.
     #[inline(always)]
-    pub fn place(&self, direction: Vec3) -> [f32; 2] {
+    pub fn to_uv(&self, direction: Vec3) -> [f32; 2] {
         let d = self.rounded * direction;
         let around = atan2_turns(d.y, d.x);
         let u = if around <= 0.5 { 0.5 } else { 1.5 } - around;
@@ -46,7 +46,7 @@ impl EquirectFrame {
     }
 
     /// The same of many.
-    pub fn places<const N: usize>(&self, directions: &Vec3xN<f32, N>, places: &mut [[f32; N]; 2]) {
+    pub fn to_uv_many<const N: usize>(&self, directions: &Vec3xN<f32, N>, places: &mut [[f32; N]; 2]) {
         dispatch_simd(ComputeUvs {
             frame: self,
             directions,
@@ -54,7 +54,7 @@ impl EquirectFrame {
         });
     }
 
-    /// The direction of a place in the picture, of unit length; `down` is the cosine of the angle to the zenith.
+    /// The direction of a place in the picture, of unit length; `marginal_cdf` is the cosine of the angle to the zenith.
     #[inline(always)]
     pub fn direction(&self, u: f64, down: f64) -> Vec3 {
         // A half turn from where u begins.
@@ -64,7 +64,7 @@ impl EquirectFrame {
     }
 
     /// A direction in the world of one whose axes are middle, left and up.
-    pub fn world(&self, local: DVec3) -> DVec3 {
+    pub fn to_world(&self, local: DVec3) -> DVec3 {
         self.panorama_from_world.transpose() * local
     }
 }
@@ -77,14 +77,14 @@ pub(crate) struct PiecewiseConstant2D {
     columns: usize,
     rows: usize,
     /// For every row, one more than there are columns, from 0 to 1.
-    across: Vec<f32>,
+    conditional_cdf: Vec<f32>,
     /// From 0 to 1.
-    down: Vec<f32>,
-    /// Where to look for a number in `across`, row by row, and in `down`.
-    across_hints: Vec<u16>,
-    down_hints: Vec<u16>,
+    marginal_cdf: Vec<f32>,
+    /// Where to look for a number in `conditional_cdf`, row by row, and in `marginal_cdf`.
+    conditional_guide: Vec<u16>,
+    marginal_guide: Vec<u16>,
     /// The cosines of the angles to the zenith between rows.
-    edges: Vec<f64>,
+    row_edges: Vec<f64>,
     /// For every row, its density by solid angle where all columns are alike, times their number.
     density: Vec<f32>,
 }
@@ -106,13 +106,13 @@ impl PiecewiseConstant2D {
                 (0..columns).map(|column| brightness(column, row)),
                 &mut across,
             );
-            hints(&across[row * (columns + 1)..], &mut across_hints);
+            build_guide_table(&across[row * (columns + 1)..], &mut across_hints);
             sums.push(sum * (edges[row] - edges[row + 1]));
         }
         let mut down = Vec::with_capacity(rows + 1);
         let total = running_sum(sums.into_iter(), &mut down);
         let mut down_hints = vec![];
-        hints(&down, &mut down_hints);
+        build_guide_table(&down, &mut down_hints);
         let density = (0..rows).map(|row| {
             let share = f64::from(down[row + 1]) - f64::from(down[row]);
             (share * columns as f64 / (TAU * (edges[row] - edges[row + 1]))) as f32
@@ -121,11 +121,11 @@ impl PiecewiseConstant2D {
         (total > 0.0 && total.is_finite()).then_some(Self {
             columns,
             rows,
-            across,
-            down,
-            across_hints,
-            down_hints,
-            edges,
+            conditional_cdf: across,
+            marginal_cdf: down,
+            conditional_guide: across_hints,
+            marginal_guide: down_hints,
+            row_edges: edges,
             density,
         })
     }
@@ -171,14 +171,14 @@ impl PiecewiseConstant2D {
     }
 
     #[inline(always)]
-    fn hints(&self, row: usize) -> &[u16] {
+    fn row_guide(&self, row: usize) -> &[u16] {
         let hints = self.columns.div_ceil(CELLS_PER_BUCKET);
-        &self.across_hints[row * hints..][..hints]
+        &self.conditional_guide[row * hints..][..hints]
     }
 
     #[inline(always)]
     fn row(&self, row: usize) -> &[f32] {
-        &self.across[row * (self.columns + 1)..(row + 1) * (self.columns + 1)]
+        &self.conditional_cdf[row * (self.columns + 1)..(row + 1) * (self.columns + 1)]
     }
 }
 
@@ -193,7 +193,7 @@ impl<const N: usize> WithSimd for ComputeUvs<'_, N> {
     #[inline(always)]
     fn run(self) {
         for lane in 0..N {
-            let [u, v] = self.frame.place(get_lane(self.directions, lane).into());
+            let [u, v] = self.frame.to_uv(get_lane(self.directions, lane).into());
             self.places[0][lane] = u;
             self.places[1][lane] = v;
         }
@@ -219,24 +219,24 @@ impl<const N: usize> WithSimd for SampleMany<'_, N> {
         } = self;
         let (mut rows, mut cells, mut down, mut u) = ([0; N], [0; N], [0.0; N], [0.0; N]);
         for (lane, &[x, y]) in random.iter().enumerate().take(N) {
-            let first = hint(&table.down_hints, y);
-            let (row, inside) = find(&table.down, first, y);
-            let [top, bottom] = [table.edges[row], table.edges[row + 1]];
+            let first = guide_index(&table.marginal_guide, y);
+            let (row, inside) = find_interval(&table.marginal_cdf, first, y);
+            let [top, bottom] = [table.row_edges[row], table.row_edges[row + 1]];
             (rows[lane], down[lane]) = (row, top + (bottom - top) * inside);
             if N > 1 {
-                let hints = table.hints(row);
-                prefetch(&raw const hints[part(hints, x)]);
+                let hints = table.row_guide(row);
+                prefetch(&raw const hints[bucket(hints, x)]);
             }
         }
         for (lane, &[x, _]) in random.iter().enumerate().take(N) {
             let row = rows[lane];
-            cells[lane] = hint(table.hints(row), x);
+            cells[lane] = guide_index(table.row_guide(row), x);
             if N > 1 {
                 prefetch(&raw const table.row(row)[cells[lane]]);
             }
         }
         for (lane, &[x, _]) in random.iter().enumerate().take(N) {
-            let (column, along) = find(table.row(rows[lane]), cells[lane], x);
+            let (column, along) = find_interval(table.row(rows[lane]), cells[lane], x);
             u[lane] = (column as f64 + along) / table.columns as f64;
         }
         for lane in 0..N {
@@ -273,7 +273,7 @@ const CELLS_PER_BUCKET: usize = 8;
 
 /// Appends, for equal parts of 0..1, a cell of a running sum behind whose beginning every number of the part lies
 /// (H. C. Chen and Y. Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
-fn hints(sums: &[f32], into: &mut Vec<u16>) {
+fn build_guide_table(sums: &[f32], into: &mut Vec<u16>) {
     let cells = sums.len() - 1;
     let parts = cells.div_ceil(CELLS_PER_BUCKET);
     let mut cell = 0;
@@ -289,21 +289,21 @@ fn hints(sums: &[f32], into: &mut Vec<u16>) {
 
 /// The part of 0..1 in which `x` lies.
 #[inline(always)]
-fn part(hints: &[u16], x: f32) -> usize {
+fn bucket(hints: &[u16], x: f32) -> usize {
     let parts = hints.len();
     ((x * parts as f32) as usize).min(parts - 1)
 }
 
 /// A cell behind whose beginning `x` lies.
 #[inline(always)]
-fn hint(hints: &[u16], x: f32) -> usize {
-    usize::from(hints[part(hints, x)])
+fn guide_index(hints: &[u16], x: f32) -> usize {
+    usize::from(hints[bucket(hints, x)])
 }
 
 /// The cell of a running sum that holds `x`, the last one that begins there, and how far along it is; by a cell behind
 /// whose beginning it lies.
 #[inline(always)]
-fn find(sums: &[f32], first: usize, x: f32) -> (usize, f64) {
+fn find_interval(sums: &[f32], first: usize, x: f32) -> (usize, f64) {
     let cells = sums.len() - 1;
     let mut cell = first;
     // Several at a time, without a guess how many there are.
@@ -341,12 +341,12 @@ mod tests {
             let (mut sums, mut hinted) = (vec![], vec![]);
             let values = (0..cells).map(|i| bright(i) + if i < cells / 2 { 0.0 } else { 1e-3 });
             running_sum(values.collect::<Vec<_>>().into_iter(), &mut sums);
-            hints(&sums, &mut hinted);
+            build_guide_table(&sums, &mut hinted);
             let edges = sums.iter().flat_map(|&x| [x.next_down(), x, x.next_up()]);
             let spread = (0..1000).map(|i| i as f32 / 999.0);
             for x in edges.chain(spread).filter(|x| (0.0..=1.0).contains(x)) {
                 let after = sums.partition_point(|&sum| sum <= x);
-                let (cell, along) = find(&sums, hint(&hinted, x), x);
+                let (cell, along) = find_interval(&sums, guide_index(&hinted, x), x);
                 assert_eq!(cell, after.clamp(1, cells) - 1, "{x} of {cells}");
                 assert!((0.0..=1.0).contains(&along));
             }

@@ -4,26 +4,26 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use crate::bsdf::{above, turn};
-use crate::light::LightSample;
+use crate::bsdf::{sincos_turns, to_world_around};
+use crate::light::LightLiSample;
 
 #[derive(Debug)]
-pub(crate) struct Sky {
+pub(crate) struct GradientSky {
     pub up: Vec3,
     pub zenith: Vec3,
     pub horizon: Vec3,
     pub ground: Vec3,
 }
 
-impl Sky {
-    pub fn is_even(&self) -> bool {
+impl GradientSky {
+    pub fn is_constant(&self) -> bool {
         self.zenith == self.horizon && self.horizon == self.ground
     }
 
     /// Linear in the sine of the elevation.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let sine = self.up.dot(direction);
-        if self.is_even() {
+        if self.is_constant() {
             self.horizon
         } else if sine < 0.0 {
             self.ground
@@ -33,20 +33,20 @@ impl Sky {
     }
 
     /// A direction by its cosine to the normal (Malley's method); from the whole sphere where there is none.
-    pub fn sample(&self, normal: Vec3, [x, y]: [f32; 2]) -> LightSample {
-        let (sin, cos) = turn(y);
+    pub fn sample(&self, normal: Vec3, [x, y]: [f32; 2]) -> LightLiSample {
+        let (sin, cos) = sincos_turns(y);
         let (axis, height, radius) = if normal == Vec3::ZERO {
             (Vec3::Z, 1.0 - 2.0 * x, 2.0 * (x * (1.0 - x)).sqrt())
         } else {
             (normal, (1.0 - x).sqrt(), x.sqrt())
         };
-        let direction = above(axis, Vec3::new(radius * cos, radius * sin, height));
-        LightSample {
+        let direction = to_world_around(axis, Vec3::new(radius * cos, radius * sin, height));
+        LightLiSample {
             direction,
-            end: None,
+            p_light: None,
             radiance: self.radiance(direction),
             pdf: self.pdf(normal, direction),
-            delta: false,
+            is_delta: false,
         }
     }
 

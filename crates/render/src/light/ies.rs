@@ -4,31 +4,31 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3, Vec3};
-use raycam_scene::Profile;
+use raycam_scene::IesProfile;
 
-use super::LightSample;
-use super::bounds::Bounds;
+use super::LightLiSample;
+use super::bounds::LightBounds;
 
 /// Of light of one colour that the eye sees best; white light counts as if it were that.
 const LUMEN_PER_WATT: f64 = 683.0;
 
 #[derive(Debug)]
-pub(crate) struct Ies {
+pub(crate) struct IesLight {
     /// Scene-local.
     position: DVec3,
     /// Rows: horizontal angle 0, 90, and the nadir.
     luminaire_from_world: DMat3,
-    profile: Arc<Profile>,
+    profile: Arc<IesProfile>,
     /// In W/sr per candela.
     scale: Vec3,
 }
 
-impl Ies {
+impl IesLight {
     pub fn new(
         position: DVec3,
         nadir: DVec3,
         front: Option<DVec3>,
-        profile: Arc<Profile>,
+        profile: Arc<IesProfile>,
         power: Option<Vec3>,
     ) -> Self {
         let nadir = nadir.normalize_or_zero();
@@ -52,12 +52,12 @@ impl Ies {
         }
     }
 
-    pub fn bounds(&self) -> Bounds {
+    pub fn bounds(&self) -> LightBounds {
         let brightest = self.profile.candela.iter().copied().fold(0.0, f32::max);
-        Bounds::around(self.position, self.position, self.scale * brightest)
+        LightBounds::isotropic(self.position, self.position, self.scale * brightest)
     }
 
-    pub fn sample(&self, point: DVec3) -> Option<LightSample> {
+    pub fn sample(&self, point: DVec3) -> Option<LightLiSample> {
         let offset = self.position - point;
         let distance = offset.length();
         if distance == 0.0 {
@@ -70,12 +70,12 @@ impl Ies {
         let horizontal = out.y.atan2(out.x).to_degrees();
         let candela = f64::from(self.profile.intensity(vertical, horizontal));
         let radiance = self.scale.as_dvec3() * (candela / (distance * distance));
-        (candela > 0.0).then(|| LightSample::delta(direction, Some(self.position), radiance))
+        (candela > 0.0).then(|| LightLiSample::from_delta(direction, Some(self.position), radiance))
     }
 }
 
 /// The integral of a profile over all directions in lumen: the midpoint rule on half degrees.
-fn flux(profile: &Profile) -> f64 {
+fn flux(profile: &IesProfile) -> f64 {
     const ROWS: usize = 360;
     const COLUMNS: usize = 720;
     let ring = |row: usize| {

@@ -15,7 +15,7 @@ pub(crate) struct BoundingSphere {
 }
 
 impl BoundingSphere {
-    pub fn around(bounds: &LightBounds) -> Self {
+    pub fn enclosing(bounds: &LightBounds) -> Self {
         let [lower, upper] = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3());
         let center = (lower + upper) / 2.0;
         // The corners have been rounded to float32.
@@ -29,7 +29,7 @@ impl BoundingSphere {
 
     /// Whether a ray may meet it; false only if it does not.
     #[inline(always)]
-    pub fn is_near(&self, from: DVec3, direction: Vec3) -> bool {
+    pub fn may_intersect(&self, from: DVec3, direction: Vec3) -> bool {
         let way = (self.center - from).as_vec3();
         let (along, distance2) = (way.dot(direction), way.length_squared());
         let room = self.radius2 + 1e-5 * distance2;
@@ -40,14 +40,14 @@ impl BoundingSphere {
 
 impl Lights {
     /// For which of many rays [`Lights::crossed`] may tell of any.
-    pub fn find_near<const N: usize>(
+    pub fn may_intersect_any<const N: usize>(
         &self,
         from: &Vec3xN<f64, N>,
         directions: &Vec3xN<f32, N>,
         out: &mut [bool; N],
     ) {
         dispatch_simd(TestSpheres {
-            spheres: &self.crossable,
+            spheres: &self.intersectable,
             from,
             directions,
             out,
@@ -70,7 +70,7 @@ impl<const N: usize> WithSimd for TestSpheres<'_, N> {
         for (_, sphere) in self.spheres {
             for (lane, near) in near.iter_mut().enumerate() {
                 let from = lane_dvec3(self.from, lane);
-                *near |= sphere.is_near(from, get_lane(self.directions, lane).into());
+                *near |= sphere.may_intersect(from, get_lane(self.directions, lane).into());
             }
         }
         *self.out = near;

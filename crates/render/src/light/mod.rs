@@ -4,9 +4,9 @@
 //! A light without a mesh is seen where it has a size, but stands in nobody's way: rays pass through it and pick up its
 //! radiance. What a ray picks up is the sum of
 //!
-//! * [`Lights::crossed`]: lights without a mesh between its start and what it meets,
-//! * [`Lights::emitted`]: what the surface that it meets shines by itself,
-//! * [`Lights::sky`]: what lies behind everything, where it meets nothing.
+//! * [`Lights::intersect_visible`]: lights without a mesh between its start and what it meets,
+//! * [`Lights::emission`]: what the surface that it meets shines by itself,
+//! * [`Lights::escaped_radiance`]: what lies behind everything, where it meets nothing.
 //!
 //! [`Lights::sample`] draws a direction to any of these, and each of these says what density `sample` has for its
 //! direction: that is all that multiple importance sampling needs (E. Veach, "Robust Monte Carlo Methods for Light
@@ -39,21 +39,23 @@ use raycam_bvh::Hit;
 use raycam_scene::{Light, Up};
 
 pub(crate) use crate::light::default_lights::default_lights;
-use crate::light::emissive_triangles::Emissive;
-use crate::light::light_cull::Sphere;
-pub(crate) use crate::light::light_sampling::{Askers, Choice, MOST_AT_ONCE};
-pub(crate) use crate::light::prepared_light::Source;
-pub(crate) use crate::light::rectangle::SampleArea;
-pub(crate) use crate::light::tree::importance::{FindWeights, Weights};
+use crate::light::emissive_triangles::EmissiveTriangles;
+use crate::light::light_cull::BoundingSphere;
+pub(crate) use crate::light::light_sampling::{
+    LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES,
+};
+pub(crate) use crate::light::prepared_light::PreparedLight;
+pub(crate) use crate::light::rectangle::SampleRectangle;
+pub(crate) use crate::light::tree::importance::{ComputeNodeImportances, NodeImportances};
 use crate::prepare::PreparedWorld;
-use bounds::Bounds;
-use environment::Environment;
-pub(crate) use samples::{Around, Drawn, LightSamples};
-use tree::{MOST_AT_A_POINT, Tree};
+use bounds::LightBounds;
+use environment::EnvironmentLight;
+pub(crate) use samples::{EnvironmentSample, LightLiSamples, LightRandom};
+use tree::{LightTree, MAX_SPLIT_LIGHTS};
 
 /// A point that is lit.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Reference {
+pub(crate) struct LightSampleContext {
     /// Scene-local.
     pub position: DVec3,
     /// Of unit length where light arrives on one side of a surface only, towards that side; else zero. It guides the
@@ -63,90 +65,90 @@ pub(crate) struct Reference {
 
 /// A direction to a light.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LightSample {
+pub(crate) struct LightLiSample {
     /// Of unit length.
     pub direction: Vec3,
     /// The scene-local point it comes from; `None` for infinitely far away.
-    pub end: Option<DVec3>,
+    pub p_light: Option<DVec3>,
     /// What arrives if nothing stands in between: radiance; for a delta light irradiance on a surface that faces it.
     pub radiance: Vec3,
     /// The density of the direction by solid angle, times the probability that this light was chosen; for a delta light
     /// that probability alone. Greater than 0.
     pub pdf: f32,
     /// Whether its direction is the only one: nothing else finds this light.
-    pub delta: bool,
+    pub is_delta: bool,
 }
 
 /// Of one of those infinitely far away, by its number: its radiance out of a direction, and the density of sampling that.
-pub(crate) type Known = (usize, (Vec3, f32));
+pub(crate) type EnvironmentLookup = (usize, (Vec3, f32));
 
 /// A shadow ray ends this share before its light, which may lie on a surface.
-pub(crate) const BEFORE_LIGHT: f32 = 1.0 - 1.0 / (1 << 16) as f32;
+pub(crate) const ONE_MINUS_SHADOW_EPSILON: f32 = 1.0 - 1.0 / (1 << 16) as f32;
 
 /// All lights of a world.
 #[derive(Debug, Default)]
 pub(crate) struct Lights {
     /// Lights without a mesh, in the order of the world.
-    sources: Vec<Source>,
+    lights: Vec<PreparedLight>,
     /// The radiance of all even skies together, in the integrators that take it for an ambient term.
     pub ambient: Vec3,
-    /// Which of `sources` are infinitely far, even skies last, and which are not.
+    /// Which of `lights` are infinitely far, even skies last, and which are not.
     infinite: Vec<usize>,
     /// How many of `infinite` are no even skies.
-    uneven: usize,
+    non_constant_infinite: usize,
     finite: Vec<usize>,
     /// Which of `finite` rays may cross, and a sphere around each.
-    crossable: Vec<(usize, Sphere)>,
+    intersectable: Vec<(usize, BoundingSphere)>,
     /// Which of `finite` to choose.
-    tree: Tree,
+    tree: LightTree,
     /// Surfaces that shine.
-    surfaces: Emissive,
+    emissive_triangles: EmissiveTriangles,
 }
 
 impl Lights {
-    /// Lights without a mesh; surfaces that shine come with [`Lights::with_surfaces`].
+    /// Lights without a mesh; surfaces that shine come with [`Lights::with_emissive_triangles`].
     pub fn new(lights: &[Light], up: Up, origin: DVec3) -> Self {
-        let sources: Vec<Source> = lights
+        let sources: Vec<PreparedLight> = lights
             .iter()
-            .flat_map(|light| Source::new(light, up, origin))
+            .flat_map(|light| PreparedLight::new(light, up, origin))
             .collect();
         let (mut infinite, finite): (Vec<_>, Vec<_>) =
             (0..sources.len()).partition(|&i| sources[i].is_infinite());
-        let is_even = |source: &Source| matches!(source, Source::Sky(sky) if sky.is_even());
+        let is_even = |source: &PreparedLight| matches!(source, PreparedLight::GradientSky(sky) if sky.is_constant());
         infinite.sort_by_key(|&i| is_even(&sources[i]));
-        let even = |source: &Source| match source {
-            Source::Sky(sky) if sky.is_even() => sky.horizon,
+        let even = |source: &PreparedLight| match source {
+            PreparedLight::GradientSky(sky) if sky.is_constant() => sky.horizon,
             _ => Vec3::ZERO,
         };
-        let bounds: Vec<Bounds> = finite.iter().map(|&i| sources[i].bounds()).collect();
+        let bounds: Vec<LightBounds> = finite.iter().map(|&i| sources[i].bounds()).collect();
         Self {
             ambient: sources.iter().map(even).sum(),
-            tree: Tree::new(&bounds),
-            crossable: finite
+            tree: LightTree::new(&bounds),
+            intersectable: finite
                 .iter()
                 .enumerate()
-                .filter(|&(_, &i)| sources[i].is_found(false))
-                .map(|(index, _)| (index, Sphere::around(&bounds[index])))
+                .filter(|&(_, &i)| sources[i].is_hittable(false))
+                .map(|(index, _)| (index, BoundingSphere::enclosing(&bounds[index])))
                 .collect(),
-            uneven: infinite.iter().filter(|&&i| !is_even(&sources[i])).count(),
-            sources,
+            non_constant_infinite: infinite.iter().filter(|&&i| !is_even(&sources[i])).count(),
+            lights: sources,
             infinite,
             finite,
-            surfaces: Emissive::default(),
+            emissive_triangles: EmissiveTriangles::default(),
         }
     }
 
     /// The surfaces of a world that shine by themselves.
-    pub fn with_surfaces(self, world: &PreparedWorld) -> Self {
+    pub fn with_emissive_triangles(self, world: &PreparedWorld) -> Self {
         Self {
-            surfaces: Emissive::new(world),
+            emissive_triangles: EmissiveTriangles::new(world),
             ..self
         }
     }
 
     /// Whether any surface shines by itself.
-    pub fn has_surfaces(&self) -> bool {
-        !self.surfaces.is_empty()
+    pub fn has_emissive_triangles(&self) -> bool {
+        !self.emissive_triangles.is_empty()
     }
 
     /// Whether any has a place in the world and no mesh.
@@ -156,73 +158,73 @@ impl Lights {
 
     /// How many there are to choose from; all surfaces that shine count as one.
     pub fn count(&self) -> usize {
-        self.sources.len() + usize::from(self.has_surfaces())
+        self.lights.len() + usize::from(self.has_emissive_triangles())
     }
 
     /// One light chosen for this point, and a direction to it. Lights infinitely far away count as one where their
     /// directions meet: their radiance and densities are sums. `by` knows what may matter to the point.
     pub fn sample(
         &self,
-        by: &Askers,
+        by: &LightSampleContexts,
         world: &PreparedWorld,
-        choice: Choice,
+        choice: LightSampling,
         which: f32,
-        drawn: &Drawn,
-    ) -> Option<LightSample> {
-        if let Some((_, around)) = drawn.around
-            && self.is_alone(choice)
+        drawn: &LightRandom,
+    ) -> Option<LightLiSample> {
+        if let Some((_, around)) = drawn.environment
+            && self.is_single_infinite(choice)
         {
             return (around.pdf > 0.0).then(|| around.sample());
         }
         let from = by.from;
-        let odds = self.odds(from, choice);
+        let odds = self.kind_probabilities(from, choice);
         let mut which = f64::from(which);
-        let infinite = odds.infinite * odds.sought as f64;
+        let infinite = odds.infinite * odds.infinite_count as f64;
         if which < infinite {
-            let index = ((which / odds.infinite) as usize).min(odds.sought - 1);
+            let index = ((which / odds.infinite) as usize).min(odds.infinite_count - 1);
             return self.sample_infinite(from, choice, index, drawn);
         }
         which -= infinite;
         if which < odds.finite {
-            let (light, probability) = self.choose(&by.finite(), choice, which / odds.finite)?;
+            let (light, probability) = self.choose_finite(&by.finite(), choice, which / odds.finite)?;
             self.sample_finite(from, light, odds.finite * probability, drawn.random)
-        } else if odds.surfaces > 0.0 {
-            let which = ((which - odds.finite) / odds.surfaces).clamp(0.0, 1.0);
-            self.sample_surfaces(world, by, odds.surfaces, which, drawn.random)
+        } else if odds.emissive > 0.0 {
+            let which = ((which - odds.finite) / odds.emissive).clamp(0.0, 1.0);
+            self.sample_emissive_triangles(world, by, odds.emissive, which, drawn.random)
         } else {
             None
         }
     }
 
-    /// Directions to all kinds of light, as [`Choice::Several`] says: tells of each with its number, for which `random` gives
+    /// Directions to all kinds of light, as [`LightSampling::Split`] says: tells of each with its number, for which `random` gives
     /// where on the light. `which` chooses within branches, `by` knows what may matter to the point.
-    pub fn sample_each(
+    pub fn sample_split(
         &self,
-        by: &Askers,
+        by: &LightSampleContexts,
         world: &PreparedWorld,
         which: f32,
-        random: impl Fn(usize) -> Drawn,
-        mut tell: impl FnMut(usize, LightSample),
+        random: impl Fn(usize) -> LightRandom,
+        mut tell: impl FnMut(usize, LightLiSample),
     ) {
         let (from, which) = (by.from, f64::from(which));
-        let mut found = |index, sample: Option<LightSample>| {
+        let mut found = |index, sample: Option<LightLiSample>| {
             if let Some(sample) = sample {
                 tell(index, sample);
             }
         };
-        for index in 0..self.uneven {
-            let sample = self.sample_infinite(from, Choice::Several, index, &random(index));
+        for index in 0..self.non_constant_infinite {
+            let sample = self.sample_infinite(from, LightSampling::Split, index, &random(index));
             found(index, sample);
         }
         self.tree
             .choose_many(&by.finite(), which, |index, light, expected| {
-                let index = self.uneven + index;
+                let index = self.non_constant_infinite + index;
                 let sample = self.sample_finite(from, light, expected, random(index).random);
                 found(index, sample);
             });
-        if self.has_surfaces() {
-            let index = self.uneven + MOST_AT_A_POINT;
-            let sample = self.sample_surfaces(world, by, 1.0, which, random(index).random);
+        if self.has_emissive_triangles() {
+            let index = self.non_constant_infinite + MAX_SPLIT_LIGHTS;
+            let sample = self.sample_emissive_triangles(world, by, 1.0, which, random(index).random);
             found(index, sample);
         }
     }
@@ -230,20 +232,20 @@ impl Lights {
     /// A direction to one of those infinitely far away.
     fn sample_infinite(
         &self,
-        from: &Reference,
-        choice: Choice,
+        from: &LightSampleContext,
+        choice: LightSampling,
         index: usize,
-        drawn: &Drawn,
-    ) -> Option<LightSample> {
-        let mut sample = match drawn.around {
+        drawn: &LightRandom,
+    ) -> Option<LightLiSample> {
+        let mut sample = match drawn.environment {
             Some((number, around)) if number == index => around.sample(),
-            _ => self.sources[self.infinite[index]].sample(from, drawn.random)?,
+            _ => self.lights[self.infinite[index]].sample(from, drawn.random)?,
         };
-        if sample.delta {
-            sample.pdf = self.odds(from, choice).infinite as f32;
+        if sample.is_delta {
+            sample.pdf = self.kind_probabilities(from, choice).infinite as f32;
         } else {
             let own = (index, (sample.radiance, sample.pdf));
-            (sample.radiance, sample.pdf) = self.behind(from, choice, sample.direction, Some(own));
+            (sample.radiance, sample.pdf) = self.radiance_and_pdf(from, choice, sample.direction, Some(own));
         }
         (sample.pdf > 0.0).then_some(sample)
     }
@@ -251,86 +253,86 @@ impl Lights {
     /// A direction to one of `finite`, that is chosen with this probability or of which so many are expected.
     fn sample_finite(
         &self,
-        from: &Reference,
+        from: &LightSampleContext,
         light: usize,
         probability: f64,
         random: [f32; 2],
-    ) -> Option<LightSample> {
-        let sample = self.sources[self.finite[light]].sample(from, random)?;
-        sample.chosen(probability)
+    ) -> Option<LightLiSample> {
+        let sample = self.lights[self.finite[light]].sample(from, random)?;
+        sample.with_selection_pdf(probability)
     }
 
     /// A direction to a surface that shines, where these are chosen with this probability.
-    fn sample_surfaces(
+    fn sample_emissive_triangles(
         &self,
         world: &PreparedWorld,
-        by: &Askers,
+        by: &LightSampleContexts,
         probability: f64,
         which: f64,
         random: [f32; 2],
-    ) -> Option<LightSample> {
-        let sample = self.surfaces.sample(world, &by.surfaces(), which, random)?;
-        sample.chosen(probability)
+    ) -> Option<LightLiSample> {
+        let sample = self.emissive_triangles.sample(world, &by.emissive_triangles(), which, random)?;
+        sample.with_selection_pdf(probability)
     }
 
     /// Whether rays that are scattered may find light that [`Lights::sample`] finds too; even skies do not count where
     /// they are an ambient term.
-    pub fn is_found(&self, ambient: bool) -> bool {
-        let found = |source: &Source| source.is_found(ambient);
-        self.has_surfaces() || self.sources.iter().any(found)
+    pub fn is_hittable(&self, ambient: bool) -> bool {
+        let found = |source: &PreparedLight| source.is_hittable(ambient);
+        self.has_emissive_triangles() || self.lights.iter().any(found)
     }
 
     /// Whether any has a size without being all around: what mirrors and lenses throw on other things.
-    pub fn is_thrown(&self) -> bool {
-        self.has_surfaces() || self.sources.iter().any(Source::is_thrown)
+    pub fn can_cast_caustics(&self) -> bool {
+        self.has_emissive_triangles() || self.lights.iter().any(PreparedLight::can_cast_caustics)
     }
 
     /// The radiance from infinitely far away, out of a direction of unit length: what a ray that meets nothing sees.
-    /// `known` is what [`Source::behind`] says of one of those infinitely far away.
-    pub fn sky(&self, direction: Vec3, known: Option<Known>) -> Vec3 {
-        if self.uneven == 0 {
+    /// `known` is what [`PreparedLight::radiance_and_pdf`] says of one of those infinitely far away.
+    pub fn escaped_radiance(&self, direction: Vec3, known: Option<EnvironmentLookup>) -> Vec3 {
+        if self.non_constant_infinite == 0 {
             return self.ambient;
         }
         let parts = self.infinite.iter().enumerate().map(|(number, &i)| {
             let (radiance, _) = match known {
                 Some((known, own)) if known == number => own,
-                _ => self.sources[i].behind(Vec3::ZERO, direction),
+                _ => self.lights[i].radiance_and_pdf(Vec3::ZERO, direction),
             };
             radiance
         });
         parts.sum()
     }
 
-    /// What [`Lights::sky`] is where it is the same in all directions.
-    pub fn even_sky(&self) -> Option<Vec3> {
-        (self.uneven == 0).then(|| self.sky(Vec3::Z, None))
+    /// What [`Lights::escaped_radiance`] is where it is the same in all directions.
+    pub fn constant_environment(&self) -> Option<Vec3> {
+        (self.non_constant_infinite == 0).then(|| self.escaped_radiance(Vec3::Z, None))
     }
 
     /// The same, and the density with which [`Lights::sample`] finds this direction for its sake.
-    pub fn behind(
+    pub fn radiance_and_pdf(
         &self,
-        from: &Reference,
-        choice: Choice,
+        from: &LightSampleContext,
+        choice: LightSampling,
         direction: Vec3,
-        known: Option<Known>,
+        known: Option<EnvironmentLookup>,
     ) -> (Vec3, f32) {
-        if self.uneven == 0 && choice != Choice::Even {
+        if self.non_constant_infinite == 0 && choice != LightSampling::Uniform {
             return (self.ambient, 0.0);
         }
         if let Some((_, own)) = known
-            && self.is_alone(choice)
+            && self.is_single_infinite(choice)
         {
             return own;
         }
-        let odds = self.odds(from, choice);
+        let odds = self.kind_probabilities(from, choice);
         let (mut radiance, mut pdf) = (Vec3::ZERO, 0.0);
         for (number, &i) in self.infinite.iter().enumerate() {
             let (part, density) = match known {
                 Some((known, own)) if known == number => own,
-                _ => self.sources[i].behind(from.normal, direction),
+                _ => self.lights[i].radiance_and_pdf(from.normal, direction),
             };
             radiance += part;
-            if number < odds.sought {
+            if number < odds.infinite_count {
                 pdf += odds.infinite as f32 * density;
             }
         }
@@ -338,52 +340,52 @@ impl Lights {
     }
 
     /// The first image or clear sky all around, and its number among those infinitely far away.
-    pub fn environment(&self) -> Option<(usize, &Environment)> {
-        let mut uneven = self.infinite[..self.uneven].iter().enumerate();
-        uneven.find_map(|(number, &i)| match &self.sources[i] {
-            Source::Environment(environment) => Some((number, &**environment)),
+    pub fn environment(&self) -> Option<(usize, &EnvironmentLight)> {
+        let mut uneven = self.infinite[..self.non_constant_infinite].iter().enumerate();
+        uneven.find_map(|(number, &i)| match &self.lights[i] {
+            PreparedLight::Environment(environment) => Some((number, &**environment)),
             _ => None,
         })
     }
 
     /// What the surface at a hit shines by itself against `direction`, in W/(m² sr).
-    pub fn emitted(&self, world: &PreparedWorld, hit: &Hit, direction: Vec3) -> Vec3 {
+    pub fn emission(&self, world: &PreparedWorld, hit: &Hit, direction: Vec3) -> Vec3 {
         world.emission(hit, direction)
     }
 
     /// The density with which [`Lights::sample`] finds this hit, `distance` away from `from`.
-    pub fn emitted_pdf(
+    pub fn emission_pdf(
         &self,
-        from: &Reference,
-        choice: Choice,
+        from: &LightSampleContext,
+        choice: LightSampling,
         world: &PreparedWorld,
         hit: &Hit,
         direction: Vec3,
         distance: f64,
     ) -> f32 {
-        let density = self.surfaces.density(world, from, hit, direction, distance);
-        (self.odds(from, choice).surfaces * density) as f32
+        let density = self.emissive_triangles.pdf(world, from, hit, direction, distance);
+        (self.kind_probabilities(from, choice).emissive * density) as f32
     }
 
     /// Tells of every light without a mesh that a ray from `from` picks up on its way of at most `distance`: where, its
     /// radiance, and the density with which [`Lights::sample`] finds it there.
     #[inline]
-    pub fn crossed(
+    pub fn intersect_visible(
         &self,
-        from: &Reference,
-        choice: Choice,
+        from: &LightSampleContext,
+        choice: LightSampling,
         direction: Vec3,
         distance: f64,
         mut tell: impl FnMut(f64, Vec3, f32),
     ) {
-        for &(index, sphere) in &self.crossable {
-            if sphere.is_near(from.position, direction)
+        for &(index, sphere) in &self.intersectable {
+            if sphere.may_intersect(from.position, direction)
                 && let Some((at, radiance, density)) =
-                    self.sources[self.finite[index]].crossed(from.position, direction)
-                && at * f64::from(BEFORE_LIGHT) <= distance
+                    self.lights[self.finite[index]].intersect(from.position, direction)
+                && at * f64::from(ONE_MINUS_SHADOW_EPSILON) <= distance
             {
-                let odds = self.odds(from, choice).finite;
-                let probability = self.probability(from, choice, index);
+                let odds = self.kind_probabilities(from, choice).finite;
+                let probability = self.finite_pmf(from, choice, index);
                 tell(at, radiance, (odds * probability * density) as f32);
             }
         }

@@ -4,12 +4,12 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use crate::light::LightSample;
-use crate::light::bounds::Bounds;
-use crate::sampling::direction_cone::Cone;
+use crate::light::LightLiSample;
+use crate::light::bounds::LightBounds;
+use crate::sampling::direction_cone::DirectionCone;
 
 #[derive(Debug)]
-pub(crate) struct Bulb {
+pub(crate) struct PointLight {
     /// Scene-local.
     center: DVec3,
     /// In W/sr.
@@ -18,9 +18,9 @@ pub(crate) struct Bulb {
 }
 
 /// A sphere whose squared sine is less is a point: its density would leave float32.
-const POINT: f64 = 1e-30;
+const MIN_SIN2: f64 = 1e-30;
 
-impl Bulb {
+impl PointLight {
     pub fn new(center: DVec3, intensity: Vec3, radius: f64) -> Self {
         Self {
             center,
@@ -29,9 +29,9 @@ impl Bulb {
         }
     }
 
-    pub fn bounds(&self) -> Bounds {
+    pub fn bounds(&self) -> LightBounds {
         let reach = DVec3::splat(self.radius);
-        Bounds::around(self.center - reach, self.center + reach, self.intensity)
+        LightBounds::isotropic(self.center - reach, self.center + reach, self.intensity)
     }
 
     pub fn is_point(&self) -> bool {
@@ -39,7 +39,7 @@ impl Bulb {
     }
 
     /// The inverse square law; for a sphere, a direction drawn evenly from the cone it fills. A sphere is dark inside.
-    pub fn sample(&self, point: DVec3, random: [f32; 2]) -> Option<LightSample> {
+    pub fn sample(&self, point: DVec3, random: [f32; 2]) -> Option<LightLiSample> {
         let offset = self.center - point;
         let distance = offset.length();
         if distance <= self.radius || distance == 0.0 {
@@ -47,24 +47,24 @@ impl Bulb {
         }
         let axis = offset / distance;
         let sin2 = (self.radius / distance).powi(2);
-        if sin2 < POINT {
-            return Some(LightSample {
+        if sin2 < MIN_SIN2 {
+            return Some(LightLiSample {
                 direction: axis.as_vec3(),
-                end: Some(self.center),
+                p_light: Some(self.center),
                 radiance: (self.intensity.as_dvec3() / (distance * distance)).as_vec3(),
                 pdf: 1.0,
-                delta: true,
+                is_delta: true,
             });
         }
-        let cone = Cone::new(axis, sin2);
+        let cone = DirectionCone::new(axis, sin2);
         let direction = cone.sample(random);
-        let near = self.near(offset, direction);
-        Some(LightSample {
+        let near = self.front_distance(offset, direction);
+        Some(LightLiSample {
             direction: direction.as_vec3(),
-            end: Some(point + direction * near),
+            p_light: Some(point + direction * near),
             radiance: self.radiance(),
             pdf: (1.0 / cone.solid_angle()) as f32,
-            delta: false,
+            is_delta: false,
         })
     }
 
@@ -74,24 +74,25 @@ impl Bulb {
     }
 
     /// The cone that it fills, where it is more than a point.
-    fn cone(&self, point: DVec3) -> Option<Cone> {
+    fn cone(&self, point: DVec3) -> Option<DirectionCone> {
         let offset = self.center - point;
         let distance = offset.length();
         let sin2 = (self.radius / distance).powi(2);
-        (distance > self.radius && sin2 >= POINT).then(|| Cone::new(offset / distance, sin2))
+        (distance > self.radius && sin2 >= MIN_SIN2)
+            .then(|| DirectionCone::new(offset / distance, sin2))
     }
 
-    pub fn crossed(&self, point: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
+    pub fn intersect(&self, point: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
         let cone = self.cone(point)?;
         let direction = direction.as_dvec3();
         cone.contains(direction).then(|| {
-            let near = self.near(self.center - point, direction);
+            let near = self.front_distance(self.center - point, direction);
             (near, self.radiance(), 1.0 / cone.solid_angle())
         })
     }
 
     /// How far the front of the sphere is in a direction, its rim where rounding leads past it.
-    fn near(&self, offset: DVec3, direction: DVec3) -> f64 {
+    fn front_distance(&self, offset: DVec3, direction: DVec3) -> f64 {
         let along = direction.dot(offset);
         let height2 = self.radius.powi(2) - (offset - direction * along).length_squared();
         along - height2.max(0.0).sqrt()

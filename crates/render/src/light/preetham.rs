@@ -28,8 +28,8 @@ pub(crate) struct PreethamSky {
     sun: Vec3,
     /// The two factors of luminance and the two chromaticities, times their values at the zenith over F(0, angle of the sun):
     /// one goes by the cosine of the angle to the zenith, one by [`sun_distance`].
-    by_zenith: LinearTable,
-    by_sun: LinearTable,
+    zenith_curves: LinearTable,
+    sun_curves: LinearTable,
     scale: f32,
     ground: Vec3,
 }
@@ -40,7 +40,7 @@ impl PreethamSky {
         let vertical = up.axis();
         let towards = -direction.normalize_or_zero();
         let zenith_angle = towards.dot(vertical).clamp(0.0, 1.0).acos();
-        let perez = perez(turbidity, zenith_angle);
+        let perez = perez_coefficients(turbidity, zenith_angle);
         let by_zenith = |cosine: f64| {
             // At the horizon itself the model divides by zero.
             perez.map(|(coefficients, zenith)| {
@@ -54,8 +54,8 @@ impl PreethamSky {
         let mut sky = Self {
             up: vertical.as_vec3(),
             sun: towards.as_vec3(),
-            by_zenith: LinearTable::of(by_zenith),
-            by_sun: LinearTable::of(by_sun),
+            zenith_curves: LinearTable::tabulate(by_zenith),
+            sun_curves: LinearTable::tabulate(by_sun),
             scale: (scale * 1000.0 / LUMEN_PER_WATT) as f32,
             ground: Vec3::ZERO,
         };
@@ -82,7 +82,7 @@ impl PreethamSky {
             for turn in 0..QUADRATURE_ANGULAR {
                 let (y, x) = ((turn as f64 + 0.5) / QUADRATURE_ANGULAR as f64 * TAU).sin_cos();
                 let local = DVec3::new(x * sine, y * sine, (1.0 - sine * sine).sqrt());
-                sum += self.radiance(frame.world(local).as_vec3()).as_dvec3();
+                sum += self.radiance(frame.to_world(local).as_vec3()).as_dvec3();
             }
         }
         sum * (PI / (QUADRATURE_RADIAL * QUADRATURE_ANGULAR) as f64)
@@ -93,7 +93,7 @@ impl PreethamSky {
         let up = direction.dot(self.up);
         // In linear Rec. 709; colours outside of it lose what is negative.
         let values =
-            self.by_zenith.at(up.max(0.0)) * self.by_sun.at(sun_distance(direction, self.sun));
+            self.zenith_curves.lookup(up.max(0.0)) * self.sun_curves.lookup(sun_distance(direction, self.sun));
         let [luminance, x, y] = values.to_array();
         let xyz = Vec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance.max(0.0);
         let sky = (RGB_FROM_XYZ * xyz).max(Vec3::ZERO) * self.scale;
@@ -101,7 +101,7 @@ impl PreethamSky {
     }
 
     /// The same of many directions.
-    pub fn radiances<const N: usize>(&self, directions: &Vec3xN<f32, N>) -> Vec3xN<f32, N> {
+    pub fn radiance_many<const N: usize>(&self, directions: &Vec3xN<f32, N>) -> Vec3xN<f32, N> {
         let mut radiances = [[0.0; N]; 3];
         dispatch_simd(EvaluateSky {
             sky: self,
@@ -155,13 +155,13 @@ struct LinearTable(Vec<Vec3>);
 impl LinearTable {
     const STEPS: usize = 1024;
 
-    fn of(curves: impl Fn(f64) -> [f64; 3]) -> Self {
+    fn tabulate(curves: impl Fn(f64) -> [f64; 3]) -> Self {
         let at = |step| DVec3::from(curves(step as f64 / Self::STEPS as f64)).as_vec3();
         Self((0..=Self::STEPS).map(at).collect())
     }
 
     #[inline(always)]
-    fn at(&self, x: f32) -> Vec3 {
+    fn lookup(&self, x: f32) -> Vec3 {
         let place = x * Self::STEPS as f32;
         let step = (place as usize).min(Self::STEPS - 1);
         self.0[step].lerp(self.0[step + 1], (place - step as f32).min(1.0))
@@ -189,7 +189,7 @@ fn perez_sun_factor([.., c, d, e]: &[f64; 5], gamma: f64, cos_gamma: f64) -> f64
 }
 
 /// The paper's appendix A.2: luminance in kcd/m², and the chromaticities.
-fn perez(t: f64, sun: f64) -> [([f64; 5], f64); 3] {
+fn perez_coefficients(t: f64, sun: f64) -> [([f64; 5], f64); 3] {
     let coefficients = [
         [
             0.1787 * t - 1.4630,
@@ -260,7 +260,7 @@ mod tests {
         for (turbidity, degrees) in [(2.0, 3.0_f64), (3.0, 40.0), (6.0, 85.0), (10.0, 60.0)] {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let (sky, _) = PreethamSky::new(Up::Z, -DVec3::new(cos, 0.0, sin), turbidity, 1.0);
-            let perez = perez(turbidity, FRAC_PI_2 - degrees.to_radians());
+            let perez = perez_coefficients(turbidity, FRAC_PI_2 - degrees.to_radians());
             let mut most: f32 = 0.0;
             for i in 0..20_000 {
                 // Close to the sun and to the horizon as often as elsewhere.

@@ -3,32 +3,32 @@
 use glam::{DVec3, Vec3};
 use raycam_scene::{Light, Up};
 
-use crate::light::bounds::Bounds;
-use crate::light::disk::Disk;
-use crate::light::environment::Environment;
-use crate::light::gradient_sky::Sky;
-use crate::light::ies::Ies;
-use crate::light::point::Bulb;
-use crate::light::preetham::Daylight;
-use crate::light::rectangle::Area;
-use crate::light::spot::Spot;
-use crate::light::sun::Sun;
-use crate::light::{LightSample, Reference};
+use crate::light::bounds::LightBounds;
+use crate::light::disk::DiskLight;
+use crate::light::environment::EnvironmentLight;
+use crate::light::gradient_sky::GradientSky;
+use crate::light::ies::IesLight;
+use crate::light::point::PointLight;
+use crate::light::preetham::PreethamSky;
+use crate::light::rectangle::RectangleLight;
+use crate::light::spot::SpotLight;
+use crate::light::sun::SunLight;
+use crate::light::{LightLiSample, LightSampleContext};
 
 /// A light without a mesh.
 #[derive(Debug)]
-pub(crate) enum Source {
-    Sun(Sun),
-    Bulb(Bulb),
-    Spot(Spot),
-    Area(Area),
-    Disk(Disk),
-    Ies(Ies),
-    Sky(Sky),
-    Environment(Box<Environment>),
+pub(crate) enum PreparedLight {
+    Sun(SunLight),
+    Point(PointLight),
+    Spot(SpotLight),
+    Rectangle(RectangleLight),
+    Disk(DiskLight),
+    Ies(IesLight),
+    GradientSky(GradientSky),
+    Environment(Box<EnvironmentLight>),
 }
 
-impl Source {
+impl PreparedLight {
     /// Most lights are one source; daylight is two.
     pub fn new(light: &Light, up: Up, origin: DVec3) -> Vec<Self> {
         let local = |position: [f64; 3]| DVec3::from(position) - origin;
@@ -37,8 +37,8 @@ impl Source {
                 direction,
                 irradiance,
                 angular_diameter,
-            } => Self::Sun(Sun::new(direction, irradiance, angular_diameter)),
-            Light::Bulb {
+            } => Self::Sun(SunLight::new(direction, irradiance, angular_diameter)),
+            Light::Point {
                 position,
                 power,
                 intensity,
@@ -47,7 +47,7 @@ impl Source {
                 let intensity = intensity.map(Vec3::from).unwrap_or_else(|| {
                     Vec3::from(power.unwrap_or_default()) / (4.0 * std::f32::consts::PI)
                 });
-                Self::Bulb(Bulb::new(local(position), intensity, radius))
+                Self::Point(PointLight::new(local(position), intensity, radius))
             }
             Light::Spot {
                 position,
@@ -57,13 +57,13 @@ impl Source {
                 inner,
                 outer,
             } => {
-                let spot = Spot::new(local(position), direction.into(), inner, outer);
+                let spot = SpotLight::new(local(position), direction.into(), inner, outer);
                 Self::Spot(match intensity {
                     Some(intensity) => spot.with_intensity(intensity.into()),
                     None => spot.with_power(power.unwrap_or_default().into()),
                 })
             }
-            Light::Area {
+            Light::Rectangle {
                 position,
                 u,
                 v,
@@ -71,7 +71,7 @@ impl Source {
                 two_sided,
             } => {
                 let edges = [u.into(), v.into()];
-                Self::Area(Area::new(
+                Self::Rectangle(RectangleLight::new(
                     local(position),
                     edges,
                     radiance.into(),
@@ -84,7 +84,7 @@ impl Source {
                 radius,
                 radiance,
                 two_sided,
-            } => Self::Disk(Disk::new(
+            } => Self::Disk(DiskLight::new(
                 local(position),
                 direction.into(),
                 radius,
@@ -104,7 +104,13 @@ impl Source {
                 };
                 let (front, power) = (front.map(DVec3::from), power.map(Vec3::from));
                 let position = local(position);
-                Self::Ies(Ies::new(position, direction.into(), front, profile, power))
+                Self::Ies(IesLight::new(
+                    position,
+                    direction.into(),
+                    front,
+                    profile,
+                    power,
+                ))
             }
             Light::Sky {
                 radiance,
@@ -113,20 +119,20 @@ impl Source {
                 ground,
             } => {
                 let horizon = horizon.or(radiance).unwrap_or_default();
-                Self::Sky(Sky {
+                Self::GradientSky(GradientSky {
                     up: up.axis().as_vec3(),
                     zenith: zenith.or(radiance).unwrap_or_default().into(),
                     horizon: horizon.into(),
                     ground: ground.unwrap_or(horizon).into(),
                 })
             }
-            Light::Daylight {
+            Light::Preetham {
                 direction,
                 turbidity,
                 scale,
             } => {
-                let (sky, sun) = Daylight::new(up, direction.into(), turbidity, scale.into());
-                let sky = Environment::of_sky(sky, up);
+                let (sky, sun) = PreethamSky::new(up, direction.into(), turbidity, scale.into());
+                let sky = EnvironmentLight::of_sky(sky, up);
                 return vec![Self::Environment(Box::new(sky)), Self::Sun(sun)];
             }
             Light::Environment {
@@ -137,7 +143,7 @@ impl Source {
                 let Some(image) = image.content.clone() else {
                     return vec![];
                 };
-                Self::Environment(Box::new(Environment::new(image, up, yaw, scale)))
+                Self::Environment(Box::new(EnvironmentLight::new(image, up, yaw, scale)))
             }
         };
         vec![one]
@@ -145,76 +151,78 @@ impl Source {
 
     pub fn is_infinite(&self) -> bool {
         match self {
-            Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => true,
-            Self::Bulb(_) | Self::Spot(_) | Self::Area(_) | Self::Disk(_) | Self::Ies(_) => false,
+            Self::Sun(_) | Self::GradientSky(_) | Self::Environment(_) => true,
+            Self::Point(_) | Self::Spot(_) | Self::Rectangle(_) | Self::Disk(_) | Self::Ies(_) => {
+                false
+            }
         }
     }
 
     /// A direction to this light alone, as if there were no other.
-    pub fn sample(&self, from: &Reference, random: [f32; 2]) -> Option<LightSample> {
+    pub fn sample(&self, from: &LightSampleContext, random: [f32; 2]) -> Option<LightLiSample> {
         match self {
             Self::Sun(sun) => Some(sun.sample(random)),
-            Self::Bulb(bulb) => bulb.sample(from.position, random),
+            Self::Point(bulb) => bulb.sample(from.position, random),
             Self::Spot(spot) => spot.sample(from.position),
-            Self::Area(area) => area.sample(from.position, random),
+            Self::Rectangle(area) => area.sample(from.position, random),
             Self::Disk(disk) => disk.sample(from.position, random),
             Self::Ies(ies) => ies.sample(from.position),
-            Self::Sky(sky) => Some(sky.sample(from.normal, random)),
+            Self::GradientSky(sky) => Some(sky.sample(from.normal, random)),
             Self::Environment(environment) => environment.sample(random),
         }
     }
 
-    /// Of a light that is infinitely far away: the radiance out of a direction, and the density of [`Source::sample`].
-    pub fn behind(&self, normal: Vec3, direction: Vec3) -> (Vec3, f32) {
+    /// Of a light that is infinitely far away: the radiance out of a direction, and the density of [`PreparedLight::sample`].
+    pub fn radiance_and_pdf(&self, normal: Vec3, direction: Vec3) -> (Vec3, f32) {
         match self {
             Self::Sun(sun) => (sun.radiance(direction), sun.pdf(direction)),
-            Self::Sky(sky) => (sky.radiance(direction), sky.pdf(normal, direction)),
-            Self::Environment(environment) => environment.behind(direction),
-            Self::Bulb(_) | Self::Spot(_) | Self::Area(_) | Self::Disk(_) | Self::Ies(_) => {
+            Self::GradientSky(sky) => (sky.radiance(direction), sky.pdf(normal, direction)),
+            Self::Environment(environment) => environment.radiance_and_pdf(direction),
+            Self::Point(_) | Self::Spot(_) | Self::Rectangle(_) | Self::Disk(_) | Self::Ies(_) => {
                 (Vec3::ZERO, 0.0)
             }
         }
     }
 
-    /// Of a light that is not: where a ray meets it, what it picks up there, and the density of [`Source::sample`].
-    pub fn crossed(&self, from: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
+    /// Of a light that is not: where a ray meets it, what it picks up there, and the density of [`PreparedLight::sample`].
+    pub fn intersect(&self, from: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
         match self {
-            Self::Bulb(bulb) => bulb.crossed(from, direction),
-            Self::Area(area) => area.crossed(from, direction),
-            Self::Disk(disk) => disk.crossed(from, direction),
+            Self::Point(bulb) => bulb.intersect(from, direction),
+            Self::Rectangle(area) => area.intersect(from, direction),
+            Self::Disk(disk) => disk.intersect(from, direction),
             Self::Spot(_) | Self::Ies(_) => None,
-            Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => None,
+            Self::Sun(_) | Self::GradientSky(_) | Self::Environment(_) => None,
         }
     }
 
     /// Whether it has a size, so that rays may find it; an even sky not where it is an ambient term.
-    pub fn is_found(&self, ambient: bool) -> bool {
+    pub fn is_hittable(&self, ambient: bool) -> bool {
         match self {
             Self::Sun(sun) => !sun.is_point(),
-            Self::Bulb(bulb) => !bulb.is_point(),
-            Self::Sky(sky) => !(ambient && sky.is_even()),
+            Self::Point(bulb) => !bulb.is_point(),
+            Self::GradientSky(sky) => !(ambient && sky.is_constant()),
             Self::Spot(_) | Self::Ies(_) => false,
-            Self::Area(_) | Self::Disk(_) | Self::Environment(_) => true,
+            Self::Rectangle(_) | Self::Disk(_) | Self::Environment(_) => true,
         }
     }
 
     /// Whether it has a size without being all around.
-    pub fn is_thrown(&self) -> bool {
+    pub fn can_cast_caustics(&self) -> bool {
         match self {
-            Self::Sky(_) => false,
-            other => other.is_found(false),
+            Self::GradientSky(_) => false,
+            other => other.is_hittable(false),
         }
     }
 
     /// Where it is, where it shines and how much, where it is not infinitely far away.
-    pub fn bounds(&self) -> Bounds {
+    pub fn bounds(&self) -> LightBounds {
         match self {
-            Self::Bulb(bulb) => bulb.bounds(),
+            Self::Point(bulb) => bulb.bounds(),
             Self::Spot(spot) => spot.bounds(),
-            Self::Area(area) => area.bounds(),
+            Self::Rectangle(area) => area.bounds(),
             Self::Disk(disk) => disk.bounds(),
             Self::Ies(ies) => ies.bounds(),
-            Self::Sun(_) | Self::Sky(_) | Self::Environment(_) => Bounds::default(),
+            Self::Sun(_) | Self::GradientSky(_) | Self::Environment(_) => LightBounds::default(),
         }
     }
 }

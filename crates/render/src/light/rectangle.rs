@@ -64,11 +64,11 @@ impl RectangleLight {
             self.corner + u + v,
         ];
         let intensity = self.radiance.as_dvec3() * self.area;
-        LightBounds::flat(&corners, self.normal, intensity.as_vec3(), self.two_sided)
+        LightBounds::planar(&corners, self.normal, intensity.as_vec3(), self.two_sided)
     }
 
     pub fn sample(&self, point: DVec3, random: [f32; 2]) -> Option<LightLiSample> {
-        if !self.shines_to(point) {
+        if !self.faces(point) {
             return None;
         }
         let random = random.map(f64::from);
@@ -77,28 +77,28 @@ impl RectangleLight {
                 let end = solid.sample(point, random);
                 ((end - point).normalize_or_zero(), end, 1.0 / solid.angle)
             }
-            None => self.sample_far(point, random),
+            None => self.sample_area(point, random),
         };
-        LightLiSample::toward(direction, end, self.radiance, density)
+        LightLiSample::new(direction, end, self.radiance, density)
     }
 
     /// A direction to a point drawn evenly from the area, that point, and the density.
     #[inline(always)]
-    fn sample_far(&self, point: DVec3, random: [f64; 2]) -> (DVec3, DVec3, f64) {
+    fn sample_area(&self, point: DVec3, random: [f64; 2]) -> (DVec3, DVec3, f64) {
         let end = self.corner + self.edges[0] * random[0] + self.edges[1] * random[1];
         let offset = end - point;
         let direction = offset.normalize_or_zero();
-        let density = self.density(offset.length_squared(), direction);
+        let density = self.area_pdf(offset.length_squared(), direction);
         (direction, end, density)
     }
 
     /// By solid angle, of a point drawn evenly from the area.
     #[inline(always)]
-    fn density(&self, distance2: f64, direction: DVec3) -> f64 {
+    fn area_pdf(&self, distance2: f64, direction: DVec3) -> f64 {
         distance2 / (self.area * self.normal.dot(direction).abs())
     }
 
-    pub fn crossed(&self, point: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
+    pub fn intersect(&self, point: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
         let direction = direction.as_dvec3();
         let offset = point - self.corner;
         let (height, slope) = (offset.dot(self.normal), direction.dot(self.normal));
@@ -114,13 +114,13 @@ impl RectangleLight {
         }
         let density = match self.solid_angle(point) {
             Some(solid) => 1.0 / solid.angle,
-            None => self.density(distance * distance, direction),
+            None => self.area_pdf(distance * distance, direction),
         };
         Some((distance, self.radiance, density))
     }
 
     #[inline(always)]
-    fn shines_to(&self, point: DVec3) -> bool {
+    fn faces(&self, point: DVec3) -> bool {
         let height = (point - self.corner).dot(self.normal);
         // Without branches, which loops over many points must not have.
         (height > 0.0) | (self.two_sided & (height < 0.0))
@@ -141,7 +141,7 @@ impl RectangleLight {
 
 /// [`RectangleLight::sample`] of many points at once.
 pub(crate) struct SampleRectangle<'a, const N: usize> {
-    pub area: &'a RectangleLight,
+    pub light: &'a RectangleLight,
     pub points: &'a Vec3xN<f64, N>,
     pub random: &'a [[f32; N]; 2],
     pub out: &'a mut LightLiSamples<N>,
@@ -151,23 +151,23 @@ impl<const N: usize> WithSimd for SampleRectangle<'_, N> {
     #[inline(always)]
     fn run(self) {
         let Self {
-            area,
+            light: area,
             points,
             random,
             out,
         } = self;
         // What is known to lie nowhere else can be kept in registers.
         let (points, random, mut lanes) = (*points, *random, LightLiSamples::<N>::default());
-        lanes.shine(area.radiance);
+        lanes.set_radiance(area.radiance);
         let mut far = [true; N];
         for lane in 0..N {
             let point = DVec3::from(get_lane(&points, lane));
             let numbers = [f64::from(random[0][lane]), f64::from(random[1][lane])];
-            let (direction, end, density) = area.sample_far(point, numbers);
+            let (direction, end, density) = area.sample_area(point, numbers);
             let pdf = density as f32;
-            let found = area.shines_to(point) & (pdf > 0.0) & (pdf < f32::INFINITY);
+            let found = area.faces(point) & (pdf > 0.0) & (pdf < f32::INFINITY);
             set_lane(&mut lanes.direction, lane, direction.as_vec3().to_array());
-            set_lane(&mut lanes.end, lane, end.to_array());
+            set_lane(&mut lanes.p_light, lane, end.to_array());
             lanes.pdf[lane] = if found { pdf } else { 0.0 };
             far[lane] = area.is_far(point);
         }
@@ -177,7 +177,7 @@ impl<const N: usize> WithSimd for SampleRectangle<'_, N> {
         }
         for lane in (0..N).filter(|&lane| !far[lane]) {
             let numbers = [random[0][lane], random[1][lane]];
-            out.put(lane, area.sample(get_lane(&points, lane).into(), numbers));
+            out.set_lane(lane, area.sample(get_lane(&points, lane).into(), numbers));
         }
     }
 }
@@ -266,7 +266,7 @@ mod tests {
                 .map(|k: f32| std::array::from_fn(|lane| (k * lane as f32 / 16.0).fract()));
             let mut found = LightLiSamples::default();
             dispatch_simd(SampleRectangle {
-                area: &area,
+                light: &area,
                 points: &points,
                 random: &random,
                 out: &mut found,
@@ -274,7 +274,7 @@ mod tests {
             for (lane, (&x, &y)) in random[0].iter().zip(&random[1]).enumerate() {
                 let point = get_lane(&points, lane).into();
                 let alone = area.sample(point, [x, y]);
-                let lanes = found.at(lane);
+                let lanes = found.get_lane(lane);
                 assert_eq!(format!("{alone:?}"), format!("{lanes:?}"), "{lane}");
                 near += usize::from(area.solid_angle(point).is_some());
                 dark += usize::from(alone.is_none());

@@ -2,29 +2,29 @@
 
 use glam::{DVec3, Vec3};
 
-use super::LightSample;
-use crate::soa::{Three, get, set};
+use super::LightLiSample;
+use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// Where on a light.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Drawn {
+pub(crate) struct LightRandom {
     pub random: [f32; 2],
     /// What they draw of one of the lights that are infinitely far away, by its number, where that is known.
-    pub around: Option<(usize, Around)>,
+    pub environment: Option<(usize, EnvironmentSample)>,
 }
 
-impl From<[f32; 2]> for Drawn {
+impl From<[f32; 2]> for LightRandom {
     fn from(random: [f32; 2]) -> Self {
         Self {
             random,
-            around: None,
+            environment: None,
         }
     }
 }
 
 /// A direction to a light that is infinitely far away.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Around {
+pub(crate) struct EnvironmentSample {
     /// Of unit length.
     pub direction: Vec3,
     pub radiance: Vec3,
@@ -32,32 +32,32 @@ pub(crate) struct Around {
     pub pdf: f32,
 }
 
-impl Around {
-    pub fn sample(&self) -> LightSample {
-        LightSample {
+impl EnvironmentSample {
+    pub fn sample(&self) -> LightLiSample {
+        LightLiSample {
             direction: self.direction,
-            end: None,
+            p_light: None,
             radiance: self.radiance,
             pdf: self.pdf,
-            delta: false,
+            is_delta: false,
         }
     }
 }
 
-impl LightSample {
+impl LightLiSample {
     /// The only direction to a light: `irradiance` on a surface that faces it.
-    pub(super) fn delta(direction: DVec3, end: Option<DVec3>, irradiance: DVec3) -> Self {
+    pub(super) fn from_delta(direction: DVec3, end: Option<DVec3>, irradiance: DVec3) -> Self {
         Self {
             direction: direction.as_vec3(),
-            end,
+            p_light: end,
             radiance: irradiance.as_vec3(),
             pdf: 1.0,
-            delta: true,
+            is_delta: true,
         }
     }
 
     /// One of many, unless its density is beyond float32.
-    pub(super) fn toward(
+    pub(super) fn new(
         direction: DVec3,
         end: DVec3,
         radiance: Vec3,
@@ -66,54 +66,54 @@ impl LightSample {
         let pdf = density as f32;
         (pdf > 0.0 && pdf.is_finite()).then(|| Self {
             direction: direction.as_vec3(),
-            end: Some(end),
+            p_light: Some(end),
             radiance,
             pdf,
-            delta: false,
+            is_delta: false,
         })
     }
 
     /// The same where its light has been chosen with a probability.
-    pub(super) fn chosen(mut self, probability: f64) -> Option<Self> {
+    pub(super) fn with_selection_pdf(mut self, probability: f64) -> Option<Self> {
         self.pdf *= probability as f32;
         (self.pdf > 0.0 && self.pdf.is_finite()).then_some(self)
     }
 }
 
-/// Field by field what a [`LightSample`] has.
+/// Field by field what a [`LightLiSample`] has.
 #[derive(Debug)]
-pub(crate) struct LightSamples<const N: usize> {
-    pub direction: Three<f32, N>,
+pub(crate) struct LightLiSamples<const N: usize> {
+    pub direction: Vec3xN<f32, N>,
     /// Infinite where the light is infinitely far away.
-    pub end: Three<f64, N>,
-    pub radiance: Three<f32, N>,
+    pub p_light: Vec3xN<f64, N>,
+    pub radiance: Vec3xN<f32, N>,
     /// 0 where there is no sample.
     pub pdf: [f32; N],
-    pub delta: [bool; N],
+    pub is_delta: [bool; N],
 }
 
-impl<const N: usize> Default for LightSamples<N> {
+impl<const N: usize> Default for LightLiSamples<N> {
     fn default() -> Self {
         Self {
             direction: [[0.0; N]; 3],
-            end: [[0.0; N]; 3],
+            p_light: [[0.0; N]; 3],
             radiance: [[0.0; N]; 3],
             pdf: [0.0; N],
-            delta: [false; N],
+            is_delta: [false; N],
         }
     }
 }
 
-impl<const N: usize> LightSamples<N> {
+impl<const N: usize> LightLiSamples<N> {
     /// The sample of a lane.
     #[inline(always)]
-    pub fn at(&self, lane: usize) -> Option<LightSample> {
-        (self.pdf[lane] > 0.0).then(|| LightSample {
-            direction: get(&self.direction, lane).into(),
-            end: Some(DVec3::from(get(&self.end, lane))).filter(|end| end.x < f64::INFINITY),
-            radiance: get(&self.radiance, lane).into(),
+    pub fn get_lane(&self, lane: usize) -> Option<LightLiSample> {
+        (self.pdf[lane] > 0.0).then(|| LightLiSample {
+            direction: get_lane(&self.direction, lane).into(),
+            p_light: Some(DVec3::from(get_lane(&self.p_light, lane))).filter(|end| end.x < f64::INFINITY),
+            radiance: get_lane(&self.radiance, lane).into(),
             pdf: self.pdf[lane],
-            delta: self.delta[lane],
+            is_delta: self.is_delta[lane],
         })
     }
 
@@ -124,21 +124,21 @@ impl<const N: usize> LightSamples<N> {
     }
 
     /// Sets a lane.
-    pub fn put(&mut self, lane: usize, sample: Option<LightSample>) {
+    pub fn set_lane(&mut self, lane: usize, sample: Option<LightLiSample>) {
         self.pdf[lane] = sample.map_or(0.0, |sample| sample.pdf);
         if let Some(sample) = sample {
-            set(&mut self.direction, lane, sample.direction.to_array());
-            let end = sample.end.unwrap_or(DVec3::INFINITY);
-            set(&mut self.end, lane, end.to_array());
-            set(&mut self.radiance, lane, sample.radiance.to_array());
-            self.delta[lane] = sample.delta;
+            set_lane(&mut self.direction, lane, sample.direction.to_array());
+            let end = sample.p_light.unwrap_or(DVec3::INFINITY);
+            set_lane(&mut self.p_light, lane, end.to_array());
+            set_lane(&mut self.radiance, lane, sample.radiance.to_array());
+            self.is_delta[lane] = sample.is_delta;
         }
     }
 
     /// The same radiance for all.
     #[inline(always)]
-    pub fn shine(&mut self, radiance: Vec3) {
+    pub fn set_radiance(&mut self, radiance: Vec3) {
         self.radiance = radiance.to_array().map(|value| [value; N]);
-        self.delta = [false; N];
+        self.is_delta = [false; N];
     }
 }

@@ -4,11 +4,11 @@ use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
 
-use super::LightSample;
-use super::bounds::Bounds;
+use super::LightLiSample;
+use super::bounds::LightBounds;
 
 #[derive(Debug)]
-pub(crate) struct Spot {
+pub(crate) struct SpotLight {
     /// Scene-local.
     position: DVec3,
     axis: DVec3,
@@ -18,7 +18,7 @@ pub(crate) struct Spot {
     cos_outer: f64,
 }
 
-impl Spot {
+impl SpotLight {
     /// `inner` and `outer` in degrees.
     pub fn new(position: DVec3, direction: DVec3, inner: f64, outer: f64) -> Self {
         Self {
@@ -40,17 +40,17 @@ impl Spot {
         self.with_intensity((power.as_dvec3() / (TAU * full)).as_vec3())
     }
 
-    pub fn bounds(&self) -> Bounds {
+    pub fn bounds(&self) -> LightBounds {
         let spread = self.cos_outer.acos() - self.cos_inner.acos();
-        Bounds {
-            cos_normals: self.cos_inner as f32,
-            cos_emission: spread.cos() as f32,
+        LightBounds {
+            cos_theta_o: self.cos_inner as f32,
+            cos_theta_e: spread.cos() as f32,
             axis: self.axis.as_vec3(),
-            ..Bounds::around(self.position, self.position, self.intensity)
+            ..LightBounds::isotropic(self.position, self.position, self.intensity)
         }
     }
 
-    pub fn sample(&self, point: DVec3) -> Option<LightSample> {
+    pub fn sample(&self, point: DVec3) -> Option<LightLiSample> {
         let offset = self.position - point;
         let distance = offset.length();
         if distance == 0.0 {
@@ -59,7 +59,7 @@ impl Spot {
         let direction = offset / distance;
         let falloff = self.falloff(-direction.dot(self.axis));
         let radiance = self.intensity.as_dvec3() * (falloff / (distance * distance));
-        (falloff > 0.0).then(|| LightSample::delta(direction, Some(self.position), radiance))
+        (falloff > 0.0).then(|| LightLiSample::from_delta(direction, Some(self.position), radiance))
     }
 
     fn falloff(&self, cos: f64) -> f64 {

@@ -4,12 +4,12 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use super::LightSample;
-use crate::sampling::direction_cone::Cone;
+use super::LightLiSample;
+use crate::sampling::direction_cone::DirectionCone;
 
 #[derive(Debug)]
-pub(crate) struct Sun {
-    cone: Cone,
+pub(crate) struct SunLight {
+    cone: DirectionCone,
     /// On a surface that faces it.
     irradiance: Vec3,
     /// Of its disk; 0 where it has none.
@@ -17,19 +17,19 @@ pub(crate) struct Sun {
 }
 
 /// A disk whose squared sine is less is a point: float32 directions cannot tell.
-const POINT: f64 = 1e-12;
+const MIN_SIN2: f64 = 1e-12;
 
-impl Sun {
+impl SunLight {
     /// `direction` is the way the light travels, `diameter` in degrees.
     pub fn new(direction: [f64; 3], irradiance: [f32; 3], diameter: f64) -> Self {
         let towards = (-DVec3::from(direction)).normalize_or_zero();
         let sin2 = (diameter.to_radians() / 2.0).sin().powi(2);
         let irradiance = Vec3::from(irradiance);
         // A facing surface gets the integral of cos over the cone, pi sin^2.
-        let sin2 = if sin2 < POINT { 0.0 } else { sin2 };
+        let sin2 = if sin2 < MIN_SIN2 { 0.0 } else { sin2 };
         let radiance = (sin2 > 0.0).then(|| (irradiance.as_dvec3() / (PI * sin2)).as_vec3());
         Self {
-            cone: Cone::new(towards, sin2),
+            cone: DirectionCone::new(towards, sin2),
             irradiance,
             radiance: radiance.unwrap_or_default(),
         }
@@ -39,15 +39,15 @@ impl Sun {
         self.cone.height == 0.0
     }
 
-    pub fn sample(&self, random: [f32; 2]) -> LightSample {
+    pub fn sample(&self, random: [f32; 2]) -> LightLiSample {
         let delta = self.is_point();
-        LightSample {
+        LightLiSample {
             direction: if delta {
                 self.cone.axis.as_vec3()
             } else {
                 self.cone.sample(random).as_vec3()
             },
-            end: None,
+            p_light: None,
             radiance: if delta {
                 self.irradiance
             } else {
@@ -58,7 +58,7 @@ impl Sun {
             } else {
                 (1.0 / self.cone.solid_angle()) as f32
             },
-            delta,
+            is_delta: delta,
         }
     }
 

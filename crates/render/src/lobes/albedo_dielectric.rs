@@ -8,18 +8,19 @@ use std::sync::OnceLock;
 use glam::Vec3;
 
 use crate::lobes::albedo_tables::{
-    ROWS, STEPS, cosine_of, mean, of_row, over_visible_normals, row_of, schlick_weight, step_of,
+    COSINE_STEPS, ROUGHNESS_ROWS, cosine_of, ggx_of_row, hemisphere_mean, over_visible_normals,
+    roughness_row, schlick_weight, table_position,
 };
 use crate::lobes::fresnel::{Fresnel, reflect, refract, refracted_cosine};
 use crate::lobes::ggx::Ggx;
 
 /// Points of a quadrature, outwards and around.
-const RINGS: u32 = 128;
-const TURNS: u32 = 48;
+const RADIAL_POINTS: u32 = 128;
+const ANGULAR_POINTS: u32 = 48;
 
 /// How much is reflected by the angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Curve {
+pub(crate) enum FresnelModel {
     /// As Fresnel's equations say.
     Exact,
     /// As Schlick's approximation says, between any two ends.
@@ -28,86 +29,86 @@ pub(crate) enum Curve {
 
 /// The losses of an index of refraction, by roughness.
 #[derive(Debug)]
-pub(crate) struct Interface {
+pub(crate) struct DielectricAlbedo {
     ior: f32,
-    curve: Curve,
-    rows: [OnceLock<Box<Row>>; ROWS],
+    fresnel_model: FresnelModel,
+    rows: [OnceLock<Box<DielectricAlbedoRow>>; ROUGHNESS_ROWS],
 }
 
 /// Of one roughness: what is lost of light from outside and from inside.
 #[derive(Debug)]
-struct Row([Side; 2]);
+struct DielectricAlbedoRow([SideAlbedo; 2]);
 
 /// All is linear in what is reflected head on (f0) and at grazing angles (f90): a constant and two factors.
 #[derive(Debug)]
-struct Side {
+struct SideAlbedo {
     /// By the cosine, what one microfacet reflects, and what it refracts.
-    kept: [[[f32; 3]; 2]; STEPS],
+    albedo: [[[f32; 3]; 2]; COSINE_STEPS],
     /// What is neither, in the mean over the hemisphere, weighed by the cosine.
-    lost_mean: [f32; 3],
+    mean_loss: [f32; 3],
 }
 
 /// Losses at one roughness.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Losses<'a> {
-    rows: [&'a Row; 2],
-    between: f32,
-    curve: Curve,
+pub(crate) struct EnergyLoss<'a> {
+    rows: [&'a DielectricAlbedoRow; 2],
+    fraction: f32,
+    fresnel_model: FresnelModel,
 }
 
-impl Interface {
+impl DielectricAlbedo {
     /// `ior` is that of the inside relative to the outside.
-    pub fn new(ior: f32, curve: Curve) -> Self {
+    pub fn new(ior: f32, curve: FresnelModel) -> Self {
         Self {
             ior,
-            curve,
-            rows: [const { OnceLock::new() }; ROWS],
+            fresnel_model: curve,
+            rows: [const { OnceLock::new() }; ROUGHNESS_ROWS],
         }
     }
 
     /// Whether it is what a surface with this index on its other side has.
-    pub fn is_between(&self, eta: f32) -> bool {
+    pub fn matches_eta(&self, eta: f32) -> bool {
         eta == self.ior || eta == 1.0 / self.ior
     }
 
-    pub(crate) fn at(&self, ggx: &Ggx) -> Losses<'_> {
-        let (low, between) = row_of(ggx);
+    pub(crate) fn at_roughness(&self, ggx: &Ggx) -> EnergyLoss<'_> {
+        let (low, between) = roughness_row(ggx);
         let row = |i: usize| &**self.rows[i].get_or_init(|| Box::new(self.row(i)));
-        Losses {
+        EnergyLoss {
             rows: [row(low), row(low + 1)],
-            between,
-            curve: self.curve,
+            fraction: between,
+            fresnel_model: self.fresnel_model,
         }
     }
 
-    fn row(&self, row: usize) -> Row {
-        let ggx = of_row(row);
-        Row([self.ior, 1.0 / self.ior].map(|eta| {
-            let mut kept = [[[0.0; 3]; 2]; STEPS];
+    fn row(&self, row: usize) -> DielectricAlbedoRow {
+        let ggx = ggx_of_row(row);
+        DielectricAlbedoRow([self.ior, 1.0 / self.ior].map(|eta| {
+            let mut kept = [[[0.0; 3]; 2]; COSINE_STEPS];
             for (column, kept) in kept.iter_mut().enumerate() {
-                *kept = self.kept(&ggx, eta, cosine_of(column));
+                *kept = self.side_albedo(&ggx, eta, cosine_of(column));
             }
             let kept_mean = |term: usize| {
-                let of = |part: usize| mean(&kept.map(|parts| parts[part][term]));
+                let of = |part: usize| hemisphere_mean(&kept.map(|parts| parts[part][term]));
                 of(0) + of(1)
             };
-            Side {
-                lost_mean: [1.0 - kept_mean(0), -kept_mean(1), -kept_mean(2)],
-                kept,
+            SideAlbedo {
+                mean_loss: [1.0 - kept_mean(0), -kept_mean(1), -kept_mean(2)],
+                albedo: kept,
             }
         }))
     }
 
     /// What is reflected and refracted by one microfacet.
-    fn kept(&self, ggx: &Ggx, eta: f32, cosine: f32) -> [[f32; 3]; 2] {
-        if ggx.is_smooth() {
-            return self.parts(cosine, eta, 1.0, 1.0);
+    fn side_albedo(&self, ggx: &Ggx, eta: f32, cosine: f32) -> [[f32; 3]; 2] {
+        if ggx.effectively_smooth() {
+            return self.facet_albedo(cosine, eta, 1.0, 1.0);
         }
-        let kept = over_visible_normals(ggx, cosine, [RINGS, TURNS], |v, h| {
-            let up = reflect(v, h).map_or(0.0, |l| ggx.visible_also(v, l));
+        let kept = over_visible_normals(ggx, cosine, [RADIAL_POINTS, ANGULAR_POINTS], |v, h| {
+            let up = reflect(v, h).map_or(0.0, |l| ggx.g_given_g1(v, l));
             let down =
-                refract(v, h, eta).map_or(0.0, |l| ggx.visible_also(v, Vec3::new(l.x, l.y, -l.z)));
-            let [[a, b, c], [d, e, f]] = self.parts(v.dot(h), eta, up, down);
+                refract(v, h, eta).map_or(0.0, |l| ggx.g_given_g1(v, Vec3::new(l.x, l.y, -l.z)));
+            let [[a, b, c], [d, e, f]] = self.facet_albedo(v.dot(h), eta, up, down);
             [a, b, c, d, e, f]
         });
         let [a, b, c, d, e, f] = kept;
@@ -115,17 +116,17 @@ impl Interface {
     }
 
     /// What a microfacet reflects and refracts, each of which is seen by a share.
-    fn parts(&self, cosine: f32, eta: f32, up: f32, down: f32) -> [[f32; 3]; 2] {
+    fn facet_albedo(&self, cosine: f32, eta: f32, up: f32, down: f32) -> [[f32; 3]; 2] {
         let Some(other) = refracted_cosine(cosine, eta) else {
             return [[up, 0.0, 0.0], [0.0; 3]];
         };
-        match self.curve {
-            Curve::Exact => {
-                let reflected = Fresnel::Dielectric(eta).reflected(cosine).x;
+        match self.fresnel_model {
+            FresnelModel::Exact => {
+                let reflected = Fresnel::Dielectric(eta).reflectance(cosine).x;
                 let refracted = 1.0 - reflected;
                 [[up * reflected, 0.0, 0.0], [down * refracted, 0.0, 0.0]]
             }
-            Curve::Schlick => {
+            FresnelModel::Schlick => {
                 let f0 = schlick_weight(if eta < 1.0 { other } else { cosine });
                 let f90 = 1.0 - f0;
                 [[0.0, up * f0, up * f90], [down, -down * f0, -down * f90]]
@@ -134,16 +135,16 @@ impl Interface {
     }
 }
 
-impl Losses<'_> {
+impl EnergyLoss<'_> {
     /// Of light from a side at a cosine, where the interface reflects `f0` to `f90`: what one microfacet reflects, and what
     /// it refracts.
     #[inline(always)]
-    pub fn kept(&self, inside: bool, cosine: f32, ends: (Vec3, Vec3)) -> [Vec3; 2] {
-        let (first, part) = step_of::<STEPS>(cosine);
+    pub fn albedo(&self, inside: bool, cosine: f32, ends: (Vec3, Vec3)) -> [Vec3; 2] {
+        let (first, part) = table_position::<COSINE_STEPS>(cosine);
         // Spelled out: the compiler may leave `map` a call.
         let of = |which: usize| {
-            self.with(ends, |row, term| {
-                let kept = &row.0[usize::from(inside)].kept;
+            self.interpolate(ends, |row, term| {
+                let kept = &row.0[usize::from(inside)].albedo;
                 let (low, high) = (kept[first][which][term], kept[first + 1][which][term]);
                 low + (high - low) * part
             })
@@ -153,21 +154,25 @@ impl Losses<'_> {
 
     /// What is lost in the mean over the hemisphere, weighed by the cosine.
     #[inline(always)]
-    pub fn lost_mean(&self, inside: bool, ends: (Vec3, Vec3)) -> Vec3 {
-        self.with(ends, |row, term| row.0[usize::from(inside)].lost_mean[term])
+    pub fn mean_loss(&self, inside: bool, ends: (Vec3, Vec3)) -> Vec3 {
+        self.interpolate(ends, |row, term| row.0[usize::from(inside)].mean_loss[term])
     }
 
     #[inline(always)]
-    fn with(&self, (f0, f90): (Vec3, Vec3), of: impl Fn(&Row, usize) -> f32) -> Vec3 {
+    fn interpolate(
+        &self,
+        (f0, f90): (Vec3, Vec3),
+        of: impl Fn(&DielectricAlbedoRow, usize) -> f32,
+    ) -> Vec3 {
         let [low, high] = self.rows;
         let term = |term| {
             let low = of(low, term);
-            low + (of(high, term) - low) * self.between
+            low + (of(high, term) - low) * self.fraction
         };
-        match self.curve {
+        match self.fresnel_model {
             // The others are zero.
-            Curve::Exact => Vec3::splat(term(0)),
-            Curve::Schlick => Vec3::splat(term(0)) + f0 * term(1) + f90 * term(2),
+            FresnelModel::Exact => Vec3::splat(term(0)),
+            FresnelModel::Schlick => Vec3::splat(term(0)) + f0 * term(1) + f90 * term(2),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::lobes::thin_film::Film;
+use crate::lobes::thin_film::ThinFilm;
 
 /// An interface, as the viewer meets it.
 #[derive(Clone, Copy, Debug)]
@@ -13,19 +13,19 @@ pub(crate) enum Fresnel {
         f0: Vec3,
         f90: Vec3,
         /// The index of the other side relative to the viewer's, where it is less dense than the viewer's.
-        inside: Option<f32>,
+        eta: Option<f32>,
     },
     /// The same under a thin film, which has this share of the surface.
-    Film {
-        film: Film,
+    ThinFilm {
+        thin_film: ThinFilm,
         f0: Vec3,
         f90: Vec3,
-        share: f32,
+        weight: f32,
     },
     /// Fresnel's equations for unpolarised light; the index of the other side relative to the viewer's.
     Dielectric(f32),
     /// The same for a pane of two parallel interfaces, with all reflections in between.
-    Pane(f32),
+    ThinDielectric(f32),
     /// Fresnel's equations for metals, times a colour.
     Conductor {
         ior: Vec3,
@@ -36,20 +36,24 @@ pub(crate) enum Fresnel {
 
 impl Fresnel {
     /// The share that is reflected, by the cosine between the microfacet's normal and a direction on the viewer's side.
-    pub fn reflected(&self, cosine: f32) -> Vec3 {
+    pub fn reflectance(&self, cosine: f32) -> Vec3 {
         match *self {
-            Self::Schlick { f0, f90, inside } => match inside {
-                None => schlick(f0, f90, cosine),
-                Some(eta) => schlick_between(f0, f90, cosine, eta),
-            },
-            Self::Film {
-                film,
+            Self::Schlick {
                 f0,
                 f90,
-                share,
-            } => schlick(f0, f90, cosine).lerp(film.reflected(cosine, f0), share),
+                eta: inside,
+            } => match inside {
+                None => schlick(f0, f90, cosine),
+                Some(eta) => schlick_two_sided(f0, f90, cosine, eta),
+            },
+            Self::ThinFilm {
+                thin_film: film,
+                f0,
+                f90,
+                weight: share,
+            } => schlick(f0, f90, cosine).lerp(film.reflectance(cosine, f0), share),
             Self::Dielectric(eta) => Vec3::splat(dielectric(cosine, eta)),
-            Self::Pane(eta) => Vec3::splat(pane(dielectric(cosine, eta))),
+            Self::ThinDielectric(eta) => Vec3::splat(thin_dielectric(dielectric(cosine, eta))),
             Self::Conductor {
                 ior,
                 extinction,
@@ -59,12 +63,12 @@ impl Fresnel {
     }
 
     /// At normal and at grazing incidence.
-    pub fn ends(&self) -> (Vec3, Vec3) {
+    pub fn f0_f90(&self) -> (Vec3, Vec3) {
         match *self {
             Self::Schlick { f0, f90, .. } => (f0, f90),
-            Self::Film { f90, .. } => (self.reflected(1.0), f90),
-            Self::Conductor { tint, .. } => (self.reflected(1.0), tint),
-            Self::Dielectric(_) | Self::Pane(_) => (self.reflected(1.0), Vec3::ONE),
+            Self::ThinFilm { f90, .. } => (self.reflectance(1.0), f90),
+            Self::Conductor { tint, .. } => (self.reflectance(1.0), tint),
+            Self::Dielectric(_) | Self::ThinDielectric(_) => (self.reflectance(1.0), Vec3::ONE),
         }
     }
 }
@@ -78,7 +82,7 @@ pub(crate) fn schlick(f0: Vec3, f90: Vec3, cosine: f32) -> Vec3 {
 
 /// The same from either side, by the index of the other one relative to the viewer's.
 #[inline(always)]
-pub(crate) fn schlick_between(f0: Vec3, f90: Vec3, cosine: f32, eta: f32) -> Vec3 {
+pub(crate) fn schlick_two_sided(f0: Vec3, f90: Vec3, cosine: f32, eta: f32) -> Vec3 {
     if eta >= 1.0 {
         return schlick(f0, f90, cosine);
     }
@@ -107,9 +111,9 @@ pub(crate) fn dielectric(cosine: f32, eta: f32) -> f32 {
     (parallel * parallel + perpendicular * perpendicular) / 2.0
 }
 
-/// What [`Fresnel::Pane`] reflects, by what each of its interfaces does.
+/// What [`Fresnel::ThinDielectric`] reflects, by what each of its interfaces does.
 #[inline(always)]
-pub(crate) fn pane(once: f32) -> f32 {
+pub(crate) fn thin_dielectric(once: f32) -> f32 {
     2.0 * once / (1.0 + once)
 }
 

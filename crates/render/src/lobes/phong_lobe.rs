@@ -8,25 +8,25 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
-use raycam_scene::Reflectance;
+use raycam_scene::MaterialModel;
 
-use crate::lobes::shading_frame::turn;
+use crate::lobes::shading_frame::sincos_turns;
 
 /// The specular lobe of one exponent.
 #[derive(Debug)]
-pub(crate) struct Lobe {
+pub(crate) struct PhongLobe {
     shininess: f32,
     /// Directional albedo at cosines 0, 1/32, ... 1 between view and normal.
-    albedo: [f32; STEPS + 1],
+    albedo: [f32; ALBEDO_STEPS + 1],
 }
 
-const STEPS: usize = 32;
+const ALBEDO_STEPS: usize = 32;
 
-impl Lobe {
+impl PhongLobe {
     /// The exponent of a reflectance that has a specular lobe.
-    pub fn shininess(reflectance: &Reflectance) -> Option<f32> {
+    pub fn shininess(reflectance: &MaterialModel) -> Option<f32> {
         match *reflectance {
-            Reflectance::Lecture {
+            MaterialModel::Phong {
                 specular,
                 shininess,
                 ..
@@ -36,13 +36,14 @@ impl Lobe {
     }
 
     pub fn new(shininess: f32) -> Self {
-        let albedo =
-            std::array::from_fn(|i| albedo(f64::from(shininess), i as f64 / STEPS as f64) as f32);
+        let albedo = std::array::from_fn(|i| {
+            albedo(f64::from(shininess), i as f64 / ALBEDO_STEPS as f64) as f32
+        });
         Self { shininess, albedo }
     }
 
     /// The reflectance of a white lobe in 1/sr; all vectors are of unit length and point away from the surface.
-    pub fn evaluate(&self, normal: Vec3, view: Vec3, light: Vec3) -> f32 {
+    pub fn eval(&self, normal: Vec3, view: Vec3, light: Vec3) -> f32 {
         let mirror = 2.0 * normal.dot(view) * normal - view;
         let cosine = mirror.dot(light).min(1.0);
         if cosine <= 0.0 {
@@ -51,9 +52,9 @@ impl Lobe {
         (self.shininess + 2.0) / (2.0 * PI) * cosine.powf(self.shininess)
     }
 
-    /// The density of [`Lobe::sample`] by solid angle.
+    /// The density of [`PhongLobe::sample`] by solid angle.
     pub fn pdf(&self, normal: Vec3, view: Vec3, light: Vec3) -> f32 {
-        self.evaluate(normal, view, light) * ((self.shininess + 1.0) / (self.shininess + 2.0))
+        self.eval(normal, view, light) * ((self.shininess + 1.0) / (self.shininess + 2.0))
     }
 
     /// A direction around the mirror direction with density (n + 1) / (2 pi) cos^n; it may lie below the surface.
@@ -62,14 +63,14 @@ impl Lobe {
         let cosine = (1.0 - x).powf(1.0 / (self.shininess + 1.0));
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         let (right, up) = mirror.any_orthonormal_pair();
-        let (sin, cos) = turn(y);
+        let (sin, cos) = sincos_turns(y);
         (right * cos + up * sin) * sine + mirror * cosine
     }
 
     /// The share of a white sky that it sends towards the view.
     pub fn albedo(&self, cosine: f32) -> f32 {
-        let position = cosine.clamp(0.0, 1.0) * STEPS as f32;
-        let first = (position as usize).min(STEPS - 1);
+        let position = cosine.clamp(0.0, 1.0) * ALBEDO_STEPS as f32;
+        let first = (position as usize).min(ALBEDO_STEPS - 1);
         let fraction = position - first as f32;
         self.albedo[first] + (self.albedo[first + 1] - self.albedo[first]) * fraction
     }

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 /// Directions at a surface point, in the world and of unit length.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame {
+pub(crate) struct ShadingFrame {
     /// The triangle's, on the viewer's side.
     pub geometric: Vec3,
     /// Of the smooth surface that the triangle stands for.
@@ -16,10 +16,10 @@ pub(crate) struct Frame {
     /// At right angles to both.
     pub bitangent: Vec3,
     /// Towards the viewer.
-    pub view: Vec3,
+    pub wo: Vec3,
 }
 
-impl Frame {
+impl ShadingFrame {
     /// With any tangent.
     #[inline]
     pub fn new(geometric: Vec3, normal: Vec3, view: Vec3) -> Self {
@@ -29,13 +29,13 @@ impl Frame {
             normal,
             tangent,
             bitangent,
-            view,
+            wo: view,
         }
     }
 
     /// In coordinates along tangent, bitangent and normal.
     #[inline]
-    pub fn local(&self, v: Vec3) -> Vec3 {
+    pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(
             self.tangent.dot(v),
             self.bitangent.dot(v),
@@ -43,44 +43,44 @@ impl Frame {
         )
     }
 
-    /// The same with its own normal, bent as [`Frame::with_normal`] does, and any tangent.
+    /// The same with its own normal, bent as [`ShadingFrame::with_shading_normal`] does, and any tangent.
     #[inline(always)]
-    pub fn upright(&self) -> Self {
-        self.about(self.seen(self.normal))
+    pub fn with_own_normal(&self) -> Self {
+        self.with_axis(self.bend_towards_viewer(self.normal))
     }
 
     /// The same about this normal, and any tangent.
     #[inline(always)]
-    pub fn about(&self, normal: Vec3) -> Self {
-        self.along(normal, normal.any_orthonormal_vector())
+    pub fn with_axis(&self, normal: Vec3) -> Self {
+        self.with_axes(normal, normal.any_orthonormal_vector())
     }
 
     /// The same with another normal, bent where needed so that the viewer sees it, and its tangent as near to `tangent`
     /// as it can be.
-    pub fn with_normal(&self, normal: Vec3, tangent: Option<Vec3>) -> Self {
-        let normal = self.seen(normal);
+    pub fn with_shading_normal(&self, normal: Vec3, tangent: Option<Vec3>) -> Self {
+        let normal = self.bend_towards_viewer(normal);
         let along = tangent
             .map(|tangent| (tangent - normal * normal.dot(tangent)).normalize_or_zero())
             .filter(|&tangent| tangent != Vec3::ZERO)
             .unwrap_or_else(|| normal.any_orthonormal_vector());
-        self.along(normal, along)
+        self.with_axes(normal, along)
     }
 
     /// A normal bent where needed so that the viewer sees it.
     #[inline(always)]
-    pub fn seen(&self, normal: Vec3) -> Vec3 {
+    pub fn bend_towards_viewer(&self, normal: Vec3) -> Vec3 {
         /// The smallest cosine of the view.
-        const GRAZING: f32 = 1e-3;
-        let cosine = normal.dot(self.view);
-        if cosine < GRAZING {
-            (normal + self.view * (GRAZING * 1.1 - cosine)).normalize()
+        const MIN_VIEW_COSINE: f32 = 1e-3;
+        let cosine = normal.dot(self.wo);
+        if cosine < MIN_VIEW_COSINE {
+            (normal + self.wo * (MIN_VIEW_COSINE * 1.1 - cosine)).normalize()
         } else {
             normal
         }
     }
 
     #[inline(always)]
-    fn along(&self, normal: Vec3, tangent: Vec3) -> Self {
+    fn with_axes(&self, normal: Vec3, tangent: Vec3) -> Self {
         Self {
             normal,
             tangent,
@@ -91,14 +91,14 @@ impl Frame {
 
     /// From coordinates along tangent, bitangent and normal.
     #[inline]
-    pub fn world(&self, v: Vec3) -> Vec3 {
+    pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.tangent * v.x + self.bitangent * v.y + self.normal * v.z
     }
 }
 
 /// From coordinates along any two directions at right angles to an axis, and along it.
 #[inline(always)]
-pub(crate) fn above(axis: Vec3, v: Vec3) -> Vec3 {
+pub(crate) fn to_world_around(axis: Vec3, v: Vec3) -> Vec3 {
     let (right, up) = axis.any_orthonormal_pair();
     right * v.x + up * v.y + axis * v.z
 }
@@ -106,7 +106,7 @@ pub(crate) fn above(axis: Vec3, v: Vec3) -> Vec3 {
 /// Sine and cosine of this many turns, 0..=1: the same on every machine, to a rounding or two (the polynomials of
 /// S. Moshier, "Cephes", single precision).
 #[inline(always)]
-pub(crate) fn turn(turns: f32) -> (f32, f32) {
+pub(crate) fn sincos_turns(turns: f32) -> (f32, f32) {
     let quarter = (4.0 * turns + 0.5) as u32;
     let x = (4.0 * turns - quarter as f32) * FRAC_PI_2;
     let x2 = x * x;
@@ -123,10 +123,10 @@ pub(crate) fn turn(turns: f32) -> (f32, f32) {
     (signed(sin, quarter), signed(cos, quarter + 1))
 }
 
-/// The turns, 0..=1, from x to y of a direction in their plane, as [`turn`] takes them: to a rounding or two of a turn, the
+/// The turns, 0..=1, from x to y of a direction in their plane, as [`sincos_turns`] takes them: to a rounding or two of a turn, the
 /// same on every machine (from the same source). 0 where both are 0.
 #[inline(always)]
-pub(crate) fn turned(y: f32, x: f32) -> f32 {
+pub(crate) fn atan2_turns(y: f32, x: f32) -> f32 {
     let (across, along) = (y.abs(), x.abs());
     let (less, more) = (across.min(along), across.max(along));
     // Up to an eighth of a turn; above tan(pi / 8) from there.
@@ -147,15 +147,15 @@ pub(crate) fn turned(y: f32, x: f32) -> f32 {
 
 /// A direction above z = 0 with density z / pi (Malley's method).
 #[inline(always)]
-pub(crate) fn cosine_direction([x, y]: [f32; 2]) -> Vec3 {
-    let (sin, cos) = turn(y);
+pub(crate) fn sample_cosine_hemisphere([x, y]: [f32; 2]) -> Vec3 {
+    let (sin, cos) = sincos_turns(y);
     let radius = x.sqrt();
     Vec3::new(radius * cos, radius * sin, (1.0 - x).sqrt())
 }
 
-/// The density of [`cosine_direction`].
+/// The density of [`sample_cosine_hemisphere`].
 #[inline(always)]
-pub(crate) fn cosine_density(cosine: f32) -> f32 {
+pub(crate) fn cosine_hemisphere_pdf(cosine: f32) -> f32 {
     cosine.max(0.0) / PI
 }
 
@@ -168,9 +168,9 @@ mod tests {
         const STEPS: u32 = 1 << 16;
         for step in 0..STEPS {
             let turns = step as f32 / STEPS as f32;
-            let (sin, cos) = turn(turns);
+            let (sin, cos) = sincos_turns(turns);
             for length in [1.0, 1e-30, 3e20] {
-                let off = (turned(length * sin, length * cos) - turns).abs();
+                let off = (atan2_turns(length * sin, length * cos) - turns).abs();
                 assert!(off.min(1.0 - off) < 1.5e-7, "{turns}: {off}");
             }
         }
@@ -180,7 +180,7 @@ mod tests {
             (0.0, -3.0, 0.5),
             (-1.0, 0.0, 0.75),
         ] {
-            assert_eq!(turned(y, x), turns);
+            assert_eq!(atan2_turns(y, x), turns);
         }
     }
 }

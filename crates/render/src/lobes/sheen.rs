@@ -6,13 +6,13 @@ use std::sync::LazyLock;
 
 use glam::Vec3;
 
-use crate::lobes::albedo_tables::along;
+use crate::lobes::albedo_tables::interpolate;
 
 /// Entries per axis of the albedo's table: the square root of the cosine, and perceptual roughness.
-const STEPS: usize = 32;
+const TABLE_STEPS: usize = 32;
 /// Directions per albedo, in height and around.
-const RINGS: u32 = 64;
-const TURNS: u32 = 32;
+const RADIAL_POINTS: u32 = 64;
+const ANGULAR_POINTS: u32 = 32;
 
 /// A layer of fibres.
 #[derive(Clone, Copy, Debug)]
@@ -22,44 +22,44 @@ pub(crate) struct Sheen {
     pub roughness: f32,
 }
 
-static ALBEDO: LazyLock<[[f32; STEPS]; STEPS]> = LazyLock::new(|| {
-    let step = |i| i as f32 / (STEPS - 1) as f32;
+static ALBEDO_TABLE: LazyLock<[[f32; TABLE_STEPS]; TABLE_STEPS]> = LazyLock::new(|| {
+    let step = |i| i as f32 / (TABLE_STEPS - 1) as f32;
     std::array::from_fn(|row| std::array::from_fn(|column| albedo(step(row), step(column).powi(2))))
 });
 
 impl Sheen {
     /// Reflectance times cosine; directions are in coordinates along tangent, bitangent and normal.
-    pub fn evaluate(&self, v: Vec3, l: Vec3) -> Vec3 {
+    pub fn eval(&self, v: Vec3, l: Vec3) -> Vec3 {
         // Towards the horizon the model sends back more than it gets: that much less, for both directions.
         let excess = self.albedo(v.z).max(self.albedo(l.z)).max(1.0);
-        self.color * (lobe(alpha(self.roughness), v, l) * l.z / excess)
+        self.color * (charlie_brdf(charlie_alpha(self.roughness), v, l) * l.z / excess)
     }
 
     /// What it sends back of a white sky, in white.
     fn albedo(&self, cosine: f32) -> f32 {
-        let at = |row: usize| along(&ALBEDO[row], cosine);
-        let position = self.roughness.clamp(0.0, 1.0) * (STEPS - 1) as f32;
-        let first = (position as usize).min(STEPS - 2);
+        let at = |row: usize| interpolate(&ALBEDO_TABLE[row], cosine);
+        let position = self.roughness.clamp(0.0, 1.0) * (TABLE_STEPS - 1) as f32;
+        let first = (position as usize).min(TABLE_STEPS - 2);
         at(first) + (at(first + 1) - at(first)) * (position - first as f32)
     }
 
     /// What it sends back.
-    pub fn reflected(&self, cosine: f32) -> Vec3 {
+    pub fn albedo_color(&self, cosine: f32) -> Vec3 {
         self.color * self.albedo(cosine).min(1.0)
     }
 
     /// What it leaves for what lies below.
-    pub fn left(&self, cosine: f32) -> f32 {
+    pub fn base_transmittance(&self, cosine: f32) -> f32 {
         (1.0 - self.color.max_element() * self.albedo(cosine)).max(0.0)
     }
 }
 
 /// Fibres thinner than this are only seen where they should not be: at the very horizon.
-fn alpha(roughness: f32) -> f32 {
+fn charlie_alpha(roughness: f32) -> f32 {
     (roughness * roughness).max(0.01)
 }
 
-fn lobe(alpha: f32, v: Vec3, l: Vec3) -> f32 {
+fn charlie_brdf(alpha: f32, v: Vec3, l: Vec3) -> f32 {
     let h = (v + l).normalize_or(Vec3::Z);
     let sine = (1.0 - h.z * h.z).max(0.0).sqrt();
     let density = (2.0 + 1.0 / alpha) * sine.powf(1.0 / alpha) / TAU;
@@ -88,18 +88,18 @@ fn albedo(roughness: f32, cosine: f32) -> f32 {
     let cosine = cosine.max(1e-3);
     let v = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
     let mut sum = 0.0;
-    for ring in 0..RINGS {
+    for ring in 0..RADIAL_POINTS {
         // Denser towards the horizon, where it shines.
-        let root = (ring as f32 + 0.5) / RINGS as f32;
+        let root = (ring as f32 + 0.5) / RADIAL_POINTS as f32;
         let z = root * root;
         let radius = (1.0 - z * z).sqrt();
-        for turn in 0..TURNS {
-            let (sin, cos) = (PI * (turn as f32 + 0.5) / TURNS as f32).sin_cos();
+        for turn in 0..ANGULAR_POINTS {
+            let (sin, cos) = (PI * (turn as f32 + 0.5) / ANGULAR_POINTS as f32).sin_cos();
             let l = Vec3::new(radius * cos, radius * sin, z);
-            sum += f64::from(lobe(alpha(roughness), v, l) * z * 2.0 * root);
+            sum += f64::from(charlie_brdf(charlie_alpha(roughness), v, l) * z * 2.0 * root);
         }
     }
-    (sum * f64::from(TAU) / f64::from(RINGS * TURNS)) as f32
+    (sum * f64::from(TAU) / f64::from(RADIAL_POINTS * ANGULAR_POINTS)) as f32
 }
 
 #[cfg(test)]
@@ -126,7 +126,7 @@ mod tests {
         // Seen along the light, which is the half vector.
         let density = (2.0 + 1.0) * sine / (2.0 * std::f64::consts::PI);
         let expected = density / ((1.0 + 2.0 * lambda) * 4.0 * cosine);
-        let found = f64::from(white(1.0).evaluate(v, v).x);
+        let found = f64::from(white(1.0).eval(v, v).x);
         assert!((found / expected - 1.0).abs() < 1e-4, "{found}, {expected}");
     }
 
@@ -135,13 +135,13 @@ mod tests {
         for (roughness, cosine) in [(0.7f32, 0.5f32), (0.9, 0.9), (1.0, 0.6), (1.0, 0.25)] {
             let sheen = white(roughness);
             let view = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-            let sent = over_the_hemisphere(|light| sheen.evaluate(view, light).x);
-            let said = f64::from(sheen.reflected(cosine).x);
+            let sent = over_the_hemisphere(|light| sheen.eval(view, light).x);
+            let said = f64::from(sheen.albedo_color(cosine).x);
             assert!(
                 (sent / said - 1.0).abs() < 4e-3,
                 "{roughness}, {cosine}: {sent}, {said}"
             );
-            let sum = said + f64::from(sheen.left(cosine));
+            let sum = said + f64::from(sheen.base_transmittance(cosine));
             assert!((sum - 1.0).abs() < 1e-6, "{roughness}, {cosine}: {sum}");
         }
     }

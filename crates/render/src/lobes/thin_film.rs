@@ -9,18 +9,18 @@ use glam::{Mat3, Vec3};
 
 /// A film over a base.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Film {
+pub(crate) struct ThinFilm {
     pub ior: f32,
     /// In nanometres.
     pub thickness: f32,
 }
 
 /// The orders of interference that are visible in RGB.
-const ORDERS: u32 = 2;
+const INTERFERENCE_ORDERS: u32 = 2;
 
-impl Film {
+impl ThinFilm {
     /// The share of light that is reflected, over a base that reflects `base` at normal incidence.
-    pub fn reflected(&self, cosine: f32, base: Vec3) -> Vec3 {
+    pub fn reflectance(&self, cosine: f32, base: Vec3) -> Vec3 {
         // Vanishing films have no interface of their own.
         let fade = (self.thickness / 0.03).clamp(0.0, 1.0);
         let ior = 1.0 + (self.ior - 1.0) * (fade * fade * (3.0 - 2.0 * fade));
@@ -48,7 +48,7 @@ impl Film {
         let mut reflected = top + sum;
         let mut amplitude = sum - through;
         let difference = 2.0 * ior * self.thickness * inner;
-        for order in 1..=ORDERS {
+        for order in 1..=INTERFERENCE_ORDERS {
             amplitude *= round;
             let order = order as f32;
             reflected += amplitude * 2.0 * sensitivity(order * difference, order * phase);
@@ -93,7 +93,7 @@ mod tests {
     #[test]
     fn a_thick_film_reflects_as_two_surfaces_do() {
         // Light that is out of step adds up: R1 + T1 R2 T1 / (1 - R1 R2), over the reflections between both.
-        let film = Film {
+        let film = ThinFilm {
             ior: 1.4,
             thickness: 1e6,
         };
@@ -106,7 +106,7 @@ mod tests {
                 let second = schlick(((index - 1.4) / (index + 1.4)).powi(2), inner);
                 first + (1.0 - first).powi(2) * second / (1.0 - first * second)
             });
-            let ratio = film.reflected(cosine, BASE) / Vec3::from(expected);
+            let ratio = film.reflectance(cosine, BASE) / Vec3::from(expected);
             assert!(
                 (ratio - 1.0).abs().max_element() < 1e-3,
                 "{cosine}: {ratio}"

@@ -1,7 +1,7 @@
 //! A world that moves while a camera's shutter is open.
 //!
-//! The colour of a sample is that of the world in one of [`SLICES`] equal slices of the shutter's work, at the slice's
-//! middle; with a rolling shutter, whose lines each have a part of them, in one of [`FINE_SLICES`], where what moves are
+//! The colour of a sample is that of the world in one of [`TIME_SLICES`] equal slices of the shutter's work, at the slice's
+//! middle; with a rolling shutter, whose lines each have a part of them, in one of [`ROLLING_TIME_SLICES`], where what moves are
 //! few and rigid objects. Ground truth is of the world at the exact middle of each line's exposure.
 
 use std::collections::HashMap;
@@ -9,64 +9,64 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec2;
-use raycam_scene::camera::{Motion, Readout};
-use raycam_scene::video::Clock;
+use raycam_scene::camera::{ShutterMotion, ReadoutDirection};
+use raycam_scene::video::WorldTime;
 use raycam_scene::{Camera, Mesh, Object, World};
 use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::guiding::caustic_casters::mirrors;
-use crate::prepare::dielectric_bounds::bodies;
+use crate::guiding::caustic_casters::find_caustic_casters;
+use crate::prepare::dielectric_bounds::closed_dielectric_bounds;
 use crate::prepare::material::prepare_materials;
 use crate::prepare::mesh::prepare_meshes;
-use crate::prepare::{PreparedWorld, bounds, check, is_see_through, place};
+use crate::prepare::{PreparedWorld, world_bounds, validate, has_transparency, build_instances};
 
 /// Slices of the time from when the first line opens until the last one closes.
-const SLICES: usize = 64;
+const TIME_SLICES: usize = 64;
 /// The same of a rolling shutter.
-const FINE_SLICES: usize = 1024;
+const ROLLING_TIME_SLICES: usize = 1024;
 /// The most objects of a world of which there are so many.
-const FEW: usize = 128;
+const FINE_MAX_OBJECTS: usize = 128;
 /// Bytes that the worlds of all lines of a picture may take together.
-const ALL_LINES: usize = 2 << 30;
+const ROW_WORLDS_MAX_BYTES: usize = 2 << 30;
 /// About how many of them an object takes, and a vertex and a triangle of a mesh that bends, with its tree.
-const OBJECT: usize = 1024;
-const VERTEX: usize = 128;
-const TRIANGLE: usize = 128;
+const OBJECT_BYTES: usize = 1024;
+const VERTEX_BYTES: usize = 128;
+const TRIANGLE_BYTES: usize = 128;
 
 /// The times at which a world is seen.
-pub(crate) struct Moments<'a> {
+pub(crate) struct ShutterSlices<'a> {
     world: &'a World,
     /// As it is in the middle of the shutter's work.
-    still: &'a PreparedWorld,
-    clock: Clock,
+    reference: &'a PreparedWorld,
+    clock: WorldTime,
     /// From when the first line opens until the last one closes, in seconds.
-    whole: f64,
+    duration: f64,
     /// From the middle of the first line's exposure until that of the last one's; 0 where all lines open at once.
     readout: f64,
     slices: Vec<OnceLock<Arc<PreparedWorld>>>,
 }
 
 /// The worlds of the lines of a tile; kept for the next tile, which mostly has the same ones.
-pub(crate) type Lines = HashMap<u64, Arc<PreparedWorld>>;
+pub(crate) type RowWorlds = HashMap<u64, Arc<PreparedWorld>>;
 
-impl<'a> Moments<'a> {
+impl<'a> ShutterSlices<'a> {
     /// Those of a camera with a shutter, of a world that moves and knows what time it is; none of any other.
     pub fn new(world: &'a World, still: &'a PreparedWorld, camera: &Camera) -> Option<Self> {
-        let (motion, clock) = (camera.motion()?, world.clock?);
+        let (motion, clock) = (camera.motion()?, world.time?);
         let readout = motion.readout();
-        let few = world.rig.is_none() && world.objects.len() <= FEW;
+        let few = world.node_tree.is_none() && world.objects.len() <= FINE_MAX_OBJECTS;
         let slices = if readout > 0.0 && few {
-            FINE_SLICES
+            ROLLING_TIME_SLICES
         } else {
-            SLICES
+            TIME_SLICES
         };
-        (motion.whole() > 0.0 && world.moves()).then(|| Self {
+        (motion.total_duration() > 0.0 && world.is_animated()).then(|| Self {
             world,
-            still,
+            reference: still,
             clock,
-            whole: motion.whole(),
+            duration: motion.total_duration(),
             readout,
             slices: std::iter::repeat_with(OnceLock::new).take(slices).collect(),
         })
@@ -78,14 +78,14 @@ impl<'a> Moments<'a> {
     }
 
     /// The slice in which a pixel is seen at a part of its exposure.
-    pub fn slice(&self, camera: &Camera, pixel: DVec2, part: f64) -> usize {
-        let time = camera.since_middle(pixel, part) / self.whole + 0.5;
+    pub fn slice_index(&self, camera: &Camera, pixel: DVec2, part: f64) -> usize {
+        let time = camera.shutter_offset(pixel, part) / self.duration + 0.5;
         let slices = self.slices.len();
         ((time * slices as f64) as usize).min(slices - 1)
     }
 
     /// The world in the middle of a slice.
-    pub fn of_slice(
+    pub fn world_in_slice(
         &self,
         slice: usize,
         control: &Control,
@@ -95,37 +95,37 @@ impl<'a> Moments<'a> {
             return Ok(world);
         }
         let part = (slice as f64 + 0.5) / self.slices.len() as f64;
-        let time = (part - 0.5) * self.whole;
-        let world = self.at(time, control)?;
+        let time = (part - 0.5) * self.duration;
+        let world = self.prepare_at(time, control)?;
         // Another thread may have made the same one.
         Ok(place.get_or_init(|| world))
     }
 
     /// The world at the middle of the exposure of a pixel's line; at most `most` are kept.
-    pub fn of_line(
+    pub fn cached_row_world(
         &self,
         camera: &Camera,
         pixel: DVec2,
-        lines: &mut Lines,
+        lines: &mut RowWorlds,
         most: usize,
         control: &Control,
     ) -> Result<Arc<PreparedWorld>, RenderError> {
-        let time = camera.since_middle(pixel, 0.5);
+        let time = camera.shutter_offset(pixel, 0.5);
         if let Some(world) = lines.get(&time.to_bits()) {
             return Ok(world.clone());
         }
         if lines.len() >= most {
             lines.clear();
         }
-        let world = self.at(time, control)?;
+        let world = self.prepare_at(time, control)?;
         lines.insert(time.to_bits(), world.clone());
         Ok(world)
     }
 
     /// The lines of a region (x, y, width, height): what is seen at the same time.
-    pub fn lines(&self, camera: &Camera, [x, y, width, height]: [u32; 4]) -> Vec<[u32; 4]> {
-        match camera.motion().map(Motion::direction) {
-            Some(Readout::Right | Readout::Left) => {
+    pub fn rows_of(&self, camera: &Camera, [x, y, width, height]: [u32; 4]) -> Vec<[u32; 4]> {
+        match camera.motion().map(ShutterMotion::direction) {
+            Some(ReadoutDirection::Right | ReadoutDirection::Left) => {
                 (x..x + width).map(|x| [x, y, 1, height]).collect()
             }
             _ => (y..y + height).map(|y| [x, y, width, 1]).collect(),
@@ -133,20 +133,20 @@ impl<'a> Moments<'a> {
     }
 
     /// The world at the middle of the exposure of a pixel's line.
-    pub fn at_line(
+    pub fn row_world(
         &self,
         camera: &Camera,
         pixel: DVec2,
         control: &Control,
     ) -> Result<Arc<PreparedWorld>, RenderError> {
-        self.at(camera.since_middle(pixel, 0.5), control)
+        self.prepare_at(camera.shutter_offset(pixel, 0.5), control)
     }
 
     /// The world at the middle of the exposure of every line, in the order in which they are read.
     ///
     /// # Errors
     /// [`RenderError::World`] where so many worlds would take too much memory.
-    pub fn of_all_lines(
+    pub fn all_row_worlds(
         &self,
         camera: &Camera,
         control: &Control,
@@ -154,27 +154,31 @@ impl<'a> Moments<'a> {
         let middle = |[x, y, ..]: [u32; 4]| camera.pixel_center_of(x, y);
         let [width, height] = camera.size();
         let mut lines: Vec<_> = self
-            .lines(camera, [0, 0, width, height])
+            .rows_of(camera, [0, 0, width, height])
             .into_iter()
             .map(middle)
             .collect();
-        lines.sort_by(|a, b| camera.line_of(*a).total_cmp(&camera.line_of(*b)));
+        lines.sort_by(|a, b| {
+            camera
+                .line_fraction(*a)
+                .total_cmp(&camera.line_fraction(*b))
+        });
         let count = lines.len();
-        let objects = OBJECT * self.world.objects.len();
+        let objects = OBJECT_BYTES * self.world.objects.len();
         let taken = AtomicUsize::new(count * objects);
         lines
             .into_par_iter()
             .map(|pixel| {
-                let then = self.at_line(camera, pixel, control)?;
-                let bent = self.bent_bytes(&then);
-                if taken.fetch_add(bent, Ordering::Relaxed) + bent <= ALL_LINES {
+                let then = self.row_world(camera, pixel, control)?;
+                let bent = self.deforming_bytes(&then);
+                if taken.fetch_add(bent, Ordering::Relaxed) + bent <= ROW_WORLDS_MAX_BYTES {
                     return Ok(then);
                 }
                 Err(RenderError::World(format!(
                     "the second camera reads {count} lines one after another while the world moves: its {} objects, and \
                      the meshes among them that bend, take about {} MiB for each line, and 2 GiB are for all of them: \
                      follow to a camera of fewer lines or without a readout, or to a world that stands",
-                    then.objects.len(),
+                    then.instances.len(),
                     (objects + bent).div_ceil(1 << 20)
                 )))
             })
@@ -182,59 +186,60 @@ impl<'a> Moments<'a> {
     }
 
     /// About how much the meshes of a line's world take that are its own.
-    fn bent_bytes(&self, then: &PreparedWorld) -> usize {
-        let objects = then.objects.iter().zip(&self.still.objects);
+    fn deforming_bytes(&self, then: &PreparedWorld) -> usize {
+        let objects = then.instances.iter().zip(&self.reference.instances);
         let bent: HashMap<_, _> = objects
             .filter(|(now, still)| !Arc::ptr_eq(&now.mesh, &still.mesh))
             .map(|(now, _)| (Arc::as_ptr(&now.mesh), &now.mesh.mesh))
             .collect();
-        let of_mesh =
-            |mesh: &&Arc<Mesh>| VERTEX * mesh.vertices.len() + TRIANGLE * mesh.triangles.len();
+        let of_mesh = |mesh: &&Arc<Mesh>| {
+            VERTEX_BYTES * mesh.vertices.len() + TRIANGLE_BYTES * mesh.triangles.len()
+        };
         bent.values().map(of_mesh).sum::<usize>()
     }
 
     /// The world as it is described, when the line at a fraction of the picture, from 0 to 1, is in the middle of its
     /// exposure.
-    pub fn described_at(&self, line: f64) -> Result<World, RenderError> {
-        self.described((line - 0.5) * self.readout)
+    pub fn scene_at_row(&self, line: f64) -> Result<World, RenderError> {
+        self.scene_at((line - 0.5) * self.readout)
     }
 
-    fn described(&self, since_middle: f64) -> Result<World, RenderError> {
-        let clock = Clock {
+    fn scene_at(&self, since_middle: f64) -> Result<World, RenderError> {
+        let clock = WorldTime {
             time: self.clock.time + since_middle,
             ..self.clock
         };
-        let world = self.world.at_clock(clock);
+        let world = self.world.at_time(clock);
         world.map_err(|error| RenderError::World(error.to_string()))
     }
 
-    fn at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {
-        let world = self.described(since_middle)?;
-        let moved = PreparedWorld::moved(&world, self.world, self.still, control)?;
+    fn prepare_at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {
+        let world = self.scene_at(since_middle)?;
+        let moved = PreparedWorld::advance_world(&world, self.world, self.reference, control)?;
         Ok(Arc::new(moved))
     }
 }
 
 impl PreparedWorld {
-    /// `world`, in which things have moved since it was `still`, as `before`; in the same pool of threads. Its origin,
-    /// its textures, and as far as they stay the same its materials and lights are those of `still`.
+    /// `world`, in which things have moved since it was `reference`, as `before`; in the same pool of threads. Its origin,
+    /// its textures, and as far as they stay the same its materials and lights are those of `reference`.
     ///
     /// # Errors
     /// Those of [`PreparedWorld::new`].
-    fn moved(
+    fn advance_world(
         world: &World,
         before: &World,
         still: &Self,
         control: &Control,
     ) -> Result<Self, RenderError> {
         control.check()?;
-        check(world)?;
+        validate(world)?;
         let meshes = prepare_meshes(world, Some(still), control)?;
         let placed = |object: &Object| meshes[object.mesh].clone();
         let meshes: Vec<_> = world.objects.iter().filter_map(placed).collect();
-        let (lower, upper) = bounds(&world.objects, &meshes);
+        let (lower, upper) = world_bounds(&world.objects, &meshes);
         let origin = still.origin;
-        let (objects, scene) = place(world, meshes, origin)?;
+        let (objects, scene) = build_instances(world, meshes, origin)?;
         let radius = (upper - origin).abs().max((lower - origin).abs()).length();
         let materials = match world.materials == before.materials {
             true => still.materials.clone(),
@@ -242,26 +247,26 @@ impl PreparedWorld {
         };
         let mut moved = Self {
             scene,
-            merged: Arc::default(),
+            flattened: Arc::default(),
             origin,
             radius,
-            boxes: vec![], // for pictures of worlds that stand
-            bodies: bodies(&objects, &materials, origin),
-            objects,
+            object_bounds: vec![], // for pictures of worlds that stand
+            dielectric_bounds: closed_dielectric_bounds(&objects, &materials, origin),
+            instances: objects,
             materials,
-            see_through: is_see_through(world),
+            has_transparency: has_transparency(world),
             textures: still.textures.clone(),
             texture_memory: still.texture_memory.clone(),
-            mirrors: vec![],
+            caustic_casters: vec![],
             // There are too many moments for light to be followed in each.
-            thrown: vec![].into(),
+            caustic_maps: vec![].into(),
             lights: still.lights.clone(),
             default_lights: still.default_lights.clone(),
         };
-        moved.mirrors = mirrors(&moved);
-        let shines = still.lights.has_surfaces() || world.materials != before.materials;
+        moved.caustic_casters = find_caustic_casters(&moved);
+        let shines = still.lights.has_emissive_triangles() || world.materials != before.materials;
         if shines || world.lights != before.lights {
-            moved.light(world);
+            moved.build_lights(world);
         }
         Ok(moved)
     }

@@ -4,24 +4,24 @@ use glam::DVec3;
 use raycam_scene::{Alpha, Mesh};
 use rayon::prelude::*;
 
-use crate::prepare::PreparedObject;
+use crate::prepare::PreparedInstance;
 use crate::prepare::material::PreparedMaterial;
-use crate::sampling::sampler::mix;
+use crate::sampling::sampler::splitmix64;
 
 /// Triangles that one thread sums up.
-const PART: usize = 1 << 14;
+const CHUNK: usize = 1 << 14;
 
 /// For each material a box, scene-local, around all bodies that it fills; `None` where it is not clear, or a mesh of it
 /// leaves open where its inside ends, or lets light through by its opacity.
-pub(crate) fn bodies(
-    objects: &[PreparedObject],
+pub(crate) fn closed_dielectric_bounds(
+    objects: &[PreparedInstance],
     materials: &[PreparedMaterial],
     origin: DVec3,
 ) -> Vec<Option<[DVec3; 2]>> {
     let mut bodies: Vec<_> = materials
         .iter()
         .map(|material| {
-            let inside = material.inside.is_some();
+            let inside = material.absorption.is_some();
             inside.then_some([DVec3::INFINITY, DVec3::NEG_INFINITY])
         })
         .collect();
@@ -31,7 +31,7 @@ pub(crate) fn bodies(
             if let Some([lower, upper]) = bodies[material] {
                 let [l, u] = object.bounds();
                 let around = [lower.min(l - origin), upper.max(u - origin)];
-                let shut = object.materials.iter().all(opaque) && object.mesh.is_body();
+                let shut = object.materials.iter().all(opaque) && object.mesh.is_watertight();
                 bodies[material] = shut.then_some(around);
             }
         }
@@ -43,16 +43,16 @@ pub(crate) fn bodies(
 /// positive volume. Vertices in the same place are the same.
 ///
 /// Edges are not sorted: the numbers of their ends' hashes are summed up, with the sign of the way, and are zero in the end.
-pub(crate) fn is_body(mesh: &Mesh) -> bool {
+pub(crate) fn is_watertight(mesh: &Mesh) -> bool {
     let parts: Vec<(u64, f64)> = mesh
         .triangles
-        .par_chunks(PART)
+        .par_chunks(CHUNK)
         .map(|triangles| {
             let (mut open, mut volume) = (0u64, 0.0);
             for triangle in triangles {
                 let corners = triangle.map(|vertex| mesh.vertices[vertex as usize]);
-                let [a, b, c] = corners.map(place);
-                for way in [edge(a, b), edge(b, c), edge(c, a)] {
+                let [a, b, c] = corners.map(vertex_key);
+                for way in [edge_key(a, b), edge_key(b, c), edge_key(c, a)] {
                     open = open.wrapping_add(way);
                 }
                 let [a, b, c] = corners.map(|corner| corner - mesh.vertices[0]);
@@ -69,15 +69,15 @@ pub(crate) fn is_body(mesh: &Mesh) -> bool {
 }
 
 /// A number for a place.
-fn place(vertex: DVec3) -> u64 {
+fn vertex_key(vertex: DVec3) -> u64 {
     // -0 is 0.
     let [x, y, z] = (vertex + DVec3::ZERO).to_array().map(f64::to_bits);
-    mix(mix(mix(x) ^ y) ^ z)
+    splitmix64(splitmix64(splitmix64(x) ^ y) ^ z)
 }
 
 /// A number for the way from one place to another, which that of the way back is the negative of.
-fn edge(from: u64, to: u64) -> u64 {
-    let between = mix(mix(from.min(to)) ^ from.max(to));
+fn edge_key(from: u64, to: u64) -> u64 {
+    let between = splitmix64(splitmix64(from.min(to)) ^ from.max(to));
     match from.cmp(&to) {
         std::cmp::Ordering::Less => between,
         std::cmp::Ordering::Equal => 0,
@@ -102,15 +102,15 @@ mod tests {
 
     #[test]
     fn closed_meshes_are_bodies() {
-        assert!(is_body(&mesh(&CORNERS, &SIDES)));
+        assert!(is_watertight(&mesh(&CORNERS, &SIDES)));
         // Every triangle with corners of its own, as where textures have seams.
         let corners = SIDES.as_flattened().iter();
         let apart: Vec<_> = corners.map(|&i| CORNERS[i as usize]).collect();
         let own = [0, 3, 6, 9].map(|first| [first, first + 1, first + 2]);
-        assert!(is_body(&mesh(&apart, &own)));
+        assert!(is_watertight(&mesh(&apart, &own)));
         // Triangles without an area close nothing and open nothing.
         let flat = [&SIDES[..], &[[1, 1, 2], [2, 2, 2]]].concat();
-        assert!(is_body(&mesh(&CORNERS, &flat)));
+        assert!(is_watertight(&mesh(&CORNERS, &flat)));
     }
 
     #[test]
@@ -118,13 +118,13 @@ mod tests {
         for missing in 0..4 {
             let mut open = SIDES.to_vec();
             open.remove(missing);
-            assert!(!is_body(&mesh(&CORNERS, &open)));
+            assert!(!is_watertight(&mesh(&CORNERS, &open)));
             let mut turned = SIDES;
             turned[missing].reverse();
-            assert!(!is_body(&mesh(&CORNERS, &turned)));
+            assert!(!is_watertight(&mesh(&CORNERS, &turned)));
         }
         let inside_out = SIDES.map(|[a, b, c]| [a, c, b]);
-        assert!(!is_body(&mesh(&CORNERS, &inside_out)));
-        assert!(!is_body(&mesh(&[], &[])));
+        assert!(!is_watertight(&mesh(&CORNERS, &inside_out)));
+        assert!(!is_watertight(&mesh(&[], &[])));
     }
 }

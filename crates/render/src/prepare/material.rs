@@ -6,35 +6,38 @@ use std::sync::Arc;
 use glam::Vec3;
 use raycam_scene::Material;
 
-use crate::bsdf::{Interface, Lobe, inside, interfaces, is_clear, is_frosted, is_glossy, plain};
+use crate::bsdf::{
+    DielectricAlbedo, PhongLobe, dielectric_tables, diffuse_only, interior_absorption,
+    is_rough_reflective, is_rough_refractive, is_specular_material,
+};
 
 #[derive(Debug)]
 pub(crate) struct PreparedMaterial {
     pub material: Material,
     /// The specular lobe, where there is one.
-    pub lobe: Option<Arc<Lobe>>,
-    /// What [`plain`] says.
-    pub plain: Option<f32>,
-    /// What [`is_clear`] says.
+    pub phong_lobe: Option<Arc<PhongLobe>>,
+    /// What [`diffuse_only`] says.
+    pub diffuse_factor: Option<f32>,
+    /// What [`is_specular_material`] says.
     pub clear: bool,
-    /// What [`is_glossy`] says.
+    /// What [`is_rough_reflective`] says.
     pub glossy: bool,
-    /// What [`is_frosted`] says.
+    /// What [`is_rough_refractive`] says.
     pub frosted: bool,
-    /// What [`inside`] says.
-    pub inside: Option<Vec3>,
+    /// What [`interior_absorption`] says.
+    pub absorption: Option<Vec3>,
     /// What roughness loses where it refracts.
-    pub interfaces: Vec<Interface>,
+    pub dielectric_tables: Vec<DielectricAlbedo>,
 }
 
 pub(crate) fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial> {
-    let mut lobes: HashMap<u32, Arc<Lobe>> = HashMap::new();
+    let mut lobes: HashMap<u32, Arc<PhongLobe>> = HashMap::new();
     let mut lobe = |material: &Material| {
-        let shininess = Lobe::shininess(&material.reflectance)?;
+        let shininess = PhongLobe::shininess(&material.model)?;
         let known = lobes.entry(shininess.to_bits());
         Some(
             known
-                .or_insert_with(|| Arc::new(Lobe::new(shininess)))
+                .or_insert_with(|| Arc::new(PhongLobe::new(shininess)))
                 .clone(),
         )
     };
@@ -42,13 +45,13 @@ pub(crate) fn prepare_materials(materials: &[Material]) -> Vec<PreparedMaterial>
         .iter()
         .map(|material| PreparedMaterial {
             material: material.clone(),
-            lobe: lobe(material),
-            plain: plain(material),
-            clear: is_clear(material),
-            glossy: is_glossy(material),
-            frosted: is_frosted(material),
-            inside: inside(material),
-            interfaces: interfaces(material),
+            phong_lobe: lobe(material),
+            diffuse_factor: diffuse_only(material),
+            clear: is_specular_material(material),
+            glossy: is_rough_reflective(material),
+            frosted: is_rough_refractive(material),
+            absorption: interior_absorption(material),
+            dielectric_tables: dielectric_tables(material),
         })
         .collect()
 }

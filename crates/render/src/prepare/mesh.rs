@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
-use raycam_bvh::{BuildOptions, Bvh};
+use raycam_bvh::Bvh;
 use raycam_scene::{Mesh, World};
 use rayon::prelude::*;
 
@@ -94,7 +94,7 @@ impl PreparedMesh {
         let center = lower + (upper - lower) / 2.0;
         let vertices = center_vertices(&mesh, center);
         let bvh =
-            Bvh::build(&vertices, &mesh.triangles, &BuildOptions::default()).map_err(|source| {
+            Bvh::build(&vertices, &mesh.triangles).map_err(|source| {
                 RenderError::Build {
                     mesh: index,
                     source,

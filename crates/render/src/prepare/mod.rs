@@ -108,7 +108,7 @@ impl PreparedWorld {
             flattened: Arc::default(),
             origin,
             radius: (upper - origin).length(),
-            object_bounds: screen_mask::boxes(&objects, origin, (upper - origin).length()),
+            object_bounds: screen_mask::object_bounds(&objects, origin, (upper - origin).length()),
             dielectric_bounds: with_pool(threads, || closed_dielectric_bounds(&objects, &materials, origin))?,
             instances: objects,
             materials,
@@ -137,7 +137,7 @@ impl PreparedWorld {
 
     /// Makes the lights of the world, once its objects are there.
     pub(crate) fn build_lights(&mut self, world: &World) {
-        let lights = Lights::new(&world.lights, world.up, self.origin).with_surfaces(self);
+        let lights = Lights::new(&world.lights, world.up, self.origin).with_emissive_triangles(self);
         self.lights = Arc::new(lights);
         let dark = match world.emission_keeps_default_lights {
             true => world.lights.is_empty(),
@@ -145,7 +145,7 @@ impl PreparedWorld {
         };
         self.default_lights = dark.then(|| {
             let lights = Lights::new(&default_lights(world.up), world.up, self.origin);
-            Arc::new(lights.with_surfaces(self))
+            Arc::new(lights.with_emissive_triangles(self))
         });
     }
 

@@ -8,10 +8,10 @@
 use std::sync::{Arc, OnceLock};
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
-use raycam_scene::{Camera, Interpolation, Texture, TextureSampler, World};
+use raycam_scene::{Camera, TexelFilter, Texture, TextureSampler, World};
 
 /// Lookups along the long axis, at most.
-const MOST: f32 = 16.0;
+const MAX_ANISOTROPY: f32 = 16.0;
 
 /// A texture, and its mip map once it is asked for.
 #[derive(Debug)]
@@ -23,7 +23,7 @@ pub(crate) struct PreparedTexture {
 
 /// How wide a ray is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Cone {
+pub(crate) struct RayCone {
     /// Where it starts.
     pub width: f32,
     /// How much wider it is a metre on.
@@ -36,10 +36,10 @@ pub(crate) struct Footprint {
     axes: [Vec2; 2],
 }
 
-impl Cone {
+impl RayCone {
     /// A pixel's share of each of its samples, measured in the middle of the picture; many samples see a texture as sharp
     /// as a quarter of a pixel.
-    pub fn of_pixel(camera: &Camera, samples: u32) -> Self {
+    pub fn for_pixel(camera: &Camera, samples: u32) -> Self {
         let middle = DVec2::from(camera.size().map(f64::from)) / 2.0;
         let [(o, d), (o1, d1)] = [0.0, 1.0].map(|x| camera.ray(middle + DVec2::new(x, 0.0)));
         let share = (1.0 / f64::from(samples).sqrt()).max(0.25);
@@ -57,7 +57,7 @@ impl Cone {
     }
 
     /// The same ray after a distance.
-    pub fn after(&self, distance: f32) -> Self {
+    pub fn propagate(&self, distance: f32) -> Self {
         Self {
             width: self.width + self.spread * distance,
             ..*self
@@ -65,7 +65,7 @@ impl Cone {
     }
 
     /// What leaves a surface: mirrors keep it together, anything else ends it.
-    pub fn scattered(&self, mirrored: bool) -> Self {
+    pub fn after_scatter(&self, mirrored: bool) -> Self {
         if mirrored { *self } else { Self::default() }
     }
 }
@@ -95,7 +95,7 @@ impl Footprint {
     }
 
     /// Its axes in an image, in units of the whole image, by the corners' coordinates there.
-    pub fn in_image(&self, [a, b, c]: [Vec2; 3]) -> [Vec2; 2] {
+    pub fn in_texture(&self, [a, b, c]: [Vec2; 3]) -> [Vec2; 2] {
         self.axes.map(|axis| (b - a) * axis.x + (c - a) * axis.y)
     }
 
@@ -145,12 +145,12 @@ impl PreparedTexture {
         if self.texture.sampler.mip.is_none() || !(major > 1.0 && major.is_finite()) {
             return self.lookup(uv);
         }
-        let count = (major / minor.max(1.0)).ceil().clamp(1.0, MOST);
+        let count = (major / minor.max(1.0)).ceil().clamp(1.0, MAX_ANISOTROPY);
         let level = minor.max(major / count).max(1.0).log2();
         let mut sum = [0.0; 4];
         for i in 0..count as u32 {
             let at = Vec2::from(uv) + long * ((i as f32 + 0.5) / count - 0.5);
-            let texel = self.at_level(at.to_array(), level);
+            let texel = self.trilinear(at.to_array(), level);
             for (sum, value) in sum.iter_mut().zip(texel) {
                 *sum += value / count;
             }
@@ -158,8 +158,8 @@ impl PreparedTexture {
         sum
     }
 
-    fn at_level(&self, uv: [f32; 2], level: f32) -> [f32; 4] {
-        let levels = self.levels.get_or_init(|| levels(&self.texture));
+    fn trilinear(&self, uv: [f32; 2], level: f32) -> [f32; 4] {
+        let levels = self.levels.get_or_init(|| mip_levels(&self.texture));
         let last = levels.len() - 1;
         let first = (level as usize).min(last);
         let fine = levels[first].lookup(uv);
@@ -173,9 +173,9 @@ impl PreparedTexture {
 }
 
 /// The mip map, between whose texels all is linear.
-fn levels(texture: &Texture) -> Vec<Texture> {
+fn mip_levels(texture: &Texture) -> Vec<Texture> {
     let sampler = TextureSampler {
-        magnification: Interpolation::Linear,
+        magnification: TexelFilter::Linear,
         ..texture.sampler
     };
     let levels = texture.image.mip_map().into_iter();
@@ -205,7 +205,7 @@ mod tests {
         let corners = [DVec3::ZERO, DVec3::X * 2.0, DVec3::Y];
         let direction = Vec3::new(3f32.sqrt() / 2.0, 0.0, -0.5);
         let footprint = Footprint::new(corners, direction, 0.1);
-        let [long, short] = footprint.in_image([Vec2::ZERO, Vec2::X, Vec2::Y]);
+        let [long, short] = footprint.in_texture([Vec2::ZERO, Vec2::X, Vec2::Y]);
         assert!((long.abs() - Vec2::new(0.1, 0.0)).length() < 1e-6, "{long}");
         assert!(
             (short.abs() - Vec2::new(0.0, 0.1)).length() < 1e-6,
@@ -220,7 +220,7 @@ mod tests {
         let texture = PreparedTexture::new(Arc::new(Texture {
             image: Arc::new(image),
             sampler: TextureSampler {
-                mip: Some(Interpolation::Linear),
+                mip: Some(TexelFilter::Linear),
                 ..TextureSampler::default()
             },
         }));

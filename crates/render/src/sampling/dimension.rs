@@ -2,43 +2,43 @@
 
 /// What a pair of dimensions is for. Another purpose needs a number of its own.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Pair {
+pub(crate) enum Dimension {
     /// Where in the pixel the sample lies.
-    Filter,
+    PixelFilter,
     /// The direction of the ambient occlusion ray.
-    Ambient,
+    AmbientOcclusion,
     /// Which colour a path carries after dispersion.
-    Spectrum,
+    Wavelength,
     /// Where in the aperture.
-    Aperture,
+    Lens,
     /// When in the exposure.
-    Exposure,
+    Time,
     /// At the surfaces of a path, which count from 0: which part of the material scatters, and which light shines.
-    Which(u32),
+    LobeAndLight(u32),
     /// Where the surface scatters to.
-    Scatter(u32),
+    Bsdf(u32),
     /// Whether the surface is there, and whether the path goes on.
-    Fate(u32),
+    OpacityAndRoulette(u32),
     /// Where on each of the lights that are sampled there.
     Light(u32, usize),
 }
 
 /// More than all pairs of one surface.
-const PER_BOUNCE: u32 = 128;
+const DIMENSIONS_PER_BOUNCE: u32 = 128;
 
 /// Surfaces of a path whose pairs belong together.
-const TOGETHER: u32 = 4;
+const GROUPED_BOUNCES: u32 = 4;
 
-/// The bits of an index that [`MIXED`] is for.
-pub(crate) const MIXED_BITS: u32 = 10;
+/// The bits of an index that [`MIXING_MATRICES`] is for.
+pub(crate) const MIXING_BITS: u32 = 10;
 
 /// By what the pairs of a group differ: the lowest bits of the index of a point are multiplied by a matrix whose columns are
-/// these with ones on the diagonal, the first left out, for the pairs in the order of [`Pair::group`]. The matrices are upper
+/// these with ones on the diagonal, the first left out, for the pairs in the order of [`Dimension::group`]. The matrices are upper
 /// triangular, so that each pair is a (0, 2)-sequence. They are found by trying many, column by column, so that of the
 /// boxes of volume 2^-q in the four dimensions of two pairs, for q up to k, few hold another number than 2^(k - q) of the
 /// first 2^k points; large boxes count more, and so do pairs that matter much together: where in the pixel and what
 /// happens at the first surface, the directions taken at one surface and the next, and the light there.
-const MIXED: [[u32; 9]; 1 + 3 * TOGETHER as usize] = [
+const MIXING_MATRICES: [[u32; 9]; 1 + 3 * GROUPED_BOUNCES as usize] = [
     [0x0, 0x0, 0x0, 0x0, 0x0, 0x0, 0x0, 0x0, 0x0],
     [0x1, 0x0, 0x0, 0xd, 0x0, 0x17, 0x9, 0xfa, 0x1cc],
     [0x1, 0x0, 0x5, 0xf, 0x19, 0x32, 0x28, 0xc4, 0x5],
@@ -56,61 +56,63 @@ const MIXED: [[u32; 9]; 1 + 3 * TOGETHER as usize] = [
 
 /// Pairs that belong together.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Group {
+pub(crate) struct DimensionGroup {
     /// What these share and no other pair has.
     pub key: u32,
-    /// The row of [`MIXED`] that a pair of it has. Looked up in a loop, it would keep that from being made one of vectors.
+    /// The row of [`MIXING_MATRICES`] that a pair of it has. Looked up in a loop, it would keep that from being made one of vectors.
     pub mixed: [u32; 9],
     /// The bits of an index that those above are hashed into, each pair's own way: without, the pairs of a group would
     /// meet in the same combinations again after as many samples as these bits count.
     pub low: u32,
 }
 
-impl Pair {
+impl Dimension {
     /// No two pairs of a path share it, until after 2^25 surfaces.
     #[inline(always)]
     pub(crate) fn number(self) -> u32 {
         let at = |bounce: u32, pair: u32| {
-            PER_BOUNCE
+            DIMENSIONS_PER_BOUNCE
                 .wrapping_mul(bounce.wrapping_add(1))
                 .wrapping_add(pair)
         };
         match self {
-            Pair::Filter => 0,
-            Pair::Ambient => 1,
-            Pair::Spectrum => 2,
-            Pair::Aperture => 3,
-            Pair::Exposure => 4,
-            Pair::Which(bounce) => at(bounce, 0),
-            Pair::Scatter(bounce) => at(bounce, 1),
-            Pair::Fate(bounce) => at(bounce, 2),
-            Pair::Light(bounce, i) => at(bounce, 3 + i as u32),
+            Dimension::PixelFilter => 0,
+            Dimension::AmbientOcclusion => 1,
+            Dimension::Wavelength => 2,
+            Dimension::Lens => 3,
+            Dimension::Time => 4,
+            Dimension::LobeAndLight(bounce) => at(bounce, 0),
+            Dimension::Bsdf(bounce) => at(bounce, 1),
+            Dimension::OpacityAndRoulette(bounce) => at(bounce, 2),
+            Dimension::Light(bounce, i) => at(bounce, 3 + i as u32),
         }
     }
 
     /// Which it belongs to; most are alone.
     #[inline(always)]
-    pub(crate) fn group(self) -> Group {
+    pub(crate) fn group(self) -> DimensionGroup {
         let of = |bounce: u32, which: u32| {
-            let first = bounce - bounce % TOGETHER;
+            let first = bounce - bounce % GROUPED_BOUNCES;
             // The first group is that of where in the pixel the sample lies.
             let key = match first {
-                0 => Pair::Filter.number(),
-                _ => PER_BOUNCE.wrapping_mul(first).wrapping_add(PER_BOUNCE - 1),
+                0 => Dimension::PixelFilter.number(),
+                _ => DIMENSIONS_PER_BOUNCE
+                    .wrapping_mul(first)
+                    .wrapping_add(DIMENSIONS_PER_BOUNCE - 1),
             };
-            Group {
+            DimensionGroup {
                 key,
-                mixed: MIXED[(1 + 3 * (bounce % TOGETHER) + which) as usize],
-                low: (1 << MIXED_BITS) - 1,
+                mixed: MIXING_MATRICES[(1 + 3 * (bounce % GROUPED_BOUNCES) + which) as usize],
+                low: (1 << MIXING_BITS) - 1,
             }
         };
         match self {
-            Pair::Scatter(bounce) => of(bounce, 0),
-            Pair::Light(bounce, 0) => of(bounce, 1),
-            Pair::Which(bounce) => of(bounce, 2),
-            _ => Group {
+            Dimension::Bsdf(bounce) => of(bounce, 0),
+            Dimension::Light(bounce, 0) => of(bounce, 1),
+            Dimension::LobeAndLight(bounce) => of(bounce, 2),
+            _ => DimensionGroup {
                 key: self.number(),
-                mixed: MIXED[0],
+                mixed: MIXING_MATRICES[0],
                 low: 0,
             },
         }

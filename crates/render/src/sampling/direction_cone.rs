@@ -4,18 +4,18 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::bsdf::turn;
+use crate::bsdf::sincos_turns;
 
 /// All directions within an angle of an axis.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cone {
+pub(crate) struct DirectionCone {
     /// Of unit length.
     pub axis: DVec3,
     /// 1 - cos of the angle, which keeps its digits however narrow the cone.
     pub height: f64,
 }
 
-impl Cone {
+impl DirectionCone {
     /// The cone of this squared sine, at most a quarter turn wide.
     pub fn new(axis: DVec3, sin2: f64) -> Self {
         Self {
@@ -30,7 +30,7 @@ impl Cone {
         let cap = f64::from(x) * self.height;
         let (sin, cos) = ((cap * (2.0 - cap)).sqrt(), 1.0 - cap);
         let (right, up) = self.axis.any_orthonormal_pair();
-        let (turn_sin, turn_cos) = turn(y);
+        let (turn_sin, turn_cos) = sincos_turns(y);
         let around = right * f64::from(turn_cos) + up * f64::from(turn_sin);
         self.axis * cos + around * sin
     }

@@ -14,23 +14,23 @@ pub enum Filter {
 }
 
 /// The width of the Blackman-Harris window, in pixels.
-const WIDTH: f64 = 3.0;
-const STEPS: usize = 512;
+const WINDOW_WIDTH: f64 = 3.0;
+const TABLE_INTERVALS: usize = 512;
 
 /// A filter ready to be drawn from.
-pub(crate) enum PreparedFilter {
+pub(crate) enum FilterSampler {
     Box,
     /// The cumulative distribution from 0 to 1 over the window's width.
-    Window(Vec<f32>),
+    Tabulated(Vec<f32>),
 }
 
-impl PreparedFilter {
+impl FilterSampler {
     pub fn new(filter: Filter) -> Self {
         match filter {
             Filter::Box => Self::Box,
-            Filter::BlackmanHarris => Self::Window(
-                (0..=STEPS)
-                    .map(|i| cumulative(i as f64 / STEPS as f64) as f32)
+            Filter::BlackmanHarris => Self::Tabulated(
+                (0..=TABLE_INTERVALS)
+                    .map(|i| blackman_harris_cdf(i as f64 / TABLE_INTERVALS as f64) as f32)
                     .collect(),
             ),
         }
@@ -40,11 +40,11 @@ impl PreparedFilter {
     pub fn offset(&self, random: [f32; 2]) -> [f64; 2] {
         random.map(|x| match self {
             Self::Box => f64::from(x) - 0.5,
-            Self::Window(table) => {
-                let next = table.partition_point(|&c| c <= x).clamp(1, STEPS);
+            Self::Tabulated(table) => {
+                let next = table.partition_point(|&c| c <= x).clamp(1, TABLE_INTERVALS);
                 let (below, above) = (f64::from(table[next - 1]), f64::from(table[next]));
                 let fraction = ((f64::from(x) - below) / (above - below)).clamp(0.0, 1.0);
-                ((next as f64 - 1.0 + fraction) / STEPS as f64 - 0.5) * WIDTH
+                ((next as f64 - 1.0 + fraction) / TABLE_INTERVALS as f64 - 0.5) * WINDOW_WIDTH
             }
         })
     }
@@ -52,7 +52,7 @@ impl PreparedFilter {
 
 /// The integral of the window from 0 to x, whose whole is 1 (F. J. Harris, "On the use of windows for harmonic analysis
 /// with the discrete Fourier transform", 1978: the minimum four-term window, -92 dB).
-fn cumulative(x: f64) -> f64 {
+fn blackman_harris_cdf(x: f64) -> f64 {
     const A: [f64; 4] = [0.35875, 0.48829, 0.14128, 0.01168];
     let turn = std::f64::consts::TAU;
     let term = |k: f64| (turn * k * x).sin() / (turn * k);
@@ -65,7 +65,7 @@ mod tests {
 
     /// Mean and variance of the offsets of evenly spread random numbers.
     fn moments(filter: Filter) -> (f64, f64) {
-        let prepared = PreparedFilter::new(filter);
+        let prepared = FilterSampler::new(filter);
         let n = 1 << 16;
         let offsets: Vec<f64> = (0..n)
             .map(|i| prepared.offset([(i as f32 + 0.5) / n as f32; 2])[0])
@@ -83,13 +83,13 @@ mod tests {
         assert!(mean.abs() < 1e-6 && (variance - 1.0 / 12.0).abs() < 1e-6);
         // The variance of the window by quadrature of its definition.
         let window = |x: f64| {
-            let turn = std::f64::consts::TAU * (x / WIDTH + 0.5);
+            let turn = std::f64::consts::TAU * (x / WINDOW_WIDTH + 0.5);
             0.35875 - 0.48829 * turn.cos() + 0.14128 * (2.0 * turn).cos()
                 - 0.01168 * (3.0 * turn).cos()
         };
         let (mut sum, mut square) = (0.0, 0.0);
         for i in 0..10_000 {
-            let x = ((f64::from(i) + 0.5) / 10_000.0 - 0.5) * WIDTH;
+            let x = ((f64::from(i) + 0.5) / 10_000.0 - 0.5) * WINDOW_WIDTH;
             sum += window(x);
             square += x * x * window(x);
         }
@@ -97,8 +97,8 @@ mod tests {
         assert!(mean.abs() < 1e-4, "{mean}");
         assert!((variance / (square / sum) - 1.0).abs() < 1e-3, "{variance}");
         for random in [0.0, 1.0 - f32::EPSILON / 2.0] {
-            let [x, y] = PreparedFilter::new(Filter::BlackmanHarris).offset([random; 2]);
-            assert!(x.abs() <= WIDTH / 2.0 && x == y);
+            let [x, y] = FilterSampler::new(Filter::BlackmanHarris).offset([random; 2]);
+            assert!(x.abs() <= WINDOW_WIDTH / 2.0 && x == y);
         }
     }
 }

@@ -6,12 +6,12 @@ use crate::sampling::sampler::*;
 fn every_elementary_interval_holds_one_point() {
     // The defining property of a (0, 2)-sequence in base 2, which scrambling, shuffling and mixing keep.
     let pairs = [
-        Pair::Light(2, 1),
-        Pair::Filter,
-        Pair::Scatter(0),
-        Pair::Light(1, 0),
-        Pair::Which(2),
-        Pair::Scatter(11),
+        Dimension::Light(2, 1),
+        Dimension::PixelFilter,
+        Dimension::Bsdf(0),
+        Dimension::Light(1, 0),
+        Dimension::LobeAndLight(2),
+        Dimension::Bsdf(11),
     ];
     for (pixel, pair) in (0..60).zip(pairs.into_iter().cycle()) {
         for columns in (0..=10).map(|bits| 1 << bits) {
@@ -28,7 +28,7 @@ fn every_elementary_interval_holds_one_point() {
 }
 
 /// Of the boxes of volume 1/16 in the dimensions of two pairs, in all shapes, the share that holds a 16th of the points.
-fn even(samples: u32, pairs: [Pair; 2]) -> f64 {
+fn even(samples: u32, pairs: [Dimension; 2]) -> f64 {
     let (mut even, mut all) = (0, 0);
     for pixel in 0..4 {
         let points: Vec<_> = (0..samples)
@@ -59,21 +59,21 @@ fn even(samples: u32, pairs: [Pair; 2]) -> f64 {
 
 #[test]
 fn two_pairs_of_a_group_fill_four_dimensions() {
-    use Pair::{Fate, Filter, Light, Scatter, Which};
+    use Dimension::{Bsdf, Light, LobeAndLight, OpacityAndRoulette, PixelFilter};
     for pairs in [
-        [Filter, Scatter(0)],
-        [Filter, Light(0, 0)],
-        [Filter, Which(0)],
-        [Scatter(0), Light(1, 0)],
-        [Scatter(0), Scatter(1)],
-        [Scatter(1), Scatter(2)],
-        [Scatter(6), Light(7, 0)],
+        [PixelFilter, Bsdf(0)],
+        [PixelFilter, Light(0, 0)],
+        [PixelFilter, LobeAndLight(0)],
+        [Bsdf(0), Light(1, 0)],
+        [Bsdf(0), Bsdf(1)],
+        [Bsdf(1), Bsdf(2)],
+        [Bsdf(6), Light(7, 0)],
     ] {
         let [some, many] = [64, 256].map(|samples| even(samples, pairs));
         assert!(some > 0.9 && many == 1.0, "{pairs:?}: {some} {many}");
     }
     // Others are independent.
-    for pairs in [[Scatter(0), Fate(1)], [Scatter(3), Scatter(4)]] {
+    for pairs in [[Bsdf(0), OpacityAndRoulette(1)], [Bsdf(3), Bsdf(4)]] {
         let many = even(256, pairs);
         assert!(many < 0.5, "{pairs:?}: {many}");
     }
@@ -82,14 +82,27 @@ fn two_pairs_of_a_group_fill_four_dimensions() {
 #[test]
 fn the_pairs_of_a_group_meet_in_ever_new_combinations() {
     for pairs in [
-        [Pair::Filter, Pair::Scatter(0), Pair::Scatter(1)],
-        [Pair::Which(0), Pair::Which(1), Pair::Which(2)],
-        [Pair::Scatter(4), Pair::Light(5, 0), Pair::Which(6)],
+        [
+            Dimension::PixelFilter,
+            Dimension::Bsdf(0),
+            Dimension::Bsdf(1),
+        ],
+        [
+            Dimension::LobeAndLight(0),
+            Dimension::LobeAndLight(1),
+            Dimension::LobeAndLight(2),
+        ],
+        [
+            Dimension::Bsdf(4),
+            Dimension::Light(5, 0),
+            Dimension::LobeAndLight(6),
+        ],
     ] {
         let mut met = vec![false; 1 << 12];
         for sample in 0..1 << 14 {
             let sampler = Sampler::new(1, 0, [4, 5], sample);
-            let cell = |cell, &pair: &Pair| cell << 4 | (sampler.pair(pair)[0] * 16.0) as usize;
+            let cell =
+                |cell, &pair: &Dimension| cell << 4 | (sampler.pair(pair)[0] * 16.0) as usize;
             met[pairs.iter().fold(0, cell)] = true;
         }
         // 1024 samples meet in as many of the 4096 cells, and the next ones mostly in others.
@@ -100,7 +113,7 @@ fn the_pairs_of_a_group_meet_in_ever_new_combinations() {
 
 #[test]
 fn the_second_dimension_is_sobols() {
-    let sobol_second = |index| pascal(index).reverse_bits();
+    let sobol_second = |index| sobol_dim2(index).reverse_bits();
     // Row by row: direction numbers m are 1, 3, 5, 15, ..., each 2 m ^ m of the one before.
     let mut m: u64 = 1;
     for bit in 0..32 {
@@ -115,34 +128,41 @@ fn a_batch_has_the_numbers_of_its_samples() {
     let samplers: Vec<_> = (0..50).map(|x| Sampler::new(4, 0, [x, 2], x / 3)).collect();
     let which = || (0..50).filter(|i| i % 7 != 3);
     let mut out = vec![[2.0; 2]];
-    for pair in [Pair::Filter, Pair::Scatter(3), Pair::Light(0, 63)] {
+    for pair in [
+        Dimension::PixelFilter,
+        Dimension::Bsdf(3),
+        Dimension::Light(0, 63),
+    ] {
         Sampler::pairs(&samplers, which(), [pair], [&mut out]);
         let alone: Vec<_> = which().map(|i| samplers[i].pair(pair)).collect();
         assert_eq!(out, alone);
     }
-    assert!((0..1000).all(|i| reverse(mix(i) as u32) == (mix(i) as u32).reverse_bits()));
+    assert!(
+        (0..1000)
+            .all(|i| reverse_bits(splitmix64(i) as u32) == (splitmix64(i) as u32).reverse_bits())
+    );
 }
 
 #[test]
 fn pixels_pairs_frames_and_seeds_are_independent() {
-    let base = (5, 2, [10, 20], 3, Pair::Filter);
+    let base = (5, 2, [10, 20], 3, Dimension::PixelFilter);
     let of =
         |(seed, frame, pixel, sample, pair)| Sampler::new(seed, frame, pixel, sample).pair(pair);
     let others = [
-        (6, 2, [10, 20], 3, Pair::Filter),
-        (5, 3, [10, 20], 3, Pair::Filter),
-        (5, 2, [11, 20], 3, Pair::Filter),
-        (5, 2, [10, 21], 3, Pair::Filter),
-        (5, 2, [10, 20], 4, Pair::Filter),
-        (5, 2, [10, 20], 3, Pair::Ambient),
-        (5, 2, [10, 20], 3, Pair::Light(0, 0)),
+        (6, 2, [10, 20], 3, Dimension::PixelFilter),
+        (5, 3, [10, 20], 3, Dimension::PixelFilter),
+        (5, 2, [11, 20], 3, Dimension::PixelFilter),
+        (5, 2, [10, 21], 3, Dimension::PixelFilter),
+        (5, 2, [10, 20], 4, Dimension::PixelFilter),
+        (5, 2, [10, 20], 3, Dimension::AmbientOcclusion),
+        (5, 2, [10, 20], 3, Dimension::Light(0, 0)),
     ];
     for other in others {
         assert_ne!(of(base), of(other), "{other:?}");
     }
     let n = 20_000;
     let product = |i: u32| {
-        let at = |frame| Sampler::new(0, frame, [3, 0], 0).pair(Pair::Filter)[0] - 0.5;
+        let at = |frame| Sampler::new(0, frame, [3, 0], 0).pair(Dimension::PixelFilter)[0] - 0.5;
         f64::from(at(i) * at(i + 1))
     };
     let covariance = (0..n).map(product).sum::<f64>() / f64::from(n);
@@ -164,7 +184,7 @@ fn the_pixels_of_a_square_share_a_net() {
             let pixels = (0..side * side).map(|i| [corner[0] + i % side, corner[1] + i / side]);
             let points: Vec<_> = pixels
                 .flat_map(|pixel| (0..samples).map(move |sample| (pixel, sample)))
-                .map(|(pixel, sample)| Sampler::new(8, 0, pixel, sample).pair(Pair::Scatter(1)))
+                .map(|(pixel, sample)| Sampler::new(8, 0, pixel, sample).pair(Dimension::Bsdf(1)))
                 .collect();
             for columns in (0..=points.len().ilog2()).map(|bits| 1 << bits) {
                 let mut cells = vec![0; points.len()];
@@ -213,7 +233,9 @@ fn what_one_pixel_is_too_bright_its_neighbours_are_too_dark() {
     let mean = (2.0 / 3.0 - 2.0 / 9.0 * (1.0 - (-3f64).exp())).powi(3);
     for samples in [1, 4, 7, 16] {
         let ratio = |side, mean, f: fn([f32; 2]) -> f64| {
-            together(side, samples, mean, |sampler| f(sampler.pair(Pair::Filter)))
+            together(side, samples, mean, |sampler| {
+                f(sampler.pair(Dimension::PixelFilter))
+            })
         };
         // As numbers of samples that are no power of two are not as well spread.
         let most = if samples == 7 { 0.9 } else { 0.1 };
@@ -223,9 +245,9 @@ fn what_one_pixel_is_too_bright_its_neighbours_are_too_dark() {
         assert!(edge < most.max(0.4), "{samples}: {edge}");
         // What many dimensions do together is not spread, and may be hardly worse for it: each pixel alone does well there.
         let much = together(2, samples, mean, |sampler| {
-            let [a, b] = sampler.pair(Pair::Filter);
-            let [c, d] = sampler.pair(Pair::Scatter(0));
-            let [e, f] = sampler.pair(Pair::Light(0, 0));
+            let [a, b] = sampler.pair(Dimension::PixelFilter);
+            let [c, d] = sampler.pair(Dimension::Bsdf(0));
+            let [e, f] = sampler.pair(Dimension::Light(0, 0));
             f64::from((-3.0 * ((a - d).abs() + (c - e).abs() + (f - b).abs())).exp())
         });
         assert!(much < 1.3, "{samples}: {much}");

@@ -43,7 +43,7 @@ impl TileRenderer<'_> {
                         self.trace_batch(self.world, buffers);
                         self.shade(self.world, buffers, control)?;
                     }
-                    Some(moments) => self.shade_moving(moments, buffers, control)?,
+                    Some(moments) => self.shade_by_time_slice(moments, buffers, control)?,
                 }
             }
             buffers.active = all;

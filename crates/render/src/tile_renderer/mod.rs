@@ -6,7 +6,7 @@ pub(crate) mod rolling_shutter;
 pub(crate) mod screen_mask;
 pub(crate) mod stats;
 
-pub(crate) use crate::tile_renderer::resolve::Part;
+pub(crate) use crate::tile_renderer::resolve::TileTask;
 
 use std::sync::Arc;
 
@@ -17,33 +17,33 @@ use raycam_scene::Camera;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::channel::Channel;
-use crate::film::estimator::Estimate;
+use crate::film::estimator::PixelEstimator;
 use crate::film::film::Block;
-use crate::film::frame::Plane;
+use crate::film::frame::ImagePlane;
 use crate::film::tile::Tile;
-use crate::ground_truth::center_rays::{self, Exact};
-use crate::integrator::{self, Batch, Room};
-use crate::motion::shutter::{Lines, Moments};
+use crate::ground_truth::center_rays::{self, CenterRays};
+use crate::integrator::{self, CameraRayBatch, PathScratch};
+use crate::motion::shutter::{RowWorlds, ShutterSlices};
 use crate::prepare::PreparedWorld;
-use crate::prepare::texture::Cone;
-use crate::sampling::filter::PreparedFilter;
+use crate::prepare::texture::RayCone;
+use crate::sampling::filter::FilterSampler;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Settings, TruthSurface};
-use crate::tile_renderer::screen_mask::Cover;
-use crate::tile_renderer::stats::Tally;
+use crate::tile_renderer::screen_mask::ScreenMask;
+use crate::tile_renderer::stats::RenderStats;
 
 /// All that the tiles of one picture share.
-pub(crate) struct Picture<'a> {
+pub(crate) struct TileRenderer<'a> {
     world: &'a PreparedWorld,
     /// What the rays of samples are traced against.
     scene: &'a Scene,
     /// Where the world moves while the shutter is open.
-    moments: Option<&'a Moments<'a>>,
+    moments: Option<&'a ShutterSlices<'a>>,
     camera: &'a Camera,
     pub settings: &'a Settings,
-    filter: PreparedFilter,
+    filter: FilterSampler,
     /// The part of the middle pixel that a sample stands for.
-    cone: Cone,
+    cone: RayCone,
     /// Whether pixel-centre rays are needed, whether samples are, and whether either are looked at for more than the
     /// ground truth.
     exact: bool,
@@ -58,17 +58,17 @@ pub(crate) struct Picture<'a> {
     scattered: bool,
     /// Whether the error of the colour is estimated.
     estimated: bool,
-    tally: Tally,
+    tally: RenderStats,
     /// Which blocks show anything, and what a pixel of the others is; `None` where all are to be traced.
-    cover: Option<(Cover, Vec<(Channel, Plane)>)>,
+    cover: Option<(ScreenMask, Vec<(Channel, ImagePlane)>)>,
 }
 
 /// What a thread needs for a tile; kept from tile to tile.
 #[derive(Default)]
-pub(crate) struct Buffers {
+pub(crate) struct ThreadScratch {
     pixels: Vec<[u32; 2]>,
     blocks: Vec<Block>,
-    exact: Exact,
+    exact: CenterRays,
     rays: Vec<Ray>,
     hits: Vec<Hit>,
     /// Scene-local.
@@ -78,7 +78,7 @@ pub(crate) struct Buffers {
     /// The numbers that say where in the pixel.
     offsets: Vec<[f32; 2]>,
     /// Of the paths of a batch.
-    room: Room,
+    room: PathScratch,
     radiance: Vec<Vec3>,
     sky: Vec<bool>,
     /// The pixels that get more samples.
@@ -87,17 +87,17 @@ pub(crate) struct Buffers {
     batch: Vec<(usize, u32)>,
     /// Of worlds that move, the world that the exact ray of each pixel sees.
     seen: Vec<Arc<PreparedWorld>>,
-    lines: Lines,
-    pub estimate: Estimate,
+    lines: RowWorlds,
+    pub estimate: PixelEstimator,
 }
 
 /// Samples after which a pixel may stop, and then each power of two: enough to trust the estimated error.
-const FIRST_BARRIER: u32 = 64;
+const FIRST_ADAPTIVE_CHECK: u32 = 64;
 
-impl<'a> Picture<'a> {
+impl<'a> TileRenderer<'a> {
     pub fn new(
         world: &'a PreparedWorld,
-        moments: Option<&'a Moments<'a>>,
+        moments: Option<&'a ShutterSlices<'a>>,
         camera: &'a Camera,
         settings: &'a Settings,
         region: [u32; 4],
@@ -110,26 +110,26 @@ impl<'a> Picture<'a> {
         let estimated = asked(Channel::Error) || settings.noise.is_some();
         let sampled = !single && shaded;
         // A moment that is seen by few rays is not worth a tree of its own.
-        let many = sampled && colored && settings.integrator.scatters() && moments.is_none();
+        let many = sampled && colored && settings.integrator.traces_secondary_rays() && moments.is_none();
         let [width, height] = camera.size().map(u64::from);
         let exact = single || settings.channels.iter().any(|channel| channel.is_truth());
         if exact && moments.is_none() {
-            world.expect_exact(u64::from(region[2]) * u64::from(region[3]));
+            world.note_exact_rays(u64::from(region[2]) * u64::from(region[3]));
         }
         if colored {
-            integrator::guide(world, settings);
+            integrator::build_caustic_maps(world, settings);
         }
         let mut picture = Self {
             world,
             scene: match many {
-                true => world.scene_for(width * height * u64::from(settings.samples)),
+                true => world.scene_for_samples(width * height * u64::from(settings.samples)),
                 false => &world.scene,
             },
             moments,
             camera,
             settings,
-            filter: PreparedFilter::new(settings.filter),
-            cone: Cone::of_pixel(camera, settings.samples),
+            filter: FilterSampler::new(settings.filter),
+            cone: RayCone::for_pixel(camera, settings.samples),
             exact,
             sampled,
             shaded,
@@ -138,10 +138,10 @@ impl<'a> Picture<'a> {
             colored,
             scattered: camera.aperture().is_some() || camera.motion().is_some(),
             estimated,
-            tally: Tally::default(),
+            tally: RenderStats::default(),
             cover: None,
         };
-        picture.cover = Cover::new(&world.boxes, camera, region)
+        picture.cover = ScreenMask::new(&world.object_bounds, camera, region)
             .and_then(|cover| Some((cover, picture.background()?)));
         picture
     }
@@ -177,7 +177,7 @@ impl<'a> Picture<'a> {
     pub fn trace(
         &self,
         tile: &Tile,
-        buffers: &mut Buffers,
+        buffers: &mut ThreadScratch,
         control: &Control,
     ) -> Result<(), RenderError> {
         self.begin(tile, buffers, control)?;
@@ -185,7 +185,7 @@ impl<'a> Picture<'a> {
             return Ok(());
         }
         let samples = self.settings.samples;
-        let (mut taken, mut barrier) = (0, FIRST_BARRIER);
+        let (mut taken, mut barrier) = (0, FIRST_ADAPTIVE_CHECK);
         while taken < samples {
             let until = match self.settings.noise {
                 Some(_) => barrier.min(samples),
@@ -195,7 +195,7 @@ impl<'a> Picture<'a> {
             taken = until;
             barrier = barrier.saturating_mul(2);
             if let Some(noise) = self.settings.noise {
-                let Buffers {
+                let ThreadScratch {
                     active, estimate, ..
                 } = &mut *buffers;
                 // Every pixel by itself, so that it does not depend on the tile.
@@ -212,7 +212,7 @@ impl<'a> Picture<'a> {
             let spent = pixels.map(|pixel| u64::from(estimate.samples(pixel))).sum();
             let noisy = |&&pixel: &&usize| estimate.error(pixel) > noise;
             let unfinished = buffers.active.iter().filter(noisy).count() as u64;
-            self.tally.spend(spent, unfinished);
+            self.tally.add_samples(spent, unfinished);
         }
         Ok(())
     }
@@ -221,8 +221,8 @@ impl<'a> Picture<'a> {
     pub fn resume(
         &self,
         tile: &Tile,
-        buffers: &mut Buffers,
-        state: &mut Estimate,
+        buffers: &mut ThreadScratch,
+        state: &mut PixelEstimator,
         control: &Control,
     ) -> Result<(), RenderError> {
         self.lay_out(tile, buffers);
@@ -233,12 +233,12 @@ impl<'a> Picture<'a> {
     }
 
     /// The blocks of a tile, and the pixels of those that anything may be seen in.
-    fn lay_out(&self, tile: &Tile, Buffers { pixels, blocks, .. }: &mut Buffers) {
+    fn lay_out(&self, tile: &Tile, ThreadScratch { pixels, blocks, .. }: &mut ThreadScratch) {
         pixels.clear();
         blocks.clear();
         for block in tile.blocks() {
             let cover = self.cover.as_ref();
-            let seen = cover.is_none_or(|(cover, _)| cover.meets(&block));
+            let seen = cover.is_none_or(|(cover, _)| cover.covers(&block));
             blocks.push((block, seen.then_some(pixels.len())));
             if seen {
                 block.add_rows(pixels);
@@ -251,7 +251,7 @@ impl<'a> Picture<'a> {
     pub fn begin(
         &self,
         tile: &Tile,
-        buffers: &mut Buffers,
+        buffers: &mut ThreadScratch,
         control: &Control,
     ) -> Result<(), RenderError> {
         self.lay_out(tile, buffers);
@@ -262,7 +262,7 @@ impl<'a> Picture<'a> {
         control.check()?;
         self.look(buffers, control)?;
         if self.shaded && self.exact && !self.sampled {
-            self.by_lines(buffers, |world, buffers| {
+            self.for_each_row_world(buffers, |world, buffers| {
                 self.take_exact(world, buffers);
                 self.shade(world, buffers, control)
             })?;
@@ -274,15 +274,15 @@ impl<'a> Picture<'a> {
     }
 
     /// The exact rays, where they are needed.
-    fn look(&self, buffers: &mut Buffers, control: &Control) -> Result<(), RenderError> {
+    fn look(&self, buffers: &mut ThreadScratch, control: &Control) -> Result<(), RenderError> {
         buffers.seen.clear();
         if !self.exact {
             return Ok(());
         }
         match self.moments {
-            Some(moments) if moments.is_rolling() => self.look_by_lines(moments, buffers, control),
+            Some(moments) if moments.is_rolling() => self.trace_center_rays_by_row(moments, buffers, control),
             _ => {
-                let Buffers { pixels, exact, .. } = buffers;
+                let ThreadScratch { pixels, exact, .. } = buffers;
                 exact.find(self.world, self.camera, pixels, self.settings, self.passing);
                 Ok(())
             }
@@ -290,8 +290,8 @@ impl<'a> Picture<'a> {
     }
 
     /// The exact rays of the active pixels as those of the first sample.
-    fn take_exact(&self, world: &PreparedWorld, buffers: &mut Buffers) {
-        let Buffers {
+    fn take_exact(&self, world: &PreparedWorld, buffers: &mut ThreadScratch) {
+        let ThreadScratch {
             pixels,
             exact,
             hits,
@@ -304,7 +304,11 @@ impl<'a> Picture<'a> {
         } = buffers;
         let rays = || active.iter().map(|&i| &exact.rays[i]);
         hits.clear();
-        hits.extend(active.iter().map(|&i| center_rays::rounded(&exact.hits[i])));
+        hits.extend(
+            active
+                .iter()
+                .map(|&i| center_rays::to_float_hit(&exact.hits[i])),
+        );
         origins.clear();
         origins.extend(rays().map(|ray| DVec3::from(ray.origin) - world.origin));
         directions.clear();
@@ -323,10 +327,10 @@ impl<'a> Picture<'a> {
     fn shade(
         &self,
         world: &PreparedWorld,
-        buffers: &mut Buffers,
+        buffers: &mut ThreadScratch,
         control: &Control,
     ) -> Result<(), RenderError> {
-        let Buffers {
+        let ThreadScratch {
             exact,
             hits,
             origins,
@@ -358,9 +362,9 @@ impl<'a> Picture<'a> {
         radiance.resize(hits.len(), Vec3::ZERO);
         sky.clear();
         sky.resize(hits.len(), false);
-        let batch = Batch {
+        let batch = CameraRayBatch {
             scene: self.scene(world),
-            cone: self.cone,
+            ray_cone: self.cone,
             origins,
             directions,
             hits,
@@ -380,7 +384,7 @@ impl<'a> Picture<'a> {
             }
             let gain = match last {
                 Some((known, gain)) if known == pixel => gain,
-                _ => self.camera.gain(self.center_of(pixels[pixel])) as f32,
+                _ => self.camera.vignetting_factor(self.center_of(pixels[pixel])) as f32,
             };
             last = Some((pixel, gain));
             let brightest = radiance.max_element();

@@ -4,27 +4,27 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::channel::Channel;
 use crate::film::film::Film;
-use crate::film::frame::Plane;
-use crate::film::output_plane::{self, Target};
+use crate::film::frame::ImagePlane;
+use crate::film::output_plane::{self, OutputPlane};
 use crate::film::tile::Tile;
-use crate::film::tile_writer::Page;
-use crate::ground_truth::center_rays::Exact;
-use crate::ground_truth::channels::{Found, Told};
+use crate::film::tile_writer::RowWriter;
+use crate::ground_truth::center_rays::CenterRays;
+use crate::ground_truth::channels::{ChannelReader, TriangleCache};
 use crate::integrator;
 use crate::settings::Settings;
-use crate::tile_renderer::{Buffers, Picture};
+use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
 /// What a thread does at a time.
-pub(crate) enum Part {
+pub(crate) enum TileTask {
     /// A tile whose rays are traced.
     Trace(Tile),
     /// So many tiles, as one, that show nothing but the background.
-    Fill(Tile, usize),
+    Background(Tile, usize),
 }
 
-impl Picture<'_> {
+impl TileRenderer<'_> {
     /// Writes a tile's pixels to the film.
-    pub fn develop(&self, tile: &Tile, buffers: &Buffers, film: &Film) {
+    pub fn resolve(&self, tile: &Tile, buffers: &ThreadScratch, film: &Film) {
         let estimate = &buffers.estimate;
         let mut turned = vec![];
         if self.camera.motion().is_some() {
@@ -32,10 +32,10 @@ impl Picture<'_> {
             turned.extend(pixels.map(|&pixel| self.camera.rotation_at(self.center_of(pixel))));
         }
         let exact = &buffers.exact;
-        let told = Told::new(exact, self.world, &buffers.seen, self.camera.r(), &turned);
+        let told = ChannelReader::new(exact, self.world, &buffers.seen, self.camera.r(), &turned);
         let background = self.cover.as_ref().map_or(&[][..], |(_, pixel)| pixel);
-        let mut corners = Found::new(None);
-        let write = |channel: Channel, page: &mut Page| {
+        let mut corners = TriangleCache::new(None);
+        let write = |channel: Channel, page: &mut RowWriter| {
             use Channel as C;
             match channel {
                 C::Color => page.put(|i| estimate.color(i).to_array()),
@@ -63,31 +63,31 @@ impl Picture<'_> {
 
     /// What there is to do for tiles: those that anything may be seen in, which take the longest, then the others, which
     /// are written in rows as long as can be.
-    pub fn parts(&self, tiles: &[Tile]) -> Vec<Part> {
+    pub fn tasks(&self, tiles: &[Tile]) -> Vec<TileTask> {
         let Some((cover, _)) = &self.cover else {
-            return tiles.iter().copied().map(Part::Trace).collect();
+            return tiles.iter().copied().map(TileTask::Trace).collect();
         };
-        let seen = |tile: &&Tile| tile.blocks().any(|block| cover.meets(&block));
+        let seen = |tile: &&Tile| tile.blocks().any(|block| cover.covers(&block));
         let (seen, blank): (Vec<_>, Vec<_>) = tiles.iter().partition(seen);
         let blank = Tile::joined(blank).into_iter();
-        let fill = blank.map(|(tile, count)| Part::Fill(tile, count));
-        seen.into_iter().map(Part::Trace).chain(fill).collect()
+        let fill = blank.map(|(tile, count)| TileTask::Background(tile, count));
+        seen.into_iter().map(TileTask::Trace).chain(fill).collect()
     }
 
     /// Does it, one part.
-    pub fn do_part(
+    pub fn run_task(
         &self,
-        part: &Part,
-        buffers: &mut Buffers,
+        part: &TileTask,
+        buffers: &mut ThreadScratch,
         film: &Film,
         control: &Control,
     ) -> Result<(), RenderError> {
         match part {
-            Part::Trace(tile) => {
+            TileTask::Trace(tile) => {
                 self.trace(tile, buffers, control)?;
-                self.develop(tile, buffers, film);
+                self.resolve(tile, buffers, film);
             }
-            Part::Fill(tile, count) => {
+            TileTask::Background(tile, count) => {
                 control.check()?;
                 let background = self.cover.as_ref().map_or(&[][..], |(_, pixel)| pixel);
                 film.fill(tile, background);
@@ -98,14 +98,14 @@ impl Picture<'_> {
     }
 
     /// A pixel of which all rays meet nothing, where that is the same all over the picture.
-    pub(crate) fn background(&self) -> Option<Vec<(Channel, Plane)>> {
+    pub(crate) fn background(&self) -> Option<Vec<(Channel, ImagePlane)>> {
         let Settings { time, clamp, .. } = self.settings;
         if self.estimated || time.is_some() || self.camera.vignetting().is_some() {
             return None;
         }
-        let mut buffers = Buffers {
-            exact: Exact::nothing(),
-            ..Buffers::default()
+        let mut buffers = ThreadScratch {
+            exact: CenterRays::nothing(),
+            ..ThreadScratch::default()
         };
         let estimate = &mut buffers.estimate;
         estimate.reset(1, false);
@@ -122,10 +122,10 @@ impl Picture<'_> {
         }
         let pixel = [0, 0, 1, 1];
         let mut planes = output_plane::planes(pixel, &self.settings.channels).ok()?;
-        let film = Film::new(pixel, planes.iter_mut().map(Target::of))?;
+        let film = Film::new(pixel, planes.iter_mut().map(OutputPlane::of))?;
         for tile in Tile::of_region(pixel) {
             self.lay_out(&tile, &mut buffers);
-            self.develop(&tile, &buffers, &film);
+            self.resolve(&tile, &buffers, &film);
         }
         drop(film);
         Some(planes)

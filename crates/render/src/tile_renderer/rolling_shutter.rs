@@ -5,21 +5,21 @@ use std::sync::Arc;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::film::tile::TILE;
-use crate::motion::shutter::Moments;
+use crate::film::tile::TILE_SIZE;
+use crate::motion::shutter::ShutterSlices;
 use crate::prepare::PreparedWorld;
-use crate::sampling::sampler::Pair;
-use crate::tile_renderer::{Buffers, Picture};
+use crate::sampling::sampler::Dimension;
+use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
-impl Picture<'_> {
+impl TileRenderer<'_> {
     /// The exact rays of pixels whose lines open one after another.
-    pub(crate) fn look_by_lines(
+    pub(crate) fn trace_center_rays_by_row(
         &self,
-        moments: &Moments<'_>,
-        buffers: &mut Buffers,
+        moments: &ShutterSlices<'_>,
+        buffers: &mut ThreadScratch,
         control: &Control,
     ) -> Result<(), RenderError> {
-        let Buffers {
+        let ThreadScratch {
             pixels,
             exact,
             seen,
@@ -27,18 +27,18 @@ impl Picture<'_> {
             ..
         } = buffers;
         for &pixel in &*pixels {
-            let (at, most) = (self.center_of(pixel), 2 * TILE as usize);
-            seen.push(moments.of_line(self.camera, at, lines, most, control)?);
+            let (at, most) = (self.center_of(pixel), 2 * TILE_SIZE as usize);
+            seen.push(moments.cached_row_world(self.camera, at, lines, most, control)?);
         }
         exact.find_each(seen, self.camera, pixels, self.settings, self.passing);
         Ok(())
     }
 
     /// Does the same to the active pixels of each world in turn that their exact rays see.
-    pub(crate) fn by_lines(
+    pub(crate) fn for_each_row_world(
         &self,
-        buffers: &mut Buffers,
-        mut each: impl FnMut(&PreparedWorld, &mut Buffers) -> Result<(), RenderError>,
+        buffers: &mut ThreadScratch,
+        mut each: impl FnMut(&PreparedWorld, &mut ThreadScratch) -> Result<(), RenderError>,
     ) -> Result<(), RenderError> {
         if buffers.seen.is_empty() {
             return each(self.world, buffers);
@@ -65,23 +65,23 @@ impl Picture<'_> {
     }
 
     /// The batch at hand, each sample of the world in the slice of time in which it sees it.
-    pub(crate) fn shade_moving(
+    pub(crate) fn shade_by_time_slice(
         &self,
-        moments: &Moments<'_>,
-        buffers: &mut Buffers,
+        moments: &ShutterSlices<'_>,
+        buffers: &mut ThreadScratch,
         control: &Control,
     ) -> Result<(), RenderError> {
         let mut slices: BTreeMap<usize, Vec<(usize, u32)>> = BTreeMap::new();
         for (i, sample) in std::mem::take(&mut buffers.batch) {
             let sampler = self.sample_of(self.sampler(buffers.pixels[i]), sample);
-            let pixel = self.spread(buffers.pixels[i], sampler.pair(Pair::Filter));
+            let pixel = self.spread(buffers.pixels[i], sampler.pair(Dimension::PixelFilter));
             let (_, part) = self.scatter(&sampler);
-            let slice = moments.slice(self.camera, pixel, part);
+            let slice = moments.slice_index(self.camera, pixel, part);
             slices.entry(slice).or_default().push((i, sample));
         }
         for (slice, some) in slices {
             buffers.batch = some;
-            let world = moments.of_slice(slice, control)?;
+            let world = moments.world_in_slice(slice, control)?;
             self.trace_batch(world, buffers);
             self.shade(world, buffers, control)?;
         }

@@ -22,7 +22,7 @@ const EPS64: f64 = 1e-12;
 const MIN_DEPTH_RATIO: f64 = 1e-6;
 
 /// Boxes in the world that all objects lie in.
-pub(crate) fn boxes(objects: &[PreparedInstance], origin: DVec3, radius: f64) -> Vec<[DVec3; 2]> {
+pub(crate) fn object_bounds(objects: &[PreparedInstance], origin: DVec3, radius: f64) -> Vec<[DVec3; 2]> {
     let each = (MAX_BOXES / objects.len().max(1)).max(1);
     let boxes = objects.iter().flat_map(|object| {
         let blur = object.error_extent(MAX_ORIGIN_RADII * radius);
@@ -45,10 +45,10 @@ pub(crate) fn boxes(objects: &[PreparedInstance], origin: DVec3, radius: f64) ->
 /// The blocks of a region that something may be seen in.
 pub(crate) struct ScreenMask {
     /// The first pixel.
-    from: [u32; 2],
+    first_pixel: [u32; 2],
     /// Blocks in a row.
-    across: usize,
-    seen: Vec<bool>,
+    blocks_per_row: usize,
+    covered: Vec<bool>,
 }
 
 impl ScreenMask {
@@ -62,12 +62,12 @@ impl ScreenMask {
         let [x, y, width, height] = region;
         let across = width.div_ceil(RAY_BLOCK) as usize;
         let mut cover = Self {
-            from: [x, y],
-            across,
-            seen: vec![false; across * height.div_ceil(RAY_BLOCK) as usize],
+            first_pixel: [x, y],
+            blocks_per_row: across,
+            covered: vec![false; across * height.div_ceil(RAY_BLOCK) as usize],
         };
         for &bounds in boxes {
-            let [lower, upper] = match image(camera, bounds)? {
+            let [lower, upper] = match project_bounds(camera, bounds)? {
                 ScreenBounds::Behind => continue,
                 ScreenBounds::Rect(ends) => ends,
             };
@@ -77,19 +77,19 @@ impl ScreenMask {
             let (width, height) = (width.min(end.x as u32), height.min(end.y as u32));
             let columns = first.x as usize / RAY_BLOCK as usize..width.div_ceil(RAY_BLOCK) as usize;
             for row in first.y as usize / RAY_BLOCK as usize..height.div_ceil(RAY_BLOCK) as usize {
-                if let Some(seen) = cover.seen[row * across..][..across].get_mut(columns.clone()) {
+                if let Some(seen) = cover.covered[row * across..][..across].get_mut(columns.clone()) {
                     seen.fill(true);
                 }
             }
         }
-        cover.seen.contains(&false).then_some(cover)
+        cover.covered.contains(&false).then_some(cover)
     }
 
     /// Whether anything may be seen in a block of [`Tile::blocks`].
-    pub fn meets(&self, block: &Tile) -> bool {
+    pub fn covers(&self, block: &Tile) -> bool {
         let [column, row] =
-            [block.x - self.from[0], block.y - self.from[1]].map(|at| at / RAY_BLOCK);
-        self.seen[row as usize * self.across + column as usize]
+            [block.x - self.first_pixel[0], block.y - self.first_pixel[1]].map(|at| at / RAY_BLOCK);
+        self.covered[row as usize * self.blocks_per_row + column as usize]
     }
 }
 
@@ -102,7 +102,7 @@ enum ScreenBounds {
 }
 
 /// Where a box is seen; `None` where that is not known.
-fn image(camera: &Camera, bounds: [DVec3; 2]) -> Option<ScreenBounds> {
+fn project_bounds(camera: &Camera, bounds: [DVec3; 2]) -> Option<ScreenBounds> {
     let k = camera.k();
     let focal = DVec3::new(k.x_axis.x, k.y_axis.x, k.y_axis.y)
         .abs()
@@ -255,7 +255,7 @@ mod tests {
             prepared.object_bounds.push([DVec3::NEG_INFINITY, DVec3::INFINITY]);
             assert!(ScreenMask::new(&prepared.object_bounds, &camera, region).is_none());
             assert!(quick == render(&prepared), "round {round}");
-            let seen = cover.map_or(vec![true], |cover| cover.seen);
+            let seen = cover.map_or(vec![true], |cover| cover.covered);
             left_out += usize::from(!seen.contains(&true));
             shown += usize::from(!seen.contains(&false));
             mixed += usize::from(seen.contains(&true) && seen.contains(&false));
@@ -280,7 +280,7 @@ mod tests {
         let camera = Camera::new(k, DMat3::IDENTITY, DVec3::ZERO, size, PixelCenter::Integer);
         let cover = ScreenMask::new(&prepared.object_bounds, &camera.unwrap(), [0, 0, 80, 60]).unwrap();
         // Its image is around (2.5, 5), 2.5 pixels in radius: 2 x 2 blocks with the margin.
-        let seen: Vec<_> = (0..cover.seen.len()).filter(|&i| cover.seen[i]).collect();
+        let seen: Vec<_> = (0..cover.covered.len()).filter(|&i| cover.covered[i]).collect();
         assert_eq!(seen, [0, 1, 10, 11]);
     }
 }

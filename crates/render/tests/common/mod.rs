@@ -2,23 +2,23 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 
 use glam::{DAffine3, DVec3};
-use raycam_render::{Channel, Control, Frame, Plane, PreparedWorld, Settings};
+use raycam_render::{Channel, Control, Frame, ImagePlane, PreparedWorld, Settings};
 use raycam_scene::camera::intrinsics_from_fov;
 use raycam_scene::mesh::primitive;
 use raycam_scene::world::Object;
-use raycam_scene::{Camera, Light, Material, Mesh, PixelCenter, Reflectance, World};
+use raycam_scene::{Camera, Light, Material, Mesh, PixelCenter, MaterialModel, World};
 
 /// The lecture's material.
 pub fn material(color: [f32; 3], diffuse: f32, specular: f32, shininess: f32) -> Material {
     let specular = [specular; 3];
-    let reflectance = Reflectance::Lecture {
+    let reflectance = MaterialModel::Phong {
         diffuse,
         specular,
         shininess,
     };
     Material {
         color,
-        reflectance,
+        model: reflectance,
         ..Material::default()
     }
 }
@@ -68,31 +68,31 @@ pub fn all_channels() -> Vec<Channel> {
 
 pub fn f32s(frame: &Frame, channel: Channel) -> &[f32] {
     match frame.plane(channel) {
-        Some(Plane::F32 { data, .. }) => data,
+        Some(ImagePlane::F32 { data, .. }) => data,
         other => panic!("{channel:?}: {other:?}"),
     }
 }
 
 pub fn f64s(frame: &Frame, channel: Channel) -> &[f64] {
     match frame.plane(channel) {
-        Some(Plane::F64 { data, .. }) => data,
+        Some(ImagePlane::F64 { data, .. }) => data,
         other => panic!("{channel:?}: {other:?}"),
     }
 }
 
 pub fn i32s(frame: &Frame, channel: Channel) -> &[i32] {
     match frame.plane(channel) {
-        Some(Plane::I32 { data, .. }) => data,
+        Some(ImagePlane::I32 { data, .. }) => data,
         other => panic!("{channel:?}: {other:?}"),
     }
 }
 
 /// The bits of every value of a frame: what "the same bytes" means, NaN included.
 pub fn bits(frame: &Frame) -> Vec<(Channel, Vec<u64>)> {
-    let of = |plane: &Plane| match plane {
-        Plane::F32 { data, .. } => data.iter().map(|v| u64::from(v.to_bits())).collect(),
-        Plane::F64 { data, .. } => data.iter().map(|v| v.to_bits()).collect(),
-        Plane::I32 { data, .. } => data.iter().map(|&v| v as u64).collect(),
+    let of = |plane: &ImagePlane| match plane {
+        ImagePlane::F32 { data, .. } => data.iter().map(|v| u64::from(v.to_bits())).collect(),
+        ImagePlane::F64 { data, .. } => data.iter().map(|v| v.to_bits()).collect(),
+        ImagePlane::I32 { data, .. } => data.iter().map(|&v| v as u64).collect(),
     };
     frame.planes.iter().map(|(c, p)| (*c, of(p))).collect()
 }
@@ -136,13 +136,13 @@ pub fn still_life() -> World {
         angular_diameter: 0.0,
     };
     world.add_light(sun).unwrap();
-    let bulb = Light::Bulb {
+    let bulb = Light::Point {
         position: [2.0, -2.0, 3.0],
         power: Some([90.0; 3]),
         intensity: None,
         radius: 0.3,
     };
     world.add_light(bulb).unwrap();
-    world.add_light(Light::even_sky([0.1, 0.12, 0.2])).unwrap();
+    world.add_light(Light::uniform_sky([0.1, 0.12, 0.2])).unwrap();
     world
 }

@@ -5,113 +5,115 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 use raycam_bvh::Hit;
-use raycam_scene::{Material, Reflectance};
+use raycam_scene::{Material, MaterialModel};
 
-use crate::bsdf::batch::rough_dielectric_params::Frosts;
-pub(crate) use crate::bsdf::batch::rough_dielectric_sample::FindFrosted;
+use crate::bsdf::batch::rough_dielectric_params::RoughDielectricParams;
 use crate::bsdf::batch::rough_dielectric_sample::Goes;
-use crate::bsdf::principled::{Lookup, Seen};
-use crate::bsdf::{ScatterSample, Values, dielectric, is_smooth, principled};
-use crate::interaction::Places;
-use crate::lobes::albedo_tables::{Albedo, Rows, Tables, multiple, tables};
-use crate::lobes::ggx::Facets;
-use crate::lobes::shading_frame::{Frame, cosine_density};
+pub(crate) use crate::bsdf::batch::rough_dielectric_sample::SampleRoughDielectric;
+use crate::bsdf::principled::{TextureLookup, ViewContext};
+use crate::bsdf::{BsdfEvals, BsdfSample, dielectric, is_smooth, principled};
+use crate::interaction::SurfaceInteractions;
+use crate::lobes::albedo_tables::{
+    Albedo, AlbedoRow, AlbedoTables, albedo_tables, multi_scatter_color,
+};
+use crate::lobes::ggx::MicrofacetEval;
+use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf};
 use crate::prepare::PreparedWorld;
-use crate::soa::{Three, get, set};
+use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// Points of rough interfaces that refract what they do not reflect. Each lane is computed as it would be alone.
 #[derive(Debug)]
-pub(crate) struct FrostedPoints<const N: usize> {
+pub(crate) struct RoughDielectricBsdfBatch<const N: usize> {
     /// Which lanes are such, and whether any is.
-    pub is: [bool; N],
-    any: bool,
-    normal: Three<f32, N>,
-    pub(crate) made: Frosts<N>,
-    pub(crate) seen: Views<N>,
-    pub(crate) goes: Goes<N>,
+    pub is_active: [bool; N],
+    any_active: bool,
+    normal: Vec3xN<f32, N>,
+    pub(crate) params: RoughDielectricParams<N>,
+    pub(crate) view_terms: ViewTerms<N>,
+    pub(crate) samples: Goes<N>,
 }
 
 /// What depends on the view alone.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Views<const N: usize> {
+pub(crate) struct ViewTerms<const N: usize> {
     /// The normal, bent where needed so that the viewer sees it, and the view along tangent, bitangent and normal.
-    normal: Three<f32, N>,
-    pub(crate) view: Three<f32, N>,
+    normal: Vec3xN<f32, N>,
+    pub(crate) wo: Vec3xN<f32, N>,
     /// What reflection alone loses of the view, and what it keeps in the mean.
-    lost: [f32; N],
-    kept: [f32; N],
+    energy_loss: [f32; N],
+    mean_albedo: [f32; N],
     /// The colour of what the interface's own lobe gives back.
-    multiple: Three<f32, N>,
+    multi_scatter: Vec3xN<f32, N>,
     /// As [`crate::bsdf::multiscatter_dielectric::Between`] has them.
-    between: [bool; N],
-    given_back: Three<f32, N>,
-    lost_between: Three<f32, N>,
-    total: Three<f32, N>,
+    has_multiscatter: [bool; N],
+    compensation: Vec3xN<f32, N>,
+    multiscatter_loss: Vec3xN<f32, N>,
+    mean_loss: Vec3xN<f32, N>,
     /// How often one microfacet, and what leaves after several of them on either side, are sampled.
-    pub(crate) shares: [[f32; N]; 3],
+    pub(crate) lobe_probabilities: [[f32; N]; 3],
 }
 
-impl<const N: usize> Default for Views<N> {
+impl<const N: usize> Default for ViewTerms<N> {
     fn default() -> Self {
         Self {
             normal: [[0.0; N]; 3],
-            view: [[0.0; N]; 3],
-            lost: [0.0; N],
-            kept: [1.0; N],
-            multiple: [[0.0; N]; 3],
-            between: [false; N],
-            given_back: [[0.0; N]; 3],
-            lost_between: [[0.0; N]; 3],
-            total: [[1.0; N]; 3],
-            shares: [[0.0; N]; 3],
+            wo: [[0.0; N]; 3],
+            energy_loss: [0.0; N],
+            mean_albedo: [1.0; N],
+            multi_scatter: [[0.0; N]; 3],
+            has_multiscatter: [false; N],
+            compensation: [[0.0; N]; 3],
+            multiscatter_loss: [[0.0; N]; 3],
+            mean_loss: [[1.0; N]; 3],
+            lobe_probabilities: [[0.0; N]; 3],
         }
     }
 }
 
-impl<const N: usize> Default for FrostedPoints<N> {
+impl<const N: usize> Default for RoughDielectricBsdfBatch<N> {
     fn default() -> Self {
         Self {
-            is: [false; N],
-            any: false,
+            is_active: [false; N],
+            any_active: false,
             normal: [[0.0; N]; 3],
-            made: Frosts::default(),
-            seen: Views::default(),
-            goes: Goes::default(),
+            params: RoughDielectricParams::default(),
+            view_terms: ViewTerms::default(),
+            samples: Goes::default(),
         }
     }
 }
 
 /// Whether points of a material may be frosted ones.
-pub(crate) fn is_frosted(material: &Material) -> bool {
-    match &material.reflectance {
-        Reflectance::Glass(glass) => {
+pub(crate) fn is_rough_refractive(material: &Material) -> bool {
+    match &material.model {
+        MaterialModel::Glass(glass) => {
             !(glass.thin || is_smooth(glass.roughness)) && glass.dispersion == 0.0
         }
-        Reflectance::Principled(p) => principled::is_frosted(p),
+        MaterialModel::Principled(p) => principled::is_rough_refractive(p),
         _ => false,
     }
 }
 
-impl<const N: usize> FrostedPoints<N> {
+impl<const N: usize> RoughDielectricBsdfBatch<N> {
     /// Forgets all.
     #[inline]
-    pub fn begin(&mut self) {
-        self.is = [false; N];
-        self.any = false;
+    pub fn clear(&mut self) {
+        self.is_active = [false; N];
+        self.any_active = false;
     }
 
     /// Whether there is any.
     #[inline]
     pub fn any(&self) -> bool {
-        self.any
+        self.any_active
     }
 
-    /// Sets a lane, where the point there is frosted; its material is. `around` is the index of refraction of what is around
+    /// Sets a lane, where the point there is frosted; its material is. `outside_ior` is the index of refraction of what is around
     /// its matter.
     #[inline]
-    pub fn put(
+    pub fn set_lane(
         &mut self,
-        (places, lane): (&Places<N>, usize),
+        (places, lane): (&SurfaceInteractions<N>, usize),
         world: &PreparedWorld,
         hit: &Hit,
         channel: Option<usize>,
@@ -119,120 +121,126 @@ impl<const N: usize> FrostedPoints<N> {
     ) {
         let prepared = world.material(hit);
         let (material, footprint) = (&prepared.material, places.footprint(lane));
-        let (mut normal, front) = (places.normal(lane), places.front(lane));
+        let (mut normal, front) = (places.shading_normal(lane), places.is_front(lane));
         if let Some(map) = material.normal_map {
             let mapped = world.mapped_normal(&map, hit, footprint, normal, front);
             normal = mapped.unwrap_or(normal);
         }
-        let base = world.base_color_of(prepared, hit, footprint);
-        let interface = prepared.interface(channel);
-        let layers = match &material.reflectance {
-            Reflectance::Glass(glass) => {
+        let base = world.base_color_with(prepared, hit, footprint);
+        let interface = prepared.dielectric_albedo(channel);
+        let layers = match &material.model {
+            MaterialModel::Glass(glass) => {
                 let eta = dielectric::eta(glass, front, channel, around);
-                dielectric::layers(glass, eta, base, interface)
+                dielectric::layer_stack(glass, eta, base, interface)
             }
-            Reflectance::Principled(p) => {
-                let lookup = Lookup::new(world, hit, footprint);
-                let seen = Seen {
+            MaterialModel::Principled(p) => {
+                let lookup = TextureLookup::new(world, hit, footprint);
+                let seen = ViewContext {
                     channel,
-                    around,
-                    interface,
-                    ..Seen::at(places, lane, base)
+                    outside_ior: around,
+                    dielectric_albedo: interface,
+                    ..ViewContext::for_lane(places, lane, base)
                 };
-                principled::layers(p, &lookup, &seen)
+                principled::layer_stack(p, &lookup, &seen)
             }
             _ => return,
         };
         let index = world.material_index(hit.instance, hit.triangle);
-        if self.made.put(lane, &layers, index) {
-            set(&mut self.normal, lane, normal.to_array());
-            self.is[lane] = true;
-            self.any = true;
+        if self.params.set_lane(lane, &layers, index) {
+            set_lane(&mut self.normal, lane, normal.to_array());
+            self.is_active[lane] = true;
+            self.any_active = true;
         }
     }
 
     /// The direction in which light goes on, and where its ray starts.
     #[inline]
-    pub fn sample(&self, lane: usize) -> Option<(ScatterSample, Vec3)> {
-        let goes = &self.goes;
+    pub fn sample(&self, lane: usize) -> Option<(BsdfSample, Vec3)> {
+        let goes = &self.samples;
         goes.goes[lane].then(|| {
-            let sample = ScatterSample {
-                direction: get(&goes.direction, lane).into(),
-                weight: get(&goes.weight, lane).into(),
+            let sample = BsdfSample {
+                wi: get_lane(&goes.direction, lane).into(),
+                weight: get_lane(&goes.weight, lane).into(),
                 pdf: goes.pdf[lane],
-                delta: false,
-                squeeze: goes.squeeze[lane],
+                is_specular: false,
+                eta_scale: goes.squeeze[lane],
             };
-            (sample, get(&goes.start, lane).into())
+            (sample, get_lane(&goes.start, lane).into())
         })
     }
 
     #[inline(always)]
-    pub(crate) fn frame(&self, places: &Places<N>, lane: usize) -> Frame {
+    pub(crate) fn shading_frame(
+        &self,
+        places: &SurfaceInteractions<N>,
+        lane: usize,
+    ) -> ShadingFrame {
         places
-            .frame(lane)
-            .about(get(&self.seen.normal, lane).into())
+            .shading_frame(lane)
+            .with_axis(get_lane(&self.view_terms.normal, lane).into())
     }
 
     /// The values of light from these directions.
     #[inline(always)]
-    pub fn evaluate(
+    pub fn eval(
         &self,
         world: &PreparedWorld,
-        places: &Places<N>,
-        directions: &Three<f32, N>,
-    ) -> Values<N> {
-        let (tables, made, seen) = (tables(), &self.made, &self.seen);
+        places: &SurfaceInteractions<N>,
+        directions: &Vec3xN<f32, N>,
+    ) -> BsdfEvals<N> {
+        let (tables, made, seen) = (albedo_tables(), &self.params, &self.view_terms);
         let (mut lights, mut up, mut there) = ([[0.0; N]; 3], [false; N], [false; N]);
         for lane in 0..N {
-            let light = Vec3::from(get(directions, lane));
-            let l = self.frame(places, lane).local(light);
-            up[lane] = places.geometric(lane).dot(light) > 0.0;
+            let light = Vec3::from(get_lane(directions, lane));
+            let l = self.shading_frame(places, lane).to_local(light);
+            up[lane] = places.geometric_normal(lane).dot(light) > 0.0;
             there[lane] = (up[lane] == (l.z > 0.0)) & (l.z != 0.0);
-            set(&mut lights, lane, l.to_array());
+            set_lane(&mut lights, lane, l.to_array());
         }
         let (mut lost, mut heights) = ([0.0; N], [0.0; N]);
         for lane in 0..N {
             heights[lane] = lights[2][lane].abs();
-            let rows = Rows::new(&made.ggx(lane));
-            lost[lane] = 1.0 - rows.at(tables, heights[lane])[0];
+            let rows = AlbedoRow::new(&made.ggx(lane));
+            lost[lane] = 1.0 - rows.albedo_at(tables, heights[lane])[0];
         }
         let other: [bool; N] = std::array::from_fn(|lane| lights[2][lane] < 0.0);
-        let lanes = (0..N).filter(|&lane| self.is[lane] & there[lane] & seen.between[lane]);
-        let all = made.lost(world, lanes, &other, &heights);
-        let between = self.between(&all, &lost, &heights);
+        let lanes =
+            (0..N).filter(|&lane| self.is_active[lane] & there[lane] & seen.has_multiscatter[lane]);
+        let all = made.energy_loss(world, lanes, &other, &heights);
+        let between = self.eval_multiscatter(&all, &lost, &heights);
         // One microfacet: that of a mirror, or of a refraction.
         let (mut cosines, mut facets) = ([0.0; N], [[0.0; N]; 2]);
         for lane in 0..N {
-            let (v, l) = (Vec3::from(get(&seen.view, lane)), get(&lights, lane));
+            let (v, l) = (Vec3::from(get_lane(&seen.wo, lane)), get_lane(&lights, lane));
             let (ggx, eta) = (made.ggx(lane), made.eta[lane]);
-            let mirror = Facets::new(&ggx, v, l.into());
-            let refraction = made.refraction(lane, v, l.into());
+            let mirror = MicrofacetEval::new(&ggx, v, l.into());
+            let refraction = made.eval_refraction(lane, v, l.into());
             let shares = if up[lane] {
-                [mirror.cosine, mirror.seen, mirror.pdf]
+                [mirror.cosine, mirror.weight, mirror.pdf]
             } else {
                 let (squeeze, facets) = refraction;
                 [
                     facets.cosine,
-                    facets.seen * squeeze,
+                    facets.weight * squeeze,
                     facets.pdf * eta * eta * squeeze,
                 ]
             };
             [cosines[lane], facets[0][lane], facets[1][lane]] = shares;
         }
-        let (reflected, over) = made.reflected(&cosines);
-        let mut values = Values::default();
+        let (reflected, over) = made.reflectance(&cosines);
+        let mut values = BsdfEvals::default();
         for lane in 0..N {
             let (cosine, is_up) = (lights[2][lane], up[lane]);
-            let reflected = Vec3::from(get(&reflected, lane));
-            let rest = (Vec3::ONE - Vec3::from(get(&over, lane))) * made.transmission(lane);
-            let mirrors = mirrors(reflected, rest);
-            let [specular, above, below] = [0, 1, 2].map(|lobe: usize| seen.shares[lobe][lane]);
-            let mean = 1.0 - seen.kept[lane];
-            let back = seen.lost[lane] * lost[lane] / mean;
+            let reflected = Vec3::from(get_lane(&reflected, lane));
+            let rest = (Vec3::ONE - Vec3::from(get_lane(&over, lane))) * made.transmission(lane);
+            let mirrors = reflect_probability(reflected, rest);
+            let [specular, above, below] =
+                [0, 1, 2].map(|lobe: usize| seen.lobe_probabilities[lobe][lane]);
+            let mean = 1.0 - seen.mean_albedo[lane];
+            let back = seen.energy_loss[lane] * lost[lane] / mean;
             let back = if mean > 1e-6 { back } else { 0.0 };
-            let multiple = Vec3::from(get(&seen.multiple, lane)) * (back * cosine * FRAC_1_PI);
-            let between = Vec3::from(get(&between, lane));
+            let multiple = Vec3::from(get_lane(&seen.multi_scatter, lane)) * (back * cosine * FRAC_1_PI);
+            let between = Vec3::from(get_lane(&between, lane));
             let single = if is_up { reflected } else { rest } * facets[0][lane];
             let value = if is_up {
                 single + multiple + between
@@ -244,64 +252,79 @@ impl<const N: usize> FrostedPoints<N> {
             } else {
                 [below, (1.0 - mirrors) * specular]
             };
-            let pdf = cosine_density(heights[lane]) * many + facets[1][lane] * one;
+            let pdf = cosine_hemisphere_pdf(heights[lane]) * many + facets[1][lane] * one;
             let value = if there[lane] { value } else { Vec3::ZERO };
             values.pdf[lane] = if there[lane] { pdf } else { 0.0 };
-            set(&mut values.value, lane, value.to_array());
+            set_lane(&mut values.value, lane, value.to_array());
         }
         values
     }
 
     /// What leaves after several microfacets, times the cosine: by what one loses of light, with refraction and without.
     #[inline(always)]
-    fn between(&self, all: &Three<f32, N>, lost: &[f32; N], heights: &[f32; N]) -> Three<f32, N> {
-        let (made, seen) = (&self.made, &self.seen);
+    fn eval_multiscatter(
+        &self,
+        all: &Vec3xN<f32, N>,
+        lost: &[f32; N],
+        heights: &[f32; N],
+    ) -> Vec3xN<f32, N> {
+        let (made, seen) = (&self.params, &self.view_terms);
         let mut between = [[0.0; N]; 3];
         for lane in 0..N {
-            let [all, back, view, total] = [all, &seen.given_back, &seen.lost_between, &seen.total]
-                .map(|lanes: &Three<f32, N>| Vec3::from(get(lanes, lane)));
+            let [all, back, view, total] = [
+                all,
+                &seen.compensation,
+                &seen.multiscatter_loss,
+                &seen.mean_loss,
+            ]
+            .map(|lanes: &Vec3xN<f32, N>| Vec3::from(get_lane(lanes, lane)));
             let lost = (all - back * lost[lane]).max(Vec3::ZERO);
             let value = view * lost / total * (heights[lane] * FRAC_1_PI);
             let value = value * made.transmission(lane);
-            let value = if seen.between[lane] {
+            let value = if seen.has_multiscatter[lane] {
                 value
             } else {
                 Vec3::ZERO
             };
-            set(&mut between, lane, value.to_array());
+            set_lane(&mut between, lane, value.to_array());
         }
         between
     }
 
     /// What depends on the view.
     #[inline(always)]
-    pub(crate) fn see(&mut self, world: &PreparedWorld, places: &Places<N>, tables: &Tables) {
-        let made = &self.made;
-        let mut seen = Views::default();
+    pub(crate) fn prepare_view(
+        &mut self,
+        world: &PreparedWorld,
+        places: &SurfaceInteractions<N>,
+        tables: &AlbedoTables,
+    ) {
+        let made = &self.params;
+        let mut seen = ViewTerms::default();
         let (mut at, mut means) = ([[0.0; N]; 2], [0.0; N]);
         for lane in 0..N {
-            let frame = places.frame(lane);
-            let normal = frame.seen(get(&self.normal, lane).into());
-            let view = frame.about(normal).local(frame.view);
-            set(&mut seen.normal, lane, normal.to_array());
-            set(&mut seen.view, lane, view.to_array());
+            let frame = places.shading_frame(lane);
+            let normal = frame.bend_towards_viewer(get_lane(&self.normal, lane).into());
+            let view = frame.with_axis(normal).to_local(frame.wo);
+            set_lane(&mut seen.normal, lane, normal.to_array());
+            set_lane(&mut seen.wo, lane, view.to_array());
         }
-        let heights = seen.view[2];
+        let heights = seen.wo[2];
         for lane in 0..N {
-            let rows = Rows::new(&made.ggx(lane));
-            [at[0][lane], at[1][lane]] = rows.at(tables, heights[lane]);
-            [means[lane], _] = rows.mean(tables);
+            let rows = AlbedoRow::new(&made.ggx(lane));
+            [at[0][lane], at[1][lane]] = rows.albedo_at(tables, heights[lane]);
+            [means[lane], _] = rows.mean_albedo(tables);
         }
-        let (reflected, over) = made.reflected(&heights);
-        let found = made.between(world, self.is, &heights);
+        let (reflected, over) = made.reflectance(&heights);
+        let found = made.view_losses(world, self.is_active, &heights);
         let mean = |color: Vec3| color.element_sum() / 3.0;
         for lane in 0..N {
             let (at, kept) = ([at[0][lane], at[1][lane]], means[lane]);
             let lost = 1.0 - at[0];
             let own = Albedo::new(made.ends(lane), at, kept);
-            let given_back = multiple(made.over(lane), kept);
-            let [all, up, down] = [&found.all, &found.mean[0], &found.mean[1]]
-                .map(|lanes: &Three<f32, N>| Vec3::from(get(lanes, lane)));
+            let given_back = multi_scatter_color(made.over(lane), kept);
+            let [all, up, down] = [&found.loss, &found.mean_loss[0], &found.mean_loss[1]]
+                .map(|lanes: &Vec3xN<f32, N>| Vec3::from(get_lane(lanes, lane)));
             let lost_view = (all - given_back * lost).max(Vec3::ZERO);
             let [up, down] =
                 [up, down].map(|all| (all - given_back * (1.0 - kept)).max(Vec3::ZERO));
@@ -316,44 +339,47 @@ impl<const N: usize> FrostedPoints<N> {
                 [0.0; 2]
             };
             let passed = mean(made.transmission(lane));
-            let alone = if made.by_table(lane) {
-                own.single
+            let alone = if made.uses_table(lane) {
+                own.single_scatter
             } else {
-                Vec3::from(get(&reflected, lane)) * (1.0 - lost)
+                Vec3::from(get_lane(&reflected, lane)) * (1.0 - lost)
             };
-            let alone = [mean(alone), 1.0 - mean(get(&over, lane).into())];
-            let known = [found.kept[0][lane], found.kept[1][lane]];
+            let alone = [mean(alone), 1.0 - mean(get_lane(&over, lane).into())];
+            let known = [found.single_scatter[0][lane], found.single_scatter[1][lane]];
             let [single, below] = if between { known } else { alone };
             let weights = [
                 single + passed * below,
-                mean(own.multiple) + passed * sides[0],
+                mean(own.multi_scatter) + passed * sides[0],
                 passed * sides[1],
             ];
             let sum = weights[0] + weights[1] + weights[2];
             let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-            for (share, weight) in seen.shares.iter_mut().zip(weights) {
+            for (share, weight) in seen.lobe_probabilities.iter_mut().zip(weights) {
                 share[lane] = weight * scale;
             }
-            seen.between[lane] = between;
-            seen.lost[lane] = lost;
-            seen.kept[lane] = kept;
+            seen.has_multiscatter[lane] = between;
+            seen.energy_loss[lane] = lost;
+            seen.mean_albedo[lane] = kept;
             let colors = [
-                (&mut seen.multiple, multiple(made.ends(lane), kept)),
-                (&mut seen.given_back, given_back),
-                (&mut seen.lost_between, lost_view),
-                (&mut seen.total, total),
+                (
+                    &mut seen.multi_scatter,
+                    multi_scatter_color(made.ends(lane), kept),
+                ),
+                (&mut seen.compensation, given_back),
+                (&mut seen.multiscatter_loss, lost_view),
+                (&mut seen.mean_loss, total),
             ];
             for (lanes, color) in colors {
-                set(lanes, lane, color.to_array());
+                set_lane(lanes, lane, color.to_array());
             }
         }
-        self.seen = seen;
+        self.view_terms = seen;
     }
 }
 
 /// How often one microfacet is asked to reflect, by what it reflects and what it lets through.
 #[inline(always)]
-pub(crate) fn mirrors(reflected: Vec3, rest: Vec3) -> f32 {
+pub(crate) fn reflect_probability(reflected: Vec3, rest: Vec3) -> f32 {
     let reflected = reflected.element_sum();
     let both = reflected + rest.element_sum();
     if both > 0.0 { reflected / both } else { 1.0 }

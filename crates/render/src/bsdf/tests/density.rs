@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use crate::bsdf::Value;
+use crate::bsdf::BsdfEval;
 use crate::bsdf::tests::*;
 use crate::sampling::chi_squared::{limit, statistic};
 
@@ -57,13 +57,13 @@ const SAMPLES: usize = 1 << 20;
 /// What is wrong with it.
 fn check(
     name: &str,
-    scatter: &Scatter,
-    frame: &Frame,
+    scatter: &Bsdf,
+    frame: &ShadingFrame,
     refracted: Vec3,
     tests: usize,
     random: &mut Random,
 ) -> Option<String> {
-    let v = frame.view.as_dvec3();
+    let v = frame.wo.as_dvec3();
     let charts = [
         Chart::new(DVec3::new(-v.x, -v.y, v.z), 1.0),
         Chart::new(refracted.as_dvec3().normalize(), -1.0),
@@ -79,7 +79,7 @@ fn check(
                 let Some((direction, solid)) = chart.at(place) else {
                     continue;
                 };
-                let pdf = f64::from(scatter.evaluate(frame, direction.as_vec3()).pdf);
+                let pdf = f64::from(scatter.eval(frame, direction.as_vec3()).pdf);
                 expected[(side * OUT + x / FINE) * AROUND + y / FINE] +=
                     pdf * solid / (OUT * FINE * AROUND * FINE) as f64;
             }
@@ -91,7 +91,7 @@ fn check(
     const SPREAD: usize = 1 << 19;
     for i in 0..SPREAD {
         let sample = scatter.sample(frame, spread(i as u32));
-        kept += f64::from(u8::from(sample.is_some_and(|sample| !sample.delta)));
+        kept += f64::from(u8::from(sample.is_some_and(|sample| !sample.is_specular)));
     }
     let kept = kept / SPREAD as f64;
     if (total - kept).abs() > 1e-3 {
@@ -100,12 +100,12 @@ fn check(
     let mut seen = vec![0.0f64; 2 * OUT * AROUND];
     for i in 0..SAMPLES {
         let numbers = [random.next(), random.next(), random.next()];
-        let Some(sample) = scatter.sample(frame, numbers).filter(|s| !s.delta) else {
+        let Some(sample) = scatter.sample(frame, numbers).filter(|s| !s.is_specular) else {
             continue;
         };
-        let d = sample.direction.as_dvec3();
+        let d = sample.wi.as_dvec3();
         if i % 16 == 0 {
-            let Value { value, pdf } = scatter.evaluate(frame, sample.direction);
+            let BsdfEval { value, pdf } = scatter.eval(frame, sample.wi);
             let off = (value / pdf - sample.weight).abs().max_element();
             assert!(
                 off <= 1e-5 * sample.weight.max_element() && (pdf / sample.pdf - 1.0).abs() <= 1e-5,
@@ -127,13 +127,13 @@ fn check(
 }
 
 /// Where a lobe that refracts is seen, or what lies opposite.
-fn refracted(name: &str, frame: &Frame) -> Vec3 {
+fn refracted(name: &str, frame: &ShadingFrame) -> Vec3 {
     let eta = match name.split(' ').collect::<Vec<_>>()[..] {
         ["glass", _, "false", "true"] | ["solid", _, "true"] => 1.5,
         ["glass", _, "false", "false"] | ["solid", _, "false"] => 1.0 / 1.5,
         _ => 1.0,
     };
-    crate::lobes::fresnel::refract(frame.view, Vec3::Z, eta).unwrap_or(-frame.view)
+    crate::lobes::fresnel::refract(frame.wo, Vec3::Z, eta).unwrap_or(-frame.wo)
 }
 
 #[test]

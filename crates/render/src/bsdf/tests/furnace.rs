@@ -5,13 +5,13 @@ use glam::Vec3;
 use crate::bsdf::tests::*;
 
 /// What comes back of a white sky, by well spread samples; radiance that refraction squeezes counts as light.
-fn furnace(scatter: &Scatter, frame: &Frame, samples: u32) -> Vec3 {
+fn furnace(scatter: &Bsdf, frame: &ShadingFrame, samples: u32) -> Vec3 {
     let mut sum = glam::DVec3::ZERO;
     for i in 0..samples {
         if let Some(sample) = scatter.sample(frame, spread(i)) {
             assert!(sample.weight.is_finite() && sample.weight.min_element() >= 0.0);
-            assert!((sample.direction.length() - 1.0).abs() < 1e-4);
-            sum += (sample.weight * sample.squeeze).as_dvec3();
+            assert!((sample.wi.length() - 1.0).abs() < 1e-4);
+            sum += (sample.weight * sample.eta_scale).as_dvec3();
         }
     }
     (sum / f64::from(samples)).as_vec3()
@@ -103,8 +103,8 @@ fn sampling_finds_all_that_evaluation_knows() {
                 let (sin, cos) = (std::f32::consts::TAU * y).sin_cos();
                 let height = 1.0 - 2.0 * x;
                 let across = (1.0 - height * height).sqrt();
-                let direction = frame.world(Vec3::new(across * cos, across * sin, height));
-                let value = scatter.evaluate(&frame, direction).value.x;
+                let direction = frame.to_world(Vec3::new(across * cos, across * sin, height));
+                let value = scatter.eval(&frame, direction).value.x;
                 known += f64::from(4.0 * std::f32::consts::PI * value);
                 let sample = scatter.sample(&frame, spread(i));
                 found += sample.map_or(0.0, |sample| f64::from(sample.weight.x));

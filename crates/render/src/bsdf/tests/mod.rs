@@ -10,31 +10,31 @@ use std::sync::LazyLock;
 use glam::Vec3;
 use raycam_scene::{Glass, Metal};
 
-use crate::bsdf::layered::{Layered, Layers};
-use crate::bsdf::phong::Lecture;
-use crate::bsdf::{Scatter, Scattering};
-use crate::lobes::albedo_dielectric::{Curve, Interface};
-use crate::lobes::clearcoat::Coat;
+use crate::bsdf::layered::{LayerStack, LayeredBsdf};
+use crate::bsdf::phong::ModifiedPhong;
+use crate::bsdf::{Bsdf, BsdfModel};
+use crate::lobes::albedo_dielectric::{DielectricAlbedo, FresnelModel};
+use crate::lobes::clearcoat::Clearcoat;
 use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::Ggx;
-use crate::lobes::phong_lobe::Lobe;
-use crate::lobes::shading_frame::Frame;
+use crate::lobes::phong_lobe::PhongLobe;
+use crate::lobes::shading_frame::ShadingFrame;
 use crate::lobes::sheen::Sheen;
-use crate::lobes::thin_film::Film;
+use crate::lobes::thin_film::ThinFilm;
 
 /// A flat surface seen at an angle, in degrees.
-fn frame(degrees: f32, turn: f32) -> Frame {
+fn frame(degrees: f32, turn: f32) -> ShadingFrame {
     let (sin, cos) = degrees.to_radians().sin_cos();
     seen_from(Vec3::new(sin * turn.cos(), sin * turn.sin(), cos))
 }
 
-pub(crate) fn seen_from(view: Vec3) -> Frame {
-    Frame {
+pub(crate) fn seen_from(view: Vec3) -> ShadingFrame {
+    ShadingFrame {
         geometric: Vec3::Z,
         normal: Vec3::Z,
         tangent: Vec3::X,
         bitangent: Vec3::Y,
-        view,
+        wo: view,
     }
 }
 
@@ -58,33 +58,33 @@ pub(crate) fn over_the_hemisphere(f: impl Fn(Vec3) -> f32) -> f64 {
 }
 
 /// A white dielectric without anything else.
-fn plastic(roughness: f32) -> Layers<'static> {
+fn plastic(roughness: f32) -> LayerStack<'static> {
     let fresnel = Fresnel::Schlick {
         f0: Vec3::splat(0.04),
         f90: Vec3::ONE,
-        inside: None,
+        eta: None,
     };
-    Layers {
+    LayerStack {
         fresnel,
-        over: fresnel,
+        base_fresnel: fresnel,
         ggx: Ggx::isotropic(roughness),
         diffuse: Vec3::ONE,
-        through: Vec3::ZERO,
+        diffuse_transmission: Vec3::ZERO,
         transmission: Vec3::ZERO,
         eta: 1.0,
-        interface: None,
+        dielectric_albedo: None,
         coat: None,
         sheen: None,
     }
 }
 
-fn white_metal(roughness: f32) -> Layers<'static> {
+fn white_metal(roughness: f32) -> LayerStack<'static> {
     let fresnel = Fresnel::Schlick {
         f0: Vec3::ONE,
         f90: Vec3::ONE,
-        inside: None,
+        eta: None,
     };
-    Layers {
+    LayerStack {
         fresnel,
         diffuse: Vec3::ZERO,
         ..plastic(roughness)
@@ -92,20 +92,20 @@ fn white_metal(roughness: f32) -> Layers<'static> {
 }
 
 /// A metal that is rougher along the tangent, as `KHR_materials_anisotropy` has it.
-fn brushed(roughness: f32, strength: f32) -> Layers<'static> {
+fn brushed(roughness: f32, strength: f32) -> LayerStack<'static> {
     let alpha = (roughness * roughness).max(1e-3);
-    Layers {
+    LayerStack {
         ggx: Ggx {
-            x: alpha + (1.0 - alpha) * strength * strength,
-            y: alpha,
+            alpha_x: alpha + (1.0 - alpha) * strength * strength,
+            alpha_y: alpha,
         },
         ..white_metal(0.0)
     }
 }
 
-fn coated<'a>(layers: Layers<'a>, frame: &Frame) -> Layers<'a> {
-    Layers {
-        coat: Some(Coat {
+fn coated<'a>(layers: LayerStack<'a>, frame: &ShadingFrame) -> LayerStack<'a> {
+    LayerStack {
+        coat: Some(Clearcoat {
             weight: 0.8,
             ggx: Ggx::isotropic(0.3),
             frame: *frame,
@@ -114,41 +114,46 @@ fn coated<'a>(layers: Layers<'a>, frame: &Frame) -> Layers<'a> {
     }
 }
 
-static EXACT: LazyLock<Interface> = LazyLock::new(|| Interface::new(1.5, Curve::Exact));
-static SCHLICK: LazyLock<Interface> = LazyLock::new(|| Interface::new(1.5, Curve::Schlick));
+static EXACT: LazyLock<DielectricAlbedo> =
+    LazyLock::new(|| DielectricAlbedo::new(1.5, FresnelModel::Exact));
+static SCHLICK: LazyLock<DielectricAlbedo> =
+    LazyLock::new(|| DielectricAlbedo::new(1.5, FresnelModel::Schlick));
 
 /// White principled matter with an inside, of index 1.5.
-fn solid(roughness: f32, front: bool) -> Layers<'static> {
+fn solid(roughness: f32, front: bool) -> LayerStack<'static> {
     let eta = if front { 1.5 } else { 1.0 / 1.5 };
     let fresnel = Fresnel::Schlick {
         f0: Vec3::splat(0.04),
         f90: Vec3::ONE,
-        inside: (!front).then_some(eta),
+        eta: (!front).then_some(eta),
     };
-    Layers {
+    LayerStack {
         fresnel,
-        over: fresnel,
+        base_fresnel: fresnel,
         diffuse: Vec3::ZERO,
         transmission: Vec3::ONE,
         eta,
-        interface: Some(&SCHLICK),
+        dielectric_albedo: Some(&SCHLICK),
         ..plastic(roughness)
     }
 }
 
-const FILM: Film = Film {
+const FILM: ThinFilm = ThinFilm {
     ior: 1.4,
     thickness: 450.0,
 };
 
-type Make = Box<dyn Fn(&Frame) -> Scatter<'static>>;
+type Make = Box<dyn Fn(&ShadingFrame) -> Bsdf<'static>>;
 /// What something is called with its roughness, and how it is made.
 type Named = Vec<(String, Make)>;
 
 /// Every kind of scattering by name: lossless ones, and the rest.
 fn all() -> (Named, Named) {
-    fn layers(name: String, make: impl Fn(&Frame) -> Layers<'static> + 'static) -> (String, Make) {
-        let make = move |frame: &Frame| Scatter::Layered(Layered::new(make(frame), frame));
+    fn layers(
+        name: String,
+        make: impl Fn(&ShadingFrame) -> LayerStack<'static> + 'static,
+    ) -> (String, Make) {
+        let make = move |frame: &ShadingFrame| Bsdf::Layered(LayeredBsdf::new(make(frame), frame));
         (name, Box::new(make))
     }
     let mut lossless = vec![];
@@ -161,16 +166,16 @@ fn all() -> (Named, Named) {
             plastic(roughness)
         }));
         lossless.push(layers(format!("translucent {roughness}"), move |_| {
-            Layers {
+            LayerStack {
                 diffuse: Vec3::splat(0.3),
-                through: Vec3::splat(0.7),
+                diffuse_transmission: Vec3::splat(0.7),
                 ..plastic(roughness)
             }
         }));
         lossy.push(layers(format!("coated {roughness}"), move |frame| {
             coated(plastic(roughness), frame)
         }));
-        lossy.push(layers(format!("cloth {roughness}"), move |_| Layers {
+        lossy.push(layers(format!("cloth {roughness}"), move |_| LayerStack {
             sheen: Some(Sheen {
                 color: Vec3::ONE,
                 roughness,
@@ -178,22 +183,22 @@ fn all() -> (Named, Named) {
             ..plastic(0.5)
         }));
         lossy.push(layers(format!("film {roughness}"), move |_| {
-            let fresnel = Fresnel::Film {
-                film: FILM,
+            let fresnel = Fresnel::ThinFilm {
+                thin_film: FILM,
                 f0: Vec3::splat(0.04),
                 f90: Vec3::ONE,
-                share: 1.0,
+                weight: 1.0,
             };
-            Layers {
+            LayerStack {
                 fresnel,
-                over: fresnel,
+                base_fresnel: fresnel,
                 ..plastic(roughness)
             }
         }));
         lossless.push(layers(format!("brushed {roughness}"), move |_| {
             brushed(roughness, 0.7)
         }));
-        lossless.push(layers(format!("thin {roughness}"), move |_| Layers {
+        lossless.push(layers(format!("thin {roughness}"), move |_| LayerStack {
             diffuse: Vec3::splat(0.2),
             transmission: Vec3::splat(0.8),
             ..plastic(roughness)
@@ -211,11 +216,11 @@ fn all() -> (Named, Named) {
                     ..Glass::default()
                 };
                 let name = format!("glass {roughness} {thin} {front}");
-                let make = move |frame: &Frame| {
+                let make = move |frame: &ShadingFrame| {
                     let eta = crate::bsdf::dielectric::eta(&glass, front, None, 1.0);
                     let layers =
-                        crate::bsdf::dielectric::layers(&glass, eta, Vec3::ONE, Some(&EXACT));
-                    Scatter::Layered(Layered::new(layers, frame))
+                        crate::bsdf::dielectric::layer_stack(&glass, eta, Vec3::ONE, Some(&EXACT));
+                    Bsdf::Layered(LayeredBsdf::new(layers, frame))
                 };
                 lossless.push((name, Box::new(make)));
             }
@@ -224,25 +229,25 @@ fn all() -> (Named, Named) {
             roughness,
             ..Metal::named("gold").unwrap()
         };
-        let make = move |frame: &Frame| {
-            Scatter::Layered(Layered::new(
-                crate::bsdf::conductor::layers(&gold, Vec3::ONE),
+        let make = move |frame: &ShadingFrame| {
+            Bsdf::Layered(LayeredBsdf::new(
+                crate::bsdf::conductor::layer_stack(&gold, Vec3::ONE),
                 frame,
             ))
         };
         lossy.push((format!("gold {roughness}"), Box::new(make)));
     }
-    let matte = |_: &Frame| {
-        Scatter::Lecture(Lecture {
+    let matte = |_: &ShadingFrame| {
+        Bsdf::Phong(ModifiedPhong {
             diffuse: Vec3::ONE,
             specular: Vec3::ZERO,
             lobe: None,
         })
     };
     lossless.push(("matte".into(), Box::new(matte)));
-    let lobe: &'static Lobe = Box::leak(Box::new(Lobe::new(20.0)));
-    let lecture = move |_: &Frame| {
-        Scatter::Lecture(Lecture {
+    let lobe: &'static PhongLobe = Box::leak(Box::new(PhongLobe::new(20.0)));
+    let lecture = move |_: &ShadingFrame| {
+        Bsdf::Phong(ModifiedPhong {
             diffuse: Vec3::splat(0.6),
             specular: Vec3::splat(0.4),
             lobe: Some(lobe),

@@ -21,7 +21,7 @@ fn light_may_go_both_ways() {
             let (a, b) = (direction(), direction());
             let value = |v: Vec3, l: Vec3| {
                 let frame = seen_from(v);
-                make(&frame).evaluate(&frame, l).value / l.z
+                make(&frame).eval(&frame, l).value / l.z
             };
             let (there, back) = (value(a, b), value(b, a));
             let off = (there - back).abs().max_element();
@@ -44,10 +44,10 @@ fn refraction_is_squeezed_by_the_index() {
         let frame = seen_from(v);
         let eta = dielectric::eta(&glass, front, None, 1.0);
         let scatter = {
-            let layers = dielectric::layers(&glass, eta, Vec3::ONE, Some(&EXACT));
-            Scatter::Layered(Layered::new(layers, &frame))
+            let layers = dielectric::layer_stack(&glass, eta, Vec3::ONE, Some(&EXACT));
+            Bsdf::Layered(LayeredBsdf::new(layers, &frame))
         };
-        scatter.evaluate(&frame, l).value.x / l.z.abs()
+        scatter.eval(&frame, l).value.x / l.z.abs()
     };
     let (above, below) = (
         Vec3::new(0.5, 0.2, 0.8).normalize(),

@@ -1,7 +1,7 @@
 //! Surfaces that light is sampled for, of every kind that is computed many at a time.
 
 use crate::bsdf::{BsdfEvals, GlossyBsdfBatch, RoughDielectricBsdfBatch};
-use crate::integrator::batch::diffuse::Mattes;
+use crate::integrator::batch::diffuse::DiffuseBatch;
 use crate::integrator::batch::path_lanes::PathLanes;
 use crate::interaction::SurfaceInteractions;
 use crate::prepare::PreparedWorld;
@@ -11,7 +11,7 @@ use crate::soa::{Vec3xN, set_lane};
 #[derive(Clone, Copy)]
 pub(crate) struct BatchBsdf<'a, const N: usize> {
     pub path_lanes: &'a PathLanes<N>,
-    pub diffuse: &'a Mattes<N>,
+    pub diffuse: &'a DiffuseBatch<N>,
     pub glossy: &'a GlossyBsdfBatch<N>,
     pub rough_dielectric: &'a RoughDielectricBsdfBatch<N>,
     pub world: &'a PreparedWorld,
@@ -20,7 +20,7 @@ pub(crate) struct BatchBsdf<'a, const N: usize> {
 impl<const N: usize> BatchBsdf<'_, N> {
     /// Whether a lane has one.
     pub fn is_active(&self, lane: usize) -> bool {
-        self.diffuse.is[lane] || self.glossy.is_active[lane] || self.rough_dielectric.is_active[lane]
+        self.diffuse.is_active[lane] || self.glossy.is_active[lane] || self.rough_dielectric.is_active[lane]
     }
 
     /// [`LightSampleContext::normal`] of the lanes.
@@ -48,10 +48,10 @@ impl<const N: usize> BatchBsdf<'_, N> {
         let mut values = if glossies.any() {
             glossies.eval(places, directions)
         } else {
-            mattes.evaluate(places, directions)
+            mattes.eval(places, directions)
         };
-        if glossies.any() && mattes.any() {
-            values.select_lanes(&mattes.is, &mattes.evaluate(places, directions));
+        if glossies.any() && mattes.any_active() {
+            values.select_lanes(&mattes.is_active, &mattes.eval(places, directions));
         }
         if frosted.any() {
             let refracted = frosted.eval(self.world, places, directions);
@@ -106,7 +106,7 @@ mod tests {
                 triangle: lane as u32,
                 ..Hit::MISS
             };
-            mattes.is[lane] = lane % 3 == 0;
+            mattes.is_active[lane] = lane % 3 == 0;
             match lane % 3 {
                 0 => {}
                 1 => glossies.set_lane((&places, lane), &world, world.material(&hit(0)), &hit(0)),
@@ -136,7 +136,7 @@ mod tests {
         };
         let values = surfaces.eval(&places, &directions);
         let kinds = [
-            mattes.evaluate(&places, &directions),
+            mattes.eval(&places, &directions),
             glossies.eval(&places, &directions),
             frosted.eval(&world, &places, &directions),
         ];

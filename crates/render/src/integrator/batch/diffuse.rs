@@ -17,11 +17,11 @@ use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// Paths at matte surfaces in empty space. Each lane is computed as it would be alone.
 #[derive(Debug)]
-pub(crate) struct Mattes<const N: usize> {
+pub(crate) struct DiffuseBatch<const N: usize> {
     /// Which lanes are such.
-    pub is: [bool; N],
+    pub is_active: [bool; N],
     pub albedo: Vec3xN<f32, N>,
-    pub aims: GuidingCones<N>,
+    pub guiding: GuidingCones<N>,
     leaving: Leaving<N>,
 }
 
@@ -46,34 +46,34 @@ impl<const N: usize> Default for Leaving<N> {
     }
 }
 
-impl<const N: usize> Default for Mattes<N> {
+impl<const N: usize> Default for DiffuseBatch<N> {
     fn default() -> Self {
         Self {
-            is: [false; N],
+            is_active: [false; N],
             albedo: [[0.0; N]; 3],
-            aims: GuidingCones::default(),
+            guiding: GuidingCones::default(),
             leaving: Leaving::default(),
         }
     }
 }
 
-impl<const N: usize> Mattes<N> {
+impl<const N: usize> DiffuseBatch<N> {
     /// Sets a lane.
     #[inline]
-    pub fn put(&mut self, lane: usize, albedo: Vec3) {
-        self.is[lane] = true;
+    pub fn set_lane(&mut self, lane: usize, albedo: Vec3) {
+        self.is_active[lane] = true;
         set_lane(&mut self.albedo, lane, albedo.to_array());
     }
 
     /// Whether there is any.
     #[inline]
-    pub fn any(&self) -> bool {
-        self.is != [false; N]
+    pub fn any_active(&self) -> bool {
+        self.is_active != [false; N]
     }
 
     /// The values of light from these directions.
     #[inline(always)]
-    pub fn evaluate(
+    pub fn eval(
         &self,
         places: &SurfaceInteractions<N>,
         directions: &Vec3xN<f32, N>,
@@ -82,7 +82,7 @@ impl<const N: usize> Mattes<N> {
         for (lane, cosine) in cosines.iter_mut().enumerate() {
             *cosine = places.shading_normal(lane).dot(get_lane(directions, lane).into());
         }
-        let densities = self.aims.pdfs(directions, &cosines);
+        let densities = self.guiding.pdfs(directions, &cosines);
         for lane in 0..N {
             let (direction, cosine) = (Vec3::from(get_lane(directions, lane)), cosines[lane]);
             let dark = (places.geometric_normal(lane).dot(direction) <= 0.0) | (cosine <= 0.0);
@@ -120,7 +120,7 @@ impl<const N: usize> Mattes<N> {
 pub(crate) struct Scatter<'a, const N: usize> {
     pub places: &'a SurfaceInteractions<N>,
     pub directions: &'a Vec3xN<f32, N>,
-    pub mattes: &'a mut Mattes<N>,
+    pub mattes: &'a mut DiffuseBatch<N>,
 }
 
 impl<const N: usize> WithSimd for Scatter<'_, N> {
@@ -140,8 +140,8 @@ impl<const N: usize> WithSimd for Scatter<'_, N> {
             leaving.away[lane] = places.geometric_normal(lane).dot(direction) > 0.0;
             set_lane(&mut leaving.start, lane, start.to_array());
         }
-        leaving.pdf = mattes.aims.pdfs(directions, &cosines);
-        if mattes.aims.has_cones() {
+        leaving.pdf = mattes.guiding.pdfs(directions, &cosines);
+        if mattes.guiding.has_cones() {
             for (lane, ratio) in leaving.ratio.iter_mut().enumerate() {
                 *ratio = mixture_weight(cosines[lane], leaving.pdf[lane]);
             }
@@ -151,9 +151,9 @@ impl<const N: usize> WithSimd for Scatter<'_, N> {
 }
 
 impl PathTracer<'_> {
-    /// [`PathTracer::step`] at a lane of [`Mattes`].
+    /// [`PathTracer::step`] at a lane of [`DiffuseBatch`].
     #[inline]
-    pub(crate) fn step_matte(
+    pub(crate) fn shade_diffuse(
         &self,
         path: &mut PathState,
         meetings: &HitBatch,
@@ -184,7 +184,7 @@ impl PathTracer<'_> {
         // What the camera sees through something else chooses lights as nothing else does by now.
         let late = self.light_sampling(path) != self.light_sampling_of_bounce();
         if self.batch_direct_lighting && !late {
-            meetings.direct_lighting.ask(lane, path.ray_index, &mut wave.shadow_rays);
+            meetings.direct_lighting.push_shadow_rays(lane, path.ray_index, &mut wave.shadow_rays);
         } else if self.has_light_samples || self.settings.ambient_term.is_some() {
             let meeting = meetings.view(self, number, lane, hit);
             let surface = ShadingPoint {
@@ -193,7 +193,7 @@ impl PathTracer<'_> {
                 bsdf: Diffuse {
                     albedo: get_lane(&mattes.albedo, lane).into(),
                     sampled_direction: direction,
-                    guiding: mattes.aims.has_cones().then_some((&mattes.aims, lane)),
+                    guiding: mattes.guiding.has_cones().then_some((&mattes.guiding, lane)),
                 },
             };
             let skin = InterfaceTransition::no_interface(path.interior_list);
@@ -230,7 +230,7 @@ pub(crate) mod tests {
         first: usize,
     ) -> (
         SurfaceInteractions<LANES>,
-        Mattes<LANES>,
+        DiffuseBatch<LANES>,
         Vec3xN<f32, LANES>,
     ) {
         let mut world = World::default();
@@ -239,7 +239,7 @@ pub(crate) mod tests {
         let object = Object::new("", ball, vec![material], DAffine3::IDENTITY);
         world.add_object(object).unwrap();
         let world = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
-        let (mut places, mut mattes) = (SurfaceInteractions::<LANES>::default(), Mattes::default());
+        let (mut places, mut mattes) = (SurfaceInteractions::<LANES>::default(), DiffuseBatch::default());
         let mut directions = [[0.0; LANES]; 3];
         let corners = places.clear();
         for lane in 0..LANES {
@@ -255,7 +255,7 @@ pub(crate) mod tests {
                 triangle: i as u32,
             };
             places.set_lane(lane, &world, unit(i), &hit, 0.0);
-            mattes.is[lane] = true;
+            mattes.is_active[lane] = true;
             set_lane(&mut directions, lane, unit(2 * i + 1).to_array());
             set_lane(&mut mattes.albedo, lane, unit(i).abs().to_array());
         }
@@ -273,7 +273,7 @@ pub(crate) mod tests {
                 places: &places,
                 active: &[true; LANES],
                 random: &[0, 1].map(|_| std::array::from_fn(|lane| random[lane])),
-                cones: &mut mattes.aims,
+                cones: &mut mattes.guiding,
                 out: &mut directions,
             });
         }
@@ -282,14 +282,14 @@ pub(crate) mod tests {
 
     /// The surface of a lane by itself.
     pub fn alone<'a>(
-        mattes: &'a Mattes<LANES>,
+        mattes: &'a DiffuseBatch<LANES>,
         directions: &Vec3xN<f32, LANES>,
         lane: usize,
     ) -> Diffuse<'a> {
         Diffuse {
             albedo: get_lane(&mattes.albedo, lane).into(),
             sampled_direction: get_lane(directions, lane).into(),
-            guiding: mattes.aims.has_cones().then_some((&mattes.aims, lane)),
+            guiding: mattes.guiding.has_cones().then_some((&mattes.guiding, lane)),
         }
     }
 

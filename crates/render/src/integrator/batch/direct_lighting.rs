@@ -23,7 +23,7 @@ pub(crate) struct DirectLightingBatch {
     /// Which light.
     pub light_choices: Vec<[f32; 2]>,
     pub samples: [LightLiSamples<LANES>; MAX_SPLIT_SAMPLES],
-    shadow_rays: [Lit<LANES>; MAX_SPLIT_SAMPLES],
+    shadow_rays: [ShadowRayLanes<LANES>; MAX_SPLIT_SAMPLES],
     /// Of lights without a mesh, and of surfaces that shine.
     importances: [NodeImportances; 2],
     /// How many of `shadow_rays` there are, the last of which has something.
@@ -56,18 +56,18 @@ impl LightRandoms {
     }
 
     /// Where a surface of the turn asks light `i`.
-    pub fn of(&self, i: usize, surface: usize) -> LightRandom {
+    pub fn random_for(&self, i: usize, surface: usize) -> LightRandom {
         let around = self.environment_samples[i].get(surface);
         LightRandom {
             random: self.numbers[i][surface],
-            around: around.map(|&around| (self.environment_index, around)),
+            environment: around.map(|&around| (self.environment_index, around)),
         }
     }
 }
 
 impl DirectLightingBatch {
     /// Finds what arrives at the surfaces of chunk `number`. Samples of a lone area light are there already.
-    pub fn find(
+    pub fn evaluate_chunk(
         &mut self,
         walk: &PathTracer,
         number: usize,
@@ -77,7 +77,7 @@ impl DirectLightingBatch {
         if !matches!(walk.single_light, Some(PreparedLight::Rectangle(_))) {
             walk.light_sample_indices().for_each(|i| self.samples[i].clear());
             let choice = walk.light_sampling_of_bounce();
-            let small = walk.lights.small_trees(choice);
+            let small = walk.lights.single_node_trees(choice);
             let normals = surfaces.normals(places);
             for (node, out) in small.iter().zip(&mut self.importances) {
                 if let Some(node) = node {
@@ -101,11 +101,11 @@ impl DirectLightingBatch {
                 } else {
                     0.0
                 };
-                let random = |i: usize| self.randoms.of(i, index);
-                let put = |i: usize, sample| self.samples[i].put(lane, Some(sample));
+                let random = |i: usize| self.randoms.random_for(i, index);
+                let put = |i: usize, sample| self.samples[i].set_lane(lane, Some(sample));
                 let by = LightSampleContexts {
                     from: &from,
-                    known: known.map(|known| Some((known?, lane))),
+                    importances: known.map(|known| Some((known?, lane))),
                 };
                 walk.for_each_light_sample(choice, &by, which, random, put);
             }
@@ -114,14 +114,14 @@ impl DirectLightingBatch {
         for i in walk.light_sample_indices() {
             // Numbers between these have nothing.
             for lit in &mut self.shadow_rays[self.count..i] {
-                lit.any = [false; LANES];
+                lit.is_active = [false; LANES];
             }
-            dispatch_simd(Light {
+            dispatch_simd(EvaluateDirect {
                 places,
                 samples: &self.samples[i],
-                found: walk.mis_with_bsdf,
+                mis_with_bsdf: walk.mis_with_bsdf,
                 surfaces,
-                lit: &mut self.shadow_rays[i],
+                shadow_rays: &mut self.shadow_rays[i],
             });
             self.count = i + 1;
         }
@@ -129,17 +129,17 @@ impl DirectLightingBatch {
 
     /// Asks whether light arrives at a lane, which is of a path with this ray.
     #[inline(always)]
-    pub fn ask(&self, lane: usize, ray: usize, shadows: &mut [ShadowRayQueue]) {
+    pub fn push_shadow_rays(&self, lane: usize, ray: usize, shadows: &mut [ShadowRayQueue]) {
         for (lit, shadows) in self.shadow_rays[..self.count].iter().zip(shadows) {
-            if lit.any[lane] {
-                shadows.push(lit.shadow(lane), ray, get_lane(&lit.light, lane).into());
+            if lit.is_active[lane] {
+                shadows.push(lit.shadow_ray(lane), ray, get_lane(&lit.contribution, lane).into());
             }
         }
     }
 
     /// The same where only a part of the light from a direction and an end arrives, or none.
     #[inline]
-    pub fn ask_through(
+    pub fn push_attenuated_shadow_rays(
         &self,
         lane: usize,
         ray: usize,
@@ -147,13 +147,13 @@ impl DirectLightingBatch {
         through: impl Fn(Vec3, DVec3) -> Vec3,
     ) {
         for (i, (lit, shadows)) in self.shadow_rays[..self.count].iter().zip(shadows).enumerate() {
-            if lit.any[lane] {
+            if lit.is_active[lane] {
                 let samples = &self.samples[i];
-                let end: DVec3 = lane_dvec3(&samples.end, lane);
+                let end: DVec3 = lane_dvec3(&samples.p_light, lane);
                 let part = through(get_lane(&samples.direction, lane).into(), end);
                 if part != Vec3::ZERO {
-                    let light = part * Vec3::from(get_lane(&lit.light, lane));
-                    shadows.push(lit.shadow(lane), ray, light);
+                    let light = part * Vec3::from(get_lane(&lit.contribution, lane));
+                    shadows.push(lit.shadow_ray(lane), ray, light);
                 }
             }
         }
@@ -162,58 +162,58 @@ impl DirectLightingBatch {
 
 /// What may come from a light: whether anything, how much, and the shadow ray.
 #[derive(Clone, Copy, Debug)]
-struct Lit<const N: usize> {
-    any: [bool; N],
-    light: Vec3xN<f32, N>,
-    start: Vec3xN<f32, N>,
-    way: Vec3xN<f32, N>,
+struct ShadowRayLanes<const N: usize> {
+    is_active: [bool; N],
+    contribution: Vec3xN<f32, N>,
+    origin: Vec3xN<f32, N>,
+    direction: Vec3xN<f32, N>,
     t_max: [f32; N],
 }
 
-impl<const N: usize> Default for Lit<N> {
+impl<const N: usize> Default for ShadowRayLanes<N> {
     fn default() -> Self {
         Self {
-            any: [false; N],
-            light: [[0.0; N]; 3],
-            start: [[0.0; N]; 3],
-            way: [[0.0; N]; 3],
+            is_active: [false; N],
+            contribution: [[0.0; N]; 3],
+            origin: [[0.0; N]; 3],
+            direction: [[0.0; N]; 3],
             t_max: [0.0; N],
         }
     }
 }
 
-impl<const N: usize> Lit<N> {
+impl<const N: usize> ShadowRayLanes<N> {
     #[inline(always)]
-    fn shadow(&self, lane: usize) -> Ray {
+    fn shadow_ray(&self, lane: usize) -> Ray {
         Ray {
-            origin: get_lane(&self.start, lane),
-            direction: get_lane(&self.way, lane),
+            origin: get_lane(&self.origin, lane),
+            direction: get_lane(&self.direction, lane),
             t_max: self.t_max[lane],
         }
     }
 }
 
 /// Finds what one light brings to the paths.
-struct Light<'a, const N: usize> {
+struct EvaluateDirect<'a, const N: usize> {
     places: &'a SurfaceInteractions<N>,
     samples: &'a LightLiSamples<N>,
     /// Whether scattered rays may find it too.
-    found: bool,
+    mis_with_bsdf: bool,
     surfaces: BatchBsdf<'a, N>,
-    lit: &'a mut Lit<N>,
+    shadow_rays: &'a mut ShadowRayLanes<N>,
 }
 
-impl<const N: usize> WithSimd for Light<'_, N> {
+impl<const N: usize> WithSimd for EvaluateDirect<'_, N> {
     #[inline(always)]
     fn run(self) {
         let Self {
             places,
             samples,
-            found,
+            mis_with_bsdf: found,
             surfaces,
-            lit: out,
+            shadow_rays: out,
         } = self;
-        let mut lit = Lit::default();
+        let mut lit = ShadowRayLanes::default();
         let values = surfaces.eval(places, &samples.direction);
         for lane in 0..N {
             let direction = Vec3::from(get_lane(&samples.direction, lane));
@@ -222,10 +222,10 @@ impl<const N: usize> WithSimd for Light<'_, N> {
             let (value, density) = (get_lane(&values.value, lane), values.pdf[lane]);
             let pdf = samples.pdf[lane];
             let light = throughput * Vec3::from(value) * (radiance / pdf);
-            let both = found & !samples.delta[lane];
+            let both = found & !samples.is_delta[lane];
             let light = light / if both { 1.0 + density / pdf } else { 1.0 };
             let start = places.offset_ray_origin(lane, direction);
-            let end: DVec3 = lane_dvec3(&samples.end, lane);
+            let end: DVec3 = lane_dvec3(&samples.p_light, lane);
             let way = (end - start).as_vec3();
             let infinite = end.x == f64::INFINITY;
             let way = if infinite { direction } else { way };
@@ -235,10 +235,10 @@ impl<const N: usize> WithSimd for Light<'_, N> {
                 ONE_MINUS_SHADOW_EPSILON
             };
             let Vec3 { x, y, z } = light;
-            lit.any[lane] = (pdf > 0.0) & ((x != 0.0) | (y != 0.0) | (z != 0.0));
-            set_lane(&mut lit.light, lane, light.to_array());
-            set_lane(&mut lit.start, lane, start.as_vec3().to_array());
-            set_lane(&mut lit.way, lane, way.to_array());
+            lit.is_active[lane] = (pdf > 0.0) & ((x != 0.0) | (y != 0.0) | (z != 0.0));
+            set_lane(&mut lit.contribution, lane, light.to_array());
+            set_lane(&mut lit.origin, lane, start.as_vec3().to_array());
+            set_lane(&mut lit.direction, lane, way.to_array());
         }
         *out = lit;
     }
@@ -273,18 +273,18 @@ mod tests {
                 set_lane(&mut arriving.throughput, lane, unit(7 * i).abs().to_array());
                 let sample = LightLiSample {
                     direction: unit(5 * i),
-                    end: (i % 7 != 0).then_some(unit(5 * i).as_dvec3() * 3.0),
+                    p_light: (i % 7 != 0).then_some(unit(5 * i).as_dvec3() * 3.0),
                     radiance: Vec3::new(3.0, 2.0, 1.0),
                     pdf: 0.1 + i as f32,
-                    delta: i % 3 == 0,
+                    is_delta: i % 3 == 0,
                 };
-                samples.put(lane, (i % 5 != 0).then_some(sample));
+                samples.set_lane(lane, (i % 5 != 0).then_some(sample));
             }
-            let mut lanes = Lit::default();
-            dispatch_simd(Light {
+            let mut lanes = ShadowRayLanes::default();
+            dispatch_simd(EvaluateDirect {
                 places: &places,
                 samples: &samples,
-                found: true,
+                mis_with_bsdf: true,
                 surfaces: BatchBsdf {
                     path_lanes: &arriving,
                     diffuse: &mattes,
@@ -292,20 +292,20 @@ mod tests {
                     rough_dielectric: &frosted,
                     world: &world,
                 },
-                lit: &mut lanes,
+                shadow_rays: &mut lanes,
             });
             for lane in 0..LANES {
                 let place = places.lane(lane);
                 let matte = alone(&mattes, &directions, lane);
                 let frame = place.shading_frame(unit(first + lane));
-                let alone = samples.at(lane).and_then(|sample| {
+                let alone = samples.get_lane(lane).and_then(|sample| {
                     let scattered = matte.eval(&frame, sample.direction);
                     let throughput = Vec3::from(get_lane(&arriving.throughput, lane));
                     let mut light = throughput * scattered.value * (sample.radiance / sample.pdf);
-                    if !sample.delta {
+                    if !sample.is_delta {
                         light /= 1.0 + scattered.pdf / sample.pdf;
                     }
-                    let ray = match sample.end {
+                    let ray = match sample.p_light {
                         None => place.spawn_ray(sample.direction, f32::INFINITY),
                         Some(end) => Ray {
                             direction: (end - place.offset_ray_origin(sample.direction)).as_vec3().to_array(),
@@ -314,13 +314,13 @@ mod tests {
                     };
                     (light != Vec3::ZERO).then_some((ray, light))
                 });
-                let known = lanes.any[lane].then(|| {
+                let known = lanes.is_active[lane].then(|| {
                     let ray = Ray {
-                        origin: get_lane(&lanes.start, lane),
-                        direction: get_lane(&lanes.way, lane),
+                        origin: get_lane(&lanes.origin, lane),
+                        direction: get_lane(&lanes.direction, lane),
                         t_max: lanes.t_max[lane],
                     };
-                    (ray, Vec3::from(get_lane(&lanes.light, lane)))
+                    (ray, Vec3::from(get_lane(&lanes.contribution, lane)))
                 });
                 assert_eq!(format!("{known:?}"), format!("{alone:?}"));
                 lit += usize::from(alone.is_some());

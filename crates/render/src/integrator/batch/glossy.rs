@@ -1,72 +1,72 @@
-//! What paths do at rough metals and plain principled surfaces, many at a time: what [`Walk::step`] does one by one.
+//! What paths do at rough metals and plain principled surfaces, many at a time: what [`PathTracer::step`] does one by one.
 
 use glam::Vec3;
 use raycam_bvh::Hit;
 
-use crate::bsdf::GlossyPoints;
-use crate::integrator::batch::hits::Meetings;
-use crate::integrator::path::{Path, Wave};
-use crate::integrator::shade::Walk;
-use crate::interaction::Places;
-use crate::light::Reference;
+use crate::bsdf::GlossyBsdfBatch;
+use crate::integrator::batch::hits::HitBatch;
+use crate::integrator::path::{PathState, WavefrontQueues};
+use crate::integrator::shade::PathTracer;
+use crate::interaction::SurfaceInteractions;
+use crate::light::LightSampleContext;
 use crate::prepare::material::PreparedMaterial;
 use crate::soa::LANES;
 
-impl Walk<'_> {
-    /// Sets a lane, where [`Walk::step_glossy`] knows what happens there.
+impl PathTracer<'_> {
+    /// Sets a lane, where [`PathTracer::shade_glossy`] knows what happens there.
     #[inline]
-    pub(crate) fn put_glossy(
+    pub(crate) fn load_glossy(
         &self,
-        path: &Path,
+        path: &PathState,
         (prepared, hit): (&PreparedMaterial, &Hit),
-        (places, lane): (&Places<LANES>, usize),
-        points: &mut GlossyPoints<LANES>,
+        (places, lane): (&SurfaceInteractions<LANES>, usize),
+        points: &mut GlossyBsdfBatch<LANES>,
     ) {
         let material = &prepared.material;
         // What the camera sees through something else chooses lights as nothing else does by now.
-        let late = self.choice(path) != self.choice_of_turn();
-        let known = prepared.glossy && path.media.is_empty();
-        if !known || late || self.is_back(path, material, places.front(lane)) {
+        let late = self.light_sampling(path) != self.light_sampling_of_bounce();
+        let known = prepared.glossy && path.interior_list.is_empty();
+        if !known || late || self.is_culled_back_face(path, material, places.is_front(lane)) {
             return;
         }
-        if self.many || !(self.sampled || self.rules.ambient.is_some()) {
-            points.put((places, lane), self.world, prepared, hit);
+        if self.batch_direct_lighting || !(self.has_light_samples || self.settings.ambient_term.is_some()) {
+            points.set_lane((places, lane), self.world, prepared, hit);
         }
     }
 
-    /// [`Walk::step`] at a lane of [`GlossyPoints`].
+    /// [`PathTracer::step`] at a lane of [`GlossyBsdfBatch`].
     #[inline]
-    pub(crate) fn step_glossy(
+    pub(crate) fn shade_glossy(
         &self,
-        path: &mut Path,
-        meetings: &Meetings,
+        path: &mut PathState,
+        meetings: &HitBatch,
         lane: usize,
         hit: &Hit,
-        wave: &mut Wave,
+        wave: &mut WavefrontQueues,
         radiance: &mut [Vec3],
     ) -> bool {
-        let Meetings {
-            places, arriving, ..
+        let HitBatch {
+            places, path_lanes: arriving, ..
         } = meetings;
-        let out = &mut radiance[path.ray];
-        let from = Reference {
+        let out = &mut radiance[path.ray_index];
+        let from = LightSampleContext {
             position: places.position(lane),
-            normal: places.geometric(lane),
+            normal: places.geometric_normal(lane),
         };
         let material = &self.world.material(hit).material;
-        let distance = (from.position - path.from.position).length();
-        if arriving.near[lane] {
-            self.pick_up(path, distance, out);
+        let distance = (from.position - path.prev_context.position).length();
+        if arriving.may_cross_light[lane] {
+            self.add_intersected_lights(path, distance, out);
         }
-        self.see_surface(path, material, hit, distance, out);
-        if !self.free(path) && path.depth >= self.rules.max_depth {
+        self.add_emission(path, material, hit, distance, out);
+        if !self.is_free_bounce(path) && path.depth >= self.settings.max_depth {
             return false;
         }
-        if self.many {
-            meetings.asked.ask(lane, path.ray, &mut wave.shadows);
+        if self.batch_direct_lighting {
+            meetings.direct_lighting.push_shadow_rays(lane, path.ray_index, &mut wave.shadow_rays);
         }
-        match meetings.glossies.sample(lane) {
-            Some((sample, start)) => self.send(path, &sample, start, from, path.media, wave),
+        match meetings.glossy.sample(lane) {
+            Some((sample, start)) => self.continue_path(path, &sample, start, from, path.interior_list, wave),
             None => false,
         }
     }

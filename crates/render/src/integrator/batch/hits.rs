@@ -7,11 +7,11 @@ use crate::bsdf::{
     GlossyBsdfBatch, SampleCosineHemisphere, SampleGlossy, SampleGuided, SampleRoughDielectric,
 };
 use crate::integrator::batch::bsdf::BatchBsdf;
-use crate::integrator::batch::diffuse::{Mattes, Scatter};
+use crate::integrator::batch::diffuse::{DiffuseBatch, Scatter};
 use crate::integrator::batch::direct_lighting::DirectLightingBatch;
 use crate::integrator::batch::path_lanes::PathLanes;
 use crate::integrator::batch::rough_dielectric::Frosteds;
-use crate::integrator::batch::specular::Smooths;
+use crate::integrator::batch::specular::SpecularBatch;
 use crate::integrator::path::PathState;
 use crate::integrator::shade::PathTracer;
 use crate::interaction::{SurfaceInteraction, SurfaceInteractions};
@@ -33,9 +33,9 @@ pub(crate) struct HitBatch {
     pub alpha_rejected: [bool; LANES],
     pub diffuse_directions: Vec3xN<f32, LANES>,
     pub path_lanes: PathLanes<LANES>,
-    pub diffuse: Mattes<LANES>,
+    pub diffuse: DiffuseBatch<LANES>,
     pub glossy: GlossyBsdfBatch<LANES>,
-    pub specular: Smooths,
+    pub specular: SpecularBatch,
     pub rough_dielectric: Frosteds,
     pub direct_lighting: DirectLightingBatch,
 }
@@ -132,7 +132,7 @@ impl HitBatch {
         });
         if let Some(PreparedLight::Rectangle(area)) = walk.single_light {
             dispatch_simd(SampleRectangle {
-                area,
+                light: area,
                 points: self.places.positions(),
                 random: &on_light,
                 out: &mut self.direct_lighting.samples[0],
@@ -163,7 +163,7 @@ impl HitBatch {
             direct_lighting: asked,
             ..
         } = self;
-        mattes.is = [false; LANES];
+        mattes.is_active = [false; LANES];
         glossies.clear();
         smooths.points.clear();
         frosteds.points.clear();
@@ -179,12 +179,12 @@ impl HitBatch {
                 continue;
             }
             let Some(albedo) = walk.diffuse_albedo(path, (material, hit), places, lane) else {
-                walk.put_glossy(path, (material, hit), (places, lane), glossies);
+                walk.load_glossy(path, (material, hit), (places, lane), glossies);
                 walk.put_smooth(path, (material, hit), (places, lane), smooths);
                 walk.put_frosted(path, (material, hit), (places, lane), arriving, frosteds);
                 continue;
             };
-            mattes.put(lane, albedo);
+            mattes.set_lane(lane, albedo);
             aimed[lane] = path.depth.saturating_add(MIN_CAUSTIC_SEGMENTS) <= walk.settings.max_depth;
         }
         arriving.test_light_bounds(walk.lights, places.directions());
@@ -211,8 +211,8 @@ impl HitBatch {
                 batch: &mut frosteds.points,
             });
         }
-        if mattes.any() {
-            mattes.aims.clear();
+        if mattes.any_active() {
+            mattes.guiding.clear();
             if !walk.caustic_casters.is_empty() && aimed != [false; LANES] {
                 dispatch_simd(SampleGuided {
                     casters: walk.caustic_casters,
@@ -220,7 +220,7 @@ impl HitBatch {
                     places,
                     active: &aimed,
                     random,
-                    cones: &mut mattes.aims,
+                    cones: &mut mattes.guiding,
                     out: matte,
                 });
             }
@@ -230,7 +230,7 @@ impl HitBatch {
                 mattes,
             });
         }
-        if walk.batch_direct_lighting && (mattes.any() || glossies.any() || frosteds.points.any()) {
+        if walk.batch_direct_lighting && (mattes.any_active() || glossies.any() || frosteds.points.any()) {
             let surfaces = BatchBsdf {
                 path_lanes: arriving,
                 diffuse: mattes,
@@ -238,7 +238,7 @@ impl HitBatch {
                 rough_dielectric: &frosteds.points,
                 world: walk.world,
             };
-            asked.find(walk, number, places, surfaces);
+            asked.evaluate_chunk(walk, number, places, surfaces);
         }
     }
 
@@ -252,9 +252,9 @@ impl HitBatch {
             place: self.places.lane(lane),
             diffuse_direction: get_lane(&self.diffuse_directions, lane).into(),
             bsdf_random: self.bsdf_randoms[index],
-            light_random: self.direct_lighting.randoms.of(0, index),
+            light_random: self.direct_lighting.randoms.random_for(0, index),
             single_light_sample: match walk.single_light {
-                Some(PreparedLight::Rectangle(_)) => self.direct_lighting.samples[0].at(lane),
+                Some(PreparedLight::Rectangle(_)) => self.direct_lighting.samples[0].get_lane(lane),
                 _ => None,
             },
         }

@@ -1,16 +1,16 @@
-//! What paths do at rough glass, many at a time: what [`Walk::step`] does one by one.
+//! What paths do at rough glass, many at a time: what [`PathTracer::step`] does one by one.
 
 use glam::Vec3;
 use raycam_bvh::Hit;
 
-use crate::bsdf::FrostedPoints;
-use crate::integrator::batch::hits::Meetings;
-use crate::integrator::batch::path_lanes::Arriving;
-use crate::integrator::nested_dielectrics::{Media, Skin};
-use crate::integrator::path::{Path, Wave};
-use crate::integrator::shade::Walk;
-use crate::interaction::Places;
-use crate::light::Reference;
+use crate::bsdf::RoughDielectricBsdfBatch;
+use crate::integrator::batch::hits::HitBatch;
+use crate::integrator::batch::path_lanes::PathLanes;
+use crate::integrator::nested_dielectrics::{InteriorList, InterfaceTransition};
+use crate::integrator::path::{PathState, WavefrontQueues};
+use crate::integrator::shade::PathTracer;
+use crate::interaction::SurfaceInteractions;
+use crate::light::LightSampleContext;
 use crate::prepare::material::PreparedMaterial;
 use crate::soa::LANES;
 
@@ -18,16 +18,16 @@ use crate::soa::LANES;
 #[derive(Debug, Default)]
 pub(crate) struct Frosteds {
     /// What these do.
-    pub points: FrostedPoints<LANES>,
+    pub points: RoughDielectricBsdfBatch<LANES>,
     /// What the paths are in before the surface, and behind it.
-    before: [Media; LANES],
-    after: [Media; LANES],
+    before: [InteriorList; LANES],
+    after: [InteriorList; LANES],
 }
 
 impl Frosteds {
     /// What light goes through between a lane and where it comes from, by the triangle's normal.
     #[inline]
-    pub fn beyond(&self, lane: usize, geometric: Vec3, direction: Vec3) -> Media {
+    pub fn beyond(&self, lane: usize, geometric: Vec3, direction: Vec3) -> InteriorList {
         if geometric.dot(direction) < 0.0 {
             self.after[lane]
         } else {
@@ -36,84 +36,84 @@ impl Frosteds {
     }
 }
 
-impl Walk<'_> {
-    /// Sets a lane, where [`Walk::step_frosted`] knows what happens there.
+impl PathTracer<'_> {
+    /// Sets a lane, where [`PathTracer::step_frosted`] knows what happens there.
     #[inline]
     pub(crate) fn put_frosted(
         &self,
-        path: &Path,
+        path: &PathState,
         (prepared, hit): (&PreparedMaterial, &Hit),
-        (places, lane): (&Places<LANES>, usize),
-        arriving: &mut Arriving<LANES>,
+        (places, lane): (&SurfaceInteractions<LANES>, usize),
+        arriving: &mut PathLanes<LANES>,
         frosteds: &mut Frosteds,
     ) {
         // What the camera sees through something else chooses lights as nothing else does by now.
-        let late = self.choice(path) != self.choice_of_turn();
-        let lit = self.many || !(self.sampled || self.rules.ambient.is_some());
+        let late = self.light_sampling(path) != self.light_sampling_of_bounce();
+        let lit = self.batch_direct_lighting || !(self.has_light_samples || self.settings.ambient_term.is_some());
         if !prepared.frosted || late || !lit {
             return;
         }
-        let channel = path.channel.map(usize::from);
-        let skin = Skin::of(self.world, path.media, hit, places.front(lane), channel);
+        let channel = path.wavelength_channel.map(usize::from);
+        let skin = InterfaceTransition::at_hit(self.world, path.interior_list, hit, places.is_front(lane), channel);
         // A path that leaves what it never entered is rare.
-        if skin.hidden || skin.before != path.media {
+        if skin.is_false_intersection || skin.outside != path.interior_list {
             return;
         }
         let points = &mut frosteds.points;
-        points.put((places, lane), self.world, hit, channel, skin.around);
-        (frosteds.before[lane], frosteds.after[lane]) = (skin.before, skin.after);
-        if points.is[lane] && !path.media.is_empty() {
+        points.set_lane((places, lane), self.world, hit, channel, skin.outside_ior);
+        (frosteds.before[lane], frosteds.after[lane]) = (skin.outside, skin.inside);
+        if points.is_active[lane] && !path.interior_list.is_empty() {
             // Before it asks for light.
             let mut absorbed = *path;
-            let distance = (places.position(lane) - path.from.position).length();
+            let distance = (places.position(lane) - path.prev_context.position).length();
             self.absorb(&mut absorbed, distance);
-            arriving.put(lane, &absorbed);
+            arriving.set_lane(lane, &absorbed);
         }
     }
 
-    /// [`Walk::step`] at a lane of [`Frosteds`].
+    /// [`PathTracer::step`] at a lane of [`Frosteds`].
     #[inline]
     pub(crate) fn step_frosted(
         &self,
-        path: &mut Path,
-        meetings: &Meetings,
+        path: &mut PathState,
+        meetings: &HitBatch,
         lane: usize,
         hit: &Hit,
-        wave: &mut Wave,
+        wave: &mut WavefrontQueues,
         radiance: &mut [Vec3],
     ) -> bool {
-        let Meetings {
+        let HitBatch {
             places,
-            frosteds,
-            asked,
+            rough_dielectric: frosteds,
+            direct_lighting: asked,
             ..
         } = meetings;
-        let out = &mut radiance[path.ray];
-        let from = Reference {
+        let out = &mut radiance[path.ray_index];
+        let from = LightSampleContext {
             position: places.position(lane),
             normal: Vec3::ZERO,
         };
         let material = &self.world.material(hit).material;
-        let distance = (from.position - path.from.position).length();
+        let distance = (from.position - path.prev_context.position).length();
         self.absorb(path, distance);
-        if meetings.arriving.near[lane] {
-            self.pick_up(path, distance, out);
+        if meetings.path_lanes.may_cross_light[lane] {
+            self.add_intersected_lights(path, distance, out);
         }
-        self.see_surface(path, material, hit, distance, out);
-        if !self.free(path) && path.depth >= self.rules.max_depth {
+        self.add_emission(path, material, hit, distance, out);
+        if !self.is_free_bounce(path) && path.depth >= self.settings.max_depth {
             return false;
         }
-        let geometric = places.geometric(lane);
-        if self.many {
-            asked.ask_through(lane, path.ray, &mut wave.shadows, |direction, end| {
+        let geometric = places.geometric_normal(lane);
+        if self.batch_direct_lighting {
+            asked.push_attenuated_shadow_rays(lane, path.ray_index, &mut wave.shadow_rays, |direction, end| {
                 let media = frosteds.beyond(lane, geometric, direction);
-                self.arrives(path.ray, media, places.start(lane, direction), end)
+                self.arrives(path.ray_index, media, places.offset_ray_origin(lane, direction), end)
             });
         }
         let Some((sample, start)) = frosteds.points.sample(lane) else {
             return false;
         };
-        let media = frosteds.beyond(lane, geometric, sample.direction);
-        self.send(path, &sample, start, from, media, wave)
+        let media = frosteds.beyond(lane, geometric, sample.wi);
+        self.continue_path(path, &sample, start, from, media, wave)
     }
 }

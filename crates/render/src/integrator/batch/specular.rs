@@ -14,15 +14,15 @@ use crate::prepare::material::PreparedMaterial;
 use crate::soa::LANES;
 
 /// How often a path from the camera goes both ways of clear glass, where each is often enough.
-const MOST_FORKS: u8 = 2;
+const MAX_SPLITS: u8 = 2;
 
 /// Paths at smooth metals and clear glass.
 #[derive(Debug, Default)]
-pub(crate) struct Smooths {
+pub(crate) struct SpecularBatch {
     /// Which they are, and what these do.
     pub points: SpecularBsdfBatch<LANES>,
     /// What the paths are in behind the surface.
-    after: [InteriorList; LANES],
+    inside: [InteriorList; LANES],
 }
 
 impl PathTracer<'_> {
@@ -33,7 +33,7 @@ impl PathTracer<'_> {
         path: &PathState,
         (prepared, hit): (&PreparedMaterial, &Hit),
         (places, lane): (&SurfaceInteractions<LANES>, usize),
-        smooths: &mut Smooths,
+        smooths: &mut SpecularBatch,
     ) {
         if !prepared.clear {
             return;
@@ -46,13 +46,13 @@ impl PathTracer<'_> {
             return;
         }
         let points = &mut smooths.points;
-        let forks = path.split_count < MOST_FORKS && path.specular_bounce;
+        let forks = path.split_count < MAX_SPLITS && path.specular_bounce;
         let at = (self.world, hit);
         points.set_lane((places, lane), at, channel, skin.outside_ior, forks);
         if points.transmission(lane) == Vec3::ZERO && self.is_culled_back_face(path, material, front) {
             points.is_active[lane] = false;
         }
-        smooths.after[lane] = skin.inside;
+        smooths.inside[lane] = skin.inside;
     }
 
     /// Finds where the paths of the lanes go on, by numbers that choose between ways.
@@ -60,7 +60,7 @@ impl PathTracer<'_> {
         &self,
         choice: &[f32; LANES],
         places: &SurfaceInteractions<LANES>,
-        smooths: &mut Smooths,
+        smooths: &mut SpecularBatch,
     ) {
         if smooths.points.any_active() {
             dispatch_simd(SampleSpecular {
@@ -71,7 +71,7 @@ impl PathTracer<'_> {
         }
     }
 
-    /// [`PathTracer::step`] at a lane of [`Smooths`].
+    /// [`PathTracer::step`] at a lane of [`SpecularBatch`].
     #[inline]
     pub(crate) fn step_smooth(
         &self,
@@ -106,7 +106,7 @@ impl PathTracer<'_> {
         }
         let go = |path: &mut PathState, (sample, start): (BsdfSample, Vec3), wave: &mut WavefrontQueues| {
             let media = if geometric.dot(sample.wi) < 0.0 {
-                smooths.after[lane]
+                smooths.inside[lane]
             } else {
                 path.interior_list
             };

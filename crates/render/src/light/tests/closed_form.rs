@@ -26,7 +26,7 @@ fn a_sun_with_a_disk_gives_what_a_point_gives() {
     // Its disk is seen, and no more than that.
     let sky = lights(&[sun([0.0, 0.0, -1.0], 2.0)]);
     let at = |degrees: f64| {
-        sky.sky(
+        sky.escaped_radiance(
             DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()).as_vec3(),
             None,
         )
@@ -38,7 +38,7 @@ fn a_sun_with_a_disk_gives_what_a_point_gives() {
     );
     assert_eq!(at(1.01), Vec3::ZERO);
     assert_eq!(
-        lights(&[sun([0.0, 0.0, -1.0], 0.0)]).sky(Vec3::Z, None),
+        lights(&[sun([0.0, 0.0, -1.0], 0.0)]).escaped_radiance(Vec3::Z, None),
         Vec3::ZERO
     );
 }
@@ -46,7 +46,7 @@ fn a_sun_with_a_disk_gives_what_a_point_gives() {
 #[test]
 fn a_spot_fades_as_gltf_says_and_its_power_is_all_that_leaves_it() {
     let spot_at = |x: f64, inner, outer| {
-        let from = Reference {
+        let from = LightSampleContext {
             position: DVec3::new(x, 0.0, 0.0),
             ..AT_ORIGIN
         };
@@ -73,7 +73,7 @@ fn a_spot_fades_as_gltf_says_and_its_power_is_all_that_leaves_it() {
                 let cos = -1.0 + (f64::from(i) + 0.5) / 2000.0;
                 let place =
                     DVec3::new((1.0 - cos * cos).sqrt(), 0.0, -cos) + DVec3::new(0.0, 0.0, 2.0);
-                let from = Reference {
+                let from = LightSampleContext {
                     position: place,
                     normal: Vec3::ZERO,
                 };
@@ -134,7 +134,7 @@ fn area_lights_follow_lamberts_formula() {
     // Its back is dark, unless it has two sides.
     let up = area([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     assert_eq!(irradiance(&source(up.clone()), &AT_ORIGIN, 16), 0.0);
-    let Light::Area {
+    let Light::Rectangle {
         position,
         u,
         v,
@@ -144,7 +144,7 @@ fn area_lights_follow_lamberts_formula() {
     else {
         return;
     };
-    let both = Light::Area {
+    let both = Light::Rectangle {
         position,
         u,
         v,
@@ -160,9 +160,9 @@ fn form_factor(light: Light, receiver: impl Fn(DVec2) -> DVec3, normal: Vec3) ->
     const SAMPLES: u32 = 1 << 21;
     let one = |n| {
         let place = Sampler::new(1, 0, [0, 0], n)
-            .pair(Pair::Ambient)
+            .pair(Dimension::AmbientOcclusion)
             .map(f64::from);
-        let from = Reference {
+        let from = LightSampleContext {
             position: receiver(place.into()),
             normal,
         };
@@ -231,7 +231,7 @@ fn ies_profiles_shine_as_measured() {
         None,
     ));
     let arrives = |x: f64, y: f64| {
-        let from = Reference {
+        let from = LightSampleContext {
             position: DVec3::new(x, y, 0.0),
             normal: Vec3::Z,
         };
@@ -258,7 +258,7 @@ fn skies_give_their_integral() {
     let found = irradiance(&source(gradient), &AT_ORIGIN, 1 << 14);
     close(found, PI * (1.0 / 3.0 + 2.0), 1e-4);
     close(
-        irradiance(&source(Light::even_sky([2.0; 3])), &AT_ORIGIN, 16),
+        irradiance(&source(Light::uniform_sky([2.0; 3])), &AT_ORIGIN, 16),
         TAU,
         1e-6,
     );
@@ -281,7 +281,7 @@ fn environments_are_turned_as_cameras_are() {
             };
             let lights = Lights::new(&[light], up, DVec3::ZERO);
             let seen =
-                |direction: DVec3| f64::from(lights.sky(direction.normalize().as_vec3(), None).x);
+                |direction: DVec3| f64::from(lights.escaped_radiance(direction.normalize().as_vec3(), None).x);
             let left = axis.cross(ahead);
             let middle = if yaw == 0.0 { ahead } else { left };
             // The middle lies between texels 31 and 32, rows 15 and 16; to the right x grows, upwards y falls.
@@ -300,7 +300,7 @@ fn daylight_is_as_bright_as_day() {
     let (t, angle): (f64, f64) = (3.0, 30f64.to_radians());
     let chi = (4.0 / 9.0 - t / 120.0) * (PI - 2.0 * angle);
     let zenith = (4.0453 * t - 4.9710) * chi.tan() - 0.2155 * t + 2.4192;
-    let rgb = sky.sky(Vec3::Z, None).as_dvec3();
+    let rgb = sky.escaped_radiance(Vec3::Z, None).as_dvec3();
     close(
         rgb.dot(DVec3::new(0.2126, 0.7152, 0.0722)) * 0.683,
         zenith,
@@ -308,13 +308,13 @@ fn daylight_is_as_bright_as_day() {
     );
     assert!(rgb.z > 1.5 * rgb.x, "a clear sky is blue: {rgb}");
     // The sun gives some 100 klx, the sky a tenth to a third of that.
-    let [sky, sun] = [0, 1].map(|i| irradiance(&sky.sources[i], &AT_ORIGIN, 1 << 14) * 0.683);
+    let [sky, sun] = [0, 1].map(|i| irradiance(&sky.lights[i], &AT_ORIGIN, 1 << 14) * 0.683);
     assert!(
         (60.0..110.0).contains(&sun) && (7.0..40.0).contains(&sky),
         "{sun} {sky} klx"
     );
     let evening = lights(&[daylight(5.0)]);
-    let low = evening.sources[1]
+    let low = evening.lights[1]
         .sample(&AT_ORIGIN, [0.5; 2])
         .map(|s| s.radiance);
     assert!(

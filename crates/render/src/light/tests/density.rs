@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3, Vec3};
 use raycam_scene::{Light, Up, World};
 
-use super::super::{Askers, Choice, Drawn};
+use super::super::{LightRandom, LightSampleContexts, LightSampling};
 use super::*;
 use crate::control::Control;
 use crate::prepare::PreparedWorld;
@@ -81,15 +81,15 @@ fn sheet(corner: DVec3, u: DVec3, v: DVec3, round: bool) -> Chart {
 
 /// By the angle to the zenith and the azimuth, as the table of the environment with its yaw of 30 degrees.
 fn panorama() -> Chart {
-    let frame = crate::light::equirect::Frame::new(Up::Z, 30.0);
+    let frame = crate::light::equirect::EquirectFrame::new(Up::Z, 30.0);
     Chart {
         at: Box::new(move |p| {
             let (sin, cos) = (TAU * (0.5 - p.x)).sin_cos();
             let angle = p.y * PI;
             let local = DVec3::new(cos * angle.sin(), sin * angle.sin(), angle.cos());
-            (frame.world(local), TAU * PI * angle.sin())
+            (frame.to_world(local), TAU * PI * angle.sin())
         }),
-        of: Box::new(move |d| frame.place(d.as_vec3()).map(f64::from).into()),
+        of: Box::new(move |d| frame.to_uv(d.as_vec3()).map(f64::from).into()),
     }
 }
 
@@ -100,12 +100,12 @@ fn samples_are_spread_as_their_density_says() {
     const SAMPLES: u32 = 1 << 20;
     let towards = DVec3::new(1.0, 0.0, 1.5);
     let everywhere = || cap(DVec3::Z, -1.0);
-    let tilted = |normal| Reference {
+    let tilted = |normal| LightSampleContext {
         normal,
         ..AT_ORIGIN
     };
     let cosine = |radius: f64, distance: f64| (1.0 - (radius / distance).powi(2)).sqrt();
-    let cases: Vec<(&str, Light, Reference, Chart)> = vec![
+    let cases: Vec<(&str, Light, LightSampleContext, Chart)> = vec![
         (
             "sun",
             sun([-1.0, 0.0, -1.5], 0.53),
@@ -160,13 +160,13 @@ fn samples_are_spread_as_their_density_says() {
         ),
         (
             "even sky",
-            Light::even_sky([1.0; 3]),
+            Light::uniform_sky([1.0; 3]),
             AT_ORIGIN,
             cap(DVec3::Z, 0.0),
         ),
         (
             "even sky around",
-            Light::even_sky([1.0; 3]),
+            Light::uniform_sky([1.0; 3]),
             tilted(Vec3::ZERO),
             everywhere(),
         ),
@@ -186,12 +186,16 @@ fn samples_are_spread_as_their_density_says() {
     let tests = cases.len();
     for (name, light, from, chart) in cases {
         let lights = lights(&[light]);
-        let source = &lights.sources[0];
+        let source = &lights.lights[0];
         let density = |direction: Vec3| {
-            let mut density = f64::from(lights.behind(&from, Choice::Even, direction, None).1);
-            lights.crossed(
+            let mut density = f64::from(
+                lights
+                    .radiance_and_pdf(&from, LightSampling::Uniform, direction, None)
+                    .1,
+            );
+            lights.intersect_visible(
                 &from,
-                Choice::Even,
+                LightSampling::Uniform,
                 direction,
                 f64::INFINITY,
                 |_, _, pdf| density += f64::from(pdf),
@@ -216,7 +220,7 @@ fn samples_are_spread_as_their_density_says() {
         let mut found = vec![0u32; CELLS * CELLS];
         for n in 0..SAMPLES {
             // Independent numbers: even ones would pass too easily.
-            let random = Sampler::new(11, 0, [n, 1], 0).pair(Pair::Filter);
+            let random = Sampler::new(11, 0, [n, 1], 0).pair(Dimension::PixelFilter);
             let sample = source.sample(&from, random).expect("the light is there");
             let place = (chart.of)(sample.direction.as_dvec3()) * CELLS as f64;
             let cell = |x: f64| (x.max(0.0) as usize).min(CELLS - 1);
@@ -241,11 +245,11 @@ fn samples_are_spread_as_their_density_says() {
 #[test]
 fn a_light_that_is_alone_is_sampled_as_one_of_several() {
     let alone = lights(&[hard_environment()]);
-    assert!(alone.is_alone(Choice::Weighed) && !alone.is_alone(Choice::Even));
+    assert!(alone.is_single_infinite(LightSampling::Importance) && !alone.is_single_infinite(LightSampling::Uniform));
     // A second one, so dark that it changes nothing.
     let dark = environment([16, 8], |_, _| 0.0);
     let several = lights(&[hard_environment(), dark]);
-    assert!(!several.is_alone(Choice::Weighed));
+    assert!(!several.is_single_infinite(LightSampling::Importance));
     let world = PreparedWorld::new(&World::default(), None, None, &Control::new()).unwrap();
     let (_, environment) = alone.environment().unwrap();
     let random: Vec<_> = (0..64).map(random).collect();
@@ -254,19 +258,19 @@ fn a_light_that_is_alone_is_sampled_as_one_of_several() {
     for (random, around) in random.into_iter().zip(drawn) {
         let around = Some((0, around));
         let ask = |lights: &Lights, choice, which| {
-            let drawn = Drawn { random, around };
-            let by = Askers::from(&AT_ORIGIN);
+            let drawn = LightRandom { random, environment: around };
+            let by = LightSampleContexts::from(&AT_ORIGIN);
             lights.sample(&by, &world, choice, which, &drawn).unwrap()
         };
         let (one, half) = (
-            ask(&alone, Choice::Weighed, 0.25),
-            ask(&several, Choice::Weighed, 0.25),
+            ask(&alone, LightSampling::Importance, 0.25),
+            ask(&several, LightSampling::Importance, 0.25),
         );
         assert_eq!(one.direction, half.direction);
         assert_eq!(one.radiance, half.radiance);
         assert_eq!(one.pdf, 2.0 * half.pdf);
-        let (direction, known) = (one.direction, environment.behind(one.direction));
-        let behind = |known| alone.behind(&AT_ORIGIN, Choice::Weighed, direction, known);
+        let (direction, known) = (one.direction, environment.radiance_and_pdf(one.direction));
+        let behind = |known| alone.radiance_and_pdf(&AT_ORIGIN, LightSampling::Importance, direction, known);
         assert_eq!(behind(Some((0, known))), behind(None));
         assert_eq!(behind(None), (one.radiance, one.pdf));
     }

@@ -7,14 +7,14 @@ mod tree;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use raycam_scene::{FromFile, Image, Light, Profile, Texels, Up};
+use raycam_scene::{FileRef, Image, Light, IesProfile, Texels, Up};
 
-use super::{Lights, Reference};
-use crate::light::prepared_light::Source;
-use crate::sampling::sampler::{Pair, Sampler};
+use super::{LightSampleContext, Lights};
+use crate::light::prepared_light::PreparedLight;
+use crate::sampling::sampler::{Dimension, Sampler};
 
 pub(super) const RADIANCE: [f32; 3] = [2.0; 3];
-pub(super) const AT_ORIGIN: Reference = Reference {
+pub(super) const AT_ORIGIN: LightSampleContext = LightSampleContext {
     position: DVec3::ZERO,
     normal: Vec3::Z,
 };
@@ -26,17 +26,17 @@ pub(super) fn lights(lights: &[Light]) -> Lights {
     Lights::new(lights, Up::Z, DVec3::ZERO)
 }
 
-pub(super) fn source(light: Light) -> Source {
-    lights(&[light]).sources.remove(0)
+pub(super) fn source(light: Light) -> PreparedLight {
+    lights(&[light]).lights.remove(0)
 }
 
 /// The n-th of many pairs of numbers that cover the square evenly.
 pub(super) fn random(n: u32) -> [f32; 2] {
-    Sampler::new(7, 0, [3, 5], n).pair(Pair::Filter)
+    Sampler::new(7, 0, [3, 5], n).pair(Dimension::PixelFilter)
 }
 
 /// What a facing side of a surface at the origin gets, estimated with a power of two of samples.
-pub(super) fn irradiance(source: &Source, from: &Reference, samples: u32) -> f64 {
+pub(super) fn irradiance(source: &PreparedLight, from: &LightSampleContext, samples: u32) -> f64 {
     let one = |n| {
         let sample = source.sample(from, random(n))?;
         let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
@@ -53,7 +53,7 @@ pub(super) fn close(found: f64, expected: f64, relative: f64) {
 }
 
 pub(super) fn area(position: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Light {
-    Light::Area {
+    Light::Rectangle {
         position,
         u,
         v,
@@ -81,7 +81,7 @@ pub(super) fn sun(direction: [f64; 3], angular_diameter: f64) -> Light {
 }
 
 pub(super) fn bulb(position: [f64; 3], radius: f64) -> Light {
-    Light::Bulb {
+    Light::Point {
         position,
         power: None,
         intensity: Some([5.0; 3]),
@@ -102,7 +102,7 @@ pub(super) fn spot(inner: f64, outer: f64, power: bool) -> Light {
 
 pub(super) fn daylight(degrees: f64) -> Light {
     let angle = degrees.to_radians();
-    Light::Daylight {
+    Light::Preetham {
         direction: [-angle.cos(), 0.0, -angle.sin()],
         turbidity: 3.0,
         scale: 1.0,
@@ -117,7 +117,7 @@ pub(super) fn environment(size: [u32; 2], radiance: impl Fn(u32, u32) -> f32) ->
         texels: Texels::Float((0..size[0] * size[1]).map(texel).collect()),
     };
     Light::Environment {
-        image: FromFile::of("made", Arc::new(image)),
+        image: FileRef::loaded("made", Arc::new(image)),
         yaw: 30.0,
         scale: 1.0,
     }
@@ -138,13 +138,13 @@ pub(super) fn ies(
     horizontal: &[f64],
     power: Option<[f32; 3]>,
 ) -> Light {
-    let profile = Profile {
+    let profile = IesProfile {
         vertical: vertical.into(),
         horizontal: horizontal.into(),
         candela: candela.into(),
     };
     Light::Ies {
-        profile: FromFile::of("made", Arc::new(profile)),
+        profile: FileRef::loaded("made", Arc::new(profile)),
         position: [0.0, 0.0, 2.0],
         direction: [0.0, 0.0, -1.0],
         front: None,

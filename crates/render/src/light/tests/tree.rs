@@ -3,9 +3,9 @@
 use glam::{DVec3, Vec3};
 use raycam_scene::Light;
 
-use super::super::Choice;
-use super::super::bounds::Bounds;
-use super::super::tree::{MOST_AT_A_POINT, Tree};
+use super::super::LightSampling;
+use super::super::bounds::LightBounds;
+use super::super::tree::{LightTree, MAX_SPLIT_LIGHTS};
 use super::*;
 use crate::prepare::PreparedWorld;
 
@@ -21,7 +21,7 @@ fn many() -> Vec<Light> {
             let [x, y, z] = at(i);
             let power = if i == 7 { 0.0 } else { 1.0 + i as f32 };
             match i % 3 {
-                0 => Light::Bulb {
+                0 => Light::Point {
                     position: [x, y, z + 5.0],
                     power: Some([power; 3]),
                     intensity: None,
@@ -41,13 +41,13 @@ fn many() -> Vec<Light> {
         .collect()
 }
 
-fn points() -> Vec<Reference> {
+fn points() -> Vec<LightSampleContext> {
     (0..24)
         .map(|i| {
             let [x, y] = random(1000 + i);
             let [a, b] = random(2000 + i);
             let normal = Vec3::new(a - 0.5, b - 0.5, 0.7).normalize();
-            Reference {
+            LightSampleContext {
                 position: DVec3::new(f64::from(x), f64::from(y), 0.1) * 10.0 - 5.0,
                 normal: if i % 3 == 0 { Vec3::ZERO } else { normal },
             }
@@ -55,12 +55,12 @@ fn points() -> Vec<Reference> {
         .collect()
 }
 
-fn tree_of(lights: &[Light]) -> (Tree, usize) {
-    let bounds: Vec<Bounds> = lights
+fn tree_of(lights: &[Light]) -> (LightTree, usize) {
+    let bounds: Vec<LightBounds> = lights
         .iter()
         .map(|light| source(light.clone()).bounds())
         .collect();
-    (Tree::new(&bounds), bounds.len())
+    (LightTree::new(&bounds), bounds.len())
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn the_choice_loses_no_light() {
         &crate::Control::new(),
     )
     .unwrap();
-    let from = Reference {
+    let from = LightSampleContext {
         position: DVec3::new(0.3, -0.2, 0.0),
         normal: Vec3::Z,
     };
@@ -116,10 +116,10 @@ fn the_choice_loses_no_light() {
         .iter()
         .map(|light| irradiance(&source(light.clone()), &from, 1 << 10))
         .sum();
-    for choice in [Choice::Weighed, Choice::Even] {
+    for choice in [LightSampling::Importance, LightSampling::Uniform] {
         let one = |n: u32| {
             let [which, _] = random(n + 7_000_000);
-            let [x, y] = Sampler::new(9, 0, [1, 2], n).pair(Pair::Light(0, 0));
+            let [x, y] = Sampler::new(9, 0, [1, 2], n).pair(Dimension::Light(0, 0));
             let sample = lights.sample(&(&from).into(), &nothing, choice, which, &[x, y].into())?;
             let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
             Some(f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine)
@@ -132,8 +132,8 @@ fn the_choice_loses_no_light() {
     for n in 0..SAMPLES / 8 {
         let [which, _] = random(n + 7_000_000);
         let sampler = Sampler::new(9, 0, [1, 2], n);
-        let random = |index| sampler.pair(Pair::Light(0, index)).into();
-        lights.sample_each(&(&from).into(), &nothing, which, random, |_, sample| {
+        let random = |index| sampler.pair(Dimension::Light(0, index)).into();
+        lights.sample_split(&(&from).into(), &nothing, which, random, |_, sample| {
             let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
             found += f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine;
         });
@@ -144,7 +144,7 @@ fn the_choice_loses_no_light() {
 #[test]
 fn several_lights_are_as_many_as_expected() {
     const DRAWS: u32 = 1 << 14;
-    for (many, most) in [(many(), MOST_AT_A_POINT), (many()[..3].to_vec(), 3)] {
+    for (many, most) in [(many(), MAX_SPLIT_LIGHTS), (many()[..3].to_vec(), 3)] {
         let (tree, count) = tree_of(&many);
         for from in points() {
             let expected: Vec<f64> = (0..count)
@@ -170,18 +170,18 @@ fn several_lights_are_as_many_as_expected() {
 fn trees_are_not_deeper_than_lights_are_many() {
     let at = |i: u32| DVec3::X * f64::from(i).exp2();
     // All in one place, and each half as far as the next.
-    let heap: Vec<Bounds> = (0..1000)
-        .map(|_| Bounds::around(at(0), at(0), Vec3::ONE))
+    let heap: Vec<LightBounds> = (0..1000)
+        .map(|_| LightBounds::isotropic(at(0), at(0), Vec3::ONE))
         .collect();
-    let row: Vec<Bounds> = (0..1000)
-        .map(|i| Bounds::around(at(i % 120), at(i % 120), Vec3::ONE))
+    let row: Vec<LightBounds> = (0..1000)
+        .map(|i| LightBounds::isotropic(at(i % 120), at(i % 120), Vec3::ONE))
         .collect();
-    let from = Reference {
+    let from = LightSampleContext {
         position: DVec3::ZERO,
         normal: Vec3::ZERO,
     };
     for lights in [heap, row] {
-        let tree = Tree::new(&lights);
+        let tree = LightTree::new(&lights);
         assert_eq!(tree.count(), lights.len());
         let sum: f64 = (0..lights.len())
             .map(|i| tree.probability(&(&from).into(), i))
@@ -193,16 +193,16 @@ fn trees_are_not_deeper_than_lights_are_many() {
 #[test]
 fn large_trees_are_whole_and_the_same_for_any_threads() {
     // More than one thread builds, most by a sample alone.
-    let lights: Vec<Bounds> = (0..9000)
+    let lights: Vec<LightBounds> = (0..9000)
         .map(|i| {
             let ([x, y], [z, size]) = (random(2 * i), random(2 * i + 1));
             let at = DVec3::new(x.into(), y.into(), z.into()) * 10.0;
-            Bounds::around(at, at + 0.01 * f64::from(size), Vec3::splat(size))
+            LightBounds::isotropic(at, at + 0.01 * f64::from(size), Vec3::splat(size))
         })
         .collect();
     let built = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build().unwrap().install(|| Tree::new(&lights))
+        pool.build().unwrap().install(|| LightTree::new(&lights))
     };
     let tree = built(1);
     assert_eq!(format!("{tree:?}"), format!("{:?}", built(3)));

@@ -3,32 +3,36 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::light::bounds::Bounds;
-use crate::light::tree::node::{Below, Node};
+use crate::light::bounds::LightBounds;
+use crate::light::tree::node::{Child, LightTreeNode};
 use crate::soa::LANES;
 
 /// Lights of a node that is being built, up to an end, for one child: about what they cost together.
-struct Part {
+struct ChildGroup {
     end: usize,
     cost: f32,
 }
 
 /// Of more lights than this only some are looked at to see where they are parted.
-const SAMPLE: usize = 1 << 9;
+const MAX_SAMPLED_LIGHTS: usize = 1 << 9;
 
 /// Groups of more lights are divided among threads.
-const MANY: usize = 1 << 12;
+const PARALLEL_THRESHOLD: usize = 1 << 12;
 
 /// Below so many nodes, lights are halved by number: then trees are not deeper than lights are many.
-const DEEP: u32 = 8;
+const MAX_SAH_DEPTH: u32 = 8;
 
 /// The node of a group, which may be reordered, and behind it all below it; `depth` nodes are above.
-pub(crate) fn grow(lights: &[Bounds], group: &mut [u32], depth: u32) -> Vec<Node> {
+pub(crate) fn build_node(
+    lights: &[LightBounds],
+    group: &mut [u32],
+    depth: u32,
+) -> Vec<LightTreeNode> {
     let ends = match group.len() <= LANES {
-        true => one_by_one(lights, group),
-        false => parts(lights, group, depth < DEEP),
+        true => split_all(lights, group),
+        false => split_groups(lights, group, depth < MAX_SAH_DEPTH),
     };
-    let many = group.len() > MANY;
+    let many = group.len() > PARALLEL_THRESHOLD;
     let (mut rest, mut start) = (group, 0);
     let mut groups = vec![];
     for end in ends {
@@ -40,21 +44,21 @@ pub(crate) fn grow(lights: &[Bounds], group: &mut [u32], depth: u32) -> Vec<Node
     let child = |group: &mut [u32]| {
         let below = match group.len() {
             1 => vec![],
-            _ => grow(lights, group, depth + 1),
+            _ => build_node(lights, group, depth + 1),
         };
-        (around(lights, group.iter().copied()), group[0], below)
+        (union_of(lights, group.iter().copied()), group[0], below)
     };
     let children: Vec<_> = match many {
         true => groups.into_par_iter().map(child).collect(),
         false => groups.into_iter().map(child).collect(),
     };
-    let mut nodes = vec![Node::new()];
+    let mut nodes = vec![LightTreeNode::new()];
     for (bounds, first, mut below) in children {
         // Its nodes are counted from its own start until all before it are known.
         let start = nodes.len();
         let child = match below.is_empty() {
-            true => Below::Light(first),
-            false => Below::Node(start as u32),
+            true => Child::Light(first),
+            false => Child::Node(start as u32),
         };
         nodes[0].push(&bounds, child);
         below.iter_mut().for_each(|node| node.shift(start));
@@ -64,20 +68,23 @@ pub(crate) fn grow(lights: &[Bounds], group: &mut [u32], depth: u32) -> Vec<Node
 }
 
 /// Around some lights.
-pub(crate) fn around(lights: &[Bounds], some: impl Iterator<Item = u32>) -> Bounds {
+pub(crate) fn union_of(lights: &[LightBounds], some: impl Iterator<Item = u32>) -> LightBounds {
     let bounds = some.map(|i| lights[i as usize]);
     bounds.reduce(|a, b| a.union(&b)).unwrap_or_default()
 }
 
-/// About [`SAMPLE`] of a group, or all of them. Every so many: an odd number, or of houses it would always be one wall.
-fn sample(group: &[u32]) -> impl Iterator<Item = u32> + Clone {
-    group.iter().copied().step_by((group.len() / SAMPLE) | 1)
+/// About [`MAX_SAMPLED_LIGHTS`] of a group, or all of them. Every so many: an odd number, or of houses it would always be one wall.
+fn subsample(group: &[u32]) -> impl Iterator<Item = u32> + Clone {
+    group
+        .iter()
+        .copied()
+        .step_by((group.len() / MAX_SAMPLED_LIGHTS) | 1)
 }
 
 /// Sorts a group along the axis along which it is longest: a part for each light, as where it ends.
-fn one_by_one(lights: &[Bounds], group: &mut [u32]) -> Vec<usize> {
+fn split_all(lights: &[LightBounds], group: &mut [u32]) -> Vec<usize> {
     let center = |i: u32| lights[i as usize].center();
-    let (low, high) = range(group.iter().map(|&i| center(i)));
+    let (low, high) = position_bounds(group.iter().map(|&i| center(i)));
     let axis = (high - low).max_position();
     group.sort_by(|&a, &b| center(a)[axis].total_cmp(&center(b)[axis]));
     (1..=group.len()).collect()
@@ -85,21 +92,21 @@ fn one_by_one(lights: &[Bounds], group: &mut [u32]) -> Vec<usize> {
 
 /// Halves a group, and always the part that costs most, as long as a node has places; by number where it has no planes.
 /// Where the parts end.
-fn parts(lights: &[Bounds], group: &mut [u32], planes: bool) -> Vec<usize> {
+fn split_groups(lights: &[LightBounds], group: &mut [u32], planes: bool) -> Vec<usize> {
     let part = |group: &[u32], end: usize| {
-        let some = sample(group);
+        let some = subsample(group);
         let share = group.len() as f32 / some.clone().count() as f32;
         let cost = if planes {
-            share * around(lights, some).cost()
+            share * union_of(lights, some).saoh_cost()
         } else {
             0.0
         };
-        Part { end, cost }
+        ChildGroup { end, cost }
     };
     let mut parts = vec![part(group, group.len())];
     while parts.len() < LANES {
         let (mut most, mut start) = (None::<(f32, usize, usize, usize)>, 0);
-        for (i, &Part { end, cost }) in parts.iter().enumerate() {
+        for (i, &ChildGroup { end, cost }) in parts.iter().enumerate() {
             let count = end - start;
             if count > 1 && most.is_none_or(|(c, n, ..)| (cost, count) > (c, n)) {
                 most = Some((cost, count, i, start));
@@ -119,7 +126,7 @@ fn parts(lights: &[Bounds], group: &mut [u32], planes: bool) -> Vec<usize> {
 }
 
 /// The lower and the upper corner of the box of some points.
-fn range(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
+fn position_bounds(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
     points.fold(
         (Vec3::INFINITY, Vec3::NEG_INFINITY),
         |(low, high), point| (low.min(point), high.max(point)),
@@ -128,11 +135,11 @@ fn range(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
 
 /// Parts a group in two by the cheapest of twelve planes along each axis, or by number where it has no planes, and says
 /// where the second part begins.
-fn split(lights: &[Bounds], group: &mut [u32], planes: bool) -> usize {
+fn split(lights: &[LightBounds], group: &mut [u32], planes: bool) -> usize {
     const BINS: usize = 12;
     let half = group.len() / 2;
     let center = |i: u32| lights[i as usize].center();
-    let (low, high) = range(sample(group).map(center));
+    let (low, high) = position_bounds(subsample(group).map(center));
     let size = high - low;
     if !planes || size.max_element() <= 0.0 {
         return half;
@@ -146,8 +153,8 @@ fn split(lights: &[Bounds], group: &mut [u32], planes: bool) -> usize {
     let mut best: Option<(f32, usize, usize)> = None;
     for axis in (0..3).filter(|&axis| size[axis] > 0.0) {
         // What is empty is dark, which has no say.
-        let mut bins = [Bounds::default(); BINS];
-        for i in sample(group) {
+        let mut bins = [LightBounds::default(); BINS];
+        for i in subsample(group) {
             let bin = &mut bins[bin(i, axis)];
             *bin = bin.union(&lights[i as usize]);
         }
@@ -158,14 +165,14 @@ fn split(lights: &[Bounds], group: &mut [u32], planes: bool) -> usize {
         for plane in (1..BINS - 1).rev() {
             behind[plane] = behind[plane].union(&behind[plane + 1]);
         }
-        let mut before = Bounds::default();
+        let mut before = LightBounds::default();
         for plane in 1..BINS {
             before = before.union(&bins[plane - 1]);
             // Behind an empty bin it is the plane before it once more.
-            if bins[plane - 1].intensity == 0.0 || behind[plane].intensity == 0.0 {
+            if bins[plane - 1].phi == 0.0 || behind[plane].phi == 0.0 {
                 continue;
             }
-            let cost = stretch * (before.cost() + behind[plane].cost());
+            let cost = stretch * (before.saoh_cost() + behind[plane].saoh_cost());
             if best.is_none_or(|(least, ..)| cost < least) {
                 best = Some((cost, axis, plane));
             }

@@ -9,7 +9,7 @@ use crate::soa::{LANES, Vec3xN, get_lane};
 /// What each child of a node may matter to each point.
 #[derive(Debug, Default)]
 pub(crate) struct NodeImportances {
-    of_children: [[f32; LANES]; LANES],
+    per_child: [[f32; LANES]; LANES],
 }
 
 /// A point that a tree of lights is asked for.
@@ -17,22 +17,22 @@ pub(crate) struct NodeImportances {
 pub(crate) struct LightTreeContext<'a> {
     pub from: &'a LightSampleContext,
     /// What is known of the tree's only node, and the point's lane there.
-    pub known: Option<(&'a NodeImportances, usize)>,
+    pub importances: Option<(&'a NodeImportances, usize)>,
 }
 
 impl<'a> From<&'a LightSampleContext> for LightTreeContext<'a> {
     fn from(from: &'a LightSampleContext) -> Self {
-        Self { from, known: None }
+        Self { from, importances: None }
     }
 }
 
 impl LightTreeContext<'_> {
     /// How often the children of a node are chosen for it: never, where none of its lights matters.
-    pub(crate) fn shares(&self, node: &LightTreeNode) -> ChildProbabilities {
+    pub(crate) fn child_probabilities(&self, node: &LightTreeNode) -> ChildProbabilities {
         let mut weights = [0.0; LANES];
-        match self.known {
+        match self.importances {
             Some((known, lane)) => {
-                for (weight, of_child) in weights.iter_mut().zip(&known.of_children) {
+                for (weight, of_child) in weights.iter_mut().zip(&known.per_child) {
                     *weight = of_child[lane];
                 }
             }
@@ -62,7 +62,7 @@ impl WithSimd for ComputeNodeImportances<'_> {
             node,
             points,
             normals,
-            out: NodeImportances { of_children },
+            out: NodeImportances { per_child: of_children },
         } = self;
         let (points, normals) = (*points, *normals);
         for (child, out) in of_children.iter_mut().enumerate() {
@@ -99,9 +99,9 @@ mod tests {
                 let (at, normal) = (place(i) * 2.0, place(5 * i + 1).normalize());
                 let corners = [at, at + 0.3 * normal.any_orthonormal_vector()];
                 match i % 3 {
-                    0 => LightBounds::around(at, at, Vec3::ONE),
-                    1 => LightBounds::flat(&corners, normal, Vec3::X, false),
-                    _ => LightBounds::flat(&corners, normal, Vec3::splat(5.0), true),
+                    0 => LightBounds::isotropic(at, at, Vec3::ONE),
+                    1 => LightBounds::planar(&corners, normal, Vec3::X, false),
+                    _ => LightBounds::planar(&corners, normal, Vec3::splat(5.0), true),
                 }
             })
             .collect();
@@ -130,10 +130,10 @@ mod tests {
                 let node = tree.only_node().unwrap();
                 let alone = LightTreeContext::from(&from);
                 let known = LightTreeContext {
-                    known: Some((&weights, lane)),
+                    importances: Some((&weights, lane)),
                     ..alone
                 };
-                let [alone, known] = [alone, known].map(|asker| asker.shares(node));
+                let [alone, known] = [alone, known].map(|asker| asker.child_probabilities(node));
                 for child in 0..LANES {
                     assert_eq!(known.of(child).to_bits(), alone.of(child).to_bits());
                     *(if known.any(child) {

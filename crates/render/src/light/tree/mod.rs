@@ -7,52 +7,52 @@ pub(crate) mod build;
 pub(crate) mod importance;
 pub(crate) mod node;
 
-use super::Reference;
-use super::bounds::{Bounds, Reach};
-use crate::light::tree::build::{around, grow};
-use crate::light::tree::importance::Asker;
-use crate::light::tree::node::{Below, Node, Place, Shares};
+use super::LightSampleContext;
+use super::bounds::{LightBounds, PreparedLightBounds};
+use crate::light::tree::build::{build_node, union_of};
+use crate::light::tree::importance::LightTreeContext;
+use crate::light::tree::node::{Child, ChildProbabilities, LightTreeNode, SurfaceInteraction};
 
 /// Which light to choose for a point. Lights keep their numbers.
 #[derive(Debug, Default)]
-pub(crate) struct Tree {
+pub(crate) struct LightTree {
     /// The root first.
-    nodes: Vec<Node>,
+    nodes: Vec<LightTreeNode>,
     /// Of each light; dark ones have none.
-    places: Vec<Option<Place>>,
+    parents: Vec<Option<SurfaceInteraction>>,
     /// Around all of them.
-    all: Option<Reach>,
+    bounds: Option<PreparedLightBounds>,
     /// How many shine.
     count: usize,
 }
 
 /// More than one light is chosen by so many numbers.
-pub(crate) const MOST_AT_A_POINT: usize = 4;
+pub(crate) const MAX_SPLIT_LIGHTS: usize = 4;
 
-impl Tree {
-    pub fn new(lights: &[Bounds]) -> Self {
+impl LightTree {
+    pub fn new(lights: &[LightBounds]) -> Self {
         let mut shining: Vec<u32> = (0..lights.len() as u32)
-            .filter(|&i| lights[i as usize].intensity > 0.0)
+            .filter(|&i| lights[i as usize].phi > 0.0)
             .collect();
         let nodes = match shining.is_empty() {
             true => vec![],
-            false => grow(lights, &mut shining, 0),
+            false => build_node(lights, &mut shining, 0),
         };
         let mut tree = Self {
             nodes,
-            places: vec![None; lights.len()],
-            all: (!shining.is_empty()).then(|| around(lights, shining.iter().copied()).reach()),
+            parents: vec![None; lights.len()],
+            bounds: (!shining.is_empty()).then(|| union_of(lights, shining.iter().copied()).prepare()),
             count: shining.len(),
         };
         for node in 0..tree.nodes.len() {
             for child in 0..tree.nodes[node].below().len() {
-                let place = Some(Place {
+                let place = Some(SurfaceInteraction {
                     node: node as u32,
                     child: child as u32,
                 });
                 match tree.nodes[node].below()[child] {
-                    Below::Light(light) => tree.places[light as usize] = place,
-                    Below::Node(below) => tree.nodes[below as usize].above = place,
+                    Child::Light(light) => tree.parents[light as usize] = place,
+                    Child::Node(below) => tree.nodes[below as usize].above = place,
                 }
             }
         }
@@ -70,7 +70,7 @@ impl Tree {
     }
 
     /// Its only node, where it has no other.
-    pub fn only_node(&self) -> Option<&Node> {
+    pub fn only_node(&self) -> Option<&LightTreeNode> {
         match &*self.nodes {
             [node] => Some(node),
             _ => None,
@@ -78,52 +78,62 @@ impl Tree {
     }
 
     /// How much all of it may matter to a point.
-    pub fn importance(&self, from: &Reference) -> f64 {
+    pub fn importance(&self, from: &LightSampleContext) -> f64 {
         let position = from.position.as_vec3();
-        self.all
+        self.bounds
             .map_or(0.0, |all| f64::from(all.importance(position, from.normal)))
     }
 
     /// One of the lights by a number in 0..1, and its probability.
-    pub fn choose(&self, from: &Asker, number: f64) -> Option<(usize, f64)> {
+    pub fn choose(&self, from: &LightTreeContext, number: f64) -> Option<(usize, f64)> {
         if self.is_empty() {
             return None;
         }
-        let root = from.shares(&self.nodes[0]);
+        let root = from.child_probabilities(&self.nodes[0]);
         self.choose_below(&root, from, number)
     }
 
     /// The same, where the shares of the root's children are known.
-    fn choose_below(&self, root: &Shares, from: &Asker, number: f64) -> Option<(usize, f64)> {
+    fn choose_below(
+        &self,
+        root: &ChildProbabilities,
+        from: &LightTreeContext,
+        number: f64,
+    ) -> Option<(usize, f64)> {
         let (mut child, mut probability, mut number) = root.choose(number)?;
         let mut at = 0;
         loop {
             match self.nodes[at as usize].below()[child] {
-                Below::Light(light) => return Some((light as usize, probability)),
-                Below::Node(next) => at = next,
+                Child::Light(light) => return Some((light as usize, probability)),
+                Child::Node(next) => at = next,
             }
-            let shares = from.shares(&self.nodes[at as usize]);
+            let shares = from.child_probabilities(&self.nodes[at as usize]);
             let share;
             (child, share, number) = shares.choose(number)?;
             probability *= share;
         }
     }
 
-    /// Several lights: all of them where they are at most [`MOST_AT_A_POINT`], else so many by numbers that are spread evenly
+    /// Several lights: all of them where they are at most [`MAX_SPLIT_LIGHTS`], else so many by numbers that are spread evenly
     /// from one. Tells of each with its number and how many of it are expected.
-    pub fn choose_many(&self, from: &Asker, number: f64, mut tell: impl FnMut(usize, usize, f64)) {
+    pub fn choose_many(
+        &self,
+        from: &LightTreeContext,
+        number: f64,
+        mut tell: impl FnMut(usize, usize, f64),
+    ) {
         if self.is_empty() {
             return;
         }
-        let root = from.shares(&self.nodes[0]);
-        for index in 0..self.count.min(MOST_AT_A_POINT) {
-            if self.count > MOST_AT_A_POINT {
-                let number = (number + index as f64) / MOST_AT_A_POINT as f64;
+        let root = from.child_probabilities(&self.nodes[0]);
+        for index in 0..self.count.min(MAX_SPLIT_LIGHTS) {
+            if self.count > MAX_SPLIT_LIGHTS {
+                let number = (number + index as f64) / MAX_SPLIT_LIGHTS as f64;
                 let chosen = self.choose_below(&root, from, number);
                 if let Some((light, probability)) = chosen {
-                    tell(index, light, probability * MOST_AT_A_POINT as f64);
+                    tell(index, light, probability * MAX_SPLIT_LIGHTS as f64);
                 }
-            } else if let Below::Light(light) = self.nodes[0].below()[index]
+            } else if let Child::Light(light) = self.nodes[0].below()[index]
                 && root.any(index)
             {
                 tell(index, light as usize, 1.0);
@@ -131,22 +141,22 @@ impl Tree {
         }
     }
 
-    /// The probability with which [`Tree::choose`] gives this light.
-    pub fn probability(&self, from: &Asker, light: usize) -> f64 {
-        let mut place = self.places[light];
+    /// The probability with which [`LightTree::choose`] gives this light.
+    pub fn probability(&self, from: &LightTreeContext, light: usize) -> f64 {
+        let mut place = self.parents[light];
         let mut probability = f64::from(u8::from(place.is_some()));
-        while let Some(Place { node, child }) = place {
-            probability *= from.shares(&self.nodes[node as usize]).of(child as usize);
+        while let Some(SurfaceInteraction { node, child }) = place {
+            probability *= from.child_probabilities(&self.nodes[node as usize]).of(child as usize);
             place = self.nodes[node as usize].above;
         }
         probability
     }
 
-    /// How many of this light are expected of [`Tree::choose_many`].
-    pub fn expected(&self, from: &Asker, light: usize) -> f64 {
+    /// How many of this light are expected of [`LightTree::choose_many`].
+    pub fn expected(&self, from: &LightTreeContext, light: usize) -> f64 {
         let probability = self.probability(from, light);
-        match self.count > MOST_AT_A_POINT {
-            true => probability * MOST_AT_A_POINT as f64,
+        match self.count > MAX_SPLIT_LIGHTS {
+            true => probability * MAX_SPLIT_LIGHTS as f64,
             false => f64::from(u8::from(probability > 0.0)),
         }
     }

@@ -60,16 +60,16 @@ impl LightTreeNode {
     /// Takes the next place.
     pub fn push(&mut self, bounds: &LightBounds, below: Child) {
         let child = self.count;
-        let reach = bounds.reach();
+        let reach = bounds.prepare();
         set_lane(&mut self.center, child, reach.center.to_array());
         set_lane(&mut self.half, child, reach.half.to_array());
         self.radius[child] = reach.radius;
         set_lane(&mut self.axis, child, reach.axis.to_array());
-        self.normals[0][child] = reach.normals.sin;
-        self.normals[1][child] = reach.normals.cos;
-        self.cos_emission[child] = reach.cos_emission;
+        self.normals[0][child] = reach.theta_o.sin;
+        self.normals[1][child] = reach.theta_o.cos;
+        self.cos_emission[child] = reach.cos_theta_e;
         self.two_sided[child] = reach.two_sided;
-        self.intensity[child] = reach.intensity;
+        self.intensity[child] = reach.phi;
         self.below[child] = below;
         self.count += 1;
     }
@@ -94,13 +94,13 @@ impl LightTreeNode {
             half: get_lane(&self.half, child).into(),
             radius: self.radius[child],
             axis: get_lane(&self.axis, child).into(),
-            normals: Angle {
+            theta_o: Angle {
                 sin: self.normals[0][child],
                 cos: self.normals[1][child],
             },
-            cos_emission: self.cos_emission[child],
+            cos_theta_e: self.cos_emission[child],
             two_sided: self.two_sided[child],
-            intensity: self.intensity[child],
+            phi: self.intensity[child],
         }
     }
 }
@@ -233,8 +233,8 @@ mod tests {
         let at = |i: usize| DVec3::new(i as f64, (i as f64).sin(), 2.0);
         for i in 0..11 {
             let light = match i % 2 {
-                0 => LightBounds::around(at(i), at(i), Vec3::ONE),
-                _ => LightBounds::flat(&[at(i), at(i + 1)], -DVec3::Z, Vec3::ONE, i == 3),
+                0 => LightBounds::isotropic(at(i), at(i), Vec3::ONE),
+                _ => LightBounds::planar(&[at(i), at(i + 1)], -DVec3::Z, Vec3::ONE, i == 3),
             };
             node.push(&light, Child::Light(i as u32));
         }
