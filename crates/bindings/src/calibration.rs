@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use raycam_formats::calibration::{self, Known, Mount, Pose};
+use raycam_formats::calibration::{self, Pose, ReadHints, RigMount};
 use raycam_formats::{Budget, FormatError};
 
 use crate::arrays::rows_of;
@@ -17,7 +17,7 @@ type Placed = ([[f64; 3]; 3], [f64; 3]);
 /// A camera as its file has it: what is read is written back to the last bit.
 #[pyclass(frozen, module = "raycam._core")]
 pub(crate) struct Record {
-    inner: calibration::Record,
+    inner: calibration::CameraRecord,
 }
 
 #[pymethods]
@@ -32,7 +32,7 @@ impl Record {
         time: Option<f64>,
         on: Option<(PyRef<'_, Rig>, String, String)>,
     ) -> PyResult<Self> {
-        let mut inner = calibration::Record::of(name, &camera.inner);
+        let mut inner = calibration::CameraRecord::from_camera(name, &camera.inner);
         (inner.image, inner.time) = (image, time);
         if let Some((rig, frame, name)) = on {
             let rig = &rig.inner;
@@ -40,12 +40,12 @@ impl Record {
             let mount =
                 mount.ok_or_else(|| camera_error(format!("the rig has no camera {name:?}")))?;
             let body = rig.body();
-            inner.mount = Some(Mount {
+            inner.mount = Some(RigMount {
                 rig: rig.name().into(),
                 frame,
                 name,
-                camera: Pose::at(mount.camera.r(), mount.camera.c()),
-                body: Pose::at(body.r, body.c),
+                camera: Pose::from_r_c(mount.camera.r(), mount.camera.c()),
+                body: Pose::from_r_c(body.r, body.c),
             });
         }
         Ok(Self { inner })
@@ -104,9 +104,10 @@ pub(crate) fn read_cameras(
     size: Option<[u32; 2]>,
     intrinsics: Option<&Camera>,
 ) -> PyResult<(Vec<Record>, Vec<String>)> {
-    let known = Known {
+    let known = ReadHints {
         size,
-        intrinsics: intrinsics.map(|camera| calibration::Record::of("", &camera.inner)),
+        intrinsics: intrinsics
+            .map(|camera| calibration::CameraRecord::from_camera("", &camera.inner)),
     };
     let read = || calibration::read(&path, format.as_deref(), &known, &Budget::default());
     let found = py

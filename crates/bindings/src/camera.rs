@@ -3,7 +3,7 @@
 use glam::{DMat4, DVec2};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use raycam_scene::schema::{CameraSpec, from_node};
+use raycam_scene::schema::{CameraSpec, from_value};
 use raycam_scene::{Lens, LensModel, PixelCenter, SceneError, Up, camera};
 
 use crate::arrays::{Floats, array, matrix3, rows, rows_of, vector};
@@ -291,13 +291,13 @@ impl Camera {
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
         let spec: CameraSpec =
-            from_node(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
+            from_value(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
         made(spec.build(self::up(up)?))
     }
 
     /// Its description, to the last digit, as JSON.
     fn to_json(&self) -> PyResult<String> {
-        serde_json::to_string(&CameraSpec::of(&self.inner))
+        serde_json::to_string(&CameraSpec::from_camera(&self.inner))
             .map_err(|error| camera_error(error.to_string()))
     }
 

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use raycam_formats::{Folder, FormatError};
-use raycam_scene::schema::{ObjectSpec, VideoSpec, WorldFile, from_node};
+use raycam_formats::{AssetRoot, FormatError};
+use raycam_scene::schema::{ObjectSpec, VideoSpec, WorldFile, from_value};
 use raycam_scene::{Light, Video, World as Inner};
 
 use crate::error::{IntoPyErr, caught};
@@ -21,9 +21,9 @@ pub(crate) fn world_from_dict(
 ) -> PyResult<World> {
     let node = node(description, "")?;
     let build = || -> Result<Inner, FormatError> {
-        let mut files = Folder::new(&folder, &budget(texture_memory));
-        let mut world = from_node::<WorldFile>(&node)?.build(&mut files)?;
-        files.finish(&mut world)?;
+        let mut files = AssetRoot::new(&folder, &budget(texture_memory));
+        let mut world = from_value::<WorldFile>(&node)?.build(&mut files)?;
+        files.finish_world(&mut world)?;
         Ok(world)
     };
     let world = description.py().detach(|| caught(build))?;
@@ -40,7 +40,7 @@ pub(crate) fn world_add_object(
     description: &Bound<'_, PyAny>,
     within: Option<PathBuf>,
 ) -> PyResult<usize> {
-    let spec: ObjectSpec = from_node(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    let spec: ObjectSpec = from_value(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
     world.add(description.py(), within, |inner, files| {
         spec.build(inner, files)
     })
@@ -53,7 +53,7 @@ pub(crate) fn world_add_light(
     description: &Bound<'_, PyAny>,
     within: Option<PathBuf>,
 ) -> PyResult<usize> {
-    let mut light: Light = from_node(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    let mut light: Light = from_value(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
     world.add(description.py(), within, |inner, files| {
         light.read(files)?;
         Ok(inner.add_light(light)?)
@@ -63,7 +63,7 @@ pub(crate) fn world_add_light(
 /// Gives the world a `[video]`, or another one.
 #[pyfunction]
 pub(crate) fn world_set_video(world: &World, description: &Bound<'_, PyAny>) -> PyResult<()> {
-    let spec: VideoSpec = from_node(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
+    let spec: VideoSpec = from_value(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
     world.change(|inner| {
         inner.video = Some(Video::new(&spec, inner).map_err(IntoPyErr::into_py_err)?);
         Ok(())
@@ -76,18 +76,18 @@ impl World {
         &self,
         py: Python<'_>,
         within: Option<PathBuf>,
-        add: impl FnOnce(&mut Inner, &mut Folder) -> Result<T, FormatError> + Send,
+        add: impl FnOnce(&mut Inner, &mut AssetRoot) -> Result<T, FormatError> + Send,
     ) -> PyResult<T> {
         let change = |inner: &mut Inner| {
-            let limit = inner.texture_memory.as_ref().map(|memory| memory.limit());
+            let limit = inner.texture_cache.as_ref().map(|memory| memory.limit());
             let budget = budget(limit);
             let files = match within {
-                Some(folder) => Folder::new(&folder, &budget),
-                None => Folder::trusted(&self.folder, &budget),
+                Some(folder) => AssetRoot::new(&folder, &budget),
+                None => AssetRoot::trusted(&self.folder, &budget),
             };
-            let mut files = files.for_more_of(inner);
+            let mut files = files.extending(inner);
             let added = add(inner, &mut files).map_err(IntoPyErr::into_py_err)?;
-            files.finish(inner).map_err(IntoPyErr::into_py_err)?;
+            files.finish_world(inner).map_err(IntoPyErr::into_py_err)?;
             Ok(added)
         };
         py.detach(|| self.change(change))

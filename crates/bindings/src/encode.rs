@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use raycam_formats::encode::{exr, hdr, mask, png};
 use raycam_render::film::display;
-use raycam_scene::{View, color};
+use raycam_scene::{ViewTransform, color};
 
 use crate::arrays::array;
 use crate::camera::Camera;
@@ -47,7 +47,7 @@ pub(crate) fn srgb_from_linear<'py>(
     bits: u8,
     view: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let Some(view) = View::named(view) else {
+    let Some(view) = ViewTransform::from_name(view) else {
         return Err(settings_error(format!("no view {view:?}")));
     };
     let values = contiguous(&linear)?;
@@ -116,15 +116,15 @@ pub(crate) fn encode_exr<'py>(
     for ((name, numbers), narrowed) in layers.iter().zip(&narrowed) {
         let floats = |values| {
             if half {
-                exr::Samples::F16(values)
+                exr::LayerSamples::F16(values)
             } else {
-                exr::Samples::F32(values)
+                exr::LayerSamples::F32(values)
             }
         };
         let (shape, samples) = match numbers {
             Numbers::F32(a) => (a.shape(), floats(contiguous(a)?)),
             Numbers::F64(a) => (a.shape(), floats(&narrowed[..])),
-            Numbers::I32(a) => (a.shape(), exr::Samples::Id(contiguous(a)?)),
+            Numbers::I32(a) => (a.shape(), exr::LayerSamples::Id(contiguous(a)?)),
             _ => {
                 return Err(settings_error(format!(
                     "EXR: {name} is neither of floats nor of int32"
@@ -153,7 +153,7 @@ pub(crate) fn encode_exr<'py>(
 pub(crate) fn mask_runs(py: Python<'_>, pixels: PyReadonlyArrayDyn<'_, bool>) -> PyResult<String> {
     let ([width, height], _) = size_of(pixels.shape())?;
     let values = contiguous(&pixels)?;
-    py.detach(|| caught(|| mask::coco_runs(values, width as usize, height as usize)))
+    py.detach(|| caught(|| mask::coco_rle(values, width as usize, height as usize)))
 }
 
 /// Polygons [n, 2] along the pixels' edges that fill a mask [height, width].

@@ -3,7 +3,7 @@
 use numpy::{PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use raycam_render::{Channel, Frame, Kind, Plane};
+use raycam_render::{Channel, Frame, ImagePlane, PixelType};
 
 use crate::arrays::array;
 use crate::error::{IntoPyErr, caught, settings_error};
@@ -12,12 +12,12 @@ use crate::error::{IntoPyErr, caught, settings_error};
 #[pyfunction]
 pub(crate) fn channels() -> Vec<(&'static str, &'static str, usize)> {
     let dtype = |kind| match kind {
-        Kind::F32 => "float32",
-        Kind::F64 => "float64",
-        Kind::I32 => "int32",
+        PixelType::F32 => "float32",
+        PixelType::F64 => "float64",
+        PixelType::I32 => "int32",
     };
     Channel::all()
-        .map(|c| (c.name(), dtype(c.kind()), c.components()))
+        .map(|c| (c.name(), dtype(c.pixel_type()), c.components()))
         .collect()
 }
 
@@ -41,9 +41,9 @@ pub(crate) fn parts(py: Python<'_>, frame: Frame) -> PyResult<Parts<'_>> {
             &shape[..]
         };
         let pixels = match plane {
-            Plane::F32 { data, .. } => array(py, data, shape)?.into_any(),
-            Plane::F64 { data, .. } => array(py, data, shape)?.into_any(),
-            Plane::I32 { data, .. } => array(py, data, shape)?.into_any(),
+            ImagePlane::F32 { data, .. } => array(py, data, shape)?.into_any(),
+            ImagePlane::F64 { data, .. } => array(py, data, shape)?.into_any(),
+            ImagePlane::I32 { data, .. } => array(py, data, shape)?.into_any(),
         };
         planes.set_item(channel.name(), pixels)?;
     }
@@ -79,7 +79,7 @@ pub(crate) fn merge<'py>(
     parts(py, merged.map_err(IntoPyErr::into_py_err)?)
 }
 
-fn plane(channel: Channel, pixels: &Bound<'_, PyAny>) -> PyResult<Plane> {
+fn plane(channel: Channel, pixels: &Bound<'_, PyAny>) -> PyResult<ImagePlane> {
     fn data<T: numpy::Element>(pixels: &Bound<'_, PyAny>) -> PyResult<Vec<T>> {
         let pixels: PyReadonlyArrayDyn<'_, T> = pixels.extract()?;
         pixels
@@ -87,16 +87,16 @@ fn plane(channel: Channel, pixels: &Bound<'_, PyAny>) -> PyResult<Plane> {
             .map_err(|_| settings_error("expected a C-contiguous array".into()))
     }
     let components = channel.components();
-    Ok(match channel.kind() {
-        Kind::F32 => Plane::F32 {
+    Ok(match channel.pixel_type() {
+        PixelType::F32 => ImagePlane::F32 {
             components,
             data: data(pixels)?,
         },
-        Kind::F64 => Plane::F64 {
+        PixelType::F64 => ImagePlane::F64 {
             components,
             data: data(pixels)?,
         },
-        Kind::I32 => Plane::I32 {
+        PixelType::I32 => ImagePlane::I32 {
             components,
             data: data(pixels)?,
         },

@@ -7,7 +7,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use raycam_scene::color;
-use raycam_scene::schema::{Entry, Node, Value};
+use raycam_scene::schema::{Entry, SpannedValue, Value};
 
 use crate::error::world_error;
 
@@ -17,8 +17,8 @@ const DEEPEST: usize = 16;
 const COLORS: [&str; 3] = ["color", "face_colors", "vertex_colors"];
 
 /// The node of any Python value; `path` names it in errors.
-pub(crate) fn node(value: &Bound<'_, PyAny>, path: &str) -> PyResult<Node> {
-    convert(value, path, 0).map(Node::from)
+pub(crate) fn node(value: &Bound<'_, PyAny>, path: &str) -> PyResult<SpannedValue> {
+    convert(value, path, 0).map(SpannedValue::from)
 }
 
 fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value> {
@@ -61,7 +61,7 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
             entries.push(Entry {
                 key,
                 key_span: None,
-                node,
+                value: node,
             });
         }
         return Ok(Value::Table(entries));
@@ -73,7 +73,7 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
     };
     if let Some(items) = items {
         let convert =
-            |(i, item)| convert(&item, &format!("{path}[{i}]"), depth + 1).map(Node::from);
+            |(i, item)| convert(&item, &format!("{path}[{i}]"), depth + 1).map(SpannedValue::from);
         return Ok(Value::List(
             items
                 .into_iter()

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use raycam_scene::camera::{self, Pose};
-use raycam_scene::schema::{RigSpec, from_node};
+use raycam_scene::schema::{RigSpec, from_value};
 use raycam_scene::world::NamedCamera;
 
 use crate::arrays::{matrix3, rows_of, vector};
@@ -41,13 +41,13 @@ impl Rig {
     /// The rig of a description as in a world file.
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
-        let spec: RigSpec = from_node(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
+        let spec: RigSpec = from_value(&node(description, "")?).map_err(IntoPyErr::into_py_err)?;
         made(spec.build(self::up(up)?))
     }
 
     /// Its description, to the last digit, as JSON.
     fn to_json(&self) -> PyResult<String> {
-        serde_json::to_string(&RigSpec::of(&self.inner))
+        serde_json::to_string(&RigSpec::from_rig(&self.inner))
             .map_err(|error| camera_error(error.to_string()))
     }
 

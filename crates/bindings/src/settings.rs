@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::{Filter, Integrator, Settings, TruthSurface};
-use raycam_scene::View;
+use raycam_scene::ViewTransform;
 use raycam_scene::schema::{AmbientOcclusion, FilterName, IntegratorName, RenderSpec};
 
 use crate::error::settings_error;
@@ -110,6 +110,6 @@ pub(crate) fn written<'py>(py: Python<'py>, spec: &RenderSpec) -> PyResult<Bound
         None => {}
     }
     put(&dict, "exposure", spec.exposure)?;
-    put(&dict, "view", spec.view.map(View::name))?;
+    put(&dict, "view", spec.view.map(ViewTransform::name))?;
     Ok(dict)
 }

@@ -169,7 +169,7 @@ impl Planes {
         let stock = lock.get_or_insert_default();
         let dropped = stock.begin();
         let wanted = channels.iter().map(|&channel| {
-            let (kind, values) = (channel.kind(), pixels * channel.components());
+            let (kind, values) = (channel.pixel_type(), pixels * channel.components());
             (channel, values, stock.take(py, kind, values))
         });
         let wanted: Vec<_> = wanted.collect();
@@ -181,7 +181,7 @@ impl Planes {
                 channel,
                 values,
                 zero: used.is_none(),
-                owner: used.unwrap_or_else(|| Owner::zeros(py, channel.kind(), values)),
+                owner: used.unwrap_or_else(|| Owner::zeros(py, channel.pixel_type(), values)),
             });
         Self(planes.collect())
     }

@@ -7,8 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::PreparedWorld;
 use raycam_render::annotations::amodal;
-use raycam_render::annotations::flow::{View, flow as follow};
-use raycam_render::annotations::keypoints::{Anchor, Keypoint, keypoints as find};
+use raycam_render::annotations::flow::{Viewpoint, flow as follow};
+use raycam_render::annotations::keypoints::{Keypoint, KeypointSource, keypoints as find};
 
 use crate::arrays::{Floats, array, rows, rows_of, vector};
 use crate::camera::Camera;
@@ -20,10 +20,10 @@ use crate::world::World;
 fn view<'a>(
     world: &'a (Arc<raycam_scene::World>, Arc<PreparedWorld>),
     camera: &'a Camera,
-) -> View<'a> {
-    View {
+) -> Viewpoint<'a> {
+    Viewpoint {
         world: &world.1,
-        moving: Some(&world.0),
+        animated_world: Some(&world.0),
         camera: &camera.inner,
     }
 }
@@ -65,7 +65,7 @@ type Silhouettes<'py> = Vec<(usize, (i32, i32, i32, i32), Bound<'py, PyArrayDyn<
 
 /// What objects alone cover of a picture with its margin.
 #[pyfunction]
-pub(crate) fn silhouettes<'py>(
+pub(crate) fn amodal_masks<'py>(
     py: Python<'py>,
     world: PyRef<'py, World>,
     camera: PyRef<'py, Camera>,
@@ -76,7 +76,7 @@ pub(crate) fn silhouettes<'py>(
     let world = world.prepared_world(py, threads)?;
     let seen = view(&world, &camera);
     let found = watched(py, None, |control| {
-        amodal::silhouettes(seen, &objects, margin, threads, control)
+        amodal::amodal_masks(seen, &objects, margin, threads, control)
     })?;
     found
         .into_iter()
@@ -103,18 +103,18 @@ pub(crate) fn keypoints<'py>(
     let points = rows::<f64, 3>(&points, "points")?;
     let of = |numbers: &Option<Vec<usize>>, i: usize| numbers.as_ref()?.get(i).copied();
     let anchor = |(i, point): (usize, &[f64; 3])| match (of(&objects, i), of(&triangles, i)) {
-        (None, _) => Anchor::World(vector(*point)),
-        (Some(object), None) => Anchor::Mesh {
+        (None, _) => KeypointSource::World(vector(*point)),
+        (Some(object), None) => KeypointSource::Mesh {
             object,
             point: vector(*point),
         },
-        (Some(object), Some(triangle)) => Anchor::Triangle {
+        (Some(object), Some(triangle)) => KeypointSource::Triangle {
             object,
             triangle,
             weights: vector(*point),
         },
     };
-    let anchors: Vec<Anchor> = points.iter().enumerate().map(anchor).collect();
+    let anchors: Vec<KeypointSource> = points.iter().enumerate().map(anchor).collect();
     let world = seen.0.prepared_world(py, threads)?;
     let seen = view(&world, &seen.1);
     let found = watched(py, None, |control| {

@@ -8,9 +8,9 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::annotations::ray_queries;
-use raycam_render::{render_into, room};
-use raycam_scene::video::Clock;
-use raycam_scene::{TextureMemory, World as Inner};
+use raycam_render::{checked_region, render_into};
+use raycam_scene::video::WorldTime;
+use raycam_scene::{TextureCache, World as Inner};
 
 use crate::arrays::{Floats, array, hit_arrays, rows};
 use crate::camera::{Camera, up, up_name};
@@ -42,7 +42,7 @@ impl World {
         Ok(Self::of(
             Inner {
                 up: self::up(up)?,
-                texture_memory: texture_memory.map(TextureMemory::new).map(Arc::new),
+                texture_cache: texture_memory.map(TextureCache::new).map(Arc::new),
                 ..Inner::default()
             },
             folder,
@@ -85,7 +85,7 @@ impl World {
     #[getter]
     fn texture_memory(&self) -> Option<u64> {
         let world = self.snapshot();
-        world.texture_memory.as_ref().map(|memory| memory.limit())
+        world.texture_cache.as_ref().map(|memory| memory.limit())
     }
 
     /// The names of the image files.
@@ -107,7 +107,7 @@ impl World {
 
     #[getter]
     fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let counts = self.snapshot().counts();
+        let counts = self.snapshot().stats();
         let dict = PyDict::new(py);
         dict.set_item("objects", counts.objects)?;
         dict.set_item("meshes", counts.meshes)?;
@@ -222,14 +222,14 @@ impl World {
     /// The world at a time of an animation (the first) and of its video; it shares what is built.
     #[pyo3(signature = (time, animation))]
     fn at(&self, time: f64, animation: Option<usize>) -> PyResult<Self> {
-        self.changed(|world| world.at_clock(Clock { time, animation }))
+        self.changed(|world| world.at_time(WorldTime { time, animation }))
     }
 
     /// (name, seconds) of each animation.
     #[getter]
     fn animations(&self) -> Vec<(String, f64)> {
         let world = self.snapshot();
-        let animations = world.rig.iter().flat_map(|rig| &rig.animations);
+        let animations = world.node_tree.iter().flat_map(|rig| &rig.animations);
         animations.map(|a| (a.name.clone(), a.duration())).collect()
     }
 
@@ -298,7 +298,7 @@ impl World {
     ) -> PyResult<Parts<'py>> {
         let settings = request.settings()?;
         let (world, prepared) = self.prepared_world(py, settings.threads)?;
-        let room = room(&camera.inner, &settings);
+        let room = checked_region(&camera.inner, &settings);
         let ([_, _, width, height], pixels) = room.map_err(IntoPyErr::into_py_err)?;
         let planes = Planes::new(py, &settings.channels, pixels);
         let (region, notices) = planes.write(py, |targets| {

@@ -38,5 +38,5 @@ pub use control::Control;
 pub use error::RenderError;
 pub use prepare::PreparedWorld;
 pub use raycam_bvh::{InstructionSet, zeroed_huge};
-pub use render::{render, render_into, render_moving, checked_region};
+pub use render::{checked_region, render, render_into, render_moving};
 pub use settings::{Integrator, MAX_SAMPLES, Settings, TruthSurface};

@@ -83,11 +83,14 @@ pub fn render_into(
 ///
 /// # Errors
 /// [`RenderError::Settings`] and [`RenderError::TooLarge`].
-pub fn checked_region(camera: &Camera, settings: &Settings) -> Result<([u32; 4], usize), RenderError> {
+pub fn checked_region(
+    camera: &Camera,
+    settings: &Settings,
+) -> Result<([u32; 4], usize), RenderError> {
     let region = settings.check(camera.size())?;
     Ok((
         region,
-        output_plane::check_room(region, &settings.channels)?,
+        output_plane::check_size(region, &settings.channels)?,
     ))
 }
 
@@ -100,7 +103,7 @@ fn render_to_frame(
 ) -> Result<Frame, RenderError> {
     let region = settings.check(camera.size())?;
     let mut planes = with_pool(settings.threads, || {
-        output_plane::planes(region, &settings.channels)
+        output_plane::allocate_planes(region, &settings.channels)
     })??;
     let picture = RenderRequest {
         world,
@@ -109,7 +112,7 @@ fn render_to_frame(
         settings,
         region,
     };
-    let notices = picture.render(control, planes.iter_mut().map(OutputPlane::of))?;
+    let notices = picture.render(control, planes.iter_mut().map(OutputPlane::zeroed))?;
     Ok(Frame {
         size: camera.size(),
         region,
@@ -143,7 +146,7 @@ impl RenderRequest<'_> {
         } = *self;
         let camera = &world.camera_outside(self.camera);
         let film = Film::new(region, targets);
-        let film = film.filter(|film| film.is_of(&settings.channels));
+        let film = film.filter(|film| film.has_channels(&settings.channels));
         let film = film.ok_or_else(|| {
             RenderError::Settings(
                 "the memory for a picture does not fit its region and channels".into(),
@@ -159,7 +162,7 @@ impl RenderRequest<'_> {
         })?;
         let mut notices = settings.integrator.notices(world);
         match settings.time {
-            Some(seconds) if picture.sampled => {
+            Some(seconds) if picture.samples => {
                 let samples = with_pool(settings.threads, || {
                     render_for_duration(&picture, &tiles, seconds, &film, control)
                 })??;
@@ -168,7 +171,7 @@ impl RenderRequest<'_> {
             ));
             }
             _ => {
-                control.start(tiles.len() * picture.passes());
+                control.start(tiles.len() * picture.batches_per_tile());
                 with_pool(settings.threads, || {
                     for_each_dynamic(&picture.tasks(&tiles), |buffers, part| {
                         picture.run_task(part, buffers, &film, control)
@@ -225,13 +228,13 @@ fn render_for_duration(
             ThreadScratch::default,
             |buffers, (tile, state)| {
                 if taken > 0 {
-                    picture.resume(tile, buffers, state, control)?;
+                    picture.continue_tile(tile, buffers, state, control)?;
                 } else {
-                    picture.begin(tile, buffers, control)?;
+                    picture.begin_tile(tile, buffers, control)?;
                 }
                 picture.add_samples(buffers, taken..until, control)?;
                 picture.resolve(tile, buffers, film);
-                std::mem::swap(&mut buffers.estimate, state);
+                std::mem::swap(&mut buffers.estimator, state);
                 Ok(())
             },
         )?;

@@ -6,7 +6,7 @@ use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Light, Mesh, MaterialModel, World};
+use raycam_scene::{Light, MaterialModel, Mesh, World};
 
 fn settings(samples: u32) -> Settings {
     Settings {

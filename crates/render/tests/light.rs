@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
 use raycam_scene::mesh::primitive;
 use raycam_scene::{
-    Image, TexelFilter, Light, Material, MaterialModel, Texels, Texture, TextureSampler,
+    Image, Light, Material, MaterialModel, TexelFilter, Texels, Texture, TextureSampler,
     TextureSlot, World,
 };
 

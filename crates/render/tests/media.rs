@@ -6,7 +6,7 @@ use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Camera, Glass, Light, Material, Mesh, MaterialModel, World};
+use raycam_scene::{Camera, Glass, Light, Material, MaterialModel, Mesh, World};
 
 const GLASS: f64 = 1.5;
 const WATER: f64 = 1.33;

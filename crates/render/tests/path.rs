@@ -8,7 +8,7 @@ use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Alpha, Light, Material, Mesh, MaterialModel, World};
+use raycam_scene::{Alpha, Light, Material, MaterialModel, Mesh, World};
 
 fn settings(integrator: Integrator, samples: u32) -> Settings {
     Settings {

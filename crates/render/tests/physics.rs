@@ -37,7 +37,7 @@ use common::*;
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Integrator, Settings};
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Camera, Glass, Light, Material, Metal, MaterialModel, World};
+use raycam_scene::{Camera, Glass, Light, Material, MaterialModel, Metal, World};
 
 fn settings(integrator: Integrator, samples: u32) -> Settings {
     Settings {

@@ -58,12 +58,14 @@ pub fn amodal_masks(
     let whole = [0, 0, width as u32, height as u32];
     let lines = moments.as_ref().map(|m| m.rows_of(camera, whole));
     let regions = lines.unwrap_or_else(|| vec![whole]);
-    let tiles = |region: &[u32; 4]| Tile::of_region(*region);
+    let tiles = |region: &[u32; 4]| Tile::tiles_of(*region);
     control.start(regions.iter().map(|region| tiles(region).len()).sum());
     let covered = with_pool(threads, || {
         let of_region = |region: &[u32; 4]| {
             let pixel = canvas_pixel(camera, margin, region[0].into(), region[1].into());
-            let then = moments.as_ref().map(|m| m.row_world(camera, pixel, control));
+            let then = moments
+                .as_ref()
+                .map(|m| m.row_world(camera, pixel, control));
             let then = then.transpose()?;
             let world = then.as_deref().unwrap_or(world);
             let alone: Vec<IsolatedObject> = objects

@@ -33,7 +33,8 @@ pub struct Viewpoint<'a> {
 impl<'a> Viewpoint<'a> {
     /// The times at which its lines see the world, where these differ.
     pub(crate) fn rolling_shutter(&self) -> Option<ShutterSlices<'a>> {
-        ShutterSlices::new(self.animated_world?, self.world, self.camera).filter(ShutterSlices::is_rolling)
+        ShutterSlices::new(self.animated_world?, self.world, self.camera)
+            .filter(ShutterSlices::is_rolling)
     }
 }
 
@@ -117,7 +118,7 @@ pub fn flow(
                         .transpose()?;
                     let world = then.as_deref().unwrap_or(first.world);
                     let seen = Viewpoint { world, ..first };
-                    for tile in Tile::of_region([x, y, width, height]) {
+                    for tile in Tile::tiles_of([x, y, width, height]) {
                         for (pixel, moved) in flow_of_tile(seen, &shown, &tile) {
                             let i = ((pixel[1] - top) * size[0] + pixel[0]) as usize;
                             flow[i] = moved.flow;
@@ -182,7 +183,10 @@ impl<'a> SecondView<'a> {
             Some(moments) => moments.all_row_worlds(view.camera, control)?,
             None => vec![],
         };
-        Ok(Self { view, row_worlds: lines })
+        Ok(Self {
+            view,
+            row_worlds: lines,
+        })
     }
 
     /// Where a point of a triangle is when it is seen, its pixel, and whether it is seen at all.

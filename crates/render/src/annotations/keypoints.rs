@@ -51,7 +51,10 @@ impl KeypointSource {
     }
 
     /// Where it is, in a world whose objects are there; nowhere where its object shows another mesh, as hidden ones do.
-    fn position_with<'m>(&self, of: impl Fn(usize) -> Option<(DAffine3, &'m Mesh)>) -> Option<DVec3> {
+    fn position_with<'m>(
+        &self,
+        of: impl Fn(usize) -> Option<(DAffine3, &'m Mesh)>,
+    ) -> Option<DVec3> {
         match *self {
             Self::World(point) => Some(point),
             Self::Mesh { object, point } => Some(of(object)?.0.transform_point3(point)),
@@ -160,7 +163,9 @@ pub fn keypoints(
             .map(|group| {
                 control.check()?;
                 let pixel = center(found[group[0].1].pixel);
-                let then = moments.as_ref().map(|m| m.row_world(camera, pixel, control));
+                let then = moments
+                    .as_ref()
+                    .map(|m| m.row_world(camera, pixel, control));
                 let then = then.transpose()?;
                 let world = then.as_deref().unwrap_or(view.world);
                 let points: Vec<_> = group

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::ground_truth::channels::id;
+use crate::ground_truth::channels::signed_id;
 use crate::interaction::attributes::{face_forward, unit_normal};
 use crate::prepare::PreparedWorld;
 use crate::thread_pool::with_pool;
@@ -135,8 +135,8 @@ pub fn cast_rays(
                 {
                     let exact = refine_f64(world, hit, origins[i].into(), directions[i].into());
                     t[i] = exact.t;
-                    instance[i] = id(hit.instance);
-                    triangle[i] = id(hit.triangle);
+                    instance[i] = signed_id(hit.instance);
+                    triangle[i] = signed_id(hit.triangle);
                     barycentric[i] = exact.barycentric.map(|weight| weight as f32);
                     normal[i] = exact.normal.as_vec3().to_array();
                     position[i] = exact.position.to_array();

@@ -178,7 +178,11 @@ impl<'a> Bsdf<'a> {
         footprint: &Footprint,
     ) -> (Self, ShadingFrame) {
         let prepared = world.material(hit);
-        let PreparedMaterial { material, phong_lobe: lobe, .. } = prepared;
+        let PreparedMaterial {
+            material,
+            phong_lobe: lobe,
+            ..
+        } = prepared;
         let normal = material
             .normal_map
             .and_then(|map| world.mapped_normal(&map, hit, footprint, smooth.normal, front));

@@ -62,11 +62,11 @@ pub enum Channel {
 struct ChannelInfo {
     channel: Channel,
     name: &'static str,
-    kind: PixelType,
+    pixel_type: PixelType,
     components: usize,
 }
 
-const fn row(
+const fn info(
     channel: Channel,
     name: &'static str,
     kind: PixelType,
@@ -75,35 +75,35 @@ const fn row(
     ChannelInfo {
         channel,
         name,
-        kind,
+        pixel_type: kind,
         components,
     }
 }
 
 const CHANNELS: [ChannelInfo; 18] = [
-    row(Channel::Color, "color", PixelType::F32, 3),
-    row(Channel::Albedo, "albedo", PixelType::F32, 3),
-    row(Channel::Depth, "depth", PixelType::F32, 1),
-    row(Channel::Distance, "distance", PixelType::F32, 1),
-    row(Channel::Position, "position", PixelType::F64, 3),
-    row(Channel::Normal, "normal", PixelType::F32, 3),
-    row(Channel::NormalCamera, "normal_camera", PixelType::F32, 3),
-    row(Channel::ShadingNormal, "shading_normal", PixelType::F32, 3),
-    row(
+    info(Channel::Color, "color", PixelType::F32, 3),
+    info(Channel::Albedo, "albedo", PixelType::F32, 3),
+    info(Channel::Depth, "depth", PixelType::F32, 1),
+    info(Channel::Distance, "distance", PixelType::F32, 1),
+    info(Channel::Position, "position", PixelType::F64, 3),
+    info(Channel::Normal, "normal", PixelType::F32, 3),
+    info(Channel::NormalCamera, "normal_camera", PixelType::F32, 3),
+    info(Channel::ShadingNormal, "shading_normal", PixelType::F32, 3),
+    info(
         Channel::ShadingNormalCamera,
         "shading_normal_camera",
         PixelType::F32,
         3,
     ),
-    row(Channel::Instance, "instance", PixelType::I32, 1),
-    row(Channel::Category, "category", PixelType::I32, 1),
-    row(Channel::Triangle, "triangle", PixelType::I32, 1),
-    row(Channel::Barycentric, "barycentric", PixelType::F32, 3),
-    row(Channel::Uv, "uv", PixelType::F32, 2),
-    row(Channel::Material, "material", PixelType::I32, 1),
-    row(Channel::Coverage, "coverage", PixelType::F32, 1),
-    row(Channel::Alpha, "alpha", PixelType::F32, 1),
-    row(Channel::Error, "error", PixelType::F32, 1),
+    info(Channel::Instance, "instance", PixelType::I32, 1),
+    info(Channel::Category, "category", PixelType::I32, 1),
+    info(Channel::Triangle, "triangle", PixelType::I32, 1),
+    info(Channel::Barycentric, "barycentric", PixelType::F32, 3),
+    info(Channel::Uv, "uv", PixelType::F32, 2),
+    info(Channel::Material, "material", PixelType::I32, 1),
+    info(Channel::Coverage, "coverage", PixelType::F32, 1),
+    info(Channel::Alpha, "alpha", PixelType::F32, 1),
+    info(Channel::Error, "error", PixelType::F32, 1),
 ];
 
 impl Channel {
@@ -126,8 +126,8 @@ impl Channel {
     }
 
     /// What its values are stored as.
-    pub fn kind(self) -> PixelType {
-        CHANNELS[self as usize].kind
+    pub fn pixel_type(self) -> PixelType {
+        CHANNELS[self as usize].pixel_type
     }
 
     /// Values per pixel.
@@ -136,13 +136,13 @@ impl Channel {
     }
 
     /// Whether it comes from the exact ray through the pixel centre.
-    pub(crate) fn is_truth(self) -> bool {
+    pub(crate) fn is_ground_truth(self) -> bool {
         !matches!(self, Channel::Color | Channel::Alpha | Channel::Error)
     }
 
     /// Bytes per pixel.
     pub(crate) fn bytes(self) -> u64 {
-        let value = match self.kind() {
+        let value = match self.pixel_type() {
             PixelType::F32 | PixelType::I32 => 4,
             PixelType::F64 => 8,
         };

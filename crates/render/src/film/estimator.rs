@@ -17,12 +17,12 @@ const LUMINANCE_WEIGHTS: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 pub(crate) struct PixelEstimator {
     color: Vec<DVec3>,
     /// Samples that see what the pixel's centre sees.
-    same: Vec<u32>,
+    same_instance: Vec<u32>,
     /// Samples that see the sky.
-    sky: Vec<u32>,
+    misses: Vec<u32>,
     count: Vec<u32>,
     /// Sums of luminance per sequence; empty where the error is not asked for.
-    sequences: Vec<[f64; REPLICATIONS as usize]>,
+    replications: Vec<[f64; REPLICATIONS as usize]>,
 }
 
 impl PixelEstimator {
@@ -30,34 +30,35 @@ impl PixelEstimator {
     pub fn reset(&mut self, pixels: usize, with_error: bool) {
         self.color.clear();
         self.color.resize(pixels, DVec3::ZERO);
-        self.same.clear();
-        self.same.resize(pixels, 0);
-        self.sky.clear();
-        self.sky.resize(pixels, 0);
+        self.same_instance.clear();
+        self.same_instance.resize(pixels, 0);
+        self.misses.clear();
+        self.misses.resize(pixels, 0);
         self.count.clear();
         self.count.resize(pixels, 0);
-        self.sequences.clear();
+        self.replications.clear();
         if with_error {
-            self.sequences.resize(pixels, [0.0; REPLICATIONS as usize]);
+            self.replications
+                .resize(pixels, [0.0; REPLICATIONS as usize]);
         }
     }
 
     /// Counts a sample, whatever it brings.
-    pub fn count(&mut self, pixel: usize, same: bool) {
+    pub fn add_sample(&mut self, pixel: usize, same: bool) {
         self.count[pixel] += 1;
-        self.same[pixel] += u32::from(same);
+        self.same_instance[pixel] += u32::from(same);
     }
 
     /// Notes that a sample sees the sky.
-    pub fn see_sky(&mut self, pixel: usize) {
-        self.sky[pixel] += 1;
+    pub fn add_miss(&mut self, pixel: usize) {
+        self.misses[pixel] += 1;
     }
 
     /// Adds what the pixel's sample of this number brings.
-    pub fn add(&mut self, pixel: usize, sample: u32, radiance: Vec3) {
+    pub fn add_radiance(&mut self, pixel: usize, sample: u32, radiance: Vec3) {
         let radiance = radiance.as_dvec3();
         self.color[pixel] += radiance;
-        if let Some(sequences) = self.sequences.get_mut(pixel) {
+        if let Some(sequences) = self.replications.get_mut(pixel) {
             sequences[(sample % REPLICATIONS) as usize] += LUMINANCE_WEIGHTS.dot(radiance);
         }
     }
@@ -76,12 +77,12 @@ impl PixelEstimator {
 
     /// The share of samples that see what the pixel's centre sees.
     pub fn coverage(&self, pixel: usize) -> f32 {
-        (f64::from(self.same[pixel]) / f64::from(self.count[pixel].max(1))) as f32
+        (f64::from(self.same_instance[pixel]) / f64::from(self.count[pixel].max(1))) as f32
     }
 
     /// The share of samples that meet anything but the sky.
     pub fn alpha(&self, pixel: usize) -> f32 {
-        (1.0 - f64::from(self.sky[pixel]) / f64::from(self.count[pixel].max(1))) as f32
+        (1.0 - f64::from(self.misses[pixel]) / f64::from(self.count[pixel].max(1))) as f32
     }
 
     /// How many samples it has.
@@ -99,7 +100,7 @@ impl PixelEstimator {
         let mean = |r: u32| {
             // Sample s belongs to sequence s % SEQUENCES.
             let samples = (count - r).div_ceil(REPLICATIONS);
-            self.sequences[pixel][r as usize] / f64::from(samples)
+            self.replications[pixel][r as usize] / f64::from(samples)
         };
         let whole = (0..used).map(mean).sum::<f64>() / f64::from(used);
         let scatter: f64 = (0..used).map(|r| (mean(r) - whole).powi(2)).sum();
@@ -123,12 +124,13 @@ mod tests {
                 let mut estimate = PixelEstimator::default();
                 estimate.reset(1, true);
                 for sample in 0..samples {
-                    let sampler = Sampler::of_pixel(7, 0, [x, 3]).at_of(sample, REPLICATIONS);
-                    estimate.count(0, true);
-                    estimate.add(
+                    let sampler =
+                        Sampler::for_pixel(7, 0, [x, 3]).with_replication(sample, REPLICATIONS);
+                    estimate.add_sample(0, true);
+                    estimate.add_radiance(
                         0,
                         sample,
-                        Vec3::splat(f(sampler.pair(Dimension::PixelFilter))),
+                        Vec3::splat(f(sampler.get_2d(Dimension::PixelFilter))),
                     );
                 }
                 off += (f64::from(estimate.color(0).x) - exact).powi(2);

@@ -21,9 +21,9 @@ pub(crate) type Block = (Tile, Option<usize>);
 /// The planes of a region, cut into rows of tiles, each of which one thread writes at a time.
 pub(crate) struct Film<'a> {
     region: [u32; 4],
-    bands: Vec<Mutex<Vec<ChannelStrip<'a>>>>,
+    tile_rows: Vec<Mutex<Vec<ChannelStrip<'a>>>>,
     /// Whether it is [`STREAMING_THRESHOLD`].
-    large: bool,
+    use_streaming_stores: bool,
 }
 
 impl<'a> Film<'a> {
@@ -40,7 +40,7 @@ impl<'a> Film<'a> {
             let (channel, zero) = (target.channel, target.zero);
             for (band, values) in bands
                 .iter_mut()
-                .zip(target.strips(width * TILE_SIZE as usize))
+                .zip(target.split_rows(width * TILE_SIZE as usize))
             {
                 band.push(ChannelStrip {
                     channel,
@@ -51,14 +51,14 @@ impl<'a> Film<'a> {
         }
         Some(Self {
             region,
-            bands: bands.into_iter().map(Mutex::new).collect(),
-            large: bytes >= STREAMING_THRESHOLD,
+            tile_rows: bands.into_iter().map(Mutex::new).collect(),
+            use_streaming_stores: bytes >= STREAMING_THRESHOLD,
         })
     }
 
     /// Whether it has these channels, in this order.
-    pub fn is_of(&self, channels: &[Channel]) -> bool {
-        self.bands.iter().all(|band| {
+    pub fn has_channels(&self, channels: &[Channel]) -> bool {
+        self.tile_rows.iter().all(|band| {
             let band = band.lock().unwrap_or_else(PoisonError::into_inner);
             band.iter().map(|strip| &strip.channel).eq(channels)
         })
@@ -73,7 +73,7 @@ impl<'a> Film<'a> {
         background: &[(Channel, ImagePlane)],
         mut write: impl FnMut(Channel, &mut RowWriter),
     ) {
-        let (first, mut strips) = self.band(tile);
+        let (first, mut strips) = self.tile_row(tile);
         let mut rests: Vec<StripCursor> = strips
             .iter_mut()
             .enumerate()
@@ -86,24 +86,24 @@ impl<'a> Film<'a> {
                 let height = blocks.first().map_or(0, |(block, _)| block.height);
                 let blank = blocks.iter().all(|(_, pixels)| pixels.is_none());
                 for row in (0..height).step_by(ROWS_PER_WRITE as usize) {
-                    self.runs(
+                    self.pixel_runs(
                         first,
                         blocks,
                         row..height.min(row + ROWS_PER_WRITE),
                         &mut runs,
                     );
                     for rest in &mut rests {
-                        if blank && rest.is_idle() {
+                        if blank && rest.is_already_background() {
                             continue;
                         }
                         let channel = rest.channel;
                         let mut page = RowWriter {
                             runs: &runs,
-                            past: self.large.then_some(&mut *past),
-                            rest,
+                            streaming: self.use_streaming_stores.then_some(&mut *past),
+                            cursor: rest,
                         };
                         match blank {
-                            true => page.put_background(),
+                            true => page.write_background(),
                             false => write(channel, &mut page),
                         }
                     }
@@ -114,37 +114,37 @@ impl<'a> Film<'a> {
 
     /// Writes the background all over a tile, which may be wide: whole rows of a channel before the next one.
     pub fn fill(&self, tile: &Tile, background: &[(Channel, ImagePlane)]) {
-        let (first, mut strips) = self.band(tile);
+        let (first, mut strips) = self.tile_row(tile);
         let mut runs = vec![];
-        self.runs(first, &[(*tile, None)], 0..tile.height, &mut runs);
+        self.pixel_runs(first, &[(*tile, None)], 0..tile.height, &mut runs);
         with_streaming_stores(|past| {
             for (strip, (_, plane)) in strips.iter_mut().zip(background) {
                 let rest = &mut StripCursor::new(strip, Some(plane));
-                if rest.is_idle() {
+                if rest.is_already_background() {
                     continue;
                 }
                 let mut page = RowWriter {
                     runs: &runs,
-                    past: self.large.then_some(&mut *past),
-                    rest,
+                    streaming: self.use_streaming_stores.then_some(&mut *past),
+                    cursor: rest,
                 };
-                page.put_background();
+                page.write_background();
             }
         });
     }
 
     /// The strips that a tile lies in, and their first row.
-    fn band(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<ChannelStrip<'a>>>) {
+    fn tile_row(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<ChannelStrip<'a>>>) {
         let band = (tile.y - self.region[1]) / TILE_SIZE;
         // A thread that panicked left its own pixels unwritten; nobody else's suffer.
-        let strips = self.bands[band as usize]
+        let strips = self.tile_rows[band as usize]
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
         (self.region[1] + band * TILE_SIZE, strips)
     }
 
     /// The runs of rows of blocks beside each other, in a strip that begins with the row `first`.
-    fn runs(&self, first: u32, blocks: &[Block], rows: Range<u32>, runs: &mut Vec<PixelRun>) {
+    fn pixel_runs(&self, first: u32, blocks: &[Block], rows: Range<u32>, runs: &mut Vec<PixelRun>) {
         runs.clear();
         for row in rows {
             for (i, (block, pixels)) in blocks.iter().enumerate() {
@@ -154,7 +154,7 @@ impl<'a> Film<'a> {
                     to: before + (block.x - self.region[0]) as usize,
                     from: pixels.map(|pixels| pixels + row as usize * length),
                     length,
-                    begins: i == 0,
+                    starts_row: i == 0,
                 });
             }
         }
@@ -168,9 +168,9 @@ mod tests {
 
     /// A picture of pixel numbers in which every third block is background, written tile by tile.
     fn written(region: [u32; 4], channels: &[Channel]) -> Vec<(Channel, ImagePlane)> {
-        let mut planes = output_plane::planes(region, channels).unwrap();
-        let film = Film::new(region, planes.iter_mut().map(OutputPlane::of)).unwrap();
-        let mut background = output_plane::planes([0, 0, 1, 1], channels).unwrap();
+        let mut planes = output_plane::allocate_planes(region, channels).unwrap();
+        let film = Film::new(region, planes.iter_mut().map(OutputPlane::zeroed)).unwrap();
+        let mut background = output_plane::allocate_planes([0, 0, 1, 1], channels).unwrap();
         for (_, plane) in &mut background {
             match plane {
                 ImagePlane::F32 { data, .. } => data.fill(-1.5),
@@ -184,17 +184,17 @@ mod tests {
                 let seen = !is_blank(&block);
                 blocks.push((block, seen.then_some(pixels.len())));
                 if seen {
-                    block.add_rows(&mut pixels);
+                    block.push_rows(&mut pixels);
                 }
             }
             blocks.sort_by_key(|(block, _)| (block.y, block.x));
             let number = |i: usize| pixels[i][1] * 10_000 + pixels[i][0];
             film.write(&tile, &blocks, &background, |channel, page| match channel {
                 Channel::Position => {
-                    page.put(|i| [0.0, 0.25, 0.5].map(|k| k + f64::from(number(i))))
+                    page.write(|i| [0.0, 0.25, 0.5].map(|k| k + f64::from(number(i))))
                 }
-                Channel::Normal => page.put(|i| [0.0, 0.25, 0.5].map(|k| k + number(i) as f32)),
-                _ => page.put(|i| [number(i) as i32]),
+                Channel::Normal => page.write(|i| [0.0, 0.25, 0.5].map(|k| k + number(i) as f32)),
+                _ => page.write(|i| [number(i) as i32]),
             });
         }
         drop(film);
@@ -212,9 +212,9 @@ mod tests {
             ([3, 5, 100, 70], [35, 37, 60, 32]),
             ([0, 0, 700, 200], [0, 192, 700, 8]), // large
         ] {
-            let mut planes = output_plane::planes(region, &channels).unwrap();
-            let film = Film::new(region, planes.iter_mut().map(OutputPlane::of)).unwrap();
-            let mut background = output_plane::planes([0, 0, 1, 1], &channels).unwrap();
+            let mut planes = output_plane::allocate_planes(region, &channels).unwrap();
+            let film = Film::new(region, planes.iter_mut().map(OutputPlane::zeroed)).unwrap();
+            let mut background = output_plane::allocate_planes([0, 0, 1, 1], &channels).unwrap();
             for (i, (_, plane)) in background.iter_mut().enumerate() {
                 match plane {
                     ImagePlane::F64 { data, .. } => data.copy_from_slice(&[1.0, f64::NAN, -0.5]),

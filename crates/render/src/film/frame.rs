@@ -78,7 +78,7 @@ impl Frame {
         let Some(region) = covering_rectangle(&parts) else {
             return fail("the regions of the frames to merge overlap or leave gaps");
         };
-        let mut planes = with_pool(None, || output_plane::planes(region, &channels))??;
+        let mut planes = with_pool(None, || output_plane::allocate_planes(region, &channels))??;
         let mut notices: Vec<String> = vec![];
         for part in parts {
             for ((_, to), (_, from)) in planes.iter_mut().zip(&part.planes) {
@@ -131,7 +131,7 @@ fn covering_rectangle(parts: &[Frame]) -> Option<[u32; 4]> {
 
 impl ImagePlane {
     /// Whether all its bits are zero.
-    pub(crate) fn is_zero(&self) -> bool {
+    pub(crate) fn is_all_zero(&self) -> bool {
         match self {
             ImagePlane::F32 { data, .. } => data.iter().all(|value| value.to_bits() == 0),
             ImagePlane::F64 { data, .. } => data.iter().all(|value| value.to_bits() == 0),
@@ -143,13 +143,13 @@ impl ImagePlane {
     fn paste(&mut self, whole: [u32; 4], part: &ImagePlane, region: [u32; 4]) -> bool {
         match (self, part) {
             (ImagePlane::F32 { data, components }, ImagePlane::F32 { data: part, .. }) => {
-                copy(data, whole, part, region, *components)
+                copy_rows(data, whole, part, region, *components)
             }
             (ImagePlane::F64 { data, components }, ImagePlane::F64 { data: part, .. }) => {
-                copy(data, whole, part, region, *components)
+                copy_rows(data, whole, part, region, *components)
             }
             (ImagePlane::I32 { data, components }, ImagePlane::I32 { data: part, .. }) => {
-                copy(data, whole, part, region, *components)
+                copy_rows(data, whole, part, region, *components)
             }
             _ => false,
         }
@@ -157,7 +157,7 @@ impl ImagePlane {
 }
 
 /// Copies the rows of a region into those of a region around it.
-fn copy<T: Copy>(
+fn copy_rows<T: Copy>(
     to: &mut [T],
     whole: [u32; 4],
     from: &[T],

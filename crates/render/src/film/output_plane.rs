@@ -11,7 +11,7 @@ use crate::film::frame::ImagePlane;
 pub const MAX_FRAME_BYTES: u64 = 8 << 30;
 
 /// How many pixels a region has, if there is memory for its planes.
-pub(crate) fn check_room(
+pub(crate) fn check_size(
     [_, _, width, height]: [u32; 4],
     channels: &[Channel],
 ) -> Result<usize, RenderError> {
@@ -37,17 +37,17 @@ pub(crate) fn check_room(
 }
 
 /// Allocates the planes of a region, by the threads of the pool it is called in.
-pub(crate) fn planes(
+pub(crate) fn allocate_planes(
     region: [u32; 4],
     channels: &[Channel],
 ) -> Result<Vec<(Channel, ImagePlane)>, RenderError> {
-    let pixels = check_room(region, channels)?;
+    let pixels = check_size(region, channels)?;
     Ok(channels
         .par_iter()
         .map(|&channel| {
             let components = channel.components();
             let count = pixels * components;
-            let plane = match channel.kind() {
+            let plane = match channel.pixel_type() {
                 PixelType::F32 => ImagePlane::F32 {
                     components,
                     data: zeroed_huge(count),
@@ -88,7 +88,7 @@ pub struct OutputPlane<'a> {
 
 impl<'a> OutputPlane<'a> {
     /// One that is zero.
-    pub(crate) fn of((channel, plane): &'a mut (Channel, ImagePlane)) -> Self {
+    pub(crate) fn zeroed((channel, plane): &'a mut (Channel, ImagePlane)) -> Self {
         Self {
             channel: *channel,
             values: match plane {
@@ -107,11 +107,11 @@ impl<'a> OutputPlane<'a> {
             PlaneData::F64(to) => (PixelType::F64, to.len()),
             PlaneData::I32(to) => (PixelType::I32, to.len()),
         };
-        kind == self.channel.kind() && length == pixels * self.channel.components()
+        kind == self.channel.pixel_type() && length == pixels * self.channel.components()
     }
 
     /// Its rows of tiles, of so many pixels each.
-    pub(crate) fn strips(self, pixels: usize) -> Vec<PlaneData<'a>> {
+    pub(crate) fn split_rows(self, pixels: usize) -> Vec<PlaneData<'a>> {
         let length = pixels * self.channel.components();
         match self.values {
             PlaneData::F32(to) => to.chunks_mut(length).map(PlaneData::F32).collect(),

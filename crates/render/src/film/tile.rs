@@ -18,8 +18,8 @@ pub(crate) struct Tile {
 
 impl Tile {
     /// The tiles of a region (x, y, width, height), row by row.
-    pub fn of_region(region: [u32; 4]) -> Vec<Tile> {
-        Self::of_size(region, TILE_SIZE)
+    pub fn tiles_of(region: [u32; 4]) -> Vec<Tile> {
+        Self::tiles_of_size(region, TILE_SIZE)
     }
 
     /// The same, but smaller ones where there would be few for each of so many threads. Each lies in one row of the large,
@@ -27,7 +27,7 @@ impl Tile {
     pub fn for_threads(region: [u32; 4], threads: usize) -> Vec<Tile> {
         let mut size = TILE_SIZE;
         loop {
-            let mut tiles = Self::of_size(region, size);
+            let mut tiles = Self::tiles_of_size(region, size);
             if size == RAY_BLOCK || tiles.len() >= TILES_PER_THREAD * threads {
                 tiles.sort_by_key(|tile| ((tile.y - region[1]) % TILE_SIZE, tile.x, tile.y));
                 return tiles;
@@ -37,7 +37,7 @@ impl Tile {
     }
 
     /// Tiles in their order, those beside each other as one, with how many that is of.
-    pub fn joined(mut tiles: Vec<Tile>) -> Vec<(Tile, usize)> {
+    pub fn merge_rows(mut tiles: Vec<Tile>) -> Vec<(Tile, usize)> {
         tiles.sort_by_key(|tile| (tile.y, tile.x));
         let beside = |a: &Tile, b: &Tile| (a.y, a.height, a.x + a.width) == (b.y, b.height, b.x);
         let rows = tiles.chunk_by(beside).filter_map(|row| {
@@ -48,7 +48,7 @@ impl Tile {
         rows.collect()
     }
 
-    fn of_size([x, y, width, height]: [u32; 4], size: u32) -> Vec<Tile> {
+    fn tiles_of_size([x, y, width, height]: [u32; 4], size: u32) -> Vec<Tile> {
         let mut tiles = vec![];
         for row in (0..height).step_by(size as usize) {
             for column in (0..width).step_by(size as usize) {
@@ -66,7 +66,7 @@ impl Tile {
     /// Its pixels in the image, block by block.
     pub fn pixels(&self, pixels: &mut Vec<[u32; 2]>) {
         pixels.clear();
-        self.blocks().for_each(|block| block.add_rows(pixels));
+        self.blocks().for_each(|block| block.push_rows(pixels));
     }
 
     /// Its blocks: whole ones first, so that all of them are 64 rays in a row that begin at a multiple of 64.
@@ -89,7 +89,7 @@ impl Tile {
     }
 
     /// Adds its pixels, row by row.
-    pub fn add_rows(&self, pixels: &mut Vec<[u32; 2]>) {
+    pub fn push_rows(&self, pixels: &mut Vec<[u32; 2]>) {
         let row = |v| (0..self.width).map(move |u| [self.x + u, self.y + v]);
         pixels.extend((0..self.height).flat_map(row));
     }
@@ -101,10 +101,10 @@ mod tests {
 
     #[test]
     fn tiles_beside_each_other_are_joined_and_no_others() {
-        let mut tiles = Tile::of_region([5, 7, 100, 70]);
+        let mut tiles = Tile::tiles_of([5, 7, 100, 70]);
         tiles.remove(5); // in the middle of the second row
         tiles.reverse();
-        let found: Vec<_> = Tile::joined(tiles)
+        let found: Vec<_> = Tile::merge_rows(tiles)
             .into_iter()
             .map(|(tile, count)| ([tile.x, tile.y, tile.width, tile.height], count))
             .collect();
@@ -136,7 +136,7 @@ mod tests {
             for tile in &tiles {
                 let row = |y: u32| (y - region[1]) / TILE_SIZE;
                 assert_eq!(row(tile.y), row(tile.y + tile.height - 1));
-                tile.add_rows(&mut pixels);
+                tile.push_rows(&mut pixels);
             }
             pixels.sort_unstable_by_key(|&[x, y]| [y, x]);
             let [x, y, width, height] = region;

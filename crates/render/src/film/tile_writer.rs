@@ -18,29 +18,29 @@ pub(crate) struct PixelRun {
     pub from: Option<usize>,
     pub length: usize,
     /// Whether it is the first of a row.
-    pub begins: bool,
+    pub starts_row: bool,
 }
 
 /// What planes are of.
 pub(crate) trait PixelValue: Pod + 'static {
     /// The values of a plane of this kind; none of another.
-    fn of(plane: &ImagePlane) -> &[Self];
+    fn slice_of(plane: &ImagePlane) -> &[Self];
 
     /// What is to be written, if it is of this kind.
-    fn to<'r, 'a>(values: &'r mut PlaneData<'a>) -> Option<&'r mut &'a mut [Self]>;
+    fn slice_mut_of<'r, 'a>(values: &'r mut PlaneData<'a>) -> Option<&'r mut &'a mut [Self]>;
 }
 
 macro_rules! stored {
     ($($kind:ty: $plane:ident),*) => {$(
         impl PixelValue for $kind {
-            fn of(plane: &ImagePlane) -> &[Self] {
+            fn slice_of(plane: &ImagePlane) -> &[Self] {
                 match plane {
                     ImagePlane::$plane { data, .. } => data,
                     _ => &[],
                 }
             }
 
-            fn to<'r, 'a>(values: &'r mut PlaneData<'a>) -> Option<&'r mut &'a mut [Self]> {
+            fn slice_mut_of<'r, 'a>(values: &'r mut PlaneData<'a>) -> Option<&'r mut &'a mut [Self]> {
                 match values {
                     PlaneData::$plane(to) => Some(to),
                     _ => None,
@@ -64,7 +64,7 @@ pub(crate) struct StripCursor<'a> {
     pub channel: Channel,
     values: PlaneData<'a>,
     /// The number of its first pixel in the strip.
-    at: usize,
+    position: usize,
     zero: bool,
     /// What is seen where nothing is.
     background: Option<&'a ImagePlane>,
@@ -79,31 +79,31 @@ impl<'a> StripCursor<'a> {
                 PlaneData::F64(to) => PlaneData::F64(to),
                 PlaneData::I32(to) => PlaneData::I32(to),
             },
-            at: 0,
+            position: 0,
             zero: strip.zero,
             background,
         }
     }
 
     /// Memory that nobody writes to costs nothing.
-    pub fn is_idle(&self) -> bool {
-        self.zero && self.background.is_some_and(ImagePlane::is_zero)
+    pub fn is_already_background(&self) -> bool {
+        self.zero && self.background.is_some_and(ImagePlane::is_all_zero)
     }
 }
 
 /// One channel of some pixels of a tile.
 pub(crate) struct RowWriter<'p, 'a> {
-    pub rest: &'p mut StripCursor<'a>,
+    pub cursor: &'p mut StripCursor<'a>,
     pub runs: &'p [PixelRun],
-    pub past: Option<&'p mut StreamingWriter<'a>>,
+    pub streaming: Option<&'p mut StreamingWriter<'a>>,
 }
 
 impl RowWriter<'_, '_> {
     /// Puts the value of each pixel in its place, by its number in the tile. Values are of the kind that the channel is of;
     /// others are not put.
     #[inline]
-    pub fn put<T: PixelValue, const N: usize>(&mut self, mut value: impl FnMut(usize) -> [T; N]) {
-        let blank = self.blank();
+    pub fn write<T: PixelValue, const N: usize>(&mut self, mut value: impl FnMut(usize) -> [T; N]) {
+        let blank = self.background_value();
         // All of them before the first is copied: what was written a moment ago is slow to be read.
         let mut pixels = [[T::default(); N]; PIXELS_PER_WRITE];
         let mut room = pixels.as_mut_slice();
@@ -123,17 +123,17 @@ impl RowWriter<'_, '_> {
     }
 
     /// Puts the background.
-    pub fn put_background(&mut self) {
-        match self.rest.background {
-            Some(ImagePlane::F32 { data, .. }) => self.repeat(data),
-            Some(ImagePlane::F64 { data, .. }) => self.repeat(data),
-            Some(ImagePlane::I32 { data, .. }) => self.repeat(data),
+    pub fn write_background(&mut self) {
+        match self.cursor.background {
+            Some(ImagePlane::F32 { data, .. }) => self.fill(data),
+            Some(ImagePlane::F64 { data, .. }) => self.fill(data),
+            Some(ImagePlane::I32 { data, .. }) => self.fill(data),
             None => {}
         }
     }
 
-    fn repeat<T: PixelValue>(&mut self, pixel: &[T]) {
-        let mut rows = self.runs.chunk_by(|_, run| !run.begins);
+    fn fill<T: PixelValue>(&mut self, pixel: &[T]) {
+        let mut rows = self.runs.chunk_by(|_, run| !run.starts_row);
         let length = rows
             .next()
             .map_or(0, |row| row.iter().map(|run| run.length).sum());
@@ -142,30 +142,30 @@ impl RowWriter<'_, '_> {
     }
 
     /// What the background has.
-    fn blank<T: PixelValue, const N: usize>(&self) -> [T; N] {
-        let background = self.rest.background.map(T::of);
+    fn background_value<T: PixelValue, const N: usize>(&self) -> [T; N] {
+        let background = self.cursor.background.map(T::slice_of);
         let pixel = background.and_then(|pixel| pixel.first_chunk());
         pixel.copied().unwrap_or([T::default(); N])
     }
 
     /// Puts the values of the runs' pixels, those of one row after those of another, or the same `always`.
     fn copy<T: PixelValue>(&mut self, mut values: &[T], components: usize, always: bool) {
-        let Some(rest) = T::to(&mut self.rest.values) else {
+        let Some(rest) = T::slice_mut_of(&mut self.cursor.values) else {
             return;
         };
-        for row in self.runs.chunk_by(|_, run| !run.begins) {
-            let to = row.first().map_or(self.rest.at, |run| run.to);
+        for row in self.runs.chunk_by(|_, run| !run.starts_row) {
+            let to = row.first().map_or(self.cursor.position, |run| run.to);
             let length = row.iter().map(|run| run.length).sum::<usize>();
-            let before = (to - self.rest.at) * components;
+            let before = (to - self.cursor.position) * components;
             let (_, behind) = std::mem::take(rest).split_at_mut(before);
             let (here, behind) = behind.split_at_mut(length * components);
             let (row, after) = values.split_at(here.len());
-            match &mut self.past {
+            match &mut self.streaming {
                 Some(past) => past.copy(here, row),
                 None => here.copy_from_slice(row),
             }
             values = if always { values } else { after };
-            (*rest, self.rest.at) = (behind, to + length);
+            (*rest, self.cursor.position) = (behind, to + length);
         }
     }
 }

@@ -23,13 +23,13 @@ pub(crate) struct Normals {
 
 impl Normals {
     /// Those of the background.
-    const NONE: Self = Self {
+    const BACKGROUND: Self = Self {
         geometric: DVec3::ZERO,
         shading: DVec3::ZERO,
     };
 
     /// Whether any of the channels needs normals, and then whether it needs smooth ones.
-    pub fn asked(channels: &[Channel]) -> Option<bool> {
+    pub fn normals_needed(channels: &[Channel]) -> Option<bool> {
         let any = |wanted: [Channel; 2]| channels.iter().any(|channel| wanted.contains(channel));
         let smooth = any([Channel::ShadingNormal, Channel::ShadingNormalCamera]);
         (smooth || any([Channel::Normal, Channel::NormalCamera])).then_some(smooth)
@@ -40,24 +40,24 @@ impl Normals {
 #[derive(Clone, Copy)]
 struct CachedTriangle {
     /// Its normal on the side from which its corners run counter-clockwise, and on the side that was seen.
-    unit: DVec3,
-    seen: DVec3,
+    normal: DVec3,
+    facing_normal: DVec3,
     /// The smooth ones of its corners there.
     corners: Option<[DVec3; 3]>,
 }
 
 impl CachedTriangle {
-    const NONE: Self = Self {
-        unit: DVec3::ZERO,
-        seen: DVec3::NAN,
+    const EMPTY: Self = Self {
+        normal: DVec3::ZERO,
+        facing_normal: DVec3::NAN,
         corners: None,
     };
 
     fn new(world: &PreparedWorld, hit: &ExactHit) -> Self {
         let corners = || world.corners(hit.instance, hit.triangle);
         Self {
-            unit: unit(hit.normal.into()).unwrap_or_else(|| unit_normal(corners())),
-            ..Self::NONE
+            normal: unit(hit.normal.into()).unwrap_or_else(|| unit_normal(corners())),
+            ..Self::EMPTY
         }
     }
 
@@ -76,15 +76,15 @@ impl CachedTriangle {
             v,
             ..
         } = *hit;
-        let geometric = face_forward(self.unit, ray.direction.into());
+        let geometric = face_forward(self.normal, ray.direction.into());
         if !smooth {
             return Normals {
                 geometric,
                 shading: geometric,
             };
         }
-        if geometric != self.seen {
-            self.seen = geometric;
+        if geometric != self.facing_normal {
+            self.facing_normal = geometric;
             self.corners = world.facing_vertex_normals(instance, triangle, geometric);
         }
         let shading = self.corners.map_or(geometric, |[a, b, c]| {
@@ -105,13 +105,13 @@ pub(crate) struct CenterRays {
     /// What they met first.
     pub hits: Vec<ExactHit>,
     /// What lies behind that, where the ground truth tells of it; else empty.
-    behind: Vec<ExactHit>,
+    hits_behind: Vec<ExactHit>,
     normals: Vec<Normals>,
 }
 
 impl CenterRays {
     /// Traces the rays of pixels; with `passing` the ground truth is of what lies behind what one sees through.
-    pub fn find(
+    pub fn trace(
         &mut self,
         world: &PreparedWorld,
         camera: &Camera,
@@ -123,10 +123,10 @@ impl CenterRays {
         let centers = pixels.iter().map(|&[x, y]| camera.pixel_center_of(x, y));
         camera.rays(centers, |ray| self.rays.push(exact_ray(ray)));
         self.hits.resize(pixels.len(), ExactHit::MISS);
-        self.behind.clear();
+        self.hits_behind.clear();
         self.normals.clear();
-        let smooth = Normals::asked(&settings.channels);
-        let mut facets = TriangleCache::new(CachedTriangle::NONE);
+        let smooth = Normals::normals_needed(&settings.channels);
+        let mut facets = TriangleCache::new(CachedTriangle::EMPTY);
         let batches = self
             .rays
             .chunks(RAYS_PER_BATCH)
@@ -135,27 +135,27 @@ impl CenterRays {
             world.closest_exact(rays, hits);
             let mut told = &*hits;
             if passing {
-                let first = self.behind.len();
-                self.behind.extend_from_slice(hits);
-                world.pass_through(rays, &mut self.behind[first..]);
-                told = &self.behind[first..];
+                let first = self.hits_behind.len();
+                self.hits_behind.extend_from_slice(hits);
+                world.skip_transparent(rays, &mut self.hits_behind[first..]);
+                told = &self.hits_behind[first..];
             }
             if let Some(smooth) = smooth {
                 let told = rays.iter().zip(told);
                 self.normals.extend(told.map(|(ray, hit)| {
                     if hit.instance == INVALID_ID {
-                        return Normals::NONE;
+                        return Normals::BACKGROUND;
                     }
-                    let facet = facets.of(hit, || CachedTriangle::new(world, hit));
+                    let facet = facets.get_or_insert(hit, || CachedTriangle::new(world, hit));
                     facet.normals(world, ray, hit, smooth)
                 }));
             }
         }
-        self.count_from(camera.ray_start_depth());
+        self.rebase_depth(camera.ray_start_depth());
     }
 
-    /// [`CenterRays::find`], where each pixel sees a world of its own: those of a line the same one.
-    pub fn find_each(
+    /// [`CenterRays::trace`], where each pixel sees a world of its own: those of a line the same one.
+    pub fn trace_per_world(
         &mut self,
         worlds: &[Arc<PreparedWorld>],
         camera: &Camera,
@@ -166,7 +166,7 @@ impl CenterRays {
         let mut of_line = CenterRays::default();
         self.rays.clear();
         self.hits.clear();
-        self.behind.clear();
+        self.hits_behind.clear();
         self.normals.clear();
         let mut from = 0;
         while let Some(world) = worlds.get(from) {
@@ -174,17 +174,17 @@ impl CenterRays {
                 .iter()
                 .take_while(|other| Arc::ptr_eq(other, world));
             let to = from + same.count();
-            of_line.find(world, camera, &pixels[from..to], settings, passing);
+            of_line.trace(world, camera, &pixels[from..to], settings, passing);
             self.rays.append(&mut of_line.rays);
             self.hits.append(&mut of_line.hits);
-            self.behind.append(&mut of_line.behind);
+            self.hits_behind.append(&mut of_line.hits_behind);
             self.normals.append(&mut of_line.normals);
             from = to;
         }
     }
 
     /// Depth and distance count from the plane where rays from infinity have the depth 0, not from their start.
-    fn count_from(&mut self, start: f64) {
+    fn rebase_depth(&mut self, start: f64) {
         if start == 0.0 {
             return;
         }
@@ -192,33 +192,33 @@ impl CenterRays {
             let back = start * DVec3::from(ray.direction);
             ray.origin = (DVec3::from(ray.origin) - back).to_array();
         }
-        for hit in self.hits.iter_mut().chain(&mut self.behind) {
+        for hit in self.hits.iter_mut().chain(&mut self.hits_behind) {
             hit.t += start;
         }
     }
 
     /// One ray that met nothing.
-    pub fn nothing() -> Self {
+    pub fn background() -> Self {
         Self {
             rays: vec![exact_ray((DVec3::ZERO, DVec3::Z))],
             hits: vec![ExactHit::MISS],
-            behind: vec![],
+            hits_behind: vec![],
             normals: vec![],
         }
     }
 
     /// What is told of: what the rays met first, or what lies behind that.
-    pub fn told(&self) -> &[ExactHit] {
-        match self.behind.is_empty() {
+    pub fn ground_truth_hits(&self) -> &[ExactHit] {
+        match self.hits_behind.is_empty() {
             true => &self.hits,
-            false => &self.behind,
+            false => &self.hits_behind,
         }
     }
 
     /// The normals of that, where asked for.
     #[inline]
     pub fn normals(&self, i: usize) -> &Normals {
-        self.normals.get(i).unwrap_or(&Normals::NONE)
+        self.normals.get(i).unwrap_or(&Normals::BACKGROUND)
     }
 }
 

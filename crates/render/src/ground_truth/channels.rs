@@ -15,16 +15,16 @@ pub(crate) struct ChannelReader<'a> {
     hits: &'a [ExactHit],
     world: &'a PreparedWorld,
     /// Of worlds that move, that of each pixel; else empty.
-    seen: &'a [Arc<PreparedWorld>],
+    pixel_worlds: &'a [Arc<PreparedWorld>],
     /// camera_from_world; of cameras that move, that of each pixel.
-    still: DMat3,
-    turned: &'a [DMat3],
+    shared_rotation: DMat3,
+    pixel_rotations: &'a [DMat3],
 }
 
 /// What was found of triangles not long ago: neighbours mostly meet the same ones.
 pub(crate) struct TriangleCache<T> {
-    of: [(u32, u32); CACHE_SIZE],
-    found: [T; CACHE_SIZE],
+    keys: [(u32, u32); CACHE_SIZE],
+    values: [T; CACHE_SIZE],
 }
 
 /// A power of two: about the triangles of a few rows.
@@ -33,21 +33,21 @@ const CACHE_SIZE: usize = 16;
 impl<T: Copy> TriangleCache<T> {
     pub fn new(nothing: T) -> Self {
         Self {
-            of: [(INVALID_ID, INVALID_ID); CACHE_SIZE],
-            found: [nothing; CACHE_SIZE],
+            keys: [(INVALID_ID, INVALID_ID); CACHE_SIZE],
+            values: [nothing; CACHE_SIZE],
         }
     }
 
     /// What is known of the triangle of a hit.
     #[inline]
-    pub fn of(&mut self, hit: &ExactHit, find: impl FnOnce() -> T) -> &mut T {
+    pub fn get_or_insert(&mut self, hit: &ExactHit, find: impl FnOnce() -> T) -> &mut T {
         let of = (hit.instance, hit.triangle);
         let at = (hit.instance.wrapping_mul(7) ^ hit.triangle) as usize % CACHE_SIZE;
-        if self.of[at] != of {
-            self.of[at] = of;
-            self.found[at] = find();
+        if self.keys[at] != of {
+            self.keys[at] = of;
+            self.values[at] = find();
         }
-        &mut self.found[at]
+        &mut self.values[at]
     }
 }
 
@@ -61,32 +61,34 @@ impl<'a> ChannelReader<'a> {
     ) -> Self {
         Self {
             exact,
-            hits: exact.told(),
+            hits: exact.ground_truth_hits(),
             world,
-            seen,
-            still,
-            turned,
+            pixel_worlds: seen,
+            shared_rotation: still,
+            pixel_rotations: turned,
         }
     }
 
     /// The hit, unless the ray met nothing.
     #[inline]
-    fn met(&self, i: usize) -> Option<&ExactHit> {
+    fn hit(&self, i: usize) -> Option<&ExactHit> {
         Some(&self.hits[i]).filter(|hit| hit.instance != INVALID_ID)
     }
 
     #[inline]
     fn world(&self, i: usize) -> &PreparedWorld {
-        self.seen.get(i).map_or(self.world, |world| &**world)
+        self.pixel_worlds
+            .get(i)
+            .map_or(self.world, |world| &**world)
     }
 
     #[inline]
     fn rotation(&self, i: usize) -> &DMat3 {
-        self.turned.get(i).unwrap_or(&self.still)
+        self.pixel_rotations.get(i).unwrap_or(&self.shared_rotation)
     }
 
     pub fn albedo(&self, i: usize) -> [f32; 3] {
-        self.met(i).map_or([0.0; 3], |hit| {
+        self.hit(i).map_or([0.0; 3], |hit| {
             let color = self
                 .world(i)
                 .base_color(&to_float_hit(hit), &Footprint::default());
@@ -96,7 +98,7 @@ impl<'a> ChannelReader<'a> {
 
     #[inline]
     pub fn depth(&self, i: usize) -> f32 {
-        self.met(i).map_or(f32::INFINITY, |hit| {
+        self.hit(i).map_or(f32::INFINITY, |hit| {
             let direction = DVec3::from(self.exact.rays[i].direction);
             (hit.t * direction.dot(self.rotation(i).row(2))) as f32
         })
@@ -104,14 +106,14 @@ impl<'a> ChannelReader<'a> {
 
     #[inline]
     pub fn distance(&self, i: usize) -> f32 {
-        self.met(i).map_or(f32::INFINITY, |hit| hit.t as f32)
+        self.hit(i).map_or(f32::INFINITY, |hit| hit.t as f32)
     }
 
     #[inline]
     pub fn position(&self, i: usize) -> [f64; 3] {
         let ray = &self.exact.rays[i];
         let at = |hit: &ExactHit| DVec3::from(ray.origin) + hit.t * DVec3::from(ray.direction);
-        self.met(i).map_or(DVec3::NAN, at).to_array()
+        self.hit(i).map_or(DVec3::NAN, at).to_array()
     }
 
     /// A normal in the world.
@@ -129,28 +131,28 @@ impl<'a> ChannelReader<'a> {
     /// Index of the object.
     #[inline]
     pub fn instance(&self, i: usize) -> i32 {
-        id(self.hits[i].instance)
+        signed_id(self.hits[i].instance)
     }
 
     #[inline]
     pub fn triangle(&self, i: usize) -> i32 {
-        id(self.hits[i].triangle)
+        signed_id(self.hits[i].triangle)
     }
 
     #[inline]
     pub fn barycentric(&self, i: usize) -> [f32; 3] {
-        self.met(i).map_or([0.0; 3], |&ExactHit { u, v, .. }| {
+        self.hit(i).map_or([0.0; 3], |&ExactHit { u, v, .. }| {
             [1.0 - u - v, u, v].map(|weight| weight as f32)
         })
     }
 
     #[inline]
     pub fn uv(&self, i: usize, corners: &mut TriangleCache<Option<[[f64; 2]; 3]>>) -> [f32; 2] {
-        let Some(hit) = self.met(i) else {
+        let Some(hit) = self.hit(i) else {
             return [f32::NAN; 2];
         };
         let find = || self.world(i).uv_corners(hit.instance, hit.triangle, 0);
-        let corners = corners.of(hit, find).as_ref();
+        let corners = corners.get_or_insert(hit, find).as_ref();
         corners.map_or([f32::NAN; 2], |corners| {
             PreparedWorld::interpolate_uv(corners, [hit.u, hit.v])
         })
@@ -158,7 +160,7 @@ impl<'a> ChannelReader<'a> {
 
     #[inline]
     pub fn category(&self, i: usize) -> i32 {
-        self.met(i).map_or(-1, |hit| {
+        self.hit(i).map_or(-1, |hit| {
             self.world(i).instances[hit.instance as usize].category
         })
     }
@@ -166,13 +168,13 @@ impl<'a> ChannelReader<'a> {
     #[inline]
     pub fn material(&self, i: usize) -> i32 {
         let index = |hit: &ExactHit| self.world(i).material_index(hit.instance, hit.triangle);
-        let index = self.met(i).map(index);
+        let index = self.hit(i).map(index);
         index.map_or(-1, |index| i32::try_from(index).unwrap_or(-1))
     }
 }
 
 /// An id as it is stored: -1 for nothing.
 #[inline]
-pub(crate) fn id(id: u32) -> i32 {
+pub(crate) fn signed_id(id: u32) -> i32 {
     i32::try_from(id).unwrap_or(-1)
 }

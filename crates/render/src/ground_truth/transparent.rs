@@ -15,8 +15,8 @@ const RESTART_OFFSET: f64 = 1e-12;
 const MAX_SKIPS: usize = 1000;
 
 impl PreparedWorld {
-    /// Whether there is anything that [`PreparedWorld::pass_through`] would pass.
-    pub(crate) fn has_passable(&self) -> bool {
+    /// Whether there is anything that [`PreparedWorld::skip_transparent`] would pass.
+    pub(crate) fn has_skippable(&self) -> bool {
         let passable = |material: &Material| {
             is_refractive(material)
                 || !material.double_sided
@@ -28,9 +28,10 @@ impl PreparedWorld {
     }
 
     /// Replaces hits on what one sees through by the first hits behind that are not.
-    pub(crate) fn pass_through(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
+    pub(crate) fn skip_transparent(&self, rays: &[ExactRay], hits: &mut [ExactHit]) {
         let passed = |(ray, hit): (&ExactRay, &ExactHit)| {
-            hit.instance != INVALID_ID && self.passes(&to_float_hit(hit), ray.direction.into())
+            hit.instance != INVALID_ID
+                && self.is_skippable(&to_float_hit(hit), ray.direction.into())
         };
         let mut pending: Vec<usize> = (0..hits.len())
             .filter(|&i| passed((&rays[i], &hits[i])))
@@ -41,7 +42,7 @@ impl PreparedWorld {
             }
             let starts: Vec<f64> = pending
                 .iter()
-                .map(|&i| self.behind(&rays[i], &hits[i]))
+                .map(|&i| self.restart_t(&rays[i], &hits[i]))
                 .collect();
             let onward: Vec<ExactRay> = pending
                 .iter()
@@ -68,7 +69,7 @@ impl PreparedWorld {
     }
 
     /// The instances that rays in scene-local coordinates see, whose first hits these are: the first that are not passed.
-    pub(crate) fn instances_behind(
+    pub(crate) fn visible_instances(
         &self,
         origins: &[DVec3],
         directions: &[Vec3],
@@ -77,7 +78,8 @@ impl PreparedWorld {
         let mut seen: Vec<u32> = hits.iter().map(|hit| hit.instance).collect();
         let passed: Vec<usize> = (0..hits.len())
             .filter(|&i| {
-                hits[i].instance != INVALID_ID && self.passes(&hits[i], directions[i].as_dvec3())
+                hits[i].instance != INVALID_ID
+                    && self.is_skippable(&hits[i], directions[i].as_dvec3())
             })
             .collect();
         let rays: Vec<ExactRay> = passed
@@ -86,7 +88,7 @@ impl PreparedWorld {
             .collect();
         let mut found = vec![ExactHit::MISS; rays.len()];
         self.closest_exact(&rays, &mut found);
-        self.pass_through(&rays, &mut found);
+        self.skip_transparent(&rays, &mut found);
         for (i, hit) in passed.into_iter().zip(found) {
             seen[i] = hit.instance;
         }
@@ -94,20 +96,20 @@ impl PreparedWorld {
     }
 
     /// The t just behind a hit.
-    fn behind(&self, ray: &ExactRay, hit: &ExactHit) -> f64 {
+    fn restart_t(&self, ray: &ExactRay, hit: &ExactHit) -> f64 {
         let reach =
             DVec3::from(ray.origin).abs().max_element() + hit.t + self.origin.abs().max_element();
         hit.t + RESTART_OFFSET * reach
     }
 
-    fn passes(&self, hit: &Hit, direction: DVec3) -> bool {
+    fn is_skippable(&self, hit: &Hit, direction: DVec3) -> bool {
         let material = &self.material(hit).material;
         is_refractive(material)
             || self.opacity(hit) < OPACITY_THRESHOLD
-            || !material.double_sided && self.shows_back(hit, direction)
+            || !material.double_sided && self.is_culled_back_face(hit, direction)
     }
 
-    fn shows_back(&self, hit: &Hit, direction: DVec3) -> bool {
+    fn is_culled_back_face(&self, hit: &Hit, direction: DVec3) -> bool {
         let [a, b, c] = self.corners(hit.instance, hit.triangle);
         let away = (b - a).cross(c - a).dot(direction) > 0.0;
         away != self.instances[hit.instance as usize].flips_orientation

@@ -8,7 +8,7 @@ use crate::guiding::caustic_map::CausticMap;
 use crate::guiding::cones::GuidingCones;
 use crate::interaction::SurfaceInteractions;
 use crate::lobes::shading_frame::{sincos_turns, to_world_around};
-use crate::soa::{Vec3xN, get_lane, set_lane, lane_dvec3};
+use crate::soa::{Vec3xN, get_lane, lane_dvec3, set_lane};
 
 /// The largest share of a surface's rays that is aimed.
 const MAX_GUIDED_WEIGHT: f32 = 0.2;

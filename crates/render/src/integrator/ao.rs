@@ -27,7 +27,7 @@ pub(super) fn radiance(
         }
         radiance[i] = Vec3::ZERO;
         let place = SurfaceInteraction::new(world, batch.directions[i], hit, 0.0);
-        let random = batch.samplers[i].pair(Dimension::AmbientOcclusion);
+        let random = batch.samplers[i].get_2d(Dimension::AmbientOcclusion);
         let direction = to_world_around(place.geometric_normal, sample_cosine_hemisphere(random));
         shadows.push(place.spawn_ray(direction, distance), i, Vec3::ONE);
     }

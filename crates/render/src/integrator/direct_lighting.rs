@@ -69,7 +69,7 @@ impl PathTracer<'_> {
                 Some(distance) => {
                     let direction = to_world_around(
                         surface.interaction.geometric_normal,
-                        sample_cosine_hemisphere(sampler.pair(Dimension::AmbientOcclusion)),
+                        sample_cosine_hemisphere(sampler.get_2d(Dimension::AmbientOcclusion)),
                     );
                     let ray = surface.interaction.spawn_ray(direction, distance);
                     wave.bsdf_shadow_rays.push(ray, path.ray_index, ambient);
@@ -81,13 +81,13 @@ impl PathTracer<'_> {
         }
         let from = surface.light_sample_context();
         let [_, choice] = if self.needs_light_choice {
-            sampler.pair(Dimension::LobeAndLight(self.bounce))
+            sampler.get_2d(Dimension::LobeAndLight(self.bounce))
         } else {
             [0.0; 2]
         };
         let random = |index| match index {
             0 => meeting.light_random,
-            _ => sampler.pair(Dimension::Light(self.bounce, index)).into(),
+            _ => sampler.get_2d(Dimension::Light(self.bounce, index)).into(),
         };
         if let Some(sample) = &meeting.single_light_sample {
             self.add_light_sample(path, surface, skin, sample, &mut wave.shadow_rays[0]);
@@ -96,7 +96,13 @@ impl PathTracer<'_> {
         let tell = |index: usize, sample: LightLiSample| {
             self.add_light_sample(path, surface, skin, &sample, &mut wave.shadow_rays[index]);
         };
-        self.for_each_light_sample(self.light_sampling(path), &(&from).into(), choice, random, tell);
+        self.for_each_light_sample(
+            self.light_sampling(path),
+            &(&from).into(),
+            choice,
+            random,
+            tell,
+        );
     }
 
     /// Tells of the samples of lights at a point with their numbers, each with the density of all of its kind together.
@@ -162,7 +168,9 @@ impl PathTracer<'_> {
             return;
         }
         let ray = match sample.p_light {
-            None => surface.interaction.spawn_ray(sample.direction, f32::INFINITY),
+            None => surface
+                .interaction
+                .spawn_ray(sample.direction, f32::INFINITY),
             Some(end) => Ray {
                 direction: (end - start).as_vec3().to_array(),
                 ..surface

@@ -125,7 +125,9 @@ pub(crate) fn radiance(
 pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<Vec3> {
     match settings.integrator {
         Integrator::Flat | Integrator::Ao if settings.transparent => Some(Vec3::ZERO),
-        Integrator::Flat => Integrator::Flat.effective_lights(world).constant_environment(),
+        Integrator::Flat => Integrator::Flat
+            .effective_lights(world)
+            .constant_environment(),
         Integrator::Ao => Some(Vec3::ONE),
         // Rays may pick up lights without a mesh on their way.
         Integrator::Direct | Integrator::Path => None,

@@ -146,7 +146,9 @@ impl InteriorList {
 
     /// Whether what is within is a closed body, and a light with this end is not within its box.
     fn light_outside_closed_body(&self, world: &PreparedWorld, end: DVec3) -> bool {
-        let body = self.current(world).and_then(|there| world.dielectric_bounds[there]);
+        let body = self
+            .current(world)
+            .and_then(|there| world.dielectric_bounds[there]);
         body.is_some_and(|[lower, upper]| end.cmplt(lower).any() || end.cmpgt(upper).any())
     }
 
@@ -202,13 +204,19 @@ impl PathTracer<'_> {
     /// The share of a light at `end` (scene-local, infinite where it is infinitely far away) that clear matter lets through to
     /// `start`, per channel, for a shadow ray that no surface stops; zero where none is asked for.
     #[inline]
-    pub(crate) fn arrives(&self, ray: usize, media: InteriorList, start: DVec3, end: DVec3) -> Vec3 {
+    pub(crate) fn arrives(
+        &self,
+        ray: usize,
+        media: InteriorList,
+        start: DVec3,
+        end: DVec3,
+    ) -> Vec3 {
         if media.is_empty() {
             return Vec3::ONE;
         }
         let mut part = Vec3::ONE;
         if media.light_outside_closed_body(self.world, end) {
-            if self.samplers[ray].chance(self.bounce) * INTERIOR_SHADOW_RATE >= 1.0 {
+            if self.samplers[ray].get_1d_random(self.bounce) * INTERIOR_SHADOW_RATE >= 1.0 {
                 return Vec3::ZERO;
             }
             part *= INTERIOR_SHADOW_RATE;

@@ -163,7 +163,8 @@ pub(super) fn radiance(
                 let goes_on = if meetings.alpha_rejected[lane] {
                     // The same ray, from the other side.
                     let place = meetings.places.lane(lane);
-                    wave.next_rays.push(place.spawn_ray(path.direction, f32::INFINITY));
+                    wave.next_rays
+                        .push(place.spawn_ray(path.direction, f32::INFINITY));
                     true
                 } else if meetings.diffuse.is_active[lane] {
                     walk.shade_diffuse(path, meetings, (number, lane), hit, wave, radiance)
@@ -199,7 +200,9 @@ pub(super) fn radiance(
             .trace(world, batch.scene, Coherence::Incoherent, radiance);
         // All are written; what they were does not matter.
         hits.resize(wave.next_rays.len(), Hit::MISS);
-        batch.scene.closest(&wave.next_rays, hits, Coherence::Incoherent);
+        batch
+            .scene
+            .closest(&wave.next_rays, hits, Coherence::Incoherent);
         wave.next_rays.clear();
         walk.bounce += 1;
     }
@@ -254,7 +257,8 @@ pub(super) struct WavefrontQueues {
 impl WavefrontQueues {
     /// Asks for nothing yet, and for the light of so many lights at a point.
     fn begin(&mut self, lights: usize) {
-        self.shadow_rays.resize_with(lights, ShadowRayQueue::default);
+        self.shadow_rays
+            .resize_with(lights, ShadowRayQueue::default);
         self.shadow_rays.iter_mut().for_each(ShadowRayQueue::clear);
         self.bsdf_shadow_rays.clear();
         self.next_rays.clear();

@@ -11,7 +11,7 @@ use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::caustic_map::{CausticMap, PhotonDeposit};
 use crate::integrator::batch::hits::MIN_CAUSTIC_SEGMENTS;
 use crate::integrator::is_miss;
-use crate::integrator::nested_dielectrics::{InteriorList, InterfaceTransition};
+use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::interaction::SurfaceInteraction;
 use crate::interaction::attributes::ShadingPoint;
 use crate::light::{
@@ -41,7 +41,9 @@ struct Photon {
 /// Finds what guides the paths of pictures, once for a world, where any are long enough to be guided.
 pub(crate) fn build_caustic_maps(world: &PreparedWorld, settings: &Settings) {
     let lights = settings.integrator.effective_lights(world);
-    let long = settings.max_depth.is_none_or(|most| most > MIN_CAUSTIC_SEGMENTS);
+    let long = settings
+        .max_depth
+        .is_none_or(|most| most > MIN_CAUSTIC_SEGMENTS);
     let guided = settings.integrator == Integrator::Path && long && lights.can_cast_caustics();
     if guided && !world.caustic_casters.is_empty() && world.caustic_maps.get().is_none() {
         // Not while others wait for it: a thread that does so takes up work of other pictures.
@@ -58,8 +60,9 @@ pub(crate) fn build_maps(world: &PreparedWorld, lights: &Lights) -> Vec<CausticM
     let fallen: Vec<_> = batches
         .into_par_iter()
         .map(|(mirror, batch)| {
-            let sampler = Sampler::of_pixel(0, mirror as u32, [0, 0]);
-            let samplers = (batch * PHOTON_BATCH..(batch + 1) * PHOTON_BATCH).map(|i| sampler.at(i));
+            let sampler = Sampler::for_pixel(0, mirror as u32, [0, 0]);
+            let samplers =
+                (batch * PHOTON_BATCH..(batch + 1) * PHOTON_BATCH).map(|i| sampler.with_sample(i));
             trace_photons(world, lights, &mirrors[mirror], samplers)
         })
         .collect();
@@ -104,9 +107,9 @@ fn emit_photon(
     mirror: &CausticCaster,
     sampler: Sampler,
 ) -> Option<(Photon, Ray)> {
-    let [height, turn] = sampler.pair(Dimension::PixelFilter).map(f64::from);
-    let [radius, which] = sampler.pair(Dimension::LobeAndLight(0));
-    let on_light = sampler.pair(Dimension::Light(0, 0));
+    let [height, turn] = sampler.get_2d(Dimension::PixelFilter).map(f64::from);
+    let [radius, which] = sampler.get_2d(Dimension::LobeAndLight(0));
+    let on_light = sampler.get_2d(Dimension::Light(0, 0));
     let z = 2.0 * height - 1.0;
     let (sin, cos) = (TAU * turn).sin_cos();
     let across = (1.0 - z * z).sqrt();
@@ -166,14 +169,15 @@ impl Photon {
             }));
             return None;
         };
-        let skin = InterfaceTransition::at_hit(world, self.interior_list, hit, place.is_front, None);
+        let skin =
+            InterfaceTransition::at_hit(world, self.interior_list, hit, place.is_front, None);
         if skin.is_false_intersection {
             self.interior_list = skin.inside;
             return Some(place.spawn_ray(self.direction, f32::INFINITY));
         }
         let surface = ShadingPoint::new(world, &place, self.direction, hit, None, skin.outside_ior);
-        let [choice, _] = self.sampler.pair(Dimension::LobeAndLight(turn + 1));
-        let [x, y] = self.sampler.pair(Dimension::Bsdf(turn));
+        let [choice, _] = self.sampler.get_2d(Dimension::LobeAndLight(turn + 1));
+        let [x, y] = self.sampler.get_2d(Dimension::Bsdf(turn));
         let sample = surface.bsdf.sample(&surface.frame, [choice, x, y])?;
         self.power *= f64::from(sample.weight.element_sum() / 3.0);
         self.interior_list = skin.medium_towards(surface.frame.geometric, sample.wi);
@@ -188,7 +192,7 @@ impl Photon {
 mod tests {
     use glam::DAffine3;
     use raycam_scene::mesh::primitive;
-    use raycam_scene::{Glass, Light, Material, Metal, Object, MaterialModel, World};
+    use raycam_scene::{Glass, Light, Material, MaterialModel, Metal, Object, World};
 
     use super::*;
     use crate::control::Control;

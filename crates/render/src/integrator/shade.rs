@@ -9,7 +9,7 @@ use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::caustic_map::CausticMap;
 use crate::integrator::PathSettings;
 use crate::integrator::batch::hits::HitView;
-use crate::integrator::nested_dielectrics::{InteriorList, InterfaceTransition};
+use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::integrator::path::{PathState, WavefrontQueues};
 use crate::interaction::SurfaceInteractions;
 use crate::interaction::attributes::ShadingPoint;
@@ -58,7 +58,12 @@ pub(crate) struct PathTracer<'a> {
 
 impl PathTracer<'_> {
     /// What one path does where it meets nothing; `known` is what is behind it of one of the lights there.
-    pub fn handle_escaped_ray(&self, path: &PathState, known: Option<EnvironmentLookup>, out: &mut Vec3) {
+    pub fn handle_escaped_ray(
+        &self,
+        path: &PathState,
+        known: Option<EnvironmentLookup>,
+        out: &mut Vec3,
+    ) {
         self.add_intersected_lights(path, f64::INFINITY, out);
         if !(path.is_camera_ray && self.settings.hide_environment) {
             self.add_environment(path, known, out);
@@ -96,7 +101,13 @@ impl PathTracer<'_> {
         }
         self.choose_wavelength(path, &material.material);
         let (direction, channel) = (path.direction, path.wavelength_channel.map(usize::from));
-        let skin = InterfaceTransition::at_hit(self.world, path.interior_list, hit, place.is_front, channel);
+        let skin = InterfaceTransition::at_hit(
+            self.world,
+            path.interior_list,
+            hit,
+            place.is_front,
+            channel,
+        );
         let smooth =
             material.specular_bsdf(self.world, hit, place, direction, channel, skin.outside_ior);
         if let Some((scatter, frame)) = smooth {
@@ -107,14 +118,15 @@ impl PathTracer<'_> {
             };
             return self.shade_hit(path, &surface, skin, meeting, wave, radiance);
         }
-        let surface = ShadingPoint::new(self.world, place, direction, hit, channel, skin.outside_ior);
+        let surface =
+            ShadingPoint::new(self.world, place, direction, hit, channel, skin.outside_ior);
         self.shade_hit(path, &surface, skin, meeting, wave, radiance)
     }
 
     /// Chooses the colour that a path carries from its first surface with dispersion.
     fn choose_wavelength(&self, path: &mut PathState, material: &Material) {
         if path.wavelength_channel.is_none() && is_dispersive(material) {
-            let [choice, _] = self.samplers[path.ray_index].pair(Dimension::Wavelength);
+            let [choice, _] = self.samplers[path.ray_index].get_2d(Dimension::Wavelength);
             let channel = ((choice * 3.0) as u8).min(2);
             path.wavelength_channel = Some(channel);
             path.throughput *= 3.0 * Vec3::AXES[usize::from(channel)];
@@ -140,7 +152,8 @@ impl PathTracer<'_> {
         let out = &mut radiance[path.ray_index];
         if self.is_skipped(path, material, surface, hit) {
             // The same ray, from the other side.
-            wave.next_rays.push(place.spawn_ray(path.direction, f32::INFINITY));
+            wave.next_rays
+                .push(place.spawn_ray(path.direction, f32::INFINITY));
             return true;
         }
         let distance = (place.position - path.prev_context.position).length();
@@ -165,7 +178,12 @@ impl PathTracer<'_> {
     }
 
     /// Whether the camera sees the back of a one-sided surface.
-    pub(crate) fn is_culled_back_face(&self, path: &PathState, material: &Material, front: bool) -> bool {
+    pub(crate) fn is_culled_back_face(
+        &self,
+        path: &PathState,
+        material: &Material,
+        front: bool,
+    ) -> bool {
         path.depth == 1 && path.specular_bounce && !front && !material.double_sided
     }
 
@@ -178,7 +196,9 @@ impl PathTracer<'_> {
         places: &SurfaceInteractions<LANES>,
         lane: usize,
     ) -> Option<Vec3> {
-        let diffuse = material.diffuse_factor.filter(|_| path.interior_list.is_empty())?;
+        let diffuse = material
+            .diffuse_factor
+            .filter(|_| path.interior_list.is_empty())?;
         if self.is_culled_back_face(path, &material.material, places.is_front(lane)) {
             return None;
         }
@@ -205,11 +225,17 @@ impl PathTracer<'_> {
 
     /// Whether a surface is not there for this ray by its opacity.
     #[inline]
-    pub(crate) fn fails_alpha_test(&self, path: &PathState, material: &Material, hit: &Hit) -> bool {
+    pub(crate) fn fails_alpha_test(
+        &self,
+        path: &PathState,
+        material: &Material,
+        hit: &Hit,
+    ) -> bool {
         if material.alpha == Alpha::Opaque {
             return false;
         }
-        let [chance, _] = self.samplers[path.ray_index].pair(Dimension::OpacityAndRoulette(self.bounce));
+        let [chance, _] =
+            self.samplers[path.ray_index].get_2d(Dimension::OpacityAndRoulette(self.bounce));
         chance >= self.world.opacity(hit)
     }
 
@@ -246,7 +272,9 @@ impl PathTracer<'_> {
         } else {
             lights.radiance_and_pdf(&path.prev_context, path.light_sampling, direction, known)
         };
-        *out += path.throughput * self.environment_without_ambient(path.specular_bounce, radiance) * self.mis_weight(path, pdf);
+        *out += path.throughput
+            * self.environment_without_ambient(path.specular_bounce, radiance)
+            * self.mis_weight(path, pdf);
     }
 
     /// The part of the sky's radiance that is not in the ambient term.
@@ -276,9 +304,14 @@ impl PathTracer<'_> {
         }
         let emitted = self.lights.emission(world, hit, direction);
         if emitted != Vec3::ZERO {
-            let pdf =
-                self.lights
-                    .emission_pdf(&path.prev_context, path.light_sampling, world, hit, direction, distance);
+            let pdf = self.lights.emission_pdf(
+                &path.prev_context,
+                path.light_sampling,
+                world,
+                hit,
+                direction,
+                distance,
+            );
             *out += path.throughput * emitted * self.mis_weight(path, pdf);
         }
     }
@@ -295,7 +328,7 @@ impl PathTracer<'_> {
     ) -> bool {
         let sampler = &self.samplers[path.ray_index];
         let choice = if surface.bsdf.needs_lobe_sample() {
-            sampler.pair(Dimension::LobeAndLight(self.bounce))[0]
+            sampler.get_2d(Dimension::LobeAndLight(self.bounce))[0]
         } else {
             0.0
         };
@@ -305,7 +338,14 @@ impl PathTracer<'_> {
         };
         let start = surface.interaction.offset_ray_origin(sample.wi).as_vec3();
         let media = skin.medium_towards(surface.frame.geometric, sample.wi);
-        self.continue_path(path, &sample, start, surface.light_sample_context(), media, wave)
+        self.continue_path(
+            path,
+            &sample,
+            start,
+            surface.light_sample_context(),
+            media,
+            wave,
+        )
     }
 
     /// The same where it is known how: in which direction, where the ray starts, from where and through what.
@@ -331,7 +371,7 @@ impl PathTracer<'_> {
         if self.bounce.saturating_add(2) > MIN_ROULETTE_DEPTH {
             let survival = (throughput.max_element() * squeeze).min(0.95);
             let [_, chance] =
-                self.samplers[path.ray_index].pair(Dimension::OpacityAndRoulette(self.bounce));
+                self.samplers[path.ray_index].get_2d(Dimension::OpacityAndRoulette(self.bounce));
             if chance >= survival {
                 return false;
             }

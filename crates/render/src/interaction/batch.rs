@@ -8,7 +8,7 @@ use crate::interaction::attributes::{is_safe_square, unit_normal};
 use crate::interaction::{SurfaceInteraction, normalize_facing};
 use crate::prepare::texture::Footprint;
 use crate::prepare::{ErrorBounds, PreparedWorld};
-use crate::soa::{TriangleXN, Vec3xN, get_triangle, get_lane, set_lane, lane_dvec3};
+use crate::soa::{TriangleXN, Vec3xN, get_lane, get_triangle, lane_dvec3, set_lane};
 
 /// Rays, the triangles that they meet, and where. Each lane is computed as it would be alone.
 #[derive(Debug)]
@@ -88,7 +88,11 @@ impl<const N: usize> SurfaceInteractions<N> {
         self.barycentrics[1][lane] = f64::from(hit.v);
         set_lane(&mut self.direction, lane, direction.to_array());
         self.flips_orientation[lane] = object.flips_orientation;
-        for (lanes, column) in self.error_bounds.iter_mut().zip(object.error_bounds.columns()) {
+        for (lanes, column) in self
+            .error_bounds
+            .iter_mut()
+            .zip(object.error_bounds.columns())
+        {
             set_lane(lanes, lane, column.to_array());
         }
         let normals = world.vertex_normals(hit.instance, hit.triangle);
@@ -163,7 +167,10 @@ impl<const N: usize> SurfaceInteractions<N> {
     #[inline(always)]
     pub fn offset_ray_origin(&self, lane: usize, direction: Vec3) -> DVec3 {
         let below = self.geometric_normal(lane).dot(direction) < 0.0;
-        let (above, beneath) = (get_lane(&self.offset_front, lane), get_lane(&self.offset_back, lane));
+        let (above, beneath) = (
+            get_lane(&self.offset_front, lane),
+            get_lane(&self.offset_back, lane),
+        );
         let beyond = Vec3::from(if below { beneath } else { above });
         self.position(lane) + beyond.as_dvec3()
     }
@@ -172,7 +179,11 @@ impl<const N: usize> SurfaceInteractions<N> {
     #[inline(always)]
     pub fn shading_frame(&self, lane: usize) -> ShadingFrame {
         let direction = Vec3::from(get_lane(&self.direction, lane));
-        ShadingFrame::new(self.geometric_normal(lane), self.shading_normal(lane), -direction)
+        ShadingFrame::new(
+            self.geometric_normal(lane),
+            self.shading_normal(lane),
+            -direction,
+        )
     }
 
     /// Of the rays.
@@ -193,7 +204,11 @@ impl<const N: usize> SurfaceInteractions<N> {
     #[inline(always)]
     fn error_along(&self, lane: usize, position: DVec3, normal: DVec3) -> f64 {
         let [x, y, z, of_mesh] = &self.error_bounds;
-        let of_point = [lane_dvec3(x, lane), lane_dvec3(y, lane), lane_dvec3(z, lane)];
+        let of_point = [
+            lane_dvec3(x, lane),
+            lane_dvec3(y, lane),
+            lane_dvec3(z, lane),
+        ];
         ErrorBounds::error_along(of_point, lane_dvec3(of_mesh, lane), position, normal)
     }
 
@@ -216,7 +231,11 @@ impl<const N: usize> SurfaceInteractions<N> {
             let cross = (b - a).cross(c - a);
             let square = cross.length_squared();
             *sound = is_safe_square(square);
-            set_lane(&mut self.unoriented_normal, lane, (cross / square.sqrt()).to_array());
+            set_lane(
+                &mut self.unoriented_normal,
+                lane,
+                (cross / square.sqrt()).to_array(),
+            );
         }
         if sound != [true; N] {
             for lane in (0..N).filter(|&lane| !sound[lane]) {
@@ -240,8 +259,16 @@ impl<const N: usize> SurfaceInteractions<N> {
             self.is_front[lane] = outside != self.flips_orientation[lane];
             set_lane(&mut self.position, lane, position.to_array());
             set_lane(&mut self.unoriented_normal, lane, geometric.to_array());
-            set_lane(&mut self.geometric_normal, lane, geometric.as_vec3().to_array());
-            set_lane(&mut self.shading_normal, lane, geometric.as_vec3().to_array());
+            set_lane(
+                &mut self.geometric_normal,
+                lane,
+                geometric.as_vec3().to_array(),
+            );
+            set_lane(
+                &mut self.shading_normal,
+                lane,
+                geometric.as_vec3().to_array(),
+            );
             set_lane(&mut self.offset_front, lane, beyond.as_vec3().to_array());
             set_lane(&mut self.offset_back, lane, (-beyond).as_vec3().to_array());
         }
@@ -261,7 +288,8 @@ impl<const N: usize> SurfaceInteractions<N> {
             let weights = [1.0 - u - v, u, v];
             let (mut normal, mut lift) = (DVec3::ZERO, DVec3::ZERO);
             for k in 0..3 {
-                let of_corner = normalize_facing(lane_dvec3(&self.vertex_normals[k], lane), geometric);
+                let of_corner =
+                    normalize_facing(lane_dvec3(&self.vertex_normals[k], lane), geometric);
                 normal += of_corner * weights[k];
                 let below = (corners[k] - position).dot(of_corner).max(0.0);
                 lift += of_corner * (weights[k] * below);
@@ -270,7 +298,10 @@ impl<const N: usize> SurfaceInteractions<N> {
             let above = (beyond + lift).as_vec3().to_array();
             for axis in 0..3 {
                 let smooth = self.has_normals[lane];
-                let (n, a) = (&mut self.shading_normal[axis][lane], &mut self.offset_front[axis][lane]);
+                let (n, a) = (
+                    &mut self.shading_normal[axis][lane],
+                    &mut self.offset_front[axis][lane],
+                );
                 *n = if smooth { normal[axis] } else { *n };
                 *a = if smooth { above[axis] } else { *a };
             }

@@ -52,7 +52,13 @@ impl SurfaceInteraction {
     #[inline]
     pub fn offset_ray_origin(&self, direction: Vec3) -> DVec3 {
         let below = self.geometric_normal.dot(direction) < 0.0;
-        self.position + if below { self.offset_back } else { self.offset_front }.as_dvec3()
+        self.position
+            + if below {
+                self.offset_back
+            } else {
+                self.offset_front
+            }
+            .as_dvec3()
     }
 
     /// A ray from here into the world.

@@ -160,7 +160,9 @@ impl PreparedLightBounds {
         } else {
             cos_axis
         };
-        let off = Angle::from_cos(cos_axis).saturating_sub(self.theta_o).saturating_sub(half_box);
+        let off = Angle::from_cos(cos_axis)
+            .saturating_sub(self.theta_o)
+            .saturating_sub(half_box);
         let beside = off.cos <= self.cos_theta_e - 1e-3;
         let importance = by_distance * off.cos.max(1e-3);
         let height = Angle::from_cos((-normal.dot(direction)).clamp(-1.0, 1.0));

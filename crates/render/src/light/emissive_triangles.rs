@@ -75,7 +75,7 @@ impl EmissiveTriangles {
         which: f64,
         [x, y]: [f32; 2],
     ) -> Option<LightLiSample> {
-        let (number, probability) = self.tree.choose(by, which)?;
+        let (number, probability) = self.tree.sample(by, which)?;
         let [instance, triangle] = self.triangles[number];
         // The square folded along its diagonal.
         let (u, v) = if x + y > 1.0 {
@@ -119,7 +119,7 @@ impl EmissiveTriangles {
         };
         let [_, e1, e2] = edges(world, hit.instance, hit.triangle);
         let density = solid_angle_pdf(e1.cross(e2) / 2.0, direction.as_dvec3(), distance);
-        self.tree.probability(&from.into(), number as usize) * density
+        self.tree.pmf(&from.into(), number as usize) * density
     }
 }
 

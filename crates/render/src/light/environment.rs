@@ -89,7 +89,9 @@ impl EnvironmentLight {
     /// The same of many, unless all is dark.
     pub fn sample_many(&self, random: &[[f32; 2]], out: &mut Vec<EnvironmentSample>) {
         out.clear();
-        let Some(table) = &self.distribution else { return };
+        let Some(table) = &self.distribution else {
+            return;
+        };
         for random in random.chunks(LOOKUP_BLOCK) {
             let mut directions = [[0.0; LOOKUP_BLOCK]; 3];
             table.sample_many(&self.frame, random, &mut directions);

@@ -46,7 +46,11 @@ impl EquirectFrame {
     }
 
     /// The same of many.
-    pub fn to_uv_many<const N: usize>(&self, directions: &Vec3xN<f32, N>, places: &mut [[f32; N]; 2]) {
+    pub fn to_uv_many<const N: usize>(
+        &self,
+        directions: &Vec3xN<f32, N>,
+        places: &mut [[f32; N]; 2],
+    ) {
         dispatch_simd(ComputeUvs {
             frame: self,
             directions,

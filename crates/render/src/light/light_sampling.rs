@@ -86,8 +86,10 @@ impl Lights {
 
     /// The light that [`Lights::sample`] always chooses, where there is one.
     pub fn single_light(&self, choice: LightSampling) -> Option<&PreparedLight> {
-        let one = self.non_constant_infinite == 0 && self.tree.count() == 1 && !self.has_emissive_triangles();
-        let [Child::Light(light)] = *self.tree.only_node()?.below() else {
+        let one = self.non_constant_infinite == 0
+            && self.tree.count() == 1
+            && !self.has_emissive_triangles();
+        let [Child::Light(light)] = *self.tree.only_node()?.children() else {
             return None;
         };
         let only = &self.lights[self.finite[light as usize]];
@@ -96,15 +98,20 @@ impl Lights {
 
     /// Whether the only light is one that is infinitely far away and uneven: then there is nothing to choose.
     pub(crate) fn is_single_infinite(&self, choice: LightSampling) -> bool {
-        let one = self.non_constant_infinite == 1 && self.infinite.len() == 1 && self.finite.is_empty();
+        let one =
+            self.non_constant_infinite == 1 && self.infinite.len() == 1 && self.finite.is_empty();
         one && choice == LightSampling::Importance && !self.has_emissive_triangles()
     }
 
     /// The most directions that [`Lights::sample_each`] tells of, if there is more than one kind of light to tell apart and
     /// not too much of what is infinitely far away.
     pub fn max_split_samples(&self) -> Option<usize> {
-        let several = self.non_constant_infinite + self.tree.count() + usize::from(self.has_emissive_triangles()) > 1;
-        (several && self.non_constant_infinite <= MAX_SPLIT_LIGHTS).then_some(self.non_constant_infinite + MAX_SPLIT_LIGHTS + 1)
+        let several = self.non_constant_infinite
+            + self.tree.count()
+            + usize::from(self.has_emissive_triangles())
+            > 1;
+        (several && self.non_constant_infinite <= MAX_SPLIT_LIGHTS)
+            .then_some(self.non_constant_infinite + MAX_SPLIT_LIGHTS + 1)
     }
 
     /// What [`LightSampleContexts::importances`] takes for many points at a time: of lights without a mesh and of surfaces that shine, the node
@@ -115,7 +122,7 @@ impl Lights {
             .only_node()
             .filter(|_| choice != LightSampling::Uniform);
         [finite, self.emissive_triangles.tree().only_node()]
-            .map(|node| node.filter(|node| node.below().len() > 1))
+            .map(|node| node.filter(|node| node.children().len() > 1))
     }
 
     /// Whether [`Lights::sample_each`] may tell of a direction with this number.
@@ -137,7 +144,7 @@ impl Lights {
             let index = (number * count as f64) as usize;
             return Some((index.min(count - 1), 1.0 / count as f64));
         }
-        self.tree.choose(from, number)
+        self.tree.sample(from, number)
     }
 
     /// The probability with which such a light is chosen among them, or how many of it are expected.
@@ -148,9 +155,9 @@ impl Lights {
         light: usize,
     ) -> f64 {
         match choice {
-            LightSampling::Importance => self.tree.probability(&from.into(), light),
+            LightSampling::Importance => self.tree.pmf(&from.into(), light),
             LightSampling::Uniform => 1.0 / self.finite.len() as f64,
-            LightSampling::Split => self.tree.expected(&from.into(), light),
+            LightSampling::Split => self.tree.expected_count(&from.into(), light),
         }
     }
 
@@ -189,7 +196,10 @@ impl Lights {
                     };
                 }
                 // Nothing says how much of what is infinitely far away arrives: each is as likely as all that is near.
-                let near = [self.tree.importance(from), self.emissive_triangles.importance(from)];
+                let near = [
+                    self.tree.importance(from),
+                    self.emissive_triangles.importance(from),
+                ];
                 let total = near[0] + near[1];
                 let groups = sought + usize::from(total > 0.0);
                 let one = 1.0 / groups.max(1) as f64;

@@ -186,7 +186,8 @@ impl Lights {
         }
         which -= infinite;
         if which < odds.finite {
-            let (light, probability) = self.choose_finite(&by.finite(), choice, which / odds.finite)?;
+            let (light, probability) =
+                self.choose_finite(&by.finite(), choice, which / odds.finite)?;
             self.sample_finite(from, light, odds.finite * probability, drawn.random)
         } else if odds.emissive > 0.0 {
             let which = ((which - odds.finite) / odds.emissive).clamp(0.0, 1.0);
@@ -217,14 +218,15 @@ impl Lights {
             found(index, sample);
         }
         self.tree
-            .choose_many(&by.finite(), which, |index, light, expected| {
+            .sample_split(&by.finite(), which, |index, light, expected| {
                 let index = self.non_constant_infinite + index;
                 let sample = self.sample_finite(from, light, expected, random(index).random);
                 found(index, sample);
             });
         if self.has_emissive_triangles() {
             let index = self.non_constant_infinite + MAX_SPLIT_LIGHTS;
-            let sample = self.sample_emissive_triangles(world, by, 1.0, which, random(index).random);
+            let sample =
+                self.sample_emissive_triangles(world, by, 1.0, which, random(index).random);
             found(index, sample);
         }
     }
@@ -245,7 +247,8 @@ impl Lights {
             sample.pdf = self.kind_probabilities(from, choice).infinite as f32;
         } else {
             let own = (index, (sample.radiance, sample.pdf));
-            (sample.radiance, sample.pdf) = self.radiance_and_pdf(from, choice, sample.direction, Some(own));
+            (sample.radiance, sample.pdf) =
+                self.radiance_and_pdf(from, choice, sample.direction, Some(own));
         }
         (sample.pdf > 0.0).then_some(sample)
     }
@@ -271,7 +274,9 @@ impl Lights {
         which: f64,
         random: [f32; 2],
     ) -> Option<LightLiSample> {
-        let sample = self.emissive_triangles.sample(world, &by.emissive_triangles(), which, random)?;
+        let sample =
+            self.emissive_triangles
+                .sample(world, &by.emissive_triangles(), which, random)?;
         sample.with_selection_pdf(probability)
     }
 
@@ -341,7 +346,9 @@ impl Lights {
 
     /// The first image or clear sky all around, and its number among those infinitely far away.
     pub fn environment(&self) -> Option<(usize, &EnvironmentLight)> {
-        let mut uneven = self.infinite[..self.non_constant_infinite].iter().enumerate();
+        let mut uneven = self.infinite[..self.non_constant_infinite]
+            .iter()
+            .enumerate();
         uneven.find_map(|(number, &i)| match &self.lights[i] {
             PreparedLight::Environment(environment) => Some((number, &**environment)),
             _ => None,
@@ -363,7 +370,9 @@ impl Lights {
         direction: Vec3,
         distance: f64,
     ) -> f32 {
-        let density = self.emissive_triangles.pdf(world, from, hit, direction, distance);
+        let density = self
+            .emissive_triangles
+            .pdf(world, from, hit, direction, distance);
         (self.kind_probabilities(from, choice).emissive * density) as f32
     }
 

@@ -92,8 +92,8 @@ impl PreethamSky {
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let up = direction.dot(self.up);
         // In linear Rec. 709; colours outside of it lose what is negative.
-        let values =
-            self.zenith_curves.lookup(up.max(0.0)) * self.sun_curves.lookup(sun_distance(direction, self.sun));
+        let values = self.zenith_curves.lookup(up.max(0.0))
+            * self.sun_curves.lookup(sun_distance(direction, self.sun));
         let [luminance, x, y] = values.to_array();
         let xyz = Vec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance.max(0.0);
         let sky = (RGB_FROM_XYZ * xyz).max(Vec3::ZERO) * self.scale;

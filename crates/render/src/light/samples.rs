@@ -57,12 +57,7 @@ impl LightLiSample {
     }
 
     /// One of many, unless its density is beyond float32.
-    pub(super) fn new(
-        direction: DVec3,
-        end: DVec3,
-        radiance: Vec3,
-        density: f64,
-    ) -> Option<Self> {
+    pub(super) fn new(direction: DVec3, end: DVec3, radiance: Vec3, density: f64) -> Option<Self> {
         let pdf = density as f32;
         (pdf > 0.0 && pdf.is_finite()).then(|| Self {
             direction: direction.as_vec3(),
@@ -110,7 +105,8 @@ impl<const N: usize> LightLiSamples<N> {
     pub fn get_lane(&self, lane: usize) -> Option<LightLiSample> {
         (self.pdf[lane] > 0.0).then(|| LightLiSample {
             direction: get_lane(&self.direction, lane).into(),
-            p_light: Some(DVec3::from(get_lane(&self.p_light, lane))).filter(|end| end.x < f64::INFINITY),
+            p_light: Some(DVec3::from(get_lane(&self.p_light, lane)))
+                .filter(|end| end.x < f64::INFINITY),
             radiance: get_lane(&self.radiance, lane).into(),
             pdf: self.pdf[lane],
             is_delta: self.is_delta[lane],

@@ -36,7 +36,7 @@ impl SunLight {
     }
 
     pub fn is_point(&self) -> bool {
-        self.cone.height == 0.0
+        self.cone.one_minus_cos == 0.0
     }
 
     pub fn sample(&self, random: [f32; 2]) -> LightLiSample {

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec2;
-use raycam_scene::camera::{ShutterMotion, ReadoutDirection};
+use raycam_scene::camera::{ReadoutDirection, ShutterMotion};
 use raycam_scene::video::WorldTime;
 use raycam_scene::{Camera, Mesh, Object, World};
 use rayon::prelude::*;
@@ -20,7 +20,7 @@ use crate::guiding::caustic_casters::find_caustic_casters;
 use crate::prepare::dielectric_bounds::closed_dielectric_bounds;
 use crate::prepare::material::prepare_materials;
 use crate::prepare::mesh::prepare_meshes;
-use crate::prepare::{PreparedWorld, world_bounds, validate, has_transparency, build_instances};
+use crate::prepare::{PreparedWorld, build_instances, has_transparency, validate, world_bounds};
 
 /// Slices of the time from when the first line opens until the last one closes.
 const TIME_SLICES: usize = 64;
@@ -213,7 +213,11 @@ impl<'a> ShutterSlices<'a> {
         world.map_err(|error| RenderError::World(error.to_string()))
     }
 
-    fn prepare_at(&self, since_middle: f64, control: &Control) -> Result<Arc<PreparedWorld>, RenderError> {
+    fn prepare_at(
+        &self,
+        since_middle: f64,
+        control: &Control,
+    ) -> Result<Arc<PreparedWorld>, RenderError> {
         let world = self.scene_at(since_middle)?;
         let moved = PreparedWorld::advance_world(&world, self.world, self.reference, control)?;
         Ok(Arc::new(moved))

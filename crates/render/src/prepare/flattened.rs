@@ -125,7 +125,11 @@ impl PreparedWorld {
             }
             let before = u32::try_from(vertices.len()).ok()?;
             firsts.push(u32::try_from(triangles.len()).ok()?);
-            triangles.extend(self.instance_triangles(i).iter().map(|t| t.map(|i| before + i)));
+            triangles.extend(
+                self.instance_triangles(i)
+                    .iter()
+                    .map(|t| t.map(|i| before + i)),
+            );
             let local = |&vertex| {
                 let vertex = object.world_from_mesh.transform_point3(vertex);
                 (vertex - self.origin).as_vec3().to_array()
@@ -231,7 +235,9 @@ mod tests {
                     let (pool, prepared) = (&pool, &prepared);
                     scope.spawn(move || {
                         std::thread::sleep(std::time::Duration::from_millis(turn));
-                        pool.install(|| assert!(prepared.scene_for_samples(u64::MAX).is_single_level()));
+                        pool.install(|| {
+                            assert!(prepared.scene_for_samples(u64::MAX).is_single_level())
+                        });
                     });
                 }
             });
@@ -281,9 +287,17 @@ mod tests {
         let mut world = world();
         let scale = DAffine3::from_scale(DVec3::splat(100.0));
         world.objects[0].world_from_mesh = scale;
-        assert!(prepare(&world, None).scene_for_samples(u64::MAX).is_single_level());
+        assert!(
+            prepare(&world, None)
+                .scene_for_samples(u64::MAX)
+                .is_single_level()
+        );
         world.objects[0].world_from_mesh = scale * scale;
-        assert!(!prepare(&world, None).scene_for_samples(u64::MAX).is_single_level());
+        assert!(
+            !prepare(&world, None)
+                .scene_for_samples(u64::MAX)
+                .is_single_level()
+        );
     }
 
     #[test]

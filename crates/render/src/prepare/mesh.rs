@@ -93,13 +93,10 @@ impl PreparedMesh {
         let (lower, upper) = mesh.bounds().unwrap_or_default();
         let center = lower + (upper - lower) / 2.0;
         let vertices = center_vertices(&mesh, center);
-        let bvh =
-            Bvh::build(&vertices, &mesh.triangles).map_err(|source| {
-                RenderError::Build {
-                    mesh: index,
-                    source,
-                }
-            })?;
+        let bvh = Bvh::build(&vertices, &mesh.triangles).map_err(|source| RenderError::Build {
+            mesh: index,
+            source,
+        })?;
         Ok(Self {
             mesh,
             built_cost: bvh.sah_cost(),

@@ -109,7 +109,9 @@ impl PreparedWorld {
             origin,
             radius: (upper - origin).length(),
             object_bounds: screen_mask::object_bounds(&objects, origin, (upper - origin).length()),
-            dielectric_bounds: with_pool(threads, || closed_dielectric_bounds(&objects, &materials, origin))?,
+            dielectric_bounds: with_pool(threads, || {
+                closed_dielectric_bounds(&objects, &materials, origin)
+            })?,
             instances: objects,
             materials,
             has_transparency: has_transparency(world),
@@ -137,7 +139,8 @@ impl PreparedWorld {
 
     /// Makes the lights of the world, once its objects are there.
     pub(crate) fn build_lights(&mut self, world: &World) {
-        let lights = Lights::new(&world.lights, world.up, self.origin).with_emissive_triangles(self);
+        let lights =
+            Lights::new(&world.lights, world.up, self.origin).with_emissive_triangles(self);
         self.lights = Arc::new(lights);
         let dark = match world.emission_keeps_default_lights {
             true => world.lights.is_empty(),
@@ -151,7 +154,11 @@ impl PreparedWorld {
 
     /// How many objects have the very acceleration structure that `other` has too.
     pub fn objects_shared_with(&self, other: &PreparedWorld) -> usize {
-        let theirs: HashSet<_> = other.instances.iter().map(|o| Arc::as_ptr(&o.mesh)).collect();
+        let theirs: HashSet<_> = other
+            .instances
+            .iter()
+            .map(|o| Arc::as_ptr(&o.mesh))
+            .collect();
         let shared = |object: &&PreparedInstance| theirs.contains(&Arc::as_ptr(&object.mesh));
         self.instances.iter().filter(shared).count()
     }
@@ -202,7 +209,10 @@ impl ErrorBounds {
     /// The columns of its two parts.
     #[inline(always)]
     pub fn columns(&self) -> [DVec3; 4] {
-        let Self { per_point: of_point, per_mesh: of_mesh } = self;
+        let Self {
+            per_point: of_point,
+            per_mesh: of_mesh,
+        } = self;
         [of_point.x_axis, of_point.y_axis, of_point.z_axis, *of_mesh]
     }
 
@@ -244,7 +254,8 @@ impl PreparedInstance {
 
     /// What float32 may do to it, and to rays that start up to `reach` from the scene's origin, along each axis.
     pub fn error_extent(&self, reach: f64) -> DVec3 {
-        let rounding = self.error_bounds.per_point * DVec3::splat(reach) + self.error_bounds.per_mesh;
+        let rounding =
+            self.error_bounds.per_point * DVec3::splat(reach) + self.error_bounds.per_mesh;
         MAX_ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * rounding
     }
 

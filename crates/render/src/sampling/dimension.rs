@@ -60,16 +60,16 @@ pub(crate) struct DimensionGroup {
     /// What these share and no other pair has.
     pub key: u32,
     /// The row of [`MIXING_MATRICES`] that a pair of it has. Looked up in a loop, it would keep that from being made one of vectors.
-    pub mixed: [u32; 9],
+    pub mixing_row: [u32; 9],
     /// The bits of an index that those above are hashed into, each pair's own way: without, the pairs of a group would
     /// meet in the same combinations again after as many samples as these bits count.
-    pub low: u32,
+    pub low_bits: u32,
 }
 
 impl Dimension {
     /// No two pairs of a path share it, until after 2^25 surfaces.
     #[inline(always)]
-    pub(crate) fn number(self) -> u32 {
+    pub(crate) fn index(self) -> u32 {
         let at = |bounce: u32, pair: u32| {
             DIMENSIONS_PER_BOUNCE
                 .wrapping_mul(bounce.wrapping_add(1))
@@ -95,15 +95,15 @@ impl Dimension {
             let first = bounce - bounce % GROUPED_BOUNCES;
             // The first group is that of where in the pixel the sample lies.
             let key = match first {
-                0 => Dimension::PixelFilter.number(),
+                0 => Dimension::PixelFilter.index(),
                 _ => DIMENSIONS_PER_BOUNCE
                     .wrapping_mul(first)
                     .wrapping_add(DIMENSIONS_PER_BOUNCE - 1),
             };
             DimensionGroup {
                 key,
-                mixed: MIXING_MATRICES[(1 + 3 * (bounce % GROUPED_BOUNCES) + which) as usize],
-                low: (1 << MIXING_BITS) - 1,
+                mixing_row: MIXING_MATRICES[(1 + 3 * (bounce % GROUPED_BOUNCES) + which) as usize],
+                low_bits: (1 << MIXING_BITS) - 1,
             }
         };
         match self {
@@ -111,9 +111,9 @@ impl Dimension {
             Dimension::Light(bounce, 0) => of(bounce, 1),
             Dimension::LobeAndLight(bounce) => of(bounce, 2),
             _ => DimensionGroup {
-                key: self.number(),
-                mixed: MIXING_MATRICES[0],
-                low: 0,
+                key: self.index(),
+                mixing_row: MIXING_MATRICES[0],
+                low_bits: 0,
             },
         }
     }

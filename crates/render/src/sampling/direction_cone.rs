@@ -12,7 +12,7 @@ pub(crate) struct DirectionCone {
     /// Of unit length.
     pub axis: DVec3,
     /// 1 - cos of the angle, which keeps its digits however narrow the cone.
-    pub height: f64,
+    pub one_minus_cos: f64,
 }
 
 impl DirectionCone {
@@ -20,14 +20,14 @@ impl DirectionCone {
     pub fn new(axis: DVec3, sin2: f64) -> Self {
         Self {
             axis,
-            height: sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt()),
+            one_minus_cos: sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt()),
         }
     }
 
     /// A direction drawn evenly (P. Shirley, C. Wang and K. Zimmerman, "Monte Carlo techniques for direct lighting
     /// calculations", 1996).
     pub fn sample(&self, [x, y]: [f32; 2]) -> DVec3 {
-        let cap = f64::from(x) * self.height;
+        let cap = f64::from(x) * self.one_minus_cos;
         let (sin, cos) = ((cap * (2.0 - cap)).sqrt(), 1.0 - cap);
         let (right, up) = self.axis.any_orthonormal_pair();
         let (turn_sin, turn_cos) = sincos_turns(y);
@@ -38,11 +38,11 @@ impl DirectionCone {
     /// Whether a direction of unit length lies inside.
     pub fn contains(&self, direction: DVec3) -> bool {
         // 1 - cos = |a - b|^2 / 2, without cancellation.
-        (direction - self.axis).length_squared() <= 2.0 * self.height
+        (direction - self.axis).length_squared() <= 2.0 * self.one_minus_cos
     }
 
     /// In steradians.
     pub fn solid_angle(&self) -> f64 {
-        TAU * self.height
+        TAU * self.one_minus_cos
     }
 }

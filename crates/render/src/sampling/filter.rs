@@ -37,7 +37,7 @@ impl FilterSampler {
     }
 
     /// The offset from the pixel's centre, in pixels, of two random numbers.
-    pub fn offset(&self, random: [f32; 2]) -> [f64; 2] {
+    pub fn sample(&self, random: [f32; 2]) -> [f64; 2] {
         random.map(|x| match self {
             Self::Box => f64::from(x) - 0.5,
             Self::Tabulated(table) => {
@@ -68,7 +68,7 @@ mod tests {
         let prepared = FilterSampler::new(filter);
         let n = 1 << 16;
         let offsets: Vec<f64> = (0..n)
-            .map(|i| prepared.offset([(i as f32 + 0.5) / n as f32; 2])[0])
+            .map(|i| prepared.sample([(i as f32 + 0.5) / n as f32; 2])[0])
             .collect();
         let mean = offsets.iter().sum::<f64>() / f64::from(n);
         (
@@ -97,7 +97,7 @@ mod tests {
         assert!(mean.abs() < 1e-4, "{mean}");
         assert!((variance / (square / sum) - 1.0).abs() < 1e-3, "{variance}");
         for random in [0.0, 1.0 - f32::EPSILON / 2.0] {
-            let [x, y] = FilterSampler::new(Filter::BlackmanHarris).offset([random; 2]);
+            let [x, y] = FilterSampler::new(Filter::BlackmanHarris).sample([random; 2]);
             assert!(x.abs() <= WINDOW_WIDTH / 2.0 && x == y);
         }
     }

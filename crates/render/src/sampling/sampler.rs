@@ -28,7 +28,7 @@ pub(crate) struct Sampler {
     /// Of the same and the square of two by two pixels.
     quad: u32,
     /// Where in the block the pixel is: the bits of its Morton number in reverse.
-    place: u32,
+    morton_bits: u32,
     /// The bits of the sample's number in reverse.
     sample: u32,
 }
@@ -54,11 +54,11 @@ const MORTON_XOR: [u32; 2 * BLOCK_BITS as usize] = [
 impl Sampler {
     #[cfg(test)]
     pub fn new(seed: u64, frame: u32, pixel: [u32; 2], sample: u32) -> Self {
-        Self::of_pixel(seed, frame, pixel).at(sample)
+        Self::for_pixel(seed, frame, pixel).with_sample(sample)
     }
 
     /// The first sample of a pixel.
-    pub fn of_pixel(seed: u64, frame: u32, [x, y]: [u32; 2]) -> Self {
+    pub fn for_pixel(seed: u64, frame: u32, [x, y]: [u32; 2]) -> Self {
         let picture = splitmix64(seed ^ (u64::from(frame) << 32));
         let of_square = |bits: u32| {
             let [x, y] = [x, y].map(|v| u64::from(v >> bits));
@@ -70,13 +70,13 @@ impl Sampler {
             block: [block as u32, (block >> 32) as u32],
             // Another hash than the block's.
             quad: splitmix64(!of_square(1)) as u32,
-            place: (spread_bits(within(x)) | spread_bits(within(y)) << 1).reverse_bits(),
+            morton_bits: (spread_bits(within(x)) | spread_bits(within(y)) << 1).reverse_bits(),
             sample: 0,
         }
     }
 
     /// Another sample of the same pixel.
-    pub fn at(self, sample: u32) -> Self {
+    pub fn with_sample(self, sample: u32) -> Self {
         Self {
             sample: sample.reverse_bits(),
             ..self
@@ -85,7 +85,7 @@ impl Sampler {
 
     /// Another sample of the same pixel, of one of several sequences that are independent of each other: sample s is number
     /// s / n of sequence s % n.
-    pub fn at_of(self, sample: u32, sequences: u32) -> Self {
+    pub fn with_replication(self, sample: u32, sequences: u32) -> Self {
         let key = splitmix64(u64::from(sample % sequences) + 1);
         let [low, high] = [key as u32, (key >> 32) as u32];
         let Self {
@@ -96,26 +96,27 @@ impl Sampler {
         Self {
             block: [a ^ low, b ^ high],
             quad: quad ^ low,
-            ..self.at(sample / sequences)
+            ..self.with_sample(sample / sequences)
         }
     }
 
     /// Two numbers in [0, 1).
     #[inline]
-    pub fn pair(&self, pair: Dimension) -> [f32; 2] {
+    pub fn get_2d(&self, pair: Dimension) -> [f32; 2] {
         let group = pair.group();
-        self.numbers(self.shuffled(group.key), pair.number(), group)
+        self.point(self.shuffled_index(group.key), pair.index(), group)
     }
 
     /// A number in [0, 1) that is spread by chance alone: where evenness brings nothing, for a part of the time.
     #[inline]
-    pub fn chance(&self, number: u32) -> f32 {
-        let pixel = splitmix64(u64::from(self.block[0]) << 32 | u64::from(self.place ^ number));
+    pub fn get_1d_random(&self, number: u32) -> f32 {
+        let pixel =
+            splitmix64(u64::from(self.block[0]) << 32 | u64::from(self.morton_bits ^ number));
         (splitmix64(pixel ^ u64::from(self.sample)) >> 40) as f32 * (1.0 / (1 << 24) as f32)
     }
 
     /// Pairs of one group, each in a list of its own, of some samples of a batch, in the order of `which`.
-    pub fn pairs<const K: usize>(
+    pub fn get_2d_many<const K: usize>(
         samplers: &[Self],
         which: impl Iterator<Item = usize>,
         pairs: [Dimension; K],
@@ -127,51 +128,55 @@ impl Sampler {
             samplers,
             which,
             key,
-            pairs: pairs.map(|pair| (pair.number(), pair.group())),
+            pairs: pairs.map(|pair| (pair.index(), pair.group())),
             out,
         });
     }
 
     /// The pixels of a block change places, level by level: it is by chance who is beside whom in other pairs.
     #[inline(always)]
-    fn changed(&self, exchange: u32, own: u32) -> u32 {
-        permute_base4_digit(owen_scramble(self.place, !exchange), own)
+    fn permute_pixels(&self, exchange: u32, own: u32) -> u32 {
+        permute_base4_digit(owen_scramble(self.morton_bits, !exchange), own)
     }
 
     /// Which point of a sequence the sample has, in a group with this key.
     #[inline(always)]
-    fn shuffled(&self, key: u32) -> u32 {
-        let [shuffle, ..] = self.of_block(key);
+    fn shuffled_index(&self, key: u32) -> u32 {
+        let [shuffle, ..] = self.block_key(key);
         // The order of a pixel's points is its own as far as its first 2^k points stay the first 2^k.
-        let own = self.of_quad(key);
-        let order = own.rotate_left(8 * (self.changed(shuffle, own) >> 30));
+        let own = self.quad_key(key);
+        let order = own.rotate_left(8 * (self.permute_pixels(shuffle, own) >> 30));
         reverse_bits(owen_scramble(nested_shuffle(self.sample, order), shuffle))
     }
 
     #[inline(always)]
-    fn of_block(&self, number: u32) -> [u32; 3] {
+    fn block_key(&self, number: u32) -> [u32; 3] {
         pcg3d([self.block[0], self.block[1], number])
     }
 
     #[inline(always)]
-    fn of_quad(&self, number: u32) -> u32 {
+    fn quad_key(&self, number: u32) -> u32 {
         lowbias32(self.quad.wrapping_add(golden_ratio_sequence(number)))
     }
 
     #[inline(always)]
-    fn numbers(
+    fn point(
         &self,
         shuffled: u32,
         number: u32,
-        DimensionGroup { mixed, low, .. }: DimensionGroup,
+        DimensionGroup {
+            mixing_row: mixed,
+            low_bits: low,
+            ..
+        }: DimensionGroup,
     ) -> [f32; 2] {
         let above = (shuffled >> MIXING_BITS) ^ golden_ratio_sequence(number);
         let mut index = shuffled ^ lowbias32(above) & low;
         for (bit, mixed) in mixed.iter().enumerate() {
             index ^= mixed & ((shuffled << (30 - bit)) as i32 >> 31) as u32;
         }
-        let [exchange, first, second] = self.of_block(number);
-        let place = self.changed(exchange, self.of_quad(number));
+        let [exchange, first, second] = self.block_key(number);
+        let place = self.permute_pixels(exchange, self.quad_key(number));
         for (bit, apart) in MORTON_XOR.iter().enumerate() {
             // All ones where the bit is set; the bits are in reverse.
             index ^= apart & ((place << bit) as i32 >> 31) as u32;
@@ -183,7 +188,7 @@ impl Sampler {
     }
 }
 
-/// [`Sampler::pairs`] at work.
+/// [`Sampler::get_2d_many`] at work.
 struct GeneratePoints2D<'a, W, const K: usize> {
     samplers: &'a [Sampler],
     which: W,
@@ -215,7 +220,7 @@ impl<W: Iterator<Item = usize>, const K: usize> WithSimd for GeneratePoints2D<'_
                 let Sampler {
                     block: [a, b],
                     quad,
-                    place,
+                    morton_bits: place,
                     sample,
                 } = samplers[at];
                 for (field, value) in fields.iter_mut().zip([a, b, quad, place, sample]) {
@@ -228,18 +233,18 @@ impl<W: Iterator<Item = usize>, const K: usize> WithSimd for GeneratePoints2D<'_
                 Sampler {
                     block: [a, b],
                     quad,
-                    place,
+                    morton_bits: place,
                     sample,
                 }
             };
             let mut shuffled = [0; LANES];
             for (i, shuffled) in shuffled.iter_mut().enumerate() {
-                *shuffled = sampler(i).shuffled(key);
+                *shuffled = sampler(i).shuffled_index(key);
             }
             for (out, (number, group)) in out.iter_mut().zip(pairs) {
                 let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
                 for i in 0..LANES {
-                    [x[i], y[i]] = sampler(i).numbers(shuffled[i], number, group);
+                    [x[i], y[i]] = sampler(i).point(shuffled[i], number, group);
                 }
                 out.extend((0..count).map(|i| [x[i], y[i]]));
             }

@@ -17,7 +17,7 @@ fn every_elementary_interval_holds_one_point() {
         for columns in (0..=10).map(|bits| 1 << bits) {
             let mut cells = vec![0; 1024];
             for sample in 0..1024 {
-                let [x, y] = Sampler::new(3, 1, [pixel, 7], sample).pair(pair);
+                let [x, y] = Sampler::new(3, 1, [pixel, 7], sample).get_2d(pair);
                 let rows = 1024 / columns;
                 let column = (x * columns as f32) as usize;
                 cells[(y * rows as f32) as usize * columns + column] += 1;
@@ -34,7 +34,7 @@ fn even(samples: u32, pairs: [Dimension; 2]) -> f64 {
         let points: Vec<_> = (0..samples)
             .map(|sample| {
                 let sampler = Sampler::new(5, 0, [pixel, 3], sample);
-                let [[a, b], [c, d]] = pairs.map(|pair| sampler.pair(pair));
+                let [[a, b], [c, d]] = pairs.map(|pair| sampler.get_2d(pair));
                 [a, b, c, d]
             })
             .collect();
@@ -102,7 +102,7 @@ fn the_pairs_of_a_group_meet_in_ever_new_combinations() {
         for sample in 0..1 << 14 {
             let sampler = Sampler::new(1, 0, [4, 5], sample);
             let cell =
-                |cell, &pair: &Dimension| cell << 4 | (sampler.pair(pair)[0] * 16.0) as usize;
+                |cell, &pair: &Dimension| cell << 4 | (sampler.get_2d(pair)[0] * 16.0) as usize;
             met[pairs.iter().fold(0, cell)] = true;
         }
         // 1024 samples meet in as many of the 4096 cells, and the next ones mostly in others.
@@ -133,8 +133,8 @@ fn a_batch_has_the_numbers_of_its_samples() {
         Dimension::Bsdf(3),
         Dimension::Light(0, 63),
     ] {
-        Sampler::pairs(&samplers, which(), [pair], [&mut out]);
-        let alone: Vec<_> = which().map(|i| samplers[i].pair(pair)).collect();
+        Sampler::get_2d_many(&samplers, which(), [pair], [&mut out]);
+        let alone: Vec<_> = which().map(|i| samplers[i].get_2d(pair)).collect();
         assert_eq!(out, alone);
     }
     assert!(
@@ -147,7 +147,7 @@ fn a_batch_has_the_numbers_of_its_samples() {
 fn pixels_pairs_frames_and_seeds_are_independent() {
     let base = (5, 2, [10, 20], 3, Dimension::PixelFilter);
     let of =
-        |(seed, frame, pixel, sample, pair)| Sampler::new(seed, frame, pixel, sample).pair(pair);
+        |(seed, frame, pixel, sample, pair)| Sampler::new(seed, frame, pixel, sample).get_2d(pair);
     let others = [
         (6, 2, [10, 20], 3, Dimension::PixelFilter),
         (5, 3, [10, 20], 3, Dimension::PixelFilter),
@@ -162,7 +162,7 @@ fn pixels_pairs_frames_and_seeds_are_independent() {
     }
     let n = 20_000;
     let product = |i: u32| {
-        let at = |frame| Sampler::new(0, frame, [3, 0], 0).pair(Dimension::PixelFilter)[0] - 0.5;
+        let at = |frame| Sampler::new(0, frame, [3, 0], 0).get_2d(Dimension::PixelFilter)[0] - 0.5;
         f64::from(at(i) * at(i + 1))
     };
     let covariance = (0..n).map(product).sum::<f64>() / f64::from(n);
@@ -184,7 +184,7 @@ fn the_pixels_of_a_square_share_a_net() {
             let pixels = (0..side * side).map(|i| [corner[0] + i % side, corner[1] + i / side]);
             let points: Vec<_> = pixels
                 .flat_map(|pixel| (0..samples).map(move |sample| (pixel, sample)))
-                .map(|(pixel, sample)| Sampler::new(8, 0, pixel, sample).pair(Dimension::Bsdf(1)))
+                .map(|(pixel, sample)| Sampler::new(8, 0, pixel, sample).get_2d(Dimension::Bsdf(1)))
                 .collect();
             for columns in (0..=points.len().ilog2()).map(|bits| 1 << bits) {
                 let mut cells = vec![0; points.len()];
@@ -234,7 +234,7 @@ fn what_one_pixel_is_too_bright_its_neighbours_are_too_dark() {
     for samples in [1, 4, 7, 16] {
         let ratio = |side, mean, f: fn([f32; 2]) -> f64| {
             together(side, samples, mean, |sampler| {
-                f(sampler.pair(Dimension::PixelFilter))
+                f(sampler.get_2d(Dimension::PixelFilter))
             })
         };
         // As numbers of samples that are no power of two are not as well spread.
@@ -245,9 +245,9 @@ fn what_one_pixel_is_too_bright_its_neighbours_are_too_dark() {
         assert!(edge < most.max(0.4), "{samples}: {edge}");
         // What many dimensions do together is not spread, and may be hardly worse for it: each pixel alone does well there.
         let much = together(2, samples, mean, |sampler| {
-            let [a, b] = sampler.pair(Dimension::PixelFilter);
-            let [c, d] = sampler.pair(Dimension::Bsdf(0));
-            let [e, f] = sampler.pair(Dimension::Light(0, 0));
+            let [a, b] = sampler.get_2d(Dimension::PixelFilter);
+            let [c, d] = sampler.get_2d(Dimension::Bsdf(0));
+            let [e, f] = sampler.get_2d(Dimension::Light(0, 0));
             f64::from((-3.0 * ((a - d).abs() + (c - e).abs() + (f - b).abs())).exp())
         });
         assert!(much < 1.3, "{samples}: {much}");

@@ -38,7 +38,7 @@ impl TileRenderer<'_> {
                 buffers.batch.clear();
                 let of_pixel = |&pixel| (first..next).map(move |sample| (pixel, sample));
                 buffers.batch.extend(some.iter().flat_map(of_pixel));
-                match self.moments {
+                match self.shutter {
                     None => {
                         self.trace_batch(self.world, buffers);
                         self.shade(self.world, buffers, control)?;
@@ -76,12 +76,12 @@ impl TileRenderer<'_> {
         samplers.extend(batch.iter().map(|&(i, sample)| {
             let of_pixel = match last {
                 Some((pixel, of_pixel)) if pixel == i => of_pixel,
-                _ => self.sampler(pixels[i]),
+                _ => self.sampler_for_pixel(pixels[i]),
             };
             last = Some((i, of_pixel));
-            self.sample_of(of_pixel, sample)
+            self.sampler_for(of_pixel, sample)
         }));
-        Sampler::pairs(
+        Sampler::get_2d_many(
             samplers,
             0..samplers.len(),
             [Dimension::PixelFilter],
@@ -96,17 +96,17 @@ impl TileRenderer<'_> {
                 pixels: batch
                     .iter()
                     .zip(&*offsets)
-                    .map(|(&(i, _), &offset)| self.spread(pixels[i], offset)),
-                start,
+                    .map(|(&(i, _), &offset)| self.film_position(pixels[i], offset)),
+                origin: start,
                 rays,
                 directions,
             });
         } else {
             for ((&(i, _), sampler), &mut offset) in batch.iter().zip(&*samplers).zip(offsets) {
-                let (lens, part) = self.scatter(sampler);
-                let ray = self
-                    .camera
-                    .generate_ray(self.spread(pixels[i], offset), lens, part);
+                let (lens, part) = self.lens_and_time(sampler);
+                let ray =
+                    self.camera
+                        .generate_ray(self.film_position(pixels[i], offset), lens, part);
                 let (origin, direction) = (ray.origin, ray.direction);
                 rays.push(world.local_ray(origin, direction, f64::INFINITY).0);
                 origins.push(origin - world.origin);
@@ -115,39 +115,40 @@ impl TileRenderer<'_> {
         }
         // All are written; what they were does not matter.
         hits.resize(rays.len(), Hit::MISS);
-        self.scene(world).closest(rays, hits, Coherence::Coherent);
+        self.scene_of(world)
+            .closest(rays, hits, Coherence::Coherent);
     }
 
     /// Where a sample of a pixel is, by its numbers of [`Dimension::PixelFilter`].
-    pub(crate) fn spread(&self, [x, y]: [u32; 2], numbers: [f32; 2]) -> DVec2 {
-        self.camera.pixel_center_of(x, y) + DVec2::from(self.filter.offset(numbers))
+    pub(crate) fn film_position(&self, [x, y]: [u32; 2], numbers: [f32; 2]) -> DVec2 {
+        self.camera.pixel_center_of(x, y) + DVec2::from(self.filter.sample(numbers))
     }
 
     /// The point of the aperture and the part of the exposure of a sample.
-    pub(crate) fn scatter(&self, sampler: &Sampler) -> ([f64; 2], f64) {
-        if !self.scattered {
+    pub(crate) fn lens_and_time(&self, sampler: &Sampler) -> ([f64; 2], f64) {
+        if !self.lens_or_time {
             return ([0.5; 2], 0.5);
         }
-        let lens = sampler.pair(Dimension::Lens).map(f64::from);
-        (lens, f64::from(sampler.pair(Dimension::Time)[0]))
+        let lens = sampler.get_2d(Dimension::Lens).map(f64::from);
+        (lens, f64::from(sampler.get_2d(Dimension::Time)[0]))
     }
 
-    pub(crate) fn center_of(&self, [x, y]: [u32; 2]) -> DVec2 {
+    pub(crate) fn pixel_center(&self, [x, y]: [u32; 2]) -> DVec2 {
         self.camera.pixel_center_of(x, y)
     }
 
     /// The first sample of a pixel.
-    pub(crate) fn sampler(&self, pixel: [u32; 2]) -> Sampler {
+    pub(crate) fn sampler_for_pixel(&self, pixel: [u32; 2]) -> Sampler {
         let Settings { seed, frame, .. } = *self.settings;
-        Sampler::of_pixel(seed, frame, pixel)
+        Sampler::for_pixel(seed, frame, pixel)
     }
 
     /// The sample of this number of the same pixel.
-    pub(crate) fn sample_of(&self, of_pixel: Sampler, sample: u32) -> Sampler {
-        if self.estimated {
-            of_pixel.at_of(sample, REPLICATIONS)
+    pub(crate) fn sampler_for(&self, of_pixel: Sampler, sample: u32) -> Sampler {
+        if self.error {
+            of_pixel.with_replication(sample, REPLICATIONS)
         } else {
-            of_pixel.at(sample)
+            of_pixel.with_sample(sample)
         }
     }
 }
@@ -157,7 +158,7 @@ struct GeneratePinholeRays<'a, P> {
     pinhole: Pinhole,
     pixels: P,
     /// The pinhole, scene-local.
-    start: DVec3,
+    origin: DVec3,
     rays: &'a mut Vec<Ray>,
     directions: &'a mut Vec<Vec3>,
 }
@@ -165,7 +166,7 @@ struct GeneratePinholeRays<'a, P> {
 impl<P: Iterator<Item = DVec2>> WithSimd for GeneratePinholeRays<'_, P> {
     #[inline(always)]
     fn run(mut self) {
-        let origin = self.start.as_vec3().to_array();
+        let origin = self.origin.as_vec3().to_array();
         loop {
             let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
             let mut count = 0;

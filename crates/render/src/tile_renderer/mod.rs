@@ -38,7 +38,7 @@ pub(crate) struct TileRenderer<'a> {
     /// What the rays of samples are traced against.
     scene: &'a Scene,
     /// Where the world moves while the shutter is open.
-    moments: Option<&'a ShutterSlices<'a>>,
+    shutter: Option<&'a ShutterSlices<'a>>,
     camera: &'a Camera,
     pub settings: &'a Settings,
     filter: FilterSampler,
@@ -46,21 +46,21 @@ pub(crate) struct TileRenderer<'a> {
     cone: RayCone,
     /// Whether pixel-centre rays are needed, whether samples are, and whether either are looked at for more than the
     /// ground truth.
-    exact: bool,
-    pub sampled: bool,
-    shaded: bool,
+    center_rays: bool,
+    pub samples: bool,
+    shading: bool,
     /// Whether the samples that see what the centre sees are asked for.
-    covered: bool,
-    colored: bool,
+    coverage: bool,
+    color: bool,
     /// Whether the ground truth may pass what it meets first.
-    passing: bool,
+    skip_transparent: bool,
     /// Whether samples go through all of an aperture or an exposure.
-    scattered: bool,
+    lens_or_time: bool,
     /// Whether the error of the colour is estimated.
-    estimated: bool,
-    tally: RenderStats,
+    error: bool,
+    stats: RenderStats,
     /// Which blocks show anything, and what a pixel of the others is; `None` where all are to be traced.
-    cover: Option<(ScreenMask, Vec<(Channel, ImagePlane)>)>,
+    screen_mask: Option<(ScreenMask, Vec<(Channel, ImagePlane)>)>,
 }
 
 /// What a thread needs for a tile; kept from tile to tile.
@@ -68,7 +68,7 @@ pub(crate) struct TileRenderer<'a> {
 pub(crate) struct ThreadScratch {
     pixels: Vec<[u32; 2]>,
     blocks: Vec<Block>,
-    exact: CenterRays,
+    center_rays: CenterRays,
     rays: Vec<Ray>,
     hits: Vec<Hit>,
     /// Scene-local.
@@ -78,17 +78,17 @@ pub(crate) struct ThreadScratch {
     /// The numbers that say where in the pixel.
     offsets: Vec<[f32; 2]>,
     /// Of the paths of a batch.
-    room: PathScratch,
+    paths: PathScratch,
     radiance: Vec<Vec3>,
-    sky: Vec<bool>,
+    misses: Vec<bool>,
     /// The pixels that get more samples.
     active: Vec<usize>,
     /// What the rays at hand are: pixel, and number of the sample.
     batch: Vec<(usize, u32)>,
     /// Of worlds that move, the world that the exact ray of each pixel sees.
-    seen: Vec<Arc<PreparedWorld>>,
-    lines: RowWorlds,
-    pub estimate: PixelEstimator,
+    pixel_worlds: Vec<Arc<PreparedWorld>>,
+    row_worlds: RowWorlds,
+    pub estimator: PixelEstimator,
 }
 
 /// Samples after which a pixel may stop, and then each power of two: enough to trust the estimated error.
@@ -110,9 +110,14 @@ impl<'a> TileRenderer<'a> {
         let estimated = asked(Channel::Error) || settings.noise.is_some();
         let sampled = !single && shaded;
         // A moment that is seen by few rays is not worth a tree of its own.
-        let many = sampled && colored && settings.integrator.traces_secondary_rays() && moments.is_none();
+        let many =
+            sampled && colored && settings.integrator.traces_secondary_rays() && moments.is_none();
         let [width, height] = camera.size().map(u64::from);
-        let exact = single || settings.channels.iter().any(|channel| channel.is_truth());
+        let exact = single
+            || settings
+                .channels
+                .iter()
+                .any(|channel| channel.is_ground_truth());
         if exact && moments.is_none() {
             world.note_exact_rays(u64::from(region[2]) * u64::from(region[3]));
         }
@@ -125,23 +130,23 @@ impl<'a> TileRenderer<'a> {
                 true => world.scene_for_samples(width * height * u64::from(settings.samples)),
                 false => &world.scene,
             },
-            moments,
+            shutter: moments,
             camera,
             settings,
             filter: FilterSampler::new(settings.filter),
             cone: RayCone::for_pixel(camera, settings.samples),
-            exact,
-            sampled,
-            shaded,
-            passing: settings.surface == TruthSurface::Solid && world.has_passable(),
-            covered,
-            colored,
-            scattered: camera.aperture().is_some() || camera.motion().is_some(),
-            estimated,
-            tally: RenderStats::default(),
-            cover: None,
+            center_rays: exact,
+            samples: sampled,
+            shading: shaded,
+            skip_transparent: settings.surface == TruthSurface::Solid && world.has_skippable(),
+            coverage: covered,
+            color: colored,
+            lens_or_time: camera.aperture().is_some() || camera.motion().is_some(),
+            error: estimated,
+            stats: RenderStats::default(),
+            screen_mask: None,
         };
-        picture.cover = ScreenMask::new(&world.object_bounds, camera, region)
+        picture.screen_mask = ScreenMask::new(&world.object_bounds, camera, region)
             .and_then(|cover| Some((cover, picture.background()?)));
         picture
     }
@@ -149,11 +154,11 @@ impl<'a> TileRenderer<'a> {
     /// What the one who looks at the picture should know of its samples.
     pub fn notices(&self, [_, _, width, height]: [u32; 4], notices: &mut Vec<String>) {
         let pixels = u64::from(width) * u64::from(height);
-        self.tally.notices(self.settings, pixels, notices);
+        self.stats.notices(self.settings, pixels, notices);
     }
 
     /// What rays in a world are traced against: in another one than the picture's, at another moment, in its own scene.
-    fn scene<'w>(&self, world: &'w PreparedWorld) -> &'w Scene
+    fn scene_of<'w>(&self, world: &'w PreparedWorld) -> &'w Scene
     where
         'a: 'w,
     {
@@ -164,9 +169,9 @@ impl<'a> TileRenderer<'a> {
     }
 
     /// Batches of rays per tile.
-    pub fn passes(&self) -> usize {
-        usize::from(self.exact)
-            + if self.sampled {
+    pub fn batches_per_tile(&self) -> usize {
+        usize::from(self.center_rays)
+            + if self.samples {
                 self.settings.samples as usize
             } else {
                 0
@@ -180,8 +185,8 @@ impl<'a> TileRenderer<'a> {
         buffers: &mut ThreadScratch,
         control: &Control,
     ) -> Result<(), RenderError> {
-        self.begin(tile, buffers, control)?;
-        if !self.sampled {
+        self.begin_tile(tile, buffers, control)?;
+        if !self.samples {
             return Ok(());
         }
         let samples = self.settings.samples;
@@ -196,7 +201,9 @@ impl<'a> TileRenderer<'a> {
             barrier = barrier.saturating_mul(2);
             if let Some(noise) = self.settings.noise {
                 let ThreadScratch {
-                    active, estimate, ..
+                    active,
+                    estimator: estimate,
+                    ..
                 } = &mut *buffers;
                 // Every pixel by itself, so that it does not depend on the tile.
                 active.retain(|&pixel| estimate.error(pixel) > noise);
@@ -208,92 +215,112 @@ impl<'a> TileRenderer<'a> {
         }
         if let Some(noise) = self.settings.noise {
             let pixels = 0..buffers.pixels.len();
-            let estimate = &buffers.estimate;
+            let estimate = &buffers.estimator;
             let spent = pixels.map(|pixel| u64::from(estimate.samples(pixel))).sum();
             let noisy = |&&pixel: &&usize| estimate.error(pixel) > noise;
             let unfinished = buffers.active.iter().filter(noisy).count() as u64;
-            self.tally.add_samples(spent, unfinished);
+            self.stats.add_samples(spent, unfinished);
         }
         Ok(())
     }
 
     /// Goes on with a tile where an earlier round has left it.
-    pub fn resume(
+    pub fn continue_tile(
         &self,
         tile: &Tile,
         buffers: &mut ThreadScratch,
         state: &mut PixelEstimator,
         control: &Control,
     ) -> Result<(), RenderError> {
-        self.lay_out(tile, buffers);
+        self.collect_pixels(tile, buffers);
         buffers.active.clear();
         buffers.active.extend(0..buffers.pixels.len());
-        std::mem::swap(&mut buffers.estimate, state);
-        self.look(buffers, control)
+        std::mem::swap(&mut buffers.estimator, state);
+        self.trace_center_rays(buffers, control)
     }
 
     /// The blocks of a tile, and the pixels of those that anything may be seen in.
-    fn lay_out(&self, tile: &Tile, ThreadScratch { pixels, blocks, .. }: &mut ThreadScratch) {
+    fn collect_pixels(
+        &self,
+        tile: &Tile,
+        ThreadScratch { pixels, blocks, .. }: &mut ThreadScratch,
+    ) {
         pixels.clear();
         blocks.clear();
         for block in tile.blocks() {
-            let cover = self.cover.as_ref();
+            let cover = self.screen_mask.as_ref();
             let seen = cover.is_none_or(|(cover, _)| cover.covers(&block));
             blocks.push((block, seen.then_some(pixels.len())));
             if seen {
-                block.add_rows(pixels);
+                block.push_rows(pixels);
             }
         }
         blocks.sort_unstable_by_key(|(block, _)| (block.y, block.x));
     }
 
     /// Prepares a tile's buffers, with the rays through its pixels' centres where they are needed.
-    pub fn begin(
+    pub fn begin_tile(
         &self,
         tile: &Tile,
         buffers: &mut ThreadScratch,
         control: &Control,
     ) -> Result<(), RenderError> {
-        self.lay_out(tile, buffers);
+        self.collect_pixels(tile, buffers);
         let count = buffers.pixels.len();
-        buffers.estimate.reset(count, self.estimated);
+        buffers.estimator.reset(count, self.error);
         buffers.active.clear();
         buffers.active.extend(0..count);
         control.check()?;
-        self.look(buffers, control)?;
-        if self.shaded && self.exact && !self.sampled {
+        self.trace_center_rays(buffers, control)?;
+        if self.shading && self.center_rays && !self.samples {
             self.for_each_row_world(buffers, |world, buffers| {
-                self.take_exact(world, buffers);
+                self.center_rays_as_samples(world, buffers);
                 self.shade(world, buffers, control)
             })?;
         }
-        if self.exact && self.settings.time.is_none() {
+        if self.center_rays && self.settings.time.is_none() {
             control.advance();
         }
         Ok(())
     }
 
     /// The exact rays, where they are needed.
-    fn look(&self, buffers: &mut ThreadScratch, control: &Control) -> Result<(), RenderError> {
-        buffers.seen.clear();
-        if !self.exact {
+    fn trace_center_rays(
+        &self,
+        buffers: &mut ThreadScratch,
+        control: &Control,
+    ) -> Result<(), RenderError> {
+        buffers.pixel_worlds.clear();
+        if !self.center_rays {
             return Ok(());
         }
-        match self.moments {
-            Some(moments) if moments.is_rolling() => self.trace_center_rays_by_row(moments, buffers, control),
+        match self.shutter {
+            Some(moments) if moments.is_rolling() => {
+                self.trace_center_rays_by_row(moments, buffers, control)
+            }
             _ => {
-                let ThreadScratch { pixels, exact, .. } = buffers;
-                exact.find(self.world, self.camera, pixels, self.settings, self.passing);
+                let ThreadScratch {
+                    pixels,
+                    center_rays: exact,
+                    ..
+                } = buffers;
+                exact.trace(
+                    self.world,
+                    self.camera,
+                    pixels,
+                    self.settings,
+                    self.skip_transparent,
+                );
                 Ok(())
             }
         }
     }
 
     /// The exact rays of the active pixels as those of the first sample.
-    fn take_exact(&self, world: &PreparedWorld, buffers: &mut ThreadScratch) {
+    fn center_rays_as_samples(&self, world: &PreparedWorld, buffers: &mut ThreadScratch) {
         let ThreadScratch {
             pixels,
-            exact,
+            center_rays: exact,
             hits,
             origins,
             directions,
@@ -317,7 +344,7 @@ impl<'a> TileRenderer<'a> {
         samplers.extend(
             active
                 .iter()
-                .map(|&i| self.sample_of(self.sampler(pixels[i]), 0)),
+                .map(|&i| self.sampler_for(self.sampler_for_pixel(pixels[i]), 0)),
         );
         batch.clear();
         batch.extend(active.iter().map(|&i| (i, 0)));
@@ -331,31 +358,31 @@ impl<'a> TileRenderer<'a> {
         control: &Control,
     ) -> Result<(), RenderError> {
         let ThreadScratch {
-            exact,
+            center_rays: exact,
             hits,
             origins,
             directions,
             samplers,
             pixels,
-            room,
+            paths: room,
             radiance,
-            sky,
+            misses: sky,
             batch: of,
-            estimate,
+            estimator: estimate,
             ..
         } = buffers;
-        let behind = match self.passing && self.sampled && self.covered {
-            true => world.instances_behind(origins, directions, hits),
+        let behind = match self.skip_transparent && self.samples && self.coverage {
+            true => world.visible_instances(origins, directions, hits),
             false => vec![],
         };
-        let told = exact.told();
+        let told = exact.ground_truth_hits();
         for (at, (&(pixel, _), hit)) in of.iter().zip(&*hits).enumerate() {
             let seen = behind.get(at).unwrap_or(&hit.instance);
             // A single sample is the ray through the centre itself.
-            let same = !self.sampled || told.get(pixel).is_some_and(|hit| hit.instance == *seen);
-            estimate.count(pixel, same);
+            let same = !self.samples || told.get(pixel).is_some_and(|hit| hit.instance == *seen);
+            estimate.add_sample(pixel, same);
         }
-        if !self.colored {
+        if !self.color {
             return Ok(());
         }
         radiance.clear();
@@ -363,7 +390,7 @@ impl<'a> TileRenderer<'a> {
         sky.clear();
         sky.resize(hits.len(), false);
         let batch = CameraRayBatch {
-            scene: self.scene(world),
+            scene: self.scene_of(world),
             ray_cone: self.cone,
             origins,
             directions,
@@ -372,27 +399,30 @@ impl<'a> TileRenderer<'a> {
         };
         integrator::radiance(world, self.settings, &batch, control, room, radiance, sky)?;
         for (&(pixel, _), _) in of.iter().zip(sky).filter(|(_, sky)| **sky) {
-            estimate.see_sky(pixel);
+            estimate.add_miss(pixel);
         }
         let limit = self.settings.clamp.unwrap_or(f32::INFINITY);
         // Of one pixel there are many in a row.
         let mut last = None;
         for (&(pixel, sample), &mut radiance) in of.iter().zip(radiance) {
             if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
-                self.tally.reject();
+                self.stats.reject();
                 continue;
             }
             let gain = match last {
                 Some((known, gain)) if known == pixel => gain,
-                _ => self.camera.vignetting_factor(self.center_of(pixels[pixel])) as f32,
+                _ => self
+                    .camera
+                    .vignetting_factor(self.pixel_center(pixels[pixel]))
+                    as f32,
             };
             last = Some((pixel, gain));
             let brightest = radiance.max_element();
             if brightest > limit {
-                self.tally.clamp();
-                estimate.add(pixel, sample, radiance * (gain * limit / brightest));
+                self.stats.clamp();
+                estimate.add_radiance(pixel, sample, radiance * (gain * limit / brightest));
             } else {
-                estimate.add(pixel, sample, radiance * gain);
+                estimate.add_radiance(pixel, sample, radiance * gain);
             }
         }
         Ok(())

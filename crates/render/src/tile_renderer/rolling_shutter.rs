@@ -21,16 +21,22 @@ impl TileRenderer<'_> {
     ) -> Result<(), RenderError> {
         let ThreadScratch {
             pixels,
-            exact,
-            seen,
-            lines,
+            center_rays: exact,
+            pixel_worlds: seen,
+            row_worlds: lines,
             ..
         } = buffers;
         for &pixel in &*pixels {
-            let (at, most) = (self.center_of(pixel), 2 * TILE_SIZE as usize);
+            let (at, most) = (self.pixel_center(pixel), 2 * TILE_SIZE as usize);
             seen.push(moments.cached_row_world(self.camera, at, lines, most, control)?);
         }
-        exact.find_each(seen, self.camera, pixels, self.settings, self.passing);
+        exact.trace_per_world(
+            seen,
+            self.camera,
+            pixels,
+            self.settings,
+            self.skip_transparent,
+        );
         Ok(())
     }
 
@@ -40,14 +46,14 @@ impl TileRenderer<'_> {
         buffers: &mut ThreadScratch,
         mut each: impl FnMut(&PreparedWorld, &mut ThreadScratch) -> Result<(), RenderError>,
     ) -> Result<(), RenderError> {
-        if buffers.seen.is_empty() {
+        if buffers.pixel_worlds.is_empty() {
             return each(self.world, buffers);
         }
         let all = std::mem::take(&mut buffers.active);
         // In the order in which they come, so that it does not depend on addresses.
         let mut groups: Vec<(Arc<PreparedWorld>, Vec<usize>)> = Vec::new();
         for &i in &all {
-            let world = &buffers.seen[i];
+            let world = &buffers.pixel_worlds[i];
             match groups
                 .iter_mut()
                 .find(|(other, _)| Arc::ptr_eq(other, world))
@@ -73,9 +79,10 @@ impl TileRenderer<'_> {
     ) -> Result<(), RenderError> {
         let mut slices: BTreeMap<usize, Vec<(usize, u32)>> = BTreeMap::new();
         for (i, sample) in std::mem::take(&mut buffers.batch) {
-            let sampler = self.sample_of(self.sampler(buffers.pixels[i]), sample);
-            let pixel = self.spread(buffers.pixels[i], sampler.pair(Dimension::PixelFilter));
-            let (_, part) = self.scatter(&sampler);
+            let sampler = self.sampler_for(self.sampler_for_pixel(buffers.pixels[i]), sample);
+            let pixel =
+                self.film_position(buffers.pixels[i], sampler.get_2d(Dimension::PixelFilter));
+            let (_, part) = self.lens_and_time(&sampler);
             let slice = moments.slice_index(self.camera, pixel, part);
             slices.entry(slice).or_default().push((i, sample));
         }

@@ -22,18 +22,27 @@ const EPS64: f64 = 1e-12;
 const MIN_DEPTH_RATIO: f64 = 1e-6;
 
 /// Boxes in the world that all objects lie in.
-pub(crate) fn object_bounds(objects: &[PreparedInstance], origin: DVec3, radius: f64) -> Vec<[DVec3; 2]> {
+pub(crate) fn object_bounds(
+    objects: &[PreparedInstance],
+    origin: DVec3,
+    radius: f64,
+) -> Vec<[DVec3; 2]> {
     let each = (MAX_BOXES / objects.len().max(1)).max(1);
     let boxes = objects.iter().flat_map(|object| {
         let blur = object.error_extent(MAX_ORIGIN_RADII * radius);
         let place = object.world_from_mesh;
-        object.mesh.bvh.bounding_boxes(each).into_iter().map(move |corners| {
-            let [lower, upper] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
-            let middle = place.transform_point3(object.mesh.center + (lower + upper) / 2.0);
-            let half = place.matrix3.abs() * ((upper - lower) / 2.0);
-            let pad = blur + 16.0 * f64::EPSILON * (middle.abs() + half + origin.abs());
-            [middle - half - pad, middle + half + pad]
-        })
+        object
+            .mesh
+            .bvh
+            .bounding_boxes(each)
+            .into_iter()
+            .map(move |corners| {
+                let [lower, upper] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+                let middle = place.transform_point3(object.mesh.center + (lower + upper) / 2.0);
+                let half = place.matrix3.abs() * ((upper - lower) / 2.0);
+                let pad = blur + 16.0 * f64::EPSILON * (middle.abs() + half + origin.abs());
+                [middle - half - pad, middle + half + pad]
+            })
     });
     if objects.len() <= MAX_BOXES {
         return boxes.collect();
@@ -77,7 +86,8 @@ impl ScreenMask {
             let (width, height) = (width.min(end.x as u32), height.min(end.y as u32));
             let columns = first.x as usize / RAY_BLOCK as usize..width.div_ceil(RAY_BLOCK) as usize;
             for row in first.y as usize / RAY_BLOCK as usize..height.div_ceil(RAY_BLOCK) as usize {
-                if let Some(seen) = cover.covered[row * across..][..across].get_mut(columns.clone()) {
+                if let Some(seen) = cover.covered[row * across..][..across].get_mut(columns.clone())
+                {
                     seen.fill(true);
                 }
             }
@@ -231,7 +241,9 @@ mod tests {
         for round in 0..240 {
             let mut world = world(random, [0.0, 1e4][round / 2 % 2]);
             if round % 3 == 0 {
-                world.add_light(Light::uniform_sky([0.3, 0.2, 0.1])).unwrap();
+                world
+                    .add_light(Light::uniform_sky([0.3, 0.2, 0.1]))
+                    .unwrap();
             }
             let mut prepared = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
             let camera = camera(random, &prepared);
@@ -250,9 +262,15 @@ mod tests {
                 bits(&crate::render(world, &camera, &settings, &Control::new()).unwrap())
             };
             let region = settings.region.unwrap_or([0, 0, 83, 61]);
-            let cover = ScreenMask::new(&prepared.object_bounds, &prepared.camera_outside(&camera), region);
+            let cover = ScreenMask::new(
+                &prepared.object_bounds,
+                &prepared.camera_outside(&camera),
+                region,
+            );
             let quick = render(&prepared);
-            prepared.object_bounds.push([DVec3::NEG_INFINITY, DVec3::INFINITY]);
+            prepared
+                .object_bounds
+                .push([DVec3::NEG_INFINITY, DVec3::INFINITY]);
             assert!(ScreenMask::new(&prepared.object_bounds, &camera, region).is_none());
             assert!(quick == render(&prepared), "round {round}");
             let seen = cover.map_or(vec![true], |cover| cover.covered);
@@ -278,9 +296,12 @@ mod tests {
         let k = DMat3::from_cols_array(&[100.0, 0.0, 0.0, 0.0, 100.0, 0.0, 40.0, 30.0, 1.0]);
         let size = [80, 60];
         let camera = Camera::new(k, DMat3::IDENTITY, DVec3::ZERO, size, PixelCenter::Integer);
-        let cover = ScreenMask::new(&prepared.object_bounds, &camera.unwrap(), [0, 0, 80, 60]).unwrap();
+        let cover =
+            ScreenMask::new(&prepared.object_bounds, &camera.unwrap(), [0, 0, 80, 60]).unwrap();
         // Its image is around (2.5, 5), 2.5 pixels in radius: 2 x 2 blocks with the margin.
-        let seen: Vec<_> = (0..cover.covered.len()).filter(|&i| cover.covered[i]).collect();
+        let seen: Vec<_> = (0..cover.covered.len())
+            .filter(|&i| cover.covered[i])
+            .collect();
         assert_eq!(seen, [0, 1, 10, 11]);
     }
 }

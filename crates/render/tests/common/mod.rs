@@ -6,7 +6,7 @@ use raycam_render::{Channel, Control, Frame, ImagePlane, PreparedWorld, Settings
 use raycam_scene::camera::intrinsics_from_fov;
 use raycam_scene::mesh::primitive;
 use raycam_scene::world::Object;
-use raycam_scene::{Camera, Light, Material, Mesh, PixelCenter, MaterialModel, World};
+use raycam_scene::{Camera, Light, Material, MaterialModel, Mesh, PixelCenter, World};
 
 /// The lecture's material.
 pub fn material(color: [f32; 3], diffuse: f32, specular: f32, shininess: f32) -> Material {
@@ -143,6 +143,8 @@ pub fn still_life() -> World {
         radius: 0.3,
     };
     world.add_light(bulb).unwrap();
-    world.add_light(Light::uniform_sky([0.1, 0.12, 0.2])).unwrap();
+    world
+        .add_light(Light::uniform_sky([0.1, 0.12, 0.2]))
+        .unwrap();
     world
 }

@@ -79,7 +79,9 @@ impl<const N: usize> ClearcoatBatch<N> {
 
     #[inline(always)]
     fn shading_frame(&self, places: &SurfaceInteractions<N>, lane: usize) -> ShadingFrame {
-        places.shading_frame(lane).with_axis(get_lane(&self.normal, lane).into())
+        places
+            .shading_frame(lane)
+            .with_axis(get_lane(&self.normal, lane).into())
     }
 
     /// [`Clearcoat::albedo`].

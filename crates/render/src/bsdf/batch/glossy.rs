@@ -198,7 +198,10 @@ impl<const N: usize> GlossyBsdfBatch<N> {
             [at[0][lane], at[1][lane]] = rows.albedo_at(tables, lights[2][lane]);
         }
         for lane in 0..N {
-            let (v, l) = (get_lane(&seen.wo, lane).into(), get_lane(&lights, lane).into());
+            let (v, l) = (
+                get_lane(&seen.wo, lane).into(),
+                get_lane(&lights, lane).into(),
+            );
             let MicrofacetEval {
                 cosine,
                 weight: seen,
@@ -216,7 +219,8 @@ impl<const N: usize> GlossyBsdfBatch<N> {
             let (lost, kept) = (seen.energy_loss[lane] * (1.0 - all), seen.mean_albedo[lane]);
             let mean = 1.0 - kept;
             let back = if mean > 1e-6 { lost / mean } else { 0.0 };
-            let multiple = Vec3::from(get_lane(&seen.multi_scatter, lane)) * (back * cosine * FRAC_1_PI);
+            let multiple =
+                Vec3::from(get_lane(&seen.multi_scatter, lane)) * (back * cosine * FRAC_1_PI);
             let left = Albedo::new(made.over(lane), [all, of_f0], kept).base_transmittance();
             let base =
                 seen.base_transmittance[lane] * left.max(0.0) / seen.mean_base_transmittance[lane];

@@ -211,7 +211,10 @@ impl<const N: usize> RoughDielectricBsdfBatch<N> {
         // One microfacet: that of a mirror, or of a refraction.
         let (mut cosines, mut facets) = ([0.0; N], [[0.0; N]; 2]);
         for lane in 0..N {
-            let (v, l) = (Vec3::from(get_lane(&seen.wo, lane)), get_lane(&lights, lane));
+            let (v, l) = (
+                Vec3::from(get_lane(&seen.wo, lane)),
+                get_lane(&lights, lane),
+            );
             let (ggx, eta) = (made.ggx(lane), made.eta[lane]);
             let mirror = MicrofacetEval::new(&ggx, v, l.into());
             let refraction = made.eval_refraction(lane, v, l.into());
@@ -239,7 +242,8 @@ impl<const N: usize> RoughDielectricBsdfBatch<N> {
             let mean = 1.0 - seen.mean_albedo[lane];
             let back = seen.energy_loss[lane] * lost[lane] / mean;
             let back = if mean > 1e-6 { back } else { 0.0 };
-            let multiple = Vec3::from(get_lane(&seen.multi_scatter, lane)) * (back * cosine * FRAC_1_PI);
+            let multiple =
+                Vec3::from(get_lane(&seen.multi_scatter, lane)) * (back * cosine * FRAC_1_PI);
             let between = Vec3::from(get_lane(&between, lane));
             let single = if is_up { reflected } else { rest } * facets[0][lane];
             let value = if is_up {

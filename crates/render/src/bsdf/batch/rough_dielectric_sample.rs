@@ -67,7 +67,10 @@ impl<const N: usize> WithSimd for SampleRoughDielectric<'_, N> {
         let (reflected, over) = made.reflectance(&cosines);
         let mut goes = Goes::default();
         for lane in 0..N {
-            let (v, h) = (get_lane(&points.view_terms.wo, lane), get_lane(&facets, lane));
+            let (v, h) = (
+                get_lane(&points.view_terms.wo, lane),
+                get_lane(&facets, lane),
+            );
             let (v, h, eta) = (Vec3::from(v), Vec3::from(h), made.eta[lane]);
             let [specular, above, below] =
                 [0, 1, 2].map(|lobe: usize| points.view_terms.lobe_probabilities[lobe][lane]);

@@ -216,7 +216,8 @@ impl<const N: usize> SpecularBsdfBatch<N> {
         }
         if self.any_conductor {
             for (lane, &cosine) in cosines.iter().enumerate() {
-                let (ior, extinction) = (get_lane(&self.ior, lane), get_lane(&self.extinction, lane));
+                let (ior, extinction) =
+                    (get_lane(&self.ior, lane), get_lane(&self.extinction, lane));
                 let tint = Vec3::from(get_lane(&self.base, lane));
                 let color = tint * conductors(cosine, ior.into(), extinction.into());
                 take(lane, self.is_conductor[lane], color);
@@ -280,13 +281,18 @@ impl<const N: usize> WithSimd for SampleSpecular<'_, N> {
             }
             let mut goes = Goes::default();
             for (lane, &choice) in choice.iter().enumerate() {
-                let frame = places.shading_frame(lane).with_axis(get_lane(&normals, lane).into());
+                let frame = places
+                    .shading_frame(lane)
+                    .with_axis(get_lane(&normals, lane).into());
                 let beyond = if points.is_conductor[lane] | points.is_thin[lane] {
                     1.0
                 } else {
                     points.eta[lane]
                 };
-                let (view, reflected) = (get_lane(&views, lane).into(), get_lane(&reflected, lane).into());
+                let (view, reflected) = (
+                    get_lane(&views, lane).into(),
+                    get_lane(&reflected, lane).into(),
+                );
                 let (forks, transmission) = (points.may_split[lane], points.transmission(lane));
                 let often = if forks { SPLIT_OVERSAMPLING } else { 1.0 };
                 let smooth = SpecularBsdf::new(view, reflected, transmission, beyond, often);

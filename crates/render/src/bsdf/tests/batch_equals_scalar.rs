@@ -3,7 +3,7 @@
 use glam::{DAffine3, Vec3};
 use raycam_bvh::{Hit, dispatch_simd};
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Glass, Material, Metal, Object, Principled, MaterialModel, World};
+use raycam_scene::{Glass, Material, MaterialModel, Metal, Object, Principled, World};
 
 use crate::bsdf::specular::FORCE_TRANSMISSION;
 use crate::bsdf::{
@@ -135,8 +135,11 @@ fn smooth_ones() {
         });
         for (lane, hit) in hits.iter().enumerate() {
             let place = places.lane(lane);
-            let ShadingPoint { bsdf: scatter, frame, .. } =
-                ShadingPoint::new(&world, &place, directions[lane], hit, channel, around(lane));
+            let ShadingPoint {
+                bsdf: scatter,
+                frame,
+                ..
+            } = ShadingPoint::new(&world, &place, directions[lane], hit, channel, around(lane));
             let transmissive = scatter.is_transmissive();
             assert_eq!(points.transmission(lane) != Vec3::ZERO, transmissive);
             let sample = |choice| {
@@ -229,8 +232,11 @@ fn glossy_ones() {
         let values = points.eval(&places, &lights);
         for (lane, hit) in hits.iter().enumerate() {
             let place = places.lane(lane);
-            let ShadingPoint { frame, bsdf: scatter, .. } =
-                ShadingPoint::new(&world, &place, directions[lane], hit, None, 1.0);
+            let ShadingPoint {
+                frame,
+                bsdf: scatter,
+                ..
+            } = ShadingPoint::new(&world, &place, directions[lane], hit, None, 1.0);
             let random = [choice[lane], random[0][lane], random[1][lane]];
             let alone = scatter.sample(&frame, random);
             let alone = alone.map(|sample| (sample, place.offset_ray_origin(sample.wi).as_vec3()));
@@ -314,8 +320,11 @@ fn frosted_ones() {
         let values = points.eval(&world, &places, &lights);
         for (lane, hit) in hits.iter().enumerate() {
             let place = places.lane(lane);
-            let ShadingPoint { frame, bsdf: scatter, .. } =
-                ShadingPoint::new(&world, &place, directions[lane], hit, None, 1.0);
+            let ShadingPoint {
+                frame,
+                bsdf: scatter,
+                ..
+            } = ShadingPoint::new(&world, &place, directions[lane], hit, None, 1.0);
             let random = [choice[lane], random[0][lane], random[1][lane]];
             let alone = scatter.sample(&frame, random);
             let alone = alone.map(|sample| (sample, place.offset_ray_origin(sample.wi).as_vec3()));

@@ -20,7 +20,9 @@ pub(crate) struct BatchBsdf<'a, const N: usize> {
 impl<const N: usize> BatchBsdf<'_, N> {
     /// Whether a lane has one.
     pub fn is_active(&self, lane: usize) -> bool {
-        self.diffuse.is_active[lane] || self.glossy.is_active[lane] || self.rough_dielectric.is_active[lane]
+        self.diffuse.is_active[lane]
+            || self.glossy.is_active[lane]
+            || self.rough_dielectric.is_active[lane]
     }
 
     /// [`LightSampleContext::normal`] of the lanes.
@@ -66,7 +68,7 @@ mod tests {
     use glam::DAffine3;
     use raycam_bvh::{Hit, dispatch_simd};
     use raycam_scene::mesh::primitive;
-    use raycam_scene::{Glass, Material, Object, Principled, MaterialModel, World};
+    use raycam_scene::{Glass, Material, MaterialModel, Object, Principled, World};
 
     use super::*;
     use crate::bsdf::{SampleGlossy, SampleRoughDielectric};

@@ -80,7 +80,9 @@ impl<const N: usize> DiffuseBatch<N> {
     ) -> BsdfEvals<N> {
         let (mut values, mut cosines) = (BsdfEvals::default(), [0.0; N]);
         for (lane, cosine) in cosines.iter_mut().enumerate() {
-            *cosine = places.shading_normal(lane).dot(get_lane(directions, lane).into());
+            *cosine = places
+                .shading_normal(lane)
+                .dot(get_lane(directions, lane).into());
         }
         let densities = self.guiding.pdfs(directions, &cosines);
         for lane in 0..N {
@@ -184,7 +186,9 @@ impl PathTracer<'_> {
         // What the camera sees through something else chooses lights as nothing else does by now.
         let late = self.light_sampling(path) != self.light_sampling_of_bounce();
         if self.batch_direct_lighting && !late {
-            meetings.direct_lighting.push_shadow_rays(lane, path.ray_index, &mut wave.shadow_rays);
+            meetings
+                .direct_lighting
+                .push_shadow_rays(lane, path.ray_index, &mut wave.shadow_rays);
         } else if self.has_light_samples || self.settings.ambient_term.is_some() {
             let meeting = meetings.view(self, number, lane, hit);
             let surface = ShadingPoint {
@@ -193,14 +197,19 @@ impl PathTracer<'_> {
                 bsdf: Diffuse {
                     albedo: get_lane(&mattes.albedo, lane).into(),
                     sampled_direction: direction,
-                    guiding: mattes.guiding.has_cones().then_some((&mattes.guiding, lane)),
+                    guiding: mattes
+                        .guiding
+                        .has_cones()
+                        .then_some((&mattes.guiding, lane)),
                 },
             };
             let skin = InterfaceTransition::no_interface(path.interior_list);
             self.sample_lights(path, &surface, skin, &meeting, wave, out);
         }
         match mattes.sample(lane, direction) {
-            Some((sample, start)) => self.continue_path(path, &sample, start, from, path.interior_list, wave),
+            Some((sample, start)) => {
+                self.continue_path(path, &sample, start, from, path.interior_list, wave)
+            }
             None => false,
         }
     }
@@ -239,7 +248,10 @@ pub(crate) mod tests {
         let object = Object::new("", ball, vec![material], DAffine3::IDENTITY);
         world.add_object(object).unwrap();
         let world = PreparedWorld::new(&world, None, None, &Control::new()).unwrap();
-        let (mut places, mut mattes) = (SurfaceInteractions::<LANES>::default(), DiffuseBatch::default());
+        let (mut places, mut mattes) = (
+            SurfaceInteractions::<LANES>::default(),
+            DiffuseBatch::default(),
+        );
         let mut directions = [[0.0; LANES]; 3];
         let corners = places.clear();
         for lane in 0..LANES {
@@ -289,7 +301,10 @@ pub(crate) mod tests {
         Diffuse {
             albedo: get_lane(&mattes.albedo, lane).into(),
             sampled_direction: get_lane(directions, lane).into(),
-            guiding: mattes.guiding.has_cones().then_some((&mattes.guiding, lane)),
+            guiding: mattes
+                .guiding
+                .has_cones()
+                .then_some((&mattes.guiding, lane)),
         }
     }
 

@@ -12,7 +12,7 @@ use crate::light::{
     LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES, NodeImportances,
     ONE_MINUS_SHADOW_EPSILON, PreparedLight,
 };
-use crate::soa::{LANES, Vec3xN, get_lane, set_lane, lane_dvec3};
+use crate::soa::{LANES, Vec3xN, get_lane, lane_dvec3, set_lane};
 
 /// What the surfaces of a turn ask lights for: the random numbers of all of them, and of some at a time what takes more
 /// room.
@@ -48,7 +48,10 @@ impl LightRandoms {
         };
         self.environment_index = number;
         let splits = walk.light_sampling_of_bounce() == LightSampling::Split;
-        for i in walk.light_sample_indices().filter(|&i| walk.batch_direct_lighting || i == 0) {
+        for i in walk
+            .light_sample_indices()
+            .filter(|&i| walk.batch_direct_lighting || i == 0)
+        {
             if !splits || i == number {
                 environment.sample_many(&self.numbers[i], &mut self.environment_samples[i]);
             }
@@ -75,7 +78,8 @@ impl DirectLightingBatch {
         surfaces: BatchBsdf<LANES>,
     ) {
         if !matches!(walk.single_light, Some(PreparedLight::Rectangle(_))) {
-            walk.light_sample_indices().for_each(|i| self.samples[i].clear());
+            walk.light_sample_indices()
+                .for_each(|i| self.samples[i].clear());
             let choice = walk.light_sampling_of_bounce();
             let small = walk.lights.single_node_trees(choice);
             let normals = surfaces.normals(places);
@@ -132,7 +136,11 @@ impl DirectLightingBatch {
     pub fn push_shadow_rays(&self, lane: usize, ray: usize, shadows: &mut [ShadowRayQueue]) {
         for (lit, shadows) in self.shadow_rays[..self.count].iter().zip(shadows) {
             if lit.is_active[lane] {
-                shadows.push(lit.shadow_ray(lane), ray, get_lane(&lit.contribution, lane).into());
+                shadows.push(
+                    lit.shadow_ray(lane),
+                    ray,
+                    get_lane(&lit.contribution, lane).into(),
+                );
             }
         }
     }
@@ -146,7 +154,11 @@ impl DirectLightingBatch {
         shadows: &mut [ShadowRayQueue],
         through: impl Fn(Vec3, DVec3) -> Vec3,
     ) {
-        for (i, (lit, shadows)) in self.shadow_rays[..self.count].iter().zip(shadows).enumerate() {
+        for (i, (lit, shadows)) in self.shadow_rays[..self.count]
+            .iter()
+            .zip(shadows)
+            .enumerate()
+        {
             if lit.is_active[lane] {
                 let samples = &self.samples[i];
                 let end: DVec3 = lane_dvec3(&samples.p_light, lane);
@@ -308,7 +320,9 @@ mod tests {
                     let ray = match sample.p_light {
                         None => place.spawn_ray(sample.direction, f32::INFINITY),
                         Some(end) => Ray {
-                            direction: (end - place.offset_ray_origin(sample.direction)).as_vec3().to_array(),
+                            direction: (end - place.offset_ray_origin(sample.direction))
+                                .as_vec3()
+                                .to_array(),
                             ..place.spawn_ray(sample.direction, ONE_MINUS_SHADOW_EPSILON)
                         },
                     };

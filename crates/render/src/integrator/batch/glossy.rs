@@ -29,7 +29,9 @@ impl PathTracer<'_> {
         if !known || late || self.is_culled_back_face(path, material, places.is_front(lane)) {
             return;
         }
-        if self.batch_direct_lighting || !(self.has_light_samples || self.settings.ambient_term.is_some()) {
+        if self.batch_direct_lighting
+            || !(self.has_light_samples || self.settings.ambient_term.is_some())
+        {
             points.set_lane((places, lane), self.world, prepared, hit);
         }
     }
@@ -46,7 +48,9 @@ impl PathTracer<'_> {
         radiance: &mut [Vec3],
     ) -> bool {
         let HitBatch {
-            places, path_lanes: arriving, ..
+            places,
+            path_lanes: arriving,
+            ..
         } = meetings;
         let out = &mut radiance[path.ray_index];
         let from = LightSampleContext {
@@ -63,10 +67,14 @@ impl PathTracer<'_> {
             return false;
         }
         if self.batch_direct_lighting {
-            meetings.direct_lighting.push_shadow_rays(lane, path.ray_index, &mut wave.shadow_rays);
+            meetings
+                .direct_lighting
+                .push_shadow_rays(lane, path.ray_index, &mut wave.shadow_rays);
         }
         match meetings.glossy.sample(lane) {
-            Some((sample, start)) => self.continue_path(path, &sample, start, from, path.interior_list, wave),
+            Some((sample, start)) => {
+                self.continue_path(path, &sample, start, from, path.interior_list, wave)
+            }
             None => false,
         }
     }

@@ -57,7 +57,13 @@ pub(crate) struct HitView<'a> {
 
 impl HitBatch {
     /// Begins a turn. Step by step over all of them: triangles come from all over the memory, and many are fetched at once.
-    pub fn begin_bounce(&mut self, walk: &PathTracer, paths: &[PathState], live: &[u32], hits: &[Hit]) {
+    pub fn begin_bounce(
+        &mut self,
+        walk: &PathTracer,
+        paths: &[PathState],
+        live: &[u32],
+        hits: &[Hit],
+    ) {
         let world = walk.world;
         let which = || live.iter().map(|&at| paths[at as usize].ray_index);
         let turn = walk.bounce;
@@ -72,22 +78,32 @@ impl HitBatch {
         choices.clear();
         let (samplers, out) = (walk.samplers, &mut self.bsdf_randoms);
         // Together, as they are of one group.
-        match (walk.has_light_samples, (walk.has_light_samples && walk.needs_light_choice) || walk.needs_lobe_choice) {
+        match (
+            walk.has_light_samples,
+            (walk.has_light_samples && walk.needs_light_choice) || walk.needs_lobe_choice,
+        ) {
             (true, true) => {
                 let pairs = [scatter, light, choice];
-                Sampler::pairs(samplers, which(), pairs, [out, first, choices]);
+                Sampler::get_2d_many(samplers, which(), pairs, [out, first, choices]);
             }
-            (true, false) => Sampler::pairs(samplers, which(), [scatter, light], [out, first]),
-            (false, true) => Sampler::pairs(samplers, which(), [scatter, choice], [out, choices]),
-            (false, false) => Sampler::pairs(samplers, which(), [scatter], [out]),
+            (true, false) => {
+                Sampler::get_2d_many(samplers, which(), [scatter, light], [out, first])
+            }
+            (false, true) => {
+                Sampler::get_2d_many(samplers, which(), [scatter, choice], [out, choices])
+            }
+            (false, false) => Sampler::get_2d_many(samplers, which(), [scatter], [out]),
         }
         if !walk.has_light_samples {
             first.clear();
             first.resize(live.len(), [0.0; 2]);
         }
-        for i in walk.light_sample_indices().filter(|&i| walk.batch_direct_lighting && i > 0) {
+        for i in walk
+            .light_sample_indices()
+            .filter(|&i| walk.batch_direct_lighting && i > 0)
+        {
             let out = &mut more[i - 1];
-            Sampler::pairs(samplers, which(), [Dimension::Light(turn, i)], [out]);
+            Sampler::get_2d_many(samplers, which(), [Dimension::Light(turn, i)], [out]);
         }
         if walk.has_light_samples {
             draws.presample_environment(walk);
@@ -120,7 +136,8 @@ impl HitBatch {
             let (index, path) = (first + lane, &mut paths[at as usize]);
             path.ray_cone = path.ray_cone.propagate(hit.t);
             let (direction, width) = (path.direction, path.ray_cone.width);
-            self.places.set_lane(lane, walk.world, direction, hit, width);
+            self.places
+                .set_lane(lane, walk.world, direction, hit, width);
             [random[0][lane], random[1][lane]] = self.bsdf_randoms[index];
             [on_light[0][lane], on_light[1][lane]] = self.direct_lighting.randoms.numbers[0][index];
         }
@@ -173,8 +190,9 @@ impl HitBatch {
             let material = walk.world.material(hit);
             arriving.set_lane(lane, path);
             // The backs of one-sided surfaces are another matter.
-            absent[lane] = !walk.is_culled_back_face(path, &material.material, places.is_front(lane))
-                && walk.fails_alpha_test(path, &material.material, hit);
+            absent[lane] =
+                !walk.is_culled_back_face(path, &material.material, places.is_front(lane))
+                    && walk.fails_alpha_test(path, &material.material, hit);
             if absent[lane] {
                 continue;
             }
@@ -185,7 +203,8 @@ impl HitBatch {
                 continue;
             };
             mattes.set_lane(lane, albedo);
-            aimed[lane] = path.depth.saturating_add(MIN_CAUSTIC_SEGMENTS) <= walk.settings.max_depth;
+            aimed[lane] =
+                path.depth.saturating_add(MIN_CAUSTIC_SEGMENTS) <= walk.settings.max_depth;
         }
         arriving.test_light_bounds(walk.lights, places.directions());
         let mut choice = [0.0; LANES];
@@ -230,7 +249,9 @@ impl HitBatch {
                 mattes,
             });
         }
-        if walk.batch_direct_lighting && (mattes.any_active() || glossies.any() || frosteds.points.any()) {
+        if walk.batch_direct_lighting
+            && (mattes.any_active() || glossies.any() || frosteds.points.any())
+        {
             let surfaces = BatchBsdf {
                 path_lanes: arriving,
                 diffuse: mattes,
@@ -244,7 +265,13 @@ impl HitBatch {
 
     /// One of the chunk at hand, by its hit.
     #[inline]
-    pub fn view<'a>(&self, walk: &PathTracer<'a>, number: usize, lane: usize, hit: &'a Hit) -> HitView<'a> {
+    pub fn view<'a>(
+        &self,
+        walk: &PathTracer<'a>,
+        number: usize,
+        lane: usize,
+        hit: &'a Hit,
+    ) -> HitView<'a> {
         let index = number * LANES + lane;
         HitView {
             hit,

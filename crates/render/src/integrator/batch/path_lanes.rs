@@ -28,7 +28,11 @@ impl PathLanes<LANES> {
     #[inline]
     pub fn set_lane(&mut self, lane: usize, path: &PathState) {
         set_lane(&mut self.throughput, lane, path.throughput.to_array());
-        set_lane(&mut self.prev_point, lane, path.prev_context.position.to_array());
+        set_lane(
+            &mut self.prev_point,
+            lane,
+            path.prev_context.position.to_array(),
+        );
     }
 
     /// Finds which may have crossed lights, in these directions.

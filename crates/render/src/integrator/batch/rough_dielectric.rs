@@ -6,7 +6,7 @@ use raycam_bvh::Hit;
 use crate::bsdf::RoughDielectricBsdfBatch;
 use crate::integrator::batch::hits::HitBatch;
 use crate::integrator::batch::path_lanes::PathLanes;
-use crate::integrator::nested_dielectrics::{InteriorList, InterfaceTransition};
+use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::integrator::path::{PathState, WavefrontQueues};
 use crate::integrator::shade::PathTracer;
 use crate::interaction::SurfaceInteractions;
@@ -49,12 +49,19 @@ impl PathTracer<'_> {
     ) {
         // What the camera sees through something else chooses lights as nothing else does by now.
         let late = self.light_sampling(path) != self.light_sampling_of_bounce();
-        let lit = self.batch_direct_lighting || !(self.has_light_samples || self.settings.ambient_term.is_some());
+        let lit = self.batch_direct_lighting
+            || !(self.has_light_samples || self.settings.ambient_term.is_some());
         if !prepared.frosted || late || !lit {
             return;
         }
         let channel = path.wavelength_channel.map(usize::from);
-        let skin = InterfaceTransition::at_hit(self.world, path.interior_list, hit, places.is_front(lane), channel);
+        let skin = InterfaceTransition::at_hit(
+            self.world,
+            path.interior_list,
+            hit,
+            places.is_front(lane),
+            channel,
+        );
         // A path that leaves what it never entered is rare.
         if skin.is_false_intersection || skin.outside != path.interior_list {
             return;
@@ -105,10 +112,20 @@ impl PathTracer<'_> {
         }
         let geometric = places.geometric_normal(lane);
         if self.batch_direct_lighting {
-            asked.push_attenuated_shadow_rays(lane, path.ray_index, &mut wave.shadow_rays, |direction, end| {
-                let media = frosteds.beyond(lane, geometric, direction);
-                self.arrives(path.ray_index, media, places.offset_ray_origin(lane, direction), end)
-            });
+            asked.push_attenuated_shadow_rays(
+                lane,
+                path.ray_index,
+                &mut wave.shadow_rays,
+                |direction, end| {
+                    let media = frosteds.beyond(lane, geometric, direction);
+                    self.arrives(
+                        path.ray_index,
+                        media,
+                        places.offset_ray_origin(lane, direction),
+                        end,
+                    )
+                },
+            );
         }
         let Some((sample, start)) = frosteds.points.sample(lane) else {
             return false;

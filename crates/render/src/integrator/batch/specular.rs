@@ -5,7 +5,7 @@ use raycam_bvh::{Hit, dispatch_simd};
 
 use crate::bsdf::{BsdfSample, SampleSpecular, SpecularBsdfBatch};
 use crate::integrator::batch::hits::HitBatch;
-use crate::integrator::nested_dielectrics::{InteriorList, InterfaceTransition};
+use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::integrator::path::{PathState, WavefrontQueues};
 use crate::integrator::shade::PathTracer;
 use crate::interaction::SurfaceInteractions;
@@ -49,7 +49,9 @@ impl PathTracer<'_> {
         let forks = path.split_count < MAX_SPLITS && path.specular_bounce;
         let at = (self.world, hit);
         points.set_lane((places, lane), at, channel, skin.outside_ior, forks);
-        if points.transmission(lane) == Vec3::ZERO && self.is_culled_back_face(path, material, front) {
+        if points.transmission(lane) == Vec3::ZERO
+            && self.is_culled_back_face(path, material, front)
+        {
             points.is_active[lane] = false;
         }
         smooths.inside[lane] = skin.inside;
@@ -104,7 +106,9 @@ impl PathTracer<'_> {
         if !self.is_free_bounce(path) && path.depth >= self.settings.max_depth {
             return false;
         }
-        let go = |path: &mut PathState, (sample, start): (BsdfSample, Vec3), wave: &mut WavefrontQueues| {
+        let go = |path: &mut PathState,
+                  (sample, start): (BsdfSample, Vec3),
+                  wave: &mut WavefrontQueues| {
             let media = if geometric.dot(sample.wi) < 0.0 {
                 smooths.inside[lane]
             } else {

@@ -160,7 +160,7 @@ fn form_factor(light: Light, receiver: impl Fn(DVec2) -> DVec3, normal: Vec3) ->
     const SAMPLES: u32 = 1 << 21;
     let one = |n| {
         let place = Sampler::new(1, 0, [0, 0], n)
-            .pair(Dimension::AmbientOcclusion)
+            .get_2d(Dimension::AmbientOcclusion)
             .map(f64::from);
         let from = LightSampleContext {
             position: receiver(place.into()),
@@ -280,8 +280,13 @@ fn environments_are_turned_as_cameras_are() {
                 scale: 1.0,
             };
             let lights = Lights::new(&[light], up, DVec3::ZERO);
-            let seen =
-                |direction: DVec3| f64::from(lights.escaped_radiance(direction.normalize().as_vec3(), None).x);
+            let seen = |direction: DVec3| {
+                f64::from(
+                    lights
+                        .escaped_radiance(direction.normalize().as_vec3(), None)
+                        .x,
+                )
+            };
             let left = axis.cross(ahead);
             let middle = if yaw == 0.0 { ahead } else { left };
             // The middle lies between texels 31 and 32, rows 15 and 16; to the right x grows, upwards y falls.

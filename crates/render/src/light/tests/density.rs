@@ -220,7 +220,7 @@ fn samples_are_spread_as_their_density_says() {
         let mut found = vec![0u32; CELLS * CELLS];
         for n in 0..SAMPLES {
             // Independent numbers: even ones would pass too easily.
-            let random = Sampler::new(11, 0, [n, 1], 0).pair(Dimension::PixelFilter);
+            let random = Sampler::new(11, 0, [n, 1], 0).get_2d(Dimension::PixelFilter);
             let sample = source.sample(&from, random).expect("the light is there");
             let place = (chart.of)(sample.direction.as_dvec3()) * CELLS as f64;
             let cell = |x: f64| (x.max(0.0) as usize).min(CELLS - 1);
@@ -245,7 +245,10 @@ fn samples_are_spread_as_their_density_says() {
 #[test]
 fn a_light_that_is_alone_is_sampled_as_one_of_several() {
     let alone = lights(&[hard_environment()]);
-    assert!(alone.is_single_infinite(LightSampling::Importance) && !alone.is_single_infinite(LightSampling::Uniform));
+    assert!(
+        alone.is_single_infinite(LightSampling::Importance)
+            && !alone.is_single_infinite(LightSampling::Uniform)
+    );
     // A second one, so dark that it changes nothing.
     let dark = environment([16, 8], |_, _| 0.0);
     let several = lights(&[hard_environment(), dark]);
@@ -258,7 +261,10 @@ fn a_light_that_is_alone_is_sampled_as_one_of_several() {
     for (random, around) in random.into_iter().zip(drawn) {
         let around = Some((0, around));
         let ask = |lights: &Lights, choice, which| {
-            let drawn = LightRandom { random, environment: around };
+            let drawn = LightRandom {
+                random,
+                environment: around,
+            };
             let by = LightSampleContexts::from(&AT_ORIGIN);
             lights.sample(&by, &world, choice, which, &drawn).unwrap()
         };
@@ -270,7 +276,8 @@ fn a_light_that_is_alone_is_sampled_as_one_of_several() {
         assert_eq!(one.radiance, half.radiance);
         assert_eq!(one.pdf, 2.0 * half.pdf);
         let (direction, known) = (one.direction, environment.radiance_and_pdf(one.direction));
-        let behind = |known| alone.radiance_and_pdf(&AT_ORIGIN, LightSampling::Importance, direction, known);
+        let behind =
+            |known| alone.radiance_and_pdf(&AT_ORIGIN, LightSampling::Importance, direction, known);
         assert_eq!(behind(Some((0, known))), behind(None));
         assert_eq!(behind(None), (one.radiance, one.pdf));
     }

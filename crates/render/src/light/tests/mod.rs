@@ -7,7 +7,7 @@ mod tree;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use raycam_scene::{FileRef, Image, Light, IesProfile, Texels, Up};
+use raycam_scene::{FileRef, IesProfile, Image, Light, Texels, Up};
 
 use super::{LightSampleContext, Lights};
 use crate::light::prepared_light::PreparedLight;
@@ -32,7 +32,7 @@ pub(super) fn source(light: Light) -> PreparedLight {
 
 /// The n-th of many pairs of numbers that cover the square evenly.
 pub(super) fn random(n: u32) -> [f32; 2] {
-    Sampler::new(7, 0, [3, 5], n).pair(Dimension::PixelFilter)
+    Sampler::new(7, 0, [3, 5], n).get_2d(Dimension::PixelFilter)
 }
 
 /// What a facing side of a surface at the origin gets, estimated with a power of two of samples.

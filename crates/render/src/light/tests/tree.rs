@@ -68,9 +68,7 @@ fn probabilities_add_up_and_are_those_of_the_draw() {
     const DRAWS: u32 = 1 << 16;
     let (tree, count) = tree_of(&many());
     for from in points() {
-        let stated: Vec<f64> = (0..count)
-            .map(|i| tree.probability(&(&from).into(), i))
-            .collect();
+        let stated: Vec<f64> = (0..count).map(|i| tree.pmf(&(&from).into(), i)).collect();
         // Few draws are lost below a node of which nothing matters.
         let sum: f64 = stated.iter().sum();
         assert!(sum > 0.8 && sum < 1.0 + 1e-5, "{sum}");
@@ -79,7 +77,7 @@ fn probabilities_add_up_and_are_those_of_the_draw() {
         let (mut found, mut lost) = (vec![0.0; count], 0.0);
         for n in 0..DRAWS {
             let number = (f64::from(n) + 0.5) / f64::from(DRAWS);
-            let Some((light, probability)) = tree.choose(&(&from).into(), number) else {
+            let Some((light, probability)) = tree.sample(&(&from).into(), number) else {
                 lost += 1.0;
                 continue;
             };
@@ -119,7 +117,7 @@ fn the_choice_loses_no_light() {
     for choice in [LightSampling::Importance, LightSampling::Uniform] {
         let one = |n: u32| {
             let [which, _] = random(n + 7_000_000);
-            let [x, y] = Sampler::new(9, 0, [1, 2], n).pair(Dimension::Light(0, 0));
+            let [x, y] = Sampler::new(9, 0, [1, 2], n).get_2d(Dimension::Light(0, 0));
             let sample = lights.sample(&(&from).into(), &nothing, choice, which, &[x, y].into())?;
             let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
             Some(f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine)
@@ -132,7 +130,7 @@ fn the_choice_loses_no_light() {
     for n in 0..SAMPLES / 8 {
         let [which, _] = random(n + 7_000_000);
         let sampler = Sampler::new(9, 0, [1, 2], n);
-        let random = |index| sampler.pair(Dimension::Light(0, index)).into();
+        let random = |index| sampler.get_2d(Dimension::Light(0, index)).into();
         lights.sample_split(&(&from).into(), &nothing, which, random, |_, sample| {
             let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
             found += f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine;
@@ -148,12 +146,12 @@ fn several_lights_are_as_many_as_expected() {
         let (tree, count) = tree_of(&many);
         for from in points() {
             let expected: Vec<f64> = (0..count)
-                .map(|i| tree.expected(&(&from).into(), i))
+                .map(|i| tree.expected_count(&(&from).into(), i))
                 .collect();
             let mut found = vec![0.0; count];
             for n in 0..DRAWS {
                 let number = (f64::from(n) + 0.5) / f64::from(DRAWS);
-                tree.choose_many(&(&from).into(), number, |index, light, stated| {
+                tree.sample_split(&(&from).into(), number, |index, light, stated| {
                     assert!(index < most);
                     assert!((stated / expected[light] - 1.0).abs() < 1e-5);
                     found[light] += 1.0 / f64::from(DRAWS);
@@ -184,7 +182,7 @@ fn trees_are_not_deeper_than_lights_are_many() {
         let tree = LightTree::new(&lights);
         assert_eq!(tree.count(), lights.len());
         let sum: f64 = (0..lights.len())
-            .map(|i| tree.probability(&(&from).into(), i))
+            .map(|i| tree.pmf(&(&from).into(), i))
             .sum();
         assert!((sum - 1.0).abs() < 1e-6, "{sum}");
     }
@@ -207,13 +205,13 @@ fn large_trees_are_whole_and_the_same_for_any_threads() {
     let tree = built(1);
     assert_eq!(format!("{tree:?}"), format!("{:?}", built(3)));
     for from in points() {
-        let stated = |i| tree.probability(&(&from).into(), i);
+        let stated = |i| tree.pmf(&(&from).into(), i);
         let sum: f64 = (0..lights.len()).map(stated).sum();
         assert!(
             (sum - 1.0).abs() < 1e-4 || from.normal != Vec3::ZERO,
             "{sum}"
         );
-        let (light, probability) = tree.choose(&(&from).into(), 0.3).unwrap();
+        let (light, probability) = tree.sample(&(&from).into(), 0.3).unwrap();
         assert!((probability / stated(light) - 1.0).abs() < 1e-5);
     }
 }

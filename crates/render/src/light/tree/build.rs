@@ -60,8 +60,10 @@ pub(crate) fn build_node(
             true => Child::Light(first),
             false => Child::Node(start as u32),
         };
-        nodes[0].push(&bounds, child);
-        below.iter_mut().for_each(|node| node.shift(start));
+        nodes[0].push_child(&bounds, child);
+        below
+            .iter_mut()
+            .for_each(|node| node.offset_children(start));
         nodes.append(&mut below);
     }
     nodes

@@ -22,7 +22,10 @@ pub(crate) struct LightTreeContext<'a> {
 
 impl<'a> From<&'a LightSampleContext> for LightTreeContext<'a> {
     fn from(from: &'a LightSampleContext) -> Self {
-        Self { from, importances: None }
+        Self {
+            from,
+            importances: None,
+        }
     }
 }
 
@@ -62,13 +65,15 @@ impl WithSimd for ComputeNodeImportances<'_> {
             node,
             points,
             normals,
-            out: NodeImportances { per_child: of_children },
+            out: NodeImportances {
+                per_child: of_children,
+            },
         } = self;
         let (points, normals) = (*points, *normals);
         for (child, out) in of_children.iter_mut().enumerate() {
             let mut weights = [0.0; LANES];
-            if child < node.below().len() {
-                let reach = node.reach(child);
+            if child < node.children().len() {
+                let reach = node.child_bounds(child);
                 for (lane, weight) in weights.iter_mut().enumerate() {
                     let position = get_lane(&points, lane).map(|x| x as f32);
                     *weight = reach.importance(position.into(), get_lane(&normals, lane).into());
@@ -86,7 +91,7 @@ mod tests {
     use super::*;
     use crate::light::bounds::LightBounds;
     use crate::light::tree::LightTree;
-    use crate::soa::{set_lane, lane_dvec3};
+    use crate::soa::{lane_dvec3, set_lane};
 
     #[test]
     fn every_lane_is_what_it_is_alone() {
@@ -135,8 +140,11 @@ mod tests {
                 };
                 let [alone, known] = [alone, known].map(|asker| asker.child_probabilities(node));
                 for child in 0..LANES {
-                    assert_eq!(known.of(child).to_bits(), alone.of(child).to_bits());
-                    *(if known.any(child) {
+                    assert_eq!(
+                        known.probability(child).to_bits(),
+                        alone.probability(child).to_bits()
+                    );
+                    *(if known.is_possible(child) {
                         &mut some
                     } else {
                         &mut none

@@ -41,18 +41,19 @@ impl LightTree {
         let mut tree = Self {
             nodes,
             parents: vec![None; lights.len()],
-            bounds: (!shining.is_empty()).then(|| union_of(lights, shining.iter().copied()).prepare()),
+            bounds: (!shining.is_empty())
+                .then(|| union_of(lights, shining.iter().copied()).prepare()),
             count: shining.len(),
         };
         for node in 0..tree.nodes.len() {
-            for child in 0..tree.nodes[node].below().len() {
+            for child in 0..tree.nodes[node].children().len() {
                 let place = Some(SurfaceInteraction {
                     node: node as u32,
                     child: child as u32,
                 });
-                match tree.nodes[node].below()[child] {
+                match tree.nodes[node].children()[child] {
                     Child::Light(light) => tree.parents[light as usize] = place,
-                    Child::Node(below) => tree.nodes[below as usize].above = place,
+                    Child::Node(below) => tree.nodes[below as usize].parent = place,
                 }
             }
         }
@@ -85,38 +86,38 @@ impl LightTree {
     }
 
     /// One of the lights by a number in 0..1, and its probability.
-    pub fn choose(&self, from: &LightTreeContext, number: f64) -> Option<(usize, f64)> {
+    pub fn sample(&self, from: &LightTreeContext, number: f64) -> Option<(usize, f64)> {
         if self.is_empty() {
             return None;
         }
         let root = from.child_probabilities(&self.nodes[0]);
-        self.choose_below(&root, from, number)
+        self.sample_below(&root, from, number)
     }
 
     /// The same, where the shares of the root's children are known.
-    fn choose_below(
+    fn sample_below(
         &self,
         root: &ChildProbabilities,
         from: &LightTreeContext,
         number: f64,
     ) -> Option<(usize, f64)> {
-        let (mut child, mut probability, mut number) = root.choose(number)?;
+        let (mut child, mut probability, mut number) = root.sample(number)?;
         let mut at = 0;
         loop {
-            match self.nodes[at as usize].below()[child] {
+            match self.nodes[at as usize].children()[child] {
                 Child::Light(light) => return Some((light as usize, probability)),
                 Child::Node(next) => at = next,
             }
             let shares = from.child_probabilities(&self.nodes[at as usize]);
             let share;
-            (child, share, number) = shares.choose(number)?;
+            (child, share, number) = shares.sample(number)?;
             probability *= share;
         }
     }
 
     /// Several lights: all of them where they are at most [`MAX_SPLIT_LIGHTS`], else so many by numbers that are spread evenly
     /// from one. Tells of each with its number and how many of it are expected.
-    pub fn choose_many(
+    pub fn sample_split(
         &self,
         from: &LightTreeContext,
         number: f64,
@@ -129,32 +130,34 @@ impl LightTree {
         for index in 0..self.count.min(MAX_SPLIT_LIGHTS) {
             if self.count > MAX_SPLIT_LIGHTS {
                 let number = (number + index as f64) / MAX_SPLIT_LIGHTS as f64;
-                let chosen = self.choose_below(&root, from, number);
+                let chosen = self.sample_below(&root, from, number);
                 if let Some((light, probability)) = chosen {
                     tell(index, light, probability * MAX_SPLIT_LIGHTS as f64);
                 }
-            } else if let Child::Light(light) = self.nodes[0].below()[index]
-                && root.any(index)
+            } else if let Child::Light(light) = self.nodes[0].children()[index]
+                && root.is_possible(index)
             {
                 tell(index, light as usize, 1.0);
             }
         }
     }
 
-    /// The probability with which [`LightTree::choose`] gives this light.
-    pub fn probability(&self, from: &LightTreeContext, light: usize) -> f64 {
+    /// The probability with which [`LightTree::sample`] gives this light.
+    pub fn pmf(&self, from: &LightTreeContext, light: usize) -> f64 {
         let mut place = self.parents[light];
         let mut probability = f64::from(u8::from(place.is_some()));
         while let Some(SurfaceInteraction { node, child }) = place {
-            probability *= from.child_probabilities(&self.nodes[node as usize]).of(child as usize);
-            place = self.nodes[node as usize].above;
+            probability *= from
+                .child_probabilities(&self.nodes[node as usize])
+                .probability(child as usize);
+            place = self.nodes[node as usize].parent;
         }
         probability
     }
 
-    /// How many of this light are expected of [`LightTree::choose_many`].
-    pub fn expected(&self, from: &LightTreeContext, light: usize) -> f64 {
-        let probability = self.probability(from, light);
+    /// How many of this light are expected of [`LightTree::sample_split`].
+    pub fn expected_count(&self, from: &LightTreeContext, light: usize) -> f64 {
+        let probability = self.pmf(from, light);
         match self.count > MAX_SPLIT_LIGHTS {
             true => probability * MAX_SPLIT_LIGHTS as f64,
             false => f64::from(u8::from(probability > 0.0)),

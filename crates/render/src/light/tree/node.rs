@@ -15,15 +15,15 @@ pub(crate) struct LightTreeNode {
     radius: [f32; LANES],
     axis: Vec3xN<f32, LANES>,
     /// Sine and cosine.
-    normals: [[f32; LANES]; 2],
-    cos_emission: [f32; LANES],
+    theta_o: [[f32; LANES]; 2],
+    cos_theta_e: [f32; LANES],
     two_sided: [bool; LANES],
-    intensity: [f32; LANES],
-    below: [Child; LANES],
+    phi: [f32; LANES],
+    children: [Child; LANES],
     /// Places that are taken.
-    count: usize,
+    child_count: usize,
     /// Of which node it is a child, and which one; the root is none.
-    pub above: Option<SurfaceInteraction>,
+    pub parent: Option<SurfaceInteraction>,
 }
 
 /// Where a node or a light hangs in the tree: below which node, and which child of it that is.
@@ -47,40 +47,40 @@ impl LightTreeNode {
             half: [[0.0; LANES]; 3],
             radius: [0.0; LANES],
             axis: [[0.0; LANES]; 3],
-            normals: [[0.0; LANES]; 2],
-            cos_emission: [0.0; LANES],
+            theta_o: [[0.0; LANES]; 2],
+            cos_theta_e: [0.0; LANES],
             two_sided: [false; LANES],
-            intensity: [0.0; LANES],
-            below: [Child::Light(0); LANES],
-            count: 0,
-            above: None,
+            phi: [0.0; LANES],
+            children: [Child::Light(0); LANES],
+            child_count: 0,
+            parent: None,
         }
     }
 
     /// Takes the next place.
-    pub fn push(&mut self, bounds: &LightBounds, below: Child) {
-        let child = self.count;
+    pub fn push_child(&mut self, bounds: &LightBounds, below: Child) {
+        let child = self.child_count;
         let reach = bounds.prepare();
         set_lane(&mut self.center, child, reach.center.to_array());
         set_lane(&mut self.half, child, reach.half.to_array());
         self.radius[child] = reach.radius;
         set_lane(&mut self.axis, child, reach.axis.to_array());
-        self.normals[0][child] = reach.theta_o.sin;
-        self.normals[1][child] = reach.theta_o.cos;
-        self.cos_emission[child] = reach.cos_theta_e;
+        self.theta_o[0][child] = reach.theta_o.sin;
+        self.theta_o[1][child] = reach.theta_o.cos;
+        self.cos_theta_e[child] = reach.cos_theta_e;
         self.two_sided[child] = reach.two_sided;
-        self.intensity[child] = reach.phi;
-        self.below[child] = below;
-        self.count += 1;
+        self.phi[child] = reach.phi;
+        self.children[child] = below;
+        self.child_count += 1;
     }
 
-    pub fn below(&self) -> &[Child] {
-        &self.below[..self.count]
+    pub fn children(&self) -> &[Child] {
+        &self.children[..self.child_count]
     }
 
     /// Moves the nodes below by so many.
-    pub fn shift(&mut self, by: usize) {
-        for below in &mut self.below[..self.count] {
+    pub fn offset_children(&mut self, by: usize) {
+        for below in &mut self.children[..self.child_count] {
             if let Child::Node(node) = below {
                 *node += by as u32;
             }
@@ -88,19 +88,19 @@ impl LightTreeNode {
     }
 
     #[inline(always)]
-    pub fn reach(&self, child: usize) -> PreparedLightBounds {
+    pub fn child_bounds(&self, child: usize) -> PreparedLightBounds {
         PreparedLightBounds {
             center: get_lane(&self.center, child).into(),
             half: get_lane(&self.half, child).into(),
             radius: self.radius[child],
             axis: get_lane(&self.axis, child).into(),
             theta_o: Angle {
-                sin: self.normals[0][child],
-                cos: self.normals[1][child],
+                sin: self.theta_o[0][child],
+                cos: self.theta_o[1][child],
             },
-            cos_theta_e: self.cos_emission[child],
+            cos_theta_e: self.cos_theta_e[child],
             two_sided: self.two_sided[child],
-            phi: self.intensity[child],
+            phi: self.phi[child],
         }
     }
 }
@@ -134,13 +134,13 @@ impl ChildProbabilities {
     }
 
     /// Whether a child may be chosen.
-    pub fn any(&self, child: usize) -> bool {
+    pub fn is_possible(&self, child: usize) -> bool {
         self.weights[child] > 0.0
     }
 
     /// The probability of a child.
-    pub fn of(&self, child: usize) -> f64 {
-        if self.any(child) {
+    pub fn probability(&self, child: usize) -> f64 {
+        if self.is_possible(child) {
             f64::from(self.weights[child]) / self.sums[LANES - 1]
         } else {
             0.0
@@ -149,7 +149,7 @@ impl ChildProbabilities {
 
     /// A child by a number in 0..1, its probability, and a number in 0..1 for what comes next; `None` where no child
     /// matters.
-    pub fn choose(&self, number: f64) -> Option<(usize, f64, f64)> {
+    pub fn sample(&self, number: f64) -> Option<(usize, f64, f64)> {
         let target = number * self.sums[LANES - 1];
         let passed = |&end: &f64| usize::from(end <= target);
         let quads: usize = [3, 7, 11]
@@ -163,12 +163,12 @@ impl ChildProbabilities {
                 .sum::<usize>();
         // Rounding may go beyond the last.
         let child = match before {
-            LANES => (0..LANES).rfind(|&child| self.any(child))?,
+            LANES => (0..LANES).rfind(|&child| self.is_possible(child))?,
             _ => before,
         };
         let weight = f64::from(self.weights[child]);
         let rest = (target - (self.sums[child] - weight)) / weight;
-        let found = (child, self.of(child), rest.clamp(0.0, 1.0));
+        let found = (child, self.probability(child), rest.clamp(0.0, 1.0));
         (weight > 0.0).then_some(found)
     }
 }
@@ -192,7 +192,7 @@ impl WithSimd for ComputeImportance<'_> {
         } = self;
         let mut weights = [0.0; LANES];
         for (child, weight) in weights.iter_mut().enumerate() {
-            *weight = node.reach(child).importance(position, normal);
+            *weight = node.child_bounds(child).importance(position, normal);
         }
         *out = weights;
     }
@@ -213,18 +213,18 @@ mod tests {
         let (mut sum, mut at) = (0.0, 0.0);
         for (child, &weight) in weights.iter().enumerate() {
             let share = f64::from(weight) / total;
-            assert!((shares.of(child) - share).abs() <= 1e-14 * share);
+            assert!((shares.probability(child) - share).abs() <= 1e-14 * share);
             sum += share;
             // In the middle of what the child has, and close to both ends.
             for part in [0.1, 0.5, 0.9].iter().filter(|_| weight > 0.0) {
-                let (found, probability, rest) = shares.choose(at + part * share).unwrap();
-                assert_eq!((found, probability), (child, shares.of(child)));
+                let (found, probability, rest) = shares.sample(at + part * share).unwrap();
+                assert_eq!((found, probability), (child, shares.probability(child)));
                 assert!((rest - part).abs() < 1e-15 / share + 1e-9, "{rest} {part}");
             }
             at = sum;
         }
-        assert!(shares.choose(0.0).is_some() && shares.choose(1.0).is_some());
-        assert!(ChildProbabilities::default().choose(0.5).is_none());
+        assert!(shares.sample(0.0).is_some() && shares.sample(1.0).is_some());
+        assert!(ChildProbabilities::default().sample(0.5).is_none());
     }
 
     #[test]
@@ -236,7 +236,7 @@ mod tests {
                 0 => LightBounds::isotropic(at(i), at(i), Vec3::ONE),
                 _ => LightBounds::planar(&[at(i), at(i + 1)], -DVec3::Z, Vec3::ONE, i == 3),
             };
-            node.push(&light, Child::Light(i as u32));
+            node.push_child(&light, Child::Light(i as u32));
         }
         let (position, normal) = (Vec3::new(4.0, 0.0, 0.5), Vec3::Z);
         let mut weights = [0.0; LANES];
@@ -246,9 +246,9 @@ mod tests {
             normal,
             out: &mut weights,
         });
-        assert_eq!(node.below().len(), 11);
+        assert_eq!(node.children().len(), 11);
         for (child, weight) in weights.into_iter().enumerate() {
-            let alone = node.reach(child).importance(position, normal);
+            let alone = node.child_bounds(child).importance(position, normal);
             assert_eq!(weight.to_bits(), alone.to_bits());
             assert_eq!(alone > 0.0, child < 11);
         }
