@@ -13,7 +13,7 @@ pub enum SceneError {
     #[error("{0}")]
     World(String),
     /// A description (world file or dict) that the schema does not allow.
-    #[error("{}{message}", prefix(path))]
+    #[error("{}{message}", path_prefix(path))]
     Schema {
         /// The key, as `object[2].diffuse`; empty at the top.
         path: String,
@@ -34,7 +34,7 @@ pub enum SceneError {
     },
 }
 
-fn prefix(path: &str) -> String {
+fn path_prefix(path: &str) -> String {
     if path.is_empty() {
         String::new()
     } else {
@@ -54,7 +54,7 @@ impl SceneError {
 
     /// The same error seen from outside: that of something at `parent` in a description.
     #[must_use]
-    pub fn within(self, parent: &str) -> Self {
+    pub fn in_context(self, parent: &str) -> Self {
         match self {
             Self::Camera(message) | Self::World(message) => Self::schema(parent, message),
             // Not the description's fault, whatever part of it came next.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::SceneError;
-use crate::light::Profile;
+use crate::light::IesProfile;
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::texture::{Image, Texture, Wrap};
@@ -11,22 +11,22 @@ use crate::world::{Object, World};
 
 /// A named piece of a mesh file (an OBJ `o`), in the file's coordinates.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub struct MeshPart {
     /// Empty when it has none.
     pub name: String,
     /// Its triangles.
     pub mesh: Mesh,
-    /// Indices into [`Model::materials`], one per material slot of the mesh; never empty.
+    /// Indices into [`MeshFile::materials`], one per material slot of the mesh; never empty.
     pub materials: Vec<usize>,
 }
 
 /// The contents of a mesh file. As an object of a world file its parts become one object; loaded as a world of its own,
 /// each part becomes an object.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Model {
+pub struct MeshFile {
     /// In file order.
-    pub parts: Vec<Part>,
-    /// `texture` is an index into [`Model::textures`].
+    pub parts: Vec<MeshPart>,
+    /// `texture` is an index into [`MeshFile::textures`].
     pub materials: Vec<Material>,
     /// The images that the materials use.
     pub textures: Vec<Texture>,
@@ -35,7 +35,7 @@ pub struct Model {
 }
 
 /// Where the files that a description names come from: a folder, and nothing outside it.
-pub trait Files {
+pub trait AssetLoader {
     /// What can go wrong with a file.
     type Error: From<SceneError>;
 
@@ -43,7 +43,7 @@ pub trait Files {
     ///
     /// # Errors
     /// Where it is missing, unreadable, too large or malformed.
-    fn mesh(&mut self, file: &str) -> Result<Model, Self::Error>;
+    fn mesh(&mut self, file: &str) -> Result<MeshFile, Self::Error>;
 
     /// The image file of this name.
     ///
@@ -55,28 +55,28 @@ pub trait Files {
     ///
     /// # Errors
     /// Where it is missing, unreadable, too large or malformed.
-    fn profile(&mut self, file: &str) -> Result<Profile, Self::Error>;
+    fn profile(&mut self, file: &str) -> Result<IesProfile, Self::Error>;
 
     /// An image of a material as the world keeps it, which may bound the memory of them.
     ///
     /// # Errors
     /// Where it does not fit and cannot be put elsewhere.
-    fn keep(&mut self, image: Arc<Image>) -> Result<Arc<Image>, Self::Error> {
+    fn store_texture(&mut self, image: Arc<Image>) -> Result<Arc<Image>, Self::Error> {
         Ok(image)
     }
 
     /// The error of a file as seen from the key of a description that names it, as `object[2].mesh`.
-    fn named_by(error: Self::Error, key: &str) -> Self::Error;
+    fn in_context(error: Self::Error, key: &str) -> Self::Error;
 }
 
 /// For descriptions that may name no files.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct NoFiles;
+pub struct NoAssets;
 
-impl Files for NoFiles {
+impl AssetLoader for NoAssets {
     type Error = SceneError;
 
-    fn mesh(&mut self, file: &str) -> Result<Model, SceneError> {
+    fn mesh(&mut self, file: &str) -> Result<MeshFile, SceneError> {
         Err(SceneError::World(format!(
             "mesh {file:?}: files cannot be read here"
         )))
@@ -88,23 +88,37 @@ impl Files for NoFiles {
         )))
     }
 
-    fn profile(&mut self, file: &str) -> Result<Profile, SceneError> {
+    fn profile(&mut self, file: &str) -> Result<IesProfile, SceneError> {
         Err(SceneError::World(format!(
             "profile {file:?}: files cannot be read here"
         )))
     }
 
-    fn named_by(error: SceneError, key: &str) -> SceneError {
-        error.within(key)
+    fn in_context(error: SceneError, key: &str) -> SceneError {
+        error.in_context(key)
     }
 }
 
-impl Model {
+impl MeshFile {
+    /// The contents of a file with one mesh and no materials.
+    pub fn from_mesh(mesh: Mesh, notices: Vec<String>) -> Self {
+        Self {
+            materials: vec![Material::for_mesh(&mesh)],
+            parts: vec![MeshPart {
+                name: String::new(),
+                mesh,
+                materials: vec![0],
+            }],
+            textures: Vec::new(),
+            notices,
+        }
+    }
+
     /// The objects of a world as parts, where they are; its lights and cameras have no place in a model.
-    pub fn of_world(world: World) -> Self {
-        let part = |object: &Object| Part {
+    pub fn from_world(world: World) -> Self {
+        let part = |object: &Object| MeshPart {
             name: object.name.clone(),
-            mesh: world.meshes[object.mesh].placed(object.world_from_mesh),
+            mesh: world.meshes[object.mesh].transformed(object.world_from_mesh),
             materials: object.materials.clone(),
         };
         Self {
@@ -115,7 +129,7 @@ impl Model {
         }
     }
 
-    /// All parts as one mesh, with the materials of its slots as indices into [`Model::materials`].
+    /// All parts as one mesh, with the materials of its slots as indices into [`MeshFile::materials`].
     ///
     /// A part that lacks a per-vertex or per-triangle array which another has gets the value that changes nothing:
     /// white colours, texture coordinates (0, 0), and no normals.
@@ -123,7 +137,7 @@ impl Model {
     /// # Errors
     /// [`SceneError::World`] where no part has triangles, a part is invalid or lacks a material, or there are more vertices
     /// or materials than indices can count.
-    pub fn merged(&self) -> Result<(Mesh, Vec<usize>), SceneError> {
+    pub fn as_single_mesh(&self) -> Result<(Mesh, Vec<usize>), SceneError> {
         let parts = || {
             self.parts
                 .iter()
@@ -136,7 +150,7 @@ impl Model {
                 "{vertices} vertices with {slots} materials: too many for a mesh"
             )));
         }
-        for Part {
+        for MeshPart {
             name,
             mesh,
             materials,

@@ -33,7 +33,7 @@ fn what_is_in_focus_is_sharp() {
     let pixel = DVec2::new(180.0, 10.0);
     let chief = flat.ray(pixel).1;
     for numbers in grid() {
-        let sample = flat.sample(pixel, numbers, 0.5);
+        let sample = flat.generate_ray(pixel, numbers, 0.5);
         assert!(sample.origin.z == 0.0 && sample.origin.length() <= 0.3);
         let t = (4.0 - sample.origin.z) / sample.direction.z;
         let meets = sample.origin + t * sample.direction;
@@ -45,7 +45,7 @@ fn what_is_in_focus_is_sharp() {
     for pixel in [DVec2::new(100.0, 80.0), DVec2::new(-250.0, 90.0)] {
         let chief = round.ray(pixel).1;
         for numbers in grid() {
-            let sample = round.sample(pixel, numbers, 0.5);
+            let sample = round.generate_ray(pixel, numbers, 0.5);
             assert!(sample.origin.dot(chief).abs() < 1e-14 && sample.origin.length() <= 0.3);
             let off = (4.0 * chief - sample.origin).cross(sample.direction);
             assert!(off.length() < 1e-12);
@@ -67,7 +67,9 @@ fn openings_are_evenly_filled() {
         let camera = camera().with_aperture(Some(aperture)).unwrap();
         let (mut square, mut mean, mut far) = (0.0, DVec3::ZERO, 0.0_f64);
         for numbers in grid() {
-            let origin = camera.sample(DVec2::new(100.0, 80.0), numbers, 0.5).origin;
+            let origin = camera
+                .generate_ray(DVec2::new(100.0, 80.0), numbers, 0.5)
+                .origin;
             square += origin.length_squared() / 1600.0;
             mean += origin / 1600.0;
             far = far.max(origin.length());
@@ -79,7 +81,7 @@ fn openings_are_evenly_filled() {
     let aperture = Aperture::new(1.0, 4.0, 3, 90.0).unwrap();
     let camera = camera().with_aperture(Some(aperture)).unwrap();
     let corner = camera
-        .sample(DVec2::new(100.0, 80.0), [0.0, 1.0], 0.5)
+        .generate_ray(DVec2::new(100.0, 80.0), [0.0, 1.0], 0.5)
         .origin;
     assert!((corner - DVec3::Y).length() < 1e-12);
 }
@@ -108,13 +110,16 @@ fn light_falls_off() {
     };
     let pixel = DVec2::new(200.0, 155.0);
     let s: f64 = (0.5_f64).powi(2) + (75.0 / 200.0_f64).powi(2);
-    assert_eq!(camera().gain(pixel), 1.0);
+    assert_eq!(camera().vignetting_factor(pixel), 1.0);
     let cosine = 1.0 / (1.0 + s).sqrt();
-    assert!((vignetting(true, &[]).gain(pixel) - cosine.powi(4)).abs() < 1e-14);
+    assert!((vignetting(true, &[]).vignetting_factor(pixel) - cosine.powi(4)).abs() < 1e-14);
     let expected = 1.0 - 0.5 * s + 0.2 * s * s;
-    assert!((vignetting(false, &[-0.5, 0.2]).gain(pixel) - expected).abs() < 1e-14);
-    assert!((vignetting(true, &[-0.5, 0.2]).gain(pixel) - expected * cosine.powi(4)).abs() < 1e-14);
-    assert_eq!(vignetting(false, &[-9.0]).gain(pixel), 0.0);
+    assert!((vignetting(false, &[-0.5, 0.2]).vignetting_factor(pixel) - expected).abs() < 1e-14);
+    assert!(
+        (vignetting(true, &[-0.5, 0.2]).vignetting_factor(pixel) - expected * cosine.powi(4)).abs()
+            < 1e-14
+    );
+    assert_eq!(vignetting(false, &[-9.0]).vignetting_factor(pixel), 0.0);
     let wrong = Vignetting {
         cos4: false,
         polynomial: vec![f64::NAN],

@@ -156,7 +156,7 @@ fn a_pinhole_has_the_samples_of_its_camera() {
         let camera = camera(&mut random);
         let pinhole = camera.pinhole().unwrap();
         let pixel = DVec2::new(random.between(-100.0, 740.0), random.between(-100.0, 580.0));
-        let sample = camera.sample(pixel, [0.1, 0.9], 0.3);
+        let sample = camera.generate_ray(pixel, [0.1, 0.9], 0.3);
         assert_eq!(sample.origin, pinhole.center);
         assert_eq!(sample.direction, pinhole.direction(pixel));
     }

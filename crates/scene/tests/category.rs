@@ -2,12 +2,12 @@
 
 use glam::DAffine3;
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Material, NoFiles, Object, World, schema};
+use raycam_scene::{Material, NoAssets, Object, World, schema};
 
 fn world(categories: &[Option<&str>]) -> World {
     let mut world = World::default();
     let mesh = primitive::plane([1.0, 1.0]).unwrap();
-    let material = world.add_material(Material::plain(&mesh)).unwrap();
+    let material = world.add_material(Material::for_mesh(&mesh)).unwrap();
     let mesh = world.add_mesh(mesh);
     for category in categories {
         let id = world
@@ -53,19 +53,19 @@ fn a_description_may_say_either() {
     let entry = |key: &str, value| schema::Entry {
         key: key.into(),
         key_span: None,
-        node: schema::Node { value, span: None },
+        value: schema::SpannedValue { value, span: None },
     };
     let of = |category| -> Result<Option<String>, String> {
         let shape = schema::Value::Table(vec![entry("size", Float(1.0))]);
         let table = schema::Value::Table(vec![entry("box", shape), entry("category", category)]);
-        let node = schema::Node {
+        let node = schema::SpannedValue {
             value: table,
             span: None,
         };
-        let spec: schema::ObjectSpec = schema::from_node(&node).map_err(|e| e.to_string())?;
+        let spec: schema::ObjectSpec = schema::from_value(&node).map_err(|e| e.to_string())?;
         let mut world = World::default();
         let id = spec
-            .build(&mut world, &mut NoFiles)
+            .build(&mut world, &mut NoAssets)
             .map_err(|e| e.to_string())?;
         Ok(world.objects[id].category.clone())
     };
@@ -86,16 +86,16 @@ fn an_instance_has_the_category_of_its_original() {
         plane: Some(schema::PlaneShape::default()),
         ..Default::default()
     };
-    spec.build(&mut world, &mut NoFiles).unwrap();
+    spec.build(&mut world, &mut NoAssets).unwrap();
     let again = schema::ObjectSpec {
         instance_of: Some("a".into()),
         ..Default::default()
     };
-    again.clone().build(&mut world, &mut NoFiles).unwrap();
+    again.clone().build(&mut world, &mut NoAssets).unwrap();
     let other = schema::ObjectSpec {
         category: Some(schema::Category("toy".into())),
         ..again
     };
-    other.build(&mut world, &mut NoFiles).unwrap();
+    other.build(&mut world, &mut NoAssets).unwrap();
     assert_eq!(world.categories().of_objects, [1, 1, 2]);
 }

@@ -2,12 +2,12 @@
 
 use glam::DAffine3;
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Counts, Light, Material, Object, World};
+use raycam_scene::{Light, Material, Object, World, WorldStats};
 
 #[test]
 fn triangles_count_once_per_mesh_and_once_per_object() {
     let mut world = World::default();
-    assert_eq!(world.counts(), Counts::default());
+    assert_eq!(world.stats(), WorldStats::default());
     let mut cube = primitive::box_([1.0; 3]).unwrap();
     cube.triangles.push([0, 0, 1]);
     let corners = cube.vertices.len();
@@ -24,7 +24,7 @@ fn triangles_count_once_per_mesh_and_once_per_object() {
             angular_diameter: 0.0,
         })
         .unwrap();
-    let expected = Counts {
+    let expected = WorldStats {
         meshes: 1,
         objects: 3,
         mesh_triangles: 13,
@@ -33,7 +33,7 @@ fn triangles_count_once_per_mesh_and_once_per_object() {
         vertices: corners,
         materials: 1,
         lights: 1,
-        ..Counts::default()
+        ..WorldStats::default()
     };
-    assert_eq!(world.counts(), expected);
+    assert_eq!(world.stats(), expected);
 }

@@ -129,10 +129,10 @@ fn rays_from_infinity_start_before_the_world() {
     ];
     let camera = Camera::from_matrix(p, SIZE, PixelCenter::Integer).unwrap();
     let center = DVec3::new(10.0, 20.0, -1e5);
-    let before = camera.starting_before(center, 30.0);
+    let before = camera.with_ray_origins_outside(center, 30.0);
     let (origin, direction) = before.ray(DVec2::new(3.0, 4.0));
     assert!((center - origin).dot(direction) > 30.0);
-    assert_eq!(origin.z, before.start());
+    assert_eq!(origin.z, before.ray_start_depth());
     assert_eq!(
         origin.truncate(),
         camera.ray(DVec2::new(3.0, 4.0)).0.truncate()

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use raycam_scene::mesh::primitive;
-use raycam_scene::{Material, Mesh, Model, Part};
+use raycam_scene::{Material, Mesh, MeshFile, MeshPart};
 
 fn message(change: impl FnOnce(&mut Mesh)) -> String {
     let mut mesh = primitive::plane([1.0, 1.0]).unwrap();
@@ -97,7 +97,7 @@ fn bounds_are_those_of_the_triangles_and_tight_when_turned() {
 
 #[test]
 fn the_parts_of_a_model_become_one_mesh() {
-    let part = |mesh: Mesh, materials: Vec<usize>| Part {
+    let part = |mesh: Mesh, materials: Vec<usize>| MeshPart {
         name: String::new(),
         mesh,
         materials,
@@ -107,17 +107,17 @@ fn the_parts_of_a_model_become_one_mesh() {
     let mut second = primitive::box_([1.0; 3]).unwrap();
     second.uvs = None;
     second.vertex_colors = Some(vec![[0.5; 3]; 24]);
-    let material = Material::plain(&second);
-    let mut model = Model {
+    let material = Material::for_mesh(&second);
+    let mut model = MeshFile {
         materials: vec![material; 8],
-        ..Model::default()
+        ..MeshFile::default()
     };
     model.parts = vec![
         part(first, vec![7, 3]),
         part(Mesh::default(), vec![0]),
         part(second, vec![3]),
     ];
-    let (mesh, materials) = model.merged().unwrap();
+    let (mesh, materials) = model.as_single_mesh().unwrap();
     mesh.validate().unwrap();
     assert_eq!(materials, [7, 3]);
     assert_eq!(mesh.material_slots.as_ref().unwrap()[..3], [1, 0, 1]);
@@ -131,8 +131,14 @@ fn the_parts_of_a_model_become_one_mesh() {
     assert_eq!(mesh.uvs.unwrap()[27], [0.0; 2]);
     assert!(mesh.normals.is_none());
 
-    let fails = |model: &Model, expected: &str| {
-        assert!(model.merged().unwrap_err().to_string().contains(expected));
+    let fails = |model: &MeshFile, expected: &str| {
+        assert!(
+            model
+                .as_single_mesh()
+                .unwrap_err()
+                .to_string()
+                .contains(expected)
+        );
     };
     model.parts[0].materials = vec![7];
     fails(&model, "uses a material that is missing");
@@ -140,5 +146,5 @@ fn the_parts_of_a_model_become_one_mesh() {
     fails(&model, "uses a material that is missing");
     model.parts[0].mesh.triangles[0][0] = u32::MAX;
     fails(&model, "indices are 0..=3");
-    fails(&Model::default(), "without triangles");
+    fails(&MeshFile::default(), "without triangles");
 }

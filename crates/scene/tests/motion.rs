@@ -4,7 +4,7 @@ mod common;
 
 use common::{Random, rotation};
 use glam::{DMat3, DVec2, DVec3};
-use raycam_scene::camera::{Motion, Pose, Readout};
+use raycam_scene::camera::{Pose, ReadoutDirection, ShutterMotion};
 use raycam_scene::{Camera, Lens, LensModel, PixelCenter};
 
 const SIZE: [u32; 2] = [640, 480];
@@ -32,9 +32,9 @@ fn poses(turn: f64) -> Vec<(f64, Pose)> {
 
 #[test]
 fn between_poses_it_turns_and_moves_evenly() {
-    let motion = Motion::new(0.0, 0.04, Readout::Down, poses(0.8)).unwrap();
+    let motion = ShutterMotion::new(0.0, 0.04, ReadoutDirection::Down, poses(0.8)).unwrap();
     for s in [0.0, 0.25, 0.5, 0.9, 1.0] {
-        let pose = motion.at(0.04 * s);
+        let pose = motion.pose_at(0.04 * s);
         let expected = DMat3::from_rotation_y(0.8 * s);
         assert!(
             (pose.r - expected)
@@ -44,32 +44,32 @@ fn between_poses_it_turns_and_moves_evenly() {
         );
         assert!((pose.c - s * DVec3::new(0.3, -0.1, 0.5)).length() < 1e-15);
     }
-    assert_eq!(motion.at(-1.0), motion.at(0.0));
-    assert_eq!(motion.at(9.0), motion.at(0.04));
+    assert_eq!(motion.pose_at(-1.0), motion.pose_at(0.0));
+    assert_eq!(motion.pose_at(9.0), motion.pose_at(0.04));
     let camera = still().with_motion(motion.clone()).unwrap();
     assert_eq!(
         (camera.r(), camera.c()),
-        (motion.middle().r, motion.middle().c)
+        (motion.mid_exposure_pose().r, motion.mid_exposure_pose().c)
     );
 }
 
 #[test]
 fn each_row_sees_from_where_the_camera_is_then() {
     for (direction, line) in [
-        (Readout::Down, (100.0 + 0.5) / 480.0),
-        (Readout::Up, 1.0 - (100.0 + 0.5) / 480.0),
-        (Readout::Right, (30.0 + 0.5) / 640.0),
-        (Readout::Left, 1.0 - (30.0 + 0.5) / 640.0),
+        (ReadoutDirection::Down, (100.0 + 0.5) / 480.0),
+        (ReadoutDirection::Up, 1.0 - (100.0 + 0.5) / 480.0),
+        (ReadoutDirection::Right, (30.0 + 0.5) / 640.0),
+        (ReadoutDirection::Left, 1.0 - (30.0 + 0.5) / 640.0),
     ] {
-        let motion = Motion::new(0.01, 0.03, direction, poses(0.2)).unwrap();
+        let motion = ShutterMotion::new(0.01, 0.03, direction, poses(0.2)).unwrap();
         let camera = still().with_motion(motion.clone()).unwrap();
-        let pose = motion.at(line * 0.03 + 0.005);
+        let pose = motion.pose_at(line * 0.03 + 0.005);
         let there = still().at_pose(pose.r, pose.c).unwrap();
         let pixel = DVec2::new(30.0, 100.0);
         let ((origin, ray), (there_origin, there_ray)) = (camera.ray(pixel), there.ray(pixel));
         assert!((origin - there_origin).length() + (ray - there_ray).length() < 1e-14);
-        let early = camera.sample(pixel, [0.5; 2], 0.0);
-        assert!((early.origin - motion.at(line * 0.03).c).length() < 1e-14);
+        let early = camera.generate_ray(pixel, [0.5; 2], 0.0);
+        assert!((early.origin - motion.pose_at(line * 0.03).c).length() < 1e-14);
     }
 }
 
@@ -77,8 +77,13 @@ fn each_row_sees_from_where_the_camera_is_then() {
 fn project_finds_the_row_that_sees_a_point() {
     let fisheye = Lens::new(LensModel::Fisheye, &[0.0; 4]).unwrap();
     for (turn, lens) in [(0.2, Lens::Pinhole), (-1.0, Lens::Pinhole), (0.5, fisheye)] {
-        for direction in [Readout::Down, Readout::Up, Readout::Right, Readout::Left] {
-            let motion = Motion::new(0.01, 0.03, direction, poses(turn)).unwrap();
+        for direction in [
+            ReadoutDirection::Down,
+            ReadoutDirection::Up,
+            ReadoutDirection::Right,
+            ReadoutDirection::Left,
+        ] {
+            let motion = ShutterMotion::new(0.01, 0.03, direction, poses(turn)).unwrap();
             let camera = still()
                 .with_lens(lens.clone())
                 .unwrap()
@@ -94,7 +99,7 @@ fn project_finds_the_row_that_sees_a_point() {
                 if (found - pixel).length() > 1e-8 {
                     let again = camera.ray(found);
                     assert!(
-                        turn < 0.0 || direction != Readout::Down,
+                        turn < 0.0 || direction != ReadoutDirection::Down,
                         "{found} {pixel} {again:?}"
                     );
                 }
@@ -106,7 +111,7 @@ fn project_finds_the_row_that_sees_a_point() {
 #[test]
 fn moving_elsewhere_takes_the_motion_along() {
     let mut random = Random(9);
-    let motion = Motion::new(0.01, 0.03, Readout::Down, poses(0.3)).unwrap();
+    let motion = ShutterMotion::new(0.01, 0.03, ReadoutDirection::Down, poses(0.3)).unwrap();
     let camera = still().with_motion(motion).unwrap();
     let r = rotation(&mut random);
     let there = camera.at_pose(r, DVec3::new(5.0, 6.0, 7.0)).unwrap();
@@ -124,7 +129,9 @@ fn moving_elsewhere_takes_the_motion_along() {
 #[test]
 fn what_is_no_motion_is_told() {
     let pose = poses(0.1)[0].1;
-    let fails = |exposure, readout, poses| Motion::new(exposure, readout, Readout::Down, poses);
+    let fails = |exposure, readout, poses| {
+        ShutterMotion::new(exposure, readout, ReadoutDirection::Down, poses)
+    };
     assert!(fails(-1.0, 0.0, poses(0.1)).is_err());
     assert!(fails(0.0, f64::NAN, poses(0.1)).is_err());
     assert!(fails(0.0, 0.1, vec![]).is_err());

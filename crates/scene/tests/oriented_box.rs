@@ -7,7 +7,7 @@ use raycam_scene::{Material, Object, World};
 fn placed(world_from_mesh: DAffine3) -> raycam_scene::mesh::oriented_box::OrientedBox {
     let mut world = World::default();
     let mesh = primitive::box_([2.0, 4.0, 6.0]).unwrap();
-    let material = world.add_material(Material::plain(&mesh)).unwrap();
+    let material = world.add_material(Material::for_mesh(&mesh)).unwrap();
     let mesh = world.add_mesh(mesh);
     let object = Object::new("", mesh, vec![material], world_from_mesh);
     world.add_object(object).unwrap();

@@ -4,10 +4,10 @@ mod common;
 
 use common::{Random, node, rotation};
 use glam::{DMat3, DVec2, DVec3};
-use raycam_scene::camera::{Motion, Pose, Readout, Rig};
+use raycam_scene::camera::{Pose, ReadoutDirection, Rig, ShutterMotion};
 use raycam_scene::schema::{self, RigSpec, WorldFile};
 use raycam_scene::world::NamedCamera;
-use raycam_scene::{Camera, NoFiles, PixelCenter, SceneError, Up, World};
+use raycam_scene::{Camera, NoAssets, PixelCenter, SceneError, Up, World};
 
 fn camera(r: DMat3, c: DVec3) -> Camera {
     let k = DMat3::from_cols(
@@ -34,7 +34,7 @@ fn pose(random: &mut Random) -> Pose {
 }
 
 fn build(json: &str) -> Result<World, SceneError> {
-    schema::from_node::<WorldFile>(&node(json))?.build(&mut NoFiles)
+    schema::from_value::<WorldFile>(&node(json))?.build(&mut NoAssets)
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn a_turning_body_carries_its_cameras_on_arcs() {
         c: DVec3::ZERO,
     };
     let poses = vec![(0.0, turn(0.0)), (1.0, turn(2.0))];
-    let motion = Motion::new(0.0, 1.0, Readout::Down, poses).unwrap();
+    let motion = ShutterMotion::new(0.0, 1.0, ReadoutDirection::Down, poses).unwrap();
     let far = NamedCamera {
         name: "far".into(),
         camera: camera(rotation(&mut random), DVec3::new(2.0, 0.0, 0.0)),
@@ -89,13 +89,13 @@ fn a_turning_body_carries_its_cameras_on_arcs() {
 fn its_description_is_the_same_rig() {
     let mut random = Random(3);
     let rig = Rig::new("pair", pose(&mut random), mounts(&mut random)).unwrap();
-    assert_eq!(RigSpec::of(&rig).build(Up::Y).unwrap(), rig);
+    assert_eq!(RigSpec::from_rig(&rig).build(Up::Y).unwrap(), rig);
     let track = vec![(0.0, pose(&mut random)), (0.1, pose(&mut random))];
-    let motion = Motion::new(0.02, 0.08, Readout::Left, track).unwrap();
+    let motion = ShutterMotion::new(0.02, 0.08, ReadoutDirection::Left, track).unwrap();
     let moving = rig.with_motion(motion).unwrap();
-    assert_eq!(RigSpec::of(&moving).build(Up::Z).unwrap(), moving);
+    assert_eq!(RigSpec::from_rig(&moving).build(Up::Z).unwrap(), moving);
     for camera in moving.cameras().unwrap() {
-        let spec = schema::CameraSpec::of(&camera.camera);
+        let spec = schema::CameraSpec::from_camera(&camera.camera);
         assert_eq!(spec.build(Up::Y).unwrap(), camera.camera);
     }
 }

@@ -6,23 +6,23 @@ use common::{FakeFiles, node};
 use raycam_scene::mesh::primitive;
 use raycam_scene::schema::{self, ObjectSpec};
 use raycam_scene::{
-    Glass, Interpolation, Material, Model, Part, Principled, Reflectance, SceneError, Texels,
-    World, Wrap,
+    Glass, Material, MaterialModel, MeshFile, MeshPart, Principled, SceneError, TexelFilter,
+    Texels, World, Wrap,
 };
 
 fn build(json: &str) -> Result<World, SceneError> {
-    build_from(json, Model::default())
+    build_from(json, MeshFile::default())
 }
 
-fn build_from(json: &str, model: Model) -> Result<World, SceneError> {
+fn build_from(json: &str, model: MeshFile) -> Result<World, SceneError> {
     let mut world = World::default();
-    schema::from_node::<ObjectSpec>(&node(json))?.build(&mut world, &mut FakeFiles(model))?;
+    schema::from_value::<ObjectSpec>(&node(json))?.build(&mut world, &mut FakeFiles(model))?;
     Ok(world)
 }
 
 fn principled(world: &World) -> &Principled {
-    match &world.materials[0].reflectance {
-        Reflectance::Principled(p) => p,
+    match &world.materials[0].model {
+        MaterialModel::Principled(p) => p,
         other => panic!("{other:?}"),
     }
 }
@@ -62,7 +62,7 @@ fn every_value_may_have_a_texture() {
     );
     let metallic = texture(p.metallic.texture);
     assert_eq!((p.metallic.value, metallic.image.size), (0.5, [2, 2]));
-    assert_eq!(metallic.sampler.magnification, Interpolation::Nearest);
+    assert_eq!(metallic.sampler.magnification, TexelFilter::Nearest);
     assert_eq!(
         metallic.image.texels,
         Texels::Linear8([0, 128, 255, 64].map(|v| [v; 4]).into())
@@ -139,25 +139,25 @@ fn what_makes_no_sense_is_refused() {
 
 #[test]
 fn what_a_file_says_may_be_changed() {
-    let model = |reflectance: Reflectance| Model {
-        parts: vec![Part {
+    let file = |model: MaterialModel| MeshFile {
+        parts: vec![MeshPart {
             name: String::new(),
             mesh: primitive::plane([1.0, 1.0]).unwrap(),
             materials: vec![0],
         }],
         materials: vec![Material {
             color: [0.5; 3],
-            reflectance,
+            model,
             ..Material::default()
         }],
-        ..Model::default()
+        ..MeshFile::default()
     };
     let gold = Principled {
         roughness: 0.25.into(),
         clearcoat: 1.0.into(),
         ..Principled::default()
     };
-    let gold = || model(Reflectance::Principled(Box::new(gold.clone())));
+    let gold = || file(MaterialModel::Principled(Box::new(gold.clone())));
     let world = build_from(r#"{ "mesh": "a.glb", "roughness": 0.75 }"#, gold()).unwrap();
     let p = principled(&world);
     assert_eq!(
@@ -173,9 +173,9 @@ fn what_a_file_says_may_be_changed() {
     .unwrap();
     let p = principled(&world);
     assert_eq!((p.clearcoat.value, p.metallic.value), (0.0, 0.0));
-    let glass = model(Reflectance::Glass(Glass::default()));
+    let glass = file(MaterialModel::Glass(Glass::default()));
     let world = build_from(r#"{ "mesh": "a.glb", "ior": 1.3 }"#, glass.clone()).unwrap();
-    assert!(matches!(&world.materials[0].reflectance, Reflectance::Glass(g) if g.ior == 1.3));
+    assert!(matches!(&world.materials[0].model, MaterialModel::Glass(g) if g.ior == 1.3));
     let error = build_from(r#"{ "mesh": "a.glb", "metallic": 1 }"#, glass).unwrap_err();
     assert!(
         error.to_string().starts_with("metallic: no material"),
@@ -185,9 +185,9 @@ fn what_a_file_says_may_be_changed() {
     let mut world = build_from(r#"{ "mesh": "a.glb", "name": "first" }"#, gold()).unwrap();
     let other =
         node(r#"{ "instance_of": "first", "roughness": 1.0, "textures": { "normal": "n.png" } }"#);
-    let other = schema::from_node::<ObjectSpec>(&other).unwrap();
+    let other = schema::from_value::<ObjectSpec>(&other).unwrap();
     let id = other
-        .build(&mut world, &mut FakeFiles(Model::default()))
+        .build(&mut world, &mut FakeFiles(MeshFile::default()))
         .unwrap();
     let changed = &world.materials[world.objects[id].materials[0]];
     assert!(changed.normal_map.is_some());

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use common::Random;
 use raycam_scene::color::{linear_from_srgb8, srgb_from_linear, srgb8_from_linear};
-use raycam_scene::{Image, Interpolation, Texels, Texture, TextureSampler, Wrap};
+use raycam_scene::{Image, TexelFilter, Texels, Texture, TextureSampler, Wrap};
 
 fn texture(size: [u32; 2], wrap: Wrap) -> Texture {
     let mut random = Random(u64::from(size[0]));
@@ -150,7 +150,7 @@ fn texels_are_linear_values_with_alpha() {
         [1e4, 0.0, 1.0, 0.2]
     );
     let mut nearest = texture([3, 1], Wrap::Clamp);
-    nearest.sampler.magnification = Interpolation::Nearest;
+    nearest.sampler.magnification = TexelFilter::Nearest;
     assert_eq!(rgb(nearest.lookup([0.6, 0.5])), texel(&nearest, 1));
     let infinite = Texture {
         image: Arc::new(Image {

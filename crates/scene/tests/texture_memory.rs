@@ -5,10 +5,8 @@ mod common;
 use std::sync::Arc;
 
 use common::Random;
-use raycam_scene::texture::{ReadBack, TextureMemory};
-use raycam_scene::{
-    Image, Interpolation, SceneError, Texels, Texture, TextureSampler, World, Wrap,
-};
+use raycam_scene::texture::{PageInStats, TextureCache};
+use raycam_scene::{Image, SceneError, TexelFilter, Texels, Texture, TextureSampler, World, Wrap};
 
 /// Noise of every kind that there is.
 fn images(size: [u32; 2]) -> Vec<Arc<Image>> {
@@ -42,8 +40,8 @@ fn images(size: [u32; 2]) -> Vec<Arc<Image>> {
     kinds.into_iter().map(image).collect()
 }
 
-fn paged(memory: &Arc<TextureMemory>, image: &Image) -> Arc<Image> {
-    let paged = Arc::new(memory.page(image).unwrap());
+fn paged(memory: &Arc<TextureCache>, image: &Image) -> Arc<Image> {
+    let paged = Arc::new(memory.page_out(image).unwrap());
     assert!(matches!(paged.texels, Texels::Paged(_)));
     paged
 }
@@ -80,7 +78,7 @@ fn every_lookup_is_the_same_with_any_limit() {
         for image in images(size) {
             // Room for no tile, for one or a few, and for all.
             for limit in [1, 20_000, 140_000, 1 << 30] {
-                let memory = Arc::new(TextureMemory::new(limit));
+                let memory = Arc::new(TextureCache::new(limit));
                 let paged = paged(&memory, &image);
                 let levels = image.mip_map().into_iter().zip(paged.mip_map());
                 assert_eq!(image.mip_map().len(), paged.mip_map().len());
@@ -88,7 +86,7 @@ fn every_lookup_is_the_same_with_any_limit() {
                     assert_eq!(here.size, there.size);
                     assert_eq!(here.texels.len(), there.texels.len());
                     for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
-                        for magnification in [Interpolation::Linear, Interpolation::Nearest] {
+                        for magnification in [TexelFilter::Linear, TexelFilter::Nearest] {
                             let sampler = TextureSampler {
                                 wrap: [wrap; 2],
                                 magnification,
@@ -115,7 +113,7 @@ fn every_lookup_is_the_same_with_any_limit() {
 #[test]
 fn threads_share_tiles_and_see_the_same() {
     let image = images([300, 500]).remove(0);
-    let memory = Arc::new(TextureMemory::new(100_000));
+    let memory = Arc::new(TextureCache::new(100_000));
     let paged = paged(&memory, &image);
     std::thread::scope(|scope| {
         for thread in 0..4 {
@@ -130,16 +128,20 @@ fn threads_share_tiles_and_see_the_same() {
         }
     });
     // Six tiles of 16 KiB are kept of forty: most of 80 000 lookups found theirs gone, but not all.
-    let ReadBack { tiles, bytes } = memory.read_back();
+    let PageInStats { tiles, bytes } = memory.page_in_stats();
     assert!((20_000..75_000).contains(&tiles), "{tiles}");
     assert!(bytes > tiles * 8_000 && bytes <= tiles * 16_384);
-    let whole = Arc::new(TextureMemory::new(1 << 20));
+    let whole = Arc::new(TextureCache::new(1 << 20));
     let paged = self::paged(&whole, &image);
     for i in 0..150_000 {
         assert_eq!(paged.texels.linear(i), image.texels.linear(i));
     }
-    assert_eq!(whole.read_back().tiles, 40, "5 x 8 tiles, each read once");
-    assert_eq!(whole.read_back().bytes, 300 * 500 * 4);
+    assert_eq!(
+        whole.page_in_stats().tiles,
+        40,
+        "5 x 8 tiles, each read once"
+    );
+    assert_eq!(whole.page_in_stats().bytes, 300 * 500 * 4);
 }
 
 #[test]
@@ -154,15 +156,15 @@ fn what_fits_stays_as_it_is_and_what_does_not_takes_all_with_it() {
     };
     // 64 x 64 texels of 4 bytes, and 32 x 32 + ... + 1 of 8.
     let each = 64 * 64 * 4 + 1365 * 8;
-    let memory = Arc::new(TextureMemory::new(3 * each));
+    let memory = Arc::new(TextureCache::new(3 * each));
     let mut world = World {
-        texture_memory: Some(memory.clone()),
+        texture_cache: Some(memory.clone()),
         ..World::default()
     };
     let is_paged = |image: &Image| matches!(image.texels, Texels::Paged(_));
     for seed in 0..3 {
         let given = image(seed);
-        let kept = memory.keep(given.clone()).unwrap();
+        let kept = memory.insert(given.clone()).unwrap();
         assert!(Arc::ptr_eq(&given, &kept) && !memory.is_exceeded());
         // Two textures share each image.
         for wrap in [Wrap::Repeat, Wrap::Clamp] {
@@ -176,10 +178,10 @@ fn what_fits_stays_as_it_is_and_what_does_not_takes_all_with_it() {
         }
         world.page_textures().unwrap();
         assert!(world.notices.is_empty());
-        world.check_in_memory().unwrap();
+        world.check_textures_in_memory().unwrap();
     }
     let before = world.clone();
-    let fourth = memory.keep(image(3)).unwrap();
+    let fourth = memory.insert(image(3)).unwrap();
     assert!(is_paged(&fourth) && memory.is_exceeded());
     world.add_texture(Texture {
         image: fourth,
@@ -202,7 +204,7 @@ fn what_fits_stays_as_it_is_and_what_does_not_takes_all_with_it() {
         assert_eq!(old.sampler, new.sampler);
         assert_eq!(old.lookup([0.3, 0.7]), new.lookup([0.3, 0.7]));
     }
-    let refused = world.check_in_memory().unwrap_err().to_string();
+    let refused = world.check_textures_in_memory().unwrap_err().to_string();
     assert!(refused.contains("106.7 KiB"), "{refused}");
 }
 
@@ -215,11 +217,9 @@ fn a_world_of_data_gets_a_memory_afterwards() {
             sampler: TextureSampler::default(),
         });
     }
-    let wide = world
-        .clone()
-        .with_texture_memory(TextureMemory::new(1 << 20));
+    let wide = world.clone().with_texture_cache(TextureCache::new(1 << 20));
     assert_eq!(wide.unwrap().textures, world.textures);
-    let tight = world.clone().with_texture_memory(TextureMemory::new(1000));
+    let tight = world.clone().with_texture_cache(TextureCache::new(1000));
     let tight = tight.unwrap();
     // As data it is what it was.
     let [a, b] = [&world, &tight].map(|world| serde_json::to_string(&world.textures[0].image));
@@ -230,8 +230,8 @@ fn a_world_of_data_gets_a_memory_afterwards() {
 #[test]
 fn a_file_that_cannot_be_made_is_told_with_what_to_do() {
     let folder = std::env::temp_dir().join("raycam-there-is-no-such-folder");
-    let memory = Arc::new(TextureMemory::in_folder(10, &folder));
-    let error = memory.keep(images([8, 8]).remove(0)).unwrap_err();
+    let memory = Arc::new(TextureCache::in_folder(10, &folder));
+    let error = memory.insert(images([8, 8]).remove(0)).unwrap_err();
     let SceneError::Storage {
         path,
         number,
@@ -247,16 +247,16 @@ fn a_file_that_cannot_be_made_is_told_with_what_to_do() {
         "{message}"
     );
     // Seen from a key of a description it is still the disk's fault.
-    assert_eq!(error.clone().within("object[0].texture"), error);
+    assert_eq!(error.clone().in_context("object[0].texture"), error);
 }
 
 #[test]
 fn an_image_that_is_none_is_refused() {
-    let memory = Arc::new(TextureMemory::new(10));
+    let memory = Arc::new(TextureCache::new(10));
     let image = Arc::new(Image {
         name: String::new(),
         size: [1, 1],
         texels: Texels::Float(vec![[f32::NAN; 4]]),
     });
-    assert!(memory.keep(image).is_err());
+    assert!(memory.insert(image).is_err());
 }

@@ -5,17 +5,17 @@ mod common;
 use common::node;
 use glam::{DMat3, DVec3};
 use raycam_scene::schema::{self, VideoSpec, WorldFile};
-use raycam_scene::{Camera, NoFiles, SceneError, Up, Video, World};
+use raycam_scene::{Camera, NoAssets, SceneError, Up, Video, World};
 
 /// A world with a camera and a box, and this video.
 fn world(up: &str, video: &str) -> Result<World, SceneError> {
-    schema::from_node::<WorldFile>(&node(&format!(
+    schema::from_value::<WorldFile>(&node(&format!(
         r#"{{ "up": "{up}",
               "camera": {{ "focal": 500, "location": [4, -3, 2], "target": [0, 0, 0.5] }},
               "object": {{ "name": "box", "box": {{}}, "location": [1, 2, 3], "yaw": 30, "scale": [1, -2, 3] }},
               "video": {video} }}"#
     )))?
-    .build(&mut NoFiles)
+    .build(&mut NoAssets)
 }
 
 fn camera_at(world: &World, time: f64) -> Camera {
@@ -219,7 +219,7 @@ fn objects_move_and_keep_their_scale() {
            { "object": "box", "time": 2, "yaw": 90 }"#,
     );
     let before = world.objects[0].world_from_mesh;
-    let moved = world.at(0.5).unwrap();
+    let moved = world.at_video_time(0.5).unwrap();
     let now = moved.objects[0].world_from_mesh;
     assert!(close(now.translation, DVec3::X));
     // One key of angles: it holds throughout; the scale of the description stays.
@@ -248,13 +248,13 @@ fn an_object_without_angles_keeps_its_own_and_one_with_a_target_faces_it() {
         "linear",
         r#"{ "object": "box", "time": 0, "location": [7, 7, 7] }"#,
     );
-    let placed = world.at(0.0).unwrap().objects[0].world_from_mesh;
+    let placed = world.at_video_time(0.0).unwrap().objects[0].world_from_mesh;
     assert_eq!(placed.matrix3, world.objects[0].world_from_mesh.matrix3);
     assert_eq!(placed.translation, DVec3::splat(7.0));
     for (up, ahead) in [("z", DVec3::X), ("y", -DVec3::Z)] {
         let keys = r#"{ "keyframe": { "object": "box", "time": 0, "location": [0, 0, 0], "target": [1, 3, 2] } }"#;
         let world = self::world(up, keys).unwrap();
-        let placed = world.at(0.0).unwrap().objects[0].world_from_mesh;
+        let placed = world.at_video_time(0.0).unwrap().objects[0].world_from_mesh;
         let faced = placed.transform_vector3(ahead).normalize();
         assert!(
             close(faced, DVec3::new(1.0, 3.0, 2.0).normalize()),
@@ -264,7 +264,7 @@ fn an_object_without_angles_keeps_its_own_and_one_with_a_target_faces_it() {
     let keys = r#"{ "keyframe": { "object": "box", "time": 0, "location": [0, 0, 0], "target": [0, 0, 2] } }"#;
     let error = self::world("z", keys)
         .unwrap()
-        .at(0.0)
+        .at_video_time(0.0)
         .unwrap_err()
         .to_string();
     assert!(

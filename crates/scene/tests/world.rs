@@ -7,19 +7,19 @@ use glam::{DAffine3, DMat3, DVec3};
 use raycam_scene::camera::intrinsics_from_focal;
 use raycam_scene::mesh::primitive;
 use raycam_scene::schema::{self, WorldFile};
-use raycam_scene::{Camera, Material, NoFiles, Object, PixelCenter, Up, World};
+use raycam_scene::{Camera, Material, NoAssets, Object, PixelCenter, Up, World};
 
 fn world(json: &str) -> World {
-    schema::from_node::<WorldFile>(&node(json))
+    schema::from_value::<WorldFile>(&node(json))
         .unwrap()
-        .build(&mut NoFiles)
+        .build(&mut NoAssets)
         .unwrap()
 }
 
 fn one_box() -> World {
     let mut world = World::default();
     let mesh = primitive::box_([1.0; 3]).unwrap();
-    let material = world.add_material(Material::plain(&mesh)).unwrap();
+    let material = world.add_material(Material::for_mesh(&mesh)).unwrap();
     let mesh = world.add_mesh(mesh);
     world
         .add_object(Object::new("box", mesh, vec![material], DAffine3::IDENTITY))
@@ -173,7 +173,7 @@ fn counts_are_of_what_there_is() {
     world
         .add_object(Object::new("again", 0, vec![0], DAffine3::IDENTITY))
         .unwrap();
-    let counts = world.counts();
+    let counts = world.stats();
     assert_eq!((counts.meshes, counts.objects, counts.vertices), (1, 2, 24));
     assert_eq!(
         (

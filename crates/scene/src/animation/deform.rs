@@ -27,7 +27,7 @@ pub type JointSet = (Vec<[u16; 4]>, Vec<[f32; 4]>);
 
 /// A mesh that bends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Shape {
+pub struct DeformableMesh {
     /// As it was made.
     pub mesh: Arc<Mesh>,
     /// What it can turn into.
@@ -36,7 +36,7 @@ pub struct Shape {
     pub joints: Vec<JointSet>,
 }
 
-impl Shape {
+impl DeformableMesh {
     /// The mesh with these weights of its targets, bent by joints where they are given: world_from_mesh of each. It has
     /// the same triangles.
     pub fn deform(&self, weights: &[f32], joints: Option<&[DAffine3]>) -> Mesh {
@@ -47,7 +47,7 @@ impl Shape {
             }
         }
         if let Some(joints) = joints.filter(|_| !self.joints.is_empty()) {
-            self.bend(&mut mesh, joints);
+            self.apply_skin(&mut mesh, joints);
         }
         for normal in mesh.normals.iter_mut().flatten() {
             *normal = Vec3::from_array(*normal).normalize_or_zero().to_array();
@@ -55,7 +55,7 @@ impl Shape {
         mesh
     }
 
-    fn bend(&self, mesh: &mut Mesh, joints: &[DAffine3]) {
+    fn apply_skin(&self, mesh: &mut Mesh, joints: &[DAffine3]) {
         for vertex in 0..mesh.vertices.len() {
             let mut blend = DAffine3::from_mat3_translation(DMat3::ZERO, DVec3::ZERO);
             for (indices, weights) in &self.joints {
@@ -67,7 +67,7 @@ impl Shape {
                     }
                 }
             }
-            place(mesh, vertex, blend);
+            transform_vertex(mesh, vertex, blend);
         }
     }
 }
@@ -75,37 +75,37 @@ impl Shape {
 /// The mesh as an affine map places it that makes it flat: such a map has no inverse, so it cannot place an object. `None`
 /// where a line or a point is left.
 pub fn flattened(mesh: &Mesh, world_from_mesh: DAffine3) -> Option<Mesh> {
-    let flat = cofactors(world_from_mesh.matrix3);
+    let flat = cofactor_matrix(world_from_mesh.matrix3);
     if !flat.is_finite() || flat == DMat3::ZERO {
         return None;
     }
     let mut mesh = mesh.clone();
     for vertex in 0..mesh.vertices.len() {
-        place(&mut mesh, vertex, world_from_mesh);
+        transform_vertex(&mut mesh, vertex, world_from_mesh);
     }
     Some(mesh)
 }
 
 /// Moves a vertex with its normal and tangent.
-fn place(mesh: &mut Mesh, vertex: usize, by: DAffine3) {
+fn transform_vertex(mesh: &mut Mesh, vertex: usize, by: DAffine3) {
     mesh.vertices[vertex] = by.transform_point3(mesh.vertices[vertex]);
     if let Some(normals) = &mut mesh.normals {
-        normals[vertex] = turned(cofactors(by.matrix3), normals[vertex]);
+        normals[vertex] = transform_direction(cofactor_matrix(by.matrix3), normals[vertex]);
     }
     if let Some(tangents) = &mut mesh.tangents {
         let [x, y, z, sign] = tangents[vertex];
-        let [x, y, z] = turned(by.matrix3, [x, y, z]);
+        let [x, y, z] = transform_direction(by.matrix3, [x, y, z]);
         tangents[vertex] = [x, y, z, sign];
     }
 }
 
 /// They turn normals as the inverse transpose does, and exist always.
-fn cofactors(linear: DMat3) -> DMat3 {
+fn cofactor_matrix(linear: DMat3) -> DMat3 {
     let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
     DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y))
 }
 
-fn turned(matrix: DMat3, vector: [f32; 3]) -> [f32; 3] {
+fn transform_direction(matrix: DMat3, vector: [f32; 3]) -> [f32; 3] {
     let turned = matrix * Vec3::from_array(vector).as_dvec3();
     turned.normalize_or_zero().as_vec3().to_array()
 }

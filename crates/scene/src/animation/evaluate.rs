@@ -5,9 +5,10 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use crate::animation::deform::flattened;
-use crate::animation::node_attachment::place_light;
+use crate::animation::node_attachment::move_light;
 use crate::animation::{
-    CameraMount, LightMount, Mount, MovingMaterial, Node, Rig, Skin, Target, Transform,
+    AnimatedMaterial, AnimationTarget, Node, NodeCamera, NodeLight, NodeObject, NodeTree, Skin,
+    Transform,
 };
 use crate::camera::Camera;
 use crate::error::{SceneError, suggestion};
@@ -15,13 +16,13 @@ use crate::mesh::Mesh;
 use crate::world::World;
 
 /// What nodes are at a time.
-struct Pose {
+struct EvaluatedNodes {
     world_from_node: Vec<DAffine3>,
     visible: Vec<bool>,
     weights: Vec<Vec<f32>>,
-    materials: Vec<MovingMaterial>,
-    lights: Vec<LightMount>,
-    cameras: Vec<CameraMount>,
+    materials: Vec<AnimatedMaterial>,
+    lights: Vec<NodeLight>,
+    cameras: Vec<NodeCamera>,
 }
 
 impl World {
@@ -30,7 +31,7 @@ impl World {
     /// # Errors
     /// [`SceneError::World`] with the nearest name.
     pub fn find_animation(&self, name: &str) -> Result<usize, SceneError> {
-        let animations = self.rig.iter().flat_map(|rig| &rig.animations);
+        let animations = self.node_tree.iter().flat_map(|rig| &rig.animations);
         let names: Vec<&str> = animations.map(|animation| &animation.name[..]).collect();
         names
             .iter()
@@ -47,10 +48,15 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where there is no such animation.
-    pub fn animated(&self, animation: usize, time: f64) -> Result<World, SceneError> {
-        let count = self.rig.as_ref().map_or(0, |rig| rig.animations.len());
-        match &self.rig {
-            Some(rig) if animation < count => self.posed(&rig.pose(Some((animation, time))), rig),
+    pub fn animated_at(&self, animation: usize, time: f64) -> Result<World, SceneError> {
+        let count = self
+            .node_tree
+            .as_ref()
+            .map_or(0, |rig| rig.animations.len());
+        match &self.node_tree {
+            Some(rig) if animation < count => {
+                self.apply_pose(&rig.evaluate(Some((animation, time))), rig)
+            }
             _ => Err(SceneError::World(format!(
                 "animation {animation}, but the world has {count}"
             ))),
@@ -62,25 +68,25 @@ impl World {
     /// # Errors
     /// [`SceneError::World`] where a camera cannot be placed.
     pub fn at_rest(mut self) -> Result<World, SceneError> {
-        let Some(rig) = &mut self.rig else {
+        let Some(rig) = &mut self.node_tree else {
             return Ok(self);
         };
         let rig = Arc::make_mut(rig);
-        let pose = rig.pose(None);
+        let pose = rig.evaluate(None);
         let rests: Vec<_> = (rig.objects.iter())
-            .map(|mount| rig.bent(mount, &pose).map(Arc::new))
+            .map(|mount| rig.deformed_mesh(mount, &pose).map(Arc::new))
             .collect();
         for (mount, rest) in rig.objects.iter_mut().zip(rests) {
             mount.rest = rest;
         }
         let rig = Arc::new(rig.clone());
-        self.rig = Some(rig.clone());
-        self.posed(&pose, &rig)
+        self.node_tree = Some(rig.clone());
+        self.apply_pose(&pose, &rig)
     }
 
-    fn posed(&self, pose: &Pose, rig: &Rig) -> Result<World, SceneError> {
+    fn apply_pose(&self, pose: &EvaluatedNodes, rig: &NodeTree) -> Result<World, SceneError> {
         let mut world = self.clone();
-        let rest = rig.pose(None);
+        let rest = rig.evaluate(None);
         for mount in &rig.objects {
             let object = &mut world.objects[mount.object];
             // Joints say where a bent mesh is, whatever the node does.
@@ -91,7 +97,7 @@ impl World {
             };
             let mut flat = None;
             if !placed.inverse().is_finite() {
-                let mesh = rig.bent(mount, pose);
+                let mesh = rig.deformed_mesh(mount, pose);
                 flat = flattened(mesh.as_ref().unwrap_or(&world.meshes[mount.mesh]), placed);
             }
             if let Some(flat) = flat.filter(|_| pose.visible[mount.node]) {
@@ -101,19 +107,20 @@ impl World {
                 continue;
             }
             if !pose.visible[mount.node] || !placed.inverse().is_finite() {
-                object.mesh = rig.nothing;
+                object.mesh = rig.hidden_mesh;
                 let place = placed.translation;
                 object.world_from_mesh = DAffine3::from_translation(place);
                 continue;
             }
             (object.mesh, object.world_from_mesh) = (mount.mesh, placed);
-            object.shape = placed.matrix3;
+            object.scale_shear = placed.matrix3;
             if let Some(rest_mesh) = &mount.rest {
                 let mesh = &mut world.meshes[mount.mesh];
-                *mesh = if rig.same(mount, pose, &rest) {
+                *mesh = if rig.same_deformation(mount, pose, &rest) {
                     rest_mesh.clone()
                 } else {
-                    rig.bent(mount, pose).map_or(rest_mesh.clone(), Arc::new)
+                    rig.deformed_mesh(mount, pose)
+                        .map_or(rest_mesh.clone(), Arc::new)
                 };
             }
         }
@@ -121,12 +128,12 @@ impl World {
             let world_from_node = pose.world_from_node[mount.node];
             let along = (-world_from_node.matrix3.z_axis).try_normalize();
             let mut light = mount.clone().light();
-            place_light(&mut light, world_from_node.translation, along);
+            move_light(&mut light, world_from_node.translation, along);
             world.lights[mount.light] = light;
         }
         for mount in &pose.cameras {
             let camera = &mut world.cameras[mount.camera].camera;
-            *camera = placed_camera(&mount.base, pose.world_from_node[mount.node])?;
+            *camera = camera_at_node(&mount.base, pose.world_from_node[mount.node])?;
         }
         for moving in &pose.materials {
             world.materials[moving.material] = moving.clone().material();
@@ -135,41 +142,43 @@ impl World {
     }
 }
 
-impl Rig {
+impl NodeTree {
     /// All nodes at a time of an animation, or at rest.
-    fn pose(&self, moment: Option<(usize, f64)>) -> Pose {
+    fn evaluate(&self, moment: Option<(usize, f64)>) -> EvaluatedNodes {
         let mut nodes = self.nodes.clone();
         let channels = moment.and_then(|(animation, _)| self.animations.get(animation));
         let (mut materials, mut lights) = (self.materials.clone(), self.lights.clone());
         let mut cameras = self.cameras.clone();
         for channel in channels.iter().flat_map(|animation| &animation.channels) {
-            let value = channel.sampler.at(moment.map_or(0.0, |(_, time)| time));
-            if value.len() < channel.target.width() {
+            let value = channel
+                .sampler
+                .evaluate(moment.map_or(0.0, |(_, time)| time));
+            if value.len() < channel.target.component_count() {
                 continue;
             }
             match channel.target {
-                Target::Translation(i)
-                | Target::Rotation(i)
-                | Target::Scale(i)
-                | Target::Weights(i)
-                | Target::Visible(i) => {
+                AnimationTarget::Translation(i)
+                | AnimationTarget::Rotation(i)
+                | AnimationTarget::Scale(i)
+                | AnimationTarget::Weights(i)
+                | AnimationTarget::Visible(i) => {
                     if let Some(node) = nodes.get_mut(i) {
-                        move_node(node, channel.target, &value);
+                        set_node_property(node, channel.target, &value);
                     }
                 }
-                Target::Material(material, property) => {
+                AnimationTarget::Material(material, property) => {
                     let same = materials.iter_mut().filter(|m| m.material == material);
                     same.for_each(|moving| moving.set(property, &value));
                 }
-                Target::Light(definition, property) => {
+                AnimationTarget::Light(definition, property) => {
                     let same = lights.iter_mut().filter(|l| l.definition == definition);
                     same.for_each(|light| light.set(property, &value));
                 }
-                Target::FieldOfView(definition) => {
+                AnimationTarget::FieldOfView(definition) => {
                     let same = cameras.iter_mut().filter(|c| c.definition == definition);
                     same.for_each(|camera| camera.set_fov(value[0]));
                 }
-                Target::Magnification(definition, axis) => {
+                AnimationTarget::Magnification(definition, axis) => {
                     let same = cameras.iter_mut().filter(|c| c.definition == definition);
                     same.for_each(|camera| camera.set_magnification(axis, value[0]));
                 }
@@ -184,7 +193,7 @@ impl Rig {
                 None => (local, nodes[i].visible),
             };
         }
-        Pose {
+        EvaluatedNodes {
             world_from_node,
             visible,
             weights: nodes.into_iter().map(|node| node.weights).collect(),
@@ -195,7 +204,7 @@ impl Rig {
     }
 
     /// Whether what bends a mesh is the same in two poses.
-    fn same(&self, mount: &Mount, a: &Pose, b: &Pose) -> bool {
+    fn same_deformation(&self, mount: &NodeObject, a: &EvaluatedNodes, b: &EvaluatedNodes) -> bool {
         let joints = mount.skin.map_or(&[][..], |skin| &self.skins[skin].joints);
         a.weights[mount.node] == b.weights[mount.node]
             && joints
@@ -204,8 +213,8 @@ impl Rig {
     }
 
     /// The mesh of an object that bends.
-    fn bent(&self, mount: &Mount, pose: &Pose) -> Option<Mesh> {
-        let shape = mount.shape.as_ref()?;
+    fn deformed_mesh(&self, mount: &NodeObject, pose: &EvaluatedNodes) -> Option<Mesh> {
+        let shape = mount.deformable.as_ref()?;
         let joints: Option<Vec<_>> = mount.skin.map(|skin| {
             let Skin {
                 joints,
@@ -220,37 +229,39 @@ impl Rig {
     }
 }
 
-fn move_node(node: &mut Node, target: Target, value: &[f64]) {
+fn set_node_property(node: &mut Node, target: AnimationTarget, value: &[f64]) {
     match (&mut node.transform, target) {
-        (Transform::Parts { translation, .. }, Target::Translation(_)) => {
+        (Transform::Trs { translation, .. }, AnimationTarget::Translation(_)) => {
             *translation = DVec3::from_slice(value);
         }
-        (Transform::Parts { rotation, .. }, Target::Rotation(_)) => {
+        (Transform::Trs { rotation, .. }, AnimationTarget::Rotation(_)) => {
             let turn = DQuat::from_slice(value);
             if turn.length_squared() > 0.0 {
                 *rotation = turn.normalize();
             }
         }
-        (Transform::Parts { scale, .. }, Target::Scale(_)) => *scale = DVec3::from_slice(value),
-        (_, Target::Weights(_)) => {
+        (Transform::Trs { scale, .. }, AnimationTarget::Scale(_)) => {
+            *scale = DVec3::from_slice(value)
+        }
+        (_, AnimationTarget::Weights(_)) => {
             node.weights = value.iter().map(|&v| v as f32).collect();
         }
-        (_, Target::Visible(_)) => node.visible = value[0] != 0.0,
+        (_, AnimationTarget::Visible(_)) => node.visible = value[0] != 0.0,
         // Reading refuses to animate a matrix.
         _ => {}
     }
 }
 
 /// The camera with the same picture, on a node; as it is where the node flattens it.
-fn placed_camera(camera: &Camera, world_from_node: DAffine3) -> Result<Camera, SceneError> {
-    let Some(world_from_camera) = camera_pose(world_from_node) else {
+fn camera_at_node(camera: &Camera, world_from_node: DAffine3) -> Result<Camera, SceneError> {
+    let Some(world_from_camera) = camera_axes(world_from_node) else {
         return Ok(camera.clone());
     };
     camera.at_pose(world_from_camera.transpose(), world_from_node.translation)
 }
 
 /// The axes (right, down, forward) of a camera that looks along -z with y up; without scale, shear and mirroring.
-fn camera_pose(world_from_node: DAffine3) -> Option<DMat3> {
+fn camera_axes(world_from_node: DAffine3) -> Option<DMat3> {
     let back = world_from_node.z_axis.try_normalize()?;
     let right = world_from_node.x_axis;
     let right = (right - right.dot(back) * back).try_normalize()?;

@@ -12,10 +12,10 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-pub use crate::animation::node_attachment::{CameraMount, LightMount, LightProperty};
-pub use deform::{JointSet, MorphTarget, Shape, flattened};
-pub use property::{MaterialProperty, MovingMaterial, TextureUse, UvProperty, UvTransform};
-pub use sampler::{Interpolation, Sampler};
+pub use crate::animation::node_attachment::{LightProperty, NodeCamera, NodeLight};
+pub use deform::{DeformableMesh, JointSet, MorphTarget, flattened};
+pub use property::{AnimatedMaterial, MaterialProperty, TextureSlotKind, UvProperty, UvTransform};
+pub use sampler::{AnimationSampler, SamplerInterpolation};
 
 use crate::error::SceneError;
 use crate::mesh::Mesh;
@@ -23,7 +23,7 @@ use crate::world::World;
 
 /// What a world needs to move.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Rig {
+pub struct NodeTree {
     /// The tree.
     pub nodes: Vec<Node>,
     /// Indices of all nodes, parents before children.
@@ -31,17 +31,18 @@ pub struct Rig {
     /// What bends meshes.
     pub skins: Vec<Skin>,
     /// The objects that hang on nodes.
-    pub objects: Vec<Mount>,
+    pub objects: Vec<NodeObject>,
     /// The lights that hang on nodes.
-    pub lights: Vec<LightMount>,
+    pub lights: Vec<NodeLight>,
     /// The cameras that hang on nodes.
-    pub cameras: Vec<CameraMount>,
+    pub cameras: Vec<NodeCamera>,
     /// The materials that move.
-    pub materials: Vec<MovingMaterial>,
+    pub materials: Vec<AnimatedMaterial>,
     /// What moves the nodes.
     pub animations: Vec<Animation>,
     /// The world's mesh that cannot be seen: what hidden objects show.
-    pub nothing: usize,
+    #[serde(rename = "nothing")]
+    pub hidden_mesh: usize,
 }
 
 /// A node of the tree.
@@ -63,7 +64,8 @@ pub enum Transform {
     /// Cannot be animated.
     Matrix(DAffine3),
     /// Translation * rotation * scale.
-    Parts {
+    #[serde(rename = "Parts")]
+    Trs {
         /// In the parent's coordinates.
         translation: DVec3,
         /// Of unit length.
@@ -78,7 +80,7 @@ impl Transform {
     pub fn parent_from_node(&self) -> DAffine3 {
         match self {
             Self::Matrix(matrix) => *matrix,
-            Self::Parts {
+            Self::Trs {
                 translation,
                 rotation,
                 scale,
@@ -98,18 +100,19 @@ pub struct Skin {
 
 /// An object that hangs on a node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Mount {
+pub struct NodeObject {
     /// Index into the world's objects.
     pub object: usize,
-    /// Index into [`Rig::nodes`].
+    /// Index into [`NodeTree::nodes`].
     pub node: usize,
     /// The mesh in the node's coordinates, where it is an instance of several.
     pub node_from_mesh: DAffine3,
     /// The world's mesh that the object shows when it is not hidden; its own where it has a shape.
     pub mesh: usize,
     /// What bends, where the mesh does.
-    pub shape: Option<Arc<Shape>>,
-    /// Index into [`Rig::skins`].
+    #[serde(rename = "shape")]
+    pub deformable: Option<Arc<DeformableMesh>>,
+    /// Index into [`NodeTree::skins`].
     pub skin: Option<usize>,
     /// The mesh as it is when nothing has moved yet.
     pub rest: Option<Arc<Mesh>>,
@@ -127,7 +130,10 @@ pub struct Animation {
 impl Animation {
     /// The time of its last keyframe, in seconds.
     pub fn duration(&self) -> f64 {
-        let ends = self.channels.iter().map(|channel| channel.sampler.end());
+        let ends = self
+            .channels
+            .iter()
+            .map(|channel| channel.sampler.end_time());
         ends.fold(0.0, f64::max)
     }
 }
@@ -136,14 +142,14 @@ impl Animation {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Channel {
     /// What it moves.
-    pub target: Target,
+    pub target: AnimationTarget,
     /// How.
-    pub sampler: Arc<Sampler>,
+    pub sampler: Arc<AnimationSampler>,
 }
 
 /// What a channel moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Target {
+pub enum AnimationTarget {
     /// Of a node: three numbers.
     Translation(usize),
     /// Of a node: a quaternion x, y, z, w.
@@ -164,9 +170,9 @@ pub enum Target {
     Magnification(usize, usize),
 }
 
-impl Target {
+impl AnimationTarget {
     /// How many numbers it needs at least.
-    pub fn width(self) -> usize {
+    pub fn component_count(self) -> usize {
         use MaterialProperty as P;
         match self {
             Self::Translation(_) | Self::Scale(_) => 3,
@@ -186,7 +192,7 @@ impl Target {
     }
 }
 
-impl Rig {
+impl NodeTree {
     /// Whether every index leads somewhere, in a world with so many objects, meshes, lights, cameras and materials.
     ///
     /// # Errors
@@ -198,16 +204,16 @@ impl Rig {
             skin.joints.iter().all(|&joint| node(joint))
                 && skin.joints.len() == skin.inverse_bind.len()
         };
-        let mounted = |mount: &Mount| {
+        let mounted = |mount: &NodeObject| {
             mount.object < world.objects.len()
                 && node(mount.node)
                 && mount.mesh < world.meshes.len()
                 && mount.skin.is_none_or(|skin| skin < self.skins.len())
         };
-        let light = |mount: &LightMount| mount.light < world.lights.len() && node(mount.node);
-        let camera = |mount: &CameraMount| mount.camera < world.cameras.len() && node(mount.node);
-        let moving = |moving: &MovingMaterial| moving.material < world.materials.len();
-        let shows_nothing = self.animations.is_empty() || self.nothing < world.meshes.len();
+        let light = |mount: &NodeLight| mount.light < world.lights.len() && node(mount.node);
+        let camera = |mount: &NodeCamera| mount.camera < world.cameras.len() && node(mount.node);
+        let moving = |moving: &AnimatedMaterial| moving.material < world.materials.len();
+        let shows_nothing = self.animations.is_empty() || self.hidden_mesh < world.meshes.len();
         let good = self.order.iter().all(|&i| node(i))
             && self.nodes.iter().all(|n| n.parent.is_none_or(node))
             && self.skins.iter().all(in_skin)

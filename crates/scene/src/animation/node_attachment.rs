@@ -21,7 +21,7 @@ pub enum LightProperty {
 
 /// A light that hangs on a node: it shines along the node's -z.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LightMount {
+pub struct NodeLight {
     /// Index into the world's lights.
     pub light: usize,
     /// Index into [`Rig::nodes`](crate::animation::Rig::nodes).
@@ -36,7 +36,7 @@ pub struct LightMount {
     pub intensity: f32,
 }
 
-impl LightMount {
+impl NodeLight {
     pub(crate) fn set(&mut self, property: LightProperty, value: &[f64]) {
         let first = value.first().map_or(0.0, |&v| v);
         match (property, &mut self.base) {
@@ -62,7 +62,9 @@ impl LightMount {
         let mut light = self.base;
         match &mut light {
             Light::Sun { irradiance, .. } => *irradiance = rgb,
-            Light::Bulb { intensity, .. } | Light::Spot { intensity, .. } => *intensity = Some(rgb),
+            Light::Point { intensity, .. } | Light::Spot { intensity, .. } => {
+                *intensity = Some(rgb)
+            }
             _ => {}
         }
         light
@@ -71,7 +73,7 @@ impl LightMount {
 
 /// A camera that hangs on a node: it looks along the node's -z, with y up.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CameraMount {
+pub struct NodeCamera {
     /// Index into the world's cameras.
     pub camera: usize,
     /// Index into [`Rig::nodes`](crate::animation::Rig::nodes).
@@ -82,7 +84,7 @@ pub struct CameraMount {
     pub base: Camera,
 }
 
-impl CameraMount {
+impl NodeCamera {
     /// Gives it a vertical field of view in radians; one that is none changes nothing.
     pub(crate) fn set_fov(&mut self, fov: f64) {
         let base = &self.base;
@@ -112,14 +114,14 @@ impl CameraMount {
 }
 
 /// Where a light shines to and from, on a node.
-pub(crate) fn place_light(light: &mut Light, place: DVec3, along: Option<DVec3>) {
+pub(crate) fn move_light(light: &mut Light, place: DVec3, along: Option<DVec3>) {
     match light {
         Light::Sun { direction, .. } => {
             if let Some(along) = along {
                 *direction = along.to_array();
             }
         }
-        Light::Bulb { position, .. } => *position = place.to_array(),
+        Light::Point { position, .. } => *position = place.to_array(),
         Light::Spot {
             position,
             direction,

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::material::principled::Principled;
-use crate::material::{Alpha, Material, Reflectance};
+use crate::material::{Alpha, Material, MaterialModel};
 use crate::texture::TextureSlot;
 
 /// A property of a material.
@@ -46,7 +46,7 @@ pub enum MaterialProperty {
     DiffuseTransmission,
     DiffuseTransmissionColor,
     /// Where a texture lies.
-    Uv(TextureUse, UvProperty),
+    Uv(TextureSlotKind, UvProperty),
 }
 
 /// A texture of a material, by what it is for.
@@ -55,7 +55,7 @@ pub enum MaterialProperty {
     missing_docs,
     reason = "the names are those of the fields of `Material` and `Principled`"
 )]
-pub enum TextureUse {
+pub enum TextureSlotKind {
     BaseColor,
     MetallicRoughness,
     Normal,
@@ -114,7 +114,7 @@ impl UvTransform {
 
 /// A material that moves, as it is when nothing has moved yet.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MovingMaterial {
+pub struct AnimatedMaterial {
     /// Index into the world's materials.
     pub material: usize,
     /// All of it.
@@ -122,10 +122,10 @@ pub struct MovingMaterial {
     /// What shines: a colour and what it is multiplied by.
     pub emission: ([f32; 3], f32),
     /// Transforms of its textures.
-    pub uvs: Vec<(TextureUse, UvTransform)>,
+    pub uvs: Vec<(TextureSlotKind, UvTransform)>,
 }
 
-impl MovingMaterial {
+impl AnimatedMaterial {
     /// Gives a property its value; nothing where the material has no such thing. What overshoots its range stays at
     /// the range's end, so that the material stays valid.
     pub(super) fn set(&mut self, property: MaterialProperty, value: &[f64]) {
@@ -171,7 +171,7 @@ impl MovingMaterial {
                 }
             }
             property => {
-                if let Reflectance::Principled(principled) = &mut base.reflectance {
+                if let MaterialModel::Principled(principled) = &mut base.model {
                     set_principled(
                         principled,
                         property,
@@ -188,7 +188,7 @@ impl MovingMaterial {
         let mut material = self.base;
         material.emission.value = self.emission.0.map(|v| v * self.emission.1);
         for (texture, uv) in self.uvs {
-            for slot in slots(&mut material, texture) {
+            for slot in slots_of_kind(&mut material, texture) {
                 slot.image_from_mesh = uv.image_from_mesh();
             }
         }
@@ -243,8 +243,8 @@ fn set_principled(
 }
 
 /// Where a material uses a texture for something.
-fn slots(material: &mut Material, texture: TextureUse) -> Vec<&mut TextureSlot> {
-    use TextureUse as T;
+fn slots_of_kind(material: &mut Material, texture: TextureSlotKind) -> Vec<&mut TextureSlot> {
+    use TextureSlotKind as T;
     match texture {
         T::BaseColor => return material.texture.iter_mut().collect(),
         T::Emission => return material.emission.texture.iter_mut().collect(),
@@ -261,7 +261,7 @@ fn slots(material: &mut Material, texture: TextureUse) -> Vec<&mut TextureSlot> 
         }
         _ => {}
     }
-    let Reflectance::Principled(p) = &mut material.reflectance else {
+    let MaterialModel::Principled(p) = &mut material.model else {
         return Vec::new();
     };
     let slot = match texture {

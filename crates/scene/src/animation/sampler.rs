@@ -7,7 +7,7 @@ use crate::error::SceneError;
 
 /// What lies between keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Interpolation {
+pub enum SamplerInterpolation {
     /// The one before.
     Step,
     /// A straight line; rotations turn evenly the short way.
@@ -18,15 +18,15 @@ pub enum Interpolation {
 
 /// Values at times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sampler {
+pub struct AnimationSampler {
     times: Vec<f32>,
     values: Vec<f32>,
     width: usize,
-    interpolation: Interpolation,
+    interpolation: SamplerInterpolation,
     rotation: bool,
 }
 
-impl Sampler {
+impl AnimationSampler {
     /// Keyframes at `times` in seconds, each of `width` numbers, three times as many with a spline. `rotation` says that
     /// they are quaternions.
     ///
@@ -37,7 +37,7 @@ impl Sampler {
         times: Vec<f32>,
         values: Vec<f32>,
         width: usize,
-        interpolation: Interpolation,
+        interpolation: SamplerInterpolation,
         rotation: bool,
     ) -> Result<Self, SceneError> {
         let fail = |message: String| Err(SceneError::World(message));
@@ -48,7 +48,7 @@ impl Sampler {
             return fail("times of keyframes: expected one or more, >= 0 and rising".into());
         }
         let parts = match interpolation {
-            Interpolation::CubicSpline => 3,
+            SamplerInterpolation::CubicSpline => 3,
             _ => 1,
         };
         if width == 0 || values.len() != parts * width * times.len() || rotation && width != 4 {
@@ -69,7 +69,7 @@ impl Sampler {
     }
 
     /// The time of the last keyframe.
-    pub fn end(&self) -> f64 {
+    pub fn end_time(&self) -> f64 {
         self.times.last().map_or(0.0, |&time| f64::from(time))
     }
 
@@ -84,7 +84,7 @@ impl Sampler {
     }
 
     /// What lies between keyframes.
-    pub fn interpolation(&self) -> Interpolation {
+    pub fn interpolation(&self) -> SamplerInterpolation {
         self.interpolation
     }
 
@@ -94,17 +94,17 @@ impl Sampler {
     }
 
     /// The value at a time in seconds; that of the first or last keyframe outside of them.
-    pub fn at(&self, time: f64) -> Vec<f64> {
+    pub fn evaluate(&self, time: f64) -> Vec<f64> {
         let next = self.times.partition_point(|&t| f64::from(t) <= time);
         let last = self.times.len() - 1;
-        if next == 0 || next > last || self.interpolation == Interpolation::Step {
+        if next == 0 || next > last || self.interpolation == SamplerInterpolation::Step {
             return self.value(next.saturating_sub(1).min(last), 1);
         }
         let first = next - 1;
         let [start, end] = [first, next].map(|key| f64::from(self.times[key]));
         let (span, t) = (end - start, (time - start) / (end - start));
         let [a, b] = [first, next].map(|key| self.value(key, 1));
-        if self.interpolation == Interpolation::CubicSpline {
+        if self.interpolation == SamplerInterpolation::CubicSpline {
             let (out, into) = (self.value(first, 2), self.value(next, 0));
             let (t2, t3) = (t * t, t * t * t);
             let value = (0..self.width).map(|i| {
@@ -125,7 +125,7 @@ impl Sampler {
     /// A keyframe's tangent in (0), value (1) or tangent out (2).
     fn value(&self, key: usize, part: usize) -> Vec<f64> {
         let start = match self.interpolation {
-            Interpolation::CubicSpline => (3 * key + part) * self.width,
+            SamplerInterpolation::CubicSpline => (3 * key + part) * self.width,
             _ => key * self.width,
         };
         let values = &self.values[start..start + self.width];

@@ -80,25 +80,25 @@ impl Aperture {
 
     /// Where the light of a direction, of unit length in camera axes, enters the opening for two numbers in 0..1, and the
     /// direction it has there, of unit length.
-    pub(super) fn through(
+    pub(super) fn bend_ray(
         &self,
         direction: DVec3,
         lens: &Lens,
         numbers: [f64; 2],
     ) -> (DVec3, DVec3) {
-        let at = self.point(numbers).extend(0.0);
-        let (opening, sharp) = if lens.keeps_to_a_plane() {
+        let at = self.sample_point(numbers).extend(0.0);
+        let (opening, sharp) = if lens.is_planar() {
             (at, direction * (self.focus / direction.z))
         } else {
-            (facing(direction) * at, direction * self.focus)
+            (rotation_from_z(direction) * at, direction * self.focus)
         };
         (opening, (sharp - opening).normalize())
     }
 
     /// A point of the opening, evenly spread.
-    fn point(&self, [a, b]: [f64; 2]) -> DVec2 {
+    fn sample_point(&self, [a, b]: [f64; 2]) -> DVec2 {
         if self.blades == 0 {
-            return self.radius * disc(a, b);
+            return self.radius * concentric_disk(a, b);
         }
         // One of the triangles around the centre, and a point of it.
         let sides = f64::from(self.blades);
@@ -111,7 +111,7 @@ impl Aperture {
 }
 
 /// The unit disc, evenly and without folds (Shirley and Chiu, "A low distortion map between disk and square", 1997).
-fn disc(a: f64, b: f64) -> DVec2 {
+fn concentric_disk(a: f64, b: f64) -> DVec2 {
     let (x, y) = (2.0 * a - 1.0, 2.0 * b - 1.0);
     if x == 0.0 && y == 0.0 {
         DVec2::ZERO
@@ -123,7 +123,7 @@ fn disc(a: f64, b: f64) -> DVec2 {
 }
 
 /// The shortest turn that brings z to a direction of unit length; half a turn about x where that is straight behind.
-fn facing(direction: DVec3) -> DMat3 {
+fn rotation_from_z(direction: DVec3) -> DMat3 {
     if direction.z < -1.0 + 1e-12 {
         return DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
     }

@@ -9,7 +9,7 @@ use crate::error::SceneError;
 pub const NEGLIGIBLE: f64 = 64.0 * f64::EPSILON;
 
 /// The parts of a camera matrix.
-pub struct Decomposed {
+pub struct DecomposedMatrix {
     /// Upper triangular, positive diagonal, `K[2][2] = 1`.
     pub k: DMat3,
     /// camera_from_world, a rotation.
@@ -22,7 +22,7 @@ pub struct Decomposed {
 }
 
 /// Decomposes `P = s K R [I | -C]` for whatever scale and sign s.
-pub fn decompose(p: [[f64; 4]; 3]) -> Result<Decomposed, SceneError> {
+pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> {
     if !p.as_flattened().iter().all(|v| v.is_finite()) {
         return Err(SceneError::Camera(format!(
             "P = {p:?}: every value must be finite"
@@ -79,7 +79,7 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<Decomposed, SceneError> {
             "P = {p:?}: its numbers are too far apart to say where its centre is"
         )));
     }
-    Ok(Decomposed {
+    Ok(DecomposedMatrix {
         k,
         r,
         c,

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::PixelCenter;
-use crate::camera::validate::rows;
+use crate::camera::validate::format_matrix;
 use crate::error::SceneError;
 
 /// Intrinsics with square pixels of a vertical field of view in degrees, the principal point at the image's centre.
@@ -43,8 +43,13 @@ pub fn intrinsics_from_extent(half: [f64; 2], size: [u32; 2], pixel_center: Pixe
 }
 
 /// `k / K[2][2]`, or what is wrong with it.
-pub fn checked_intrinsics(k: DMat3) -> Result<DMat3, SceneError> {
-    let fail = |message: String| Err(SceneError::Camera(format!("K = {}: {message}", rows(k))));
+pub fn validated_intrinsics(k: DMat3) -> Result<DMat3, SceneError> {
+    let fail = |message: String| {
+        Err(SceneError::Camera(format!(
+            "K = {}: {message}",
+            format_matrix(k)
+        )))
+    };
     if !k.is_finite() {
         return fail("every value must be finite".into());
     }

@@ -21,8 +21,8 @@ pub use lens::{
     colmap_from_lens, lens_from_colmap,
 };
 
-pub use crate::camera::projection::{Pinhole, Sample};
-pub use crate::camera::shutter::{Motion, Pose, Readout};
+pub use crate::camera::projection::{CameraRay, Pinhole};
+pub use crate::camera::shutter::{Pose, ReadoutDirection, ShutterMotion};
 pub use rig::Rig;
 pub use vignetting::Vignetting;
 
@@ -30,9 +30,9 @@ use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use self::intrinsics::checked_intrinsics;
-use crate::camera::undistort_table::Starts;
-use crate::camera::validate::{check_size, checked_rotation, matrix_of};
+use self::intrinsics::validated_intrinsics;
+use crate::camera::undistort_table::UndistortTable;
+use crate::camera::validate::{camera_matrix, check_size, validated_rotation};
 use crate::error::SceneError;
 use crate::math::rotation;
 use crate::world::Up;
@@ -85,13 +85,14 @@ pub struct Camera {
     matrix: Option<[[f64; 4]; 3]>,
     lens: Lens,
     #[serde(skip)]
-    starts: Starts,
+    undistort_table: UndistortTable,
     aperture: Option<Aperture>,
     vignetting: Option<Vignetting>,
     /// Its middle is the pose.
-    motion: Option<Motion>,
+    motion: Option<ShutterMotion>,
     /// Where the rays of [`Center::Infinity`] start, as depth.
-    start: f64,
+    #[serde(rename = "start")]
+    ray_start_depth: f64,
 }
 
 /// The largest width and height.
@@ -114,15 +115,23 @@ impl Camera {
         pixel_center: PixelCenter,
     ) -> Result<Self, SceneError> {
         check_size(size)?;
-        let k = checked_intrinsics(k)?;
-        let r = checked_rotation(r)?;
+        let k = validated_intrinsics(k)?;
+        let r = validated_rotation(r)?;
         if !c.is_finite() {
             return Err(SceneError::Camera(format!(
                 "the camera centre {c} is not finite"
             )));
         }
-        let p = matrix_of(k, r, c, Center::Point)?;
-        Ok(Self::plain(k, r, c, p, size, pixel_center, Center::Point))
+        let p = camera_matrix(k, r, c, Center::Point)?;
+        Ok(Self::from_parts(
+            k,
+            r,
+            c,
+            p,
+            size,
+            pixel_center,
+            Center::Point,
+        ))
     }
 
     /// A camera from any 3x4 camera matrix of rank 3, of any scale and sign, by RQ decomposition (Hartley and Zisserman,
@@ -139,20 +148,20 @@ impl Camera {
         pixel_center: PixelCenter,
     ) -> Result<Self, SceneError> {
         check_size(size)?;
-        let decompose::Decomposed { k, r, c, p, center } = decompose::decompose(matrix)?;
+        let decompose::DecomposedMatrix { k, r, c, p, center } = decompose::decompose(matrix)?;
         let k = match center {
-            Center::Point => checked_intrinsics(k)?,
+            Center::Point => validated_intrinsics(k)?,
             _ => k,
         };
-        let r = checked_rotation(r)?;
+        let r = validated_rotation(r)?;
         Ok(Self {
             matrix: Some(matrix),
-            ..Self::plain(k, r, c, p, size, pixel_center, center)
+            ..Self::from_parts(k, r, c, p, size, pixel_center, center)
         })
     }
 
     /// Without lens, aperture and motion.
-    fn plain(
+    fn from_parts(
         k: DMat3,
         r: DMat3,
         c: DVec3,
@@ -171,11 +180,11 @@ impl Camera {
             center,
             matrix: None,
             lens: Lens::Pinhole,
-            starts: Starts::default(),
+            undistort_table: UndistortTable::default(),
             aperture: None,
             vignetting: None,
             motion: None,
-            start: 0.0,
+            ray_start_depth: 0.0,
         }
     }
 

@@ -2,11 +2,11 @@
 
 use glam::{DMat3, DVec3};
 
-use super::intrinsics::checked_intrinsics;
+use super::intrinsics::validated_intrinsics;
 use super::lens::Lens;
-use super::{Aperture, Camera, Center, Motion, Pose, Vignetting};
-use crate::camera::undistort_table::Starts;
-use crate::camera::validate::{check_size, checked_rotation, matrix_of};
+use super::{Aperture, Camera, Center, Pose, ShutterMotion, Vignetting};
+use crate::camera::undistort_table::UndistortTable;
+use crate::camera::validate::{camera_matrix, check_size, validated_rotation};
 use crate::error::SceneError;
 
 impl Camera {
@@ -16,11 +16,11 @@ impl Camera {
     /// [`SceneError::Camera`] where its rays are parallel: a lens bends the rays of a point.
     pub fn with_lens(self, lens: Lens) -> Result<Self, SceneError> {
         if self.center != Center::Point && lens != Lens::Pinhole {
-            return Err(parallel("a lens"));
+            return Err(parallel_rays_error("a lens"));
         }
         Ok(Self {
             lens,
-            starts: Starts::default(),
+            undistort_table: UndistortTable::default(),
             ..self
         })
     }
@@ -31,7 +31,7 @@ impl Camera {
     /// [`SceneError::Camera`] where its rays are parallel.
     pub fn with_aperture(self, aperture: Option<Aperture>) -> Result<Self, SceneError> {
         if self.center != Center::Point && aperture.is_some() {
-            return Err(parallel("an aperture"));
+            return Err(parallel_rays_error("an aperture"));
         }
         Ok(Self { aperture, ..self })
     }
@@ -44,7 +44,7 @@ impl Camera {
         if let Some(vignetting) = &vignetting {
             vignetting.validate()?;
             if self.center != Center::Point {
-                return Err(parallel("vignetting"));
+                return Err(parallel_rays_error("vignetting"));
             }
         }
         Ok(Self { vignetting, ..self })
@@ -55,7 +55,7 @@ impl Camera {
     /// # Errors
     /// [`SceneError::Camera`] where a pose is no rotation and finite centre, or the camera is made of a matrix with its
     /// centre at infinity, which has no place to move from.
-    pub fn with_motion(self, motion: Motion) -> Result<Self, SceneError> {
+    pub fn with_motion(self, motion: ShutterMotion) -> Result<Self, SceneError> {
         if self.center == Center::Infinity {
             return Err(SceneError::Camera(
                 "a camera of a matrix with its centre at infinity cannot move: it is nowhere; an orthographic camera can"
@@ -65,7 +65,7 @@ impl Camera {
         for (_, pose) in motion.poses() {
             self.clone().at_pose(pose.r, pose.c)?;
         }
-        let middle = motion.middle();
+        let middle = motion.mid_exposure_pose();
         let still = Self {
             motion: None,
             ..self
@@ -81,9 +81,9 @@ impl Camera {
     /// # Errors
     /// Those of [`Camera::new`] about R and C.
     pub fn at_pose(&self, r: DMat3, c: DVec3) -> Result<Self, SceneError> {
-        let r = checked_rotation(r)?;
+        let r = validated_rotation(r)?;
         if self.center == Center::Infinity {
-            let p = matrix_of(self.k, r, c, self.center)?;
+            let p = camera_matrix(self.k, r, c, self.center)?;
             let moved = Self::from_matrix(p, self.size, self.pixel_center)?;
             return Ok(moved);
         }
@@ -95,7 +95,7 @@ impl Camera {
         let motion = self.motion.as_ref().map(|motion| {
             // What takes the world's points to where they are seen from there as they were from here.
             let turn = r.transpose() * self.r;
-            motion.map(|pose| Pose {
+            motion.map_poses(|pose| Pose {
                 r: pose.r * turn.transpose(),
                 c: c + turn * (pose.c - self.c),
             })
@@ -103,7 +103,7 @@ impl Camera {
         Ok(Self {
             r,
             c,
-            p: matrix_of(self.k, r, c, self.center)?,
+            p: camera_matrix(self.k, r, c, self.center)?,
             matrix: None,
             motion,
             ..self.clone()
@@ -119,33 +119,33 @@ impl Camera {
         let k = match self.center {
             // Any homography.
             Center::Infinity => k,
-            _ => checked_intrinsics(k)?,
+            _ => validated_intrinsics(k)?,
         };
         Ok(Self {
             k,
             size,
-            p: matrix_of(k, self.r, self.c, self.center)?,
+            p: camera_matrix(k, self.r, self.c, self.center)?,
             matrix: None,
-            starts: Starts::default(),
+            undistort_table: UndistortTable::default(),
             ..self.clone()
         })
     }
 
     /// The same camera whose rays, if they come from infinity, start before a ball; others start where they do.
-    pub fn starting_before(&self, center: DVec3, radius: f64) -> Self {
+    pub fn with_ray_origins_outside(&self, center: DVec3, radius: f64) -> Self {
         let start = match self.center {
             Center::Infinity => (center - self.c).dot(self.forward()) - 1.5 * radius,
             _ => 0.0,
         };
         Self {
-            start,
+            ray_start_depth: start,
             ..self.clone()
         }
     }
 
-    /// The depth at which rays start: 0 but for [`Camera::starting_before`].
-    pub fn start(&self) -> f64 {
-        self.start
+    /// The depth at which rays start: 0 but for [`Camera::with_ray_origins_outside`].
+    pub fn ray_start_depth(&self) -> f64 {
+        self.ray_start_depth
     }
 
     /// What its lens does.
@@ -164,7 +164,7 @@ impl Camera {
     }
 
     /// How it moves while its shutter is open.
-    pub fn motion(&self) -> Option<&Motion> {
+    pub fn motion(&self) -> Option<&ShutterMotion> {
         self.motion.as_ref()
     }
 
@@ -179,7 +179,7 @@ impl Camera {
     }
 }
 
-fn parallel(what: &str) -> SceneError {
+fn parallel_rays_error(what: &str) -> SceneError {
     SceneError::Camera(format!(
         "a camera with parallel rays (orthographic, or of a matrix with its centre at infinity) cannot have {what}"
     ))

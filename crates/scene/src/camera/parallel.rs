@@ -2,9 +2,9 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use crate::camera::decompose::{Decomposed, NEGLIGIBLE, rank};
-use crate::camera::intrinsics::checked_intrinsics;
-use crate::camera::validate::{check_size, checked_rotation, matrix_of};
+use crate::camera::decompose::{DecomposedMatrix, NEGLIGIBLE, rank};
+use crate::camera::intrinsics::validated_intrinsics;
+use crate::camera::validate::{camera_matrix, check_size, validated_rotation};
 use crate::camera::{Camera, Center, PixelCenter};
 use crate::error::SceneError;
 
@@ -23,20 +23,28 @@ impl Camera {
         pixel_center: PixelCenter,
     ) -> Result<Self, SceneError> {
         check_size(size)?;
-        let (k, r) = (checked_intrinsics(k)?, checked_rotation(r)?);
+        let (k, r) = (validated_intrinsics(k)?, validated_rotation(r)?);
         if !c.is_finite() {
             return Err(SceneError::Camera(format!(
                 "the location {c} is not finite"
             )));
         }
-        let p = matrix_of(k, r, c, Center::Plane)?;
-        Ok(Self::plain(k, r, c, p, size, pixel_center, Center::Plane))
+        let p = camera_matrix(k, r, c, Center::Plane)?;
+        Ok(Self::from_parts(
+            k,
+            r,
+            c,
+            p,
+            size,
+            pixel_center,
+            Center::Plane,
+        ))
     }
 }
 
 /// Decomposes `P = H [r1 0; r2 0; 0 0 0 1]`, where d = r1 x r2 is the null vector of its left 3x3 part M and H a
 /// homography of the image plane; for an affine camera H is upper triangular with positive focal lengths, and K.
-pub fn decompose(p: [[f64; 4]; 3]) -> Result<Decomposed, SceneError> {
+pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix, SceneError> {
     let rank = rank(p);
     if rank < 3 {
         return Err(SceneError::Camera(format!(
@@ -59,7 +67,7 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<Decomposed, SceneError> {
             DVec3::new(m1.dot(r2), b, 0.0),
             p4,
         );
-        return found(p, k, r1, r2, scale);
+        return decomposed(p, k, r1, r2, scale);
     }
     // The null vector is at right angles to all rows: their largest cross product.
     let unit = |v: DVec3| v.try_normalize().unwrap_or_default();
@@ -84,23 +92,23 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<Decomposed, SceneError> {
     } else {
         (r1, h)
     };
-    found(p, h * (1.0 / m3.length()), r1, r2, m3.length())
+    decomposed(p, h * (1.0 / m3.length()), r1, r2, m3.length())
 }
 
-fn found(
+fn decomposed(
     p: [[f64; 4]; 3],
     k: DMat3,
     r1: DVec3,
     r2: DVec3,
     scale: f64,
-) -> Result<Decomposed, SceneError> {
+) -> Result<DecomposedMatrix, SceneError> {
     let r = DMat3::from_cols(r1, r2, r1.cross(r2)).transpose();
     if !(k.is_finite() && k.determinant() != 0.0 && r.is_finite()) {
         return Err(SceneError::Camera(format!(
             "P = {p:?} has its centre at infinity, and its numbers are too far apart to say where"
         )));
     }
-    Ok(Decomposed {
+    Ok(DecomposedMatrix {
         k,
         r,
         c: DVec3::ZERO,

@@ -6,15 +6,15 @@ use glam::{DMat3, DVec2, DVec3};
 
 use crate::camera::lens::Lens;
 use crate::camera::parallel::plane_from_pixel;
-use crate::camera::shutter::{Motion, Pose};
+use crate::camera::shutter::{Pose, ShutterMotion};
 use crate::camera::{Camera, Center};
 
 /// Steps in which the line that sees a point is looked for, if it is not found at once.
-const LINES: u32 = 64;
+const LINE_STEPS: u32 = 64;
 
 /// A ray of a pixel through some point of the lens at some time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
+pub struct CameraRay {
     /// Start, in the world.
     pub origin: DVec3,
     /// Unit length; NaN, which meets nothing, where the pixel sees nothing.
@@ -31,16 +31,16 @@ pub struct Pinhole {
 }
 
 impl Pinhole {
-    /// That of [`Camera::sample`], bit for bit.
+    /// That of [`Camera::generate_ray`], bit for bit.
     #[inline(always)]
     pub fn direction(&self, pixel: DVec2) -> DVec3 {
-        (self.world_from_camera * image_of(self.k, pixel).extend(1.0)).normalize()
+        (self.world_from_camera * image_plane_point(self.k, pixel).extend(1.0)).normalize()
     }
 }
 
 /// The point of the image plane at focal length 1 of a pixel.
 #[inline(always)]
-fn image_of(k: DMat3, pixel: DVec2) -> DVec2 {
+fn image_plane_point(k: DMat3, pixel: DVec2) -> DVec2 {
     let y = (pixel.y - k.z_axis.y) / k.y_axis.y;
     let x = (pixel.x - k.z_axis.x - k.y_axis.x * y) / k.x_axis.x;
     DVec2::new(x, y)
@@ -48,13 +48,13 @@ fn image_of(k: DMat3, pixel: DVec2) -> DVec2 {
 
 impl Camera {
     /// Whether the rays through the middle of its aperture are those of a pinhole that stands still.
-    fn is_plain(&self) -> bool {
+    fn is_static_pinhole(&self) -> bool {
         self.center == Center::Point && self.lens == Lens::Pinhole && self.motion.is_none()
     }
 
     /// The camera as a [`Pinhole`], where it is no more than that.
     pub fn pinhole(&self) -> Option<Pinhole> {
-        (self.is_plain() && self.aperture.is_none()).then(|| Pinhole {
+        (self.is_static_pinhole() && self.aperture.is_none()).then(|| Pinhole {
             k: self.k,
             world_from_camera: self.r.transpose(),
             center: self.c,
@@ -78,7 +78,7 @@ impl Camera {
     /// picture, from 0 to 1, is in the middle of its exposure; 0.5 where all lines are open at once.
     pub fn project_moving(&self, point: impl Fn(f64) -> DVec3) -> (DVec2, bool) {
         match &self.motion {
-            Some(motion) if motion.readout() > 0.0 => self.project_by_lines(motion, point),
+            Some(motion) if motion.readout() > 0.0 => self.project_rolling(motion, point),
             _ => self.project_from(&self.pose(), point(0.5)),
         }
     }
@@ -96,7 +96,9 @@ impl Camera {
     fn pose_at(&self, pixel: DVec2, part: f64) -> Pose {
         match &self.motion {
             None => self.pose(),
-            Some(motion) => motion.at(motion.time(self.past_corner(pixel), self.size, part)),
+            Some(motion) => {
+                motion.pose_at(motion.line_time(self.offset_from_corner(pixel), self.size, part))
+            }
         }
     }
 
@@ -122,11 +124,15 @@ impl Camera {
     }
 
     /// Looks for the line, from 0 to 1, that shows the point where it is itself.
-    fn project_by_lines(&self, motion: &Motion, point: impl Fn(f64) -> DVec3) -> (DVec2, bool) {
+    fn project_rolling(
+        &self,
+        motion: &ShutterMotion,
+        point: impl Fn(f64) -> DVec3,
+    ) -> (DVec2, bool) {
         let seen_at = |line: f64| {
             let time = line * motion.readout() + 0.5 * motion.exposure();
-            let (pixel, seen) = self.project_from(&motion.at(time), point(line));
-            let off = motion.line(self.past_corner(pixel), self.size) - line;
+            let (pixel, seen) = self.project_from(&motion.pose_at(time), point(line));
+            let off = motion.line_fraction(self.offset_from_corner(pixel), self.size) - line;
             (seen && off.is_finite()).then_some((pixel, off))
         };
         // Newton's method with secants: two lines differ by little, so that it is a matter of a few steps.
@@ -147,8 +153,8 @@ impl Camera {
             (before, off_before, at) = (at, Some(off), next);
         }
         // Something moves fast: between which two lines?
-        let line = |step: u32| f64::from(step) / f64::from(LINES);
-        for step in 0..LINES {
+        let line = |step: u32| f64::from(step) / f64::from(LINE_STEPS);
+        for step in 0..LINE_STEPS {
             let (mut low, mut high) = (line(step), line(step + 1));
             let (Some((pixel, first)), Some((_, last))) = (seen_at(low), seen_at(high)) else {
                 continue;
@@ -190,7 +196,7 @@ impl Camera {
     /// the time, most of all if neighbours are of one row.
     #[inline]
     pub fn rays(&self, pixels: impl Iterator<Item = DVec2>, mut take: impl FnMut((DVec3, DVec3))) {
-        if !self.is_plain() {
+        if !self.is_static_pinhole() {
             return pixels.for_each(|pixel| take(self.ray(pixel)));
         }
         let world_from_camera = self.r.transpose();
@@ -211,7 +217,7 @@ impl Camera {
 
     #[inline]
     fn ray_from(&self, pose: &Pose, pixel: DVec2) -> (DVec3, DVec3) {
-        let (start, direction) = self.local_ray(pixel);
+        let (start, direction) = self.camera_space_ray(pixel);
         (
             pose.c + pose.r.transpose() * start,
             (pose.r.transpose() * direction).normalize(),
@@ -220,19 +226,21 @@ impl Camera {
 
     /// The same in camera axes; the direction has any length.
     #[inline]
-    fn local_ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
+    fn camera_space_ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
         if self.center != Center::Point {
             let at = plane_from_pixel(self.k, pixel);
             let forward = if at.is_nan() { DVec3::NAN } else { DVec3::Z };
-            return (at.extend(self.start), forward);
+            return (at.extend(self.ray_start_depth), forward);
         }
         let image = self.image(pixel);
         let direction = match &self.lens {
             Lens::Pinhole => image.extend(1.0),
-            lens if lens.is_searched() => {
-                let near = self.starts.near(pixel, self.k, self.size, lens);
-                lens.straighten(image, near)
-                    .and_then(|at| lens.direction(at))
+            lens if lens.has_iterative_inverse() => {
+                let near = self
+                    .undistort_table
+                    .initial_guess(pixel, self.k, self.size, lens);
+                lens.undistort_plane(image, near)
+                    .and_then(|at| lens.plane_direction(at))
                     .unwrap_or(DVec3::NAN)
             }
             lens => lens.undistort(image).unwrap_or(DVec3::NAN),
@@ -242,22 +250,22 @@ impl Camera {
 
     #[inline]
     fn image(&self, pixel: DVec2) -> DVec2 {
-        image_of(self.k, pixel)
+        image_plane_point(self.k, pixel)
     }
 
     /// The ray of a pixel coordinate through a point of the aperture at a part of its line's exposure, of which two
     /// numbers and one in 0..1 decide.
-    pub fn sample(&self, pixel: DVec2, lens: [f64; 2], part: f64) -> Sample {
-        let pixel = self.wrapped(pixel);
+    pub fn generate_ray(&self, pixel: DVec2, lens: [f64; 2], part: f64) -> CameraRay {
+        let pixel = self.wrap_panorama(pixel);
         let pose = self.pose_at(pixel, part);
         let Some(aperture) = &self.aperture else {
             let (origin, direction) = self.ray_from(&pose, pixel);
-            return Sample { origin, direction };
+            return CameraRay { origin, direction };
         };
-        let chief = self.local_ray(pixel).1.normalize();
-        let (start, direction) = aperture.through(chief, &self.lens, lens);
+        let chief = self.camera_space_ray(pixel).1.normalize();
+        let (start, direction) = aperture.bend_ray(chief, &self.lens, lens);
         let world_from_camera = pose.r.transpose();
-        Sample {
+        CameraRay {
             origin: pose.c + world_from_camera * start,
             direction: (world_from_camera * direction).normalize(),
         }
@@ -265,22 +273,22 @@ impl Camera {
 
     /// How far from the middle of its shutter's work the line of a pixel is at a part of its exposure, in seconds; 0 for a
     /// camera without a shutter.
-    pub fn since_middle(&self, pixel: DVec2, part: f64) -> f64 {
+    pub fn shutter_offset(&self, pixel: DVec2, part: f64) -> f64 {
         self.motion.as_ref().map_or(0.0, |motion| {
-            let pixel = self.past_corner(self.wrapped(pixel));
-            motion.time(pixel, self.size, part) - 0.5 * motion.whole()
+            let pixel = self.offset_from_corner(self.wrap_panorama(pixel));
+            motion.line_time(pixel, self.size, part) - 0.5 * motion.total_duration()
         })
     }
 
     /// Where the line of a pixel lies in the order in which lines are read, from 0 to 1; 0.5 for a camera without a shutter.
-    pub fn line_of(&self, pixel: DVec2) -> f64 {
+    pub fn line_fraction(&self, pixel: DVec2) -> f64 {
         self.motion.as_ref().map_or(0.5, |motion| {
-            motion.line(self.past_corner(pixel), self.size)
+            motion.line_fraction(self.offset_from_corner(pixel), self.size)
         })
     }
 
     /// The same pixel on the other side of a panorama that a sample has just left: it has no edge there.
-    fn wrapped(&self, pixel: DVec2) -> DVec2 {
+    fn wrap_panorama(&self, pixel: DVec2) -> DVec2 {
         let sphere = matches!(self.lens, Lens::Equirectangular);
         if !sphere && !matches!(self.lens, Lens::Cylindrical) {
             return pixel;
@@ -298,12 +306,12 @@ impl Camera {
     }
 
     /// How much of a pixel's light arrives.
-    pub fn gain(&self, pixel: DVec2) -> f64 {
+    pub fn vignetting_factor(&self, pixel: DVec2) -> f64 {
         let Some(vignetting) = &self.vignetting else {
             return 1.0;
         };
-        let pixel = self.wrapped(pixel);
-        let direction = self.local_ray(pixel).1.normalize();
+        let pixel = self.wrap_panorama(pixel);
+        let direction = self.camera_space_ray(pixel).1.normalize();
         if direction.is_nan() {
             return 1.0;
         }
@@ -322,7 +330,7 @@ impl Camera {
     }
 
     /// Pixels from the corner of the picture.
-    pub fn past_corner(&self, pixel: DVec2) -> DVec2 {
+    pub fn offset_from_corner(&self, pixel: DVec2) -> DVec2 {
         pixel + 0.5 - self.pixel_center.offset()
     }
 }

@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Camera, Motion, Pose};
-use crate::camera::validate::checked_rotation;
+use super::{Camera, Pose, ShutterMotion};
+use crate::camera::validate::validated_rotation;
 use crate::error::{SceneError, suggestion};
 use crate::world::{NamedCamera, Names, World};
 
@@ -17,7 +17,7 @@ pub struct Rig {
     /// body_from_world, and where the body is; that of the middle of the motion.
     body: Pose,
     /// How the body moves while the shutters are open.
-    motion: Option<Motion>,
+    motion: Option<ShutterMotion>,
     /// The cameras, with their R and C in the axes of the body.
     mounts: Vec<NamedCamera>,
 }
@@ -48,7 +48,7 @@ impl Rig {
         if !body.c.is_finite() {
             return fail(format!("the place {} of a rig is not finite", body.c));
         }
-        let r = checked_rotation(body.r)?;
+        let r = validated_rotation(body.r)?;
         Ok(Self {
             name: name.into(),
             body: Pose { r, ..body },
@@ -61,7 +61,7 @@ impl Rig {
     ///
     /// # Errors
     /// [`SceneError::Camera`] where a camera has a shutter of its own, or cannot move.
-    pub fn with_motion(self, motion: Motion) -> Result<Self, SceneError> {
+    pub fn with_motion(self, motion: ShutterMotion) -> Result<Self, SceneError> {
         if let Some(mount) = self.mounts.iter().find(|m| m.camera.motion().is_some()) {
             return Err(SceneError::Camera(format!(
                 "camera {:?} of the rig has a shutter of its own: give it to the rig or to its cameras",
@@ -69,7 +69,7 @@ impl Rig {
             )));
         }
         let moving = Self {
-            body: motion.middle(),
+            body: motion.mid_exposure_pose(),
             motion: Some(motion),
             ..self
         };
@@ -84,10 +84,10 @@ impl Rig {
     pub fn cameras(&self) -> Result<Vec<NamedCamera>, SceneError> {
         let carried = |mount: &NamedCamera| {
             let camera = match &self.motion {
-                None => mount.camera.carried(&self.body)?,
+                None => mount.camera.in_world(&self.body)?,
                 Some(motion) => {
                     let (r, c) = (mount.camera.r(), mount.camera.c());
-                    let motion = motion.clone().with_mount(Pose { r, c });
+                    let motion = motion.clone().with_camera_from_body(Pose { r, c });
                     mount.camera.clone().with_motion(motion)?
                 }
             };
@@ -102,9 +102,9 @@ impl Rig {
     /// # Errors
     /// Those of [`Rig::new`] about the pose.
     pub fn at_pose(&self, pose: Pose) -> Result<Self, SceneError> {
-        let turn = checked_rotation(pose.r)?.transpose() * self.body.r;
+        let turn = validated_rotation(pose.r)?.transpose() * self.body.r;
         let motion = self.motion.as_ref().map(|motion| {
-            motion.map(|then| Pose {
+            motion.map_poses(|then| Pose {
                 r: then.r * turn.transpose(),
                 c: pose.c + turn * (then.c - self.body.c),
             })
@@ -131,7 +131,7 @@ impl Rig {
     }
 
     /// How the body moves while the shutters are open.
-    pub fn motion(&self) -> Option<&Motion> {
+    pub fn motion(&self) -> Option<&ShutterMotion> {
         self.motion.as_ref()
     }
 
@@ -146,11 +146,11 @@ impl Camera {
     ///
     /// # Errors
     /// Those of [`Camera::at_pose`].
-    pub fn carried(&self, body: &Pose) -> Result<Self, SceneError> {
+    pub fn in_world(&self, body: &Pose) -> Result<Self, SceneError> {
         if *body == Pose::IDENTITY {
             return Ok(self.clone());
         }
-        let pose = body.carries(&Pose {
+        let pose = body.compose(&Pose {
             r: self.r(),
             c: self.c(),
         });
@@ -167,9 +167,9 @@ impl World {
         let cameras = rig.cameras()?;
         let mut names = Names::default();
         for rig in &self.rigs {
-            names.claim(rig.name());
+            names.unique(rig.name());
         }
-        let name = names.claim(rig.name());
+        let name = names.unique(rig.name());
         for NamedCamera { name: own, camera } in cameras {
             self.add_camera(&format!("{name}/{own}"), camera);
         }

@@ -5,12 +5,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::SceneError;
-use crate::video::track::Moving;
+use crate::video::track::Interpolate;
 
 /// The way in which a sensor is read, line after line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Readout {
+#[schemars(rename = "Readout")]
+pub enum ReadoutDirection {
     /// Rows, the top one first.
     #[default]
     Down,
@@ -38,8 +39,8 @@ impl Pose {
         c: DVec3::ZERO,
     };
 
-    /// Where something is that this body carries: `mount` is in the axes of the body.
-    pub fn carries(&self, mount: &Self) -> Self {
+    /// Where something is that this body carries: `camera_from_body` is in the axes of the body.
+    pub fn compose(&self, mount: &Self) -> Self {
         Self {
             r: mount.r * self.r,
             c: self.c + self.r.transpose() * mount.c,
@@ -48,7 +49,7 @@ impl Pose {
 }
 
 /// Steps in which a way is followed.
-const STEPS: u32 = 32;
+const PATH_STEPS: u32 = 32;
 
 /// The shutter and the way of the camera while it is open. Times are in seconds from when the first line opens.
 ///
@@ -56,17 +57,18 @@ const STEPS: u32 = 32;
 /// Of a line at the fraction f of the picture's height (or width), its middle, that is from `f readout` to
 /// `f readout + exposure`. The ground truth of a pixel is that of the middle of its line's exposure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Motion {
+pub struct ShutterMotion {
     exposure: f64,
     readout: f64,
-    direction: Readout,
+    direction: ReadoutDirection,
     /// In order of time.
     poses: Vec<(f64, Pose)>,
     /// The camera on the body whose poses these are: camera_from_body, and its centre there.
-    mount: Option<Pose>,
+    #[serde(rename = "mount")]
+    camera_from_body: Option<Pose>,
 }
 
-impl Motion {
+impl ShutterMotion {
     /// Poses at times; between two, the centre moves on a line and the rotation by the shortest way at constant speed
     /// (Shoemake, "Animating rotation with quaternion curves", 1985); before the first and after the last it stands.
     ///
@@ -76,7 +78,7 @@ impl Motion {
     pub fn new(
         exposure: f64,
         readout: f64,
-        direction: Readout,
+        direction: ReadoutDirection,
         poses: Vec<(f64, Pose)>,
     ) -> Result<Self, SceneError> {
         let fail = |message: String| Err(SceneError::Camera(message));
@@ -102,31 +104,34 @@ impl Motion {
             readout,
             direction,
             poses,
-            mount: None,
+            camera_from_body: None,
         })
     }
 
     /// The motion of a camera that the moving body carries.
-    pub fn with_mount(self, mount: Pose) -> Self {
+    pub fn with_camera_from_body(self, mount: Pose) -> Self {
         Self {
-            mount: Some(mount),
+            camera_from_body: Some(mount),
             ..self
         }
     }
 
     /// Whether nothing moves: it is an exposure, and what moves before the camera is blurred.
-    pub fn is_standing(&self) -> bool {
+    pub fn is_static(&self) -> bool {
         self.poses.len() == 1
     }
 
     /// The same shutter along a way, whose poses are those at a time from the middle of the exposures. It is followed in
-    /// [`STEPS`] straight steps.
+    /// [`PATH_STEPS`] straight steps.
     ///
     /// # Errors
     /// Those of the way.
-    pub fn along(&self, way: impl Fn(f64) -> Result<Pose, SceneError>) -> Result<Self, SceneError> {
-        let whole = self.whole();
-        let steps = if whole > 0.0 { STEPS } else { 0 };
+    pub fn resampled(
+        &self,
+        way: impl Fn(f64) -> Result<Pose, SceneError>,
+    ) -> Result<Self, SceneError> {
+        let whole = self.total_duration();
+        let steps = if whole > 0.0 { PATH_STEPS } else { 0 };
         let pose = |step: u32| {
             let time = whole * f64::from(step) / f64::from(steps.max(1));
             Ok((time, way(time - 0.5 * whole)?))
@@ -134,19 +139,19 @@ impl Motion {
         let poses = (0..=steps).map(pose).collect::<Result<_, SceneError>>()?;
         let moving = Self::new(self.exposure, self.readout, self.direction, poses)?;
         Ok(Self {
-            mount: self.mount,
+            camera_from_body: self.camera_from_body,
             ..moving
         })
     }
 
     /// How long it takes until the last line closes, in seconds.
-    pub fn whole(&self) -> f64 {
+    pub fn total_duration(&self) -> f64 {
         self.readout + self.exposure
     }
 
-    /// The camera on the body whose poses are [`Motion::poses`]; the camera itself where there is none.
-    pub fn mount(&self) -> Option<&Pose> {
-        self.mount.as_ref()
+    /// The camera on the body whose poses are [`ShutterMotion::poses`]; the camera itself where there is none.
+    pub fn camera_from_body(&self) -> Option<&Pose> {
+        self.camera_from_body.as_ref()
     }
 
     /// How long a line is open, in seconds.
@@ -160,7 +165,7 @@ impl Motion {
     }
 
     /// The order of the lines.
-    pub fn direction(&self) -> Readout {
+    pub fn direction(&self) -> ReadoutDirection {
         self.direction
     }
 
@@ -170,7 +175,7 @@ impl Motion {
     }
 
     /// The same for poses that something has moved.
-    pub fn map(&self, moved: impl Fn(&Pose) -> Pose) -> Self {
+    pub fn map_poses(&self, moved: impl Fn(&Pose) -> Pose) -> Self {
         let poses = self.poses.iter().map(|(time, pose)| (*time, moved(pose)));
         Self {
             poses: poses.collect(),
@@ -179,18 +184,19 @@ impl Motion {
     }
 
     /// The middle of all exposures: the pose that a moving camera calls its own.
-    pub fn middle(&self) -> Pose {
-        self.at(0.5 * self.whole())
+    pub fn mid_exposure_pose(&self) -> Pose {
+        self.pose_at(0.5 * self.total_duration())
     }
 
     /// Where the camera is at a time.
-    pub fn at(&self, time: f64) -> Pose {
-        let pose = self.moved(time);
-        self.mount.map_or(pose, |mount| pose.carries(&mount))
+    pub fn pose_at(&self, time: f64) -> Pose {
+        let pose = self.body_pose(time);
+        self.camera_from_body
+            .map_or(pose, |mount| pose.compose(&mount))
     }
 
     /// Where what moves is at a time: the camera, or the body that carries it.
-    fn moved(&self, time: f64) -> Pose {
+    fn body_pose(&self, time: f64) -> Pose {
         let next = self.poses.partition_point(|(key, _)| *key <= time);
         let Some(before) = next.checked_sub(1) else {
             return self.poses.first().map_or(Pose::IDENTITY, |first| first.1);
@@ -205,7 +211,7 @@ impl Motion {
         }
         // As a turn of the first pose, which a rotation of nothing leaves to the last digit.
         let turn = DQuat::from_mat3(&(to.r * from.r.transpose()));
-        let part = DQuat::IDENTITY.moved(DQuat::IDENTITY.step_to(turn) * s);
+        let part = DQuat::IDENTITY.offset_by(DQuat::IDENTITY.delta_to(turn) * s);
         Pose {
             r: DMat3::from_quat(part) * from.r,
             c: from.c + s * (to.c - from.c),
@@ -214,19 +220,19 @@ impl Motion {
 
     /// When the line of a pixel is at a part of its exposure, 0.5 in the middle. `pixel` counts from the corner of the
     /// picture; beyond its edges the time is that of the edge.
-    pub fn time(&self, pixel: DVec2, size: [u32; 2], part: f64) -> f64 {
-        self.line(pixel, size) * self.readout + part * self.exposure
+    pub fn line_time(&self, pixel: DVec2, size: [u32; 2], part: f64) -> f64 {
+        self.line_fraction(pixel, size) * self.readout + part * self.exposure
     }
 
     /// Where the line of a pixel lies in the order, from 0 to 1.
-    pub fn line(&self, pixel: DVec2, size: [u32; 2]) -> f64 {
+    pub fn line_fraction(&self, pixel: DVec2, size: [u32; 2]) -> f64 {
         let [width, height] = size.map(f64::from);
         let (x, y) = (pixel.x / width, pixel.y / height);
         let line = match self.direction {
-            Readout::Down => y,
-            Readout::Up => 1.0 - y,
-            Readout::Right => x,
-            Readout::Left => 1.0 - x,
+            ReadoutDirection::Down => y,
+            ReadoutDirection::Up => 1.0 - y,
+            ReadoutDirection::Right => x,
+            ReadoutDirection::Left => 1.0 - x,
         };
         line.clamp(0.0, 1.0)
     }

@@ -8,38 +8,47 @@ use glam::{DMat3, DVec2};
 use crate::camera::lens::Lens;
 
 /// Pixels a cell, and the most cells, a side.
-const PIXELS: u32 = 5;
-const CELLS: u32 = 128;
+const CELL_PIXELS: u32 = 5;
+const MAX_CELLS: u32 = 128;
 /// There is one more cell around the picture, and the nodes of another for the polynomials at the border.
-const BORDER: u32 = 2;
+const BORDER_CELLS: u32 = 2;
 
 /// The table of one camera, shared by its copies; not part of what it is.
 #[derive(Clone, Debug, Default)]
-pub struct Starts(Arc<OnceLock<Box<[DVec2]>>>);
+pub struct UndistortTable(Arc<OnceLock<Box<[DVec2]>>>);
 
-impl PartialEq for Starts {
+impl PartialEq for UndistortTable {
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-impl Starts {
+impl UndistortTable {
     /// Near the point of the lens's undistorted plane that a pixel shows; nothing outside of the picture, and NaN at the
     /// end of the lens.
-    pub fn near(&self, pixel: DVec2, k: DMat3, size: [u32; 2], lens: &Lens) -> Option<DVec2> {
+    pub fn initial_guess(
+        &self,
+        pixel: DVec2,
+        k: DMat3,
+        size: [u32; 2],
+        lens: &Lens,
+    ) -> Option<DVec2> {
         let (cells, cell) = grid(size);
-        let at = (pixel + 0.5) / cell + f64::from(BORDER);
+        let at = (pixel + 0.5) / cell + f64::from(BORDER_CELLS);
         let whole = at.floor();
-        let inside = |v: f64, cells: u32| v >= 1.0 && v < f64::from(cells + 2 * BORDER - 1);
+        let inside = |v: f64, cells: u32| v >= 1.0 && v < f64::from(cells + 2 * BORDER_CELLS - 1);
         if !(inside(whole.x, cells[0]) && inside(whole.y, cells[1])) {
             return None;
         }
-        let nodes = self.0.get_or_init(|| table(k, size, lens));
+        let nodes = self.0.get_or_init(|| build_table(k, size, lens));
         let (left, top) = (whole.x as usize - 1, whole.y as usize - 1);
-        let (x, y) = (weights(at.x - whole.x), weights(at.y - whole.y));
+        let (x, y) = (
+            lagrange_weights(at.x - whole.x),
+            lagrange_weights(at.y - whole.y),
+        );
         let mut sum = DVec2::ZERO;
         for (row, y) in y.into_iter().enumerate() {
-            let first = (top + row) * nodes_of(cells[0]) + left;
+            let first = (top + row) * grid_nodes(cells[0]) + left;
             let line = &nodes[first..first + 4];
             sum += y * (x[0] * line[0] + x[1] * line[1] + x[2] * line[2] + x[3] * line[3]);
         }
@@ -49,18 +58,18 @@ impl Starts {
 
 /// Cells across and down, and the size of one in pixels.
 fn grid(size: [u32; 2]) -> ([u32; 2], DVec2) {
-    let cells = size.map(|side| side.div_ceil(PIXELS).min(CELLS));
+    let cells = size.map(|side| side.div_ceil(CELL_PIXELS).min(MAX_CELLS));
     let across = DVec2::from(size.map(f64::from)) / DVec2::from(cells.map(f64::from));
     (cells, across)
 }
 
 /// Nodes a side.
-fn nodes_of(cells: u32) -> usize {
-    (cells + 2 * BORDER + 1) as usize
+fn grid_nodes(cells: u32) -> usize {
+    (cells + 2 * BORDER_CELLS + 1) as usize
 }
 
 /// The weights of the nodes -1, 0, 1 and 2 at 0 <= t < 1: the cubic polynomial through all four (Lagrange).
-fn weights(t: f64) -> [f64; 4] {
+fn lagrange_weights(t: f64) -> [f64; 4] {
     let (a, b, c) = (t + 1.0, t - 1.0, t - 2.0);
     [
         t * b * c / -6.0,
@@ -70,13 +79,13 @@ fn weights(t: f64) -> [f64; 4] {
     ]
 }
 
-fn table(k: DMat3, size: [u32; 2], lens: &Lens) -> Box<[DVec2]> {
+fn build_table(k: DMat3, size: [u32; 2], lens: &Lens) -> Box<[DVec2]> {
     let ((cells, cell), inverse) = (grid(size), k.inverse());
-    let [columns, rows] = cells.map(nodes_of);
+    let [columns, rows] = cells.map(grid_nodes);
     let mut nodes = Vec::with_capacity(columns * rows);
     for row in 0..rows {
         for column in 0..columns {
-            let node = DVec2::new(column as f64, row as f64) - f64::from(BORDER);
+            let node = DVec2::new(column as f64, row as f64) - f64::from(BORDER_CELLS);
             let pixel = node * cell - 0.5;
             let image = (inverse * pixel.extend(1.0)).truncate();
             // The node before is a start for this one.
@@ -85,7 +94,7 @@ fn table(k: DMat3, size: [u32; 2], lens: &Lens) -> Box<[DVec2]> {
             } else {
                 None
             };
-            nodes.push(lens.straighten(image, near).unwrap_or(DVec2::NAN));
+            nodes.push(lens.undistort_plane(image, near).unwrap_or(DVec2::NAN));
         }
     }
     nodes.into()

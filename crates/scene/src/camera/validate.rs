@@ -6,7 +6,7 @@ use crate::camera::{Center, MAX_PIXELS, MAX_SIDE};
 use crate::error::SceneError;
 
 /// The camera matrix.
-pub fn matrix_of(
+pub fn camera_matrix(
     k: DMat3,
     r: DMat3,
     c: DVec3,
@@ -47,12 +47,17 @@ pub fn check_size(size: [u32; 2]) -> Result<(), SceneError> {
 }
 
 /// The rotation nearest to `r`, which must be within 1e-6 of one.
-pub fn checked_rotation(r: DMat3) -> Result<DMat3, SceneError> {
-    let fail = |message: String| Err(SceneError::Camera(format!("R = {}: {message}", rows(r))));
+pub fn validated_rotation(r: DMat3) -> Result<DMat3, SceneError> {
+    let fail = |message: String| {
+        Err(SceneError::Camera(format!(
+            "R = {}: {message}",
+            format_matrix(r)
+        )))
+    };
     if !r.is_finite() {
         return fail("every value must be finite".into());
     }
-    let off = deviation(r);
+    let off = orthogonality_error(r);
     if off > 1e-6 {
         return fail(format!(
             "not a rotation: R Rᵀ differs from the identity by {off:.3e} (at most 1e-6 is accepted), its determinant \
@@ -75,7 +80,7 @@ pub fn checked_rotation(r: DMat3) -> Result<DMat3, SceneError> {
 }
 
 /// The largest entry of `|R Rᵀ - I|`.
-fn deviation(r: DMat3) -> f64 {
+fn orthogonality_error(r: DMat3) -> f64 {
     let e = r * r.transpose() - DMat3::IDENTITY;
     e.to_cols_array()
         .into_iter()
@@ -83,7 +88,7 @@ fn deviation(r: DMat3) -> f64 {
 }
 
 /// A matrix as people write it.
-pub fn rows(m: DMat3) -> String {
+pub fn format_matrix(m: DMat3) -> String {
     let row = |i| {
         let v = m.row(i);
         format!("[{}, {}, {}]", v.x, v.y, v.z)

@@ -34,36 +34,36 @@ pub fn linear_from_srgb8(rgb: [u8; 3]) -> Rgb {
 
 /// A linear colour to 8-bit sRGB, rounded to nearest, out-of-range values at the ends, NaN to 0.
 pub fn srgb8_from_linear(rgb: Rgb) -> [u8; 3] {
-    static BYTES: LazyLock<Bytes> = LazyLock::new(Bytes::new);
+    static BYTES: LazyLock<SrgbTable> = LazyLock::new(SrgbTable::new);
     let bytes = &*BYTES;
-    rgb.map(|v| bytes.of(v))
+    rgb.map(|v| bytes.encode(v))
 }
 
 /// One linear channel to a byte, by the curve itself.
-fn byte_of(v: f32) -> u8 {
+fn srgb_byte(v: f32) -> u8 {
     (srgb_from_linear(v).clamp(0.0, 1.0) * 255.0).round() as u8
 }
 
-/// [`byte_of`] as a table. Float32 numbers from [`DARK`] to 1 are put into bins by their upper half, 128 in each octave:
+/// [`srgb_byte`] as a table. Float32 numbers from [`TABLE_START`] to 1 are put into bins by their upper half, 128 in each octave:
 /// so narrow that the byte changes at most once in each. An entry and the lower half of a number of its bin add up to
 /// the byte and 16 more bits.
-struct Bytes([u32; BINS]);
+struct SrgbTable([u32; BINS]);
 
 /// 2^-13, whose byte is 0 still.
-const DARK: f32 = 1.0 / 8192.0;
-const FIRST: u32 = DARK.to_bits() >> 16;
-const BINS: usize = ((1f32.to_bits() >> 16) - FIRST) as usize + 1;
+const TABLE_START: f32 = 1.0 / 8192.0;
+const FIRST_BIN: u32 = TABLE_START.to_bits() >> 16;
+const BINS: usize = ((1f32.to_bits() >> 16) - FIRST_BIN) as usize + 1;
 
-impl Bytes {
+impl SrgbTable {
     fn new() -> Self {
         Self(std::array::from_fn(|bin| {
-            let number = |lower: u32| f32::from_bits((FIRST + bin as u32) << 16 | lower);
-            let byte = u32::from(byte_of(number(0)));
+            let number = |lower: u32| f32::from_bits((FIRST_BIN + bin as u32) << 16 | lower);
+            let byte = u32::from(srgb_byte(number(0)));
             // The first lower half with the next byte, 0x10000 where there is none.
             let (mut below, mut next) = (0, 0x1_0000);
             while below + 1 < next {
                 let middle = (below + next) / 2;
-                if u32::from(byte_of(number(middle))) > byte {
+                if u32::from(srgb_byte(number(middle))) > byte {
                     next = middle;
                 } else {
                     below = middle;
@@ -73,11 +73,11 @@ impl Bytes {
         }))
     }
 
-    fn of(&self, v: f32) -> u8 {
+    fn encode(&self, v: f32) -> u8 {
         // Not `max`, which may keep a NaN.
-        let v = if v > DARK { v } else { DARK };
+        let v = if v > TABLE_START { v } else { TABLE_START };
         let bits = v.min(1.0).to_bits();
-        ((self.0[(bits >> 16) as usize - FIRST as usize] + (bits & 0xffff)) >> 16) as u8
+        ((self.0[(bits >> 16) as usize - FIRST_BIN as usize] + (bits & 0xffff)) >> 16) as u8
     }
 }
 
@@ -87,7 +87,7 @@ mod tests {
 
     #[test]
     fn the_table_is_the_curve() {
-        let same = |v: f32| assert_eq!(srgb8_from_linear([v; 3]), [byte_of(v); 3], "{v:e}");
+        let same = |v: f32| assert_eq!(srgb8_from_linear([v; 3]), [srgb_byte(v); 3], "{v:e}");
         let odd = [
             f32::NAN,
             -f32::NAN,
@@ -97,14 +97,14 @@ mod tests {
             -0.0,
             0.0,
         ];
-        let more = [f32::MIN_POSITIVE, 1e-40, DARK, 1.0, 1.5, f32::MAX];
+        let more = [f32::MIN_POSITIVE, 1e-40, TABLE_START, 1.0, 1.5, f32::MAX];
         odd.into_iter().chain(more).for_each(same);
         // Every number near where the byte changes, and many others.
-        let mut last = DARK.to_bits();
+        let mut last = TABLE_START.to_bits();
         let mut changes = 0;
-        for bits in (DARK.to_bits()..1f32.to_bits()).step_by(97) {
+        for bits in (TABLE_START.to_bits()..1f32.to_bits()).step_by(97) {
             same(f32::from_bits(bits));
-            if byte_of(f32::from_bits(bits)) != byte_of(f32::from_bits(last)) {
+            if srgb_byte(f32::from_bits(bits)) != srgb_byte(f32::from_bits(last)) {
                 (last - 97..bits + 97).map(f32::from_bits).for_each(same);
                 changes += 1;
             }

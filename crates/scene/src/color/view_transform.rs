@@ -12,7 +12,8 @@ use crate::color::Rgb;
 /// The closed set of views.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum View {
+#[schemars(rename = "View")]
+pub enum ViewTransform {
     /// Radiance as it is; what is brighter than 1 is cut off.
     #[default]
     Standard,
@@ -22,7 +23,7 @@ pub enum View {
     PbrNeutral,
 }
 
-impl View {
+impl ViewTransform {
     /// As it is written.
     pub fn name(self) -> &'static str {
         match self {
@@ -33,7 +34,7 @@ impl View {
     }
 
     /// The view of this name.
-    pub fn named(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         [Self::Standard, Self::Agx, Self::PbrNeutral]
             .into_iter()
             .find(|view| view.name() == name)

@@ -6,23 +6,23 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The name of a file, and what it holds once it is read.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FromFile<T> {
+pub struct FileRef<T> {
     /// As written in the description.
     pub file: String,
     /// `None` until it is read.
     pub content: Option<Arc<T>>,
 }
 
-impl<T> FromFile<T> {
+impl<T> FileRef<T> {
     /// Something that is already there.
-    pub fn of(file: impl Into<String>, content: Arc<T>) -> Self {
+    pub fn loaded(file: impl Into<String>, content: Arc<T>) -> Self {
         Self {
             file: file.into(),
             content: Some(content),
         }
     }
 
-    pub(crate) fn read<E>(
+    pub(crate) fn load<E>(
         &mut self,
         read: impl FnOnce(&str) -> Result<Arc<T>, E>,
     ) -> Result<(), E> {
@@ -35,7 +35,7 @@ impl<T> FromFile<T> {
 
 // People write the name alone; between machines the content travels with it.
 
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for FromFile<T> {
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for FileRef<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let (file, content) = if deserializer.is_human_readable() {
             (String::deserialize(deserializer)?, None)
@@ -46,7 +46,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for FromFile<T> {
     }
 }
 
-impl<T: Serialize> Serialize for FromFile<T> {
+impl<T: Serialize> Serialize for FileRef<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         if serializer.is_human_readable() {
             self.file.serialize(serializer)

@@ -5,7 +5,7 @@ use crate::error::SceneError;
 /// Luminous intensity by direction: IES type C photometry. The vertical angle is measured from the nadir, the
 /// horizontal one around it, counter-clockwise seen from above a luminaire that shines down.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Profile {
+pub struct IesProfile {
     /// Degrees from the nadir, increasing, within 0..=180. There is no light outside of them.
     pub vertical: Vec<f64>,
     /// Degrees, increasing from 0 to 0 (the same all around), 90 (four quadrants alike), 180 (two halves alike) or up
@@ -15,7 +15,7 @@ pub struct Profile {
     pub candela: Vec<f32>,
 }
 
-impl Profile {
+impl IesProfile {
     /// Whether its angles and intensities fit together.
     ///
     /// # Errors
@@ -60,7 +60,7 @@ impl Profile {
         if !(first..=last).contains(&vertical) {
             return 0.0;
         }
-        let (row, down) = between(&self.vertical, vertical);
+        let (row, down) = bracket(&self.vertical, vertical);
         let full = self.horizontal[self.horizontal.len() - 1];
         let around = horizontal.rem_euclid(360.0);
         let folded = match full {
@@ -80,7 +80,7 @@ impl Profile {
             let next = (row + 1).min(self.vertical.len() - 1);
             f64::from(value(row)) * (1.0 - down) + f64::from(value(next)) * down
         };
-        let (column, across) = between(&self.horizontal, folded);
+        let (column, across) = bracket(&self.horizontal, folded);
         let next = column + 1;
         let value = if next < self.horizontal.len() {
             at(column) * (1.0 - across) + at(next) * across
@@ -96,7 +96,7 @@ impl Profile {
 }
 
 /// The last angle that is not beyond `angle`, and how far from it towards the next.
-fn between(angles: &[f64], angle: f64) -> (usize, f64) {
+fn bracket(angles: &[f64], angle: f64) -> (usize, f64) {
     let index = angles.partition_point(|&a| a <= angle).saturating_sub(1);
     match angles.get(index + 1) {
         Some(next) => (

@@ -10,11 +10,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::SceneError;
-use crate::model::Files;
+use crate::model::AssetLoader;
 use crate::texture::{Image, Wrap};
 
-pub use crate::light::file_ref::FromFile;
-pub use crate::light::ies_profile::Profile;
+pub use crate::light::file_ref::FileRef;
+pub use crate::light::ies_profile::IesProfile;
 
 /// A light, which of the closed set its `type` says: `{ type = "sun", ... }`. All values are radiometric and linear.
 ///
@@ -35,8 +35,9 @@ pub enum Light {
         #[serde(default)]
         angular_diameter: f64,
     },
-    /// A light bulb: a point, or a sphere of even radiance where `radius` > 0. Exactly one of `power` and `intensity`.
-    Bulb {
+    /// A light bulb: a point, or a sphere of even radiance where `radius` > 0. Exactly default_scale of `power` and `intensity`.
+    #[serde(rename = "bulb")]
+    Point {
         /// The centre, in the world.
         position: [f64; 3],
         /// Linear RGB in W, over the whole sphere of directions.
@@ -50,7 +51,7 @@ pub enum Light {
         radius: f64,
     },
     /// A point that shines into a cone, as in glTF's `KHR_lights_punctual`: full up to `inner`, nothing beyond `outer`,
-    /// and ((cos a - cos outer) / (cos inner - cos outer))² at an angle a in between. Exactly one of `power` and
+    /// and ((cos a - cos outer) / (cos inner - cos outer))² at an angle a in between. Exactly default_scale of `power` and
     /// `intensity`.
     Spot {
         /// The tip of the cone, in the world.
@@ -67,11 +68,12 @@ pub enum Light {
         #[serde(default)]
         inner: f64,
         /// In degrees from the axis, at most 90.
-        #[serde(default = "forty_five")]
+        #[serde(default = "default_outer_angle")]
         outer: f64,
     },
     /// A parallelogram of even radiance.
-    Area {
+    #[serde(rename = "area")]
+    Rectangle {
         /// Its centre, in the world.
         position: [f64; 3],
         /// A whole edge.
@@ -102,10 +104,10 @@ pub enum Light {
     Ies {
         /// The `.ies` file, beside the world file or below.
         #[schemars(with = "String")]
-        profile: FromFile<Profile>,
+        profile: FileRef<IesProfile>,
         /// In the world.
         position: [f64; 3],
-        /// The luminaire's nadir, vertical angle 0: straight down for one that hangs; any length but zero.
+        /// The luminaire's nadir, vertical angle 0: straight down for default_scale that hangs; any length but zero.
         direction: [f64; 3],
         /// Where its horizontal angle 0 points, as far as that is at right angles to `direction`; any length but zero.
         /// Where not given, what is nearest to the world's x axis (its y axis for a light that shines along x).
@@ -133,46 +135,47 @@ pub enum Light {
     },
     /// A clear sky with its sun: A. J. Preetham, P. Shirley and B. Smits, "A practical analytic model for daylight",
     /// SIGGRAPH 1999. Luminance counts as 683 lm/W, so that a clear noon gives some 150 W/m².
-    Daylight {
+    #[serde(rename = "daylight")]
+    Preetham {
         /// The way sunlight travels, in the world: downwards, for the sun is up; any length but zero.
         direction: [f64; 3],
         /// How hazy the air is, 1.9 to 10: 2 is very clear, 3 clear, 6 warm and moist, 10 hazy.
-        #[serde(default = "three")]
+        #[serde(default = "default_turbidity")]
         turbidity: f64,
         /// What all of it is multiplied by.
-        #[serde(default = "one")]
+        #[serde(default = "default_scale")]
         scale: f32,
     },
     /// An image around the world, equirectangular: twice as wide as high, up at its top; as a rule high dynamic range.
     Environment {
         /// The image file, beside the world file or below. Its values are radiance in W/(m² sr).
         #[schemars(with = "String")]
-        image: FromFile<Image>,
+        image: FileRef<Image>,
         /// Degrees: where its middle is, as the yaw of a camera that looks there. 0 is along x in a z-up world and along
-        /// -z in a y-up one; a positive angle is further left.
+        /// -z in a y-up default_scale; a positive angle is further left.
         #[serde(default)]
         yaw: f64,
         /// What its values are multiplied by.
-        #[serde(default = "one")]
+        #[serde(default = "default_scale")]
         scale: f32,
     },
 }
 
-fn one() -> f32 {
+fn default_scale() -> f32 {
     1.0
 }
 
-fn three() -> f64 {
+fn default_turbidity() -> f64 {
     3.0
 }
 
-fn forty_five() -> f64 {
+fn default_outer_angle() -> f64 {
     45.0
 }
 
 impl Light {
     /// An even sky.
-    pub fn even_sky(radiance: [f32; 3]) -> Self {
+    pub fn uniform_sky(radiance: [f32; 3]) -> Self {
         Self::Sky {
             radiance: Some(radiance),
             zenith: None,
@@ -185,13 +188,13 @@ impl Light {
     ///
     /// # Errors
     /// What `files` says.
-    pub fn read<F: Files>(&mut self, files: &mut F) -> Result<(), F::Error> {
+    pub fn read<F: AssetLoader>(&mut self, files: &mut F) -> Result<(), F::Error> {
         match self {
-            Light::Environment { image, .. } => image.read(|file| {
+            Light::Environment { image, .. } => image.load(|file| {
                 let wrap = [Wrap::Repeat, Wrap::Clamp];
                 Ok(files.texture(file, wrap)?.image)
             }),
-            Light::Ies { profile, .. } => profile.read(|file| Ok(Arc::new(files.profile(file)?))),
+            Light::Ies { profile, .. } => profile.load(|file| Ok(Arc::new(files.profile(file)?))),
             _ => Ok(()),
         }
     }

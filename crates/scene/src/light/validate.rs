@@ -4,34 +4,34 @@ use glam::DVec3;
 
 use crate::color::Rgb;
 use crate::error::SceneError;
-use crate::light::{FromFile, Light};
+use crate::light::{FileRef, Light};
 
-type Checked = Result<(), SceneError>;
+type Validated = Result<(), SceneError>;
 
-pub(crate) fn check(light: &Light) -> Checked {
+pub(crate) fn check(light: &Light) -> Validated {
     match light {
         Light::Sun {
             direction,
             irradiance,
             angular_diameter,
         } => {
-            axis("a sun", *direction, "the way its light travels")?;
-            rgb("irradiance", *irradiance)?;
-            within("a sun of angular_diameter", *angular_diameter, 0.0..180.0, "0 <= degrees < 180")
+            check_direction("a sun", *direction, "the way its light travels")?;
+            check_rgb("irradiance", *irradiance)?;
+            check_range("a sun of angular_diameter", *angular_diameter, 0.0..180.0, "0 <= degrees < 180")
         }
-        Light::Bulb {
+        Light::Point {
             position,
             power,
             intensity,
             radius,
         } => {
-            place("a bulb", *position)?;
+            check_position("a bulb", *position)?;
             if !(radius.is_finite() && *radius >= 0.0) {
-                return fail(format!(
+                return invalid(format!(
                     "a bulb of radius {radius}: expected a finite number >= 0"
                 ));
             }
-            strength("a bulb", *power, *intensity, "intensity = power / 4π")
+            check_strength("a bulb", *power, *intensity, "intensity = power / 4π")
         }
         Light::Spot {
             position,
@@ -41,31 +41,31 @@ pub(crate) fn check(light: &Light) -> Checked {
             inner,
             outer,
         } => {
-            place("a spot", *position)?;
-            axis("a spot", *direction, "the way its light travels")?;
+            check_position("a spot", *position)?;
+            check_direction("a spot", *direction, "the way its light travels")?;
             if !(*inner >= 0.0 && inner <= outer && *outer > 0.0 && *outer <= 90.0) {
-                return fail(format!(
+                return invalid(format!(
                     "a spot with inner {inner} and outer {outer}: expected 0 <= inner <= outer <= 90, degrees from \
                      its axis, and outer > 0"
                 ));
             }
-            strength("a spot", *power, *intensity, "power is all that leaves it, intensity that on its axis")
+            check_strength("a spot", *power, *intensity, "power is all that leaves it, intensity that on its axis")
         }
-        Light::Area {
+        Light::Rectangle {
             position,
             u,
             v,
             radiance,
             ..
         } => {
-            place("an area light", *position)?;
+            check_position("an area light", *position)?;
             let normal = DVec3::from_array(*u).normalize_or_zero().cross(DVec3::from_array(*v).normalize_or_zero());
             if normal.length() < 1e-9 {
-                return fail(format!(
+                return invalid(format!(
                     "an area light with edges u {u:?} and v {v:?}: expected two finite edges that span an area"
                 ));
             }
-            rgb("radiance", *radiance)
+            check_rgb("radiance", *radiance)
         }
         Light::Disk {
             position,
@@ -74,14 +74,14 @@ pub(crate) fn check(light: &Light) -> Checked {
             radiance,
             ..
         } => {
-            place("a disk light", *position)?;
-            axis("a disk light", *direction, "where it shines to")?;
+            check_position("a disk light", *position)?;
+            check_direction("a disk light", *direction, "where it shines to")?;
             if !(radius.is_finite() && *radius > 0.0) {
-                return fail(format!(
+                return invalid(format!(
                     "a disk light of radius {radius}: expected a finite number > 0"
                 ));
             }
-            rgb("radiance", *radiance)
+            check_rgb("radiance", *radiance)
         }
         Light::Ies {
             profile,
@@ -90,19 +90,19 @@ pub(crate) fn check(light: &Light) -> Checked {
             front,
             power,
         } => {
-            place("an IES light", *position)?;
-            axis("an IES light", *direction, "its nadir")?;
+            check_position("an IES light", *position)?;
+            check_direction("an IES light", *direction, "its nadir")?;
             if let Some(front) = front {
-                axis("an IES light's front", *front, "its horizontal angle 0")?;
+                check_direction("an IES light's front", *front, "its horizontal angle 0")?;
                 let (nadir, ahead) = (DVec3::from_array(*direction), DVec3::from_array(*front));
                 if nadir.normalize().cross(ahead.normalize()).length() < 1e-9 {
-                    return fail(format!(
+                    return invalid(format!(
                         "an IES light with front {front:?} along its direction: expected another one"
                     ));
                 }
             }
-            there("an IES light", profile)?.validate()?;
-            power.map_or(Ok(()), |power| rgb("power", power))
+            check_loaded("an IES light", profile)?.validate()?;
+            power.map_or(Ok(()), |power| check_rgb("power", power))
         }
         Light::Sky {
             radiance,
@@ -110,102 +110,107 @@ pub(crate) fn check(light: &Light) -> Checked {
             horizon,
             ground,
         } => match (radiance, zenith, horizon, ground) {
-            (Some(radiance), None, None, None) => rgb("radiance", *radiance),
+            (Some(radiance), None, None, None) => check_rgb("radiance", *radiance),
             (None, Some(zenith), Some(horizon), _) => {
-                rgb("zenith", *zenith)?;
-                rgb("horizon", *horizon)?;
-                ground.map_or(Ok(()), |ground| rgb("ground", ground))
+                check_rgb("zenith", *zenith)?;
+                check_rgb("horizon", *horizon)?;
+                ground.map_or(Ok(()), |ground| check_rgb("ground", ground))
             }
-            (None, None, None, None) => fail(
+            (None, None, None, None) => invalid(
                 "a sky without radiance: give radiance, or zenith and horizon, in W/(m² sr)".into(),
             ),
-            (Some(_), ..) => fail(
+            (Some(_), ..) => invalid(
                 "a sky with both radiance and zenith, horizon or ground: give radiance for an even sky, or the others"
                     .into(),
             ),
-            _ => fail("a sky from zenith to horizon: give both, in W/(m² sr)".into()),
+            _ => invalid("a sky from zenith to horizon: give both, in W/(m² sr)".into()),
         },
-        Light::Daylight {
+        Light::Preetham {
             direction,
             turbidity,
             scale,
         } => {
-            axis("daylight", *direction, "the way sunlight travels")?;
-            within("daylight of turbidity", *turbidity, 1.9..10.000_001, "1.9 to 10, the model's range")?;
-            positive("daylight", *scale)
+            check_direction("daylight", *direction, "the way sunlight travels")?;
+            check_range("daylight of turbidity", *turbidity, 1.9..10.000_001, "1.9 to 10, the model's range")?;
+            check_scale("daylight", *scale)
         }
         Light::Environment { image, yaw, scale } => {
-            there("an environment", image)?;
+            check_loaded("an environment", image)?;
             if !yaw.is_finite() {
-                return fail(format!("an environment of yaw {yaw}: expected finite degrees"));
+                return invalid(format!("an environment of yaw {yaw}: expected finite degrees"));
             }
-            positive("an environment", *scale)
+            check_scale("an environment", *scale)
         }
     }
 }
 
-fn fail(message: String) -> Checked {
+fn invalid(message: String) -> Validated {
     Err(SceneError::World(message))
 }
 
-fn axis(what: &str, direction: [f64; 3], meaning: &str) -> Checked {
+fn check_direction(what: &str, direction: [f64; 3], meaning: &str) -> Validated {
     match DVec3::from_array(direction).try_normalize() {
         Some(_) => Ok(()),
-        None => fail(format!(
+        None => invalid(format!(
             "{what} of direction {direction:?}: expected three finite numbers, not all 0: {meaning}"
         )),
     }
 }
 
-fn place(what: &str, position: [f64; 3]) -> Checked {
+fn check_position(what: &str, position: [f64; 3]) -> Validated {
     if DVec3::from_array(position).is_finite() {
         return Ok(());
     }
-    fail(format!(
+    invalid(format!(
         "{what} at {position:?}: its position must be finite"
     ))
 }
 
-fn within(what: &str, value: f64, range: std::ops::Range<f64>, expected: &str) -> Checked {
+fn check_range(what: &str, value: f64, range: std::ops::Range<f64>, expected: &str) -> Validated {
     if range.contains(&value) {
         return Ok(());
     }
-    fail(format!("{what} {value}: expected {expected}"))
+    invalid(format!("{what} {value}: expected {expected}"))
 }
 
-fn positive(what: &str, scale: f32) -> Checked {
+fn check_scale(what: &str, scale: f32) -> Validated {
     if scale.is_finite() && scale >= 0.0 {
         return Ok(());
     }
-    fail(format!(
+    invalid(format!(
         "{what} of scale {scale}: expected a finite number >= 0"
     ))
 }
 
-fn strength(what: &str, power: Option<Rgb>, intensity: Option<Rgb>, relation: &str) -> Checked {
+fn check_strength(
+    what: &str,
+    power: Option<Rgb>,
+    intensity: Option<Rgb>,
+    relation: &str,
+) -> Validated {
     match (power, intensity) {
-        (Some(power), None) => rgb("power", power),
-        (None, Some(intensity)) => rgb("intensity", intensity),
-        (None, None) => fail(format!(
+        (Some(power), None) => check_rgb("power", power),
+        (None, Some(intensity)) => check_rgb("intensity", intensity),
+        (None, None) => invalid(format!(
             "{what} without power or intensity: give one of them, power in W over all directions or intensity in W/sr"
         )),
-        (Some(_), Some(_)) => fail(format!(
+        (Some(_), Some(_)) => invalid(format!(
             "{what} with both power and intensity: give one of them ({relation})"
         )),
     }
 }
 
-fn there<'a, T>(what: &str, file: &'a FromFile<T>) -> Result<&'a T, SceneError> {
+fn check_loaded<'a, T>(what: &str, file: &'a FileRef<T>) -> Result<&'a T, SceneError> {
     file.content.as_deref().ok_or_else(|| {
         SceneError::World(format!("{what} of {:?}: the file is not read", file.file))
     })
 }
 
-fn rgb(name: &str, rgb: Rgb) -> Checked {
+fn check_rgb(name: &str, rgb: Rgb) -> Validated {
     if rgb.iter().all(|v| v.is_finite() && *v >= 0.0) {
         return Ok(());
     }
-    fail(format!(
+    invalid(format!(
         "{name} {rgb:?}: expected red, green, blue that are finite and >= 0"
     ))
 }

@@ -15,14 +15,14 @@ pub struct Metal {
 }
 
 /// A row of the table of metals.
-struct Row {
+struct MetalEntry {
     name: &'static str,
     ior: Rgb,
     extinction: Rgb,
 }
 
-const fn metal(name: &'static str, ior: Rgb, extinction: Rgb) -> Row {
-    Row {
+const fn metal(name: &'static str, ior: Rgb, extinction: Rgb) -> MetalEntry {
+    MetalEntry {
         name,
         ior,
         extinction,
@@ -32,7 +32,7 @@ const fn metal(name: &'static str, ior: Rgb, extinction: Rgb) -> Row {
 /// Indices that reflect, at all angles, what the measured spectra reflect under D65, folded to linear Rec. 709:
 /// `benchmarks/fold_metals.py`. P. B. Johnson and R. W. Christy, Phys. Rev. B 6, 4370 (1972) and 9, 5056 (1974);
 /// aluminium from F. Cheng et al., ACS Nano 10, 9852 (2016). The comments are the reflectance at normal incidence.
-const TABLE: [Row; 8] = [
+const METALS: [MetalEntry; 8] = [
     metal("aluminium", [0.854, 0.574, 0.375], [6.092, 5.203, 4.212]), // 0.916, 0.922, 0.924
     metal("chromium", [3.244, 3.116, 2.284], [3.286, 3.336, 3.116]),  // 0.550, 0.556, 0.554
     metal("copper", [0.227, 1.039, 1.295], [3.285, 2.627, 2.360]),    // 0.927, 0.624, 0.522
@@ -46,12 +46,12 @@ const TABLE: [Row; 8] = [
 impl Metal {
     /// The names of the metals that are known.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        TABLE.iter().map(|row| row.name)
+        METALS.iter().map(|row| row.name)
     }
 
     /// The smooth metal of this name.
     pub fn named(name: &str) -> Option<Self> {
-        TABLE.iter().find(|row| row.name == name).map(|row| Self {
+        METALS.iter().find(|row| row.name == name).map(|row| Self {
             ior: row.ior,
             extinction: row.extinction,
             roughness: 0.0,

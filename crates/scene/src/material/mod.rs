@@ -38,7 +38,8 @@ pub struct Material {
     #[serde(default)]
     pub priority: i32,
     /// How the base colour is reflected.
-    pub reflectance: Reflectance,
+    #[serde(rename = "reflectance")]
+    pub model: MaterialModel,
 }
 
 /// What a material's opacity means (glTF 2.0, 3.9.4).
@@ -58,10 +59,11 @@ pub enum Alpha {
 
 /// The closed set of reflection models.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub enum Reflectance {
+pub enum MaterialModel {
     /// The lecture's: Lambert of albedo `diffuse * base colour` plus the energy-conserving modified Phong lobe of
     /// Lafortune and Willems (1994) with albedo `specular` and exponent `shininess`.
-    Lecture {
+    #[serde(rename = "Lecture")]
+    Phong {
         /// 0..=1.
         diffuse: f32,
         /// Linear, 0..=1 per channel.
@@ -79,9 +81,9 @@ pub enum Reflectance {
     Principled(Box<Principled>),
 }
 
-impl Reflectance {
+impl MaterialModel {
     /// The lecture's, where nothing is said: all diffuse.
-    pub const DEFAULT: Self = Self::Lecture {
+    pub const DEFAULT: Self = Self::Phong {
         diffuse: 1.0,
         specular: [0.0; 3],
         shininess: 32.0,
@@ -102,7 +104,7 @@ impl Default for Material {
             normal_map: None,
             occlusion: None,
             priority: 0,
-            reflectance: Reflectance::DEFAULT,
+            model: MaterialModel::DEFAULT,
         }
     }
 }
@@ -110,7 +112,7 @@ impl Default for Material {
 impl Material {
     /// The material of a mesh that says nothing of its own: white, to show the colours that the mesh has, or light grey
     /// where it has none.
-    pub fn plain(mesh: &Mesh) -> Self {
+    pub fn for_mesh(mesh: &Mesh) -> Self {
         let colored = mesh.vertex_colors.is_some() || mesh.face_colors.is_some();
         let color = if colored { [1.0; 3] } else { [0.8; 3] };
         Self {
@@ -126,8 +128,8 @@ impl Material {
 
     /// Every texture it uses, to be changed.
     pub fn texture_slots_mut(&mut self) -> impl Iterator<Item = &mut TextureSlot> {
-        let principled = match &mut self.reflectance {
-            Reflectance::Principled(principled) => Some(principled.texture_slots_mut()),
+        let principled = match &mut self.model {
+            MaterialModel::Principled(principled) => Some(principled.texture_slots_mut()),
             _ => None,
         };
         let own = [
@@ -185,12 +187,12 @@ impl Material {
                 self.emission.value
             )));
         }
-        match self.reflectance {
-            Reflectance::Unlit => Ok(()),
-            Reflectance::Metal(metal) => metal.validate(),
-            Reflectance::Glass(glass) => glass.validate(),
-            Reflectance::Principled(ref principled) => principled.validate(),
-            Reflectance::Lecture {
+        match self.model {
+            MaterialModel::Unlit => Ok(()),
+            MaterialModel::Metal(metal) => metal.validate(),
+            MaterialModel::Glass(glass) => glass.validate(),
+            MaterialModel::Principled(ref principled) => principled.validate(),
+            MaterialModel::Phong {
                 diffuse,
                 specular,
                 shininess,
@@ -208,10 +210,10 @@ impl Material {
     }
 
     /// The largest share of light that comes back in any channel, where it is more than arrives.
-    pub fn excess_reflectance(&self) -> Option<f32> {
-        let Reflectance::Lecture {
+    pub fn reflectance_above_one(&self) -> Option<f32> {
+        let MaterialModel::Phong {
             diffuse, specular, ..
-        } = self.reflectance
+        } = self.model
         else {
             return None;
         };

@@ -59,14 +59,14 @@ impl Mesh {
                 "a mesh of {triangles} triangles: at most {MAX_TRIANGLES} are possible"
             ));
         }
-        if let Some(i) = first_without(&self.vertices, |v| v.is_finite()) {
+        if let Some(i) = find_first_invalid(&self.vertices, |v| v.is_finite()) {
             return fail(format!(
                 "vertex {i} is {}: coordinates must be finite",
                 self.vertices[i]
             ));
         }
         let inside = |&[a, b, c]: &[u32; 3]| (a.max(b).max(c) as usize) < vertices;
-        if let Some(i) = first_without(&self.triangles, inside) {
+        if let Some(i) = find_first_invalid(&self.triangles, inside) {
             let triangle = self.triangles[i];
             return fail(format!(
                 "triangle {i} has corners {triangle:?}, but there are {vertices} vertices: indices are 0..={}",
@@ -176,7 +176,7 @@ impl Mesh {
 
     /// The same mesh in the coordinates that a transform leads to; where that mirrors, triangles turn the other way, so
     /// that outside stays outside.
-    pub fn placed(&self, world_from_mesh: DAffine3) -> Mesh {
+    pub fn transformed(&self, world_from_mesh: DAffine3) -> Mesh {
         let mut placed = self.clone();
         if world_from_mesh == DAffine3::IDENTITY {
             return placed;
@@ -211,14 +211,14 @@ impl Mesh {
         let [before, after] = [self.vertices.len(), other.vertices.len()];
         let [triangles, more] = [self.triangles.len(), other.triangles.len()];
         let offset = before as u32;
-        join(
+        concat_attribute(
             &mut self.normals,
             other.normals.as_deref(),
             before,
             after,
             [0.0; 3],
         );
-        join(&mut self.uvs, other.uvs.as_deref(), before, after, [0.0; 2]);
+        concat_attribute(&mut self.uvs, other.uvs.as_deref(), before, after, [0.0; 2]);
         for set in 0..self.more_uvs.len().max(other.more_uvs.len()) {
             if set == self.more_uvs.len() {
                 self.more_uvs.push(vec![[0.0; 2]; before]);
@@ -228,35 +228,35 @@ impl Mesh {
                 None => self.more_uvs[set].resize(before + after, [0.0; 2]),
             }
         }
-        join(
+        concat_attribute(
             &mut self.tangents,
             other.tangents.as_deref(),
             before,
             after,
             [0.0; 4],
         );
-        join(
+        concat_attribute(
             &mut self.vertex_opacities,
             other.vertex_opacities.as_deref(),
             before,
             after,
             1.0,
         );
-        join(
+        concat_attribute(
             &mut self.vertex_colors,
             other.vertex_colors.as_deref(),
             before,
             after,
             [1.0; 3],
         );
-        join(
+        concat_attribute(
             &mut self.face_colors,
             other.face_colors.as_deref(),
             triangles,
             more,
             [1.0; 3],
         );
-        join(&mut self.material_slots, Some(&slots), triangles, more, 0);
+        concat_attribute(&mut self.material_slots, Some(&slots), triangles, more, 0);
         self.vertices.extend_from_slice(&other.vertices);
         self.triangles.extend(
             other
@@ -285,7 +285,7 @@ impl Mesh {
 }
 
 /// Joins two arrays of these lengths; where only one is there, the other is all `neutral`.
-fn join<T: Clone>(
+fn concat_attribute<T: Clone>(
     all: &mut Option<Vec<T>>,
     other: Option<&[T]>,
     before: usize,
@@ -303,15 +303,15 @@ fn join<T: Clone>(
 }
 
 /// Which value is the first that is not `valid`. Of many, each half is looked at by a thread of its own.
-fn first_without<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) -> Option<usize> {
-    const MANY: usize = 1 << 17;
-    if values.len() < MANY {
-        return first_in_order(values, valid);
+fn find_first_invalid<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+    const PARALLEL_THRESHOLD: usize = 1 << 17;
+    if values.len() < PARALLEL_THRESHOLD {
+        return find_first_invalid_serial(values, valid);
     }
     let (one, other) = values.split_at(values.len() / 2);
     std::thread::scope(|scope| {
-        let second = scope.spawn(|| first_in_order(other, &valid));
-        let first = first_in_order(one, &valid);
+        let second = scope.spawn(|| find_first_invalid_serial(other, &valid));
+        let first = find_first_invalid_serial(one, &valid);
         let second = second
             .join()
             .unwrap_or_else(|e| std::panic::resume_unwind(e));
@@ -320,7 +320,7 @@ fn first_without<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) -> Op
 }
 
 /// The same by one thread. Inside a block there is no way out of the loop, which is some times as fast.
-fn first_in_order<T>(values: &[T], valid: impl Fn(&T) -> bool) -> Option<usize> {
+fn find_first_invalid_serial<T>(values: &[T], valid: impl Fn(&T) -> bool) -> Option<usize> {
     const BLOCK: usize = 256;
     let bad = |block: &[T]| !block.iter().fold(true, |all, value| all & valid(value));
     let block = BLOCK * values.chunks(BLOCK).position(bad)?;
@@ -340,7 +340,7 @@ fn check_numbers<const N: usize>(
     let Some(values) = values else { return Ok(()) };
     check_length(name, values.len(), count, what)?;
     let all = |value: &[f32; N]| value.iter().fold(true, |all, &v| all & valid(v));
-    match first_without(values, all) {
+    match find_first_invalid(values, all) {
         Some(i) => Err(SceneError::World(format!(
             "{name}[{i}] is {:?}: expected numbers {expected}",
             values[i]

@@ -36,7 +36,7 @@ pub fn box_(size: [f64; 3]) -> Result<Mesh, SceneError> {
         (DVec3::Z, DVec3::X, DVec3::Y),
     ];
     let half = DVec3::from_array(size) / 2.0;
-    let mut builder = Builder::default();
+    let mut builder = MeshBuilder::default();
     for (out, right, up) in faces {
         builder.quad(
             [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| {
@@ -57,7 +57,7 @@ pub fn box_(size: [f64; 3]) -> Result<Mesh, SceneError> {
 pub fn plane(size: [f64; 2]) -> Result<Mesh, SceneError> {
     check_lengths("plane size", &size)?;
     let half = DVec3::new(size[0] / 2.0, size[1] / 2.0, 0.0);
-    let mut builder = Builder::default();
+    let mut builder = MeshBuilder::default();
     builder.quad(
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| {
             (
@@ -82,7 +82,7 @@ pub fn sphere(radius: f64, level: u32) -> Result<Mesh, SceneError> {
         )));
     }
     let (directions, triangles) = icosphere(level);
-    let mut builder = Builder::default();
+    let mut builder = MeshBuilder::default();
     // A vertex is there once for each longitude it has: twice on the seam, once a triangle at the poles.
     let mut copies: HashMap<(u32, u64), u32> = HashMap::new();
     for corners in triangles {
@@ -121,12 +121,12 @@ pub fn sphere(radius: f64, level: u32) -> Result<Mesh, SceneError> {
 pub fn cylinder(radius: f64, height: f64, segments: u32) -> Result<Mesh, SceneError> {
     check_lengths("cylinder radius and height", &[radius, height])?;
     check_segments("cylinder", segments, MAX_SEGMENTS)?;
-    let ring = ring(segments);
+    let ring = unit_circle(segments);
     let (bottom, top) = (
         DVec3::new(0.0, 0.0, -height / 2.0),
         DVec3::new(0.0, 0.0, height / 2.0),
     );
-    let mut builder = Builder::default();
+    let mut builder = MeshBuilder::default();
     let side: Vec<[u32; 2]> = (0..=segments)
         .map(|i| {
             let out = ring[(i % segments) as usize];
@@ -151,13 +151,13 @@ pub fn cylinder(radius: f64, height: f64, segments: u32) -> Result<Mesh, SceneEr
 pub fn cone(radius: f64, height: f64, segments: u32) -> Result<Mesh, SceneError> {
     check_lengths("cone radius and height", &[radius, height])?;
     check_segments("cone", segments, MAX_SEGMENTS)?;
-    let ring = ring(segments);
+    let ring = unit_circle(segments);
     let (base, tip) = (
         DVec3::new(0.0, 0.0, -height / 2.0),
         DVec3::new(0.0, 0.0, height / 2.0),
     );
     let normal = |out: DVec3| (height * out + radius * DVec3::Z).normalize();
-    let mut builder = Builder::default();
+    let mut builder = MeshBuilder::default();
     let rim: Vec<u32> = (0..=segments)
         .map(|i| {
             let out = ring[(i % segments) as usize];
@@ -190,10 +190,10 @@ pub fn torus(radius: f64, tube: f64, segments: u32) -> Result<Mesh, SceneError> 
             "a torus of radius {radius} and tube {tube}: expected tube < radius, or it would pass through itself"
         )));
     }
-    let around = ring(segments);
-    let across = ring((segments / 2).max(3));
+    let around = unit_circle(segments);
+    let across = unit_circle((segments / 2).max(3));
     let (rows, columns) = (across.len(), around.len());
-    let mut builder = Builder::default();
+    let mut builder = MeshBuilder::default();
     for i in 0..=columns {
         let out = around[i % columns];
         for j in 0..=rows {
@@ -256,7 +256,7 @@ fn icosphere(level: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
 }
 
 /// Points of the unit circle in the xy plane, counter-clockwise from +x.
-fn ring(segments: u32) -> Vec<DVec3> {
+fn unit_circle(segments: u32) -> Vec<DVec3> {
     (0..segments)
         .map(|i| {
             let (sin, cos) = (TAU * f64::from(i) / f64::from(segments)).sin_cos();
@@ -267,13 +267,13 @@ fn ring(segments: u32) -> Vec<DVec3> {
 
 /// A mesh in the making, with texture coordinates and normals.
 #[derive(Default)]
-struct Builder {
+struct MeshBuilder {
     mesh: Mesh,
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
 }
 
-impl Builder {
+impl MeshBuilder {
     fn vertex(&mut self, position: DVec3, uv: DVec2, normal: DVec3) -> u32 {
         self.mesh.vertices.push(position);
         self.uvs.push(uv.as_vec2().to_array());

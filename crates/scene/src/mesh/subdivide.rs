@@ -9,19 +9,19 @@ use glam::{DVec3, Vec3};
 
 use crate::error::SceneError;
 use crate::mesh::Mesh;
-use crate::mesh::topology::{Edges, has_three_corners, weld};
+use crate::mesh::topology::{Edges, has_three_corners, weld_vertices};
 
 /// The most triangles that subdivision may make.
-pub const MAX_TRIANGLES: usize = 1 << 25;
+pub const MAX_SUBDIVIDED_TRIANGLES: usize = 1 << 25;
 
 /// `levels` steps of Loop's scheme (C. Loop, Smooth Subdivision Surfaces Based on Triangles, 1987). Edges of one
 /// triangle, or of more than two, are sharp: points on them are spline curves of their own (Hoppe et al. 1994), and stay
 /// where they are where more than two such edges meet. The result has shading normals.
 ///
 /// # Errors
-/// [`SceneError::World`] where the mesh is invalid or would get more than [`MAX_TRIANGLES`] triangles.
+/// [`SceneError::World`] where the mesh is invalid or would get more than [`MAX_SUBDIVIDED_TRIANGLES`] triangles.
 pub fn loop_subdivide(mesh: &Mesh, levels: u32) -> Result<Mesh, SceneError> {
-    let mut refined = Refined::new(mesh, levels)?;
+    let mut refined = SubdividedMesh::new(mesh, levels)?;
     for _ in 0..levels {
         refined.split(loop_points);
     }
@@ -34,9 +34,9 @@ pub fn loop_subdivide(mesh: &Mesh, levels: u32) -> Result<Mesh, SceneError> {
 /// `levels` steps of splitting each triangle in four at its edges' midpoints: the same surface.
 ///
 /// # Errors
-/// [`SceneError::World`] where the mesh is invalid or would get more than [`MAX_TRIANGLES`] triangles.
+/// [`SceneError::World`] where the mesh is invalid or would get more than [`MAX_SUBDIVIDED_TRIANGLES`] triangles.
 pub fn midpoint(mesh: &Mesh, levels: u32) -> Result<Mesh, SceneError> {
-    let mut refined = Refined::new(mesh, levels)?;
+    let mut refined = SubdividedMesh::new(mesh, levels)?;
     for _ in 0..levels {
         refined.split(|points, _, edges| {
             let middle = |&[a, b]: &[u32; 2]| points[a as usize].midpoint(points[b as usize]);
@@ -51,40 +51,40 @@ pub fn midpoint(mesh: &Mesh, levels: u32) -> Result<Mesh, SceneError> {
 }
 
 /// A mesh and the surface under it, on which each point is there once.
-struct Refined {
+struct SubdividedMesh {
     mesh: Mesh,
     points: Vec<DVec3>,
     /// For each vertex of the mesh, its point.
-    point_of: Vec<u32>,
+    point_of_vertex: Vec<u32>,
 }
 
 /// From points and triangles between them, with their edges: the points moved, and then one for each edge.
-type Rule = fn(&[DVec3], &[[u32; 3]], &Edges) -> Vec<DVec3>;
+type SubdivisionRule = fn(&[DVec3], &[[u32; 3]], &Edges) -> Vec<DVec3>;
 
-impl Refined {
+impl SubdividedMesh {
     fn new(mesh: &Mesh, levels: u32) -> Result<Self, SceneError> {
         mesh.validate()?;
         let count = mesh.triangles.len();
         let refined = 4_usize
             .checked_pow(levels)
             .and_then(|factor| factor.checked_mul(count));
-        if refined.is_none_or(|refined| refined > MAX_TRIANGLES && levels > 0) {
+        if refined.is_none_or(|refined| refined > MAX_SUBDIVIDED_TRIANGLES && levels > 0) {
             return Err(SceneError::World(format!(
-                "{levels} levels of subdivision make more than {MAX_TRIANGLES} triangles of {count}: each level makes \
+                "{levels} levels of subdivision make more than {MAX_SUBDIVIDED_TRIANGLES} triangles of {count}: each level makes \
                  four of one"
             )));
         }
-        let (points, point_of) = weld(&mesh.vertices);
+        let (points, point_of) = weld_vertices(&mesh.vertices);
         Ok(Self {
             mesh: mesh.clone(),
             points,
-            point_of,
+            point_of_vertex: point_of,
         })
     }
 
     /// One level.
-    fn split(&mut self, rule: Rule) {
-        let surface = self.surface();
+    fn split(&mut self, rule: SubdivisionRule) {
+        let surface = self.point_triangles();
         let point_edges = Edges::new(&surface);
         let points = rule(&self.points, &surface, &point_edges);
 
@@ -104,21 +104,21 @@ impl Refined {
                 edge_points[own[side] as usize] = middle;
             }
         }
-        self.point_of.extend(edge_points);
+        self.point_of_vertex.extend(edge_points);
         self.points = points;
         mesh.vertices = self
-            .point_of
+            .point_of_vertex
             .iter()
             .map(|&point| self.points[point as usize])
             .collect();
 
-        extend(&mut mesh.uvs, &edges, |a, b| {
+        interpolate_on_edges(&mut mesh.uvs, &edges, |a, b| {
             [0, 1].map(|i| f32::midpoint(a[i], b[i]))
         });
-        extend(&mut mesh.vertex_colors, &edges, |a, b| {
+        interpolate_on_edges(&mut mesh.vertex_colors, &edges, |a, b| {
             [0, 1, 2].map(|i| f32::midpoint(a[i], b[i]))
         });
-        extend(&mut mesh.normals, &edges, |a, b| {
+        interpolate_on_edges(&mut mesh.normals, &edges, |a, b| {
             (Vec3::from_array(a) + Vec3::from_array(b))
                 .normalize_or(Vec3::from_array(a))
                 .to_array()
@@ -133,23 +133,23 @@ impl Refined {
             .zip(&edges.of_triangle)
             .flat_map(|(&corners, sides)| four(corners, sides))
             .collect();
-        hand_on(&mut mesh.face_colors);
-        hand_on(&mut mesh.material_slots);
+        repeat_per_triangle(&mut mesh.face_colors);
+        repeat_per_triangle(&mut mesh.material_slots);
     }
 
     /// The triangles between points.
-    fn surface(&self) -> Vec<[u32; 3]> {
+    fn point_triangles(&self) -> Vec<[u32; 3]> {
         self.mesh
             .triangles
             .iter()
-            .map(|triangle| triangle.map(|v| self.point_of[v as usize]))
+            .map(|triangle| triangle.map(|v| self.point_of_vertex[v as usize]))
             .collect()
     }
 
     /// For each vertex, the mean normal of the triangles around its point, weighted by area.
     fn smooth_normals(&self) -> Vec<[f32; 3]> {
         let mut sums = vec![DVec3::ZERO; self.points.len()];
-        for triangle in self.surface() {
+        for triangle in self.point_triangles() {
             let [a, b, c] = triangle.map(|point| self.points[point as usize]);
             for point in triangle {
                 sums[point as usize] += (b - a).cross(c - a);
@@ -161,7 +161,7 @@ impl Refined {
                 .as_vec3()
                 .to_array()
         };
-        self.point_of.iter().map(unit).collect()
+        self.point_of_vertex.iter().map(unit).collect()
     }
 }
 
@@ -232,7 +232,11 @@ fn loop_weight(n: u32) -> f64 {
 }
 
 /// Adds a value for each edge to an array of one for each vertex.
-fn extend<T: Copy>(values: &mut Option<Vec<T>>, edges: &Edges, between: impl Fn(T, T) -> T) {
+fn interpolate_on_edges<T: Copy>(
+    values: &mut Option<Vec<T>>,
+    edges: &Edges,
+    between: impl Fn(T, T) -> T,
+) {
     if let Some(values) = values {
         let added: Vec<T> = edges
             .ends
@@ -244,7 +248,7 @@ fn extend<T: Copy>(values: &mut Option<Vec<T>>, edges: &Edges, between: impl Fn(
 }
 
 /// Gives the value of each triangle to the four made of it.
-fn hand_on<T: Copy>(values: &mut Option<Vec<T>>) {
+fn repeat_per_triangle<T: Copy>(values: &mut Option<Vec<T>>) {
     if let Some(values) = values {
         *values = values.iter().flat_map(|&value| [value; 4]).collect();
     }

@@ -47,7 +47,7 @@ pub fn has_three_corners(&[a, b, c]: &[u32; 3]) -> bool {
 }
 
 /// The different positions among vertices, and for each vertex which of them it has.
-pub fn weld(vertices: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
+pub fn weld_vertices(vertices: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
     // Adding 0 makes +0 of -0, which are the same place.
     let bits = |vertex: DVec3| (vertex + 0.0).to_array().map(f64::to_bits);
     let mut order: Vec<u32> = (0..vertices.len() as u32).collect();

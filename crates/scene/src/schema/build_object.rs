@@ -5,11 +5,11 @@ use glam::{DAffine3, DMat3, DVec3};
 use crate::error::SceneError;
 use crate::material::Material;
 use crate::math::rotation;
-use crate::model::Files;
-use crate::schema::build_world::Failure;
-use crate::schema::geometry::{Additions, FileMeshes};
+use crate::model::AssetLoader;
+use crate::schema::build_world::BuildFailure;
+use crate::schema::geometry::{Additions, LoadedMeshes};
 use crate::schema::keys::Keys;
-use crate::schema::material_keys::STYLE;
+use crate::schema::material_keys::MATERIAL_KEYS;
 use crate::schema::shorthand::{Category, Splat};
 use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
@@ -43,19 +43,23 @@ impl ObjectSpec {
     ///
     /// # Errors
     /// [`SceneError`] where shape, transform or material make no sense, and whatever `files` says.
-    pub fn build<F: Files>(self, world: &mut World, files: &mut F) -> Result<usize, F::Error> {
-        self.place(world, files, &mut FileMeshes::default())
-            .map_err(Failure::into_error)
+    pub fn build<F: AssetLoader>(
+        self,
+        world: &mut World,
+        files: &mut F,
+    ) -> Result<usize, F::Error> {
+        self.build_object(world, files, &mut LoadedMeshes::default())
+            .map_err(BuildFailure::into_error)
     }
 
     /// [`ObjectSpec::build`], for who needs to know whether the description or a file is at fault; with the files that were
     /// read for earlier objects.
-    pub(crate) fn place<F: Files>(
+    pub(crate) fn build_object<F: AssetLoader>(
         mut self,
         world: &mut World,
         files: &mut F,
-        known: &mut FileMeshes,
-    ) -> Result<usize, Failure<F::Error>> {
+        known: &mut LoadedMeshes,
+    ) -> Result<usize, BuildFailure<F::Error>> {
         let keys = self.keys();
         let kind = keys.exactly_one("shape", &SHAPES)?;
         if kind != "vertices" {
@@ -64,9 +68,9 @@ impl ObjectSpec {
                 "it goes with \"vertices\", which is missing",
             )?;
         }
-        self.check_style(&keys)?;
-        let (world_from_mesh, shape) = self.transform(world.up, &keys)?;
-        let name = self.chosen_name(kind)?;
+        self.check_material(&keys)?;
+        let (world_from_mesh, shape) = self.object_transform(world.up, &keys)?;
+        let name = self.object_name(kind)?;
         let mut category = self.category.take().map(|Category(name)| name);
 
         let (mesh, materials) = match self.instance_of.take() {
@@ -98,7 +102,7 @@ impl ObjectSpec {
                 )?;
                 let id = world
                     .find_object(&original)
-                    .map_err(|error| error.within("instance_of"))?;
+                    .map_err(|error| error.in_context("instance_of"))?;
                 let Object {
                     mesh,
                     materials,
@@ -106,7 +110,7 @@ impl ObjectSpec {
                     ..
                 } = world.objects[id].clone();
                 category = category.or(theirs);
-                if keys.given(&STYLE).is_empty() {
+                if keys.given(&MATERIAL_KEYS).is_empty() {
                     (mesh, materials)
                 } else {
                     let next = world.textures.len();
@@ -115,7 +119,7 @@ impl ObjectSpec {
                         .iter()
                         .map(|&i| world.materials[i].clone())
                         .collect();
-                    self.restyle_all(&mut restyled, &puts, &keys)?;
+                    self.apply_material_all(&mut restyled, &puts, &keys)?;
                     for material in &mut restyled {
                         material.name.clear();
                     }
@@ -129,19 +133,19 @@ impl ObjectSpec {
             mesh,
             materials,
             world_from_mesh,
-            shape,
+            scale_shear: shape,
         })?)
     }
 
     /// world_from_mesh, and the part of it that is not location and rotation.
-    fn transform(&self, up: Up, keys: &Keys<KEYS>) -> Result<(DAffine3, DMat3), SceneError> {
+    fn object_transform(&self, up: Up, keys: &Keys<KEYS>) -> Result<(DAffine3, DMat3), SceneError> {
         if let Some(rows) = &self.matrix {
             let others = ["location", "roll", "pitch", "yaw", "scale"];
             keys.refuse(
                 &others,
                 "\"matrix\" is given too, and says it already: give one of them",
             )?;
-            let transform = affine(rows).map_err(|error| error.within("matrix"))?;
+            let transform = affine(rows).map_err(|error| error.in_context("matrix"))?;
             return Ok((transform, transform.matrix3));
         }
         let numbers = [
@@ -182,7 +186,7 @@ impl ObjectSpec {
     }
 
     /// Its name, or the word for what it is.
-    fn chosen_name(&self, kind: &str) -> Result<String, SceneError> {
+    fn object_name(&self, kind: &str) -> Result<String, SceneError> {
         match (&self.name, &self.mesh, &self.instance_of) {
             (Some(name), ..) if name.is_empty() => {
                 Err(SceneError::schema("name", "\"\": expected a name, or none"))

@@ -2,27 +2,27 @@
 
 use crate::error::SceneError;
 use crate::light::Light;
-use crate::model::Files;
+use crate::model::AssetLoader;
 use crate::schema::WorldFile;
-use crate::schema::geometry::FileMeshes;
+use crate::schema::geometry::LoadedMeshes;
 use crate::video::Video;
 use crate::world::World;
 
 /// What stopped the building: the description, or a file that it names.
-pub enum Failure<E> {
+pub enum BuildFailure<E> {
     /// The description.
     Scene(SceneError),
     /// A file, and the key that names it.
     File(String, E),
 }
 
-impl<E> From<SceneError> for Failure<E> {
+impl<E> From<SceneError> for BuildFailure<E> {
     fn from(error: SceneError) -> Self {
         Self::Scene(error)
     }
 }
 
-impl<E: From<SceneError>> Failure<E> {
+impl<E: From<SceneError>> BuildFailure<E> {
     /// As the error of whoever reads the files.
     pub fn into_error(self) -> E {
         match self {
@@ -37,19 +37,21 @@ impl WorldFile {
     ///
     /// # Errors
     /// [`SceneError::Schema`] with the path of the key at fault, and whatever `files` says.
-    pub fn build<F: Files>(self, files: &mut F) -> Result<World, F::Error> {
+    pub fn build<F: AssetLoader>(self, files: &mut F) -> Result<World, F::Error> {
         let mut world = World {
             up: self.up,
             ..World::default()
         };
-        let mut known = FileMeshes::default();
+        let mut known = LoadedMeshes::default();
         for (i, object) in self.object.into_iter().enumerate() {
-            object
-                .place(&mut world, files, &mut known)
-                .map_err(|failure| match failure {
-                    Failure::Scene(error) => error.within(&format!("object[{i}]")).into(),
-                    Failure::File(key, error) => F::named_by(error, &format!("object[{i}].{key}")),
-                })?;
+            object.build_object(&mut world, files, &mut known).map_err(
+                |failure| match failure {
+                    BuildFailure::Scene(error) => error.in_context(&format!("object[{i}]")).into(),
+                    BuildFailure::File(key, error) => {
+                        F::in_context(error, &format!("object[{i}].{key}"))
+                    }
+                },
+            )?;
         }
         for (i, mut light) in self.light.into_iter().enumerate() {
             let key = match light {
@@ -58,28 +60,29 @@ impl WorldFile {
             };
             light
                 .read(files)
-                .map_err(|error| F::named_by(error, &format!("light[{i}].{key}")))?;
+                .map_err(|error| F::in_context(error, &format!("light[{i}].{key}")))?;
             world
                 .add_light(light)
-                .map_err(|error| error.within(&format!("light[{i}]")))?;
+                .map_err(|error| error.in_context(&format!("light[{i}]")))?;
         }
         for (i, spec) in self.camera.iter().enumerate() {
             let camera = spec
                 .build(self.up)
-                .map_err(|error| error.within(&format!("camera[{i}]")))?;
+                .map_err(|error| error.in_context(&format!("camera[{i}]")))?;
             world.add_camera(spec.name.as_deref().unwrap_or("camera"), camera);
         }
         for (i, spec) in self.rig.iter().enumerate() {
-            let within = |error: SceneError| error.within(&format!("rig[{i}]"));
+            let within = |error: SceneError| error.in_context(&format!("rig[{i}]"));
             let rig = spec.build(self.up).map_err(within)?;
             world.add_rig(rig).map_err(within)?;
         }
         self.render
             .validate()
-            .map_err(|error| error.within("render"))?;
+            .map_err(|error| error.in_context("render"))?;
         world.render = self.render;
         if let Some(spec) = &self.video {
-            world.video = Some(Video::new(spec, &world).map_err(|error| error.within("video"))?);
+            world.video =
+                Some(Video::new(spec, &world).map_err(|error| error.in_context("video"))?);
         }
         Ok(world)
     }

@@ -11,18 +11,18 @@ use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::mesh::primitive;
 use crate::mesh::subdivide;
-use crate::model::Files;
-use crate::schema::build_world::Failure;
+use crate::model::AssetLoader;
+use crate::schema::build_world::BuildFailure;
 use crate::schema::shorthand::{Refine, Scheme};
 use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
 
 /// The mesh files that were read so far, by name: one that several objects name is read once.
-pub type FileMeshes = HashMap<String, FileMesh>;
+pub type LoadedMeshes = HashMap<String, LoadedMesh>;
 
 /// What a mesh file gave.
 #[derive(Clone)]
-pub struct FileMesh {
+pub struct LoadedMesh {
     /// All its parts.
     pub mesh: Arc<Mesh>,
     /// Where the world has it as it is.
@@ -44,15 +44,15 @@ pub(super) struct Additions {
 
 impl ObjectSpec {
     /// Its own mesh, refined and checked, with its materials and their textures, of which the first will be the world's
-    /// `next_texture`; and what its file gave, where it has one. `plain` is a mesh as it is in the file.
-    pub(super) fn additions<F: Files>(
+    /// `next_texture`; and what its file gave, where it has one. `for_mesh` is a mesh as it is in the file.
+    pub(super) fn additions<F: AssetLoader>(
         &mut self,
         keys: &Keys<KEYS>,
         next_texture: usize,
         files: &mut F,
-        known: &FileMeshes,
+        known: &LoadedMeshes,
         plain: bool,
-    ) -> Result<(Additions, Option<FileMesh>), Failure<F::Error>> {
+    ) -> Result<(Additions, Option<LoadedMesh>), BuildFailure<F::Error>> {
         let (mut textures, mut notices) = (Vec::new(), Vec::new());
         let read = match &self.mesh {
             None => None,
@@ -61,8 +61,10 @@ impl ObjectSpec {
                 None => {
                     let model = files
                         .mesh(file)
-                        .map_err(|error| Failure::File("mesh".into(), error))?;
-                    let (mesh, slots) = model.merged().map_err(|error| error.within("mesh"))?;
+                        .map_err(|error| BuildFailure::File("mesh".into(), error))?;
+                    let (mesh, slots) = model
+                        .as_single_mesh()
+                        .map_err(|error| error.in_context("mesh"))?;
                     let mut materials: Vec<Material> = slots
                         .iter()
                         .map(|&slot| model.materials[slot].clone())
@@ -73,7 +75,7 @@ impl ObjectSpec {
                             .for_each(|slot| slot.texture += next_texture);
                     }
                     (textures, notices) = (model.textures, model.notices);
-                    FileMesh {
+                    LoadedMesh {
                         mesh: Arc::new(mesh),
                         index: None,
                         materials,
@@ -98,12 +100,14 @@ impl ObjectSpec {
             self.change_mesh(&mut additions)?;
         }
         if additions.materials.is_empty() {
-            additions.materials.push(Material::plain(&additions.mesh));
+            additions
+                .materials
+                .push(Material::for_mesh(&additions.mesh));
         }
         let next = next_texture + additions.textures.len();
         let (textures, puts) = self.read_textures(&additions.mesh, next, files)?;
         additions.textures.extend(textures);
-        self.restyle_all(&mut additions.materials, &puts, keys)?;
+        self.apply_material_all(&mut additions.materials, &puts, keys)?;
         Ok((additions, read))
     }
 
@@ -129,7 +133,7 @@ impl ObjectSpec {
                 Scheme::Loop => subdivide::loop_subdivide(mesh, levels),
                 Scheme::Midpoint => subdivide::midpoint(mesh, levels),
             };
-            *mesh = refined.map_err(|error| error.within("refine"))?;
+            *mesh = refined.map_err(|error| error.in_context("refine"))?;
         }
         Ok(())
     }
@@ -137,7 +141,7 @@ impl ObjectSpec {
     /// The mesh of a primitive, or of vertices and triangles.
     fn own_mesh(&mut self) -> Result<Mesh, SceneError> {
         let of =
-            |key: &str, mesh: Result<Mesh, SceneError>| mesh.map_err(|error| error.within(key));
+            |key: &str, mesh: Result<Mesh, SceneError>| mesh.map_err(|error| error.in_context(key));
         if let Some(shape) = &self.box_ {
             return of("box", primitive::box_(shape.size.0));
         }

@@ -5,14 +5,14 @@ use crate::error::{SceneError, suggestion};
 use crate::material::glass::Glass;
 use crate::material::metal::Metal;
 use crate::material::principled::Principled;
-use crate::material::{Alpha, Material, Reflectance};
+use crate::material::{Alpha, Material, MaterialModel};
 use crate::schema::keys::Keys;
 use crate::schema::shorthand::{Color, Splat};
 use crate::schema::spec::object::{KEYS, MaterialType, ObjectSpec};
-use crate::schema::texture_binding::Put;
+use crate::schema::texture_binding::TextureBinding;
 
 /// The keys that change a material.
-pub(crate) const STYLE: [&str; 32] = [
+pub(crate) const MATERIAL_KEYS: [&str; 32] = [
     "type",
     "color",
     "texture",
@@ -48,9 +48,9 @@ pub(crate) const STYLE: [&str; 32] = [
 ];
 
 /// The keys that the lecture's material alone has, and those of metal, of glass and of principled.
-const LECTURE: [&str; 2] = ["diffuse", "shininess"];
-const METAL: [&str; 1] = ["metal"];
-const GLASS: [&str; 6] = [
+const PHONG_KEYS: [&str; 2] = ["diffuse", "shininess"];
+const METAL_KEYS: [&str; 1] = ["metal"];
+const GLASS_KEYS: [&str; 6] = [
     "ior",
     "thin",
     "dispersion",
@@ -58,7 +58,7 @@ const GLASS: [&str; 6] = [
     "attenuation_distance",
     "priority",
 ];
-const PRINCIPLED: [&str; 14] = [
+const PRINCIPLED_KEYS: [&str; 14] = [
     "metallic",
     "specular_color",
     "transmission",
@@ -77,9 +77,9 @@ const PRINCIPLED: [&str; 14] = [
 
 impl ObjectSpec {
     /// Whether the keys of the material go together, and their values make sense.
-    pub(crate) fn check_style(&self, keys: &Keys<KEYS>) -> Result<(), SceneError> {
+    pub(crate) fn check_material(&self, keys: &Keys<KEYS>) -> Result<(), SceneError> {
         let needs = |named: &str| format!("it goes with type = {named}");
-        // What a file or another object has said already may be changed: see `restyle_all`.
+        // What a file or another object has said already may be changed: see `apply_material_all`.
         let known = self.type_.is_none() && (self.mesh.is_some() || self.instance_of.is_some());
         match self.type_ {
             Some(MaterialType::Unlit) => {
@@ -96,7 +96,7 @@ impl ObjectSpec {
             }
             Some(MaterialType::Principled) => {
                 let reason = "type = \"principled\" has metallic and roughness; leave out the type for diffuse and shininess";
-                keys.refuse(&LECTURE, reason)?;
+                keys.refuse(&PHONG_KEYS, reason)?;
             }
             None if known => {}
             None => {
@@ -105,7 +105,7 @@ impl ObjectSpec {
             }
         }
         if self.type_ != Some(MaterialType::Metal) {
-            keys.refuse(&METAL, &needs("\"metal\""))?;
+            keys.refuse(&METAL_KEYS, &needs("\"metal\""))?;
         }
         if !known
             && !matches!(
@@ -113,10 +113,10 @@ impl ObjectSpec {
                 Some(MaterialType::Glass | MaterialType::Principled)
             )
         {
-            keys.refuse(&GLASS, &needs("\"glass\" or \"principled\""))?;
+            keys.refuse(&GLASS_KEYS, &needs("\"glass\" or \"principled\""))?;
         }
         if !known && self.type_ != Some(MaterialType::Principled) {
-            keys.refuse(&PRINCIPLED, &needs("\"principled\""))?;
+            keys.refuse(&PRINCIPLED_KEYS, &needs("\"principled\""))?;
         }
         if self.metal.is_some() {
             keys.refuse(
@@ -167,7 +167,7 @@ impl ObjectSpec {
             ));
         }
         let mut material = Material::default();
-        self.restyle(&mut material, &[]);
+        self.apply_material(&mut material, &[]);
         material
             .validate()
             .map_err(|error| SceneError::schema("type", error.to_string()))
@@ -177,15 +177,18 @@ impl ObjectSpec {
     ///
     /// # Errors
     /// [`SceneError::Schema`] where something is said that none of them has.
-    pub(crate) fn restyle_all(
+    pub(crate) fn apply_material_all(
         &self,
         materials: &mut [Material],
-        textures: &[Put],
+        textures: &[TextureBinding],
         keys: &Keys<KEYS>,
     ) -> Result<(), SceneError> {
         let mut unused: Vec<_> = textures.iter().map(|_| true).collect();
         for material in &mut *materials {
-            for (unused, used) in unused.iter_mut().zip(self.restyle(material, textures)) {
+            for (unused, used) in unused
+                .iter_mut()
+                .zip(self.apply_material(material, textures))
+            {
                 *unused &= !used;
             }
         }
@@ -196,15 +199,15 @@ impl ObjectSpec {
                 "it goes with type = \"principled\"",
             ));
         }
-        // With a type, `check_style` has looked.
-        let takes = |material: &Material, key: &str| match &material.reflectance {
-            Reflectance::Principled(_) => !METAL.contains(&key),
-            Reflectance::Glass(_) => GLASS.contains(&key) || key == "roughness",
-            Reflectance::Metal(_) => key == "roughness",
-            Reflectance::Lecture { .. } | Reflectance::Unlit => false,
+        // With a type, `check_material` has looked.
+        let takes = |material: &Material, key: &str| match &material.model {
+            MaterialModel::Principled(_) => !METAL_KEYS.contains(&key),
+            MaterialModel::Glass(_) => GLASS_KEYS.contains(&key) || key == "roughness",
+            MaterialModel::Metal(_) => key == "roughness",
+            MaterialModel::Phong { .. } | MaterialModel::Unlit => false,
         };
-        let mut given = keys.given(&GLASS);
-        given.extend(keys.given(&PRINCIPLED));
+        let mut given = keys.given(&GLASS_KEYS);
+        given.extend(keys.given(&PRINCIPLED_KEYS));
         given.extend(keys.given(&["roughness"]));
         let lacking = |key: &&&str| !materials.iter().any(|material| takes(material, key));
         match given.iter().find(lacking) {
@@ -217,12 +220,12 @@ impl ObjectSpec {
     }
 
     /// Changes a material to what is said here, and says which of the textures it has a place for.
-    fn restyle(&self, material: &mut Material, textures: &[Put]) -> Vec<bool> {
+    fn apply_material(&self, material: &mut Material, textures: &[TextureBinding]) -> Vec<bool> {
         // An image named here shows as it is, unless a colour to multiply it by is named here too.
         let textured = textures.iter().any(|put| put.key == "texture");
         match self.color {
             Some(Color(color)) => material.color = color,
-            None if textured || self.is_clear() => material.color = [1.0; 3],
+            None if textured || self.color_is_filter() => material.color = [1.0; 3],
             None => {}
         }
         if let Some(Splat(emission)) = self.emission {
@@ -239,27 +242,27 @@ impl ObjectSpec {
             material.priority
         };
         material.priority = self.priority.unwrap_or(known);
-        let reflectance = std::mem::replace(&mut material.reflectance, Reflectance::Unlit);
-        material.reflectance = self.reflectance(reflectance);
+        let reflectance = std::mem::replace(&mut material.model, MaterialModel::Unlit);
+        material.model = self.material_model(reflectance);
         textures
             .iter()
-            .map(|put| put.into(material, !self.says(put.key)))
+            .map(|put| put.bind(material, !self.has_value(put.key)))
             .collect()
     }
 
     /// How it reflects light, where it did so before.
-    fn reflectance(&self, base: Reflectance) -> Reflectance {
+    fn material_model(&self, base: MaterialModel) -> MaterialModel {
         match (self.type_, base) {
-            (Some(MaterialType::Unlit), _) => Reflectance::Unlit,
-            (Some(MaterialType::Matte), _) => Reflectance::Lecture {
+            (Some(MaterialType::Unlit), _) => MaterialModel::Unlit,
+            (Some(MaterialType::Matte), _) => MaterialModel::Phong {
                 diffuse: self.diffuse.unwrap_or(1.0),
                 specular: [0.0; 3],
                 shininess: 32.0,
             },
             (Some(MaterialType::Metal), _) => self.metal(),
-            (Some(MaterialType::Glass), _) => Reflectance::Glass(self.glass(Glass::default())),
+            (Some(MaterialType::Glass), _) => MaterialModel::Glass(self.glass(Glass::default())),
             (Some(MaterialType::Principled), _) => {
-                Reflectance::Principled(Box::new(self.principled(Principled {
+                MaterialModel::Principled(Box::new(self.principled(Principled {
                     metallic: 0.0.into(),
                     roughness: 0.5.into(),
                     thickness: 1.0.into(),
@@ -267,27 +270,29 @@ impl ObjectSpec {
                     ..Principled::default()
                 })))
             }
-            (None, Reflectance::Principled(base)) if !self.is_lecture() => {
-                Reflectance::Principled(Box::new(self.principled(*base)))
+            (None, MaterialModel::Principled(base)) if !self.is_phong() => {
+                MaterialModel::Principled(Box::new(self.principled(*base)))
             }
-            (None, Reflectance::Glass(base)) if !self.relit() => {
-                Reflectance::Glass(self.glass(base))
+            (None, MaterialModel::Glass(base)) if !self.needs_lighting() => {
+                MaterialModel::Glass(self.glass(base))
             }
-            (None, Reflectance::Metal(base)) if !self.relit() => Reflectance::Metal(Metal {
-                roughness: self.roughness.unwrap_or(base.roughness),
-                ..base
-            }),
-            (None, Reflectance::Unlit) if !self.relit() => Reflectance::Unlit,
+            (None, MaterialModel::Metal(base)) if !self.needs_lighting() => {
+                MaterialModel::Metal(Metal {
+                    roughness: self.roughness.unwrap_or(base.roughness),
+                    ..base
+                })
+            }
+            (None, MaterialModel::Unlit) if !self.needs_lighting() => MaterialModel::Unlit,
             (None, base) => {
                 let (diffuse, specular, shininess) = match base {
-                    Reflectance::Lecture {
+                    MaterialModel::Phong {
                         diffuse,
                         specular,
                         shininess,
                     } => (diffuse, specular, shininess),
                     _ => (1.0, [0.0; 3], 32.0),
                 };
-                Reflectance::Lecture {
+                MaterialModel::Phong {
                     diffuse: self.diffuse.unwrap_or(diffuse),
                     specular: self
                         .specular
@@ -299,20 +304,20 @@ impl ObjectSpec {
     }
 
     /// Whether a value that a texture may multiply is given.
-    fn says(&self, key: &str) -> bool {
+    fn has_value(&self, key: &str) -> bool {
         !self.keys().given(&[key]).is_empty()
     }
 
     /// Whether its color multiplies what passes or is reflected unchanged, so that it is white where nothing is said.
-    fn is_clear(&self) -> bool {
+    fn color_is_filter(&self) -> bool {
         self.metal.is_some() || self.type_ == Some(MaterialType::Glass)
     }
 
-    fn metal(&self) -> Reflectance {
+    fn metal(&self) -> MaterialModel {
         let roughness = self.roughness.unwrap_or(0.0);
         match self.metal.as_deref().and_then(Metal::named) {
-            Some(metal) => Reflectance::Metal(Metal { roughness, ..metal }),
-            None => Reflectance::Principled(Box::new(Principled {
+            Some(metal) => MaterialModel::Metal(Metal { roughness, ..metal }),
+            None => MaterialModel::Principled(Box::new(Principled {
                 roughness: roughness.into(),
                 ..Principled::default()
             })),
@@ -381,12 +386,12 @@ impl ObjectSpec {
     }
 
     /// Whether this is said of the lecture's material alone.
-    fn is_lecture(&self) -> bool {
+    fn is_phong(&self) -> bool {
         self.diffuse.is_some() || self.shininess.is_some()
     }
 
     /// Whether anything said here needs light.
-    fn relit(&self) -> bool {
+    fn needs_lighting(&self) -> bool {
         self.diffuse.is_some() || self.specular.is_some() || self.shininess.is_some()
     }
 }

@@ -1,7 +1,7 @@
 //! What people write: world files and Python dicts, one schema for both.
 //!
 //! The structs are the reference: their doc comments are the documentation, and [`json_schema`] is made from them. A text
-//! or a dict becomes a [`Node`] first; [`from_node`] reads a struct from it, with errors that name the key, its place in
+//! or a dict becomes a [`SpannedValue`] first; [`from_value`] reads a struct from it, with errors that name the key, its place in
 //! the text and the nearest valid name.
 
 pub(crate) mod build_object;
@@ -17,8 +17,8 @@ pub(crate) mod texture_binding;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-pub use crate::schema::deserialize::from_node;
-pub use crate::schema::deserialize::value::{Entry, Node, Value};
+pub use crate::schema::deserialize::from_value;
+pub use crate::schema::deserialize::value::{Entry, SpannedValue, Value};
 pub use crate::schema::shorthand::{Category, Color, Refine, Scheme, Splat, Wraps};
 pub use crate::schema::spec::camera::{CameraSpec, Projection};
 pub use crate::schema::spec::object::{MaterialType, ObjectSpec};
@@ -32,7 +32,7 @@ pub use crate::schema::spec::shape::{
 pub use crate::schema::spec::texture::{
     ImageSpec, TextureChannel, TextureSpec, TextureTable, TexturesSpec,
 };
-pub use crate::schema::spec::video::{Interpolation, KeyframeSpec, OrbitSpec, VideoSpec};
+pub use crate::schema::spec::video::{KeyframeInterpolation, KeyframeSpec, OrbitSpec, VideoSpec};
 
 use crate::light::Light;
 use crate::world::Up;

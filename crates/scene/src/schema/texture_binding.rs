@@ -1,20 +1,20 @@
 //! Where a description's textures go in a material.
 
 use crate::material::principled::{NormalMap, Textured};
-use crate::material::{Material, Reflectance};
+use crate::material::{Material, MaterialModel};
 use crate::texture::TextureSlot;
 
 /// A texture's place in a material.
-pub(crate) struct Put {
+pub(crate) struct TextureBinding {
     /// What it multiplies; "texture" for the base colour.
     pub key: &'static str,
     pub slot: TextureSlot,
     pub strength: f32,
 }
 
-impl Put {
+impl TextureBinding {
     /// Puts it where it belongs; whether the material has such a place. `plain` values become 1.
-    pub(crate) fn into(&self, material: &mut Material, plain: bool) -> bool {
+    pub(crate) fn bind(&self, material: &mut Material, plain: bool) -> bool {
         let slot = Some(self.slot);
         let normal = Some(NormalMap {
             texture: self.slot,
@@ -34,13 +34,13 @@ impl Put {
                     material.emission.value = [1.0; 3];
                 }
             }
-            _ => return self.put_in_principled(&mut material.reflectance, plain),
+            _ => return self.bind_principled(&mut material.model, plain),
         }
         true
     }
 
-    fn put_in_principled(&self, reflectance: &mut Reflectance, plain: bool) -> bool {
-        let Reflectance::Principled(p) = reflectance else {
+    fn bind_principled(&self, reflectance: &mut MaterialModel, plain: bool) -> bool {
+        let MaterialModel::Principled(p) = reflectance else {
             return false;
         };
         let slot = Some(self.slot);

@@ -52,7 +52,7 @@ impl TexelKind {
         }
     }
 
-    /// Texels from the bytes that [`Texels::put_bytes`] has made of them.
+    /// Texels from the bytes that [`Texels::write_bytes`] has made of them.
     pub fn texels(self, bytes: &[u8]) -> Texels {
         let small = || bytes.as_chunks().0.to_vec();
         match self {
@@ -93,9 +93,9 @@ impl Texels {
     #[inline]
     pub fn linear(&self, index: usize) -> [f32; 4] {
         match self {
-            Self::Srgb8(texels) => of_srgb8(texels[index]),
-            Self::Linear8(texels) => of_linear8(texels[index]),
-            Self::Linear16(texels) => of_linear16(texels[index]),
+            Self::Srgb8(texels) => decode_srgb8(texels[index]),
+            Self::Linear8(texels) => decode_linear8(texels[index]),
+            Self::Linear16(texels) => decode_linear16(texels[index]),
             Self::Float(texels) => texels[index],
             Self::Paged(texels) => texels.linear(index),
         }
@@ -103,21 +103,26 @@ impl Texels {
 
     /// The linear values where two columns meet two rows, row by row, of an image of this width.
     #[inline]
-    pub(super) fn crossing(&self, width: usize, [x0, x1]: [usize; 2], rows: [usize; 2]) -> Square {
+    pub(super) fn fetch_quad(
+        &self,
+        width: usize,
+        [x0, x1]: [usize; 2],
+        rows: [usize; 2],
+    ) -> TexelQuad {
         fn of<T: Copy>(
             texels: &[T],
             all: [[usize; 2]; 2],
             linear: impl Fn(T) -> [f32; 4],
-        ) -> Square {
+        ) -> TexelQuad {
             all.map(|row| row.map(|index| linear(texels[index])))
         }
         let all = rows.map(|y| [y * width + x0, y * width + x1]);
         match self {
-            Self::Srgb8(texels) => of(texels, all, of_srgb8),
-            Self::Linear8(texels) => of(texels, all, of_linear8),
-            Self::Linear16(texels) => of(texels, all, of_linear16),
+            Self::Srgb8(texels) => of(texels, all, decode_srgb8),
+            Self::Linear8(texels) => of(texels, all, decode_linear8),
+            Self::Linear16(texels) => of(texels, all, decode_linear16),
             Self::Float(texels) => of(texels, all, |texel| texel),
-            Self::Paged(texels) => texels.crossing([x0, x1], rows),
+            Self::Paged(texels) => texels.fetch_quad([x0, x1], rows),
         }
     }
 
@@ -127,7 +132,7 @@ impl Texels {
     /// [`SceneError::Storage`] where the file that they are in cannot be read.
     pub fn in_memory(&self) -> Result<Cow<'_, Texels>, SceneError> {
         Ok(match self {
-            Self::Paged(texels) => Cow::Owned(texels.all()?),
+            Self::Paged(texels) => Cow::Owned(texels.read_all()?),
             texels => Cow::Borrowed(texels),
         })
     }
@@ -138,7 +143,7 @@ impl Texels {
     /// Those of [`Texels::in_memory`].
     pub(crate) fn into_memory(self) -> Result<Texels, SceneError> {
         match self {
-            Self::Paged(texels) => texels.all(),
+            Self::Paged(texels) => texels.read_all(),
             texels => Ok(texels),
         }
     }
@@ -154,7 +159,7 @@ impl Texels {
     }
 
     /// Appends the bytes of some, which are in memory.
-    pub(super) fn put_bytes(&self, range: Range<usize>, bytes: &mut Vec<u8>) {
+    pub(super) fn write_bytes(&self, range: Range<usize>, bytes: &mut Vec<u8>) {
         match self {
             Self::Srgb8(texels) | Self::Linear8(texels) => {
                 bytes.extend_from_slice(texels[range].as_flattened());
@@ -173,29 +178,29 @@ impl Texels {
 }
 
 #[inline]
-fn of_srgb8([r, g, b, a]: [u8; 4]) -> [f32; 4] {
+fn decode_srgb8([r, g, b, a]: [u8; 4]) -> [f32; 4] {
     let [r, g, b] = linear_from_srgb8([r, g, b]);
     [r, g, b, f32::from(a) / 255.0]
 }
 
 #[inline]
-fn of_linear8(texel: [u8; 4]) -> [f32; 4] {
+fn decode_linear8(texel: [u8; 4]) -> [f32; 4] {
     texel.map(|v| f32::from(v) / 255.0)
 }
 
 #[inline]
-fn of_linear16(texel: [u16; 4]) -> [f32; 4] {
+fn decode_linear16(texel: [u16; 4]) -> [f32; 4] {
     texel.map(|v| f32::from(v) / 65535.0)
 }
 
 /// Two rows of two texels.
-pub(super) type Square = [[[f32; 4]; 2]; 2];
+pub(super) type TexelQuad = [[[f32; 4]; 2]; 2];
 
 /// An image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Image {
     /// The file it came from, or empty.
-    #[serde(serialize_with = "last_part")]
+    #[serde(serialize_with = "file_name")]
     pub name: String,
     /// Columns and rows.
     pub size: [u32; 2],
@@ -205,7 +210,7 @@ pub struct Image {
 }
 
 /// A file without its folder: the same image is the same data wherever it was read from.
-fn last_part<S: Serializer>(name: &str, serializer: S) -> Result<S::Ok, S::Error> {
+fn file_name<S: Serializer>(name: &str, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(name.rsplit(['/', '\\']).next().unwrap_or(name))
 }
 

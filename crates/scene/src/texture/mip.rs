@@ -41,8 +41,8 @@ impl Image {
         let [w, h] = halved(self.size);
         let mean = |x: u32, y: u32| {
             let mut sum = [0.0f32; 4];
-            for (row, share) in covered(y, height, h) {
-                for (column, part) in covered(x, width, w) {
+            for (row, share) in covered_texels(y, height, h) {
+                for (column, part) in covered_texels(x, width, w) {
                     let texel = self
                         .texels
                         .linear(row as usize * width as usize + column as usize);
@@ -86,7 +86,7 @@ fn halved(size: [u32; 2]) -> [u32; 2] {
 }
 
 /// The texels of an axis that texel `i` of a shorter one covers, and the share of it that each has.
-fn covered(i: u32, long: u32, short: u32) -> impl Iterator<Item = (u32, f32)> {
+fn covered_texels(i: u32, long: u32, short: u32) -> impl Iterator<Item = (u32, f32)> {
     let ratio = f64::from(long) / f64::from(short);
     let (start, end) = (f64::from(i) * ratio, f64::from(i + 1) * ratio);
     let last = (end.ceil() as u32).min(long);

@@ -13,7 +13,7 @@ use serde::Deserialize;
 pub use self::image::{Image, Texels};
 use crate::error::SceneError;
 pub use crate::texture::cache::paged::PagedTexels;
-pub use crate::texture::cache::{ReadBack, TextureMemory};
+pub use crate::texture::cache::{PageInStats, TextureCache};
 
 /// What a texture does beyond 0..1.
 #[derive(
@@ -36,7 +36,7 @@ pub enum Wrap {
 )]
 #[serde(rename_all = "lowercase")]
 #[schemars(rename = "TextureFilter")]
-pub enum Interpolation {
+pub enum TexelFilter {
     /// The nearest texel.
     Nearest,
     /// Between the four nearest.
@@ -50,11 +50,11 @@ pub struct TextureSampler {
     /// Wrap modes of u and v.
     pub wrap: [Wrap; 2],
     /// Where a texel covers more than a pixel.
-    pub magnification: Interpolation,
+    pub magnification: TexelFilter,
     /// Where a pixel covers more than a texel.
-    pub minification: Interpolation,
+    pub minification: TexelFilter,
     /// Between the levels of a mip map; `None` uses the image alone.
-    pub mip: Option<Interpolation>,
+    pub mip: Option<TexelFilter>,
 }
 
 impl Default for TextureSampler {
@@ -62,9 +62,9 @@ impl Default for TextureSampler {
     fn default() -> Self {
         Self {
             wrap: [Wrap::Repeat; 2],
-            magnification: Interpolation::Linear,
-            minification: Interpolation::Linear,
-            mip: Some(Interpolation::Linear),
+            magnification: TexelFilter::Linear,
+            minification: TexelFilter::Linear,
+            mip: Some(TexelFilter::Linear),
         }
     }
 }
@@ -144,10 +144,10 @@ impl Texture {
         let Image { size, texels, .. } = &*self.image;
         let [u, v] = [0, 1].map(|axis| Axis::new(uv[axis], size[axis], self.sampler.wrap[axis]));
         let width = size[0] as usize;
-        if self.sampler.magnification == Interpolation::Nearest {
+        if self.sampler.magnification == TexelFilter::Nearest {
             return texels.linear(v.nearest() * width + u.nearest());
         }
-        let [above, below] = texels.crossing(width, u.texels, v.texels);
+        let [above, below] = texels.fetch_quad(width, u.texels, v.texels);
         let row = |[left, right]: [[f32; 4]; 2]| mix(left, right, u.fraction);
         mix(row(above), row(below), v.fraction)
     }

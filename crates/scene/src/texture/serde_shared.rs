@@ -9,13 +9,13 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::texture::{Image, Texture, TextureSampler};
 
 #[derive(Serialize)]
-struct Shown<'a> {
+struct SerializedTextures<'a> {
     images: Vec<&'a Image>,
     textures: Vec<(usize, TextureSampler)>,
 }
 
 #[derive(Deserialize)]
-struct Found {
+struct DeserializedTextures {
     images: Vec<Arc<Image>>,
     textures: Vec<(usize, TextureSampler)>,
 }
@@ -36,13 +36,14 @@ pub(crate) fn serialize<S: Serializer>(
             (index, texture.sampler)
         })
         .collect();
-    Shown { images, textures }.serialize(serializer)
+    SerializedTextures { images, textures }.serialize(serializer)
 }
 
 pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<Arc<Texture>>, D::Error> {
-    let Found { images, textures } = Found::deserialize(deserializer)?;
+    let DeserializedTextures { images, textures } =
+        DeserializedTextures::deserialize(deserializer)?;
     let texture = |(index, sampler): (usize, TextureSampler)| match images.get(index) {
         Some(image) => Ok(Arc::new(Texture {
             image: image.clone(),

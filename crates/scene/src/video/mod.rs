@@ -9,8 +9,8 @@ use self::track::Track;
 use crate::camera::{Camera, Pose};
 use crate::error::SceneError;
 use crate::math::rotation;
-use crate::schema::{Interpolation, KeyframeSpec, OrbitSpec, VideoSpec};
-pub use crate::world::at_time::Clock;
+use crate::schema::{KeyframeInterpolation, KeyframeSpec, OrbitSpec, VideoSpec};
+pub use crate::world::at_time::WorldTime;
 use crate::world::{Object, Up, World};
 
 /// The most frames of a video: more than nine hours at 30 a second.
@@ -23,16 +23,16 @@ pub struct Video {
     seconds: f64,
     up: Up,
     orbit: Option<OrbitSpec>,
-    camera: Motion,
+    camera: KeyframedMotion,
     /// By object id.
-    pub(crate) objects: Vec<(usize, Motion)>,
+    pub(crate) objects: Vec<(usize, KeyframedMotion)>,
     /// By the index of the rig.
-    rigs: Vec<(usize, Motion)>,
+    rigs: Vec<(usize, KeyframedMotion)>,
 }
 
 /// What keyframes say of one mover. `rotation` is world_from_body, body axes x forward, y left, z up.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(crate) struct Motion {
+pub(crate) struct KeyframedMotion {
     location: Track<DVec3>,
     rotation: Track<DQuat>,
     target: Track<DVec3>,
@@ -56,14 +56,14 @@ impl Video {
                 (Some(name), None) => {
                     let id = world
                         .find_object(name)
-                        .map_err(|error| error.within(&format!("{place}.object")))?;
-                    mover_of(&mut objects, id)
+                        .map_err(|error| error.in_context(&format!("{place}.object")))?;
+                    mover_mut(&mut objects, id)
                 }
                 (None, Some(name)) => {
                     let id = world
                         .find_rig(name)
-                        .map_err(|error| error.within(&format!("{place}.rig")))?;
-                    mover_of(&mut rigs, id)
+                        .map_err(|error| error.in_context(&format!("{place}.rig")))?;
+                    mover_mut(&mut rigs, id)
                 }
                 (Some(_), Some(_)) => {
                     let message = "object is given too: expected one of the two".into();
@@ -72,7 +72,7 @@ impl Video {
             };
             mover
                 .add(key, world.up, spec.interpolation)
-                .map_err(|error| error.within(&place))?;
+                .map_err(|error| error.in_context(&place))?;
         }
         if spec.orbit.is_some() && camera.time.is_some() {
             return fail(
@@ -121,7 +121,7 @@ impl Video {
     ///
     /// # Errors
     /// [`SceneError`] where it moves others, or has no length or no end.
-    pub(crate) fn check(&self, objects: usize, rigs: usize) -> Result<(), SceneError> {
+    pub(crate) fn validate(&self, objects: usize, rigs: usize) -> Result<(), SceneError> {
         if let Some((id, _)) = self.rigs.iter().find(|(id, _)| *id >= rigs) {
             return Err(SceneError::World(format!(
                 "the video moves rig {id} of {rigs}"
@@ -162,14 +162,14 @@ impl Video {
     /// [`SceneError::Camera`] where it has to look straight up or down at its target.
     pub fn camera_at(&self, base: &Camera, time: f64) -> Result<Camera, SceneError> {
         let moved = self.camera_pose(base, time)?;
-        let still = self.orbit.is_none() && self.camera == Motion::default();
+        let still = self.orbit.is_none() && self.camera == KeyframedMotion::default();
         let Some(shutter) = base
             .motion()
-            .filter(|shutter| shutter.is_standing() && !still)
+            .filter(|shutter| shutter.is_static() && !still)
         else {
             return Ok(moved);
         };
-        let motion = shutter.along(|since_middle| {
+        let motion = shutter.resampled(|since_middle| {
             let then = self.camera_pose(base, time + since_middle)?;
             Ok(Pose {
                 r: then.r(),
@@ -190,9 +190,9 @@ impl Video {
             let eye = target + turn * (base.c() - target);
             return base.at_pose(base.r() * turn.transpose(), eye);
         }
-        let location = self.camera.location.at(time);
+        let location = self.camera.location.evaluate(time);
         let eye = location.unwrap_or(base.c());
-        if let Some(target) = self.camera.target.at(time) {
+        if let Some(target) = self.camera.target.evaluate(time) {
             let facing = Camera::look_at(
                 eye,
                 target,
@@ -203,7 +203,7 @@ impl Video {
             )?;
             return base.at_pose(facing.r(), eye);
         }
-        match (self.camera.rotation.at(time), location) {
+        match (self.camera.rotation.evaluate(time), location) {
             (None, None) => Ok(base.clone()),
             (None, Some(eye)) => base.at_pose(base.r(), eye),
             (Some(rotation), _) => {
@@ -214,14 +214,19 @@ impl Video {
     }
 }
 
-impl Motion {
+impl KeyframedMotion {
     /// Where an object is at a time.
-    pub(crate) fn place(&self, object: &Object, up: Up, time: f64) -> Result<DAffine3, SceneError> {
+    pub(crate) fn world_from_mesh_at(
+        &self,
+        object: &Object,
+        up: Up,
+        time: f64,
+    ) -> Result<DAffine3, SceneError> {
         let location = self
             .location
-            .at(time)
+            .evaluate(time)
             .unwrap_or(object.world_from_mesh.translation);
-        let world_from_body = match (self.target.at(time), self.rotation.at(time)) {
+        let world_from_body = match (self.target.evaluate(time), self.rotation.evaluate(time)) {
             (Some(target), _) => rotation::rotation_towards(target - location, up.axis()).ok_or_else(|| {
                 SceneError::World(format!(
                     "object {:?} at {location} cannot face {target} at {time} s: it is there, or straight above or \
@@ -237,14 +242,14 @@ impl Motion {
         // At zero roll, pitch and yaw the body's axes are the reference axes, and the object is as its mesh is.
         let rotation = world_from_body * rotation::world_from_reference(up).transpose();
         Ok(DAffine3::from_mat3_translation(
-            rotation * object.shape,
+            rotation * object.scale_shear,
             location,
         ))
     }
 }
 
 /// The mover of an id, new where there is none yet.
-fn mover_of(movers: &mut Vec<(usize, Mover)>, id: usize) -> &mut Mover {
+fn mover_mut(movers: &mut Vec<(usize, Mover)>, id: usize) -> &mut Mover {
     let found = movers.iter().position(|(known, _)| *known == id);
     let found = found.unwrap_or_else(|| {
         movers.push((id, Mover::default()));
@@ -258,7 +263,7 @@ fn mover_of(movers: &mut Vec<(usize, Mover)>, id: usize) -> &mut Mover {
 struct Mover {
     /// Of the last keyframe so far.
     time: Option<f64>,
-    motion: Motion,
+    motion: KeyframedMotion,
 }
 
 impl Mover {
@@ -266,7 +271,7 @@ impl Mover {
         &mut self,
         key: &KeyframeSpec,
         up: Up,
-        interpolation: Interpolation,
+        interpolation: KeyframeInterpolation,
     ) -> Result<(), SceneError> {
         let fail = |key: &str, message: String| Err(SceneError::schema(key, message));
         let time = key.time;

@@ -15,10 +15,10 @@ impl Video {
     /// [`SceneError::Camera`] where it has to look straight up or down at its target.
     pub fn rig_at(&self, rig: &Rig, index: Option<usize>, time: f64) -> Result<Rig, SceneError> {
         let moved = self.rig_pose(rig, index, time)?;
-        let Some(shutter) = rig.motion().filter(|shutter| shutter.is_standing()) else {
+        let Some(shutter) = rig.motion().filter(|shutter| shutter.is_static()) else {
             return Ok(moved);
         };
-        let motion = shutter.along(|since_middle| {
+        let motion = shutter.resampled(|since_middle| {
             let then = self.rig_pose(rig, index, time + since_middle)?;
             Ok(then.body())
         })?;
@@ -45,8 +45,8 @@ impl Video {
             let r = rotation::CAMERA_FROM_BODY.transpose() * moved.r();
             return rig.at_pose(Pose { r, c: moved.c() });
         };
-        let c = motion.location.at(time).unwrap_or(body.c);
-        let r = match (motion.target.at(time), motion.rotation.at(time)) {
+        let c = motion.location.evaluate(time).unwrap_or(body.c);
+        let r = match (motion.target.evaluate(time), motion.rotation.evaluate(time)) {
             (Some(target), _) => rotation::rotation_towards(target - c, self.up.axis())
                 .ok_or_else(|| {
                     SceneError::Camera(format!(

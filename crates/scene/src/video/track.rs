@@ -2,42 +2,42 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::schema::Interpolation;
+use crate::schema::KeyframeInterpolation;
 
 /// Keys in order of time.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Track<T> {
-    keys: Vec<Key<T>>,
+    keys: Vec<Keyframe<T>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-struct Key<T> {
+struct Keyframe<T> {
     time: f64,
     value: T,
     /// Up to the next key.
-    interpolation: Interpolation,
+    interpolation: KeyframeInterpolation,
 }
 
 /// A value that moves by steps: locations by vectors, rotations by rotation vectors in their own axes.
-pub trait Moving: Copy {
+pub trait Interpolate: Copy {
     /// The step from here to there; of rotations, the shorter way round.
-    fn step_to(self, there: Self) -> DVec3;
+    fn delta_to(self, there: Self) -> DVec3;
     /// Where a step leads.
-    fn moved(self, step: DVec3) -> Self;
+    fn offset_by(self, step: DVec3) -> Self;
 }
 
-impl Moving for DVec3 {
-    fn step_to(self, there: Self) -> DVec3 {
+impl Interpolate for DVec3 {
+    fn delta_to(self, there: Self) -> DVec3 {
         there - self
     }
 
-    fn moved(self, step: DVec3) -> Self {
+    fn offset_by(self, step: DVec3) -> Self {
         self + step
     }
 }
 
-impl Moving for DQuat {
-    fn step_to(self, there: Self) -> DVec3 {
+impl Interpolate for DQuat {
+    fn delta_to(self, there: Self) -> DVec3 {
         let turn = self.conjugate() * there;
         let turn = if turn.w < 0.0 { -turn } else { turn };
         let sine = turn.xyz().length();
@@ -48,7 +48,7 @@ impl Moving for DQuat {
         }
     }
 
-    fn moved(self, step: DVec3) -> Self {
+    fn offset_by(self, step: DVec3) -> Self {
         (self * DQuat::from_scaled_axis(step)).normalize()
     }
 }
@@ -59,10 +59,10 @@ impl<T> Default for Track<T> {
     }
 }
 
-impl<T: Moving> Track<T> {
+impl<T: Interpolate> Track<T> {
     /// Adds a key, later than all before.
-    pub fn push(&mut self, time: f64, value: T, interpolation: Interpolation) {
-        self.keys.push(Key {
+    pub fn push(&mut self, time: f64, value: T, interpolation: KeyframeInterpolation) {
+        self.keys.push(Keyframe {
             time,
             value,
             interpolation,
@@ -75,7 +75,7 @@ impl<T: Moving> Track<T> {
     }
 
     /// The value at a time; before the first key and after the last, theirs. `None` without keys.
-    pub fn at(&self, time: f64) -> Option<T> {
+    pub fn evaluate(&self, time: f64) -> Option<T> {
         let next = self.keys.partition_point(|key| key.time <= time);
         let Some(i) = next.checked_sub(1) else {
             return self.keys.first().map(|key| key.value);
@@ -87,19 +87,24 @@ impl<T: Moving> Track<T> {
         let span = to.time - from.time;
         let s = (time - from.time) / span;
         Some(match from.interpolation {
-            Interpolation::Linear => from.value.moved(from.value.step_to(to.value) * s),
-            Interpolation::Smooth => {
+            KeyframeInterpolation::Linear => {
+                from.value.offset_by(from.value.delta_to(to.value) * s)
+            }
+            KeyframeInterpolation::Smooth => {
                 // A cubic Bézier curve in cumulative form, which is the same for vectors and for rotations (Kim, Kim and
                 // Shin, "A general construction scheme for unit quaternion curves", SIGGRAPH 1995).
                 let (first, last) = (
                     self.velocity(i) * span / 3.0,
                     self.velocity(next) * span / 3.0,
                 );
-                let middle = from.value.moved(first).step_to(to.value.moved(-last));
+                let middle = from
+                    .value
+                    .offset_by(first)
+                    .delta_to(to.value.offset_by(-last));
                 from.value
-                    .moved(first * (1.0 - (1.0 - s).powi(3)))
-                    .moved(middle * (s * s * (3.0 - 2.0 * s)))
-                    .moved(last * s.powi(3))
+                    .offset_by(first * (1.0 - (1.0 - s).powi(3)))
+                    .offset_by(middle * (s * s * (3.0 - 2.0 * s)))
+                    .offset_by(last * s.powi(3))
             }
         })
     }
@@ -111,8 +116,8 @@ impl<T: Moving> Track<T> {
         }
         let [before, here, after] = [&self.keys[i - 1], &self.keys[i], &self.keys[i + 1]];
         let (arriving, leaving) = (here.time - before.time, after.time - here.time);
-        let arrival = before.value.step_to(here.value) / arriving;
-        let departure = here.value.step_to(after.value) / leaving;
+        let arrival = before.value.delta_to(here.value) / arriving;
+        let departure = here.value.delta_to(after.value) / leaving;
         (arrival * leaving + departure * arriving) / (arriving + leaving)
     }
 }

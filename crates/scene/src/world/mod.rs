@@ -13,15 +13,15 @@ use glam::{BVec3, DAffine3, DMat3, DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::animation::Rig;
+use crate::animation::NodeTree;
 use crate::camera::{Camera, PixelCenter, Rig as CameraRig, intrinsics_from_fov};
 use crate::error::{SceneError, suggestion};
 use crate::light::Light;
 use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::schema::RenderSpec;
-use crate::texture::{Texture, TextureMemory};
-use crate::video::{Clock, Video};
+use crate::texture::{Texture, TextureCache};
+use crate::video::{Video, WorldTime};
 use crate::world::variant::Variant;
 
 /// Which axis points up. It matters to roll/pitch/yaw, orbits and the sky; vertices are never turned.
@@ -58,8 +58,9 @@ pub struct Object {
     pub materials: Vec<usize>,
     /// Any invertible affine transform, mirroring included.
     pub world_from_mesh: DAffine3,
-    /// The scale (and shear) in `world_from_mesh = translation * rotation * shape`: what keyframes leave as it is.
-    pub shape: DMat3,
+    /// The scale (and shear) in `world_from_mesh = translation * rotation * scale_shear`: what keyframes leave as it is.
+    #[serde(rename = "shape")]
+    pub scale_shear: DMat3,
 }
 
 impl Object {
@@ -76,7 +77,7 @@ impl Object {
             mesh,
             materials,
             world_from_mesh,
-            shape: world_from_mesh.matrix3,
+            scale_shear: world_from_mesh.matrix3,
         }
     }
 }
@@ -102,7 +103,7 @@ pub struct World {
     pub textures: Vec<Arc<Texture>>,
     /// What bounds the memory of images, if something does. Data has no bounds of its own.
     #[serde(skip)]
-    pub texture_memory: Option<Arc<TextureMemory>>,
+    pub texture_cache: Option<Arc<TextureCache>>,
     /// Shared materials.
     pub materials: Vec<Material>,
     /// Placed meshes.
@@ -113,7 +114,8 @@ pub struct World {
     pub lights: Vec<Light>,
     /// Whether surfaces that shine are there to be seen, and a world without lights needs some all the same: so it is
     /// in glTF, whose viewers light everything by an environment of their own.
-    pub glow_is_decoration: bool,
+    #[serde(rename = "glow_is_decoration")]
+    pub emission_keeps_default_lights: bool,
     /// Named cameras, the default one first.
     pub cameras: Vec<NamedCamera>,
     /// Rigs, whose cameras are among the others.
@@ -123,11 +125,13 @@ pub struct World {
     /// What `raycam video` makes of it.
     pub video: Option<Video>,
     /// What animations need.
-    pub rig: Option<Arc<Rig>>,
+    #[serde(rename = "rig")]
+    pub node_tree: Option<Arc<NodeTree>>,
     /// Looks to choose from.
     pub variants: Vec<Variant>,
     /// When it is, where it was moved to a time: a camera's shutter sees it move on from there.
-    pub clock: Option<Clock>,
+    #[serde(rename = "clock")]
+    pub time: Option<WorldTime>,
     /// What reading it had to say: skipped, repaired, counted. Never silent.
     pub notices: Vec<String>,
 }
@@ -167,7 +171,7 @@ impl World {
                 self.textures.len()
             )));
         }
-        if let Some(total) = material.excess_reflectance() {
+        if let Some(total) = material.reflectance_above_one() {
             let name = if material.name.is_empty() {
                 String::new()
             } else {
@@ -229,7 +233,7 @@ impl World {
                 object.name
             ));
         }
-        object.name = self.names.claim(if object.name.is_empty() {
+        object.name = self.names.unique(if object.name.is_empty() {
             "object"
         } else {
             &object.name
@@ -252,10 +256,10 @@ impl World {
     pub fn add_camera(&mut self, name: &str, camera: Camera) -> usize {
         let mut names = Names::default();
         for camera in &self.cameras {
-            names.claim(&camera.name);
+            names.unique(&camera.name);
         }
         self.cameras.push(NamedCamera {
-            name: names.claim(name),
+            name: names.unique(name),
             camera,
         });
         self.cameras.len() - 1
@@ -355,7 +359,7 @@ pub struct Names {
 
 impl Names {
     /// The name where it is free, or else with the first free number after it: `box`, `box-2`, `box-3`.
-    pub fn claim(&mut self, wanted: &str) -> String {
+    pub fn unique(&mut self, wanted: &str) -> String {
         let Some(next) = self.next.get(wanted).copied() else {
             self.next.insert(wanted.into(), 2);
             return wanted.into();

@@ -5,7 +5,7 @@ use crate::world::World;
 
 /// What a world holds, in numbers. Triangles count once per object that shows them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct WorldStats {
     /// Shared meshes.
     pub meshes: usize,
     /// Placed meshes.
@@ -30,9 +30,9 @@ pub struct Counts {
 
 impl World {
     /// What it holds, in numbers.
-    pub fn counts(&self) -> Counts {
+    pub fn stats(&self) -> WorldStats {
         let sum = |of: fn(&Mesh) -> usize| self.meshes.iter().map(|mesh| of(mesh)).sum();
-        Counts {
+        WorldStats {
             meshes: self.meshes.len(),
             objects: self.objects.len(),
             mesh_triangles: sum(|mesh| mesh.triangles.len()),

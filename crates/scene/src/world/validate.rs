@@ -29,12 +29,12 @@ impl World {
         }
         self.render.validate()?;
         if let Some(video) = &self.video {
-            video.check(self.objects.len(), self.rigs.len())?;
+            video.validate(self.objects.len(), self.rigs.len())?;
         }
         for rig in &self.rigs {
             rig.cameras()?;
         }
-        if let Some(rig) = &self.rig {
+        if let Some(rig) = &self.node_tree {
             rig.validate(&self)?;
         }
         self.names = names; // in which more numbers may be in use

@@ -2,17 +2,17 @@
 #![allow(dead_code, reason = "each test uses some of it")]
 
 use glam::{DMat3, DQuat, DVec3};
-use raycam_scene::schema::{Entry, Node, Value};
-use raycam_scene::{Files, Model, Profile, SceneError, Texture, Wrap};
+use raycam_scene::schema::{Entry, SpannedValue, Value};
+use raycam_scene::{AssetLoader, IesProfile, MeshFile, SceneError, Texture, Wrap};
 
 /// A description from JSON text, in which it is shortest to write.
-pub fn node(json: &str) -> Node {
+pub fn node(json: &str) -> SpannedValue {
     from_json(&serde_json::from_str(json).expect("valid JSON"))
 }
 
-fn from_json(json: &serde_json::Value) -> Node {
+fn from_json(json: &serde_json::Value) -> SpannedValue {
     use serde_json::Value as Json;
-    Node::from(match json {
+    SpannedValue::from(match json {
         Json::Null => Value::Null,
         Json::Bool(v) => Value::Bool(*v),
         Json::Number(v) => v
@@ -26,7 +26,7 @@ fn from_json(json: &serde_json::Value) -> Node {
                 .map(|(key, value)| Entry {
                     key: key.clone(),
                     key_span: None,
-                    node: from_json(value),
+                    value: from_json(value),
                 })
                 .collect(),
         ),
@@ -34,12 +34,12 @@ fn from_json(json: &serde_json::Value) -> Node {
 }
 
 /// Files that are always the same: a model, and an image of one red texel.
-pub struct FakeFiles(pub Model);
+pub struct FakeFiles(pub MeshFile);
 
-impl Files for FakeFiles {
+impl AssetLoader for FakeFiles {
     type Error = SceneError;
 
-    fn mesh(&mut self, _: &str) -> Result<Model, SceneError> {
+    fn mesh(&mut self, _: &str) -> Result<MeshFile, SceneError> {
         Ok(self.0.clone())
     }
 
@@ -47,16 +47,16 @@ impl Files for FakeFiles {
         Ok(Texture::from_srgb8(file, [1, 1], [[255, 0, 0]], wrap))
     }
 
-    fn profile(&mut self, _: &str) -> Result<Profile, SceneError> {
-        Ok(Profile {
+    fn profile(&mut self, _: &str) -> Result<IesProfile, SceneError> {
+        Ok(IesProfile {
             vertical: vec![0.0, 90.0],
             horizontal: vec![0.0],
             candela: vec![100.0, 0.0],
         })
     }
 
-    fn named_by(error: SceneError, key: &str) -> SceneError {
-        error.within(key)
+    fn in_context(error: SceneError, key: &str) -> SceneError {
+        error.in_context(key)
     }
 }
 

@@ -1,24 +1,24 @@
 //! Worlds from JSON text, and what is wrong with them.
 
 use raycam_scene::schema::{self, ObjectSpec, WorldFile};
-use raycam_scene::{Files, NoFiles, SceneError, World};
+use raycam_scene::{AssetLoader, NoAssets, SceneError, World};
 
 use crate::common::node;
 
 pub fn build(json: &str) -> Result<World, SceneError> {
-    schema::from_node::<WorldFile>(&node(json))?.build(&mut NoFiles)
+    schema::from_value::<WorldFile>(&node(json))?.build(&mut NoAssets)
 }
 
 pub fn object(json: &str) -> Result<World, SceneError> {
-    object_with(json, &mut NoFiles)
+    object_with(json, &mut NoAssets)
 }
 
 pub fn object_with(
     json: &str,
-    files: &mut impl Files<Error = SceneError>,
+    files: &mut impl AssetLoader<Error = SceneError>,
 ) -> Result<World, SceneError> {
     let mut world = World::default();
-    schema::from_node::<ObjectSpec>(&node(json))?.build(&mut world, files)?;
+    schema::from_value::<ObjectSpec>(&node(json))?.build(&mut world, files)?;
     Ok(world)
 }
 

@@ -1,7 +1,7 @@
 //! What is wrong is told by key, by place and with the nearest name.
 
 use raycam_scene::SceneError;
-use raycam_scene::schema::{self, Node, Value, WorldFile};
+use raycam_scene::schema::{self, SpannedValue, Value, WorldFile};
 
 use crate::common::node;
 use crate::described::{assert_error, build, camera, object};
@@ -228,14 +228,14 @@ fn values_that_make_no_sense_name_their_key() {
 
 #[test]
 fn errors_know_their_place_in_the_text() {
-    let span = |node: &mut Node, range| node.span = Some(range);
+    let span = |node: &mut SpannedValue, range| node.span = Some(range);
     let mut root = node(r#"{ "light": [{ "type": "sun", "direction": [0, 0, "x"] }] }"#);
     span(&mut root, 0..100);
     let Value::Table(entries) = &mut root.value else {
         unreachable!()
     };
     entries[0].key_span = Some(2..7);
-    let Value::List(lights) = &mut entries[0].node.value else {
+    let Value::List(lights) = &mut entries[0].value.value else {
         unreachable!()
     };
     span(&mut lights[0], 10..60);
@@ -247,11 +247,11 @@ fn errors_know_their_place_in_the_text() {
         .find(|entry| entry.key == "direction")
         .unwrap();
     direction.key_span = Some(20..29);
-    let Value::List(numbers) = &mut direction.node.value else {
+    let Value::List(numbers) = &mut direction.value.value else {
         unreachable!()
     };
     span(&mut numbers[2], 40..43);
-    let error = schema::from_node::<WorldFile>(&root).unwrap_err();
+    let error = schema::from_value::<WorldFile>(&root).unwrap_err();
     let SceneError::Schema { path, span, .. } = error else {
         panic!("{error}")
     };

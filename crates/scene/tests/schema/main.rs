@@ -8,8 +8,8 @@ mod errors;
 mod object;
 mod style;
 
-use raycam_scene::schema::{self, Entry, Node, ObjectSpec, Value};
-use raycam_scene::{Light, Reflectance};
+use raycam_scene::schema::{self, Entry, ObjectSpec, SpannedValue, Value};
+use raycam_scene::{Light, MaterialModel};
 
 use crate::described::build;
 
@@ -26,15 +26,15 @@ fn the_example_of_the_guide_is_a_world() {
         }"#,
     )
     .unwrap();
-    assert_eq!(world.counts().object_triangles, 12);
+    assert_eq!(world.stats().object_triangles, 12);
     assert_eq!(world.objects[0].name, "box");
     assert_eq!(world.materials[0].color, [0.8, 0.1, 0.1]);
-    let expected = Reflectance::Lecture {
+    let expected = MaterialModel::Phong {
         diffuse: 0.9,
         specular: [0.1; 3],
         shininess: 32.0,
     };
-    assert_eq!(world.materials[0].reflectance, expected);
+    assert_eq!(world.materials[0].model, expected);
     assert_eq!(
         world.lights,
         [Light::Sun {
@@ -55,7 +55,7 @@ fn arrays_are_lists_of_lists_and_null_is_absent() {
     let entry = |key: &str, value| Entry {
         key: key.into(),
         key_span: None,
-        node: Node::from(value),
+        value: SpannedValue::from(value),
     };
     let vertices = floats(
         vec![3, 3],
@@ -63,14 +63,14 @@ fn arrays_are_lists_of_lists_and_null_is_absent() {
     );
     let triangles = integers(vec![1, 3], vec![0, 1, 2]);
     let table = |vertices: &Value, triangles: &Value| {
-        Node::from(Value::Table(vec![
+        SpannedValue::from(Value::Table(vec![
             entry("vertices", vertices.clone()),
             entry("triangles", triangles.clone()),
             entry("color", Value::Null),
             entry("diffuse", floats(vec![], vec![0.5])),
         ]))
     };
-    let read = |node: &Node| schema::from_node::<ObjectSpec>(node);
+    let read = |node: &SpannedValue| schema::from_value::<ObjectSpec>(node);
     let spec = read(&table(&vertices, &triangles)).unwrap();
     assert_eq!(spec.vertices.unwrap()[1], [1.0, 0.0, 0.0]);
     assert_eq!(spec.triangles.unwrap(), [[0, 1, 2]]);

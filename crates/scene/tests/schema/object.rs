@@ -3,7 +3,7 @@
 use glam::DVec3;
 use raycam_scene::mesh::primitive;
 use raycam_scene::schema::{self, ObjectSpec};
-use raycam_scene::{Files, Material, Model, NoFiles, Part, TextureSlot, Wrap};
+use raycam_scene::{AssetLoader, Material, MeshFile, MeshPart, NoAssets, TextureSlot, Wrap};
 
 use crate::common::{FakeFiles, node};
 use crate::described::{assert_error, build, object, object_with};
@@ -51,25 +51,25 @@ fn instances_share_their_mesh() {
         [1.0, 0.0, 0.0]
     );
     assert_eq!(world.materials[world.objects[2].materials[0]].name, "ruby");
-    assert_eq!(world.counts().object_triangles, 3 * 80);
-    assert_eq!(world.counts().mesh_triangles, 80);
+    assert_eq!(world.stats().object_triangles, 3 * 80);
+    assert_eq!(world.stats().mesh_triangles, 80);
 }
 
-fn model() -> Model {
+fn model() -> MeshFile {
     let material = |name: &str, texture| Material {
         name: name.into(),
         color: [0.6; 3],
         texture,
         ..Material::default()
     };
-    let mut files = FakeFiles(Model::default());
+    let mut files = FakeFiles(MeshFile::default());
     let texture = files.texture("own.png", [Wrap::Repeat; 2]).unwrap();
-    let part = |mesh, materials| Part {
+    let part = |mesh, materials| MeshPart {
         name: "part".into(),
         mesh,
         materials,
     };
-    Model {
+    MeshFile {
         parts: vec![
             part(primitive::plane([1.0; 2]).unwrap(), vec![1]),
             part(primitive::box_([1.0; 3]).unwrap(), vec![0]),
@@ -135,8 +135,8 @@ fn a_failed_object_leaves_the_world_as_it_was() {
         r#"{ "instance_of": "box", "color": [2, 0, 0] }"#,
         r#"{ "sphere": {}, "texture": "x.png" }"#,
     ] {
-        let spec = schema::from_node::<ObjectSpec>(&node(json)).unwrap();
-        spec.build(&mut world, &mut NoFiles).unwrap_err();
+        let spec = schema::from_value::<ObjectSpec>(&node(json)).unwrap();
+        spec.build(&mut world, &mut NoAssets).unwrap_err();
         assert_eq!(world, before, "{json}");
     }
 }

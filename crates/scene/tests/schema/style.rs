@@ -1,6 +1,6 @@
 //! Colours and materials as people write them.
 
-use raycam_scene::Reflectance;
+use raycam_scene::MaterialModel;
 use raycam_scene::color::linear_from_srgb8;
 
 use crate::described::object;
@@ -39,7 +39,7 @@ fn colours_shine_through() {
 
 #[test]
 fn materials_follow_what_is_said() {
-    let lecture = |diffuse, specular: f32, shininess| Reflectance::Lecture {
+    let lecture = |diffuse, specular: f32, shininess| MaterialModel::Phong {
         diffuse,
         specular: [specular; 3],
         shininess,
@@ -55,10 +55,10 @@ fn materials_follow_what_is_said() {
             r#", "type": "matte", "diffuse": 0.3"#,
             lecture(0.3, 0.0, 32.0),
         ),
-        (r#", "type": "unlit""#, Reflectance::Unlit),
+        (r#", "type": "unlit""#, MaterialModel::Unlit),
     ] {
         let world = object(&format!(r#"{{ "box": {{}} {keys} }}"#)).unwrap();
-        assert_eq!(world.materials[0].reflectance, expected, "{keys}");
+        assert_eq!(world.materials[0].model, expected, "{keys}");
         assert!(world.notices.is_empty());
     }
     let bright =

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use glam::{DMat2, DVec2};
 
 /// Steps of the radius in which the one where the model folds over is looked for.
-const STEPS: u32 = 2048;
+const RADIUS_STEPS: u32 = 2048;
 /// Directions around the axis in which it is looked for where the distortion is not the same in all of them.
 const DIRECTIONS: u32 = 32;
 /// What an inverse may be off, in focal lengths, relative to 1 + its distance from the axis.
@@ -15,7 +15,7 @@ const TOLERANCE: f64 = 1e-13;
 
 /// The coefficients, 0 where a model does not have them.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Terms {
+pub struct BrownTerms {
     /// Of r², r⁴, ... in the radial factor, and in what divides it.
     pub numerator: [f64; 6],
     pub denominator: [f64; 3],
@@ -23,47 +23,49 @@ pub struct Terms {
     /// Of r² and r⁴ in x, and in y.
     pub prism: [f64; 4],
     /// Whether the tangential and the prism terms are those of the point that the radial factor has moved.
-    pub chained: bool,
+    #[serde(rename = "chained")]
+    pub tangential_after_radial: bool,
 }
 
 /// A distortion on a disc around the principal point: the largest one, up to a radius, on which the symmetric part of
 /// the Jacobian is positive definite. A map with this property on a convex set is one-to-one there; for radial
 /// distortion the disc ends exactly where the distorted radius stops growing.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Brown {
-    terms: Terms,
+pub struct BrownConrady {
+    terms: BrownTerms,
     /// The radius of the disc; not reached.
     radius: f64,
     /// No image of the disc is farther from the axis.
-    reach: f64,
+    #[serde(rename = "reach")]
+    max_image_radius: f64,
 }
 
-impl Brown {
+impl BrownConrady {
     /// The disc is looked for up to `radius(1)`; `radius` grows from `radius(0)` = 0.
-    pub fn new(terms: Terms, radius: impl Fn(f64) -> f64) -> Self {
+    pub fn new(terms: BrownTerms, radius: impl Fn(f64) -> f64) -> Self {
         let round = terms.tangential == [0.0; 2] && terms.prism == [0.0; 4];
         let directions = if round { 1 } else { DIRECTIONS };
         let mut lens = Self {
             terms,
             radius: radius(1.0),
-            reach: 0.0,
+            max_image_radius: 0.0,
         };
         let around = |i| DVec2::from_angle(TAU * f64::from(i) / f64::from(directions));
         for i in 0..directions {
-            lens.radius = lens.first_fold(around(i), &radius);
+            lens.radius = lens.first_fold_radius(around(i), &radius);
         }
         // One per cent more for what lies between the directions.
-        lens.reach = (0..directions).fold(0.0, |reach: f64, i| {
-            reach.max(1.01 * lens.bend(lens.radius * around(i)).0.length())
+        lens.max_image_radius = (0..directions).fold(0.0, |reach: f64, i| {
+            reach.max(1.01 * lens.distort_plane(lens.radius * around(i)).0.length())
         });
         lens
     }
 
     /// The first radius in a direction where the model folds over, or the radius of the disc so far.
-    fn first_fold(&self, direction: DVec2, radius: impl Fn(f64) -> f64) -> f64 {
-        let radius = |step: u32| radius(f64::from(step) / f64::from(STEPS));
+    fn first_fold_radius(&self, direction: DVec2, radius: impl Fn(f64) -> f64) -> f64 {
+        let radius = |step: u32| radius(f64::from(step) / f64::from(RADIUS_STEPS));
         let folds = |radius: f64| self.regular(radius * direction).is_none();
-        let within = (1..STEPS).take_while(|&step| radius(step) < self.radius);
+        let within = (1..RADIUS_STEPS).take_while(|&step| radius(step) < self.radius);
         let Some(step) = within.into_iter().find(|&step| folds(radius(step))) else {
             return self.radius;
         };
@@ -81,14 +83,14 @@ impl Brown {
 
     /// The image of a point, its Jacobian, and the radial denominator.
     #[inline(always)]
-    fn bend(&self, at: DVec2) -> (DVec2, DMat2, f64) {
+    fn distort_plane(&self, at: DVec2) -> (DVec2, DMat2, f64) {
         let (radial, radial_jacobian, below) = self.radial(at);
-        if self.terms.chained {
-            let (moved, jacobian) = self.sideways(radial);
+        if self.terms.tangential_after_radial {
+            let (moved, jacobian) = self.tangential_and_prism(radial);
             let image = radial + moved;
             return (image, (DMat2::IDENTITY + jacobian) * radial_jacobian, below);
         }
-        let (moved, jacobian) = self.sideways(at);
+        let (moved, jacobian) = self.tangential_and_prism(at);
         (radial + moved, radial_jacobian + jacobian, below)
     }
 
@@ -111,7 +113,7 @@ impl Brown {
 
     /// What the tangential and the prism terms add, with the Jacobian of that.
     #[inline(always)]
-    fn sideways(&self, at: DVec2) -> (DVec2, DMat2) {
+    fn tangential_and_prism(&self, at: DVec2) -> (DVec2, DMat2) {
         let (x, y, s) = (at.x, at.y, at.length_squared());
         let ([p1, p2], [s1, s2, s3, s4]) = (self.terms.tangential, self.terms.prism);
         let moved = DVec2::new(
@@ -134,7 +136,7 @@ impl Brown {
         if !inside {
             return None;
         }
-        let (image, jacobian, below) = self.bend(at);
+        let (image, jacobian, below) = self.distort_plane(at);
         let (a, d) = (jacobian.x_axis.x, jacobian.y_axis.y);
         let b = 0.5 * (jacobian.x_axis.y + jacobian.y_axis.x);
         (below > 0.0 && a > 0.0 && a * d > b * b).then_some((image, jacobian))
@@ -148,15 +150,15 @@ impl Brown {
     /// The point that goes to `target`: Newton's method, from nearby if something is known, or from afar.
     pub fn undistort(&self, target: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         let distance = target.length();
-        if distance.is_nan() || distance > self.reach {
+        if distance.is_nan() || distance > self.max_image_radius {
             return None;
         }
-        near.and_then(|near| self.refine(target, near))
-            .or_else(|| self.search(target, distance))
+        near.and_then(|near| self.newton_from(target, near))
+            .or_else(|| self.solve_inverse(target, distance))
     }
 
     /// A few steps from a good start.
-    fn refine(&self, target: DVec2, mut at: DVec2) -> Option<DVec2> {
+    fn newton_from(&self, target: DVec2, mut at: DVec2) -> Option<DVec2> {
         for _ in 0..4 {
             let (found, jacobian) = self.regular(at)?;
             let step = jacobian.inverse() * (found - target);
@@ -170,7 +172,7 @@ impl Brown {
     }
 
     /// From anywhere: steps are shortened until they stay in the disc and come nearer.
-    fn search(&self, target: DVec2, distance: f64) -> Option<DVec2> {
+    fn solve_inverse(&self, target: DVec2, distance: f64) -> Option<DVec2> {
         let scale = 1.0 + distance;
         let mut at = target * (0.9 * self.radius / distance).min(1.0);
         if distance == 0.0 {

@@ -9,7 +9,7 @@ use crate::error::{SceneError, suggestion};
 
 /// A row of the table of models: its name, whether it has one focal length or two, what stands between the principal
 /// point and the lens's coefficients, how many of them there are, and how many zeros make them the lens's.
-struct Row {
+struct ColmapModel {
     name: &'static str,
     focals: usize,
     lens: Option<LensModel>,
@@ -17,14 +17,14 @@ struct Row {
     zeros: usize,
 }
 
-const fn row(
+const fn colmap_model(
     name: &'static str,
     focals: usize,
     lens: Option<LensModel>,
     given: usize,
     zeros: usize,
-) -> Row {
-    Row {
+) -> ColmapModel {
+    ColmapModel {
         name,
         focals,
         lens,
@@ -34,40 +34,41 @@ const fn row(
 }
 
 /// All but EQUIRECTANGULAR, which has a size and no focal length.
-const MODELS: [Row; 18] = [
-    row("SIMPLE_PINHOLE", 1, None, 0, 0),
-    row("PINHOLE", 2, None, 0, 0),
-    row("SIMPLE_RADIAL", 1, Some(LensModel::OpenCv), 1, 3),
-    row("RADIAL", 1, Some(LensModel::OpenCv), 2, 2),
-    row("OPENCV", 2, Some(LensModel::OpenCv), 4, 0),
-    row("FULL_OPENCV", 2, Some(LensModel::OpenCv), 8, 0),
-    row("SIMPLE_FISHEYE", 1, Some(LensModel::Fisheye), 0, 4),
-    row("FISHEYE", 2, Some(LensModel::Fisheye), 0, 4),
-    row("SIMPLE_RADIAL_FISHEYE", 1, Some(LensModel::Fisheye), 1, 3),
-    row("RADIAL_FISHEYE", 1, Some(LensModel::Fisheye), 2, 2),
-    row("OPENCV_FISHEYE", 2, Some(LensModel::Fisheye), 4, 0),
-    row(
+const MODELS: [ColmapModel; 18] = [
+    colmap_model("SIMPLE_PINHOLE", 1, None, 0, 0),
+    colmap_model("PINHOLE", 2, None, 0, 0),
+    colmap_model("SIMPLE_RADIAL", 1, Some(LensModel::OpenCv), 1, 3),
+    colmap_model("RADIAL", 1, Some(LensModel::OpenCv), 2, 2),
+    colmap_model("OPENCV", 2, Some(LensModel::OpenCv), 4, 0),
+    colmap_model("FULL_OPENCV", 2, Some(LensModel::OpenCv), 8, 0),
+    colmap_model("SIMPLE_FISHEYE", 1, Some(LensModel::Fisheye), 0, 4),
+    colmap_model("FISHEYE", 2, Some(LensModel::Fisheye), 0, 4),
+    colmap_model("SIMPLE_RADIAL_FISHEYE", 1, Some(LensModel::Fisheye), 1, 3),
+    colmap_model("RADIAL_FISHEYE", 1, Some(LensModel::Fisheye), 2, 2),
+    colmap_model("OPENCV_FISHEYE", 2, Some(LensModel::Fisheye), 4, 0),
+    colmap_model(
         "THIN_PRISM_FISHEYE",
         2,
         Some(LensModel::ThinPrismFisheye),
         8,
         0,
     ),
-    row(
+    colmap_model(
         "RAD_TAN_THIN_PRISM_FISHEYE",
         2,
         Some(LensModel::RadTanThinPrismFisheye),
         12,
         0,
     ),
-    row("FOV", 2, Some(LensModel::Fov), 1, 0),
-    row("SIMPLE_DIVISION", 1, Some(LensModel::Division), 1, 0),
-    row("DIVISION", 2, Some(LensModel::Division), 1, 0),
-    row("EUCM", 2, Some(LensModel::Eucm), 2, 0),
+    colmap_model("FOV", 2, Some(LensModel::Fov), 1, 0),
+    colmap_model("SIMPLE_DIVISION", 1, Some(LensModel::Division), 1, 0),
+    colmap_model("DIVISION", 2, Some(LensModel::Division), 1, 0),
+    colmap_model("EUCM", 2, Some(LensModel::Eucm), 2, 0),
     EQUIRECTANGULAR,
 ];
 
-const EQUIRECTANGULAR: Row = row("EQUIRECTANGULAR", 0, Some(LensModel::Equirectangular), 0, 0);
+const EQUIRECTANGULAR: ColmapModel =
+    colmap_model("EQUIRECTANGULAR", 0, Some(LensModel::Equirectangular), 0, 0);
 
 /// K and the lens of one of COLMAP's models by its name (SIMPLE_PINHOLE to EQUIRECTANGULAR) and its parameters, in pixels
 /// where the centre of the first one is (0.5, 0.5).
@@ -152,7 +153,8 @@ pub fn colmap_from_lens(k: DMat3, lens: &Lens) -> Result<(&'static str, Vec<f64>
             return Ok((EQUIRECTANGULAR.name, vec![width, height]));
         }
         Some((model, given)) => {
-            let exact = |row: &&Row| row.lens == Some(model) && row.focals == 2 && row.zeros == 0;
+            let exact =
+                |row: &&ColmapModel| row.lens == Some(model) && row.focals == 2 && row.zeros == 0;
             match MODELS.iter().find(exact) {
                 Some(row) => (row.name, given.to_vec()),
                 None => return fail(&format!("the lens model {}", model.name())),

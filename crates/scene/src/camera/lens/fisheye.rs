@@ -9,7 +9,7 @@ use super::{LensModel, wrong_count};
 use crate::error::SceneError;
 
 /// Steps in which the angle where the model folds over is looked for.
-const STEPS: u32 = 4096;
+const ANGLE_STEPS: u32 = 4096;
 
 /// An image at the radius `θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸)`, θ the angle from the principal axis: up to 180
 /// degrees (a field of view of 360), or to the first angle where the radius stops growing.
@@ -35,8 +35,8 @@ impl Fisheye {
             max_angle: PI,
             max_radius: 0.0,
         };
-        let angle = |step: u32| PI * f64::from(step) / f64::from(STEPS);
-        if let Some(step) = (1..=STEPS).find(|&step| lens.radius(angle(step)).1 <= 0.0) {
+        let angle = |step: u32| PI * f64::from(step) / f64::from(ANGLE_STEPS);
+        if let Some(step) = (1..=ANGLE_STEPS).find(|&step| lens.radius(angle(step)).1 <= 0.0) {
             let (mut grows, mut folds) = (angle(step - 1), angle(step));
             for _ in 0..60 {
                 let middle = 0.5 * (grows + folds);

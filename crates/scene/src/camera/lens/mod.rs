@@ -237,7 +237,7 @@ impl Lens {
             Lens::DoubleSphere(lens) => lens.undistort(image),
             Lens::Equirectangular => panorama::from_equirectangular(image),
             Lens::Cylindrical => panorama::from_cylindrical(image),
-            _ => self.direction(self.straighten(image, None)?),
+            _ => self.plane_direction(self.undistort_plane(image, None)?),
         }
     }
 
@@ -256,12 +256,12 @@ impl Lens {
     }
 
     /// Whether its images are those of a plane at right angles to the axis, so that nothing at its sides has one.
-    pub(super) fn keeps_to_a_plane(&self) -> bool {
+    pub(super) fn is_planar(&self) -> bool {
         matches!(self, Lens::Pinhole | Lens::OpenCv(_) | Lens::Fov(_))
     }
 
-    /// Whether the inverse is a search, by [`Lens::straighten`] and [`Lens::direction`].
-    pub(super) fn is_searched(&self) -> bool {
+    /// Whether the inverse is a search, by [`Lens::undistort_plane`] and [`Lens::plane_direction`].
+    pub(super) fn has_iterative_inverse(&self) -> bool {
         matches!(
             self,
             Lens::OpenCv(_)
@@ -273,24 +273,24 @@ impl Lens {
 
     /// Of a lens whose inverse is a search: the point of its undistorted plane that has this image, with something near
     /// it if that is known. Nothing for other lenses.
-    pub(super) fn straighten(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
+    pub(super) fn undistort_plane(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         match self {
-            Lens::OpenCv(lens) => lens.straighten(image, near),
+            Lens::OpenCv(lens) => lens.undistort_plane(image, near),
             Lens::ThinPrismFisheye(lens) | Lens::RadTanThinPrismFisheye(lens) => {
-                lens.straighten(image, near)
+                lens.undistort_plane(image, near)
             }
-            Lens::Omni(lens) => lens.straighten(image, near),
+            Lens::Omni(lens) => lens.undistort_plane(image, near),
             _ => None,
         }
     }
 
     /// The direction of a point of the undistorted plane.
-    pub(super) fn direction(&self, at: DVec2) -> Option<DVec3> {
+    pub(super) fn plane_direction(&self, at: DVec2) -> Option<DVec3> {
         match self {
             Lens::ThinPrismFisheye(_) | Lens::RadTanThinPrismFisheye(_) => {
                 Some(prism_fisheye::from_equidistant(at))
             }
-            Lens::Omni(lens) => lens.direction(at),
+            Lens::Omni(lens) => lens.plane_direction(at),
             _ => Some(at.extend(1.0)),
         }
     }

@@ -5,11 +5,11 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::brown::{Brown, Terms};
+use super::brown::{BrownConrady, BrownTerms};
 use crate::error::SceneError;
 
 /// How near to 90 degrees from the axis it goes, as a fraction of them: the tangent is infinite at the end.
-const NEARLY: f64 = 2047.0 / 2048.0;
+const MAX_ANGLE_FRACTION: f64 = 2047.0 / 2048.0;
 
 /// The coefficients `k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [τx τy]]]]`.
 ///
@@ -18,7 +18,7 @@ const NEARLY: f64 = 2047.0 / 2048.0;
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct OpenCv {
     given: Vec<f64>,
-    plane: Brown,
+    plane: BrownConrady,
     /// The homography of the tilted sensor, and its inverse.
     tilt: Option<[DMat3; 2]>,
 }
@@ -41,19 +41,19 @@ impl OpenCv {
             )));
         }
         let tilt = (tau_x != 0.0 || tau_y != 0.0).then(|| {
-            let tilt = tilt(tau_x, tau_y);
+            let tilt = tilt_homography(tau_x, tau_y);
             [tilt, tilt.inverse()]
         });
-        let terms = Terms {
+        let terms = BrownTerms {
             numerator: [k1, k2, k3, 0.0, 0.0, 0.0],
             denominator: [k4, k5, k6],
             tangential: [p1, p2],
             prism: [s1, s2, s3, s4],
-            chained: false,
+            tangential_after_radial: false,
         };
         Ok(Self {
             given: given.to_vec(),
-            plane: Brown::new(terms, |part| (FRAC_PI_2 * NEARLY * part).tan()),
+            plane: BrownConrady::new(terms, |part| (FRAC_PI_2 * MAX_ANGLE_FRACTION * part).tan()),
             tilt,
         })
     }
@@ -74,7 +74,7 @@ impl OpenCv {
     }
 
     /// The point of the plane at depth 1 that has this image.
-    pub(super) fn straighten(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
+    pub(super) fn undistort_plane(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         let target = match self.tilt {
             None => image,
             Some([_, inverse]) => dehomogenize(inverse * image.extend(1.0))?,
@@ -84,7 +84,7 @@ impl OpenCv {
 }
 
 /// The homography from a sensor at right angles to the axis to one tilted about x and y.
-fn tilt(tau_x: f64, tau_y: f64) -> DMat3 {
+fn tilt_homography(tau_x: f64, tau_y: f64) -> DMat3 {
     let r = DMat3::from_rotation_y(-tau_y) * DMat3::from_rotation_x(-tau_x);
     let (across_x, across_y, along) = (r.z_axis.x, r.z_axis.y, r.z_axis.z);
     let projection = DMat3::from_cols(

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::brown::{Brown, Terms};
+use super::brown::{BrownConrady, BrownTerms};
 use super::{LensModel, wrong_count};
 use crate::error::SceneError;
 
@@ -14,7 +14,7 @@ use crate::error::SceneError;
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PrismFisheye {
     given: Vec<f64>,
-    plane: Brown,
+    plane: BrownConrady,
 }
 
 impl PrismFisheye {
@@ -27,11 +27,11 @@ impl PrismFisheye {
                 "8 (k1 k2 p1 p2 k3 k4 sx1 sy1)",
             ));
         };
-        let terms = Terms {
+        let terms = BrownTerms {
             numerator: [k1, k2, k3, k4, 0.0, 0.0],
             tangential: [p1, p2],
             prism: [sx1, 0.0, sy1, 0.0],
-            ..Terms::default()
+            ..BrownTerms::default()
         };
         Ok(Self::new(given, terms))
     }
@@ -46,21 +46,21 @@ impl PrismFisheye {
                 "12 (k0 k1 k2 k3 k4 k5 p0 p1 s0 s1 s2 s3)",
             ));
         };
-        let terms = Terms {
+        let terms = BrownTerms {
             numerator: [k0, k1, k2, k3, k4, k5],
             // Its tangential coefficients go with x and y, those of Brown's formula with y and x.
             tangential: [p1, p0],
             prism: [s0, s1, s2, s3],
-            chained: true,
-            ..Terms::default()
+            tangential_after_radial: true,
+            ..BrownTerms::default()
         };
         Ok(Self::new(given, terms))
     }
 
-    fn new(given: &[f64], terms: Terms) -> Self {
+    fn new(given: &[f64], terms: BrownTerms) -> Self {
         Self {
             given: given.to_vec(),
-            plane: Brown::new(terms, |part| PI * part),
+            plane: BrownConrady::new(terms, |part| PI * part),
         }
     }
 
@@ -73,7 +73,7 @@ impl PrismFisheye {
     }
 
     /// The point of the equidistant plane that has this image.
-    pub(super) fn straighten(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
+    pub(super) fn undistort_plane(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         self.plane.undistort(image, near)
     }
 }

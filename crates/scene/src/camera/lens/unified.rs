@@ -7,21 +7,21 @@
 
 use glam::{DVec2, DVec3};
 
-use super::brown::{Brown, Terms};
+use super::brown::{BrownConrady, BrownTerms};
 use super::{LensModel, wrong_count};
 use crate::error::SceneError;
 
 /// How near to its end an unbounded plane goes, as a fraction of the angle.
-const NEARLY: f64 = 2047.0 / 2048.0;
+const MAX_ANGLE_FRACTION: f64 = 2047.0 / 2048.0;
 
 /// A direction of length d at `(x, y) / (a d + b z)`, b >= 0.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-struct Sphere {
+struct UnifiedSphere {
     a: f64,
     b: f64,
 }
 
-impl Sphere {
+impl UnifiedSphere {
     /// The radius grows as long as the divisor and `a z + b d`, its derivative but for positive factors, are positive.
     fn distort(self, direction: DVec3) -> Option<DVec2> {
         let d = direction.length();
@@ -49,7 +49,7 @@ impl Sphere {
         if a > b {
             angle.sin() / (a + b * angle.cos())
         } else {
-            let angle = angle * NEARLY;
+            let angle = angle * MAX_ANGLE_FRACTION;
             angle.sin() / (a + b * angle.cos())
         }
     }
@@ -59,8 +59,8 @@ impl Sphere {
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Omni {
     given: Vec<f64>,
-    sphere: Sphere,
-    plane: Option<Brown>,
+    sphere: UnifiedSphere,
+    plane: Option<BrownConrady>,
 }
 
 impl Omni {
@@ -81,14 +81,14 @@ impl Omni {
                 "distortion {given:?}: the omni model needs xi > -1"
             )));
         }
-        let sphere = Sphere { a: xi, b: 1.0 };
-        let terms = Terms {
+        let sphere = UnifiedSphere { a: xi, b: 1.0 };
+        let terms = BrownTerms {
             numerator: [k1, k2, 0.0, 0.0, 0.0, 0.0],
             tangential: [p1, p2],
-            ..Terms::default()
+            ..BrownTerms::default()
         };
-        let plane =
-            (terms != Terms::default()).then(|| Brown::new(terms, |part| sphere.radius(part)));
+        let plane = (terms != BrownTerms::default())
+            .then(|| BrownConrady::new(terms, |part| sphere.radius(part)));
         Ok(Self {
             given: given.to_vec(),
             sphere,
@@ -109,7 +109,7 @@ impl Omni {
     }
 
     /// The point of the undistorted plane that has this image.
-    pub(super) fn straighten(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
+    pub(super) fn undistort_plane(&self, image: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         match &self.plane {
             None => Some(image),
             Some(plane) => plane.undistort(image, near),
@@ -117,7 +117,7 @@ impl Omni {
     }
 
     /// The direction of a point of the undistorted plane.
-    pub(super) fn direction(&self, at: DVec2) -> Option<DVec3> {
+    pub(super) fn plane_direction(&self, at: DVec2) -> Option<DVec3> {
         self.sphere.undistort(at)
     }
 }
@@ -126,9 +126,10 @@ impl Omni {
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Eucm {
     given: [f64; 2],
-    sphere: Sphere,
+    sphere: UnifiedSphere,
     /// √β.
-    stretch: f64,
+    #[serde(rename = "stretch")]
+    sqrt_beta: f64,
 }
 
 impl Eucm {
@@ -143,11 +144,11 @@ impl Eucm {
         }
         Ok(Self {
             given,
-            sphere: Sphere {
+            sphere: UnifiedSphere {
                 a: alpha,
                 b: 1.0 - alpha,
             },
-            stretch: beta.sqrt(),
+            sqrt_beta: beta.sqrt(),
         })
     }
 
@@ -156,13 +157,13 @@ impl Eucm {
     }
 
     pub(super) fn distort(&self, direction: DVec3) -> Option<DVec2> {
-        let stretched = (direction.truncate() * self.stretch).extend(direction.z);
-        Some(self.sphere.distort(stretched)? / self.stretch)
+        let stretched = (direction.truncate() * self.sqrt_beta).extend(direction.z);
+        Some(self.sphere.distort(stretched)? / self.sqrt_beta)
     }
 
     pub(super) fn undistort(&self, image: DVec2) -> Option<DVec3> {
-        let stretched = self.sphere.undistort(image * self.stretch)?;
-        Some((stretched.truncate() / self.stretch).extend(stretched.z))
+        let stretched = self.sphere.undistort(image * self.sqrt_beta)?;
+        Some((stretched.truncate() / self.sqrt_beta).extend(stretched.z))
     }
 }
 
@@ -170,8 +171,8 @@ impl Eucm {
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DoubleSphere {
     given: [f64; 2],
-    first: Sphere,
-    second: Sphere,
+    first: UnifiedSphere,
+    second: UnifiedSphere,
 }
 
 impl DoubleSphere {
@@ -186,8 +187,8 @@ impl DoubleSphere {
         }
         Ok(Self {
             given,
-            first: Sphere { a: xi, b: 1.0 },
-            second: Sphere {
+            first: UnifiedSphere { a: xi, b: 1.0 },
+            second: UnifiedSphere {
                 a: alpha,
                 b: 1.0 - alpha,
             },

@@ -6,18 +6,18 @@ use serde::de::{
     VariantAccess, Visitor,
 };
 
-use crate::schema::deserialize::error::{Fault, quoted};
+use crate::schema::deserialize::error::{DeError, quoted};
 use crate::schema::deserialize::value::{Entry, Value};
-use crate::schema::deserialize::{Source, TAG};
+use crate::schema::deserialize::{TAG, ValueDeserializer};
 
 /// Visits a list of `length` items, and sees that the visitor wanted all of it.
-pub fn list<'de, I, F, V>(length: usize, item: F, visitor: V) -> Result<V::Value, Fault>
+pub fn visit_list<'de, I, F, V>(length: usize, item: F, visitor: V) -> Result<V::Value, DeError>
 where
-    I: Deserializer<'de, Error = Fault>,
+    I: Deserializer<'de, Error = DeError>,
     F: Fn(usize) -> I,
     V: Visitor<'de>,
 {
-    let mut list = List {
+    let mut list = ListAccess {
         item,
         length,
         next: 0,
@@ -25,7 +25,7 @@ where
     let value = visitor.visit_seq(&mut list)?;
     if list.next < length {
         let wanted = list.next;
-        return Err(Fault::custom(format_args!(
+        return Err(DeError::custom(format_args!(
             "a list of {length}: expected a list of {wanted}"
         )));
     }
@@ -33,19 +33,21 @@ where
 }
 
 /// The items of a list in order.
-struct List<F> {
+struct ListAccess<F> {
     item: F,
     length: usize,
     next: usize,
 }
 
-impl<'de, I: Deserializer<'de, Error = Fault>, F: Fn(usize) -> I> SeqAccess<'de> for &mut List<F> {
-    type Error = Fault;
+impl<'de, I: Deserializer<'de, Error = DeError>, F: Fn(usize) -> I> SeqAccess<'de>
+    for &mut ListAccess<F>
+{
+    type Error = DeError;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(
         &mut self,
         seed: T,
-    ) -> Result<Option<T::Value>, Fault> {
+    ) -> Result<Option<T::Value>, DeError> {
         if self.next == self.length {
             return Ok(None);
         }
@@ -54,7 +56,7 @@ impl<'de, I: Deserializer<'de, Error = Fault>, F: Fn(usize) -> I> SeqAccess<'de>
         let value = seed.deserialize((self.item)(i));
         value
             .map(Some)
-            .map_err(|fault| fault.within(format!("[{i}]"), &None))
+            .map_err(|fault| fault.in_segment(format!("[{i}]"), &None))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -63,13 +65,13 @@ impl<'de, I: Deserializer<'de, Error = Fault>, F: Fn(usize) -> I> SeqAccess<'de>
 }
 
 /// The entries of a table in order, without those that are null, and without the tag where it has been read.
-pub struct Table<'a> {
+pub struct TableAccess<'a> {
     entries: &'a [Entry],
     next: usize,
     tagged: bool,
 }
 
-impl<'a> Table<'a> {
+impl<'a> TableAccess<'a> {
     pub fn new(entries: &'a [Entry]) -> Self {
         Self {
             entries,
@@ -79,69 +81,69 @@ impl<'a> Table<'a> {
     }
 }
 
-impl<'de> MapAccess<'de> for Table<'_> {
-    type Error = Fault;
+impl<'de> MapAccess<'de> for TableAccess<'_> {
+    type Error = DeError;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(
         &mut self,
         seed: K,
-    ) -> Result<Option<K::Value>, Fault> {
+    ) -> Result<Option<K::Value>, DeError> {
         let skipped =
-            |entry: &Entry| entry.node.value == Value::Null || (self.tagged && entry.key == TAG);
+            |entry: &Entry| entry.value.value == Value::Null || (self.tagged && entry.key == TAG);
         while self.entries.get(self.next).is_some_and(skipped) {
             self.next += 1;
         }
         let Some(entry) = self.entries.get(self.next) else {
             return Ok(None);
         };
-        let key: StrDeserializer<Fault> = entry.key.as_str().into_deserializer();
+        let key: StrDeserializer<DeError> = entry.key.as_str().into_deserializer();
         seed.deserialize(key)
             .map(Some)
-            .map_err(|fault| fault.within(format!(".{}", entry.key), &entry.key_span))
+            .map_err(|fault| fault.in_segment(format!(".{}", entry.key), &entry.key_span))
     }
 
-    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Fault> {
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, DeError> {
         let Some(entry) = self.entries.get(self.next) else {
-            return Err(Fault::custom("a value was asked for before its key"));
+            return Err(DeError::custom("a value was asked for before its key"));
         };
         self.next += 1;
         let segment = || format!(".{}", entry.key);
-        let span = if entry.node.span.is_some() {
-            &entry.node.span
+        let span = if entry.value.span.is_some() {
+            &entry.value.span
         } else {
             &entry.key_span
         };
-        seed.deserialize(Source(&entry.node))
-            .map_err(|fault| fault.within(segment(), span))
+        seed.deserialize(ValueDeserializer(&entry.value))
+            .map_err(|fault| fault.in_segment(segment(), span))
     }
 }
 
 /// A table whose `type` says which variant of an enum it is.
-pub struct Tagged<'a> {
+pub struct TaggedAccess<'a> {
     pub entries: &'a [Entry],
     pub variants: &'static [&'static str],
 }
 
-impl<'a, 'de> EnumAccess<'de> for Tagged<'a> {
-    type Error = Fault;
-    type Variant = Table<'a>;
+impl<'a, 'de> EnumAccess<'de> for TaggedAccess<'a> {
+    type Error = DeError;
+    type Variant = TableAccess<'a>;
 
     fn variant_seed<V: DeserializeSeed<'de>>(
         self,
         seed: V,
-    ) -> Result<(V::Value, Table<'a>), Fault> {
+    ) -> Result<(V::Value, TableAccess<'a>), DeError> {
         let Some(tag) = self.entries.iter().find(|entry| entry.key == TAG) else {
             let names = quoted(self.variants);
-            return Err(Fault::custom(format_args!(
+            return Err(DeError::custom(format_args!(
                 "the key {TAG:?} is missing: one of {names}"
             )));
         };
         let variant = seed
-            .deserialize(Source(&tag.node))
-            .map_err(|fault| fault.within(format!(".{TAG}"), &tag.node.span))?;
+            .deserialize(ValueDeserializer(&tag.value))
+            .map_err(|fault| fault.in_segment(format!(".{TAG}"), &tag.value.span))?;
         Ok((
             variant,
-            Table {
+            TableAccess {
                 entries: self.entries,
                 next: 0,
                 tagged: true,
@@ -150,29 +152,31 @@ impl<'a, 'de> EnumAccess<'de> for Tagged<'a> {
     }
 }
 
-impl<'de> VariantAccess<'de> for Table<'_> {
-    type Error = Fault;
+impl<'de> VariantAccess<'de> for TableAccess<'_> {
+    type Error = DeError;
 
-    fn unit_variant(mut self) -> Result<(), Fault> {
+    fn unit_variant(mut self) -> Result<(), DeError> {
         match self.next_key_seed(std::marker::PhantomData::<String>)? {
-            Some(key) => Err(Fault::unknown_field(&key, &[]).within(format!(".{key}"), &None)),
+            Some(key) => {
+                Err(DeError::unknown_field(&key, &[]).in_segment(format!(".{key}"), &None))
+            }
             None => Ok(()),
         }
     }
 
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, _: T) -> Result<T::Value, Fault> {
-        Err(Fault::custom("a table: expected a name"))
+    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, _: T) -> Result<T::Value, DeError> {
+        Err(DeError::custom("a table: expected a name"))
     }
 
-    fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, Fault> {
-        Err(Fault::custom("a table: expected a name"))
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, DeError> {
+        Err(DeError::custom("a table: expected a name"))
     }
 
     fn struct_variant<V: Visitor<'de>>(
         self,
         _: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Fault> {
+    ) -> Result<V::Value, DeError> {
         visitor.visit_map(self)
     }
 }

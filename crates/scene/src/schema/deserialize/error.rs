@@ -9,26 +9,26 @@ use crate::error::suggestion;
 
 /// What is wrong and where, behind one pointer: results of millions of numbers are handed up as they are read.
 #[derive(Debug)]
-pub struct Fault(pub Box<Details>);
+pub struct DeError(pub Box<DeErrorDetails>);
 
 /// What is wrong and where, from the inside out.
 #[derive(Debug)]
-pub struct Details {
+pub struct DeErrorDetails {
     /// `.key` and `[index]`, the innermost first.
     pub path: Vec<String>,
     pub message: String,
     pub span: Option<Range<usize>>,
 }
 
-impl Fault {
+impl DeError {
     /// The same, seen from the table or list around it.
-    pub fn within(mut self, segment: String, span: &Option<Range<usize>>) -> Self {
+    pub fn in_segment(mut self, segment: String, span: &Option<Range<usize>>) -> Self {
         self.0.path.push(segment);
-        self.placed(span)
+        self.with_span(span)
     }
 
     /// The same, at this place in the text where it has none yet.
-    pub fn placed(mut self, span: &Option<Range<usize>>) -> Self {
+    pub fn with_span(mut self, span: &Option<Range<usize>>) -> Self {
         if self.0.span.is_none() {
             self.0.span.clone_from(span);
         }
@@ -36,18 +36,18 @@ impl Fault {
     }
 }
 
-impl Display for Fault {
+impl Display for DeError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(&self.0.message)
     }
 }
 
-impl std::error::Error for Fault {}
+impl std::error::Error for DeError {}
 
-impl Error for Fault {
+impl Error for DeError {
     fn custom<T: Display>(message: T) -> Self {
         let message = message.to_string();
-        Self(Box::new(Details {
+        Self(Box::new(DeErrorDetails {
             path: Vec::new(),
             message,
             span: None,
@@ -57,8 +57,8 @@ impl Error for Fault {
     fn invalid_type(given: Unexpected, expected: &dyn Expected) -> Self {
         Self::custom(format_args!(
             "{}: expected {}",
-            described(given),
-            plain(expected)
+            found_text(given),
+            expected_text(expected)
         ))
     }
 
@@ -69,7 +69,7 @@ impl Error for Fault {
     fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
         Self::custom(format_args!(
             "a list of {length}: expected {}",
-            plain(expected)
+            expected_text(expected)
         ))
     }
 
@@ -97,7 +97,7 @@ impl Error for Fault {
 }
 
 /// What was given, in people's words.
-fn described(given: Unexpected) -> String {
+fn found_text(given: Unexpected) -> String {
     match given {
         Unexpected::Bool(v) => v.to_string(),
         Unexpected::Unsigned(v) => v.to_string(),
@@ -112,7 +112,7 @@ fn described(given: Unexpected) -> String {
 }
 
 /// What serde says it expected, in people's words.
-fn plain(expected: &dyn Expected) -> String {
+fn expected_text(expected: &dyn Expected) -> String {
     let expected = expected.to_string();
     match expected.as_str() {
         "f32" | "f64" => "a number".into(),

@@ -14,10 +14,10 @@ use serde::de::{DeserializeOwned, Deserializer, IntoDeserializer, Visitor};
 use serde::forward_to_deserialize_any;
 
 use crate::error::SceneError;
-use crate::schema::deserialize::access::{Table, Tagged, list};
-use crate::schema::deserialize::error::{Fault, quoted};
-use crate::schema::deserialize::number::{Array, Number};
-use crate::schema::deserialize::value::{Node, Value};
+use crate::schema::deserialize::access::{TableAccess, TaggedAccess, visit_list};
+use crate::schema::deserialize::error::{DeError, quoted};
+use crate::schema::deserialize::number::{ArrayDeserializer, Number};
+use crate::schema::deserialize::value::{SpannedValue, Value};
 
 /// The key that names the variant of an enum with fields.
 const TAG: &str = "type";
@@ -26,8 +26,8 @@ const TAG: &str = "type";
 ///
 /// # Errors
 /// [`SceneError::Schema`] with the path of the value, its place in the text, what was expected and the nearest name.
-pub fn from_node<T: DeserializeOwned>(node: &Node) -> Result<T, SceneError> {
-    T::deserialize(Source(node)).map_err(|Fault(details)| {
+pub fn from_value<T: DeserializeOwned>(node: &SpannedValue) -> Result<T, SceneError> {
+    T::deserialize(ValueDeserializer(node)).map_err(|DeError(details)| {
         let path = details
             .path
             .iter()
@@ -44,9 +44,9 @@ pub fn from_node<T: DeserializeOwned>(node: &Node) -> Result<T, SceneError> {
 
 /// A node to read.
 #[derive(Clone, Copy)]
-struct Source<'a>(&'a Node);
+struct ValueDeserializer<'a>(&'a SpannedValue);
 
-impl Source<'_> {
+impl ValueDeserializer<'_> {
     /// Its number, where it is one.
     fn number(self) -> Option<Number> {
         match &self.0.value {
@@ -59,49 +59,51 @@ impl Source<'_> {
     }
 
     /// Adds the place to an error that has none yet.
-    fn placed<T>(self, result: Result<T, Fault>) -> Result<T, Fault> {
-        result.map_err(|fault| fault.placed(&self.0.span))
+    fn with_span<T>(self, result: Result<T, DeError>) -> Result<T, DeError> {
+        result.map_err(|fault| fault.with_span(&self.0.span))
     }
 
-    fn any<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+    fn visit<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         match &self.0.value {
             Value::Null => visitor.visit_unit(),
             Value::Bool(v) => visitor.visit_bool(*v),
             Value::Integer(v) => visitor.visit_i64(*v),
             Value::Float(v) => visitor.visit_f64(*v),
             Value::String(v) => visitor.visit_str(v),
-            Value::List(items) => list(items.len(), |i| Source(&items[i]), visitor),
-            Value::Table(entries) => visitor.visit_map(Table::new(entries)),
-            Value::Floats { shape, data } => Array::visit(shape, data, visitor),
-            Value::Integers { shape, data } => Array::visit(shape, data, visitor),
+            Value::List(items) => {
+                visit_list(items.len(), |i| ValueDeserializer(&items[i]), visitor)
+            }
+            Value::Table(entries) => visitor.visit_map(TableAccess::new(entries)),
+            Value::Floats { shape, data } => ArrayDeserializer::visit(shape, data, visitor),
+            Value::Integers { shape, data } => ArrayDeserializer::visit(shape, data, visitor),
         }
     }
 
-    fn whole<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+    fn visit_whole<'de, V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         match self.number() {
-            Some(number) => self.placed(number.deserialize_u64(visitor)),
+            Some(number) => self.with_span(number.deserialize_u64(visitor)),
             None => self.deserialize_any(visitor),
         }
     }
 }
 
-impl<'de> Deserializer<'de> for Source<'_> {
-    type Error = Fault;
+impl<'de> Deserializer<'de> for ValueDeserializer<'_> {
+    type Error = DeError;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
-        self.placed(self.any(visitor))
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
+        self.with_span(self.visit(visitor))
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         match self.0.value {
             Value::Null => visitor.visit_none(),
             _ => visitor.visit_some(self),
         }
     }
 
-    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         match self.0.value {
-            Value::Table(_) => self.placed(list(1, |_| self, visitor)),
+            Value::Table(_) => self.with_span(visit_list(1, |_| self, visitor)),
             _ => self.deserialize_any(visitor),
         }
     }
@@ -111,11 +113,11 @@ impl<'de> Deserializer<'de> for Source<'_> {
         _: &'static str,
         _: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Fault> {
+    ) -> Result<V::Value, DeError> {
         match self.0.value {
             Value::Table(_) => self.deserialize_any(visitor),
             _ => self
-                .placed(self.any(Refuse("a table".into())))
+                .with_span(self.visit(Reject("a table".into())))
                 .map(|never| match never {}),
         }
     }
@@ -124,7 +126,7 @@ impl<'de> Deserializer<'de> for Source<'_> {
         self,
         _: &'static str,
         visitor: V,
-    ) -> Result<V::Value, Fault> {
+    ) -> Result<V::Value, DeError> {
         visitor.visit_newtype_struct(self)
     }
 
@@ -133,32 +135,32 @@ impl<'de> Deserializer<'de> for Source<'_> {
         _: &'static str,
         variants: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Fault> {
-        self.placed(match &self.0.value {
-            Value::String(name) => {
-                visitor.visit_enum(IntoDeserializer::<Fault>::into_deserializer(name.as_str()))
-            }
-            Value::Table(entries) => visitor.visit_enum(Tagged { entries, variants }),
+    ) -> Result<V::Value, DeError> {
+        self.with_span(match &self.0.value {
+            Value::String(name) => visitor.visit_enum(
+                IntoDeserializer::<DeError>::into_deserializer(name.as_str()),
+            ),
+            Value::Table(entries) => visitor.visit_enum(TaggedAccess { entries, variants }),
             _ => self
-                .any(Refuse(format!("one of {}", quoted(variants))))
+                .visit(Reject(format!("one of {}", quoted(variants))))
                 .map(|never| match never {}),
         })
     }
 
-    fn deserialize_u8<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
-        self.whole(visitor)
+    fn deserialize_u8<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
+        self.visit_whole(visitor)
     }
 
-    fn deserialize_u16<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
-        self.whole(visitor)
+    fn deserialize_u16<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
+        self.visit_whole(visitor)
     }
 
-    fn deserialize_u32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
-        self.whole(visitor)
+    fn deserialize_u32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
+        self.visit_whole(visitor)
     }
 
-    fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
-        self.whole(visitor)
+    fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
+        self.visit_whole(visitor)
     }
 
     forward_to_deserialize_any! {
@@ -168,9 +170,9 @@ impl<'de> Deserializer<'de> for Source<'_> {
 }
 
 /// Refuses whatever it visits: this was expected instead.
-struct Refuse(String);
+struct Reject(String);
 
-impl Visitor<'_> for Refuse {
+impl Visitor<'_> for Reject {
     type Value = std::convert::Infallible;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {

@@ -5,8 +5,8 @@ use std::fmt::Debug;
 use serde::de::{Deserializer, Error, Visitor};
 use serde::forward_to_deserialize_any;
 
-use crate::schema::deserialize::access::list;
-use crate::schema::deserialize::error::Fault;
+use crate::schema::deserialize::access::visit_list;
+use crate::schema::deserialize::error::DeError;
 
 /// A number to read.
 #[derive(Clone, Copy, Debug)]
@@ -28,9 +28,9 @@ impl From<f64> for Number {
 }
 
 impl<'de> Deserializer<'de> for Number {
-    type Error = Fault;
+    type Error = DeError;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         match self {
             Self::Integer(v) => visitor.visit_i64(v),
             Self::Float(v) => visitor.visit_f64(v),
@@ -38,26 +38,26 @@ impl<'de> Deserializer<'de> for Number {
     }
 
     // A whole float is a whole number: NumPy and TOML writers do not always know the difference.
-    fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+    fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         match self {
             Self::Float(v) if v == v.trunc() && v.abs() < 9.0e15 => visitor.visit_i64(v as i64),
             _ => self.deserialize_any(visitor),
         }
     }
 
-    fn deserialize_u8<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+    fn deserialize_u8<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         self.deserialize_u64(visitor)
     }
 
-    fn deserialize_u16<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+    fn deserialize_u16<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         self.deserialize_u64(visitor)
     }
 
-    fn deserialize_u32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+    fn deserialize_u32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         self.deserialize_u64(visitor)
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         visitor.visit_some(self)
     }
 
@@ -65,7 +65,7 @@ impl<'de> Deserializer<'de> for Number {
         self,
         _: &'static str,
         visitor: V,
-    ) -> Result<V::Value, Fault> {
+    ) -> Result<V::Value, DeError> {
         visitor.visit_newtype_struct(self)
     }
 
@@ -77,57 +77,59 @@ impl<'de> Deserializer<'de> for Number {
 
 /// An array of numbers to read, of one dimension or more, as lists of lists.
 #[derive(Clone, Copy)]
-pub struct Array<'a, T> {
+pub struct ArrayDeserializer<'a, T> {
     length: usize,
     /// The shape of its items.
     item: &'a [usize],
     data: &'a [T],
 }
 
-impl<'a, T: Copy + Into<Number>> Array<'a, T> {
+impl<'a, T: Copy + Into<Number>> ArrayDeserializer<'a, T> {
     /// Visits an array of this shape; one without dimensions is a number.
     pub fn visit<'de, V: Visitor<'de>>(
         shape: &'a [usize],
         data: &'a [T],
         visitor: V,
-    ) -> Result<V::Value, Fault> {
+    ) -> Result<V::Value, DeError> {
         let size = shape
             .iter()
             .try_fold(1_usize, |size, &length| size.checked_mul(length));
         if size != Some(data.len()) {
-            return Err(Fault::custom(format_args!(
+            return Err(DeError::custom(format_args!(
                 "an array of shape {shape:?} with {} numbers",
                 data.len()
             )));
         }
         match (shape, data) {
             ([], [number]) => (*number).into().deserialize_any(visitor),
-            (&[length, ref item @ ..], _) => Array { length, item, data }.deserialize_any(visitor),
+            (&[length, ref item @ ..], _) => {
+                ArrayDeserializer { length, item, data }.deserialize_any(visitor)
+            }
             ([], _) => visitor.visit_unit(),
         }
     }
 }
 
-impl<'de, T: Copy + Into<Number>> Deserializer<'de> for Array<'_, T> {
-    type Error = Fault;
+impl<'de, T: Copy + Into<Number>> Deserializer<'de> for ArrayDeserializer<'_, T> {
+    type Error = DeError;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
-        let Array { length, item, data } = self;
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
+        let ArrayDeserializer { length, item, data } = self;
         match *item {
-            [] => list(length, |i| data[i].into(), visitor),
+            [] => visit_list(length, |i| data[i].into(), visitor),
             [inner, ref rest @ ..] => {
                 let stride = data.len().checked_div(length).unwrap_or(0);
-                let at = |i: usize| Array {
+                let at = |i: usize| ArrayDeserializer {
                     length: inner,
                     item: rest,
                     data: &data[i * stride..(i + 1) * stride],
                 };
-                list(length, at, visitor)
+                visit_list(length, at, visitor)
             }
         }
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DeError> {
         visitor.visit_some(self)
     }
 
@@ -135,7 +137,7 @@ impl<'de, T: Copy + Into<Number>> Deserializer<'de> for Array<'_, T> {
         self,
         _: &'static str,
         visitor: V,
-    ) -> Result<V::Value, Fault> {
+    ) -> Result<V::Value, DeError> {
         visitor.visit_newtype_struct(self)
     }
 

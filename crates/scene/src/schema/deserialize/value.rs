@@ -4,7 +4,7 @@ use std::ops::Range;
 
 /// A value, and where in the text it stood when it came from one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Node {
+pub struct SpannedValue {
     /// The value.
     pub value: Value,
     /// Its bytes in the text.
@@ -25,7 +25,7 @@ pub enum Value {
     /// Text.
     String(String),
     /// Values in order.
-    List(Vec<Node>),
+    List(Vec<SpannedValue>),
     /// Values by key, in order of appearance; keys are unique.
     Table(Vec<Entry>),
     /// An array of numbers in row-major order, as NumPy has them: the same as lists of lists.
@@ -52,16 +52,16 @@ pub struct Entry {
     /// Its bytes in the text.
     pub key_span: Option<Range<usize>>,
     /// The value.
-    pub node: Node,
+    pub value: SpannedValue,
 }
 
-impl From<Value> for Node {
+impl From<Value> for SpannedValue {
     fn from(value: Value) -> Self {
         Self { value, span: None }
     }
 }
 
-impl Node {
+impl SpannedValue {
     /// The place in the text of a path as in [`SceneError::Schema`](crate::SceneError::Schema), such as
     /// `object[2].diffuse`; of its nearest ancestor where the path itself is not in the text.
     pub fn span_at(&self, path: &str) -> Option<Range<usize>> {
@@ -79,7 +79,7 @@ impl Node {
                     .find(|entry| entry.key == segment)
                     .map(|entry| {
                         span = entry.key_span.clone().or(span.take());
-                        &entry.node
+                        &entry.value
                     }),
                 _ => None,
             };

@@ -99,7 +99,7 @@ const INTRINSICS: [&str; 7] = [
 
 impl CameraSpec {
     /// What describes a camera to the last digit, in R and C, or as the matrix it was made of.
-    pub fn of(camera: &Camera) -> Self {
+    pub fn from_camera(camera: &Camera) -> Self {
         let lens = camera.lens().coefficients();
         let mut spec = Self {
             size: Some(camera.size()),
@@ -108,9 +108,9 @@ impl CameraSpec {
             distortion: lens
                 .filter(|(model, _)| !model.is_panorama())
                 .map(|(_, given)| given.to_vec()),
-            aperture: camera.aperture().map(ApertureSpec::of),
+            aperture: camera.aperture().map(ApertureSpec::from_aperture),
             vignetting: camera.vignetting().cloned(),
-            shutter: camera.motion().map(ShutterSpec::of),
+            shutter: camera.motion().map(ShutterSpec::from_motion),
             ..Self::default()
         };
         let matrix = match camera.center() {
@@ -126,7 +126,7 @@ impl CameraSpec {
             spec.projection = Projection::Orthographic;
         }
         if spec.shutter.is_none() {
-            let pose = PoseSpec::of(&Pose {
+            let pose = PoseSpec::from_pose(&Pose {
                 r: camera.r(),
                 c: camera.c(),
             });
@@ -140,9 +140,11 @@ impl CameraSpec {
     /// # Errors
     /// [`SceneError`] where intrinsics or pose are missing or given twice, and those of [`Camera`]'s constructors.
     pub fn build(&self, up: Up) -> Result<Camera, SceneError> {
-        let mut camera = self.still(up)?;
+        let mut camera = self.build_static(up)?;
         if let Some(aperture) = &self.aperture {
-            let aperture = aperture.build().map_err(|error| error.within("aperture"))?;
+            let aperture = aperture
+                .build()
+                .map_err(|error| error.in_context("aperture"))?;
             camera = camera.with_aperture(Some(aperture))?;
         }
         camera = camera.with_vignetting(self.vignetting.clone())?;
@@ -152,11 +154,13 @@ impl CameraSpec {
                 c: camera.c(),
             };
             let motion = shutter.build(start, |pose| pose.build(up));
-            let mut motion = motion.map_err(|error| error.within("shutter"))?;
+            let mut motion = motion.map_err(|error| error.in_context("shutter"))?;
             if let Some(mount) = &shutter.mount {
                 // In the axes of a body, of which x looks ahead and z up.
                 let mount = mount.build(Up::Z);
-                motion = motion.with_mount(mount.map_err(|error| error.within("shutter.mount"))?);
+                motion = motion.with_camera_from_body(
+                    mount.map_err(|error| error.in_context("shutter.mount"))?,
+                );
             }
             camera = camera.with_motion(motion)?;
         }
@@ -164,7 +168,7 @@ impl CameraSpec {
     }
 
     /// The camera before it moves.
-    fn still(&self, up: Up) -> Result<Camera, SceneError> {
+    fn build_static(&self, up: Up) -> Result<Camera, SceneError> {
         let size = self.size.unwrap_or([640, 480]);
         let keys = self.keys();
         let lens = self.lens(&keys)?;
@@ -184,17 +188,21 @@ impl CameraSpec {
                 return Err(SceneError::schema("projection", again));
             }
             return Camera::from_matrix(matrix, size, self.pixel_center)
-                .map_err(|error| error.within("matrix"));
+                .map_err(|error| error.in_context("matrix"));
         }
         let k = self.intrinsics(size, &keys, &lens)?;
-        let pose = match self.shutter.as_ref().and_then(|shutter| shutter.first()) {
+        let pose = match self
+            .shutter
+            .as_ref()
+            .and_then(|shutter| shutter.first_pose())
+        {
             None => pose.build(up)?,
             Some(first) => {
                 let message = "\"shutter.track\" is given too, and says where the camera is";
                 pose.keys().refuse(&POSE, message)?;
                 first
                     .build(up)
-                    .map_err(|error| error.within("shutter.track[0].pose"))?
+                    .map_err(|error| error.in_context("shutter.track[0].pose"))?
             }
         };
         match self.projection {
@@ -210,7 +218,7 @@ impl CameraSpec {
     fn lens(&self, keys: &Keys<9>) -> Result<Lens, SceneError> {
         match (&self.distortion, self.lens) {
             (Some(distortion), lens) => Lens::new(lens.unwrap_or_default(), distortion)
-                .map_err(|error| error.within("distortion")),
+                .map_err(|error| error.in_context("distortion")),
             (None, Some(panorama)) if panorama.is_panorama() => Lens::new(panorama, &[]),
             (None, _) => {
                 let message = "\"distortion\", the coefficients of the lens, is missing: [0, 0, 0, 0] is a fisheye \
@@ -245,7 +253,7 @@ impl CameraSpec {
         }
         let mut k = match (self.fov, self.height, self.focal) {
             (Some(fov), ..) => intrinsics_from_fov(fov, size, self.pixel_center)
-                .map_err(|error| error.within("fov"))?,
+                .map_err(|error| error.in_context("fov"))?,
             (None, Some(height), _) => {
                 if !(height > 0.0 && height.is_finite()) {
                     let message = format!("{height}: expected a finite length > 0");

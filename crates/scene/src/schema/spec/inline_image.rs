@@ -11,18 +11,18 @@ use crate::texture::{Image, Texels};
 
 /// One of the numbers of a texel.
 #[derive(Clone, Copy)]
-enum Number {
+enum TexelNumber {
     Byte(u8),
     Linear(f32),
 }
 
 /// Grey, grey and alpha, red green blue, or these and alpha.
 struct Texel {
-    numbers: [Number; 4],
+    numbers: [TexelNumber; 4],
     count: usize,
 }
 
-struct Row(Vec<Texel>);
+struct TexelRow(Vec<Texel>);
 
 impl<'de> Deserialize<'de> for ImageSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -39,7 +39,7 @@ impl<'de> Deserialize<'de> for ImageSpec {
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<ImageSpec, A::Error> {
-                let mut rows: Vec<Row> = Vec::new();
+                let mut rows: Vec<TexelRow> = Vec::new();
                 while let Some(row) = seq.next_element()? {
                     rows.push(row);
                 }
@@ -50,7 +50,7 @@ impl<'de> Deserialize<'de> for ImageSpec {
     }
 }
 
-fn image<E: Error>(rows: Vec<Row>) -> Result<Image, E> {
+fn image<E: Error>(rows: Vec<TexelRow>) -> Result<Image, E> {
     let [width, height] = [rows.first().map_or(0, |row| row.0.len()), rows.len()];
     if let Some((y, row)) = rows
         .iter()
@@ -70,15 +70,15 @@ fn image<E: Error>(rows: Vec<Row>) -> Result<Image, E> {
     let texels = || rows.iter().flat_map(|row| &row.0);
     let bytes = texels().all(|texel| {
         let numbers = &texel.numbers[..texel.count];
-        numbers.iter().all(|n| matches!(n, Number::Byte(_)))
+        numbers.iter().all(|n| matches!(n, TexelNumber::Byte(_)))
     });
     let texels = if bytes {
         Texels::Srgb8(
             texels()
                 .map(|texel| {
                     texel.spread(255, |n| match n {
-                        Number::Byte(v) => v,
-                        Number::Linear(v) => v as u8,
+                        TexelNumber::Byte(v) => v,
+                        TexelNumber::Linear(v) => v as u8,
                     })
                 })
                 .collect(),
@@ -88,8 +88,8 @@ fn image<E: Error>(rows: Vec<Row>) -> Result<Image, E> {
             texels()
                 .map(|texel| {
                     texel.spread(1.0, |n| match n {
-                        Number::Byte(v) => f32::from(v),
-                        Number::Linear(v) => v,
+                        TexelNumber::Byte(v) => f32::from(v),
+                        TexelNumber::Linear(v) => v,
                     })
                 })
                 .collect(),
@@ -104,7 +104,7 @@ fn image<E: Error>(rows: Vec<Row>) -> Result<Image, E> {
 
 impl Texel {
     /// As red, green, blue, alpha.
-    fn spread<T: Copy>(&self, opaque: T, of: impl Fn(Number) -> T) -> [T; 4] {
+    fn spread<T: Copy>(&self, opaque: T, of: impl Fn(TexelNumber) -> T) -> [T; 4] {
         let [a, b, c, d] = self.numbers.map(of);
         match self.count {
             1 => [a, a, a, opaque],
@@ -115,30 +115,30 @@ impl Texel {
     }
 }
 
-impl<'de> Deserialize<'de> for Row {
+impl<'de> Deserialize<'de> for TexelRow {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         Vec::deserialize(deserializer).map(Self)
     }
 }
 
-impl<'de> Deserialize<'de> for Number {
+impl<'de> Deserialize<'de> for TexelNumber {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct NumberVisitor;
         impl Visitor<'_> for NumberVisitor {
-            type Value = Number;
+            type Value = TexelNumber;
 
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
                 f.write_str("a whole number in 0..=255, or a linear value with a point")
             }
 
-            fn visit_i64<E: Error>(self, v: i64) -> Result<Number, E> {
+            fn visit_i64<E: Error>(self, v: i64) -> Result<TexelNumber, E> {
                 u8::try_from(v)
-                    .map(Number::Byte)
+                    .map(TexelNumber::Byte)
                     .map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))
             }
 
-            fn visit_f64<E: Error>(self, v: f64) -> Result<Number, E> {
-                Ok(Number::Linear(v as f32))
+            fn visit_f64<E: Error>(self, v: f64) -> Result<TexelNumber, E> {
+                Ok(TexelNumber::Linear(v as f32))
             }
         }
         deserializer.deserialize_any(NumberVisitor)
@@ -159,21 +159,21 @@ impl<'de> Deserialize<'de> for Texel {
                 let number = u8::try_from(v)
                     .map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;
                 Ok(Texel {
-                    numbers: [Number::Byte(number); 4],
+                    numbers: [TexelNumber::Byte(number); 4],
                     count: 1,
                 })
             }
 
             fn visit_f64<E: Error>(self, v: f64) -> Result<Texel, E> {
                 Ok(Texel {
-                    numbers: [Number::Linear(v as f32); 4],
+                    numbers: [TexelNumber::Linear(v as f32); 4],
                     count: 1,
                 })
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Texel, A::Error> {
                 let mut texel = Texel {
-                    numbers: [Number::Byte(0); 4],
+                    numbers: [TexelNumber::Byte(0); 4],
                     count: 0,
                 };
                 while let Some(number) = seq.next_element()? {

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::camera::{Aperture, Motion, Pose, Readout};
+use crate::camera::{Aperture, Pose, ReadoutDirection, ShutterMotion};
 use crate::error::SceneError;
 use crate::schema::spec::pose::PoseSpec;
 
@@ -39,7 +39,7 @@ pub struct ShutterSpec {
     pub readout: f64,
     /// Which lines there are, and which is the first: "down" (rows, from the top), "up", "right" (columns, from the
     /// left) or "left".
-    pub direction: Readout,
+    pub direction: ReadoutDirection,
     /// The pose when the last line closes, after `readout + exposure`; it stands where neither this nor `track` is given,
     /// and what moves before it is blurred all the same.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -64,7 +64,7 @@ pub struct TrackSpec {
 
 impl ApertureSpec {
     /// As it is written.
-    pub fn of(aperture: &Aperture) -> Self {
+    pub fn from_aperture(aperture: &Aperture) -> Self {
         Self {
             radius: Some(aperture.radius()),
             focus: Some(aperture.focus()),
@@ -99,10 +99,10 @@ impl ApertureSpec {
 
 impl ShutterSpec {
     /// As it is written.
-    pub fn of(motion: &Motion) -> Self {
+    pub fn from_motion(motion: &ShutterMotion) -> Self {
         let track = motion.poses().iter().map(|(time, pose)| TrackSpec {
             time: *time,
-            pose: PoseSpec::of(pose),
+            pose: PoseSpec::from_pose(pose),
         });
         Self {
             exposure: motion.exposure(),
@@ -110,27 +110,27 @@ impl ShutterSpec {
             direction: motion.direction(),
             end: None,
             track: Some(track.collect()),
-            mount: motion.mount().map(PoseSpec::of),
+            mount: motion.camera_from_body().map(PoseSpec::from_pose),
         }
     }
 
     /// The first pose of the track, where there is one.
-    pub fn first(&self) -> Option<&PoseSpec> {
+    pub fn first_pose(&self) -> Option<&PoseSpec> {
         Some(&self.track.as_ref()?.first()?.pose)
     }
 
     /// The motion it describes, of a camera that starts at a pose, or of what has its poses read by `read`.
     ///
     /// # Errors
-    /// [`SceneError`] where the way is given twice, and those of [`Motion::new`].
+    /// [`SceneError`] where the way is given twice, and those of [`ShutterMotion::new`].
     pub fn build(
         &self,
         start: Pose,
         read: impl Fn(&PoseSpec) -> Result<Pose, SceneError>,
-    ) -> Result<Motion, SceneError> {
+    ) -> Result<ShutterMotion, SceneError> {
         let poses = match (&self.end, &self.track) {
             (Some(end), None) => {
-                let end = read(end).map_err(|error| error.within("end"))?;
+                let end = read(end).map_err(|error| error.in_context("end"))?;
                 let last = self.exposure + self.readout;
                 if last.is_nan() || last <= 0.0 {
                     let message = "exposure and readout are both 0: there is no time to move in";
@@ -143,7 +143,7 @@ impl ShutterSpec {
                 .enumerate()
                 .map(|(i, key)| {
                     let pose = read(&key.pose)
-                        .map_err(|error| error.within(&format!("track[{i}].pose")))?;
+                        .map_err(|error| error.in_context(&format!("track[{i}].pose")))?;
                     Ok((key.time, pose))
                 })
                 .collect::<Result<_, SceneError>>()?,
@@ -153,6 +153,6 @@ impl ShutterSpec {
                 return Err(SceneError::schema("end", message));
             }
         };
-        Motion::new(self.exposure, self.readout, self.direction, poses)
+        ShutterMotion::new(self.exposure, self.readout, self.direction, poses)
     }
 }

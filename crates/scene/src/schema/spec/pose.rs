@@ -109,7 +109,7 @@ pub const POSE: [&str; 9] = [
 
 impl PoseSpec {
     /// R and C of a pose, to the last digit.
-    pub fn of(pose: &Pose) -> Self {
+    pub fn from_pose(pose: &Pose) -> Self {
         Self {
             r: Some(pose.r.transpose().to_cols_array_2d()),
             c: Some(pose.c.to_array()),

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, Visitor};
 
-use crate::color::view_transform::View;
+use crate::color::view_transform::ViewTransform;
 use crate::error::SceneError;
 
 /// How to render; everything may be left out, and what the command line or the call says goes first.
@@ -39,7 +39,7 @@ pub struct RenderSpec {
     pub exposure: Option<f64>,
     /// How PNG pictures and videos show what is brighter than 1: "standard" cuts it off, "agx" and "pbr_neutral"
     /// compress it.
-    pub view: Option<View>,
+    pub view: Option<ViewTransform>,
 }
 
 /// `true`, `false` or a distance.

@@ -35,19 +35,19 @@ with_pose! {
 
 impl RigSpec {
     /// What describes a rig to the last digit.
-    pub fn of(rig: &Rig) -> Self {
+    pub fn from_rig(rig: &Rig) -> Self {
         let cameras = rig.mounts().iter().map(|mount| CameraSpec {
             name: Some(mount.name.clone()),
-            ..CameraSpec::of(&mount.camera)
+            ..CameraSpec::from_camera(&mount.camera)
         });
         let mut spec = Self {
             name: Some(rig.name().into()),
             camera: cameras.collect(),
-            shutter: rig.motion().map(ShutterSpec::of),
+            shutter: rig.motion().map(ShutterSpec::from_motion),
             ..Self::default()
         };
         if spec.shutter.is_none() {
-            let pose = PoseSpec::of(&rig.body());
+            let pose = PoseSpec::from_pose(&rig.body());
             (spec.r, spec.c) = (pose.r, pose.c);
         }
         spec
@@ -61,7 +61,7 @@ impl RigSpec {
     pub fn build(&self, up: Up) -> Result<Rig, SceneError> {
         let mut mounts = Vec::with_capacity(self.camera.len());
         for (i, spec) in self.camera.iter().enumerate() {
-            let within = |error: SceneError| error.within(&format!("camera[{i}]"));
+            let within = |error: SceneError| error.in_context(&format!("camera[{i}]"));
             let camera = spec.build(Up::Z).map_err(within)?;
             let name = match &spec.name {
                 Some(name) => name.clone(),
@@ -71,14 +71,14 @@ impl RigSpec {
             mounts.push(NamedCamera { name, camera });
         }
         let pose = pose_of!(self);
-        let track = self.shutter.as_ref().and_then(ShutterSpec::first);
+        let track = self.shutter.as_ref().and_then(ShutterSpec::first_pose);
         let body = match track {
             Some(first) => {
                 let message = "\"shutter.track\" is given too, and says where the rig is";
                 pose.keys().refuse(&POSE, message)?;
                 first
                     .build_body(up)
-                    .map_err(|error| error.within("shutter.track[0].pose"))?
+                    .map_err(|error| error.in_context("shutter.track[0].pose"))?
             }
             None if pose.keys().given(&POSE).is_empty() => PoseSpec {
                 location: Some([0.0; 3]),
@@ -98,7 +98,7 @@ impl RigSpec {
         }
         let motion = shutter
             .build(body, |pose| pose.build_body(up))
-            .map_err(|error| error.within("shutter"))?;
+            .map_err(|error| error.in_context("shutter"))?;
         rig.with_motion(motion)
     }
 }

@@ -9,12 +9,12 @@ use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
 use crate::error::SceneError;
 use crate::mesh::Mesh;
-use crate::model::Files;
-use crate::schema::build_world::Failure;
+use crate::model::AssetLoader;
+use crate::schema::build_world::BuildFailure;
 use crate::schema::shorthand::{Splat, Wraps};
 use crate::schema::spec::object::ObjectSpec;
-use crate::schema::texture_binding::Put;
-use crate::texture::{Image, Interpolation, Texels, Texture, TextureSampler, TextureSlot};
+use crate::schema::texture_binding::TextureBinding;
+use crate::texture::{Image, TexelFilter, Texels, Texture, TextureSampler, TextureSlot};
 
 /// An image, and how it is looked up: its file or texels alone, or a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub struct TextureTable {
     pub wrap: Option<Wraps>,
     /// What lies between texels: "linear" (where not given) or "nearest".
     #[serde(default)]
-    pub filter: Interpolation,
+    pub filter: TexelFilter,
     /// How often it repeats along u and v, one number or two; 1 where not given.
     pub repeat: Option<Splat<2>>,
     /// Degrees by which the coordinates are turned counter-clockwise, as `KHR_texture_transform` has it.
@@ -155,13 +155,13 @@ impl TexturesSpec {
 
 impl TextureSpec {
     /// The texture and its place, as the world's number `next`; `wrap` where it says nothing itself.
-    pub(crate) fn read<F: Files>(
+    pub(crate) fn read<F: AssetLoader>(
         &self,
         key: &'static str,
         wrap: Option<Wraps>,
         next: usize,
         files: &mut F,
-    ) -> Result<(Texture, Put), Failure<F::Error>> {
+    ) -> Result<(Texture, TextureBinding), BuildFailure<F::Error>> {
         let TextureSpec(table) = self;
         let Wraps(wrap) = table.wrap.or(wrap).unwrap_or_default();
         let image = match &table.image {
@@ -169,15 +169,15 @@ impl TextureSpec {
             ImageSpec::File(file) => {
                 let texture = files.texture(file, wrap);
                 texture
-                    .map_err(|error| Failure::File(key.into(), error))?
+                    .map_err(|error| BuildFailure::File(key.into(), error))?
                     .image
             }
         };
-        let image = table.seen(key, image)?;
+        let image = table.as_used(key, image)?;
         image.validate()?;
-        let kept = files.keep(image);
+        let kept = files.store_texture(image);
         let texture = Texture {
-            image: kept.map_err(|error| Failure::File(key.into(), error))?,
+            image: kept.map_err(|error| BuildFailure::File(key.into(), error))?,
             sampler: TextureSampler {
                 wrap,
                 magnification: table.filter,
@@ -205,7 +205,7 @@ impl TextureSpec {
             let message = format!("{strength}: expected a finite number, 0..=1 for occlusion");
             return Err(SceneError::schema("strength", message).into());
         }
-        let put = Put {
+        let put = TextureBinding {
             key,
             slot: TextureSlot {
                 texture: next,
@@ -220,7 +220,7 @@ impl TextureSpec {
 
 impl TextureTable {
     /// The image as this use sees it: data is linear, and one channel may stand for all.
-    fn seen(&self, key: &str, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
+    fn as_used(&self, key: &str, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
         let data = !COLORS.contains(&key) && matches!(image.texels, Texels::Srgb8(_));
         if !data && self.channel.is_none() {
             return Ok(image);
@@ -233,9 +233,9 @@ impl TextureTable {
         if let Some(channel) = self.channel {
             let channel = channel as usize;
             match &mut image.texels {
-                Texels::Srgb8(texels) | Texels::Linear8(texels) => splat(texels, channel),
-                Texels::Linear16(texels) => splat(texels, channel),
-                Texels::Float(texels) => splat(texels, channel),
+                Texels::Srgb8(texels) | Texels::Linear8(texels) => splat_channel(texels, channel),
+                Texels::Linear16(texels) => splat_channel(texels, channel),
+                Texels::Float(texels) => splat_channel(texels, channel),
                 Texels::Paged(_) => {} // was made another above
             }
         }
@@ -243,7 +243,7 @@ impl TextureTable {
     }
 }
 
-fn splat<T: Copy>(texels: &mut [[T; 4]], channel: usize) {
+fn splat_channel<T: Copy>(texels: &mut [[T; 4]], channel: usize) {
     for texel in texels {
         *texel = [texel[channel]; 4];
     }
@@ -260,11 +260,12 @@ impl<'de> Deserialize<'de> for TextureSpec {
             }
 
             fn visit_str<E: Error>(self, file: &str) -> Result<TextureSpec, E> {
-                Ok(TextureSpec::of(ImageSpec::File(file.into())))
+                Ok(TextureSpec::from_image(ImageSpec::File(file.into())))
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, rows: A) -> Result<TextureSpec, A::Error> {
-                ImageSpec::deserialize(SeqAccessDeserializer::new(rows)).map(TextureSpec::of)
+                ImageSpec::deserialize(SeqAccessDeserializer::new(rows))
+                    .map(TextureSpec::from_image)
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TextureSpec, A::Error> {
@@ -276,11 +277,11 @@ impl<'de> Deserialize<'de> for TextureSpec {
 }
 
 impl TextureSpec {
-    fn of(image: ImageSpec) -> Self {
+    fn from_image(image: ImageSpec) -> Self {
         Self(TextureTable {
             image,
             wrap: None,
-            filter: Interpolation::default(),
+            filter: TexelFilter::default(),
             repeat: None,
             rotation: 0.0,
             offset: [0.0; 2],
@@ -304,16 +305,16 @@ impl JsonSchema for TextureSpec {
 }
 
 /// Images, and where they go.
-type Placed = (Vec<Texture>, Vec<Put>);
+type BoundTextures = (Vec<Texture>, Vec<TextureBinding>);
 
 impl ObjectSpec {
     /// Its images and where they go, for a mesh; the first will be the world's texture `next`.
-    pub(crate) fn read_textures<F: Files>(
+    pub(crate) fn read_textures<F: AssetLoader>(
         &self,
         mesh: &Mesh,
         next: usize,
         files: &mut F,
-    ) -> Result<Placed, Failure<F::Error>> {
+    ) -> Result<BoundTextures, BuildFailure<F::Error>> {
         let base = self.texture.as_ref().map(|texture| ("texture", &**texture));
         let others = self.textures.as_ref().map(|textures| textures.given());
         let (mut textures, mut puts) = (Vec::new(), Vec::new());
@@ -333,8 +334,8 @@ impl ObjectSpec {
             }
             let read = texture.read(key, self.wrap, next + textures.len(), files);
             let (texture, put) = read.map_err(|failure| match failure {
-                Failure::Scene(error) => Failure::Scene(error.within(&path)),
-                Failure::File(_, error) => Failure::File(path.clone(), error),
+                BuildFailure::Scene(error) => BuildFailure::Scene(error.in_context(&path)),
+                BuildFailure::File(_, error) => BuildFailure::File(path.clone(), error),
             })?;
             textures.push(texture);
             puts.push(put);

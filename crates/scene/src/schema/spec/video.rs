@@ -17,7 +17,7 @@ pub struct VideoSpec {
     #[schemars(schema_with = "crate::schema::one_or_many::<KeyframeSpec>")]
     pub keyframe: Vec<KeyframeSpec>,
     /// Between keyframes: "smooth" (Catmull-Rom, starting and ending at rest) or "linear".
-    pub interpolation: Interpolation,
+    pub interpolation: KeyframeInterpolation,
 }
 
 /// Carries the camera around the upright axis through a target, as a whole: the first frame is the still picture.
@@ -53,13 +53,14 @@ pub struct KeyframeSpec {
     /// A point to look at (objects: with their x axis in a z-up world), instead of angles.
     pub target: Option<[f64; 3]>,
     /// From this keyframe to the next; the video's where not given.
-    pub interpolation: Option<Interpolation>,
+    pub interpolation: Option<KeyframeInterpolation>,
 }
 
 /// What happens between keyframes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum Interpolation {
+#[schemars(rename = "Interpolation")]
+pub enum KeyframeInterpolation {
     /// Straight lines at constant speed.
     Linear,
     /// Catmull-Rom curves that start and end at rest: no corners, no jumps in speed.
@@ -74,7 +75,7 @@ impl Default for VideoSpec {
             seconds: None,
             orbit: None,
             keyframe: Vec::new(),
-            interpolation: Interpolation::default(),
+            interpolation: KeyframeInterpolation::default(),
         }
     }
 }

@@ -12,9 +12,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use crate::error::SceneError;
-use crate::texture::cache::paged::{Level, PagedTexels, SIDE};
+use crate::texture::cache::paged::{Level, PagedTexels, TILE_SIZE};
 use crate::texture::cache::tiles::TileCache;
-use crate::texture::cache::unlinked_file::Temporary;
+use crate::texture::cache::unlinked_file::UnlinkedFile;
 use crate::texture::image::TexelKind;
 use crate::texture::{Image, Texels, Texture};
 use crate::world::World;
@@ -25,14 +25,14 @@ use crate::world::World;
 /// The file goes to the folder that the environment variable `TMPDIR` names, else to `/var/tmp`. It has no name, so that it
 /// is gone when the process ends, however it ends.
 #[derive(Debug)]
-pub struct TextureMemory {
+pub struct TextureCache {
     /// Tells it from every other one of this process.
     pub(crate) id: u64,
     limit: u64,
     folders: Vec<PathBuf>,
     /// What the images kept so far would take.
-    wanted: AtomicU64,
-    file: OnceLock<Temporary>,
+    requested_bytes: AtomicU64,
+    file: OnceLock<UnlinkedFile>,
     cache: TileCache,
     tiles_read: AtomicU64,
     bytes_read: AtomicU64,
@@ -41,20 +41,20 @@ pub struct TextureMemory {
 
 /// What has been read back from the temporary file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ReadBack {
+pub struct PageInStats {
     /// Tiles, each as often as it was read.
     pub tiles: u64,
     /// Their bytes.
     pub bytes: u64,
 }
 
-impl PartialEq for TextureMemory {
+impl PartialEq for TextureCache {
     fn eq(&self, other: &Self) -> bool {
         self.id == other.id
     }
 }
 
-impl TextureMemory {
+impl TextureCache {
     /// With a limit in bytes.
     pub fn new(limit: u64) -> Self {
         Self::in_folders(limit, unlinked_file::folders())
@@ -71,7 +71,7 @@ impl TextureMemory {
             id: NEXT.fetch_add(1, Ordering::Relaxed),
             limit,
             folders,
-            wanted: AtomicU64::new(0),
+            requested_bytes: AtomicU64::new(0),
             file: OnceLock::new(),
             cache: TileCache::new(limit),
             tiles_read: AtomicU64::new(0),
@@ -87,18 +87,18 @@ impl TextureMemory {
 
     /// Whether the images kept so far do not fit.
     pub fn is_exceeded(&self) -> bool {
-        self.wanted.load(Ordering::Relaxed) > self.limit
+        self.requested_bytes.load(Ordering::Relaxed) > self.limit
     }
 
     /// The image, counted, and paged where those kept so far do not fit with it.
     ///
     /// # Errors
-    /// Those of [`Image::validate`] and [`TextureMemory::page`].
-    pub fn keep(self: &Arc<Self>, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
+    /// Those of [`Image::validate`] and [`TextureCache::page_out`].
+    pub fn insert(self: &Arc<Self>, image: Arc<Image>) -> Result<Arc<Image>, SceneError> {
         image.validate()?;
         self.count(&image);
         if self.is_exceeded() {
-            self.page(&image).map(Arc::new)
+            self.page_out(&image).map(Arc::new)
         } else {
             Ok(image)
         }
@@ -106,14 +106,15 @@ impl TextureMemory {
 
     /// Counts an image.
     pub(crate) fn count(&self, image: &Image) {
-        self.wanted.fetch_add(image.bytes(), Ordering::Relaxed);
+        self.requested_bytes
+            .fetch_add(image.bytes(), Ordering::Relaxed);
     }
 
     /// The image with its texels, and those of its mip map, in the temporary file.
     ///
     /// # Errors
     /// [`SceneError::Storage`] where that cannot be written.
-    pub fn page(self: &Arc<Self>, image: &Image) -> Result<Image, SceneError> {
+    pub fn page_out(self: &Arc<Self>, image: &Image) -> Result<Image, SceneError> {
         if matches!(image.texels, Texels::Paged(_)) {
             return Ok(image.clone());
         }
@@ -135,18 +136,20 @@ impl TextureMemory {
         let [width, height] = image.size.map(|n| n as usize);
         let file = self.file()?;
         let (mut offset, mut bytes) = (None, Vec::new());
-        for top in (0..height).step_by(SIDE) {
+        for top in (0..height).step_by(TILE_SIZE) {
             bytes.clear();
-            for left in (0..width).step_by(SIDE) {
-                let right = (left + SIDE).min(width);
-                for y in top..(top + SIDE).min(height) {
+            for left in (0..width).step_by(TILE_SIZE) {
+                let right = (left + TILE_SIZE).min(width);
+                for y in top..(top + TILE_SIZE).min(height) {
                     let row = y * width;
-                    image.texels.put_bytes(row + left..row + right, &mut bytes);
+                    image
+                        .texels
+                        .write_bytes(row + left..row + right, &mut bytes);
                 }
             }
             let start = file.append(&bytes).map_err(|error| {
                 let written = file.len();
-                refused(&file.folder, &error, "cannot be written", written)
+                storage_error(&file.folder, &error, "cannot be written", written)
             })?;
             offset.get_or_insert(start);
         }
@@ -157,16 +160,17 @@ impl TextureMemory {
         })
     }
 
-    fn file(&self) -> Result<&Temporary, SceneError> {
+    fn file(&self) -> Result<&UnlinkedFile, SceneError> {
         if let Some(file) = self.file.get() {
             return Ok(file);
         }
         let mut failure = None;
         for folder in &self.folders {
-            match Temporary::new(folder) {
+            match UnlinkedFile::new(folder) {
                 Ok(file) => return Ok(self.file.get_or_init(|| file)),
                 Err(error) => {
-                    failure.get_or_insert_with(|| refused(folder, &error, "cannot be made", 0));
+                    failure
+                        .get_or_insert_with(|| storage_error(folder, &error, "cannot be made", 0));
                 }
             }
         }
@@ -175,7 +179,7 @@ impl TextureMemory {
     }
 
     /// The tile of so many texels that begins there in the file. Where it cannot be read it is black, and
-    /// [`TextureMemory::check`] says why.
+    /// [`TextureCache::check`] says why.
     pub(crate) fn tile(&self, start: u64, kind: TexelKind, count: usize) -> Arc<Texels> {
         if let Some(tile) = self.cache.get(start) {
             return tile;
@@ -188,7 +192,7 @@ impl TextureMemory {
         let read = bytes.len() as u64;
         self.bytes_read.fetch_add(read, Ordering::Relaxed);
         let tile = Arc::new(kind.texels(&bytes));
-        self.cache.put(start, tile.clone(), read);
+        self.cache.insert(start, tile.clone(), read);
         tile
     }
 
@@ -196,12 +200,12 @@ impl TextureMemory {
     pub(crate) fn read(&self, bytes: &mut [u8], start: u64) -> Result<(), SceneError> {
         let file = self.file()?;
         file.read(bytes, start)
-            .map_err(|error| refused(&file.folder, &error, "cannot be read", file.len()))
+            .map_err(|error| storage_error(&file.folder, &error, "cannot be read", file.len()))
     }
 
     /// What has been read back since it was made.
-    pub fn read_back(&self) -> ReadBack {
-        ReadBack {
+    pub fn page_in_stats(&self) -> PageInStats {
+        PageInStats {
             tiles: self.tiles_read.load(Ordering::Relaxed),
             bytes: self.bytes_read.load(Ordering::Relaxed),
         }
@@ -233,14 +237,14 @@ impl World {
     ///
     /// # Errors
     /// Those of [`World::page_textures`].
-    pub fn with_texture_memory(mut self, memory: TextureMemory) -> Result<Self, SceneError> {
+    pub fn with_texture_cache(mut self, memory: TextureCache) -> Result<Self, SceneError> {
         let mut known = HashSet::new();
         for texture in &self.textures {
             if known.insert(Arc::as_ptr(&texture.image)) {
                 memory.count(&texture.image);
             }
         }
-        self.texture_memory = Some(Arc::new(memory));
+        self.texture_cache = Some(Arc::new(memory));
         self.page_textures()?;
         Ok(self)
     }
@@ -249,12 +253,12 @@ impl World {
     ///
     /// # Errors
     /// [`SceneError::World`] where they do not.
-    pub fn check_in_memory(&self) -> Result<(), SceneError> {
-        match &self.texture_memory {
+    pub fn check_textures_in_memory(&self) -> Result<(), SceneError> {
+        match &self.texture_cache {
             Some(memory) if memory.is_exceeded() => Err(SceneError::World(format!(
                 "the textures, which need {}, exceed texture_memory = {}; a job (a video, a data set, workers) sends all \
                  of them: raise texture_memory, or render picture by picture",
-                mebibytes(memory.wanted.load(Ordering::Relaxed)),
+                mebibytes(memory.requested_bytes.load(Ordering::Relaxed)),
                 mebibytes(memory.limit)
             ))),
             _ => Ok(()),
@@ -266,7 +270,7 @@ impl World {
     /// # Errors
     /// [`SceneError::Storage`] where the file cannot be written.
     pub fn page_textures(&mut self) -> Result<(), SceneError> {
-        let Some(memory) = &self.texture_memory else {
+        let Some(memory) = &self.texture_cache else {
             return Ok(());
         };
         if !memory.is_exceeded() {
@@ -281,7 +285,7 @@ impl World {
             let (key, sampler) = (Arc::as_ptr(image), *sampler);
             let image = match paged.get(&key) {
                 Some(known) => known.clone(),
-                None => Arc::new(memory.page(image)?),
+                None => Arc::new(memory.page_out(image)?),
             };
             paged.insert(key, image.clone());
             self.textures[i] = Arc::new(Texture { image, sampler });
@@ -293,7 +297,7 @@ impl World {
     }
 }
 
-impl ReadBack {
+impl PageInStats {
     /// What has been read since `before`, in words; nothing where that is nothing.
     pub fn notice_since(&self, before: &Self) -> Option<String> {
         let (tiles, bytes) = (self.tiles - before.tiles, self.bytes - before.bytes);
@@ -317,7 +321,7 @@ fn mebibytes(bytes: u64) -> String {
     }
 }
 
-fn refused(folder: &Path, error: &io::Error, what: &str, written: u64) -> SceneError {
+fn storage_error(folder: &Path, error: &io::Error, what: &str, written: u64) -> SceneError {
     SceneError::Storage {
         path: folder.into(),
         number: error.raw_os_error(),

@@ -1,19 +1,19 @@
-//! Texels in the temporary file of a [`TextureMemory`], looked up tile by tile.
+//! Texels in the temporary file of a [`TextureCache`], looked up tile by tile.
 
 use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::error::SceneError;
-use crate::texture::image::{Square, TexelKind};
-use crate::texture::{Texels, TextureMemory};
+use crate::texture::image::{TexelKind, TexelQuad};
+use crate::texture::{Texels, TextureCache};
 
 /// Texels on a side of a tile; those at the right and the bottom have what is left.
-pub(crate) const SIDE: usize = 64;
+pub(crate) const TILE_SIZE: usize = 64;
 
 /// The texels of an image, or of a level of its mip map, in a file.
 #[derive(Clone, Debug)]
 pub struct PagedTexels {
-    memory: Arc<TextureMemory>,
+    memory: Arc<TextureCache>,
     /// Of the whole mip map, the image itself first.
     levels: Arc<[Level]>,
     level: usize,
@@ -28,7 +28,7 @@ pub(crate) struct Level {
 }
 
 /// A tile: where it begins in the file, its texels on a row, and how many it has.
-struct Place {
+struct TileLocation {
     start: u64,
     width: usize,
     count: usize,
@@ -36,19 +36,19 @@ struct Place {
 
 impl PartialEq for PagedTexels {
     fn eq(&self, other: &Self) -> bool {
-        self.memory.id == other.memory.id && self.here() == other.here()
+        self.memory.id == other.memory.id && self.current_level() == other.current_level()
     }
 }
 
 impl Level {
     /// The tile that a texel is in.
-    fn tile(&self, x: usize, y: usize) -> Place {
+    fn tile(&self, x: usize, y: usize) -> TileLocation {
         let [width, height] = self.size.map(|n| n as usize);
-        let (left, top) = (x - x % SIDE, y - y % SIDE);
-        let rows = SIDE.min(height - top);
+        let (left, top) = (x - x % TILE_SIZE, y - y % TILE_SIZE);
+        let rows = TILE_SIZE.min(height - top);
         let before = top * width + left * rows;
-        let columns = SIDE.min(width - left);
-        Place {
+        let columns = TILE_SIZE.min(width - left);
+        TileLocation {
             start: self.offset + (before * self.kind.bytes()) as u64,
             width: columns,
             count: columns * rows,
@@ -57,7 +57,7 @@ impl Level {
 }
 
 impl PagedTexels {
-    pub(crate) fn new(memory: Arc<TextureMemory>, levels: Vec<Level>) -> Self {
+    pub(crate) fn new(memory: Arc<TextureCache>, levels: Vec<Level>) -> Self {
         Self {
             memory,
             levels: levels.into(),
@@ -65,7 +65,7 @@ impl PagedTexels {
         }
     }
 
-    fn here(&self) -> &Level {
+    fn current_level(&self) -> &Level {
         &self.levels[self.level]
     }
 
@@ -81,11 +81,11 @@ impl PagedTexels {
     }
 
     pub(crate) fn size(&self) -> [u32; 2] {
-        self.here().size
+        self.current_level().size
     }
 
     pub(crate) fn kind(&self) -> TexelKind {
-        self.here().kind
+        self.current_level().kind
     }
 
     /// This level and all that are smaller.
@@ -100,33 +100,34 @@ impl PagedTexels {
     pub(crate) fn linear(&self, index: usize) -> [f32; 4] {
         let width = self.size()[0] as usize;
         let (x, y) = (index % width, index / width);
-        RECENT.with_borrow_mut(|recent| recent.texel(self, x, y))
+        THREAD_TILES.with_borrow_mut(|recent| recent.texel(self, x, y))
     }
 
     /// The linear values where two columns meet two rows.
-    pub(crate) fn crossing(&self, columns: [usize; 2], rows: [usize; 2]) -> Square {
-        RECENT.with_borrow_mut(|recent| rows.map(|y| columns.map(|x| recent.texel(self, x, y))))
+    pub(crate) fn fetch_quad(&self, columns: [usize; 2], rows: [usize; 2]) -> TexelQuad {
+        THREAD_TILES
+            .with_borrow_mut(|recent| rows.map(|y| columns.map(|x| recent.texel(self, x, y))))
     }
 
     /// All of them, in memory.
     ///
     /// # Errors
     /// [`SceneError::Storage`] where the file cannot be read.
-    pub(crate) fn all(&self) -> Result<Texels, SceneError> {
-        let level = self.here();
+    pub(crate) fn read_all(&self) -> Result<Texels, SceneError> {
+        let level = self.current_level();
         let [width, height] = level.size.map(|n| n as usize);
         let texel = level.kind.bytes();
         let mut bytes = vec![0; width * height * texel];
         let mut rows = Vec::new();
-        for top in (0..height).step_by(SIDE) {
-            let count = SIDE.min(height - top) * width;
+        for top in (0..height).step_by(TILE_SIZE) {
+            let count = TILE_SIZE.min(height - top) * width;
             rows.resize(count * texel, 0);
             self.memory
                 .read(&mut rows, level.offset + (top * width * texel) as u64)?;
             let mut from = &rows[..];
-            for left in (0..width).step_by(SIDE) {
-                let columns = SIDE.min(width - left) * texel;
-                for y in top..(top + SIDE).min(height) {
+            for left in (0..width).step_by(TILE_SIZE) {
+                let columns = TILE_SIZE.min(width - left) * texel;
+                for y in top..(top + TILE_SIZE).min(height) {
                     let (row, rest) = from.split_at(columns);
                     let to = (y * width + left) * texel;
                     bytes[to..to + columns].copy_from_slice(row);
@@ -139,38 +140,38 @@ impl PagedTexels {
 }
 
 /// How many tiles a thread has at hand.
-const AT_HAND: usize = 16;
+const THREAD_TILE_SLOTS: usize = 16;
 
 thread_local! {
-    static RECENT: RefCell<Recent> = const { RefCell::new(Recent([const { None }; AT_HAND])) };
+    static THREAD_TILES: RefCell<ThreadTiles> = const { RefCell::new(ThreadTiles([const { None }; THREAD_TILE_SLOTS])) };
 }
 
 /// The tiles that a thread looked at lately: most lookups are answered here, without a lock.
-struct Recent([Option<RecentTile>; AT_HAND]);
+struct ThreadTiles([Option<ThreadTile>; THREAD_TILE_SLOTS]);
 
-struct RecentTile {
+struct ThreadTile {
     memory: u64,
     start: u64,
     texels: Arc<Texels>,
 }
 
-impl Recent {
+impl ThreadTiles {
     #[inline]
     fn texel(&mut self, image: &PagedTexels, x: usize, y: usize) -> [f32; 4] {
-        let place = image.here().tile(x, y);
-        let inside = y % SIDE * place.width + x % SIDE;
+        let place = image.current_level().tile(x, y);
+        let inside = y % TILE_SIZE * place.width + x % TILE_SIZE;
         self.tile(image, &place).linear(inside)
     }
 
     #[inline]
-    fn tile(&mut self, image: &PagedTexels, place: &Place) -> &Texels {
+    fn tile(&mut self, image: &PagedTexels, place: &TileLocation) -> &Texels {
         let memory = image.memory.id;
         let mixed = (place.start ^ memory).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let slot = &mut self.0[(mixed >> 60) as usize];
         let found = slot
             .take()
             .filter(|tile| tile.start == place.start && tile.memory == memory);
-        let tile = found.unwrap_or_else(|| RecentTile {
+        let tile = found.unwrap_or_else(|| ThreadTile {
             memory,
             start: place.start,
             texels: image.memory.tile(place.start, image.kind(), place.count),

@@ -8,22 +8,22 @@ use crate::texture::Texels;
 /// Tiles by where they begin in the file.
 #[derive(Debug)]
 pub(crate) struct TileCache {
-    parts: Vec<Mutex<Part>>,
+    shards: Vec<Mutex<Shard>>,
     /// The bytes that each part may have.
     limit: u64,
 }
 
 #[derive(Debug, Default)]
-struct Part {
-    slots: Vec<Slot>,
+struct Shard {
+    slots: Vec<CachedTile>,
     /// Where a tile is in `slots`.
     index: HashMap<u64, usize>,
-    hand: usize,
+    clock_hand: usize,
     bytes: u64,
 }
 
 #[derive(Debug)]
-struct Slot {
+struct CachedTile {
     start: u64,
     tile: Arc<Texels>,
     bytes: u64,
@@ -32,7 +32,7 @@ struct Slot {
 }
 
 /// What keeping track of a tile takes, besides its texels.
-const OVERHEAD: u64 = 160;
+const TILE_OVERHEAD_BYTES: u64 = 160;
 
 impl TileCache {
     /// Room for so many bytes.
@@ -40,7 +40,7 @@ impl TileCache {
         // At least some sixteen of the largest tiles in each.
         let parts = (limit >> 20).clamp(1, 64);
         Self {
-            parts: (0..parts).map(|_| Mutex::default()).collect(),
+            shards: (0..parts).map(|_| Mutex::default()).collect(),
             limit: limit / parts,
         }
     }
@@ -48,7 +48,7 @@ impl TileCache {
     /// The tile that begins there, if it is in memory.
     pub fn get(&self, start: u64) -> Option<Arc<Texels>> {
         let mut part = self
-            .part(start)
+            .shard(start)
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
         let index = *part.index.get(&start)?;
@@ -58,10 +58,10 @@ impl TileCache {
     }
 
     /// Keeps a tile of so many bytes, in the place of others that have not been used for longer.
-    pub fn put(&self, start: u64, tile: Arc<Texels>, bytes: u64) {
-        let bytes = bytes + OVERHEAD;
+    pub fn insert(&self, start: u64, tile: Arc<Texels>, bytes: u64) {
+        let bytes = bytes + TILE_OVERHEAD_BYTES;
         let mut part = self
-            .part(start)
+            .shard(start)
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
         // Another thread may have read it at the same time.
@@ -69,12 +69,12 @@ impl TileCache {
             return;
         }
         while part.bytes + bytes > self.limit {
-            part.drop_one();
+            part.evict_one();
         }
         part.bytes += bytes;
         let index = part.slots.len();
         part.index.insert(start, index);
-        part.slots.push(Slot {
+        part.slots.push(CachedTile {
             start,
             tile,
             bytes,
@@ -82,29 +82,29 @@ impl TileCache {
         });
     }
 
-    fn part(&self, start: u64) -> &Mutex<Part> {
+    fn shard(&self, start: u64) -> &Mutex<Shard> {
         let mixed = start.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
-        &self.parts[mixed as usize % self.parts.len()]
+        &self.shards[mixed as usize % self.shards.len()]
     }
 }
 
-impl Part {
+impl Shard {
     /// Drops the next tile that has not been used for a whole turn of the hand. There is one.
-    fn drop_one(&mut self) {
+    fn evict_one(&mut self) {
         loop {
-            if self.hand >= self.slots.len() {
-                self.hand = 0;
+            if self.clock_hand >= self.slots.len() {
+                self.clock_hand = 0;
             }
-            if !std::mem::take(&mut self.slots[self.hand].used) {
+            if !std::mem::take(&mut self.slots[self.clock_hand].used) {
                 break;
             }
-            self.hand += 1;
+            self.clock_hand += 1;
         }
-        let dropped = self.slots.swap_remove(self.hand);
+        let dropped = self.slots.swap_remove(self.clock_hand);
         self.index.remove(&dropped.start);
         self.bytes -= dropped.bytes;
-        if let Some(moved) = self.slots.get(self.hand) {
-            self.index.insert(moved.start, self.hand);
+        if let Some(moved) = self.slots.get(self.clock_hand) {
+            self.index.insert(moved.start, self.clock_hand);
         }
     }
 }
@@ -119,14 +119,17 @@ mod tests {
 
     #[test]
     fn it_keeps_what_is_used_within_its_limit() {
-        let cache = TileCache::new(10 * (1000 + OVERHEAD));
+        let cache = TileCache::new(10 * (1000 + TILE_OVERHEAD_BYTES));
         for i in 0..100u8 {
-            cache.put(u64::from(i), tile(i), 1000);
+            cache.insert(u64::from(i), tile(i), 1000);
             assert_eq!(cache.get(0), Some(tile(0)), "after {i}");
-            let part = cache.parts[0].lock().unwrap();
+            let part = cache.shards[0].lock().unwrap();
             assert_eq!(part.slots.len(), part.index.len());
             assert_eq!(part.slots.len(), (usize::from(i) + 1).min(10));
-            assert_eq!(part.bytes, part.slots.len() as u64 * (1000 + OVERHEAD));
+            assert_eq!(
+                part.bytes,
+                part.slots.len() as u64 * (1000 + TILE_OVERHEAD_BYTES)
+            );
         }
         let kept: Vec<u8> = (0..100)
             .filter(|&i| cache.get(i.into()).is_some())
@@ -140,18 +143,18 @@ mod tests {
     #[test]
     fn what_is_larger_than_all_of_it_is_not_kept() {
         let cache = TileCache::new(500);
-        cache.put(7, tile(7), 1000);
+        cache.insert(7, tile(7), 1000);
         assert_eq!(cache.get(7), None);
     }
 
     #[test]
     fn a_large_one_is_locked_in_parts_that_fill_evenly() {
         let cache = TileCache::new(64 << 20);
-        assert_eq!(cache.parts.len(), 64);
+        assert_eq!(cache.shards.len(), 64);
         for i in 0..64 * 100 {
-            cache.put(i * 16384, tile(0), 1000);
+            cache.insert(i * 16384, tile(0), 1000);
         }
-        for part in &cache.parts {
+        for part in &cache.shards {
             let count = part.lock().unwrap().slots.len();
             assert!((50..200).contains(&count), "{count}");
         }

@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 /// A file that grows at its end and is read anywhere.
 #[derive(Debug)]
-pub(crate) struct Temporary {
+pub(crate) struct UnlinkedFile {
     /// Where it was made.
     pub folder: PathBuf,
     file: File,
@@ -25,7 +25,7 @@ pub(crate) fn folders() -> Vec<PathBuf> {
     }
 }
 
-impl Temporary {
+impl UnlinkedFile {
     /// A file in a folder.
     pub fn new(folder: &Path) -> io::Result<Self> {
         let mut attempt = 0;
@@ -40,7 +40,7 @@ impl Temporary {
                 opened => break (opened?, path),
             }
         };
-        forget(&path)?;
+        unlink(&path)?;
         Ok(Self {
             folder: folder.into(),
             file,
@@ -83,7 +83,7 @@ fn open(path: &Path) -> io::Result<File> {
 }
 
 /// Takes the file's name away, where open files may lose theirs.
-fn forget(path: &Path) -> io::Result<()> {
+fn unlink(path: &Path) -> io::Result<()> {
     if cfg!(unix) {
         fs::remove_file(path)
     } else {
@@ -133,7 +133,7 @@ mod tests {
     fn what_is_written_is_read_and_no_name_is_left() {
         let folder = std::env::temp_dir().join(format!("raycam-temporary-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
-        let files = [(); 2].map(|()| Temporary::new(&folder).unwrap());
+        let files = [(); 2].map(|()| UnlinkedFile::new(&folder).unwrap());
         if cfg!(unix) {
             assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
         }
@@ -152,7 +152,7 @@ mod tests {
         drop(files);
         fs::remove_dir(&folder).unwrap();
         assert_eq!(
-            Temporary::new(&folder).unwrap_err().kind(),
+            UnlinkedFile::new(&folder).unwrap_err().kind(),
             io::ErrorKind::NotFound
         );
     }
