@@ -4,7 +4,7 @@
 
 Needs raycam, numpy and embreex (whose wheel brings Embree's library), a C++ compiler and cargo. Embree runs at medium
 and high quality and in robust mode; of each class of rays its best mode counts (single rays or packets of 16,
-coherent or not). raycam, which is always watertight, runs once per quality.
+coherent or not). raycam is always watertight.
 """
 
 import argparse
@@ -101,8 +101,8 @@ def main() -> None:
         "|---|---|---|---|---|---|---|---|---|",
     ]
     ratios: dict[str, list[float]] = {f"{kind}{mode}": [] for kind in CLASSES for mode in ("", " robust")}
-    build_ratios: dict[str, list[float]] = {"default": [], "fast": []}
-    builds, others = [], []
+    build_ratios: list[float] = []
+    builds = []
     with tempfile.TemporaryDirectory() as temporary:
         work = options.work or pathlib.Path(temporary)
         driver = embree_driver(pathlib.Path(temporary))
@@ -122,13 +122,10 @@ def main() -> None:
                 high = run([*base, "--quality", "high"])
                 again = run(ours_command)
                 robust = run([*base, "--robust"])
-                fine = run([*build_command, "--quality", "high"])
                 # Rays so few that they take no time.
                 medium_build = [*base, "--size", "8x8"]
-                fast_build = [*build_command, "--quality", "fast"]
-                rates = best_builds({"medium": medium_build, "default": build_command, "fast": fast_build})
-                build_ratios["default"].append(rates["default"] / rates["medium"])
-                build_ratios["fast"].append(rates["fast"] / rates["medium"])
+                rates = best_builds({"medium": medium_build, "raycam": build_command})
+                build_ratios.append(rates["raycam"] / rates["medium"])
                 for kind in CLASSES:
                     rate = max(ours[kind], again[kind])
                     best = max(medium[kind], high[kind])
@@ -140,16 +137,12 @@ def main() -> None:
                     differ = ours[f"{kind} differ"]
                     lines.append(f"| {seed} | {name} | {kind} | {rate:.2f} | {beside} | {differ:.0f} |")
                 builds.append(
-                    f"| {seed} | {name} | {rates['default']:.2f} | {rates['medium']:.2f} "
-                    f"| {build_ratios['default'][-1]:.2f} "
+                    f"| {seed} | {name} | {rates['raycam']:.2f} | {rates['medium']:.2f} "
+                    f"| {build_ratios[-1]:.2f} "
                     f"| {ours['held']:.1f} | {medium['held']:.1f} | {ours['held'] / medium['held']:.2f} "
                     f"| {ours['peak']:.1f} | {medium['peak']:.1f} | {ours['peak'] / medium['peak']:.2f} |"
                 )
-                others.append(
-                    f"| {seed} | {name} | {rates['fast']:.2f} | {build_ratios['fast'][-1]:.2f} "
-                    f"| {fine['build']:.2f} | {high['build']:.2f} | {fine['build'] / high['build']:.2f} |"
-                )
-                print("\n".join(lines[-3:]), builds[-1], others[-1], sep="\n", flush=True)
+                print("\n".join(lines[-3:]), builds[-1], sep="\n", flush=True)
     lines += ["", "Geometric means of the ratios:", "", "| class | Embree's best | robust |", "|---|---|---|"]
     lines += [
         f"| {kind} | {mean(ratios[kind]):.2f} | {mean(ratios[f'{kind} robust']):.2f} |" for kind in CLASSES
@@ -157,18 +150,11 @@ def main() -> None:
     lines += [
         "",
         "Builds, best of nine in turn (million triangles per second; bytes per triangle held and at peak, counted",
-        f"by the allocators). Of Embree medium's rate `default` has {mean(build_ratios['default']):.2f} in the mean,",
-        f"`fast` {mean(build_ratios['fast']):.2f}.",
+        f"by the allocators). raycam has {mean(build_ratios):.2f} of Embree medium's rate in the mean.",
         "",
         "| seed | scene | raycam | Embree medium | ratio | held | Embree | ratio | peak | Embree | ratio |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
         *builds,
-        "",
-        "The other qualities' builds, beside Embree's at medium and at high quality:",
-        "",
-        "| seed | scene | fast | to medium | high | Embree high | ratio |",
-        "|---|---|---|---|---|---|---|",
-        *others,
         "",
     ]
     title = "rays-beside-embree" + ("" if options.isa is None else f"-{options.isa}")

@@ -4,7 +4,7 @@
 #[path = "../tests/support/brute.rs"]
 mod brute;
 
-use raycam_bvh::{InstructionSet, Quality};
+use raycam_bvh::InstructionSet;
 use rayon::prelude::*;
 
 /// Into how many the rays of a mesh are divided, each with a seed of its own.
@@ -36,10 +36,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|_| brute::Tally::default())
         .collect();
     for (m, mesh) in meshes.iter().enumerate() {
-        let quality = [Quality::Fast, Quality::Default, Quality::High][m / 5 % 3];
         let parts = (0..PARTS).into_par_iter().map(|part| {
             let isa = isas[(m + part as usize) % isas.len()];
-            let scene = mesh.scene(quality, isa);
+            let scene = mesh.scene(isa);
             let seed = (m as u64) << 32 | part;
             brute::trial(mesh, &scene, (count / PARTS as f64) as usize, seed)
         });

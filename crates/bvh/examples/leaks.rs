@@ -10,7 +10,7 @@ mod edge_rays;
 
 use std::path::Path;
 
-use raycam_bvh::{InstructionSet, Quality};
+use raycam_bvh::InstructionSet;
 use rayon::prelude::*;
 
 type Error = Box<dyn std::error::Error>;
@@ -45,8 +45,7 @@ fn main() -> Result<(), Error> {
     }
     let mut total = edge_rays::Tally::default();
     for (m, mesh) in meshes.iter().enumerate() {
-        let quality = [Quality::Fast, Quality::Default, Quality::High][m % 3];
-        let scene = mesh.scene(quality, isa)?;
+        let scene = mesh.scene(isa)?;
         let tallies = (0..PARTS).into_par_iter();
         let tallies = tallies.map(|part| mesh.trial(&scene, each, seed(m, part)));
         let tally = tallies.reduce(edge_rays::Tally::default, |a, b| edge_rays::Tally {

@@ -1,4 +1,4 @@
-//! Plays recorded rays through a mesh: `ray_bench SCENE.tri [--threads N] [--quality fast|default|high] [--isa NAME]
+//! Plays recorded rays through a mesh: `ray_bench SCENE.tri [--threads N] [--isa NAME]
 //! [--coherent yes|no|unknown] [--repeat 7] [--cpu] [--exact] RAYS...`
 //!
 //! `.tri`: u32 vertex count, u32 triangle count, f32 positions, u32 indices, little endian. `.rays`: 7 f32 a ray
@@ -14,8 +14,8 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::Instant;
 
 use raycam_bvh::{
-    BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance,
-    InstructionSet, Quality, Ray, Scene,
+    Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet,
+    Ray, Scene,
 };
 
 /// Counts what is allocated.
@@ -57,7 +57,6 @@ const BATCH: usize = 4096;
 
 struct Options {
     threads: usize,
-    quality: Quality,
     repeat: usize,
     coherence: Option<Coherence>,
     isa: InstructionSet,
@@ -83,15 +82,7 @@ fn main() -> Result<(), Error> {
         let before = HELD.load(Relaxed);
         PEAK.store(before, Relaxed);
         let start = Instant::now();
-        let built = pool.install(|| {
-            Bvh::build(
-                &vertices,
-                &triangles,
-                &BuildOptions {
-                    quality: options.quality,
-                },
-            )
-        })?;
+        let built = pool.install(|| Bvh::build(&vertices, &triangles))?;
         build = build.min(start.elapsed().as_secs_f64());
         held = HELD.load(Relaxed) - before;
         peak = PEAK.load(Relaxed) - before;
@@ -298,7 +289,6 @@ fn in_parallel<T: Send>(
 fn options() -> Result<Options, Error> {
     let mut options = Options {
         threads: std::thread::available_parallelism().map_or(1, usize::from),
-        quality: Quality::Default,
         repeat: 7,
         coherence: None,
         isa: InstructionSet::detect(),
@@ -312,14 +302,6 @@ fn options() -> Result<Options, Error> {
         match arg.as_str() {
             "--threads" => options.threads = value()?.parse()?,
             "--repeat" => options.repeat = value()?.parse()?,
-            "--quality" => {
-                options.quality = match value()?.as_str() {
-                    "fast" => Quality::Fast,
-                    "default" => Quality::Default,
-                    "high" => Quality::High,
-                    other => return Err(format!("quality {other}: fast, default or high").into()),
-                }
-            }
             "--coherent" => {
                 options.coherence = Some(match value()?.as_str() {
                     "yes" => Coherence::Coherent,

@@ -33,7 +33,7 @@ mod scene;
 mod simd;
 mod traverse;
 
-pub use crate::blas::{BuildOptions, Bvh, MAX_TRIANGLES, Quality};
+pub use crate::blas::{Bvh, MAX_TRIANGLES};
 pub use crate::platform::dispatch::{InstructionSet, WithSimd, dispatch_simd};
 pub use crate::platform::huge_page_vec::zeroed_huge;
 pub use crate::platform::streaming_store::{Pod, StreamingWriter, with_streaming_stores};

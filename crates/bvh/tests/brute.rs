@@ -3,7 +3,7 @@
 #[path = "support/brute.rs"]
 mod brute;
 
-use raycam_bvh::{InstructionSet, Quality};
+use raycam_bvh::InstructionSet;
 use rayon::prelude::*;
 
 #[test]
@@ -12,8 +12,7 @@ fn a_hundred_meshes_are_brute_force() {
     let isas: Vec<_> = isas.filter(|isa| isa.is_available()).collect();
     let meshes = brute::meshes(90);
     let tally = meshes.par_iter().enumerate().map(|(m, mesh)| {
-        let quality = [Quality::Fast, Quality::Default, Quality::High][m / 5 % 3];
-        let scene = mesh.scene(quality, isas[m % isas.len()]);
+        let scene = mesh.scene(isas[m % isas.len()]);
         brute::trial(mesh, &scene, 20_000, m as u64)
     });
     let tally = tally.reduce(brute::Tally::default, brute::Tally::add);

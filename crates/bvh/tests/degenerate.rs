@@ -3,8 +3,7 @@
 mod support;
 
 use raycam_bvh::{
-    BuildError, BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID,
-    Quality, Ray, Scene,
+    BuildError, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Ray, Scene,
 };
 use support::*;
 
@@ -28,10 +27,7 @@ fn empty_scenes_are_missed() {
         vertices: vec![],
         triangles: vec![],
     };
-    assert_eq!(
-        one(&empty.scene(Quality::Default), [0.0; 3], [0.0, 0.0, 1.0]),
-        Hit::MISS
-    );
+    assert_eq!(one(&empty.scene(), [0.0; 3], [0.0, 0.0, 1.0]), Hit::MISS);
     let nothing = Scene::build(vec![], [0.0; 3]).unwrap();
     assert_eq!(one(&nothing, [0.0; 3], [0.0, 0.0, 1.0]), Hit::MISS);
 }
@@ -39,18 +35,14 @@ fn empty_scenes_are_missed() {
 #[test]
 fn bad_meshes_are_named() {
     let vertices = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, f32::NAN, 0.0]];
-    let built = Bvh::build(&vertices, &[[0, 1, 2]], &BuildOptions::default());
+    let built = Bvh::build(&vertices, &[[0, 1, 2]]);
     assert_eq!(
         built.unwrap_err(),
         BuildError::NonFinite {
             what: "vertex 2".into()
         }
     );
-    let built = Bvh::build(
-        &vertices[..2],
-        &[[0, 1, 0], [0, 1, 9]],
-        &BuildOptions::default(),
-    );
+    let built = Bvh::build(&vertices[..2], &[[0, 1, 0], [0, 1, 9]]);
     assert_eq!(
         built.unwrap_err(),
         BuildError::IndexOutOfRange {
@@ -63,7 +55,7 @@ fn bad_meshes_are_named() {
 
 #[test]
 fn rays_that_are_none_meet_nothing() {
-    let scene = sphere(8, &mut Rng(6)).scene(Quality::Default);
+    let scene = sphere(8, &mut Rng(6)).scene();
     let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
     for x in odd {
         for axis in 0..3 {
@@ -99,9 +91,9 @@ fn flat_triangles_are_kept_and_never_hit() {
         mesh.triangles.push([i % 50, (i + 3) % 50, i % 50]);
         mesh.triangles.push([i % 50; 3]);
     }
-    let bvh = mesh.build(Quality::Default);
+    let bvh = mesh.build();
     assert_eq!(bvh.triangle_count(), mesh.triangles.len());
-    let scene = mesh.scene(Quality::Default);
+    let scene = mesh.scene();
     for v in &mesh.vertices {
         let hit = one(&scene, [0.0; 3], *v);
         assert!(hit.triangle < solid, "{hit:?}");
@@ -116,7 +108,7 @@ fn rounding_makes_no_flat_triangle_hit() {
         vertices: line.map(|y| [-16.090_368, y, 17.793_077]).to_vec(),
         triangles: vec![[0, 1, 2]],
     };
-    let (scene, world) = (mesh.scene(Quality::Default), World::of(&mesh));
+    let (scene, world) = (mesh.scene(), World::of(&mesh));
     let mut rng = Rng(13);
     for _ in 0..10_000 {
         let from = rng.vector().map(f64::from);
@@ -139,10 +131,8 @@ fn copies_and_common_centres_build_and_answer() {
         vertices: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
         triangles: vec![[0, 1, 2]; n],
     };
-    for quality in QUALITIES {
-        let hit = one(&copies.scene(quality), [0.2, 0.2, 1.0], [0.0, 0.0, -1.0]);
-        assert_eq!((hit.t, hit.triangle), (1.0, 0), "{quality:?}");
-    }
+    let hit = one(&copies.scene(), [0.2, 0.2, 1.0], [0.0, 0.0, -1.0]);
+    assert_eq!((hit.t, hit.triangle), (1.0, 0));
     // Nested squares around one centre, each a little larger.
     let mut nested = Mesh {
         vertices: vec![],
@@ -157,14 +147,8 @@ fn copies_and_common_centres_build_and_answer() {
             .triangles
             .extend([[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]);
     }
-    for quality in QUALITIES {
-        let hit = one(
-            &nested.scene(quality),
-            [15.0005, 14.0, 1.0],
-            [0.0, 0.0, -1.0],
-        );
-        assert_eq!((hit.t, hit.triangle), (1.0, 2 * 14_001), "{quality:?}");
-    }
+    let hit = one(&nested.scene(), [15.0005, 14.0, 1.0], [0.0, 0.0, -1.0]);
+    assert_eq!((hit.t, hit.triangle), (1.0, 2 * 14_001));
 }
 
 #[test]
@@ -174,7 +158,7 @@ fn extreme_extents_answer() {
         mesh.vertices
             .iter_mut()
             .for_each(|v| *v = v.map(|x| x * scale));
-        let scene = mesh.scene(Quality::Default);
+        let scene = mesh.scene();
         for v in &mesh.vertices {
             let hit = one(&scene, [0.0; 3], v.map(|x| x / scale));
             assert!((hit.t / scale - 1.0).abs() < 1e-4, "{scale}: {hit:?}");
@@ -191,7 +175,7 @@ fn extreme_extents_answer() {
             .extend([[r, 0.0, 0.0], [r, r, 0.0], [r, 0.0, r]]);
         mesh.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
     }
-    let scene = mesh.scene(Quality::Default);
+    let scene = mesh.scene();
     let hit = one(&scene, [-1.0, 0.1, 0.1], [1.0, 0.0, 0.0]);
     assert_eq!(hit.triangle, 2, "{hit:?}");
 }

@@ -2,7 +2,7 @@
 
 mod support;
 
-use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Quality, Ray, Scene};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, INVALID_ID, Ray, Scene};
 use support::*;
 
 const STILL: [[f64; 4]; 3] = [
@@ -39,7 +39,7 @@ fn meshes_in_one_tree_answer_as_instances_do() {
     }
     let merged = Scene::flattened(&vertices, &triangles, firsts, [0.0; 3]).unwrap();
     assert!(merged.is_single_level());
-    let apart = world.scene(Quality::Default);
+    let apart = world.scene();
     assert!(!apart.is_single_level());
     let rays: Vec<_> = (0..5000)
         .map(|_| {

@@ -2,7 +2,7 @@
 
 mod support;
 
-use raycam_bvh::{Coherence, ExactHit, ExactTriangles, Hit, INVALID_ID, Quality, Ray};
+use raycam_bvh::{Coherence, ExactHit, ExactTriangles, Hit, INVALID_ID, Ray};
 use support::*;
 
 /// Soups in one place: moved, turned, mirrored, sheared and scaled; one of them flat.
@@ -49,7 +49,7 @@ fn soups(rng: &mut Rng) -> World {
 fn rays_through_parts_are_brute_force() {
     let mut rng = Rng(77);
     let world = soups(&mut rng);
-    let mut scene = world.scene(Quality::Default);
+    let mut scene = world.scene();
     let rays = rays(4_000, 1.0, &mut rng);
     let exact_rays: Vec<_> = rays.iter().map(exact).collect();
     let mut known: Option<(Vec<Hit>, Vec<bool>, Vec<ExactHit>)> = None;
@@ -99,7 +99,7 @@ fn rays_through_parts_are_brute_force() {
 fn of_triangles_in_one_plane_the_first_is_met() {
     let mut rng = Rng(78);
     let world = soups(&mut rng);
-    let scene = world.scene(Quality::Default);
+    let scene = world.scene();
     let rays: Vec<_> = (0..2_000)
         .map(|_| {
             let ([x, y, _], [a, b, _]) = (rng.vector(), rng.vector());

@@ -3,7 +3,7 @@
 mod support;
 
 use raycam_bvh::{
-    Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, Quality, Ray, Scene,
+    Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, Ray, Scene,
 };
 use support::*;
 
@@ -36,7 +36,7 @@ fn closest_is_brute_force_up_to_rounding() {
     let mut rng = Rng(1);
     for (n, size) in [(1, 1.0), (7, 0.7), (100, 0.3), (3000, 0.05)] {
         let mesh = soup(n, size, &mut rng);
-        let (world, scene) = (World::of(&mesh), mesh.scene(Quality::Default));
+        let (world, scene) = (World::of(&mesh), mesh.scene());
         let rays = rays(2000, 1.2, &mut rng);
         let mut met = 0;
         for (ray, hit) in rays.iter().zip(closest(&scene, &rays)) {
@@ -65,7 +65,7 @@ fn closest_is_brute_force_up_to_rounding() {
 fn occluded_is_closest() {
     let mut rng = Rng(2);
     let mesh = soup(2000, 0.1, &mut rng);
-    let scene = mesh.scene(Quality::Default);
+    let scene = mesh.scene();
     let rays = rays(20_000, 1.2, &mut rng);
     let mut dark = vec![false; rays.len()];
     scene.occluded(&rays, &mut dark, Coherence::Unknown);
@@ -94,7 +94,7 @@ fn instances_are_brute_force() {
             placed: placed.collect(),
             origin: [offset; 3],
         };
-        let scene = world.scene(Quality::Default);
+        let scene = world.scene();
         let rays = rays(4000, 4.0, &mut rng);
         let exact: Vec<_> = rays
             .iter()
@@ -133,7 +133,7 @@ fn exact_is_brute_force_also_far_away() {
             *v = v.map(|x| x * 1.000_000_1);
         }
         (0..3).for_each(|a| world.placed[0].2[a][3] += offset);
-        let scene = world.scene(Quality::Default);
+        let scene = world.scene();
         let rays: Vec<_> = rays(3000, 1.2, &mut rng)
             .iter()
             .map(|r| {
@@ -181,7 +181,7 @@ fn exact_packets_are_brute_force() {
                 triangles: mesh.triangles.clone(),
             };
             let instance = Instance {
-                bvh: local.build(Quality::Default),
+                bvh: local.build(),
                 world_from_mesh: IDENTITY,
             };
             let scene = Scene::build(vec![instance], world.origin).unwrap();
@@ -243,7 +243,7 @@ fn exact_packets_through_instances_are_brute_force() {
                 .collect(),
             origin: [offset; 3],
         };
-        let scene = world.scene(Quality::Default);
+        let scene = world.scene();
         let away = [0.6, -0.48, 0.64];
         let eye: [f64; 3] = std::array::from_fn(|a| offset + distance * away[a]);
         let mut rays = vec![];
@@ -286,7 +286,7 @@ fn ties_go_to_the_smallest_instance_and_triangle() {
     for place in &mut world.placed {
         *place = World::of(&mesh).placed.remove(0);
     }
-    let scene = world.scene(Quality::Default);
+    let scene = world.scene();
     // Through every vertex, edge centre and diagonal.
     let rays: Vec<_> = (0..17 * 17)
         .map(|k| Ray {
@@ -310,18 +310,16 @@ fn ties_go_to_the_smallest_instance_and_triangle() {
 }
 
 #[test]
-fn every_instruction_set_and_quality_gives_the_same_bits() {
+fn every_instruction_set_gives_the_same_bits() {
     let mut rng = Rng(5);
     let mesh = soup(3000, 0.2, &mut rng);
     let rays = rays(20_000, 1.2, &mut rng);
-    let expected = closest(&mesh.scene(Quality::Default), &rays);
-    for quality in QUALITIES {
-        let mut scene = mesh.scene(quality);
-        for isa in available() {
-            assert!(scene.set_instruction_set(isa));
-            for (i, (a, b)) in expected.iter().zip(closest(&scene, &rays)).enumerate() {
-                assert_eq!(*a, b, "ray {i}, {} {quality:?}", isa.name());
-            }
+    let mut scene = mesh.scene();
+    let expected = closest(&scene, &rays);
+    for isa in available() {
+        assert!(scene.set_instruction_set(isa));
+        for (i, (a, b)) in expected.iter().zip(closest(&scene, &rays)).enumerate() {
+            assert_eq!(*a, b, "ray {i}, {}", isa.name());
         }
     }
 }
@@ -385,14 +383,14 @@ fn packets_give_the_bits_of_single_rays() {
     let coarse = soup(300, 0.4, &mut rng);
     let many = turned.iter().map(|m| place(&fine, *m)).collect();
     let worlds = [
-        fine.scene(Quality::Default),
-        coarse.scene(Quality::Default),
-        grid(16).scene(Quality::Default),
+        fine.scene(),
+        coarse.scene(),
+        grid(16).scene(),
         World {
             placed: many,
             origin: [0.0; 3],
         }
-        .scene(Quality::Default),
+        .scene(),
     ];
     for (w, mut scene) in worlds.into_iter().enumerate() {
         for (k, rays) in camera_rays(&scene, [0.1, 0.2, 3.0], 16).iter().enumerate() {

@@ -2,7 +2,7 @@
 
 mod support;
 
-use raycam_bvh::{Coherence, Hit, INVALID_ID, Quality, Ray};
+use raycam_bvh::{Coherence, Hit, INVALID_ID, Ray};
 use support::*;
 
 /// Squares of 8 by 8 rays from one point, row by row, down to a grid that lies below it, and beside it.
@@ -32,7 +32,7 @@ fn packets_are_what_their_rays_are_alone() {
         [*x, *y] = [*x, *y].map(|v| 2.0 * v / n as f32 - 1.0);
         *z = 0.01 * rng.signed();
     }
-    let mut scene = mesh.scene(Quality::Default);
+    let mut scene = mesh.scene();
     let rays = squares(if cfg!(miri) { 1 } else { 100 }, &mut rng);
     let mut known: Option<Vec<Hit>> = None;
     for isa in available() {

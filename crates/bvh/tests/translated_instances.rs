@@ -2,7 +2,7 @@
 
 mod support;
 
-use raycam_bvh::{Coherence, Hit, Quality, Ray};
+use raycam_bvh::{Coherence, Hit, Ray};
 use support::*;
 
 /// Balls on a wide floor, one of them turned: rays leave their surfaces by as little as a renderer makes them.
@@ -32,7 +32,7 @@ fn rays_among_moved_instances_are_brute_force() {
             .into(),
         origin: [0.0; 3],
     };
-    let scene = world.scene(Quality::Default);
+    let scene = world.scene();
     let rays: Vec<_> = (0..20_000)
         .map(|k| {
             let above = 2e-5 * (1.0 + rng.signed().abs());

@@ -3,7 +3,7 @@
 #[path = "support/edge_rays.rs"]
 mod edge_rays;
 
-use raycam_bvh::{Coherence, Hit, InstructionSet, Quality, Ray};
+use raycam_bvh::{Coherence, Hit, InstructionSet, Ray};
 use rayon::prelude::*;
 
 #[test]
@@ -18,8 +18,7 @@ fn ten_million_aimed_rays_leak_nowhere() {
         .enumerate()
         .flat_map(|(m, mesh)| isas.par_iter().map(move |isa| (m as u64, mesh, *isa)))
         .filter_map(|(m, mesh, isa)| {
-            let quality = [Quality::Fast, Quality::Default, Quality::High][m as usize % 3];
-            let scene = mesh.scene(quality, isa).unwrap();
+            let scene = mesh.scene(isa).unwrap();
             let n = if isa == InstructionSet::Portable {
                 100_000
             } else {
@@ -51,7 +50,7 @@ fn a_needle_is_met_close_to_its_sharp_end() {
         if !isa.is_available() {
             continue;
         }
-        let scene = mesh.scene(Quality::Default, isa).unwrap();
+        let scene = mesh.scene(isa).unwrap();
         for coherence in [Coherence::Coherent, Coherence::Incoherent] {
             for rays in [&rays[..], &rays[..1]] {
                 let mut hits = vec![Hit::MISS; rays.len()];

@@ -49,7 +49,7 @@ pub fn half_area([lower, upper]: &Corners) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{BuildOptions, Bvh};
+    use crate::Bvh;
 
     #[test]
     fn every_triangle_lies_in_a_box() {
@@ -65,7 +65,7 @@ mod tests {
             ]);
         }
         let triangles: Vec<_> = (0..3000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        let bvh = Bvh::build(&vertices, &triangles, &BuildOptions::default()).unwrap();
+        let bvh = Bvh::build(&vertices, &triangles).unwrap();
         for count in [1, 10, 100, 100_000] {
             let boxes = bvh.bounding_boxes(count);
             assert!(!boxes.is_empty() && boxes.len() <= count);
@@ -78,11 +78,6 @@ mod tests {
             }
             assert_eq!(boxes.iter().any(|b| within([0.0; 3], b)), count == 1);
         }
-        assert!(
-            Bvh::build(&[], &[], &BuildOptions::default())
-                .unwrap()
-                .bounding_boxes(9)
-                .is_empty()
-        );
+        assert!(Bvh::build(&[], &[]).unwrap().bounding_boxes(9).is_empty());
     }
 }

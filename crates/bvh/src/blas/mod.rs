@@ -14,25 +14,6 @@ use crate::platform::huge_page_vec::HugePageVec;
 use crate::simd::Isa;
 use crate::traverse::trav_ray::{Aabb, MAX_COORD};
 
-/// How much time a build may take for faster rays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Quality {
-    /// For geometry that changes every frame: few bins, along one axis, and a top found from a small sample.
-    Fast,
-    /// Binned surface-area heuristic.
-    #[default]
-    Default,
-    /// For geometry that is traced very often: twice as many bins, and a top found from twice as large a sample.
-    High,
-}
-
-/// How a mesh is built.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BuildOptions {
-    /// Time against speed.
-    pub quality: Quality,
-}
-
 /// The most triangles of a mesh: block indices have 31 bits, and a triangle takes at most two blocks.
 pub const MAX_TRIANGLES: usize = 1 << 30;
 
@@ -61,12 +42,8 @@ impl Bvh {
     /// Builds over indexed triangles. Zero-area triangles are kept and never hit.
     ///
     /// Runs in parallel on the rayon pool it is called in; the result does not depend on that pool.
-    pub fn build(
-        vertices: &[[f32; 3]],
-        triangles: &[[u32; 3]],
-        options: &BuildOptions,
-    ) -> Result<Self, BuildError> {
-        Self::build_with(Dispatch::detect(), vertices, triangles, &[], options)
+    pub fn build(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Self, BuildError> {
+        Self::build_with(Dispatch::detect(), vertices, triangles, &[])
     }
 
     /// The same of several meshes, of which each has its first triangle in `mesh_offsets`.
@@ -75,8 +52,7 @@ impl Bvh {
         triangles: &[[u32; 3]],
         mesh_offsets: &[u32],
     ) -> Result<Self, BuildError> {
-        let (dispatch, options) = (Dispatch::detect(), BuildOptions::default());
-        Self::build_with(dispatch, vertices, triangles, mesh_offsets, &options)
+        Self::build_with(Dispatch::detect(), vertices, triangles, mesh_offsets)
     }
 
     fn build_with(
@@ -84,14 +60,12 @@ impl Bvh {
         vertices: &[[f32; 3]],
         triangles: &[[u32; 3]],
         mesh_offsets: &[u32],
-        options: &BuildOptions,
     ) -> Result<Self, BuildError> {
         let scale = power_of_two_scale(validate_mesh(vertices, triangles)?);
         let mesh = TrianglePrims {
             vertices,
             triangles,
             scale,
-            quality: options.quality,
             mesh_offsets,
         };
         let tree = build::build(dispatch, &mesh, &mesh);
@@ -282,25 +256,18 @@ mod tests {
         let side = if cfg!(miri) { 12 } else { 132 };
         let counts: &[usize] = if cfg!(miri) { &[2] } else { &[1, 2, 5] };
         for (name, vertices, triangles) in meshes(side) {
-            for quality in [Quality::Fast, Quality::Default, Quality::High] {
-                let options = BuildOptions { quality };
-                let build = |isa, threads| {
-                    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-                    let dispatch = Dispatch::try_new(isa).unwrap();
-                    let mesh = || Bvh::build_with(dispatch, &vertices, &triangles, &[], &options);
-                    bytes(&pool.unwrap().install(mesh).unwrap())
-                };
-                let expected = build(InstructionSet::Portable, 1);
-                let available = InstructionSet::ALL.into_iter();
-                for isa in available.filter(|isa| isa.is_available()) {
-                    for &threads in counts {
-                        let same = build(isa, threads) == expected;
-                        assert!(
-                            same,
-                            "{name}, {quality:?}, {}, {threads} threads",
-                            isa.name()
-                        );
-                    }
+            let build = |isa, threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                let dispatch = Dispatch::try_new(isa).unwrap();
+                let mesh = || Bvh::build_with(dispatch, &vertices, &triangles, &[]);
+                bytes(&pool.unwrap().install(mesh).unwrap())
+            };
+            let expected = build(InstructionSet::Portable, 1);
+            let available = InstructionSet::ALL.into_iter();
+            for isa in available.filter(|isa| isa.is_available()) {
+                for &threads in counts {
+                    let same = build(isa, threads) == expected;
+                    assert!(same, "{name}, {}, {threads} threads", isa.name());
                 }
             }
         }

@@ -49,20 +49,6 @@ impl BinMapping {
         }
     }
 
-    /// The same along the axis alone along which centroids lie farthest apart, and that axis.
-    fn widest_axis(&self) -> Option<(BinMapping, usize)> {
-        let scale = self.scale.array();
-        let along = (0..3).filter(|&axis| scale[axis] > 0.0);
-        let axis = along.min_by(|&a, &b| scale[a].total_cmp(&scale[b]))?;
-        let mut alone = [0.0; 4];
-        alone[axis] = scale[axis];
-        let mapping = BinMapping {
-            scale: F32x4::new(alone),
-            ..*self
-        };
-        Some((mapping, axis))
-    }
-
     /// The bins of a centroid, and what is left over.
     #[inline(always)]
     pub fn bin_coords(&self, centroid: F32x4) -> F32x4 {
@@ -106,20 +92,6 @@ impl<const N: usize> SahBins<N> {
                 unsafe { I::F32x8::load(bounds).min(packed).store(bounds) };
                 self.count[axis][b] += 1;
             }
-        }
-    }
-
-    /// Adds prims along one axis.
-    #[inline(always)]
-    fn add_axis<I: Isa>(&mut self, prims: &[PrimRef], mapping: &BinMapping, axis: usize) {
-        let (bounds, count) = (&mut self.bounds[axis], &mut self.count[axis]);
-        for prim in prims {
-            // As in `add`.
-            let b = mapping.bin_coords(prim.centroid()).to_i32_trunc()[axis] as usize & (N - 1);
-            let bounds = bounds[b].as_mut_ptr();
-            // SAFETY: a box has eight floats.
-            unsafe { I::F32x8::load(bounds).min(prim.load::<I>()).store(bounds) };
-            count[b] += 1;
         }
     }
 
@@ -199,21 +171,19 @@ pub fn has_depth_budget(prims: &[PrimRef], depth: usize) -> bool {
     depth + (prims.len().next_power_of_two().trailing_zeros() as usize) < MAX_DEPTH
 }
 
-/// Splits at least two prims in two, by the cheapest plane between 8, 16 or 32 bins along each axis, or between 8 along the
-/// widest one alone, where leaves hold `leaf_size` prims: reorders them and returns where the right side starts, and both ranges.
+/// Splits at least two prims in two, by the cheapest plane between 8 or 16 bins along each axis, where leaves hold `leaf_size` prims: reorders them and returns where the right side starts, and both ranges.
 #[inline(always)]
 pub fn split<I: Isa>(
     prims: &mut [PrimRef],
     range: &PrimInfo,
     depth: usize,
-    (bins, widest, leaf_size): (usize, bool, u32),
+    bins: usize,
+    leaf_size: u32,
 ) -> (usize, PrimInfo, PrimInfo) {
     if has_depth_budget(prims, depth) {
         let best = match bins {
-            _ if widest => find_split::<I, 8, true>(prims, range, leaf_size),
-            8 => find_split::<I, 8, false>(prims, range, leaf_size),
-            16 => find_split::<I, 16, false>(prims, range, leaf_size),
-            _ => find_split::<I, 32, false>(prims, range, leaf_size),
+            8 => find_split::<I, 8>(prims, range, leaf_size),
+            _ => find_split::<I, 16>(prims, range, leaf_size),
         };
         if let Some((mapping, plane)) = best {
             return partition(prims, &mapping, &plane);
@@ -229,20 +199,14 @@ pub fn split<I: Isa>(
 }
 
 #[inline(always)]
-fn find_split<I: Isa, const N: usize, const WIDEST_AXIS_ONLY: bool>(
+fn find_split<I: Isa, const N: usize>(
     prims: &[PrimRef],
     range: &PrimInfo,
     leaf_size: u32,
 ) -> Option<(BinMapping, SahSplit)> {
-    let mut mapping = BinMapping::new(range, N);
+    let mapping = BinMapping::new(range, N);
     let mut bins = SahBins::<N>::empty();
-    if WIDEST_AXIS_ONLY {
-        let axis;
-        (mapping, axis) = mapping.widest_axis()?;
-        bins.add_axis::<I>(prims, &mapping, axis);
-    } else {
-        bins.add::<I>(prims, &mapping);
-    }
+    bins.add::<I>(prims, &mapping);
     Some((mapping, bins.best_split::<I>(&mapping, leaf_size)?))
 }
 
@@ -258,25 +222,18 @@ mod tests {
             let word = (word ^ word >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
             (word >> 40) as f32
         };
-        // Parts may have more prims than are expected of them, for which more bins are asked.
-        for bins in [8, 16, 32, 64, 256] {
-            for widest in [false, true] {
-                let lower = |i| [0, 1, 2].map(|k| place(i, k));
-                let prim = |i| PrimRef::new(lower(i), lower(i).map(|x| x + 9e3), i);
-                let mut prims: Vec<_> = (0..5000).map(prim).collect();
-                let range = PrimInfo::from_prims::<Portable>(&prims);
-                let how = (bins, widest, 4);
-                let (middle, left, right) = split::<Portable>(&mut prims, &range, 0, how);
-                let (of_left, of_right) = prims.split_at(middle);
-                assert!(!of_left.is_empty() && !of_right.is_empty());
-                for (side, prims) in [(left, of_left), (right, of_right)] {
-                    let box_of = |range: &PrimInfo| [0, 1, 2, 4, 5, 6].map(|k| range.bounds[k]);
-                    assert_eq!(
-                        box_of(&side),
-                        box_of(&PrimInfo::from_prims::<Portable>(prims)),
-                        "{bins} bins, widest axis alone: {widest}"
-                    );
-                }
+        for bins in [8, 16] {
+            let lower = |i| [0, 1, 2].map(|k| place(i, k));
+            let prim = |i| PrimRef::new(lower(i), lower(i).map(|x| x + 9e3), i);
+            let mut prims: Vec<_> = (0..5000).map(prim).collect();
+            let range = PrimInfo::from_prims::<Portable>(&prims);
+            let (middle, left, right) = split::<Portable>(&mut prims, &range, 0, bins, 4);
+            let (of_left, of_right) = prims.split_at(middle);
+            assert!(!of_left.is_empty() && !of_right.is_empty());
+            for (side, prims) in [(left, of_left), (right, of_right)] {
+                let box_of = |range: &PrimInfo| [0, 1, 2, 4, 5, 6].map(|k| range.bounds[k]);
+                let expected = box_of(&PrimInfo::from_prims::<Portable>(prims));
+                assert_eq!(box_of(&side), expected, "{bins} bins");
             }
         }
     }

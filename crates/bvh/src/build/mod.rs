@@ -72,12 +72,8 @@ pub trait LeafBuilder: Sync {
     const TYPICAL_LEAF_PRIMS: usize;
     /// The most prims in a binary leaf, which must fit into one leaf if they are alike. Splits aim at full ones.
     fn max_binary_leaf_prims(&self) -> usize;
-    /// How many bins along an axis a range of prims is worth: 8, 16 or 32, and above the treelets 64 or 256.
+    /// How many bins along an axis a range of prims is worth: 8 or 16, and above the treelets 64 or 256.
     fn bin_count(&self, prims: usize) -> usize;
-    /// Whether treelets are split across the widest axis only.
-    fn widest_axis_only(&self) -> bool {
-        false
-    }
     /// About how many blocks and ids there will be: room that is not needed is given back, and where it does not suffice
     /// all is copied.
     fn size_estimate(&self) -> (usize, usize) {

@@ -1,7 +1,7 @@
 //! Trees over boxes of all kinds.
 
 use super::*;
-use crate::{BuildOptions, Bvh, Quality};
+use crate::Bvh;
 
 /// Boxes as leaves, one each; the top of the tree by all of them or by one of so many.
 struct Boxes(Option<usize>);
@@ -139,8 +139,8 @@ fn boxes_hold_what_is_below_them_where_no_triangles_are_joined() {
         let count = parts * TREELET_SIZE as u32;
         let vertices = clouds(count, seed);
         let triangles: Vec<_> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        for quality in [Quality::Fast, Quality::Default, Quality::High] {
-            let bvh = Bvh::build(&vertices, &triangles, &BuildOptions { quality }).unwrap();
+        {
+            let bvh = Bvh::build(&vertices, &triangles).unwrap();
             let mut open = vec![bvh.root()];
             while let Some(at) = open.pop() {
                 let node = crate::node::node(bvh.blocks(), at);
@@ -159,7 +159,7 @@ fn boxes_hold_what_is_below_them_where_no_triangles_are_joined() {
                     let within = |(l, u): &([f32; 3], [f32; 3])| {
                         (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a])
                     };
-                    assert!(below.iter().all(within), "{quality:?}, clouds {seed}");
+                    assert!(below.iter().all(within), "clouds {seed}");
                 }
             }
         }
@@ -240,7 +240,7 @@ fn a_floor_hangs_at_the_root_alone() {
         let triangles: Vec<_> = (0..=n as u32)
             .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
             .collect();
-        let bvh = Bvh::build(&corners, &triangles, &Default::default()).unwrap();
+        let bvh = Bvh::build(&corners, &triangles).unwrap();
         check_floor(bvh.blocks(), bvh.root(), &format!("{n} triangles"));
     }
 }

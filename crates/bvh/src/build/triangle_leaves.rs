@@ -1,6 +1,5 @@
 //! How triangles become leaves: a leaf names each vertex once.
 
-use crate::blas::Quality;
 use crate::build::triangle_pairs::PairFinder;
 use crate::build::{LeafBuilder, PrimRef, PrimSource, TREELET_SIZE};
 use crate::node::{LEAF, LeafNode, MAX_LEAF_TRIANGLES, NodeBlock};
@@ -11,7 +10,6 @@ pub struct TrianglePrims<'a> {
     pub vertices: &'a [[f32; 3]],
     pub triangles: &'a [[u32; 3]],
     pub scale: f32,
-    pub quality: Quality,
     /// The first triangle of each mesh, where they are several: leaves are of one, so that their boxes are as tight.
     pub mesh_offsets: &'a [u32],
 }
@@ -188,8 +186,7 @@ impl LeafBuilder for TrianglePrims<'_> {
         notes.candidate_leaves.clear();
         notes.candidate_of_prim.clear();
         notes.candidate_of_prim.resize(prims.len(), 0);
-        let hurry = self.quality == Quality::Fast;
-        notes.pairs.pair_triangles(self.triangles, prims, hurry)
+        notes.pairs.pair_triangles(self.triangles, prims)
     }
 
     fn max_binary_leaf_prims(&self) -> usize {
@@ -198,20 +195,13 @@ impl LeafBuilder for TrianglePrims<'_> {
     }
 
     fn bin_count(&self, prims: usize) -> usize {
-        match self.quality {
+        match prims {
             // There a plane matters that lies just where something ends.
-            Quality::Default if prims > 16 * TREELET_SIZE => 256,
-            Quality::High if prims > TREELET_SIZE => 256,
+            _ if prims > 16 * TREELET_SIZE => 256,
             _ if prims > TREELET_SIZE => 64,
-            Quality::Fast => 8,
             _ if prims < 24 => 8,
-            Quality::Default => 16,
-            Quality::High => 32,
+            _ => 16,
         }
-    }
-
-    fn widest_axis_only(&self) -> bool {
-        self.quality == Quality::Fast
     }
 
     fn size_estimate(&self) -> (usize, usize) {
@@ -221,11 +211,7 @@ impl LeafBuilder for TrianglePrims<'_> {
     }
 
     fn sample_stride(&self) -> Option<usize> {
-        match self.quality {
-            Quality::Fast => Some(16),
-            Quality::Default => Some(4),
-            Quality::High => Some(2),
-        }
+        Some(4)
     }
 
     #[inline(always)]

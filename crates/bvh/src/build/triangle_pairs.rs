@@ -10,9 +10,6 @@ const MAX_PAIR_AREA_RATIO: f32 = 0.85;
 /// How many triangles before it is needed one is asked for: since its box was made it may have left the nearest caches.
 const PREFETCH_DISTANCE: usize = 8;
 
-/// How many triangles in a row may have no pair beside them before nobody looks there any more.
-const HOPE: usize = 16;
-
 /// How many places are looked at: where more edge_table are in a row, or are one, some are forgotten.
 const MAX_PROBES: usize = 8;
 
@@ -38,23 +35,14 @@ impl PairFinder {
     /// Joins prims, whose ids are those of triangles: each takes the best of the open neighbours among those before it, if
     /// there is a good one. Returns how many are left; they come first, and their ids are those of pairs. Of prims, which
     /// half a word numbers, no treelet has more than twice `TREELET_SIZE`.
-    ///
-    /// Most quads that were cut in two lie beside each other. In a `hurry` that is looked at first, as long as it pays:
-    /// such a pair need not be the best, and no edge of it is looked up.
     #[inline(always)]
-    pub fn pair_triangles(
-        &mut self,
-        triangles: &[[u32; 3]],
-        prims: &mut [PrimRef],
-        hurry: bool,
-    ) -> usize {
+    pub fn pair_triangles(&mut self, triangles: &[[u32; 3]], prims: &mut [PrimRef]) -> usize {
         let PairFinder { pairs, edge_table } = self;
         pairs.clear();
         let bits = (8 * prims.len()).next_power_of_two().trailing_zeros();
         edge_table.clear();
         edge_table.resize(1 << bits, 0);
         let alone = |prim: &PrimRef| TrianglePair::single(prim.id, triangles[prim.id as usize]);
-        let mut hope = if hurry { HOPE } else { 0 };
         let (mut n, mut next) = (0, 0);
         while let Some(&(mut prim)) = prims.get(next) {
             if let Some(later) = prims.get(next + PREFETCH_DISTANCE) {
@@ -62,21 +50,6 @@ impl PairFinder {
             }
             next += 1;
             let piece = alone(&prim);
-            if hope > 0
-                && let Some(beside) = prims.get(next)
-            {
-                if let Some(pair) = piece.try_pair(&alone(beside))
-                    && prim.merge_area_ratio(beside) <= MAX_PAIR_AREA_RATIO
-                {
-                    prim = prim.union(beside);
-                    prim.id = n as u32;
-                    prims[n] = prim;
-                    pairs.push(pair);
-                    (n, next, hope) = (n + 1, next + 1, HOPE);
-                    continue;
-                }
-                hope -= 1;
-            }
             let mut best: Option<(f32, usize, TrianglePair)> = None;
             let mut places = [usize::MAX; 3];
             let tag = |hash: u64| (hash >> 16) as u32 & 0xffff_0000;
@@ -141,7 +114,7 @@ mod tests {
     }
 
     /// The pairs that are found, and the boxes beside them, checked against the triangles.
-    fn found(side: u32, triangles: &[[u32; 3]], hurry: bool) -> Vec<TrianglePair> {
+    fn found(side: u32, triangles: &[[u32; 3]]) -> Vec<TrianglePair> {
         let vertex = |i: u32| [(i % (side + 1)) as f32, (i / (side + 1)) as f32, 0.0];
         let around = |ids: &[u32]| {
             let all = ids.iter().flat_map(|&id| triangles[id as usize]);
@@ -160,7 +133,7 @@ mod tests {
             })
             .collect();
         let mut pairs = PairFinder::default();
-        let n = pairs.pair_triangles(triangles, &mut prims, hurry);
+        let n = pairs.pair_triangles(triangles, &mut prims);
         assert_eq!(pairs.pairs.len(), n);
         let mut seen = vec![0; triangles.len()];
         for (i, (prim, piece)) in prims.iter().zip(&pairs.pairs).enumerate() {
@@ -180,36 +153,18 @@ mod tests {
         let quads = side * side;
         let beside = sheet(side, |t| (t / 2, t % 2 == 1));
         let apart = sheet(side, |t| (t % quads, t >= quads));
-        for hurry in [false, true] {
-            for triangles in [&beside, &apart] {
-                let pairs = found(side, triangles, hurry);
-                assert_eq!(pairs.len(), quads as usize, "in a hurry: {hurry}");
-            }
+        for triangles in [&beside, &apart] {
+            assert_eq!(found(side, triangles).len(), quads as usize);
         }
     }
 
     #[test]
-    fn who_is_in_a_hurry_takes_what_lies_beside_even_if_another_would_be_better() {
+    fn the_best_neighbor_is_taken() {
         // Half a square, something far away, the other half, and one beside that which is longer.
         let triangles = [[0, 1, 3], [10, 11, 13], [0, 3, 2], [0, 4, 3]];
-        let pairs = |hurry| {
-            let pairs = found(1, &triangles, hurry);
-            let pairs = pairs.iter().filter(|piece| piece.count == 2);
-            pairs.map(|piece| piece.triangles).collect::<Vec<_>>()
-        };
-        assert_eq!(pairs(true), [[2, 3]]);
-        assert_eq!(pairs(false), [[0, 2]]);
-    }
-
-    #[test]
-    fn hope_ends_where_nothing_lies_beside() {
-        // More triangles without anybody beside them than are looked at, then a quad whose halves meet by their edge.
-        let side = 20;
-        let quads = side * side;
-        let triangles = sheet(side, |t| match t < quads {
-            true => (t, false),
-            false => (2 * quads - 1 - t, true),
-        });
-        assert_eq!(found(side, &triangles, true).len(), quads as usize);
+        let pairs = found(1, &triangles);
+        let pairs = pairs.iter().filter(|pair| pair.count == 2);
+        let pairs: Vec<_> = pairs.map(|pair| pair.triangles).collect();
+        assert_eq!(pairs, [[0, 2]]);
     }
 }

@@ -257,7 +257,6 @@ pub(crate) fn transform_bounds(m: &[[f64; 4]; 3], extent: &Aabb) -> ([f64; 3], [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::BuildOptions;
     use crate::node::leaf;
 
     /// Small triangles along a line: of `every` 250 of them, the run that `first` says.
@@ -271,7 +270,7 @@ mod tests {
         }
         let count = vertices.len() as u32 / 3;
         let triangles: Vec<_> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        let bvh = Bvh::build(&vertices, &triangles, &BuildOptions::default()).unwrap();
+        let bvh = Bvh::build(&vertices, &triangles).unwrap();
         let scale = f64::from(bvh.scale());
         // Turned by a quarter and moved.
         InstanceTransform {

@@ -10,8 +10,8 @@
 use std::sync::Arc;
 
 use raycam_bvh::{
-    BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance,
-    InstructionSet, Quality, Ray, Scene,
+    Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet,
+    Ray, Scene,
 };
 
 /// The tie band of float32 answers: 17 roundings.
@@ -99,9 +99,8 @@ impl Brute {
         self.triangles.len()
     }
 
-    pub fn scene(&self, quality: Quality, isa: InstructionSet) -> Scene {
-        let options = BuildOptions { quality };
-        let bvh = Arc::new(Bvh::build(&self.vertices, &self.triangles, &options).unwrap());
+    pub fn scene(&self, isa: InstructionSet) -> Scene {
+        let bvh = Arc::new(Bvh::build(&self.vertices, &self.triangles).unwrap());
         let world_from_mesh =
             [0, 1, 2].map(|r| std::array::from_fn(|c| f32::from(u8::from(r == c))));
         let instance = Instance {

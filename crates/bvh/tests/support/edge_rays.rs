@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use raycam_bvh::{
-    BuildOptions, Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance,
-    InstructionSet, Quality, Ray, Scene,
+    Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet,
+    Ray, Scene,
 };
 
 /// xorshift64*
@@ -202,16 +202,8 @@ fn jiggle(x: f32, rng: &mut Rng) -> f32 {
 
 impl Closed {
     /// Builds it.
-    pub fn scene(
-        &self,
-        quality: Quality,
-        isa: InstructionSet,
-    ) -> Result<Scene, Box<dyn std::error::Error>> {
-        let bvh = Arc::new(Bvh::build(
-            &self.vertices,
-            &self.triangles,
-            &BuildOptions { quality },
-        )?);
+    pub fn scene(&self, isa: InstructionSet) -> Result<Scene, Box<dyn std::error::Error>> {
+        let bvh = Arc::new(Bvh::build(&self.vertices, &self.triangles)?);
         let mut scene = Scene::build(
             vec![Instance {
                 bvh,

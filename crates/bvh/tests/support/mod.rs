@@ -3,16 +3,13 @@
 
 use std::sync::Arc;
 
-use raycam_bvh::{
-    BuildOptions, Bvh, ExactRay, ExactTriangles, Instance, InstructionSet, Quality, Ray, Scene,
-};
+use raycam_bvh::{Bvh, ExactRay, ExactTriangles, Instance, InstructionSet, Ray, Scene};
 
 pub const IDENTITY: [[f32; 4]; 3] = [
     [1.0, 0.0, 0.0, 0.0],
     [0.0, 1.0, 0.0, 0.0],
     [0.0, 0.0, 1.0, 0.0],
 ];
-pub const QUALITIES: [Quality; 3] = [Quality::Fast, Quality::Default, Quality::High];
 
 /// A small generator of random numbers (xorshift64*).
 pub struct Rng(pub u64);
@@ -43,13 +40,13 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    pub fn build(&self, quality: Quality) -> Arc<Bvh> {
-        Arc::new(Bvh::build(&self.vertices, &self.triangles, &BuildOptions { quality }).unwrap())
+    pub fn build(&self) -> Arc<Bvh> {
+        Arc::new(Bvh::build(&self.vertices, &self.triangles).unwrap())
     }
-    pub fn scene(&self, quality: Quality) -> Scene {
+    pub fn scene(&self) -> Scene {
         Scene::build(
             vec![Instance {
-                bvh: self.build(quality),
+                bvh: self.build(),
                 world_from_mesh: IDENTITY,
             }],
             [0.0; 3],
@@ -178,14 +175,14 @@ impl World {
     }
 
     /// Rounded to float32 and built.
-    pub fn scene(&self, quality: Quality) -> Scene {
+    pub fn scene(&self) -> Scene {
         let instances = self.placed.iter().map(|(vertices, triangles, matrix)| {
             let vertices = vertices.iter().map(|v| v.map(|x| x as f32)).collect();
             let bvh = Mesh {
                 vertices,
                 triangles: triangles.clone(),
             }
-            .build(quality);
+            .build();
             let mut local = *matrix;
             for axis in 0..3 {
                 local[axis][3] -= self.origin[axis];

@@ -175,7 +175,7 @@ mod tests {
             }
         }
         let triangles: Vec<_> = (0..401).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        let bvh = Arc::new(Bvh::build(&vertices, &triangles, &Default::default()).unwrap());
+        let bvh = Arc::new(Bvh::build(&vertices, &triangles).unwrap());
         let place = |i: usize| Instance {
             bvh: bvh.clone(),
             world_from_mesh: [
