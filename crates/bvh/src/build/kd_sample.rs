@@ -25,10 +25,6 @@ pub trait PrimSource: Sync {
     /// The box of one.
     fn prim(&self, at: usize) -> PrimRef;
 
-    /// Asks for the memory that some are made of, where it may not be at hand, if there are that many.
-    #[inline(always)]
-    fn ask(&self, _items: std::ops::Range<usize>) {}
-
     /// The boxes of some, after those that are there.
     fn prims(&self, ids: &[u32], prims: &mut Vec<PrimRef>) {
         prims.extend(ids.iter().map(|&id| self.prim(id as usize)));
@@ -328,7 +324,6 @@ impl KdTree {
         let (mut cell, mut scattered) = (0, false);
         for first in prims.clone().step_by(SEARCH_BATCH) {
             let here = first..prims.end.min(first + SEARCH_BATCH);
-            source.ask(here.end..here.end + SEARCH_BATCH);
             let (mut found, mut moves) = ([apart; SEARCH_BATCH], 0);
             if scattered {
                 let prim = |i: usize| source.prim(here.end.min(first + i + 1) - 1);

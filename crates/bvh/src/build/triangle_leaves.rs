@@ -14,9 +14,6 @@ pub struct TrianglePrims<'a> {
     pub mesh_offsets: &'a [u32],
 }
 
-/// Corners as many vertices apart are in the nearest cache by chance alone.
-const SCATTERED: u32 = 4096;
-
 /// What a thread knows of the triangles of the treelet it builds.
 pub struct LeafScratch {
     pairs: PairFinder,
@@ -138,22 +135,6 @@ impl PrimSource for TrianglePrims<'_> {
     #[inline(always)]
     fn prim(&self, t: usize) -> PrimRef {
         self.prim_ref_of(t as u32, self.triangles[t])
-    }
-
-    #[inline(always)]
-    fn ask(&self, prims: std::ops::Range<usize>) {
-        let some = self.triangles.get(prims).unwrap_or_default();
-        let [Some(first), Some(last)] = [some.first(), some.last()] else {
-            return;
-        };
-        let ends = || first.iter().chain(last);
-        let (least, most) = (ends().min(), ends().max());
-        if most.copied().unwrap_or(0) - least.copied().unwrap_or(0) < SCATTERED {
-            return;
-        }
-        for &vertex in some.as_flattened() {
-            prefetch(self.vertices.as_ptr().wrapping_add(vertex as usize));
-        }
     }
 
     fn prims(&self, ids: &[u32], prims: &mut Vec<PrimRef>) {
