@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_formats::calibration::{self, Pose, Record, Rotation};
+use raycam_formats::calibration::{self, CameraRecord, Pose, Rotation};
 use raycam_formats::{Budget, bundle, world_file};
 use raycam_scene::PixelCenter;
 use targets::{BETWEEN, container};
@@ -87,8 +87,8 @@ fn add(target: &str, name: &str, bytes: &[u8]) {
 }
 
 /// A camera that every format can hold.
-fn record() -> Record {
-    let mut record = Record::new("7", PixelCenter::Integer);
+fn record() -> CameraRecord {
+    let mut record = CameraRecord::new("7", PixelCenter::Integer);
     let k = [
         DVec3::new(500.1, 0.0, 0.0),
         DVec3::new(0.0, 500.1, 0.0),

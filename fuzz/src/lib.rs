@@ -4,9 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use raycam_formats::calibration::{self, Known, Record};
+use raycam_formats::calibration::{self, CameraRecord, ReadHints};
 use raycam_formats::codec::{draco, meshopt};
-use raycam_formats::{Budget, ColorUse, Folder, decode_image, decode_model, world_file};
+use raycam_formats::{Budget, ColorUse, AssetRoot, decode_image, decode_model, world_file};
 use raycam_scene::{Files, PixelCenter, World};
 
 /// Between the files of an input that is more than one.
@@ -114,7 +114,7 @@ pub fn meshopt(bytes: &[u8]) {
         6 => meshopt::Mode::Indices,
         filter => meshopt::Mode::Attributes(filters[usize::from(filter)]),
     };
-    let shape = meshopt::Shape {
+    let shape = meshopt::ViewHeader {
         mode,
         count: u16::from_le_bytes([*low, *high]).into(),
         stride: 1 + usize::from(*stride),
@@ -164,7 +164,7 @@ pub fn materials(bytes: &[u8]) {
 /// A luminaire's profile.
 pub fn profile(bytes: &[u8]) {
     write_files(&["a.ies"], bytes);
-    if let Ok(profile) = Folder::new(&FOLDER, &budget()).profile("a.ies") {
+    if let Ok(profile) = AssetRoot::new(&FOLDER, &budget()).profile("a.ies") {
         profile.validate().expect("what is read can be shown");
     }
 }
@@ -185,11 +185,11 @@ pub fn bundle(bytes: &[u8]) {
 
 /// Cameras in a format of calibrations; for COLMAP the files of its folder.
 pub fn cameras(format: &str, bytes: &[u8]) {
-    let mut intrinsics = Record::new("known", PixelCenter::Integer);
+    let mut intrinsics = CameraRecord::new("known", PixelCenter::Integer);
     intrinsics.k = Some(glam::DMat3::from_diagonal(glam::DVec3::new(
         100.0, 100.0, 1.0,
     )));
-    let known = Known {
+    let known = ReadHints {
         size: Some([64, 48]),
         intrinsics: Some(intrinsics),
     };

@@ -55,12 +55,12 @@ impl Budget {
 
     /// Takes `amount` bytes of `path`, or says that they are too many.
     pub(crate) fn take_bytes(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
-        take(&mut self.bytes, path, "bytes", amount)
+        charge(&mut self.bytes, path, "bytes", amount)
     }
 
     /// Takes `amount` vertices, corners or parts of `path`, or says that they are too many.
     pub(crate) fn take_elements(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
-        take(
+        charge(
             &mut self.elements,
             path,
             "vertices and face corners",
@@ -70,12 +70,12 @@ impl Budget {
 
     /// Takes `amount` pixels of `path`, or says that they are too many.
     pub(crate) fn take_pixels(&mut self, path: &Path, amount: u64) -> Result<(), FormatError> {
-        take(&mut { self.image_pixels }, path, "pixels", amount)?;
-        take(&mut self.pixels, path, "pixels", amount)
+        charge(&mut { self.image_pixels }, path, "pixels", amount)?;
+        charge(&mut self.pixels, path, "pixels", amount)
     }
 }
 
-fn take(left: &mut u64, path: &Path, what: &'static str, amount: u64) -> Result<(), FormatError> {
+fn charge(left: &mut u64, path: &Path, what: &'static str, amount: u64) -> Result<(), FormatError> {
     match left.checked_sub(amount) {
         Some(rest) => *left = rest,
         None => {

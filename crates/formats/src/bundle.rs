@@ -6,10 +6,10 @@
 
 use std::path::Path;
 
-use raycam_scene::{TextureMemory, World};
+use raycam_scene::{TextureCache, World};
 
 use crate::budget::Budget;
-use crate::error::{FormatError, Place};
+use crate::error::{FormatError, Location};
 
 const MAGIC: &str = "raycam world ";
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -20,7 +20,7 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// [`FormatError::Encode`] where memory runs out; [`FormatError::Scene`] where textures exceed their memory, since the
 /// bytes hold all of them.
 pub fn write(world: &World) -> Result<Vec<u8>, FormatError> {
-    world.check_in_memory()?;
+    world.check_textures_in_memory()?;
     let mut bytes = format!("{MAGIC}{VERSION}\n").into_bytes();
     let world = World {
         notices: Vec::new(),
@@ -40,7 +40,7 @@ pub fn write(world: &World) -> Result<Vec<u8>, FormatError> {
 pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World, FormatError> {
     let wrong = |message: String| FormatError::Syntax {
         path: path.into(),
-        place: Place::Whole,
+        location: Location::Whole,
         message,
     };
     budget.take_bytes(path, bytes.len() as u64)?;
@@ -62,7 +62,7 @@ pub fn read(bytes: &[u8], path: &Path, mut budget: Budget) -> Result<World, Form
     let world: World = serde::Deserialize::deserialize(&mut reader)
         .map_err(|error| wrong(format!("damaged: {error}")))?;
     let bounded = |world: World| match budget.texture_memory {
-        Some(limit) => world.with_texture_memory(TextureMemory::new(limit)),
+        Some(limit) => world.with_texture_cache(TextureCache::new(limit)),
         None => Ok(world),
     };
     let world = world.validated().and_then(bounded);

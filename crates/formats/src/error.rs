@@ -18,12 +18,12 @@ pub enum FormatError {
         source: io::Error,
     },
     /// The file does not follow its format.
-    #[error("{}{place}: {message}", path.display())]
+    #[error("{}{location}: {message}", path.display())]
     Syntax {
         /// The file.
         path: PathBuf,
         /// Where in it.
-        place: Place,
+        location: Location,
         /// What was found and what was expected.
         message: String,
     },
@@ -92,7 +92,7 @@ pub enum FormatError {
 
 /// Where in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum Location {
     /// Of a text file, counted from 1.
     Line(usize),
     /// Of a binary file, counted from 0.
@@ -101,7 +101,7 @@ pub enum Place {
     Whole,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Line(line) => write!(f, ":{line}"),
@@ -123,7 +123,7 @@ impl FormatError {
     pub(crate) fn line(path: &Path, line: usize, message: impl Into<String>) -> Self {
         Self::Syntax {
             path: path.into(),
-            place: Place::Line(line),
+            location: Location::Line(line),
             message: message.into(),
         }
     }
@@ -131,7 +131,7 @@ impl FormatError {
     pub(crate) fn byte(path: &Path, byte: usize, message: impl Into<String>) -> Self {
         Self::Syntax {
             path: path.into(),
-            place: Place::Byte(byte as u64),
+            location: Location::Byte(byte as u64),
             message: message.into(),
         }
     }
@@ -139,7 +139,7 @@ impl FormatError {
     pub(crate) fn whole(path: &Path, message: impl Into<String>) -> Self {
         Self::Syntax {
             path: path.into(),
-            place: Place::Whole,
+            location: Location::Whole,
             message: message.into(),
         }
     }

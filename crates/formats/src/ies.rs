@@ -3,18 +3,18 @@
 
 use std::path::Path;
 
-use raycam_scene::Profile;
+use raycam_scene::IesProfile;
 
 use crate::budget::Budget;
 use crate::error::FormatError;
-use crate::io::asset_root::Source;
+use crate::io::input_file::InputFile;
 
 /// The profile in a file. Its candela are those of the luminaire as tested: multiplier and ballast factors are applied.
 ///
 /// # Errors
 /// [`FormatError::Syntax`] with the line, [`FormatError::Unsupported`] for other photometry than type C and for a tilt
 /// that changes the lamp's output, [`FormatError::Budget`].
-pub(crate) fn read(source: &Source, budget: &mut Budget) -> Result<Profile, FormatError> {
+pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile, FormatError> {
     let path = source.path.as_path();
     // Keywords may be in any old encoding; the numbers are ASCII.
     let text = String::from_utf8_lossy(&source.bytes);
@@ -34,7 +34,7 @@ pub(crate) fn read(source: &Source, budget: &mut Budget) -> Result<Profile, Form
         }
         None => return Err(FormatError::whole(path, "no line TILT=: not an IES file")),
     }
-    let mut numbers = Numbers {
+    let mut numbers = NumberReader {
         path,
         last: text.lines().count(),
         tokens: lines.flat_map(|(i, line)| {
@@ -80,7 +80,7 @@ pub(crate) fn read(source: &Source, budget: &mut Budget) -> Result<Profile, Form
     let horizontal = numbers.list(horizontals, "a horizontal angle")?;
     let factor = multiplier * ballast * photometric;
     let candela = numbers.list(count, "an intensity")?;
-    let profile = Profile {
+    let profile = IesProfile {
         vertical,
         horizontal,
         candela: candela.iter().map(|v| (v * factor) as f32).collect(),
@@ -92,13 +92,13 @@ pub(crate) fn read(source: &Source, budget: &mut Budget) -> Result<Profile, Form
 }
 
 /// The numbers of a file, one after the other, wherever its lines end.
-struct Numbers<'a, I> {
+struct NumberReader<'a, I> {
     path: &'a Path,
     last: usize,
     tokens: I,
 }
 
-impl<'a, I: Iterator<Item = (usize, &'a str)>> Numbers<'a, I> {
+impl<'a, I: Iterator<Item = (usize, &'a str)>> NumberReader<'a, I> {
     fn next(&mut self, what: &str) -> Result<f64, FormatError> {
         let Some((line, token)) = self.tokens.next() else {
             return Err(FormatError::line(

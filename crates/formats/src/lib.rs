@@ -7,6 +7,7 @@
 //! Writers give bytes; who puts them on a disk is not their concern.
 #![forbid(unsafe_code)]
 
+mod asset_loader;
 mod budget;
 pub mod bundle;
 pub mod calibration;
@@ -22,14 +23,13 @@ mod obj;
 mod off;
 mod ply;
 mod registry;
-mod single;
 mod stl;
 pub mod world_file;
 
 pub use crate::image::texture::{decode_texture, read_texture};
-pub use crate::io::asset_root::Folder;
+pub use crate::io::asset_root::AssetRoot;
 pub use crate::registry::{decode, decode_model, extensions, load, read_model};
 pub use budget::Budget;
-pub use error::{FormatError, Place};
+pub use error::{FormatError, Location};
 pub use gltf::write as write_gltf;
 pub use image::{ColorUse, decode_image, read_image};

@@ -8,35 +8,35 @@ use std::path::Path;
 
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb};
-use raycam_scene::{Mesh, Model};
+use raycam_scene::{Mesh, MeshFile};
 
 use crate::error::FormatError;
-use crate::geometry::polygons::{Polygons, Thin};
+use crate::geometry::polygons::{DegenerateFaces, Polygons};
 use crate::geometry::vertex_dedup::Corner;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 use crate::io::lexer::{self, Lines, Words};
-use crate::single;
 
 /// What the first word says that vertices have, in this order.
 #[derive(Clone, Copy, Debug, Default)]
-struct Kind {
+struct OffHeader {
     normals: bool,
     colors: bool,
     uvs: bool,
 }
 
 /// The model in an OFF file: one part.
-pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
     let path = &source.path;
-    let mut rows = Rows {
+    let mut rows = LineReader {
         path,
-        lines: Lines::new(lexer::plain(path, &source.bytes)?),
+        lines: Lines::new(lexer::checked_text(path, &source.bytes)?),
         line: 0,
     };
     let (kind, counts) = rows.header()?;
     let [vertices, faces] = counts;
     // Three digits, spaces and line ends each, at least.
-    let left = rows.lines.left() + 1;
+    let left = rows.lines.remaining() + 1;
     if vertices.checked_mul(6).is_none_or(|n| n > left)
         || faces.checked_mul(4).is_none_or(|n| n > left)
     {
@@ -44,11 +44,11 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
             format!("{vertices} vertices and {faces} faces declared, but only {left} bytes follow");
         return Err(rows.error(message));
     }
-    folder.budget.take_elements(path, vertices as u64)?;
+    assets.budget.take_elements(path, vertices as u64)?;
 
     let mut mesh = Mesh::default();
     let (mut normals, mut uvs) = (Vec::new(), Vec::new());
-    let (mut vertex_colors, mut face_colors) = (Colors::default(), Colors::default());
+    let (mut vertex_colors, mut face_colors) = (OffColors::default(), OffColors::default());
     for number in 0..vertices {
         let mut words = rows.next("vertices", number, vertices)?;
         mesh.vertices
@@ -75,7 +75,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
         }
     }
 
-    let (mut polygons, mut thin) = (Polygons::default(), Thin::default());
+    let (mut polygons, mut degenerate) = (Polygons::default(), DegenerateFaces::default());
     for number in 0..faces {
         let mut words = rows.next("faces", number, faces)?;
         let size = words.next().and_then(lexer::integer).unwrap_or(-1);
@@ -89,11 +89,13 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
                 )));
             };
             match lexer::integer(word).and_then(|i| usize::try_from(i).ok()) {
-                Some(index) if index < vertices => polygons.corner(Corner::plain(index as u32)),
+                Some(index) if index < vertices => {
+                    polygons.push_corner(Corner::plain(index as u32))
+                }
                 _ => {
                     let message = format!(
                         "face {number}: vertex {}, but the file has {vertices} vertices (from 0)",
-                        lexer::shown(word)
+                        lexer::for_message(word)
                     );
                     return Err(rows.error(message));
                 }
@@ -103,17 +105,17 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
             let color: Vec<&[u8]> = words.collect();
             face_colors.add(&rows, number, &color)?;
         } else {
-            thin.add(|| format!("line {}", rows.line));
+            degenerate.add(|| format!("line {}", rows.line));
         }
     }
 
-    let mut notices: Vec<String> = thin.notice(path).into_iter().collect();
+    let mut notices: Vec<String> = degenerate.notice(path).into_iter().collect();
     if rows.lines.any(|(_, text)| Words(text).next().is_some()) {
         notices.push(format!(
             "{}: the lines after the last face are not used",
             path.display()
         ));
-    } else if !rows.lines.ended() {
+    } else if !rows.lines.ended_with_newline() {
         let path = path.display();
         notices.push(format!(
             "{path}: the last line has no line end; the file may be cut off"
@@ -138,7 +140,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
     polygons.triangles(
         0..polygons.len(),
         path,
-        &mut folder.budget,
+        &mut assets.budget,
         position,
         |polygon, triangle| {
             mesh.triangles.push(triangle.map(|corner| corner.position));
@@ -149,17 +151,17 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
     mesh.vertex_colors = vertex_colors.linear("vertices", path, &mut notices)?;
     mesh.normals = (!normals.is_empty()).then_some(normals);
     mesh.uvs = kind.uvs.then_some(uvs);
-    Ok(single::model(mesh, notices))
+    Ok(MeshFile::from_mesh(mesh, notices))
 }
 
 /// The lines that say something, one by one.
-struct Rows<'a> {
+struct LineReader<'a> {
     path: &'a Path,
     lines: Lines<'a>,
     line: usize,
 }
 
-impl<'a> Rows<'a> {
+impl<'a> LineReader<'a> {
     fn error(&self, message: impl Into<String>) -> FormatError {
         FormatError::line(self.path, self.line, message)
     }
@@ -190,11 +192,11 @@ impl<'a> Rows<'a> {
     }
 
     /// The kind and the numbers of vertices and faces; that of edges may be missing and is not used.
-    fn header(&mut self) -> Result<(Kind, [usize; 2]), FormatError> {
+    fn header(&mut self) -> Result<(OffHeader, [usize; 2]), FormatError> {
         let mut words = self
             .words()
             .ok_or_else(|| self.error("empty, expected an OFF file"))?;
-        let mut kind = Kind::default();
+        let mut kind = OffHeader::default();
         let first = words.clone().next().unwrap_or_default();
         // The word may be missing, and the numbers may follow without a space, as in ModelNet.
         if lexer::integer(first).is_none() {
@@ -203,7 +205,7 @@ impl<'a> Rows<'a> {
             let Some((mut prefix, glued)) =
                 parts.filter(|(_, glued)| glued.iter().all(u8::is_ascii_digit))
             else {
-                return Err(self.error(format!("{}: not an OFF file", lexer::shown(first))));
+                return Err(self.error(format!("{}: not an OFF file", lexer::for_message(first))));
             };
             let line = words.0;
             words.next();
@@ -219,7 +221,10 @@ impl<'a> Rows<'a> {
                 }
             }
             if !prefix.is_empty() {
-                let message = format!("{}: only three dimensions are read", lexer::shown(first));
+                let message = format!(
+                    "{}: only three dimensions are read",
+                    lexer::for_message(first)
+                );
                 return Err(FormatError::unsupported(self.path, message));
             }
             match words.clone().next() {
@@ -255,7 +260,7 @@ impl<'a> Rows<'a> {
             .ok_or_else(|| {
                 self.error(format!(
                     "{what} {number}: {} is not a finite number",
-                    lexer::shown(word)
+                    lexer::for_message(word)
                 ))
             })
     }
@@ -279,7 +284,7 @@ impl<'a> Rows<'a> {
 
 /// Colours whose unit is known when all have been seen.
 #[derive(Default)]
-struct Colors {
+struct OffColors {
     /// NaN where there is none.
     values: Vec<[f64; 3]>,
     missing: usize,
@@ -291,8 +296,13 @@ struct Colors {
     largest: (f64, usize),
 }
 
-impl Colors {
-    fn add(&mut self, rows: &Rows<'_>, number: usize, words: &[&[u8]]) -> Result<(), FormatError> {
+impl OffColors {
+    fn add(
+        &mut self,
+        rows: &LineReader<'_>,
+        number: usize,
+        words: &[&[u8]],
+    ) -> Result<(), FormatError> {
         match words.len() {
             3 | 4 => {}
             count @ (0 | 1) => {
@@ -314,7 +324,7 @@ impl Colors {
             if *value < 0.0 {
                 return Err(rows.error(format!(
                     "colour {}: expected at least 0",
-                    lexer::shown(word)
+                    lexer::for_message(word)
                 )));
             }
             if *value > self.largest.0 {

@@ -5,15 +5,16 @@ use std::io;
 use std::path::Path;
 
 use glam::DAffine3;
-use raycam_scene::{Model, Object, World};
+use raycam_scene::{MeshFile, Object, World};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 use crate::{gltf, obj, off, ply, stl, world_file};
 
 /// A kind of file that can be loaded.
-struct Loader {
+struct FileFormat {
     /// In small letters, without the dot.
     extension: &'static str,
     read: Reader,
@@ -22,54 +23,54 @@ struct Loader {
 }
 
 enum Reader {
-    World(fn(&Source, &mut Folder) -> Result<World, FormatError>),
+    World(fn(&InputFile, &mut AssetRoot) -> Result<World, FormatError>),
     /// A world of its own that can be an object of another, too.
-    Scene(fn(&Source, &mut Folder) -> Result<World, FormatError>),
-    Model(fn(&Source, &mut Folder) -> Result<Model, FormatError>),
+    Scene(fn(&InputFile, &mut AssetRoot) -> Result<World, FormatError>),
+    Model(fn(&InputFile, &mut AssetRoot) -> Result<MeshFile, FormatError>),
 }
 
 /// Every kind.
-const LOADERS: &[Loader] = &[
-    Loader {
+const FORMATS: &[FileFormat] = &[
+    FileFormat {
         extension: "toml",
         read: Reader::World(world_file::read),
-        head: whole,
+        head: read_whole,
     },
-    Loader {
+    FileFormat {
         extension: "gltf",
         read: Reader::Scene(gltf::read),
-        head: whole,
+        head: read_whole,
     },
-    Loader {
+    FileFormat {
         extension: "glb",
         read: Reader::Scene(gltf::read),
         head: gltf::head,
     },
-    Loader {
+    FileFormat {
         extension: "obj",
         read: Reader::Model(obj::read),
-        head: whole,
+        head: read_whole,
     },
-    Loader {
+    FileFormat {
         extension: "ply",
         read: Reader::Model(ply::read),
         head: ply::head,
     },
-    Loader {
+    FileFormat {
         extension: "stl",
         read: Reader::Model(stl::read),
         head: stl::head,
     },
-    Loader {
+    FileFormat {
         extension: "off",
         read: Reader::Model(off::read),
-        head: whole,
+        head: read_whole,
     },
 ];
 
 /// The extensions of the files that [`load`] reads, in small letters and without the dot.
 pub fn extensions() -> impl Iterator<Item = &'static str> {
-    LOADERS.iter().map(|loader| loader.extension)
+    FORMATS.iter().map(|format| format.extension)
 }
 
 /// The world in a file: `.toml`, `.gltf`, `.glb`, `.obj`, `.ply`, `.stl`, `.off`, in capitals or not.
@@ -79,21 +80,21 @@ pub fn extensions() -> impl Iterator<Item = &'static str> {
 /// # Errors
 /// See [`FormatError`]; an unknown extension lists the known ones.
 pub fn load(path: &Path, budget: &Budget) -> Result<World, FormatError> {
-    let mut folder = Folder::around(path, budget);
-    let source = source(path, &mut folder)?;
-    whole_world(source, &mut folder)
+    let mut assets = AssetRoot::containing(path, budget);
+    let source = open_input(path, &mut assets)?;
+    read_world(source, &mut assets)
 }
 
 /// The world in a file that has been read.
-fn whole_world(source: Source, folder: &mut Folder) -> Result<World, FormatError> {
-    let mut world = match find(&source.path)?.read {
-        Reader::World(read) | Reader::Scene(read) => read(&source, folder)?,
+fn read_world(source: InputFile, assets: &mut AssetRoot) -> Result<World, FormatError> {
+    let mut world = match format_of(&source.path)?.read {
+        Reader::World(read) | Reader::Scene(read) => read(&source, assets)?,
         Reader::Model(_) => {
             let path = source.path.clone();
-            world(model(source, folder)?, &path)?
+            world_of_parts(read_mesh_file(source, assets)?, &path)?
         }
     };
-    folder.finish(&mut world)?;
+    assets.finish_world(&mut world)?;
     Ok(world)
 }
 
@@ -101,18 +102,18 @@ fn whole_world(source: Source, folder: &mut Folder) -> Result<World, FormatError
 ///
 /// # Errors
 /// See [`FormatError`].
-pub fn read_model(path: &Path, budget: &Budget) -> Result<Model, FormatError> {
-    let mut folder = Folder::around(path, budget);
-    model(source(path, &mut folder)?, &mut folder)
+pub fn read_model(path: &Path, budget: &Budget) -> Result<MeshFile, FormatError> {
+    let mut assets = AssetRoot::containing(path, budget);
+    read_mesh_file(open_input(path, &mut assets)?, &mut assets)
 }
 
 /// The bytes of a file of a known kind, as far as its reader wants them in memory.
-fn source(path: &Path, folder: &mut Folder) -> Result<Source, FormatError> {
-    folder.begin(path, find(path)?.head)
+fn open_input(path: &Path, assets: &mut AssetRoot) -> Result<InputFile, FormatError> {
+    assets.read_head(path, format_of(path)?.head)
 }
 
 /// All of a file.
-fn whole(_: &File, _: u64) -> Option<u64> {
+fn read_whole(_: &File, _: u64) -> Option<u64> {
     None
 }
 
@@ -121,7 +122,10 @@ fn whole(_: &File, _: u64) -> Option<u64> {
 /// # Errors
 /// See [`FormatError`].
 pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World, FormatError> {
-    whole_world(Source::new(path, bytes), &mut Folder::around(path, budget))
+    read_world(
+        InputFile::new(path, bytes),
+        &mut AssetRoot::containing(path, budget),
+    )
 }
 
 /// The model in the bytes of a mesh file. `path` says of which kind it is, names it in errors, and its folder is where
@@ -129,15 +133,21 @@ pub fn decode(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<World, For
 ///
 /// # Errors
 /// See [`FormatError`].
-pub fn decode_model(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<Model, FormatError> {
-    model(Source::new(path, bytes), &mut Folder::around(path, budget))
+pub fn decode_model(bytes: Vec<u8>, path: &Path, budget: &Budget) -> Result<MeshFile, FormatError> {
+    read_mesh_file(
+        InputFile::new(path, bytes),
+        &mut AssetRoot::containing(path, budget),
+    )
 }
 
 /// The model in a mesh file that has been read: everything in it fits together.
-pub(crate) fn model(source: Source, folder: &mut Folder) -> Result<Model, FormatError> {
-    let model = match find(&source.path)?.read {
-        Reader::Model(read) => read(&source, folder)?,
-        Reader::Scene(read) => flat(read(&source, folder)?, &source.path, folder)?,
+pub(crate) fn read_mesh_file(
+    source: InputFile,
+    assets: &mut AssetRoot,
+) -> Result<MeshFile, FormatError> {
+    let model = match format_of(&source.path)?.read {
+        Reader::Model(read) => read(&source, assets)?,
+        Reader::Scene(read) => flatten_world(read(&source, assets)?, &source.path, assets)?,
         Reader::World(_) => {
             let message = "a world file, expected a mesh file";
             return Err(FormatError::unsupported(&source.path, message));
@@ -154,7 +164,11 @@ pub(crate) fn model(source: Source, folder: &mut Folder) -> Result<Model, Format
 }
 
 /// The model of a world whose objects are all one; each copy of a mesh counts.
-fn flat(world: World, path: &Path, folder: &mut Folder) -> Result<Model, FormatError> {
+fn flatten_world(
+    world: World,
+    path: &Path,
+    assets: &mut AssetRoot,
+) -> Result<MeshFile, FormatError> {
     let (lights, cameras) = (world.lights.len(), world.cameras.len());
     let left_out = (lights + cameras > 0).then(|| {
         format!(
@@ -165,21 +179,21 @@ fn flat(world: World, path: &Path, folder: &mut Folder) -> Result<Model, FormatE
     for object in &world.objects {
         let mesh = &world.meshes[object.mesh];
         let amount = mesh.vertices.len() + 3 * mesh.triangles.len();
-        folder.budget.take_elements(path, amount as u64)?;
+        assets.budget.take_elements(path, amount as u64)?;
     }
-    let mut model = Model::of_world(world);
+    let mut model = MeshFile::from_world(world);
     model.notices.extend(left_out);
     Ok(model)
 }
 
-fn find(path: &Path) -> Result<&'static Loader, FormatError> {
+fn format_of(path: &Path) -> Result<&'static FileFormat, FormatError> {
     let extension = path
         .extension()
         .unwrap_or_default()
         .to_string_lossy()
         .to_lowercase();
-    if let Some(loader) = LOADERS.iter().find(|loader| loader.extension == extension) {
-        return Ok(loader);
+    if let Some(format) = FORMATS.iter().find(|format| format.extension == extension) {
+        return Ok(format);
     }
     // What is not there has no kind.
     if let Err(source) = std::fs::metadata(path)
@@ -201,7 +215,7 @@ fn find(path: &Path) -> Result<&'static Loader, FormatError> {
 }
 
 /// The world of a mesh file: each part an object, named after the file where it has no name.
-fn world(model: Model, path: &Path) -> Result<World, FormatError> {
+fn world_of_parts(model: MeshFile, path: &Path) -> Result<World, FormatError> {
     let scene = |source| FormatError::Scene {
         path: Some(path.into()),
         source,

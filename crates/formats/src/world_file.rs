@@ -3,14 +3,15 @@
 use std::ops::Range;
 use std::path::Path;
 
-use raycam_scene::schema::{self, Entry, Node, Value, WorldFile};
+use raycam_scene::schema::{self, Entry, SpannedValue, Value, WorldFile};
 use raycam_scene::{SceneError, World};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 
 /// The world that `text` describes. `path` names it in errors; the files it names are read from `folder` and nowhere
 /// else.
@@ -23,39 +24,39 @@ pub fn parse(
     path: &Path,
     budget: &Budget,
 ) -> Result<World, FormatError> {
-    let mut folder = Folder::new(folder, budget);
-    let mut world = build(text, path, &mut folder)?;
-    folder.finish(&mut world)?;
+    let mut assets = AssetRoot::new(folder, budget);
+    let mut world = build(text, path, &mut assets)?;
+    assets.finish_world(&mut world)?;
     Ok(world)
 }
 
 /// The world in a file.
-pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<World, FormatError> {
-    let Source { path, bytes, .. } = source;
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World, FormatError> {
+    let InputFile { path, bytes, .. } = source;
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let line = line_of(bytes, error.valid_up_to());
         FormatError::line(path, line, "not UTF-8 text")
     })?;
-    build(text, path, folder)
+    build(text, path, assets)
 }
 
-fn build(text: &str, path: &Path, folder: &mut Folder) -> Result<World, FormatError> {
-    let mut node = node(text, path)?;
-    end_at_nothing(&mut node);
+fn build(text: &str, path: &Path, assets: &mut AssetRoot) -> Result<World, FormatError> {
+    let mut node = parse_tree(text, path)?;
+    truncate_after_empty(&mut node);
     let file: WorldFile =
-        schema::from_node(&node).map_err(|e| located(e.into(), &node, text, path))?;
-    file.build(folder)
-        .map_err(|error| located(error, &node, text, path))
+        schema::from_value(&node).map_err(|e| with_line(e.into(), &node, text, path))?;
+    file.build(assets)
+        .map_err(|error| with_line(error, &node, text, path))
 }
 
 /// Leaves out the objects after one that says nothing. That one is an error, and a file of little else would take memory
 /// for all that an object can say, hundreds of times its own size.
-fn end_at_nothing(node: &mut Node) {
+fn truncate_after_empty(node: &mut SpannedValue) {
     let Value::Table(entries) = &mut node.value else {
         return;
     };
     let objects = entries.iter_mut().find(|entry| entry.key == "object");
-    if let Some(Entry { node, .. }) = objects
+    if let Some(Entry { value: node, .. }) = objects
         && let Value::List(items) = &mut node.value
         && let Some(first) = (items.iter())
             .position(|item| matches!(&item.value, Value::Table(said) if said.is_empty()))
@@ -66,28 +67,28 @@ fn end_at_nothing(node: &mut Node) {
 }
 
 /// The tree of a TOML text.
-fn node(text: &str, path: &Path) -> Result<Node, FormatError> {
-    match in_pieces(text, path) {
+fn parse_tree(text: &str, path: &Path) -> Result<SpannedValue, FormatError> {
+    match parse_in_pieces(text, path) {
         Some(node) => Ok(node),
         // All at once: the text may be short, or an error is to be told as it is.
-        None => piece(text, 0..text.len(), path),
+        None => parse_piece(text, 0..text.len(), path),
     }
 }
 
 /// The least that is parsed at once of a text with many objects: what TOML is parsed into takes a kilobyte and more for each
 /// table, several times what is made of it here.
-const PIECE: usize = 1 << 16;
+const PIECE_BYTES: usize = 1 << 16;
 
 /// The tree of a text, whose objects are parsed some at a time; `None` where that is not how it is written.
-fn in_pieces(text: &str, path: &Path) -> Option<Node> {
+fn parse_in_pieces(text: &str, path: &Path) -> Option<SpannedValue> {
     const OBJECT: &str = "[[object]]";
-    if text.len() < 2 * PIECE {
+    if text.len() < 2 * PIECE_BYTES {
         return None;
     }
     // In a text of several lines, this line may be no header: then neither the piece that it ends nor the text has an end.
     let mut headers = text.match_indices(OBJECT).map(|(at, _)| at);
     let mut start = headers.find(|&at| begins_line(text, at))?;
-    let mut root = piece(text, 0..start, path).ok()?;
+    let mut root = parse_piece(text, 0..start, path).ok()?;
     let Value::Table(entries) = &mut root.value else {
         return None;
     };
@@ -95,16 +96,16 @@ fn in_pieces(text: &str, path: &Path) -> Option<Node> {
         return None;
     }
     while start < text.len() {
-        let end = headers.find(|&at| at >= start + PIECE && begins_line(text, at));
+        let end = headers.find(|&at| at >= start + PIECE_BYTES && begins_line(text, at));
         let end = end.unwrap_or(text.len());
-        let Value::Table(more) = piece(text, start..end, path).ok()?.value else {
+        let Value::Table(more) = parse_piece(text, start..end, path).ok()?.value else {
             return None;
         };
         for entry in more {
             match entries.iter_mut().find(|known| known.key == entry.key) {
                 None => entries.push(entry),
                 Some(known) if known.key == "object" => {
-                    match (&mut known.node.value, entry.node.value) {
+                    match (&mut known.value.value, entry.value.value) {
                         (Value::List(items), Value::List(more)) => items.extend(more),
                         _ => return None,
                     }
@@ -125,7 +126,7 @@ fn begins_line(text: &str, at: usize) -> bool {
 }
 
 /// The tree of a part of a TOML text, which is one by itself.
-fn piece(text: &str, range: Range<usize>, path: &Path) -> Result<Node, FormatError> {
+fn parse_piece(text: &str, range: Range<usize>, path: &Path) -> Result<SpannedValue, FormatError> {
     let start = range.start;
     let table = DeTable::parse(&text[range.clone()]).map_err(|error| {
         let at = error.span().map_or(range.end, |span| start + span.start);
@@ -136,44 +137,44 @@ fn piece(text: &str, range: Range<usize>, path: &Path) -> Result<Node, FormatErr
         )
     })?;
     let span = table.span();
-    let read = Piece { text, start, path };
+    let read = TextPiece { text, start, path };
     read.table(table.into_inner(), span)
 }
 
 /// A part of a text that becomes a tree.
-struct Piece<'a> {
+struct TextPiece<'a> {
     text: &'a str,
     /// Where in the text it begins.
     start: usize,
     path: &'a Path,
 }
 
-impl Piece<'_> {
-    fn place(&self, span: Range<usize>) -> Range<usize> {
+impl TextPiece<'_> {
+    fn shift_span(&self, span: Range<usize>) -> Range<usize> {
         self.start + span.start..self.start + span.end
     }
 
-    fn table(&self, table: DeTable<'_>, span: Range<usize>) -> Result<Node, FormatError> {
+    fn table(&self, table: DeTable<'_>, span: Range<usize>) -> Result<SpannedValue, FormatError> {
         let mut entries = Vec::with_capacity(table.len());
         for (key, value) in table {
             entries.push(Entry {
                 key: key.get_ref().to_string(),
-                key_span: Some(self.place(key.span())),
-                node: self.value(value)?,
+                key_span: Some(self.shift_span(key.span())),
+                value: self.value(value)?,
             });
         }
         // As written, not by name.
         entries.sort_by_key(|entry| entry.key_span.as_ref().map(|span| span.start));
-        Ok(Node {
+        Ok(SpannedValue {
             value: Value::Table(entries),
-            span: Some(self.place(span)),
+            span: Some(self.shift_span(span)),
         })
     }
 
     /// Takes the value, so that not all of them are there twice.
-    fn value(&self, spanned: Spanned<DeValue<'_>>) -> Result<Node, FormatError> {
+    fn value(&self, spanned: Spanned<DeValue<'_>>) -> Result<SpannedValue, FormatError> {
         let span = spanned.span();
-        let place = self.place(span.clone());
+        let place = self.shift_span(span.clone());
         let fail = |message: String| {
             let line = line_of(self.text.as_bytes(), place.start);
             Err(FormatError::line(self.path, line, message))
@@ -198,7 +199,7 @@ impl Piece<'_> {
             }
             DeValue::Table(table) => return self.table(table, span),
         };
-        Ok(Node {
+        Ok(SpannedValue {
             value,
             span: Some(place),
         })
@@ -206,7 +207,7 @@ impl Piece<'_> {
 }
 
 /// An error of the schema with the line it is about.
-fn located(error: FormatError, node: &Node, text: &str, file: &Path) -> FormatError {
+fn with_line(error: FormatError, node: &SpannedValue, text: &str, file: &Path) -> FormatError {
     match error {
         FormatError::Scene {
             path: None,

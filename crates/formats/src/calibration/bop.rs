@@ -7,44 +7,52 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
-use crate::calibration::document::At;
-use crate::calibration::document::number_format::{joined, number, quoted, rows3};
+use crate::calibration::document::Cursor;
+use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
 use crate::calibration::document::yaml;
-use crate::calibration::{Calibration, Known, Pose, Record, Rotation, Written, text};
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation, text};
 use crate::error::FormatError;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 
-pub(super) fn is(_: &Path, text: &str) -> bool {
+pub(super) fn detect(_: &Path, text: &str) -> bool {
     text.contains("\"cam_K\"") || text.contains("\"depth_scale\"") && text.contains("\"fx\"")
 }
 
-pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibration, FormatError> {
+pub(super) fn read(
+    source: &InputFile,
+    _: &mut AssetRoot,
+    _: &ReadHints,
+) -> Result<Calibration, FormatError> {
     let node = yaml::parse(text(source)?, &source.path)?;
-    let root = At::root(&node, &source.path);
+    let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
-    let scale = |at: &At<'_>| at.get("depth_scale").map(|at| at.number()).transpose();
+    let scale = |at: &Cursor<'_>| at.get("depth_scale").map(|at| at.number()).transpose();
     if root.get("fx").is_some() {
         calibration.notices =
-            root.unread(&["fx", "fy", "cx", "cy", "width", "height", "depth_scale"]);
-        let get = |key: &str| root.need(key)?.number();
-        let mut record = Record::new("camera", PixelCenter::Integer);
+            root.unknown_keys(&["fx", "fy", "cx", "cy", "width", "height", "depth_scale"]);
+        let get = |key: &str| root.require(key)?.number();
+        let mut record = CameraRecord::new("camera", PixelCenter::Integer);
         record.k = Some(DMat3::from_cols(
             DVec3::new(get("fx")?, 0.0, 0.0),
             DVec3::new(0.0, get("fy")?, 0.0),
             DVec3::new(get("cx")?, get("cy")?, 1.0),
         ));
-        record.size = Some([root.need("width")?.count()?, root.need("height")?.count()?]);
+        record.size = Some([
+            root.require("width")?.count()?,
+            root.require("height")?.count()?,
+        ]);
         record.depth_scale = scale(&root)?;
         calibration.records.push(record);
         return Ok(calibration);
     }
     let mut unread = std::collections::BTreeMap::<String, usize>::new();
     for (name, image) in root.entries()? {
-        let mut record = Record::new(name, PixelCenter::Integer);
-        record.k = Some(image.need("cam_K")?.matrix3()?);
+        let mut record = CameraRecord::new(name, PixelCenter::Integer);
+        record.k = Some(image.require("cam_K")?.matrix3()?);
         record.depth_scale = scale(&image)?;
         if let Some(r) = image.get("cam_R_w2c") {
-            let t = DVec3::from_array(image.need("cam_t_w2c")?.array::<3>()?);
+            let t = DVec3::from_array(image.require("cam_t_w2c")?.array::<3>()?);
             record.pose = Some(Pose::camera_from_world(
                 Rotation::Matrix(r.matrix3()?),
                 t / 1000.0,
@@ -74,7 +82,7 @@ fn millimetres(metres: f64) -> f64 {
         .unwrap_or(near)
 }
 
-pub(super) fn write(records: &[Record], path: &Path) -> Result<Written, FormatError> {
+pub(super) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles, FormatError> {
     let format = "BOP's scene_camera.json";
     let single = path.file_name().is_some_and(|name| name == "camera.json");
     if single {
@@ -83,7 +91,7 @@ pub(super) fn write(records: &[Record], path: &Path) -> Result<Written, FormatEr
     let mut text = String::from("{");
     let mut notices = Vec::new();
     for (i, record) in records.iter().enumerate() {
-        record.need_pinhole(format)?;
+        record.require_pinhole(format)?;
         let id = match record.name.parse::<u32>() {
             Ok(id) if id.to_string() == record.name => id.to_string(),
             _ => {
@@ -97,35 +105,35 @@ pub(super) fn write(records: &[Record], path: &Path) -> Result<Written, FormatEr
             text,
             "{between}\n  {}: {{\"cam_K\": [{}]",
             quoted(&id),
-            joined(&rows3(k), ", ")
+            joined(&matrix_rows3(k), ", ")
         );
         if record.pose.is_some() || record.matrix.is_some() {
-            let (r, t) = record.need_pose()?.r_t();
+            let (r, t) = record.require_pose()?.r_t();
             let t = t.to_array().map(millimetres);
             let _ = write!(
                 text,
                 ", \"cam_R_w2c\": [{}]",
-                joined(&rows3(r.matrix()), ", ")
+                joined(&matrix_rows3(r.matrix()), ", ")
             );
             let _ = write!(text, ", \"cam_t_w2c\": [{}]", joined(&t, ", "));
         }
         let _ = write!(
             text,
             ", \"depth_scale\": {}}}",
-            number(record.depth_scale.unwrap_or(1.0))
+            yaml_float(record.depth_scale.unwrap_or(1.0))
         );
     }
     text += "\n}\n";
     notices.push(format!(
         "{format} has no picture sizes; they are not written"
     ));
-    Ok(Written {
+    Ok(OutputFiles {
         notices,
-        ..Written::one(text)
+        ..OutputFiles::one(text)
     })
 }
 
-fn write_camera(records: &[Record]) -> Result<Written, FormatError> {
+fn write_camera(records: &[CameraRecord]) -> Result<OutputFiles, FormatError> {
     let format = "BOP's camera.json";
     let [record] = records else {
         return Err(FormatError::Encode(format!(
@@ -133,12 +141,12 @@ fn write_camera(records: &[Record]) -> Result<Written, FormatError> {
             records.len()
         )));
     };
-    record.need_pinhole(format)?;
+    record.require_pinhole(format)?;
     let focals = record.focals_with(PixelCenter::Integer, format)?;
-    let [width, height] = record.need_size(format)?;
-    let [fx, fy, cx, cy] = focals.map(number);
-    let scale = number(record.depth_scale.unwrap_or(1.0));
-    Ok(Written::one(format!(
+    let [width, height] = record.require_size(format)?;
+    let [fx, fy, cx, cy] = focals.map(yaml_float);
+    let scale = yaml_float(record.depth_scale.unwrap_or(1.0));
+    Ok(OutputFiles::one(format!(
         "{{\n  \"cx\": {cx},\n  \"cy\": {cy},\n  \"depth_scale\": {scale},\n  \"fx\": {fx},\n  \"fy\": {fy},\n  \
          \"height\": {height},\n  \"width\": {width}\n}}\n"
     )))

@@ -10,13 +10,14 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
-use crate::calibration::document::At;
-use crate::calibration::document::number_format::{joined, quoted, rows34};
+use crate::calibration::document::Cursor;
+use crate::calibration::document::number_format::{joined, matrix_rows34, quoted};
 use crate::calibration::document::yaml;
 use crate::calibration::rig_mount::{one_rig, poses_on_one_rig};
-use crate::calibration::{Calibration, Known, Pose, Record, Rotation, Written, text};
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation, text};
 use crate::error::FormatError;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 
 const KEYS: [&str; 10] = [
     "camera_model",
@@ -31,13 +32,17 @@ const KEYS: [&str; 10] = [
     "rostopic",
 ];
 
-pub(super) fn is(_: &Path, text: &str) -> bool {
+pub(super) fn detect(_: &Path, text: &str) -> bool {
     text.contains("cam0:") && text.contains("camera_model")
 }
 
-pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibration, FormatError> {
+pub(super) fn read(
+    source: &InputFile,
+    _: &mut AssetRoot,
+    _: &ReadHints,
+) -> Result<Calibration, FormatError> {
     let node = yaml::parse(text(source)?, &source.path)?;
-    let root = At::root(&node, &source.path);
+    let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
     let cameras: Vec<_> = root.entries()?;
     let all_have = |key: &str| cameras.iter().all(|(_, camera)| camera.get(key).is_some());
@@ -47,17 +52,19 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
         if name != format!("cam{i}") {
             return Err(camera.fail(format_args!("expected cam{i} here")));
         }
-        calibration.notices.extend(camera.unread(&KEYS));
-        let mut record = Record::new(name, PixelCenter::Integer);
-        let [width, height] = camera.need("resolution")?.array::<2>()?;
+        calibration.notices.extend(camera.unknown_keys(&KEYS));
+        let mut record = CameraRecord::new(name, PixelCenter::Integer);
+        let [width, height] = camera.require("resolution")?.array::<2>()?;
         let whole = |v: f64| v.fract() == 0.0 && (1.0..65537.0).contains(&v);
         if !(whole(width) && whole(height)) {
-            return Err(camera.need("resolution")?.fail("expected columns and rows"));
+            return Err(camera
+                .require("resolution")?
+                .fail("expected columns and rows"));
         }
         record.size = Some([width as u32, height as u32]);
         (record.k, record.lens) = intrinsics(&camera)?;
         let matrix = |key: &str| {
-            let (r, t) = camera.need(key)?.matrix4()?;
+            let (r, t) = camera.require(key)?.matrix4()?;
             Ok::<_, FormatError>((Rotation::Matrix(r), t))
         };
         let pose = |key: &str| matrix(key).map(|(r, t)| Pose::camera_from_world(r, t));
@@ -70,11 +77,11 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
             before.clone()
         } else {
             let mut step = pose("T_cn_cnm1")?;
-            step.mend();
-            step.after(&before)
+            step.orthonormalize();
+            step.compose(&before)
         };
         record.pose = Some(here.clone());
-        here.mend();
+        here.orthonormalize();
         before = here;
         calibration.records.push(record);
     }
@@ -83,9 +90,9 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
 }
 
 /// K and the lens.
-fn intrinsics(camera: &At<'_>) -> Result<(Option<DMat3>, Lens), FormatError> {
-    let model = camera.need("camera_model")?;
-    let values = camera.need("intrinsics")?;
+fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens), FormatError> {
+    let model = camera.require("camera_model")?;
+    let values = camera.require("intrinsics")?;
     let distortion = camera
         .get("distortion_model")
         .map_or(Ok("none"), |at| at.word())?;
@@ -133,7 +140,7 @@ fn intrinsics(camera: &At<'_>) -> Result<(Option<DMat3>, Lens), FormatError> {
     Ok((Some(k), lens))
 }
 
-pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     let format = "Kalibr's camchain";
     let mut text = String::new();
     let mut notices = Vec::new();
@@ -155,17 +162,17 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
                 Some((LensModel::Eucm, d)) => ("eucm", d, "none", &[]),
                 Some((LensModel::DoubleSphere, d)) => ("ds", d, "none", &[]),
                 Some((model, d)) => {
-                    return Err(record.cannot(
+                    return Err(record.unsupported_error(
                         format,
                         &format!("the {} lens, distortion {d:?}", model.name()),
                     ));
                 }
             };
-        let [width, height] = record.need_size(format)?;
+        let [width, height] = record.require_size(format)?;
         let matrix = |name: &str, pose: &Pose| {
             let (r, t) = pose.r_t();
             let mut block = format!("  {name}:\n");
-            for row in rows34(r.matrix(), t) {
+            for row in matrix_rows34(r.matrix(), t) {
                 let _ = writeln!(block, "  - [{}]", joined(&row, ", "));
             }
             block + "  - [0.0, 0.0, 0.0, 1.0]\n"
@@ -174,7 +181,7 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
         block += &matrix("T_cam_imu", &pose);
         if let Some(before) = &before {
             let (r, t) = before.world_r_c();
-            block += &matrix("T_cn_cnm1", &pose.after(&Pose::camera_from_world(r, t)));
+            block += &matrix("T_cn_cnm1", &pose.compose(&Pose::camera_from_world(r, t)));
         }
         let _ = writeln!(block, "  camera_model: {model}");
         let _ = writeln!(
@@ -203,8 +210,8 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
         }
         before = Some(pose);
     }
-    Ok(Written {
+    Ok(OutputFiles {
         notices,
-        ..Written::one(text)
+        ..OutputFiles::one(text)
     })
 }

@@ -10,15 +10,16 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use glam::{DMat3, DVec3};
 
-use super::tum::{has, lines, numbers};
-use super::{Calibration, Known, Pose, Record, Rotation, Written, text};
-use crate::calibration::document::number_format::{joined, rows34};
+use super::tum::{lines, looks_like, numbers};
+use super::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation, text};
+use crate::calibration::document::number_format::{joined, matrix_rows34};
 use crate::calibration::document::rigid;
 use crate::calibration::rig_mount::{one_rig, poses_on_one_rig};
 use crate::error::FormatError;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 
-pub(super) fn is(_: &Path, text: &str) -> bool {
+pub(super) fn detect(_: &Path, text: &str) -> bool {
     lines(text).any(|(_, line)| {
         ["P0:", "P2:", "P_rect_00:", "K_00:"]
             .iter()
@@ -26,11 +27,15 @@ pub(super) fn is(_: &Path, text: &str) -> bool {
     })
 }
 
-pub(super) fn is_poses(_: &Path, text: &str) -> bool {
-    has(text, 12)
+pub(super) fn detect_poses(_: &Path, text: &str) -> bool {
+    looks_like(text, 12)
 }
 
-pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibration, FormatError> {
+pub(super) fn read(
+    source: &InputFile,
+    _: &mut AssetRoot,
+    _: &ReadHints,
+) -> Result<Calibration, FormatError> {
     let path = &source.path;
     let mut calibration = Calibration::default();
     let mut rows: Vec<(&str, usize, &str)> = Vec::new();
@@ -54,7 +59,7 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
             .strip_prefix("K_")
             .or_else(|| key.strip_prefix("P_rect_"));
         if let Some(number) = number.filter(|_| key.starts_with("K_")) {
-            let mut record = Record::new(number, PixelCenter::Integer);
+            let mut record = CameraRecord::new(number, PixelCenter::Integer);
             let k = DMat3::from_cols_array(&numbers::<9>(path, line, values)?).transpose();
             record.k = Some(k);
             if let Some(&(_, line, values)) = find(format!("D_{number}")) {
@@ -80,7 +85,7 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
                     .push(format!("{key} (line {line}) is 0 and left out"));
                 continue;
             }
-            let mut record = Record::new(key, PixelCenter::Integer);
+            let mut record = CameraRecord::new(key, PixelCenter::Integer);
             record.matrix = Some([0, 1, 2].map(|i| [0, 1, 2, 3].map(|j| m[4 * i + j])));
             if let Some(number) = number {
                 record.size = size(path, find(format!("S_rect_{number}")))?;
@@ -120,7 +125,7 @@ fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2
     Ok(Some(size.map(|v| v as u32)))
 }
 
-pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     if records.len() > 10 {
         return Err(FormatError::Encode(format!(
             "a KITTI calibration holds the cameras of one rig, P0 to P9; {} given",
@@ -133,17 +138,18 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
     let mut poses = vec![];
     if records.iter().all(|record| record.mount.is_some()) {
         poses = poses_on_one_rig(records, format, &mut notices)?;
-        let moved = |record: &Record| record.mount.as_ref().is_some_and(|m| !m.body.is_identity());
+        let moved =
+            |record: &CameraRecord| record.mount.as_ref().is_some_and(|m| !m.body.is_identity());
         if poses[0].r_c().0 != DMat3::IDENTITY {
             // Its axes are those of the first camera.
             let first = poses[0].inverted();
-            poses = poses.iter().map(|pose| pose.after(&first)).collect();
+            poses = poses.iter().map(|pose| pose.compose(&first)).collect();
         } else if !records.iter().any(moved) {
             poses.clear();
         }
     }
     for (i, record) in records.iter().enumerate() {
-        record.need_pinhole(format)?;
+        record.require_pinhole(format)?;
         let matrix = match record.matrix {
             Some(matrix) if poses.is_empty() && record.pixel_center == PixelCenter::Integer => {
                 matrix
@@ -152,10 +158,10 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
                 let k = record.k_with(PixelCenter::Integer, format)?;
                 let pose = match poses.get(i) {
                     Some(pose) => pose.clone(),
-                    None => record.need_pose()?,
+                    None => record.require_pose()?,
                 };
                 let (r, t) = pose.r_t();
-                rows34(k * r.matrix(), k * t)
+                matrix_rows34(k * r.matrix(), k * t)
             }
         };
         text += &format!("P{i}: {}\n", joined(matrix.as_flattened(), " "));
@@ -167,20 +173,20 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
         }
     }
     notices.push("a KITTI calibration has no picture sizes; they are not written".into());
-    Ok(Written {
+    Ok(OutputFiles {
         notices,
-        ..Written::one(text)
+        ..OutputFiles::one(text)
     })
 }
 
 pub(super) fn read_poses(
-    source: &Source,
-    _: &mut Folder,
-    _: &Known,
+    source: &InputFile,
+    _: &mut AssetRoot,
+    _: &ReadHints,
 ) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
     for (i, (line, row)) in lines(text(source)?).enumerate() {
-        let mut record = Record::new(format!("{i:06}"), PixelCenter::Integer);
+        let mut record = CameraRecord::new(format!("{i:06}"), PixelCenter::Integer);
         let (r, c) = rigid(&numbers(&source.path, line, row)?);
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         calibration.records.push(record);
@@ -188,16 +194,19 @@ pub(super) fn read_poses(
     Ok(calibration)
 }
 
-pub(super) fn write_poses(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+pub(super) fn write_poses(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     let mut text = String::new();
     for record in records {
-        let (r, c) = record.need_pose()?.world_r_c();
-        text += &format!("{}\n", joined(rows34(r.matrix(), c).as_flattened(), " "));
+        let (r, c) = record.require_pose()?.world_r_c();
+        text += &format!(
+            "{}\n",
+            joined(matrix_rows34(r.matrix(), c).as_flattened(), " ")
+        );
     }
-    Ok(Written {
+    Ok(OutputFiles {
         notices: vec![
             "KITTI poses hold poses alone; names, sizes, K and lens are not written".into(),
         ],
-        ..Written::one(text)
+        ..OutputFiles::one(text)
     })
 }

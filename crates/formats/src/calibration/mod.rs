@@ -1,7 +1,7 @@
 //! Calibrations and poses: cameras from the files that other tools write, and back.
 //!
 //! Every format is a row of one table: its name, how it is recognised, its reader and its writer. Between them stands
-//! [`Record`], which keeps numbers the way the file has them, so that what is read is written back to the last bit.
+//! [`CameraRecord`], which keeps numbers the way the file has them, so that what is read is written back to the last bit.
 
 mod bop;
 mod colmap;
@@ -19,40 +19,41 @@ mod tum;
 use std::path::{Path, PathBuf};
 
 pub use self::pose::{Pose, Rotation};
-pub use self::record::Record;
+pub use self::record::CameraRecord;
 use crate::budget::Budget;
-pub use crate::calibration::rig_mount::Mount;
+pub use crate::calibration::rig_mount::RigMount;
 use crate::error::FormatError;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 
 /// What a file of cameras holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Calibration {
     /// The cameras, in the order of the file.
-    pub records: Vec<Record>,
+    pub records: Vec<CameraRecord>,
     /// What was left out or mended, in words.
     pub notices: Vec<String>,
 }
 
 /// What a format does not say, and the reader is told: trajectories have no intrinsics, some files no size.
 #[derive(Clone, Debug, Default)]
-pub struct Known {
+pub struct ReadHints {
     /// Columns and rows, where the file has none.
     pub size: Option<[u32; 2]>,
     /// The camera whose size, K and lens the poses get, where the file has none.
-    pub intrinsics: Option<Record>,
+    pub intrinsics: Option<CameraRecord>,
 }
 
 /// Files to write: their names, relative to where the calibration is to be ("" for that path itself), and bytes.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Written {
+pub struct OutputFiles {
     /// The files.
     pub files: Vec<(String, Vec<u8>)>,
     /// What the format holds in another way, in words.
     pub notices: Vec<String>,
 }
 
-impl Written {
+impl OutputFiles {
     fn one(text: String) -> Self {
         Self {
             files: vec![(String::new(), text.into_bytes())],
@@ -61,98 +62,98 @@ impl Written {
     }
 }
 
-type Read = fn(&Source, &mut Folder, &Known) -> Result<Calibration, FormatError>;
-type Write = fn(&[Record], &Path) -> Result<Written, FormatError>;
+type Read = fn(&InputFile, &mut AssetRoot, &ReadHints) -> Result<Calibration, FormatError>;
+type Write = fn(&[CameraRecord], &Path) -> Result<OutputFiles, FormatError>;
 
 /// A format of calibrations or poses.
-struct Format {
+struct CalibrationFormat {
     name: &'static str,
     /// Whether a file looks like it, by its name and its text (empty for binary files and folders).
-    is: fn(&Path, &str) -> bool,
+    detect: fn(&Path, &str) -> bool,
     read: Read,
     write: Write,
     /// Whether it says which cameras stand on a rig.
-    rigs: bool,
+    supports_rigs: bool,
 }
 
 /// Every format; the first that recognises a file reads it.
-const FORMATS: &[Format] = &[
-    Format {
+const FORMATS: &[CalibrationFormat] = &[
+    CalibrationFormat {
         name: "colmap",
-        is: colmap::text::is,
+        detect: colmap::text::detect,
         read: colmap::text::read,
         write: colmap::text::write,
-        rigs: true,
+        supports_rigs: true,
     },
-    Format {
+    CalibrationFormat {
         name: "colmap-binary",
-        is: colmap::binary::is,
+        detect: colmap::binary::detect,
         read: colmap::binary::read,
         write: colmap::binary::write,
-        rigs: true,
+        supports_rigs: true,
     },
-    Format {
+    CalibrationFormat {
         name: "kalibr",
-        is: kalibr::is,
+        detect: kalibr::detect,
         read: kalibr::read,
         write: kalibr::write,
-        rigs: true,
+        supports_rigs: true,
     },
-    Format {
+    CalibrationFormat {
         name: "ros",
-        is: ros::is,
+        detect: ros::detect,
         read: ros::read,
         write: ros::write,
-        rigs: false,
+        supports_rigs: false,
     },
-    Format {
+    CalibrationFormat {
         name: "nerf",
-        is: nerf::is,
+        detect: nerf::detect,
         read: nerf::read,
         write: nerf::write,
-        rigs: false,
+        supports_rigs: false,
     },
-    Format {
+    CalibrationFormat {
         name: "blender",
-        is: nerf::is_blender,
+        detect: nerf::detect_blender,
         read: nerf::read,
         write: nerf::write_blender,
-        rigs: false,
+        supports_rigs: false,
     },
-    Format {
+    CalibrationFormat {
         name: "bop",
-        is: bop::is,
+        detect: bop::detect,
         read: bop::read,
         write: bop::write,
-        rigs: false,
+        supports_rigs: false,
     },
-    Format {
+    CalibrationFormat {
         name: "opencv",
-        is: opencv::read::is,
+        detect: opencv::read::detect,
         read: opencv::read::read,
         write: opencv::write::write,
-        rigs: false,
+        supports_rigs: false,
     },
-    Format {
+    CalibrationFormat {
         name: "kitti",
-        is: kitti::is,
+        detect: kitti::detect,
         read: kitti::read,
         write: kitti::write,
-        rigs: true,
+        supports_rigs: true,
     },
-    Format {
+    CalibrationFormat {
         name: "kitti-poses",
-        is: kitti::is_poses,
+        detect: kitti::detect_poses,
         read: kitti::read_poses,
         write: kitti::write_poses,
-        rigs: false,
+        supports_rigs: false,
     },
-    Format {
+    CalibrationFormat {
         name: "tum",
-        is: tum::is,
+        detect: tum::detect,
         read: tum::read,
         write: tum::write,
-        rigs: false,
+        supports_rigs: false,
     },
 ];
 
@@ -162,17 +163,17 @@ pub fn formats() -> impl Iterator<Item = &'static str> {
 }
 
 /// The same in a sentence.
-fn listed() -> String {
+fn format_list() -> String {
     formats().collect::<Vec<_>>().join(", ")
 }
 
-fn find(name: &str) -> Result<&'static Format, FormatError> {
+fn format_named(name: &str) -> Result<&'static CalibrationFormat, FormatError> {
     FORMATS
         .iter()
         .find(|format| format.name == name)
         .ok_or_else(|| {
             let hint = raycam_scene::suggestion(name, formats());
-            let known = listed();
+            let known = format_list();
             FormatError::Encode(format!(
                 "no calibration format is called {name:?}{hint} (there are: {known})"
             ))
@@ -188,12 +189,12 @@ fn find(name: &str) -> Result<&'static Format, FormatError> {
 pub fn read(
     path: &Path,
     format: Option<&str>,
-    known: &Known,
+    known: &ReadHints,
     budget: &Budget,
 ) -> Result<Calibration, FormatError> {
-    let format = format.map(find).transpose()?;
+    let format = format.map(format_named).transpose()?;
     if path.is_dir() {
-        let mut folder = Folder::new(path, budget);
+        let mut assets = AssetRoot::new(path, budget);
         let first = ["cameras.txt", "cameras.bin"]
             .into_iter()
             .find(|name| path.join(name).exists());
@@ -203,12 +204,12 @@ pub fn read(
                 "a folder without cameras.txt and cameras.bin; expected a COLMAP model, or a file",
             ));
         };
-        let source = folder.follow(Path::new(""), first)?;
-        return decode_in(source, format, known, &mut folder);
+        let source = assets.read_reference(Path::new(""), first)?;
+        return decode_in(source, format, known, &mut assets);
     }
-    let mut folder = Folder::around(path, budget);
-    let source = folder.read(path)?;
-    decode_in(source, format, known, &mut folder)
+    let mut assets = AssetRoot::containing(path, budget);
+    let source = assets.read(path)?;
+    decode_in(source, format, known, &mut assets)
 }
 
 /// The cameras in the bytes of a single file. `path` names it in errors; nothing else is read.
@@ -219,29 +220,34 @@ pub fn decode(
     bytes: Vec<u8>,
     path: &Path,
     format: Option<&str>,
-    known: &Known,
+    known: &ReadHints,
     budget: &Budget,
 ) -> Result<Calibration, FormatError> {
-    let mut folder = Folder::around(path, budget);
-    folder.budget.take_bytes(path, bytes.len() as u64)?;
-    let source = Source::new(path, bytes);
-    decode_in(source, format.map(find).transpose()?, known, &mut folder)
+    let mut assets = AssetRoot::containing(path, budget);
+    assets.budget.take_bytes(path, bytes.len() as u64)?;
+    let source = InputFile::new(path, bytes);
+    decode_in(
+        source,
+        format.map(format_named).transpose()?,
+        known,
+        &mut assets,
+    )
 }
 
 fn decode_in(
-    source: Source,
-    format: Option<&'static Format>,
-    known: &Known,
-    folder: &mut Folder,
+    source: InputFile,
+    format: Option<&'static CalibrationFormat>,
+    known: &ReadHints,
+    assets: &mut AssetRoot,
 ) -> Result<Calibration, FormatError> {
     let text = std::str::from_utf8(&source.bytes).unwrap_or("");
     let found = format.or_else(|| {
         FORMATS
             .iter()
-            .find(|format| (format.is)(&source.path, text))
+            .find(|format| (format.detect)(&source.path, text))
     });
     let Some(format) = found else {
-        let known = listed();
+        let known = format_list();
         return Err(FormatError::unsupported(
             &source.path,
             format!(
@@ -250,7 +256,7 @@ fn decode_in(
             ),
         ));
     };
-    let mut calibration = (format.read)(&source, folder, known)?;
+    let mut calibration = (format.read)(&source, assets, known)?;
     if calibration.records.is_empty() {
         return Err(FormatError::whole(
             &source.path,
@@ -258,8 +264,8 @@ fn decode_in(
         ));
     }
     for record in &mut calibration.records {
-        record.complete(known, &source.path)?;
-        if let Some(notice) = record.mend() {
+        record.fill_missing(known, &source.path)?;
+        if let Some(notice) = record.orthonormalize() {
             calibration.notices.push(notice);
         }
     }
@@ -270,23 +276,30 @@ fn decode_in(
 ///
 /// # Errors
 /// [`FormatError::Encode`] names what the format cannot hold.
-pub fn write(records: &[Record], path: &Path, format: &str) -> Result<Written, FormatError> {
-    let format = find(format)?;
+pub fn write(
+    records: &[CameraRecord],
+    path: &Path,
+    format: &str,
+) -> Result<OutputFiles, FormatError> {
+    let format = format_named(format)?;
     if records.is_empty() {
         return Err(FormatError::Encode("no camera to write".into()));
     }
     let mut written = (format.write)(records, path)?;
-    for record in records.iter().filter(|record| !record.lost.is_empty()) {
+    for record in records
+        .iter()
+        .filter(|record| !record.unsupported.is_empty())
+    {
         written.notices.push(format!(
             "camera {:?}: its {} not written: calibration files hold K, a lens and one pose; world files hold all of it",
             record.name,
-            match record.lost[..] {
+            match record.unsupported[..] {
                 [one] => format!("{one} is"),
-                _ => format!("{} are", record.lost.join(" and ")),
+                _ => format!("{} are", record.unsupported.join(" and ")),
             }
         ));
     }
-    if !format.rigs && records.iter().any(|record| record.mount.is_some()) {
+    if !format.supports_rigs && records.iter().any(|record| record.mount.is_some()) {
         written.notices.push(format!(
             "{} does not say which cameras stand on a rig; they are where they stand in the world",
             format.name
@@ -296,7 +309,7 @@ pub fn write(records: &[Record], path: &Path, format: &str) -> Result<Written, F
 }
 
 /// The text of a file, or where it is none.
-fn text(source: &Source) -> Result<&str, FormatError> {
+fn text(source: &InputFile) -> Result<&str, FormatError> {
     std::str::from_utf8(&source.bytes)
         .map_err(|error| FormatError::byte(&source.path, error.valid_up_to(), "not UTF-8 text"))
 }

@@ -8,12 +8,13 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
-use crate::calibration::document::At;
-use crate::calibration::document::number_format::{joined, number, quoted, rows34};
+use crate::calibration::document::Cursor;
+use crate::calibration::document::number_format::{joined, matrix_rows34, quoted, yaml_float};
 use crate::calibration::document::yaml;
-use crate::calibration::{Calibration, Known, Pose, Record, Rotation, Written, text};
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation, text};
 use crate::error::FormatError;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 
 /// Keys of intrinsics, for all or for one frame.
 const INTRINSICS: [&str; 16] = [
@@ -58,30 +59,30 @@ const ROOT: [&str; 10] = [
     "from_na",
 ];
 
-pub(super) fn is(_: &Path, text: &str) -> bool {
+pub(super) fn detect(_: &Path, text: &str) -> bool {
     text.contains("\"transform_matrix\"") && text.contains("\"frames\"")
 }
 
-pub(super) fn is_blender(_: &Path, _: &str) -> bool {
+pub(super) fn detect_blender(_: &Path, _: &str) -> bool {
     false // One reader for both; this row is a writer.
 }
 
 pub(super) fn read(
-    source: &Source,
-    _: &mut Folder,
-    known: &Known,
+    source: &InputFile,
+    _: &mut AssetRoot,
+    known: &ReadHints,
 ) -> Result<Calibration, FormatError> {
     let node = yaml::parse(text(source)?, &source.path)?;
-    let root = At::root(&node, &source.path);
+    let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration {
-        notices: root.unread(&[&INTRINSICS[..], &ROOT].concat()),
+        notices: root.unknown_keys(&[&INTRINSICS[..], &ROOT].concat()),
         ..Calibration::default()
     };
     let mut names = std::collections::HashSet::new();
-    for frame in root.need("frames")?.list()? {
+    for frame in root.require("frames")?.list()? {
         calibration
             .notices
-            .extend(frame.unread(&[&INTRINSICS[..], &FRAME].concat()));
+            .extend(frame.unknown_keys(&[&INTRINSICS[..], &FRAME].concat()));
         let file = frame.get("file_path").map(|at| at.word()).transpose()?;
         let count = calibration.records.len();
         let mut name = file.map_or_else(
@@ -92,19 +93,19 @@ pub(super) fn read(
             name = format!("{name}#{count}");
             names.insert(name.clone());
         }
-        let mut record = Record::new(name, PixelCenter::Half);
+        let mut record = CameraRecord::new(name, PixelCenter::Half);
         record.image = file.map(str::to_owned);
         record.time = frame.get("time").map(|at| at.number()).transpose()?;
         intrinsics(&mut record, &frame, &root, known)?;
-        let (gl, c) = frame.need("transform_matrix")?.matrix4()?;
-        record.pose = Some(Pose::world_from_camera(Rotation::Matrix(turned(gl)), c));
+        let (gl, c) = frame.require("transform_matrix")?.matrix4()?;
+        record.pose = Some(Pose::world_from_camera(Rotation::Matrix(flip_yz(gl)), c));
         calibration.records.push(record);
     }
     Ok(calibration)
 }
 
 /// OpenGL's axes of the camera to OpenCV's, and back.
-fn turned(world_from_camera: DMat3) -> DMat3 {
+fn flip_yz(world_from_camera: DMat3) -> DMat3 {
     DMat3::from_cols(
         world_from_camera.x_axis,
         -world_from_camera.y_axis,
@@ -113,10 +114,10 @@ fn turned(world_from_camera: DMat3) -> DMat3 {
 }
 
 fn intrinsics(
-    record: &mut Record,
-    frame: &At<'_>,
-    root: &At<'_>,
-    known: &Known,
+    record: &mut CameraRecord,
+    frame: &Cursor<'_>,
+    root: &Cursor<'_>,
+    known: &ReadHints,
 ) -> Result<(), FormatError> {
     let get = |key: &str| frame.get(key).or_else(|| root.get(key));
     let real = |key: &str| get(key).map(|at| at.number()).transpose();
@@ -168,7 +169,11 @@ fn upper(fx: f64, fy: f64, cx: f64, cy: f64) -> DMat3 {
     )
 }
 
-fn lens(record: &mut Record, frame: &At<'_>, root: &At<'_>) -> Result<(), FormatError> {
+fn lens(
+    record: &mut CameraRecord,
+    frame: &Cursor<'_>,
+    root: &Cursor<'_>,
+) -> Result<(), FormatError> {
     let get = |key: &str| frame.get(key).or_else(|| root.get(key));
     let at = get("camera_model").unwrap_or_else(|| root.clone());
     let mut values = [0.0; 6];
@@ -208,7 +213,7 @@ fn lens(record: &mut Record, frame: &At<'_>, root: &At<'_>) -> Result<(), Format
     Ok(())
 }
 
-pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     let mut text = String::from("{\n");
     let all: Result<Vec<String>, _> = records.iter().map(intrinsics_text).collect();
     let all = all?;
@@ -222,32 +227,34 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
         text += &frame(record, own, i)?;
     }
     text += "\n  ]\n}\n";
-    Ok(Written::one(text))
+    Ok(OutputFiles::one(text))
 }
 
 /// The keys of a camera's intrinsics.
-fn intrinsics_text(record: &Record) -> Result<String, FormatError> {
+fn intrinsics_text(record: &CameraRecord) -> Result<String, FormatError> {
     let format = "NeRF's transforms.json";
-    let [width, height] = record.need_size(format)?;
-    let [fx, fy, cx, cy] = record.focals_with(PixelCenter::Half, format)?.map(number);
+    let [width, height] = record.require_size(format)?;
+    let [fx, fy, cx, cy] = record
+        .focals_with(PixelCenter::Half, format)?
+        .map(yaml_float);
     let lens = match record.lens.coefficients() {
         None => "\"camera_model\": \"OPENCV\"".to_owned(),
         Some((LensModel::OpenCv, d)) if d.len() <= 5 || d[5..].iter().all(|v| *v == 0.0) => {
             let k3 = d.get(4).filter(|k3| **k3 != 0.0);
-            let k3 = k3.map_or(String::new(), |k3| format!(", \"k3\": {}", number(*k3)));
-            let [k1, k2, p1, p2] = [d[0], d[1], d[2], d[3]].map(number);
+            let k3 = k3.map_or(String::new(), |k3| format!(", \"k3\": {}", yaml_float(*k3)));
+            let [k1, k2, p1, p2] = [d[0], d[1], d[2], d[3]].map(yaml_float);
             format!(
                 "\"camera_model\": \"OPENCV\", \"k1\": {k1}, \"k2\": {k2}{k3}, \"p1\": {p1}, \"p2\": {p2}"
             )
         }
         Some((LensModel::Fisheye, d)) => {
-            let [k1, k2, k3, k4] = [d[0], d[1], d[2], d[3]].map(number);
+            let [k1, k2, k3, k4] = [d[0], d[1], d[2], d[3]].map(yaml_float);
             format!(
                 "\"camera_model\": \"OPENCV_FISHEYE\", \"k1\": {k1}, \"k2\": {k2}, \"k3\": {k3}, \"k4\": {k4}"
             )
         }
         Some((model, d)) => {
-            return Err(record.cannot(
+            return Err(record.unsupported_error(
                 format,
                 &format!("the {} lens, distortion {d:?}", model.name()),
             ));
@@ -258,11 +265,12 @@ fn intrinsics_text(record: &Record) -> Result<String, FormatError> {
     ))
 }
 
-fn frame(record: &Record, own: &str, i: usize) -> Result<String, FormatError> {
-    let (rotation, c) = record.need_pose()?.world_r_c();
-    let rows = rows34(turned(rotation.matrix()), c).map(|row| format!("[{}]", joined(&row, ", ")));
+fn frame(record: &CameraRecord, own: &str, i: usize) -> Result<String, FormatError> {
+    let (rotation, c) = record.require_pose()?.world_r_c();
+    let rows =
+        matrix_rows34(flip_yz(rotation.matrix()), c).map(|row| format!("[{}]", joined(&row, ", ")));
     let time = record.time.map_or(String::new(), |time| {
-        format!(", \"time\": {}", number(time))
+        format!(", \"time\": {}", yaml_float(time))
     });
     let file = quoted(record.image.as_deref().unwrap_or(&record.name));
     let between = if i == 0 { "" } else { "," };
@@ -273,19 +281,22 @@ fn frame(record: &Record, own: &str, i: usize) -> Result<String, FormatError> {
 }
 
 /// One angle, square pixels, the principal point in the middle, no lens.
-pub(super) fn write_blender(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+pub(super) fn write_blender(
+    records: &[CameraRecord],
+    _: &Path,
+) -> Result<OutputFiles, FormatError> {
     let format = "Blender-style JSON";
     let mut text = String::from("{\n");
     let mut angles = Vec::new();
     for record in records {
-        record.need_pinhole(format)?;
-        let [width, height] = record.need_size(format)?.map(f64::from);
+        record.require_pinhole(format)?;
+        let [width, height] = record.require_size(format)?.map(f64::from);
         let [fx, fy, cx, cy] = record.focals_with(PixelCenter::Half, format)?;
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
         if !(near(fy, fx) && near(cx, 0.5 * width) && near(cy, 0.5 * height)) {
             let what =
                 format!("fx {fx}, fy {fy}, cx {cx}, cy {cy}: only square pixels around the middle");
-            return Err(record.cannot(format, &what));
+            return Err(record.unsupported_error(format, &what));
         }
         // The angle that is read back as this focal length, or the nearest.
         let angle = 2.0 * (0.5 * width / fx).atan();
@@ -301,17 +312,19 @@ pub(super) fn write_blender(records: &[Record], _: &Path) -> Result<Written, For
         angles.push((best.unwrap_or(angle), width, height));
     }
     if let Some(i) = angles.iter().position(|one| *one != angles[0]) {
-        return Err(records[i].cannot(format, "intrinsics or sizes that differ between cameras"));
+        return Err(
+            records[i].unsupported_error(format, "intrinsics or sizes that differ between cameras")
+        );
     }
     let (angle, width, height) = angles[0];
     let _ = write!(
         text,
         "  \"camera_angle_x\": {},\n  \"w\": {width}, \"h\": {height},\n  \"frames\": [",
-        number(angle)
+        yaml_float(angle)
     );
     for (i, record) in records.iter().enumerate() {
         text += &frame(record, "", i)?;
     }
     text += "\n  ]\n}\n";
-    Ok(Written::one(text))
+    Ok(OutputFiles::one(text))
 }

@@ -49,7 +49,7 @@ pub struct Pose {
     rotation: Rotation,
     translation: DVec3,
     /// Whether it is world_from_camera.
-    inverse: bool,
+    world_from_camera: bool,
 }
 
 impl Pose {
@@ -58,7 +58,7 @@ impl Pose {
         Self {
             rotation,
             translation: t,
-            inverse: false,
+            world_from_camera: false,
         }
     }
 
@@ -67,7 +67,7 @@ impl Pose {
         Self {
             rotation,
             translation: c,
-            inverse: true,
+            world_from_camera: true,
         }
     }
 
@@ -88,14 +88,14 @@ impl Pose {
     }
 
     /// From camera_from_world and the centre.
-    pub fn at(r: DMat3, c: DVec3) -> Self {
+    pub fn from_r_c(r: DMat3, c: DVec3) -> Self {
         Self::world_from_camera(Rotation::Matrix(r.transpose()), c)
     }
 
     /// camera_from_world and the centre.
     pub fn r_c(&self) -> (DMat3, DVec3) {
         let m = self.rotation.matrix();
-        if self.inverse {
+        if self.world_from_camera {
             (m.transpose(), self.translation)
         } else {
             (m, -(m.transpose() * self.translation))
@@ -104,7 +104,7 @@ impl Pose {
 
     /// camera_from_world and t, as they were given where they were.
     pub fn r_t(&self) -> (Rotation, DVec3) {
-        if self.inverse {
+        if self.world_from_camera {
             let rotation = self.rotation.inverse();
             (rotation, -(rotation.matrix() * self.translation))
         } else {
@@ -114,7 +114,7 @@ impl Pose {
 
     /// world_from_camera and the centre, as they were given where they were.
     pub fn world_r_c(&self) -> (Rotation, DVec3) {
-        if self.inverse {
+        if self.world_from_camera {
             (self.rotation, self.translation)
         } else {
             (self.rotation.inverse(), self.r_c().1)
@@ -122,14 +122,14 @@ impl Pose {
     }
 
     /// The pose of a camera of which `self` is from the body: x = R (R' X + t') + t.
-    pub fn after(&self, body: &Pose) -> Self {
+    pub fn compose(&self, body: &Pose) -> Self {
         let ((r, t), (r2, t2)) = (self.r_t(), body.r_t());
         let (r, r2) = (r.matrix(), r2.matrix());
         Self::camera_from_world(Rotation::Matrix(r * r2), r * t2 + t)
     }
 
     /// Makes a matrix within 1e-3 of a rotation, and further than 1e-6, the nearest one; gives how far it was.
-    pub(super) fn mend(&mut self) -> Option<f64> {
+    pub(super) fn orthonormalize(&mut self) -> Option<f64> {
         let Rotation::Matrix(matrix) = self.rotation else {
             return None;
         };

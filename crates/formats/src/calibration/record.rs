@@ -6,12 +6,12 @@ use glam::{DMat3, DVec3};
 use raycam_scene::camera::Center;
 use raycam_scene::{Camera, Lens, PixelCenter};
 
-use super::{Known, Mount, Pose};
+use super::{Pose, ReadHints, RigMount};
 use crate::error::FormatError;
 
 /// A camera as a file has it, before it becomes a [`Camera`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Record {
+pub struct CameraRecord {
     /// Its name; of its own in a file.
     pub name: String,
     /// Columns and rows.
@@ -33,12 +33,12 @@ pub struct Record {
     /// Millimetres per unit of a depth image (BOP).
     pub depth_scale: Option<f64>,
     /// Where it stands on a rig.
-    pub mount: Option<Mount>,
+    pub mount: Option<RigMount>,
     /// What the camera has and no calibration file holds.
-    pub lost: Vec<&'static str>,
+    pub unsupported: Vec<&'static str>,
 }
 
-impl Record {
+impl CameraRecord {
     /// A pinhole of no size, at the origin.
     pub fn new(name: impl Into<String>, pixel_center: PixelCenter) -> Self {
         Self {
@@ -53,12 +53,12 @@ impl Record {
             image: None,
             depth_scale: None,
             mount: None,
-            lost: vec![],
+            unsupported: vec![],
         }
     }
 
     /// The record of a camera; of one with parallel rays, which has neither K nor a place, the matrix alone.
-    pub fn of(name: impl Into<String>, camera: &Camera) -> Self {
+    pub fn from_camera(name: impl Into<String>, camera: &Camera) -> Self {
         let mut record = Self::new(name, camera.pixel_center());
         record.size = Some(camera.size());
         let has = [
@@ -66,7 +66,7 @@ impl Record {
             ("vignetting", camera.vignetting().is_some()),
             ("shutter", camera.motion().is_some()),
         ];
-        record.lost = has
+        record.unsupported = has
             .iter()
             .filter(|(_, has)| *has)
             .map(|(what, _)| *what)
@@ -77,7 +77,7 @@ impl Record {
         }
         record.k = Some(camera.k());
         record.lens = camera.lens().clone();
-        record.pose = Some(Pose::at(camera.r(), camera.c()));
+        record.pose = Some(Pose::from_r_c(camera.r(), camera.c()));
         record.matrix = matches!(camera.lens(), Lens::Pinhole).then(|| camera.p());
         record
     }
@@ -88,12 +88,12 @@ impl Record {
     /// [`FormatError::Encode`] where size or intrinsics are missing, and [`FormatError::Scene`] for a camera that cannot
     /// be.
     pub fn camera(&self) -> Result<Camera, FormatError> {
-        let size = self.need_size("a camera")?;
+        let size = self.require_size("a camera")?;
         if let (Some(matrix), None) = (self.matrix, &self.pose) {
             return Ok(Camera::from_matrix(matrix, size, self.pixel_center)?);
         }
         let (r, c) = self.r_c();
-        let camera = Camera::new(self.need_k("a camera")?, r, c, size, self.pixel_center)?;
+        let camera = Camera::new(self.require_k("a camera")?, r, c, size, self.pixel_center)?;
         Ok(camera.with_lens(self.lens.clone())?)
     }
 
@@ -105,18 +105,18 @@ impl Record {
     }
 
     /// Its pose, from the matrix where it has only that.
-    pub(super) fn need_pose(&self) -> Result<Pose, FormatError> {
+    pub(super) fn require_pose(&self) -> Result<Pose, FormatError> {
         match (&self.pose, self.matrix) {
             (Some(pose), _) => Ok(pose.clone()),
             (None, Some(matrix)) => {
                 let camera = self.with_a_center(matrix)?;
-                Ok(Pose::at(camera.r(), camera.c()))
+                Ok(Pose::from_r_c(camera.r(), camera.c()))
             }
-            (None, None) => Ok(Pose::at(DMat3::IDENTITY, DVec3::ZERO)),
+            (None, None) => Ok(Pose::from_r_c(DMat3::IDENTITY, DVec3::ZERO)),
         }
     }
 
-    pub(super) fn need_size(&self, what: &str) -> Result<[u32; 2], FormatError> {
+    pub(super) fn require_size(&self, what: &str) -> Result<[u32; 2], FormatError> {
         self.size.ok_or_else(|| {
             FormatError::Encode(format!(
                 "camera {:?}: its file does not say how large its picture is, which {what} needs: give it (--size \
@@ -128,7 +128,7 @@ impl Record {
     }
 
     /// K, from the matrix where it has only that.
-    pub(super) fn need_k(&self, what: &str) -> Result<DMat3, FormatError> {
+    pub(super) fn require_k(&self, what: &str) -> Result<DMat3, FormatError> {
         match (self.k, self.matrix) {
             (Some(k), _) => Ok(k),
             (None, Some(matrix)) => Ok(self.with_a_center(matrix)?.k()),
@@ -145,7 +145,7 @@ impl Record {
         let camera = Camera::from_matrix(matrix, [1, 1], self.pixel_center)?;
         match camera.center() {
             Center::Point => Ok(camera),
-            _ => Err(self.cannot(
+            _ => Err(self.unsupported_error(
                 "this format",
                 "parallel rays (it has K and a pose, no matrix): write KITTI, or to_dict()",
             )),
@@ -154,7 +154,7 @@ impl Record {
 
     /// K with the pixel centres that a format has.
     pub(super) fn k_with(&self, center: PixelCenter, format: &str) -> Result<DMat3, FormatError> {
-        let mut k = self.need_k(format)?;
+        let mut k = self.require_k(format)?;
         let shift = center.offset() - self.pixel_center.offset();
         if shift != 0.0 {
             k.z_axis.x += shift;
@@ -171,13 +171,13 @@ impl Record {
     ) -> Result<[f64; 4], FormatError> {
         let k = self.k_with(center, format)?;
         if k.y_axis.x != 0.0 {
-            return Err(self.cannot(format, &format!("skew (K[0, 1] = {})", k.y_axis.x)));
+            return Err(self.unsupported_error(format, &format!("skew (K[0, 1] = {})", k.y_axis.x)));
         }
         Ok([k.x_axis.x, k.y_axis.y, k.z_axis.x, k.z_axis.y])
     }
 
     /// The error of what a format does not hold.
-    pub(super) fn cannot(&self, format: &str, what: &str) -> FormatError {
+    pub(super) fn unsupported_error(&self, format: &str, what: &str) -> FormatError {
         FormatError::Encode(format!(
             "camera {:?}: {format} cannot hold {what}",
             self.name
@@ -185,10 +185,10 @@ impl Record {
     }
 
     /// Refuses a lens.
-    pub(super) fn need_pinhole(&self, format: &str) -> Result<(), FormatError> {
+    pub(super) fn require_pinhole(&self, format: &str) -> Result<(), FormatError> {
         match self.lens.coefficients() {
             None => Ok(()),
-            Some((model, coefficients)) => Err(self.cannot(
+            Some((model, coefficients)) => Err(self.unsupported_error(
                 format,
                 &format!("a lens ({}, distortion {coefficients:?})", model.name()),
             )),
@@ -196,7 +196,11 @@ impl Record {
     }
 
     /// Fills in what the file leaves open, and checks the rest.
-    pub(super) fn complete(&mut self, known: &Known, path: &Path) -> Result<(), FormatError> {
+    pub(super) fn fill_missing(
+        &mut self,
+        known: &ReadHints,
+        path: &Path,
+    ) -> Result<(), FormatError> {
         if let (None, None, Some(intrinsics)) = (self.k, self.matrix, &known.intrinsics) {
             self.k = intrinsics.k;
             self.lens = intrinsics.lens.clone();
@@ -208,7 +212,7 @@ impl Record {
         }
         if self.size.is_some() && (self.k.is_some() || self.matrix.is_some()) {
             let mut check = self.clone();
-            check.mend();
+            check.orthonormalize();
             check.camera().map_err(|error| {
                 FormatError::whole(path, format!("camera {:?}: {error}", self.name))
             })?;
@@ -217,8 +221,8 @@ impl Record {
     }
 
     /// Makes a matrix that is nearly a rotation one, and says so.
-    pub(super) fn mend(&mut self) -> Option<String> {
-        let off = self.pose.as_mut()?.mend()?;
+    pub(super) fn orthonormalize(&mut self) -> Option<String> {
+        let off = self.pose.as_mut()?.orthonormalize()?;
         Some(format!(
             "camera {:?}: R differs from a rotation by {off:.1e}; the nearest one is used",
             self.name

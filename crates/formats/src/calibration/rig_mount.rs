@@ -1,11 +1,11 @@
 //! Where cameras stand on a rig, and rigs in the world.
 
-use crate::calibration::{Pose, Record};
+use crate::calibration::{CameraRecord, Pose};
 use crate::error::FormatError;
 
 /// A camera's place on a rig, at one of the rig's poses.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mount {
+pub struct RigMount {
     /// The rig.
     pub rig: String,
     /// Which of its poses: cameras of one frame saw at the same time.
@@ -19,16 +19,16 @@ pub struct Mount {
 }
 
 /// Makes the cameras of a file one rig, whose body is the world of the file; one camera is none.
-pub(crate) fn one_rig<'a>(records: impl IntoIterator<Item = &'a mut Record>, rig: &str) {
+pub(crate) fn one_rig<'a>(records: impl IntoIterator<Item = &'a mut CameraRecord>, rig: &str) {
     let records: Vec<_> = records.into_iter().collect();
     // A camera with parallel rays is none that a body carries.
-    let poses: Result<Vec<_>, _> = records.iter().map(|record| record.need_pose()).collect();
+    let poses: Result<Vec<_>, _> = records.iter().map(|record| record.require_pose()).collect();
     let Ok(poses) = poses else { return };
     if poses.len() < 2 {
         return;
     }
     for (record, camera) in records.into_iter().zip(poses) {
-        record.mount = Some(Mount {
+        record.mount = Some(RigMount {
             rig: rig.into(),
             frame: rig.into(),
             name: record.name.clone(),
@@ -43,16 +43,17 @@ pub(crate) fn one_rig<'a>(records: impl IntoIterator<Item = &'a mut Record>, rig
 /// # Errors
 /// [`FormatError::Encode`] where they are of several rigs, or of one at several poses.
 pub(crate) fn poses_on_one_rig(
-    records: &[Record],
+    records: &[CameraRecord],
     format: &str,
     notices: &mut Vec<String>,
 ) -> Result<Vec<Pose>, FormatError> {
-    let mounts: Option<Vec<&Mount>> = records.iter().map(|record| record.mount.as_ref()).collect();
+    let mounts: Option<Vec<&RigMount>> =
+        records.iter().map(|record| record.mount.as_ref()).collect();
     let Some(mounts) = mounts else {
-        return records.iter().map(Record::need_pose).collect();
+        return records.iter().map(CameraRecord::require_pose).collect();
     };
     let first = mounts[0];
-    let other = |mount: &&&Mount| (&mount.rig, &mount.frame) != (&first.rig, &first.frame);
+    let other = |mount: &&&RigMount| (&mount.rig, &mount.frame) != (&first.rig, &first.frame);
     if let Some(other) = mounts.iter().find(other) {
         return Err(FormatError::Encode(format!(
             "{format} holds one rig at one pose, and these are {:?} at {:?} and {:?} at {:?}",

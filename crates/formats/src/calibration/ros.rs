@@ -8,12 +8,13 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::{LensModel, PixelCenter};
 
-use crate::calibration::document::At;
-use crate::calibration::document::number_format::{joined, number, quoted, rows3};
+use crate::calibration::document::Cursor;
+use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
 use crate::calibration::document::yaml;
-use crate::calibration::{Calibration, Known, Record, Written, stem, text};
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, ReadHints, stem, text};
 use crate::error::FormatError;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 
 const KEYS: [&str; 24] = [
     "image_width",
@@ -42,7 +43,7 @@ const KEYS: [&str; 24] = [
     "board_name",
 ];
 
-pub(super) fn is(_: &Path, text: &str) -> bool {
+pub(super) fn detect(_: &Path, text: &str) -> bool {
     let has = |word: &str| text.contains(word);
     let manager = has("image_width") && (has("projection_matrix") || has("distortion_model:"));
     let message =
@@ -50,25 +51,29 @@ pub(super) fn is(_: &Path, text: &str) -> bool {
     !has("opencv-matrix") && !has("opencv_storage") && (manager || message)
 }
 
-pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibration, FormatError> {
+pub(super) fn read(
+    source: &InputFile,
+    _: &mut AssetRoot,
+    _: &ReadHints,
+) -> Result<Calibration, FormatError> {
     let node = yaml::parse(text(source)?, &source.path)?;
-    let root = At::root(&node, &source.path);
+    let root = Cursor::root(&node, &source.path);
     let either = |keys: &[&str]| {
         root.any(keys)
             .ok_or_else(|| root.fail(format_args!("{} is missing", keys[0])))
     };
-    let mut notices = root.unread(&KEYS);
+    let mut notices = root.unknown_keys(&KEYS);
     let name = root
         .get("camera_name")
         .map_or_else(|| Ok(stem(&source.path)), |at| at.word().map(str::to_owned))?;
-    let mut record = Record::new(name, PixelCenter::Integer);
+    let mut record = CameraRecord::new(name, PixelCenter::Integer);
     let mut size = [
         either(&["image_width", "width"])?.count()?,
         either(&["image_height", "height"])?.count()?,
     ];
     let mut k = either(&["camera_matrix", "K", "k"])?.matrix3()?;
     let distortion = root.any(&["distortion_coefficients", "D", "d"]);
-    let d = distortion.as_ref().map_or(Ok(vec![]), At::numbers)?;
+    let d = distortion.as_ref().map_or(Ok(vec![]), Cursor::numbers)?;
     let model = match root.get("distortion_model") {
         Some(at) => at.word()?,
         None if d.is_empty() => "none",
@@ -76,7 +81,7 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
     };
     record.lens = distortion.as_ref().unwrap_or(&root).lens(model, &d)?;
     let full = size;
-    let count = |at: &At<'_>, key: &str| at.get(key).map_or(Ok(0), |at| at.count());
+    let count = |at: &Cursor<'_>, key: &str| at.get(key).map_or(Ok(0), |at| at.count());
     if let Some(roi) = root.get("roi") {
         let [x, y, width, height] = [
             count(&roi, "x_offset")?,
@@ -138,7 +143,7 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
     })
 }
 
-pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     let [record] = records else {
         return Err(FormatError::Encode(format!(
             "ROS CameraInfo holds one camera, {} given: write each into a file of its own",
@@ -154,13 +159,13 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
         Some((LensModel::OpenCv, d)) if d.len() == 8 => ("rational_polynomial", d.to_vec()),
         Some((LensModel::Fisheye, d)) => ("equidistant", d.to_vec()),
         Some((model, d)) => {
-            return Err(record.cannot(
+            return Err(record.unsupported_error(
                 format,
                 &format!("the {} lens with {} coefficients", model.name(), d.len()),
             ));
         }
     };
-    let [width, height] = record.need_size(format)?;
+    let [width, height] = record.require_size(format)?;
     let mut text = String::new();
     let _ = writeln!(text, "image_width: {width}\nimage_height: {height}");
     let _ = writeln!(text, "camera_name: {}", quoted(&record.name));
@@ -171,25 +176,25 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
             "{name}:\n  rows: {rows}\n  cols: {cols}\n  data: [{data}]"
         );
     };
-    matrix("camera_matrix", 3, 3, &rows3(k));
+    matrix("camera_matrix", 3, 3, &matrix_rows3(k));
     matrix("distortion_coefficients", 1, d.len(), &d);
-    matrix("rectification_matrix", 3, 3, &rows3(DMat3::IDENTITY));
+    matrix("rectification_matrix", 3, 3, &matrix_rows3(DMat3::IDENTITY));
     let mut p = [0.0; 12];
-    for (to, from) in p.chunks_mut(4).zip(rows3(k).chunks(3)) {
+    for (to, from) in p.chunks_mut(4).zip(matrix_rows3(k).chunks(3)) {
         to[..3].copy_from_slice(from);
     }
     matrix("projection_matrix", 3, 4, &p);
     let at = text.find("distortion_coefficients").unwrap_or(0);
     text.insert_str(at, &format!("distortion_model: {model}\n"));
-    let mut written = Written::one(text);
+    let mut written = OutputFiles::one(text);
     let (r, c) = record.r_c();
     if (r, c) != (DMat3::IDENTITY, DVec3::ZERO) {
         written.notices.push(format!(
             "camera {:?}: ROS CameraInfo has no pose; the one at {} {} {} is not written",
             record.name,
-            number(c.x),
-            number(c.y),
-            number(c.z)
+            yaml_float(c.x),
+            yaml_float(c.y),
+            yaml_float(c.z)
         ));
     }
     Ok(written)

@@ -5,10 +5,11 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::PixelCenter;
 
-use super::{Calibration, Known, Pose, Record, Rotation, Written, text};
-use crate::calibration::document::number_format::{joined, number};
+use super::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation, text};
+use crate::calibration::document::number_format::{joined, yaml_float};
 use crate::error::FormatError;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 
 /// The lines of a text that say something, with their numbers.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
@@ -43,7 +44,7 @@ pub(super) fn numbers<const N: usize>(
 }
 
 /// Whether the first lines are of so many numbers.
-pub(super) fn has(text: &str, count: usize) -> bool {
+pub(super) fn looks_like(text: &str, count: usize) -> bool {
     let mut first = lines(text).take(3).peekable();
     first.peek().is_some()
         && first.all(|(_, line)| {
@@ -52,11 +53,15 @@ pub(super) fn has(text: &str, count: usize) -> bool {
         })
 }
 
-pub(super) fn is(_: &Path, text: &str) -> bool {
-    has(text, 8)
+pub(super) fn detect(_: &Path, text: &str) -> bool {
+    looks_like(text, 8)
 }
 
-pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibration, FormatError> {
+pub(super) fn read(
+    source: &InputFile,
+    _: &mut AssetRoot,
+    _: &ReadHints,
+) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
     for (line, row) in lines(text(source)?) {
         let [time, x, y, z, qx, qy, qz, qw] = numbers(&source.path, line, row)?;
@@ -68,7 +73,7 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
             ));
         }
         let name = row.split_whitespace().next().unwrap_or_default();
-        let mut record = Record::new(name, PixelCenter::Integer);
+        let mut record = CameraRecord::new(name, PixelCenter::Integer);
         record.time = Some(time);
         let rotation = Rotation::Quaternion([qw, qx, qy, qz]);
         record.pose = Some(Pose::world_from_camera(rotation, DVec3::new(x, y, z)));
@@ -77,7 +82,7 @@ pub(super) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
     Ok(calibration)
 }
 
-pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
+pub(super) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
     let mut text = String::from("# timestamp tx ty tz qx qy qz qw\n");
     for record in records {
         let time = match record.time {
@@ -90,20 +95,20 @@ pub(super) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
                 ))
             })?,
         };
-        let (rotation, c) = record.need_pose()?.world_r_c();
+        let (rotation, c) = record.require_pose()?.world_r_c();
         let [w, x, y, z] = rotation.quaternion();
         // The name is the time as it was written.
         let time = if record.name.parse() == Ok(time) {
             record.name.clone()
         } else {
-            number(time)
+            yaml_float(time)
         };
         text += &format!("{time} {}\n", joined(&[c.x, c.y, c.z, x, y, z, w], " "));
     }
-    Ok(Written {
+    Ok(OutputFiles {
         notices: vec![
             "a TUM trajectory holds times and poses; size, K and lens are not written".into(),
         ],
-        ..Written::one(text)
+        ..OutputFiles::one(text)
     })
 }

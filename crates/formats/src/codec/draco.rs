@@ -9,11 +9,11 @@ use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
-use crate::io::catch_panic::guarded;
+use crate::io::catch_panic::catch_decoder_panic;
 
 /// What a stream holds.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Decoded {
+pub struct DecodedMesh {
     /// Each corner is an element of every attribute.
     pub triangles: Vec<[u32; 3]>,
     /// Elements of every attribute.
@@ -28,7 +28,7 @@ pub struct Attribute {
     /// What the extension's `attributes` call it by.
     pub id: u32,
     /// What one component is.
-    pub component: Component,
+    pub component: ComponentType,
     /// Components of one element.
     pub components: usize,
     /// Elements without gaps, little-endian.
@@ -37,7 +37,7 @@ pub struct Attribute {
 
 /// The type of one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Component {
+pub enum ComponentType {
     /// `BYTE`
     I8,
     /// `UNSIGNED_BYTE`
@@ -60,7 +60,7 @@ pub enum Component {
 /// When the bytes are not a Draco mesh of version 2.2 or are damaged, an attribute is of a type that glTF cannot have,
 /// or the mesh is larger than what is left of the budget or than the stream can honestly say: a byte describes at most
 /// eight triangles.
-pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Decoded, FormatError> {
+pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedMesh, FormatError> {
     let fault = |message: String| FormatError::whole(path, format!("Draco compression: {message}"));
     match bytes {
         [b'D', b'R', b'A', b'C', b'O', 2, 2, 1, ..] => {}
@@ -79,7 +79,7 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Decoded,
         .with_max_decoded_bytes((256 * length + (64 << 20)).min(budget.bytes));
     let mut mesh = Mesh::new();
     let mut buffer = DecoderBuffer::new(bytes).with_limits(limits);
-    guarded(path, || {
+    catch_decoder_panic(path, || {
         let decoded = MeshDecoder::new().decode(&mut buffer, &mut mesh);
         decoded.map_err(|error| fault(error.to_string()))
     })?;
@@ -103,7 +103,7 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Decoded,
         budget.take_bytes(path, (count as u64).saturating_mul(size as u64))?;
         attributes.push(values(attribute, count, size).map_err(fault)?);
     }
-    Ok(Decoded {
+    Ok(DecodedMesh {
         triangles,
         count,
         attributes,
@@ -114,13 +114,13 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Decoded,
 fn values(attribute: &PointAttribute, count: usize, size: usize) -> Result<Attribute, String> {
     let id = attribute.unique_id();
     let component = match attribute.data_type() {
-        DataType::Int8 => Component::I8,
-        DataType::Uint8 => Component::U8,
-        DataType::Int16 => Component::I16,
-        DataType::Uint16 => Component::U16,
-        DataType::Int32 => Component::I32,
-        DataType::Uint32 => Component::U32,
-        DataType::Float32 => Component::F32,
+        DataType::Int8 => ComponentType::I8,
+        DataType::Uint8 => ComponentType::U8,
+        DataType::Int16 => ComponentType::I16,
+        DataType::Uint16 => ComponentType::U16,
+        DataType::Int32 => ComponentType::I32,
+        DataType::Uint32 => ComponentType::U32,
+        DataType::Float32 => ComponentType::F32,
         other => {
             return Err(format!(
                 "attribute {id} is of {other:?}, which glTF has not"

@@ -20,12 +20,12 @@ pub struct Layer<'a> {
     /// Values per pixel.
     pub components: usize,
     /// Row-major from the top left, components together.
-    pub samples: Samples<'a>,
+    pub samples: LayerSamples<'a>,
 }
 
 /// The values of a layer, and how they are stored.
 #[derive(Clone, Copy, Debug)]
-pub enum Samples<'a> {
+pub enum LayerSamples<'a> {
     /// Stored as float32, exactly.
     F32(&'a [f32]),
     /// Stored as float16, rounded to nearest even; beyond 65504 it becomes infinite.
@@ -35,7 +35,7 @@ pub enum Samples<'a> {
     Id(&'a [i32]),
 }
 
-impl Samples<'_> {
+impl LayerSamples<'_> {
     fn len(&self) -> usize {
         match self {
             Self::F32(v) | Self::F16(v) => v.len(),
@@ -69,7 +69,7 @@ pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>, FormatError> {
     let letters: &[&str] = match (name, layer.components, &layer.samples) {
         ("color", 1..=4, _) => &["R", "G", "B", "A"],
         ("depth" | "distance", 1, _) => &["Z"],
-        (_, 1, Samples::Id(_)) => &["id"],
+        (_, 1, LayerSamples::Id(_)) => &["id"],
         (_, 1, _) => &["V"],
         (_, 2, _) => &["U", "V"],
         (_, 3 | 4, _) => &["X", "Y", "Z", "W"],
@@ -148,9 +148,16 @@ pub fn encode(
 
     let mut attributes = ImageAttributes::new(IntegerBounds::from_dimensions((columns, rows)));
     let mut header = camera.map_or(Vec::new(), camera_attributes);
-    header.push(("raycam.version", string(env!("CARGO_PKG_VERSION"))));
-    header.push(("raycam.conventions", string(CONVENTIONS)));
-    header.extend(notes.iter().map(|(key, value)| (*key, string(value))));
+    header.push((
+        "raycam.version",
+        string_attribute(env!("CARGO_PKG_VERSION")),
+    ));
+    header.push(("raycam.conventions", string_attribute(CONVENTIONS)));
+    header.extend(
+        notes
+            .iter()
+            .map(|(key, value)| (*key, string_attribute(value))),
+    );
     for (key, value) in header {
         if attributes.other.insert(text(key)?, value).is_some() {
             return Err(FormatError::Encode(format!(
@@ -235,25 +242,25 @@ fn camera_attributes(camera: &Camera) -> Vec<(&'static str, AttributeValue)> {
         PixelCenter::Half => "half",
     };
     let mut attributes = vec![
-        ("raycam.K", doubles("m33d", &row_major(camera.k()))),
-        ("raycam.R", doubles("m33d", &row_major(camera.r()))),
-        ("raycam.P", doubles("m44d", &p)),
-        ("raycam.pixelCenter", string(center)),
+        ("raycam.K", f64_attribute("m33d", &row_major(camera.k()))),
+        ("raycam.R", f64_attribute("m33d", &row_major(camera.r()))),
+        ("raycam.P", f64_attribute("m44d", &p)),
+        ("raycam.pixelCenter", string_attribute(center)),
     ];
     // With parallel rays it lies at infinity.
     if camera.center() == Center::Point {
-        attributes.push(("raycam.C", doubles("v3d", &camera.c().to_array())));
+        attributes.push(("raycam.C", f64_attribute("v3d", &camera.c().to_array())));
     }
     if let Some((model, coefficients)) = camera.lens().coefficients() {
         let numbers: Vec<_> = coefficients.iter().map(f64::to_string).collect();
-        attributes.push(("raycam.lens", string(model.name())));
-        attributes.push(("raycam.distortion", string(&numbers.join(" "))));
+        attributes.push(("raycam.lens", string_attribute(model.name())));
+        attributes.push(("raycam.distortion", string_attribute(&numbers.join(" "))));
     }
     attributes
 }
 
 /// An attribute of one of OpenEXR's types of float64, which the crate writes as bytes.
-fn doubles(kind: &str, values: &[f64]) -> AttributeValue {
+fn f64_attribute(kind: &str, values: &[f64]) -> AttributeValue {
     let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
     AttributeValue::Custom {
         kind: Text::from(kind),
@@ -262,7 +269,7 @@ fn doubles(kind: &str, values: &[f64]) -> AttributeValue {
 }
 
 /// A string attribute, in UTF-8.
-fn string(value: &str) -> AttributeValue {
+fn string_attribute(value: &str) -> AttributeValue {
     AttributeValue::Text(Text::from_bytes_unchecked(value.bytes().collect()))
 }
 

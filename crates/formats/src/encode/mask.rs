@@ -3,7 +3,7 @@
 /// COCO's run-length encoding of a mask, row by row: lengths of runs of 0 and 1 in turn, down the columns, packed as
 /// text: five bits a character from the lowest, the sixth says that more follow; from the fourth run on, a run is told as
 /// the difference to the one two before (`maskApi.c` of COCO's API).
-pub fn coco_runs(mask: &[bool], width: usize, height: usize) -> String {
+pub fn coco_rle(mask: &[bool], width: usize, height: usize) -> String {
     let mut runs: Vec<i64> = vec![];
     let (mut last, mut length) = (false, 0);
     for x in 0..width {
@@ -37,7 +37,7 @@ pub fn coco_runs(mask: &[bool], width: usize, height: usize) -> String {
     text
 }
 
-/// The outlines of a mask along the edges of its pixels, as closed polygons of corners (x, y) without the repeated first
+/// The trace_outlines of a mask along the edges of its pixels, as closed polygons of corners (x, y) without the repeated first
 /// one. Polygons have no holes and share no area: a part with a hole is cut in two through it. Filling all of them gives
 /// the mask back.
 pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>> {
@@ -45,7 +45,7 @@ pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>
     // What is still to be outlined, and the columns of it.
     let mut parts = vec![(0, width)];
     while let Some((left, right)) = parts.pop() {
-        let loops = outlines(mask, [width, height], left, right);
+        let loops = trace_outlines(mask, [width, height], left, right);
         let hole = loops.iter().find(|corners| area(corners) < 0);
         let columns = |corners: &Vec<[u32; 2]>| {
             let widen = |(low, high): (u32, u32), c: &[u32; 2]| (low.min(c[0]), high.max(c[0]));
@@ -74,12 +74,12 @@ fn area(corners: &[[u32; 2]]) -> i64 {
         .sum()
 }
 
-/// The way an outline goes on from a corner: right, down, left, up.
-const WAYS: [[i64; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
+/// The direction an outline goes on from a corner: right, down, left, up.
+const DIRECTIONS: [[i64; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
 
-/// All outlines of the columns from `left` up to `right`, the mask to their right: around parts clockwise, around holes
+/// All trace_outlines of the columns from `left` up to `right`, the mask to their right: around parts clockwise, around holes
 /// counter-clockwise. Pixels that touch at a corner are apart.
-fn outlines(
+fn trace_outlines(
     mask: &[bool],
     [width, height]: [usize; 2],
     left: usize,
@@ -90,9 +90,9 @@ fn outlines(
             && (0..height as i64).contains(&y)
             && mask[y as usize * width + x as usize]
     };
-    // Whether an edge leaves a corner that way: the mask to its right and not to its left.
-    let leaves = |[x, y]: [i64; 2], way: usize| {
-        let (a, b) = match way {
+    // Whether an edge leaves a corner that direction: the mask to its right and not to its left.
+    let leaves = |[x, y]: [i64; 2], direction: usize| {
+        let (a, b) = match direction {
             0 => (inside(x, y), inside(x, y - 1)),
             1 => (inside(x - 1, y), inside(x, y)),
             2 => (inside(x - 1, y - 1), inside(x - 1, y)),
@@ -101,7 +101,7 @@ fn outlines(
         a && !b
     };
     let columns = right - left;
-    // Edges to the right are where outlines begin; each outline has some.
+    // Edges to the right are where trace_outlines begin; each outline has some.
     let mut walked = vec![false; (columns + 1) * (height + 1)];
     let place = |[x, y]: [i64; 2]| y as usize * (columns + 1) + x as usize - left;
     let mut loops = vec![];
@@ -110,23 +110,26 @@ fn outlines(
             if !leaves([x, y], 0) || walked[place([x, y])] {
                 continue;
             }
-            let (mut corners, mut at, mut way) = (vec![], [x, y], 0);
+            let (mut corners, mut at, mut direction) = (vec![], [x, y], 0);
             loop {
-                if way == 0 {
+                if direction == 0 {
                     walked[place(at)] = true;
                 }
-                at = [at[0] + WAYS[way][0], at[1] + WAYS[way][1]];
+                at = [
+                    at[0] + DIRECTIONS[direction][0],
+                    at[1] + DIRECTIONS[direction][1],
+                ];
                 // Right turns first: what touches at a corner stays apart.
-                let turn = [(way + 1) % 4, way, (way + 3) % 4];
+                let turn = [(direction + 1) % 4, direction, (direction + 3) % 4];
                 let next = turn
                     .into_iter()
                     .find(|&next| leaves(at, next))
-                    .unwrap_or(way);
-                if next != way {
+                    .unwrap_or(direction);
+                if next != direction {
                     corners.push([at[0] as u32, at[1] as u32]);
                 }
-                way = next;
-                if at == [x, y] && way == 0 {
+                direction = next;
+                if at == [x, y] && direction == 0 {
                     break;
                 }
             }

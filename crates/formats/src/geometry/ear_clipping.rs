@@ -1,17 +1,14 @@
 //! Polygons to triangles, by cutting ears (Meisters 1975).
 
-#[cfg(test)]
-pub(crate) mod tests;
-
 use std::collections::VecDeque;
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::reflex_kd_tree::{Tree, turn};
+use crate::geometry::reflex_kd_tree::{ReflexKdTree, signed_area2};
 
 /// The work that was allowed is used up.
 #[derive(Debug)]
-pub(crate) struct OutOfSteps;
+pub(crate) struct WorkLimitExceeded;
 
 /// Cuts the polygon with these corners (at least 3) into exactly `corners.len() - 2` triangles of corner numbers, with
 /// its own turning sense, appended to `triangles`.
@@ -23,13 +20,13 @@ pub(crate) fn triangulate(
     corners: &[DVec3],
     steps: &mut u64,
     triangles: &mut Vec<[u32; 3]>,
-) -> Result<(), OutOfSteps> {
+) -> Result<(), WorkLimitExceeded> {
     let count = corners.len() as u32;
     if count > 3
         && let Some(flat) = project(corners)
         && !strictly_convex(&flat)
     {
-        return Ears::new(flat).cut(steps, triangles);
+        return EarClipper::new(flat).cut(steps, triangles);
     }
     triangles.extend((2..count).map(|i| [0, i - 1, i]));
     Ok(())
@@ -59,64 +56,68 @@ fn project(corners: &[DVec3]) -> Option<Vec<DVec2>> {
 
 fn strictly_convex(flat: &[DVec2]) -> bool {
     let at = |i: usize| flat[i % flat.len()];
-    (0..flat.len()).all(|i| turn(at(i), at(i + 1), at(i + 2)) > 0.0)
+    (0..flat.len()).all(|i| signed_area2(at(i), at(i + 1), at(i + 2)) > 0.0)
         // Turning to the left all the way, but more than once around, is a star.
-        && (1..flat.len() - 1).all(|i| turn(flat[0], flat[i], flat[i + 1]) > 0.0)
+        && (1..flat.len() - 1).all(|i| signed_area2(flat[0], flat[i], flat[i + 1]) > 0.0)
 }
 
 /// In place of a neighbour: the corner has been cut off.
-const CUT: u32 = u32::MAX;
+const REMOVED: u32 = u32::MAX;
 
 /// What is left of a polygon: a ring of corners.
 ///
 /// A corner is tried again only when its neighbours have changed or the one that lay in its ear does so no longer, so
 /// that the work grows little faster than the number of corners.
-struct Ears {
+struct EarClipper {
     flat: Vec<DVec2>,
     next: Vec<u32>,
     previous: Vec<u32>,
     /// Marked are the corners that are not strictly convex: only these can lie in an ear.
-    reflex: Tree,
-    /// Convex corners to try, each with its number in `tries`: an older one no longer counts.
+    reflex: ReflexKdTree,
+    /// Convex corners to try, each with its number in `versions`: an older one no longer counts.
     queue: VecDeque<(u32, u32)>,
-    tries: Vec<u32>,
+    versions: Vec<u32>,
     /// By the corner that lies in their ears.
     blocked: Vec<Vec<u32>>,
 }
 
-impl Ears {
+impl EarClipper {
     fn new(flat: Vec<DVec2>) -> Self {
         let count = flat.len() as u32;
         let mut ears = Self {
             next: (1..count).chain([0]).collect(),
             previous: [count - 1].into_iter().chain(0..count - 1).collect(),
-            reflex: Tree::new(&flat),
+            reflex: ReflexKdTree::new(&flat),
             queue: VecDeque::with_capacity(flat.len()),
-            tries: vec![0; flat.len()],
+            versions: vec![0; flat.len()],
             blocked: vec![Vec::new(); flat.len()],
             flat,
         };
-        (0..count).for_each(|corner| ears.classify(corner));
+        (0..count).for_each(|corner| ears.update_corner(corner));
         ears
     }
 
-    fn cut(mut self, steps: &mut u64, triangles: &mut Vec<[u32; 3]>) -> Result<(), OutOfSteps> {
+    fn cut(
+        mut self,
+        steps: &mut u64,
+        triangles: &mut Vec<[u32; 3]>,
+    ) -> Result<(), WorkLimitExceeded> {
         let mut corner = 0;
         for left in (4..=self.flat.len()).rev() {
             let ear = self.next_ear(steps)?;
             // No ear: it crosses or touches itself. Take the corner that loses least.
             let ear = match ear {
                 Some(ear) => ear,
-                None => self.least_bad(corner, left, steps)?,
+                None => self.least_reflex(corner, left, steps)?,
             };
             let (before, after) = self.neighbours(ear);
             triangles.push([before, ear, after]);
             self.next[before as usize] = after;
             self.previous[after as usize] = before;
-            self.next[ear as usize] = CUT;
+            self.next[ear as usize] = REMOVED;
             self.set_reflex(ear, false);
-            self.classify(before);
-            self.classify(after);
+            self.update_corner(before);
+            self.update_corner(after);
             corner = after;
         }
         let (before, after) = self.neighbours(corner);
@@ -133,20 +134,20 @@ impl Ears {
         [before, corner, after].map(|i| self.flat[i as usize])
     }
 
-    fn turn_at(&self, corner: u32) -> f64 {
+    fn signed_area_at(&self, corner: u32) -> f64 {
         let [a, b, c] = self.corners(corner);
-        turn(a, b, c)
+        signed_area2(a, b, c)
     }
 
     /// The next corner whose triangle can be cut off.
-    fn next_ear(&mut self, steps: &mut u64) -> Result<Option<u32>, OutOfSteps> {
-        while let Some((corner, number)) = self.queue.pop_front() {
-            spend(steps, 1)?;
-            if number != self.tries[corner as usize] || self.next[corner as usize] == CUT {
+    fn next_ear(&mut self, steps: &mut u64) -> Result<Option<u32>, WorkLimitExceeded> {
+        while let Some((corner, version)) = self.queue.pop_front() {
+            charge(steps, 1)?;
+            if version != self.versions[corner as usize] || self.next[corner as usize] == REMOVED {
                 continue;
             }
-            let (obstacle, looked_at) = self.reflex.inside(&self.flat, self.corners(corner));
-            spend(steps, looked_at)?;
+            let (obstacle, looked_at) = self.reflex.find_inside(&self.flat, self.corners(corner));
+            charge(steps, looked_at)?;
             match obstacle {
                 None => return Ok(Some(corner)),
                 Some(obstacle) => self.blocked[obstacle as usize].push(corner),
@@ -156,17 +157,22 @@ impl Ears {
     }
 
     /// The first convex corner from `start` on, else the one that turns to the right the least.
-    fn least_bad(&self, start: u32, left: usize, steps: &mut u64) -> Result<u32, OutOfSteps> {
+    fn least_reflex(
+        &self,
+        start: u32,
+        left: usize,
+        steps: &mut u64,
+    ) -> Result<u32, WorkLimitExceeded> {
         let mut best = (start, f64::NEG_INFINITY);
         let mut corner = start;
         for _ in 0..left {
-            spend(steps, 1)?;
+            charge(steps, 1)?;
             if !self.reflex.is_marked(corner) {
                 return Ok(corner);
             }
-            let turn = self.turn_at(corner);
-            if turn > best.1 {
-                best = (corner, turn);
+            let area = self.signed_area_at(corner);
+            if area > best.1 {
+                best = (corner, area);
             }
             corner = self.next[corner as usize];
         }
@@ -174,12 +180,13 @@ impl Ears {
     }
 
     /// Says of a corner with new neighbours what it is now.
-    fn classify(&mut self, corner: u32) {
-        let reflex = self.turn_at(corner) <= 0.0;
+    fn update_corner(&mut self, corner: u32) {
+        let reflex = self.signed_area_at(corner) <= 0.0;
         self.set_reflex(corner, reflex);
-        self.tries[corner as usize] += 1;
+        self.versions[corner as usize] += 1;
         if !reflex {
-            self.queue.push_back((corner, self.tries[corner as usize]));
+            self.queue
+                .push_back((corner, self.versions[corner as usize]));
         }
     }
 
@@ -187,15 +194,15 @@ impl Ears {
         self.reflex.mark(corner, reflex);
         if !reflex {
             for waiting in std::mem::take(&mut self.blocked[corner as usize]) {
-                self.tries[waiting as usize] += 1;
+                self.versions[waiting as usize] += 1;
                 self.queue
-                    .push_back((waiting, self.tries[waiting as usize]));
+                    .push_back((waiting, self.versions[waiting as usize]));
             }
         }
     }
 }
 
-fn spend(steps: &mut u64, amount: u64) -> Result<(), OutOfSteps> {
-    *steps = steps.checked_sub(amount).ok_or(OutOfSteps)?;
+fn charge(steps: &mut u64, amount: u64) -> Result<(), WorkLimitExceeded> {
+    *steps = steps.checked_sub(amount).ok_or(WorkLimitExceeded)?;
     Ok(())
 }

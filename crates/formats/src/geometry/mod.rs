@@ -3,5 +3,8 @@
 pub(crate) mod ear_clipping;
 pub(crate) mod polygons;
 pub(crate) mod reflex_kd_tree;
+#[cfg(test)]
+#[cfg(test)]
+mod tests;
 pub(crate) mod vertex_dedup;
 pub(crate) mod weld;

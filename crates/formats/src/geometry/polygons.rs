@@ -8,20 +8,20 @@ use glam::DVec3;
 use crate::budget::Budget;
 use crate::error::FormatError;
 use crate::geometry::ear_clipping;
-use crate::geometry::vertex_dedup::{Corner, NONE};
+use crate::geometry::vertex_dedup::{Corner, NO_INDEX};
 
 /// The most corners of one polygon: the memory to cut it stays in proportion to the file.
-const MOST_CORNERS: usize = 1 << 20;
+const MAX_CORNERS: usize = 1 << 20;
 
 /// Faces of fewer than 3 corners: they have no area, and are passed over as other readers do.
 #[derive(Debug, Default)]
-pub(crate) struct Thin {
+pub(crate) struct DegenerateFaces {
     count: usize,
     /// Where the first is.
     first: Option<String>,
 }
 
-impl Thin {
+impl DegenerateFaces {
     /// Counts one.
     pub(crate) fn add(&mut self, place: impl FnOnce() -> String) {
         self.count += 1;
@@ -71,10 +71,10 @@ impl Polygons {
     }
 
     /// Adds a corner to the polygon under way.
-    pub(crate) fn corner(&mut self, corner: Corner) {
+    pub(crate) fn push_corner(&mut self, corner: Corner) {
         let attributes = [corner.uv, corner.normal];
-        if !self.attributes.is_empty() || attributes != [NONE; 2] {
-            self.attributes.resize(self.positions.len(), [NONE; 2]);
+        if !self.attributes.is_empty() || attributes != [NO_INDEX; 2] {
+            self.attributes.resize(self.positions.len(), [NO_INDEX; 2]);
             self.attributes.push(attributes);
         }
         self.positions.push(corner.position);
@@ -106,8 +106,10 @@ impl Polygons {
         }
         self.ends.extend(later.ends.iter().map(|end| start + end));
         if !self.attributes.is_empty() || !later.attributes.is_empty() {
-            self.attributes.resize(start, [NONE; 2]);
-            later.attributes.resize(later.positions.len(), [NONE; 2]);
+            self.attributes.resize(start, [NO_INDEX; 2]);
+            later
+                .attributes
+                .resize(later.positions.len(), [NO_INDEX; 2]);
             self.attributes.append(&mut later.attributes);
         }
         self.positions.append(&mut later.positions);
@@ -119,8 +121,8 @@ impl Polygons {
     }
 
     /// A corner, counted over all polygons.
-    fn at(&self, corner: usize) -> Corner {
-        let [uv, normal] = (self.attributes.get(corner)).map_or([NONE; 2], |given| *given);
+    fn corner_at(&self, corner: usize) -> Corner {
+        let [uv, normal] = (self.attributes.get(corner)).map_or([NO_INDEX; 2], |given| *given);
         Corner {
             position: self.positions[corner],
             uv,
@@ -129,24 +131,24 @@ impl Polygons {
     }
 
     /// Changes a corner, counted over all polygons, if it is there.
-    pub(crate) fn change(&mut self, corner: usize, change: impl FnOnce(&mut Corner)) {
+    pub(crate) fn edit_corner(&mut self, corner: usize, change: impl FnOnce(&mut Corner)) {
         if corner >= self.positions.len() {
             return;
         }
-        let mut changed = self.at(corner);
+        let mut changed = self.corner_at(corner);
         change(&mut changed);
         self.positions[corner] = changed.position;
         let attributes = [changed.uv, changed.normal];
-        if !self.attributes.is_empty() || attributes != [NONE; 2] {
-            self.attributes.resize(self.positions.len(), [NONE; 2]);
+        if !self.attributes.is_empty() || attributes != [NO_INDEX; 2] {
+            self.attributes.resize(self.positions.len(), [NO_INDEX; 2]);
             self.attributes[corner] = attributes;
         }
     }
 
     /// Takes the texture coordinates (1) or normals (2) from all corners.
-    pub(crate) fn forget(&mut self, kind: usize) {
+    pub(crate) fn drop_attribute(&mut self, kind: usize) {
         for attributes in &mut self.attributes {
-            attributes[kind - 1] = NONE;
+            attributes[kind - 1] = NO_INDEX;
         }
     }
 
@@ -165,7 +167,7 @@ impl Polygons {
 
     /// The corners of a polygon.
     pub(crate) fn get(&self, polygon: usize) -> impl ExactSizeIterator<Item = Corner> + Clone {
-        self.range(polygon).map(|corner| self.at(corner))
+        self.range(polygon).map(|corner| self.corner_at(corner))
     }
 
     /// Cuts a range of the polygons, of at least 3 corners each, and shows every triangle with the number of its
@@ -185,12 +187,15 @@ impl Polygons {
         for polygon in range {
             let corners = self.range(polygon);
             if corners.len() == 3 {
-                triangle(polygon, [0, 1, 2].map(|i| self.at(corners.start + i)));
+                triangle(
+                    polygon,
+                    [0, 1, 2].map(|i| self.corner_at(corners.start + i)),
+                );
                 continue;
             }
-            if corners.len() > MOST_CORNERS {
+            if corners.len() > MAX_CORNERS {
                 let message = format!(
-                    "a face of {} corners, more than {MOST_CORNERS}",
+                    "a face of {} corners, more than {MAX_CORNERS}",
                     corners.len()
                 );
                 return Err(FormatError::unsupported(path, message));
@@ -207,7 +212,10 @@ impl Polygons {
                 }
             })?;
             for corner in &cut {
-                triangle(polygon, corner.map(|i| self.at(corners.start + i as usize)));
+                triangle(
+                    polygon,
+                    corner.map(|i| self.corner_at(corners.start + i as usize)),
+                );
             }
         }
         Ok(())

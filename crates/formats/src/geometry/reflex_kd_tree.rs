@@ -3,20 +3,20 @@
 use glam::DVec2;
 
 /// The corners of a leaf, at most.
-const LEAF: usize = 8;
+const LEAF_POINTS: usize = 8;
 
 /// A k-d tree (Bentley 1975) over fixed points, some of which are marked.
-pub(crate) struct Tree {
+pub(crate) struct ReflexKdTree {
     /// The numbers of the points, those of a node beside each other.
     order: Vec<u32>,
     /// Where each point is in `order`.
-    place: Vec<u32>,
+    position: Vec<u32>,
     /// A node's two children come one after the other.
-    nodes: Vec<Node>,
+    nodes: Vec<KdNode>,
     marked: Vec<bool>,
 }
 
-struct Node {
+struct KdNode {
     low: DVec2,
     high: DVec2,
     start: u32,
@@ -28,22 +28,22 @@ struct Node {
 }
 
 /// Twice the signed area of a triangle: positive where it turns to the left.
-pub(crate) fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+pub(crate) fn signed_area2(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-impl Tree {
+impl ReflexKdTree {
     /// A tree over these points, of which none is marked.
     pub(crate) fn new(points: &[DVec2]) -> Self {
         let mut tree = Self {
             order: (0..points.len() as u32).collect(),
-            place: vec![0; points.len()],
-            nodes: vec![Node::of(0, points.len())],
+            position: vec![0; points.len()],
+            nodes: vec![KdNode::new(0, points.len())],
             marked: vec![false; points.len()],
         };
         let mut at = 0;
         while at < tree.nodes.len() {
-            let Node {
+            let KdNode {
                 start,
                 end,
                 low,
@@ -55,7 +55,7 @@ impl Tree {
             let sides = own.iter().map(|&i| points[i as usize]);
             let (low, high) = sides.fold((low, high), |(l, h), p| (l.min(p), h.max(p)));
             (tree.nodes[at].low, tree.nodes[at].high) = (low, high);
-            if end - start > LEAF {
+            if end - start > LEAF_POINTS {
                 let axis = usize::from(high.y - low.y > high.x - low.x);
                 let half = own.len() / 2;
                 own.select_nth_unstable_by(half, |&a, &b| {
@@ -63,13 +63,13 @@ impl Tree {
                     key(a).total_cmp(&key(b)).then(a.cmp(&b))
                 });
                 tree.nodes[at].children = tree.nodes.len() as u32;
-                tree.nodes.push(Node::of(start, start + half));
-                tree.nodes.push(Node::of(start + half, end));
+                tree.nodes.push(KdNode::new(start, start + half));
+                tree.nodes.push(KdNode::new(start + half, end));
             }
             at += 1;
         }
         for (place, &point) in tree.order.iter().enumerate() {
-            tree.place[point as usize] = place as u32;
+            tree.position[point as usize] = place as u32;
         }
         tree
     }
@@ -82,7 +82,7 @@ impl Tree {
         if std::mem::replace(&mut self.marked[point as usize], marked) == marked {
             return;
         }
-        let place = self.place[point as usize];
+        let place = self.position[point as usize];
         let mut at = 0;
         loop {
             let node = &mut self.nodes[at];
@@ -101,7 +101,7 @@ impl Tree {
 
     /// A marked point in the closed triangle that turns to the left, but at none of its corners; and how many nodes and
     /// points were looked at.
-    pub(crate) fn inside(&self, points: &[DVec2], triangle: [DVec2; 3]) -> (Option<u32>, u64) {
+    pub(crate) fn find_inside(&self, points: &[DVec2], triangle: [DVec2; 3]) -> (Option<u32>, u64) {
         let [a, b, c] = triangle;
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         let (mut stack, mut steps) = (vec![0_u32], 0);
@@ -130,9 +130,9 @@ impl Tree {
                     && p != a
                     && p != b
                     && p != c
-                    && turn(a, b, p) >= 0.0
-                    && turn(b, c, p) >= 0.0
-                    && turn(c, a, p) >= 0.0
+                    && signed_area2(a, b, p) >= 0.0
+                    && signed_area2(b, c, p) >= 0.0
+                    && signed_area2(c, a, p) >= 0.0
             });
             if found.is_some() {
                 return (found.copied(), steps);
@@ -142,8 +142,8 @@ impl Tree {
     }
 }
 
-impl Node {
-    fn of(start: usize, end: usize) -> Self {
+impl KdNode {
+    fn new(start: usize, end: usize) -> Self {
         Self {
             low: DVec2::INFINITY,
             high: DVec2::NEG_INFINITY,
@@ -168,7 +168,7 @@ impl Node {
         } else {
             self.low.y
         };
-        turn(a, b, DVec2::new(x, y)) < 0.0
+        signed_area2(a, b, DVec2::new(x, y)) < 0.0
     }
 }
 
@@ -187,22 +187,25 @@ mod tests {
             ((state >> 60) as f64) / 4.0
         };
         let points: Vec<DVec2> = (0..300).map(|_| DVec2::new(random(), random())).collect();
-        let mut tree = Tree::new(&points);
+        let mut tree = ReflexKdTree::new(&points);
         let (mut found, mut none) = (0, 0);
         for round in 0..3000_u32 {
             let point = round * 7 % 300;
             tree.mark(point, round % 3 == 0);
             assert_eq!(tree.is_marked(point), round % 3 == 0);
             let [a, b, c] = [(); 3].map(|()| DVec2::new(random(), random()));
-            if turn(a, b, c) <= 0.0 {
+            if signed_area2(a, b, c) <= 0.0 {
                 continue;
             }
             let lies_inside = |p: DVec2| {
                 let corner = p == a || p == b || p == c;
-                !corner && turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0
+                !corner
+                    && signed_area2(a, b, p) >= 0.0
+                    && signed_area2(b, c, p) >= 0.0
+                    && signed_area2(c, a, p) >= 0.0
             };
             let any = (0..300).any(|i| tree.is_marked(i) && lies_inside(points[i as usize]));
-            let (inside, _) = tree.inside(&points, [a, b, c]);
+            let (inside, _) = tree.find_inside(&points, [a, b, c]);
             assert_eq!(inside.is_some(), any);
             if let Some(inside) = inside {
                 assert!(tree.is_marked(inside) && lies_inside(points[inside as usize]));

@@ -6,9 +6,9 @@ use std::collections::HashMap;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Corner {
     pub(crate) position: u32,
-    /// Or [`NONE`].
+    /// Or [`NO_INDEX`].
     pub(crate) uv: u32,
-    /// Or [`NONE`].
+    /// Or [`NO_INDEX`].
     pub(crate) normal: u32,
 }
 
@@ -17,23 +17,23 @@ impl Corner {
     pub(crate) fn plain(position: u32) -> Self {
         Self {
             position,
-            uv: NONE,
-            normal: NONE,
+            uv: NO_INDEX,
+            normal: NO_INDEX,
         }
     }
 }
 
 /// No such attribute.
-pub(crate) const NONE: u32 = u32::MAX;
+pub(crate) const NO_INDEX: u32 = u32::MAX;
 /// A vertex that no corner has claimed yet.
-const FREE: u32 = u32::MAX - 1;
+const UNUSED: u32 = u32::MAX - 1;
 /// Past this many vertices at one position they are looked up, so that no file makes it slow.
-const CROWD: usize = 32;
+const MAX_CHAIN: usize = 32;
 
 /// The vertices of one mesh as they are found.
-pub(crate) struct Vertices {
+pub(crate) struct VertexDeduper {
     /// What each vertex is made of; `uv` is above every index where no corner uses it.
-    pub(crate) made_of: Vec<Corner>,
+    pub(crate) corner_of: Vec<Corner>,
     /// The next vertex at the same position.
     next: Vec<u32>,
     /// The first vertex of each position.
@@ -41,21 +41,21 @@ pub(crate) struct Vertices {
     crowded: HashMap<(u32, u32, u32), u32>,
 }
 
-impl Vertices {
+impl VertexDeduper {
     /// For positions below `count`.
     pub(crate) fn new(count: usize) -> Self {
         Self {
-            made_of: Vec::new(),
+            corner_of: Vec::new(),
             next: Vec::new(),
-            first: vec![NONE; count],
+            first: vec![NO_INDEX; count],
             crowded: HashMap::new(),
         }
     }
 
     /// Begins another mesh.
     pub(crate) fn clear(&mut self) {
-        for corner in self.made_of.drain(..) {
-            self.first[corner.position as usize] = NONE;
+        for corner in self.corner_of.drain(..) {
+            self.first[corner.position as usize] = NO_INDEX;
         }
         self.next.clear();
         self.crowded.clear();
@@ -64,36 +64,36 @@ impl Vertices {
     /// Gives these positions the next vertices, in this order, so that a mesh without seams keeps the file's order.
     pub(crate) fn reserve(&mut self, positions: impl Iterator<Item = u32>) {
         for position in positions {
-            if self.first[position as usize] == NONE {
+            if self.first[position as usize] == NO_INDEX {
                 self.first[position as usize] = self.push(Corner {
                     position,
-                    uv: FREE,
-                    normal: FREE,
+                    uv: UNUSED,
+                    normal: UNUSED,
                 });
             }
         }
     }
 
     fn push(&mut self, corner: Corner) -> u32 {
-        self.made_of.push(corner);
-        self.next.push(NONE);
-        (self.made_of.len() - 1) as u32
+        self.corner_of.push(corner);
+        self.next.push(NO_INDEX);
+        (self.corner_of.len() - 1) as u32
     }
 
     /// The vertex of a corner whose position is reserved.
-    pub(crate) fn vertex(&mut self, corner: Corner) -> u32 {
+    pub(crate) fn vertex_of(&mut self, corner: Corner) -> u32 {
         let mut vertex = self.first[corner.position as usize];
-        for place in 1..=CROWD {
-            let found = &mut self.made_of[vertex as usize];
-            if found.uv == FREE {
+        for place in 1..=MAX_CHAIN {
+            let found = &mut self.corner_of[vertex as usize];
+            if found.uv == UNUSED {
                 *found = corner;
             }
             if *found == corner {
                 return vertex;
             }
-            if self.next[vertex as usize] != NONE {
+            if self.next[vertex as usize] != NO_INDEX {
                 vertex = self.next[vertex as usize];
-            } else if place < CROWD {
+            } else if place < MAX_CHAIN {
                 let new = self.push(corner);
                 self.next[vertex as usize] = new;
                 return new;

@@ -7,15 +7,14 @@ use std::io::Cursor;
 use ::image::codecs::bmp::BmpDecoder;
 use raycam_scene::Image;
 
-use super::Decoder;
 use crate::error::FormatError;
-use crate::image::png::{pixels, refused};
+use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
 pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let decoder = BmpDecoder::new(Cursor::new(file.bytes));
-    let decoder = decoder.map_err(|e| refused(file, e))?;
-    pixels(file, decoder, |file| {
-        let found = Header::find(file.bytes).map(|header| header.whole(file.bytes));
+    let decoder = decoder.map_err(|e| decoder_error(file, e))?;
+    decode_checked(file, decoder, |file| {
+        let found = BmpHeader::parse(file.bytes).map(|header| header.check_complete(file.bytes));
         found
             .flatten()
             .ok_or_else(|| file.fault("ends early, or has runs that lead out of the picture"))
@@ -23,7 +22,7 @@ pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
 }
 
 /// Where the pixels are, and how.
-struct Header {
+struct BmpHeader {
     start: usize,
     columns: usize,
     rows: usize,
@@ -33,8 +32,8 @@ struct Header {
     runs: bool,
 }
 
-impl Header {
-    fn find(bytes: &[u8]) -> Option<Self> {
+impl BmpHeader {
+    fn parse(bytes: &[u8]) -> Option<Self> {
         let two = |at: usize| Some(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
         let four = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
         let start = four(10)? as usize;
@@ -59,7 +58,7 @@ impl Header {
     }
 
     /// Whether the file has every row, found without a place to put them.
-    fn whole(&self, bytes: &[u8]) -> Option<()> {
+    fn check_complete(&self, bytes: &[u8]) -> Option<()> {
         let bytes = bytes.get(self.start..)?;
         if self.runs {
             return self.runs_fit(bytes);

@@ -12,13 +12,13 @@ use ::exr::prelude::{
 };
 use raycam_scene::Image;
 
-use super::Decoder;
 use crate::error::FormatError;
+use crate::image::decoder::Decoder;
 
 /// The largest level of the first part with channels R, G, B or Y; alpha from A, else 1.
 pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let headers = MetaData::read_from_buffered(Cursor::new(file.bytes), false);
-    let headers = headers.map_err(|e| refused(file, e))?.headers;
+    let headers = headers.map_err(|e| decoder_error(file, e))?.headers;
     let has = |header: &Header, name: &str| {
         let mut names = header.channels.list.iter().map(|c| &c.name);
         names.any(|channel| channel.eq(name))
@@ -94,8 +94,8 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
         let image = image.non_parallel().from_buffered(bytes);
         image.map(|image| image.layer_data.channel_data.pixels)
     };
-    let texels = texels.map_err(|e| refused(file, e))?;
-    let texels = file.floats(texels);
+    let texels = texels.map_err(|e| decoder_error(file, e))?;
+    let texels = file.float_texels(texels);
     Ok(file.image(size, texels))
 }
 
@@ -132,16 +132,16 @@ fn check_blocks(
             block.layer == index && tile.level_index == largest
         })
     });
-    let chunks = chunks.map_err(|e| refused(file, e))?;
+    let chunks = chunks.map_err(|e| decoder_error(file, e))?;
     let meta = chunks.meta_data().clone();
     for chunk in chunks {
-        let chunk = chunk.map_err(|e| refused(file, e))?;
+        let chunk = chunk.map_err(|e| decoder_error(file, e))?;
         if sized {
             check_sizes(file, part, &chunk.compressed_block, most)?;
         }
         if whole {
             let block = UncompressedBlock::decompress_chunk(chunk, &meta, false);
-            block.map_err(|e| refused(file, e))?;
+            block.map_err(|e| decoder_error(file, e))?;
         }
     }
     Ok(())
@@ -156,7 +156,7 @@ fn check_sizes(
 ) -> Result<(), FormatError> {
     let place = part.get_block_data_indices(block);
     let place = place.and_then(|place| part.get_absolute_block_pixel_coordinates(place));
-    let place = place.map_err(|e| refused(file, e))?;
+    let place = place.map_err(|e| decoder_error(file, e))?;
     let bytes = match block {
         CompressedBlock::ScanLine(block) => &block.compressed_pixels_le,
         CompressedBlock::Tile(block) => &block.compressed_pixels_le,
@@ -190,7 +190,7 @@ fn other_primaries(found: ::exr::meta::attribute::Chromaticities) -> bool {
     found.into_iter().zip(expected).any(differs)
 }
 
-fn refused(file: &Decoder<'_>, error: Error) -> FormatError {
+fn decoder_error(file: &Decoder<'_>, error: Error) -> FormatError {
     match error {
         Error::NotSupported(message) => file.unsupported(message),
         Error::Io(e) => file.fault(format!("ends early: {e}")),

@@ -5,24 +5,24 @@ use std::io::Read;
 use ::image::codecs::hdr::HdrDecoder;
 use raycam_scene::{Image, Texels};
 
-use super::Decoder;
 use crate::error::FormatError;
-use crate::image::png::{pixels, refused};
+use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
 pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     // The other signature means the same.
     let rest = file.bytes.strip_prefix(b"#?RGBE");
     let rest = rest.or_else(|| file.bytes.strip_prefix(b"#?RADIANCE"));
     let rest = rest.unwrap_or_default();
-    let found = Orientation::find(rest);
+    let found = Orientation::parse(rest);
     // The decoder sees what it knows, and the texels are put in their places afterwards.
     let (line, after) = match &found {
-        Some((orientation, line)) => (orientation.as_usual(), line.end),
+        Some((orientation, line)) => (orientation.standard_header(), line.end),
         None => (String::new(), 0),
     };
     let header = &rest[..found.as_ref().map_or(0, |(_, line)| line.start)];
     let bytes = b"#?RADIANCE".chain(header).chain(line.as_bytes());
-    let decoder = HdrDecoder::new(bytes.chain(&rest[after..])).map_err(|e| refused(file, e))?;
+    let decoder =
+        HdrDecoder::new(bytes.chain(&rest[after..])).map_err(|e| decoder_error(file, e))?;
     let metadata = decoder.metadata();
     for (key, value) in &metadata.custom_attributes {
         if key == "FORMAT" && value != "32-bit_rle_rgbe" {
@@ -46,9 +46,10 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
         return Err(fault(file));
     }
     let size = [metadata.width, metadata.height].map(|side| side as usize);
-    let mut image = pixels(file, decoder, |file| {
+    let mut image = decode_checked(file, decoder, |file| {
         let lines = after_resolution(rest).unwrap_or_default();
-        whole(lines, size).ok_or_else(|| file.fault("ends early, or has runs longer than a line"))
+        check_complete(lines, size)
+            .ok_or_else(|| file.fault("ends early, or has runs longer than a line"))
     })?;
     if exposure != 1.0
         && let Texels::Float(texels) = &mut image.texels
@@ -63,7 +64,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
         }
     }
     Ok(match found {
-        Some((orientation, _)) => orientation.applied(image),
+        Some((orientation, _)) => orientation.reorient(image),
         None => image,
     })
 }
@@ -80,7 +81,7 @@ fn after_resolution(bytes: &[u8]) -> Option<&[u8]> {
 /// Source: Ward, "Radiance File Formats", "Picture File Format": a line that begins with 2, 2 and less than 128 has its
 /// four channels one after the other, in runs of one value (more than 128) and of several; in any other, a pixel of
 /// 1, 1, 1 repeats the one before it, 256 times as often after another such pixel.
-fn whole(bytes: &[u8], [columns, rows]: [usize; 2]) -> Option<()> {
+fn check_complete(bytes: &[u8], [columns, rows]: [usize; 2]) -> Option<()> {
     let mut bytes = bytes.iter();
     let mut take = |count: usize| match count {
         0 => Some(&[][..]),
@@ -158,7 +159,7 @@ struct Orientation {
 impl Orientation {
     /// That of the resolution string, the line after the first empty one, and where that is; `None` where it is the
     /// usual one or no such string.
-    fn find(bytes: &[u8]) -> Option<(Self, std::ops::Range<usize>)> {
+    fn parse(bytes: &[u8]) -> Option<(Self, std::ops::Range<usize>)> {
         let start = bytes.windows(2).position(|pair| pair == b"\n\n")? + 2;
         let length = bytes[start..].iter().position(|&b| b == b'\n')?;
         let line = std::str::from_utf8(&bytes[start..start + length]).ok()?;
@@ -185,13 +186,13 @@ impl Orientation {
     }
 
     /// The resolution string of a file that has the same scanlines in the usual orientation.
-    fn as_usual(&self) -> String {
+    fn standard_header(&self) -> String {
         let [scanlines, pixels] = &self.counts;
         format!("-Y {scanlines} +X {pixels}\n")
     }
 
     /// The picture, of which `image` has the scanlines as rows.
-    fn applied(&self, image: Image) -> Image {
+    fn reorient(&self, image: Image) -> Image {
         let Texels::Float(from) = &image.texels else {
             return image;
         };

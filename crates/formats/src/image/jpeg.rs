@@ -8,20 +8,19 @@ use std::io::Cursor;
 use ::image::codecs::jpeg::JpegDecoder;
 use raycam_scene::Image;
 
-use super::Decoder;
-use super::jpeg_scan::{Component, Passes, Scan, Table};
+use super::jpeg_scan::{FrameComponent, HuffmanTable, Scan, ScanKind};
 use crate::error::FormatError;
-use crate::image::png::{pixels, refused};
+use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
 /// The most scans of one picture, as many as the decoder takes: each may visit all of it with a few bytes.
-const SCANS: usize = 100;
+const MAX_SCANS: usize = 100;
 
 pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let decoder = JpegDecoder::new(Cursor::new(file.bytes));
-    let decoder = decoder.map_err(|e| refused(file, e))?;
-    let mut missing = Missing::default();
-    let image = pixels(file, decoder, |file| {
-        missing = whole(file.bytes).map_err(|message| file.fault(message))?;
+    let decoder = decoder.map_err(|e| decoder_error(file, e))?;
+    let mut missing = MissingData::default();
+    let image = decode_checked(file, decoder, |file| {
+        missing = check_complete(file.bytes).map_err(|message| file.fault(message))?;
         Ok(())
     })?;
     if missing.scans {
@@ -37,7 +36,7 @@ pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
 
 /// What a picture can be shown without.
 #[derive(Clone, Copy, Debug, Default)]
-struct Missing {
+struct MissingData {
     /// The scans that would make it finer.
     scans: bool,
     /// The end of the last blocks of this scan.
@@ -46,22 +45,22 @@ struct Missing {
 
 /// What segments have said so far.
 #[derive(Default)]
-struct Segments {
+struct SegmentState {
     /// How the picture is coded, 0, 1 or 2 (progressive), where this is known.
     frame: Option<u8>,
     size: [usize; 2],
-    components: Vec<Component>,
+    components: Vec<FrameComponent>,
     /// Of DC, then of AC.
-    tables: [[Option<Table>; 4]; 2],
+    tables: [[Option<HuffmanTable>; 4]; 2],
     interval: usize,
     scans: usize,
-    missing: Missing,
+    missing: MissingData,
 }
 
 /// Whether the file has every scan of its picture, found without a place to put it.
-fn whole(bytes: &[u8]) -> Result<Missing, String> {
+fn check_complete(bytes: &[u8]) -> Result<MissingData, String> {
     let cut = || "ends early: no end-of-image marker".to_owned();
-    let mut found = Segments::default();
+    let mut found = SegmentState::default();
     let mut at = 2;
     loop {
         // What stands before a marker and is none is passed over, as decoders do.
@@ -93,8 +92,8 @@ fn whole(bytes: &[u8]) -> Result<Missing, String> {
             }
             0xda => {
                 found.scans += 1;
-                if found.scans > SCANS {
-                    return Err(format!("more than {SCANS} scans"));
+                if found.scans > MAX_SCANS {
+                    return Err(format!("more than {MAX_SCANS} scans"));
                 }
                 at += found.scan(segment, &bytes[at..])?;
             }
@@ -103,7 +102,7 @@ fn whole(bytes: &[u8]) -> Result<Missing, String> {
     }
 }
 
-impl Segments {
+impl SegmentState {
     /// A frame header. Other ways to code a picture are left to the decoder.
     fn frame(&mut self, kind: u8, segment: &[u8]) -> Option<()> {
         let (head, rest) = segment.split_first_chunk::<6>()?;
@@ -115,7 +114,7 @@ impl Segments {
             if factors.contains(&0) {
                 return None;
             }
-            self.components.push(Component::new(id, factors));
+            self.components.push(FrameComponent::new(id, factors));
         }
         (self.components.len() == usize::from(head[5])).then_some(())
     }
@@ -128,7 +127,7 @@ impl Segments {
             let [class, id] = [head[0] >> 4, head[0] & 15].map(usize::from);
             let table = self.tables.get_mut(class)?.get_mut(id)?;
             let lengths = head[1..].first_chunk()?;
-            *table = Some(Table::new(lengths, values)?);
+            *table = Some(HuffmanTable::new(lengths, values)?);
             segment = rest;
         }
         Some(())
@@ -150,9 +149,9 @@ impl Segments {
             .split_at_checked(2 * usize::from(count))
             .ok_or_else(odd)?;
         let [first, last, bits] = *rest.first_chunk().ok_or_else(odd)?;
-        let passes = match frame {
-            2 => Passes::progressive([first, last], [bits >> 4, bits & 15]).ok_or_else(odd)?,
-            _ => Passes::Sequential,
+        let kind = match frame {
+            2 => ScanKind::progressive([first, last], [bits >> 4, bits & 15]).ok_or_else(odd)?,
+            _ => ScanKind::Sequential,
         };
         let mut chosen = Vec::new();
         for &[id, tables] in selectors.as_chunks().0 {
@@ -164,12 +163,12 @@ impl Segments {
             self.components[place].tables =
                 [tables >> 4, tables & 15].map(|id| usize::from(id & 3));
         }
-        if chosen.is_empty() || (chosen.len() > 1 && passes.of_one()) {
+        if chosen.is_empty() || (chosen.len() > 1 && kind.is_single_component()) {
             return Err(odd());
         }
         let scan = Scan {
             size: self.size,
-            passes,
+            kind,
             interval: self.interval,
             tables: &self.tables,
         };
@@ -182,11 +181,11 @@ impl Segments {
     }
 
     /// What is missing, at the end of the file.
-    fn finished(&self) -> Result<Missing, String> {
+    fn finished(&self) -> Result<MissingData, String> {
         if self.frame.is_none() {
             return match self.scans {
                 0 => Err("ends before its picture".to_owned()),
-                _ => Ok(Missing::default()),
+                _ => Ok(MissingData::default()),
             };
         }
         if let Some(missing) = self.components.iter().find(|c| c.bits[0].is_none()) {
@@ -196,7 +195,7 @@ impl Segments {
             ));
         }
         let mut bits = self.components.iter().flat_map(|c| &c.bits);
-        Ok(Missing {
+        Ok(MissingData {
             scans: bits.any(|&bit| bit != Some(0)),
             ..self.missing
         })

@@ -3,7 +3,7 @@
 //! Source: ITU-T T.81, A.2 (order of blocks), C (Huffman tables), F.2.2 and G.1.2 (codes of a block), E.2.4 (restarts).
 
 /// A component of the picture.
-pub(super) struct Component {
+pub(super) struct FrameComponent {
     pub id: u8,
     /// How many blocks of it are in a unit of a scan of several, across and down.
     factors: [usize; 2],
@@ -15,7 +15,7 @@ pub(super) struct Component {
     nonzero: Vec<u64>,
 }
 
-impl Component {
+impl FrameComponent {
     pub(super) fn new(id: u8, factors: [usize; 2]) -> Self {
         Self {
             id,
@@ -29,7 +29,7 @@ impl Component {
 
 /// What a scan has of each block.
 #[derive(Clone, Copy)]
-pub(super) enum Passes {
+pub(super) enum ScanKind {
     /// All of it.
     Sequential,
     /// Coefficient 0, or its next bit.
@@ -43,7 +43,7 @@ pub(super) enum Passes {
     },
 }
 
-impl Passes {
+impl ScanKind {
     /// Of a progressive scan with these coefficients and bits.
     pub(super) fn progressive([first, last]: [u8; 2], [high, low]: [u8; 2]) -> Option<Self> {
         let bits = low <= 13 && (high == 0 || high == low + 1);
@@ -60,30 +60,30 @@ impl Passes {
     }
 
     /// Whether such a scan is of one component.
-    pub(super) fn of_one(self) -> bool {
+    pub(super) fn is_single_component(self) -> bool {
         matches!(self, Self::Ac { .. })
     }
 }
 
 /// The codes of a Huffman table.
-pub(super) struct Table {
-    /// Of the next [`FAST`] bits: the code's length and its value, 0 where it is longer.
-    fast: Vec<[u8; 2]>,
+pub(super) struct HuffmanTable {
+    /// Of the next [`FAST_BITS`] bits: the code's length and its value, 0 where it is longer.
+    lookup: Vec<[u8; 2]>,
     /// Of each length, the first code, the first one of the next, and where the values of its own are.
     lengths: [(u32, u32, usize); 17],
     values: Vec<u8>,
 }
 
-const FAST: u32 = 9;
+const FAST_BITS: u32 = 9;
 
 /// Some programs leave out the last bits, and readers make them up: of so many units, the last may be missing.
-const MANY: usize = 64;
+const MAX_MISSING_TAIL: usize = 64;
 
-impl Table {
+impl HuffmanTable {
     /// Of how many codes there are of each length, from one bit on, and what they stand for.
     pub(super) fn new(counts: &[u8; 16], values: &[u8]) -> Option<Self> {
         let mut table = Self {
-            fast: vec![[0; 2]; 1 << FAST],
+            lookup: vec![[0; 2]; 1 << FAST_BITS],
             lengths: [(0, 0, 0); 17],
             values: values.to_vec(),
         };
@@ -95,10 +95,10 @@ impl Table {
                 return None;
             }
             table.lengths[length as usize] = (code, end, at);
-            if length <= FAST {
-                let width = 1_usize << (FAST - length);
+            if length <= FAST_BITS {
+                let width = 1_usize << (FAST_BITS - length);
                 for (place, &value) in (code as usize..).zip(&values[at..at + count]) {
-                    table.fast[place * width..][..width].fill([length as u8, value]);
+                    table.lookup[place * width..][..width].fill([length as u8, value]);
                 }
             }
             at += count;
@@ -109,7 +109,7 @@ impl Table {
 }
 
 /// The bits of a stretch of data between markers.
-struct Bits<'a> {
+struct BitReader<'a> {
     bytes: &'a [u8],
     at: usize,
     /// Those that have been read and not been used, from the highest on.
@@ -117,7 +117,7 @@ struct Bits<'a> {
     count: u32,
 }
 
-impl Bits<'_> {
+impl BitReader<'_> {
     /// Has at least 32 bits ahead where the data has so many.
     fn fill(&mut self) {
         while self.count <= 56 {
@@ -137,7 +137,7 @@ impl Bits<'_> {
         }
     }
 
-    fn pass(&mut self, count: u32) -> Option<()> {
+    fn skip(&mut self, count: u32) -> Option<()> {
         if self.count < count {
             self.fill();
         }
@@ -147,7 +147,7 @@ impl Bits<'_> {
     }
 
     /// Up to 16 bits.
-    fn take(&mut self, count: u32) -> Option<u32> {
+    fn read_bits(&mut self, count: u32) -> Option<u32> {
         if count == 0 {
             return Some(0);
         }
@@ -155,24 +155,24 @@ impl Bits<'_> {
             self.fill();
         }
         let bits = (self.ahead >> (64 - count)) as u32;
-        self.pass(count)?;
+        self.skip(count)?;
         Some(bits)
     }
 
-    fn code(&mut self, table: &Table) -> Option<u8> {
+    fn read_code(&mut self, table: &HuffmanTable) -> Option<u8> {
         if self.count < 16 {
             self.fill();
         }
-        let [length, value] = table.fast[(self.ahead >> (64 - FAST)) as usize];
+        let [length, value] = table.lookup[(self.ahead >> (64 - FAST_BITS)) as usize];
         if length > 0 {
-            self.pass(length.into())?;
+            self.skip(length.into())?;
             return Some(value);
         }
-        for length in FAST + 1..=16 {
+        for length in FAST_BITS + 1..=16 {
             let code = (self.ahead >> (64 - length)) as u32;
             let (first, end, at) = table.lengths[length as usize];
             if (first..end).contains(&code) {
-                self.pass(length)?;
+                self.skip(length)?;
                 return table.values.get(at + (code - first) as usize).copied();
             }
         }
@@ -193,21 +193,26 @@ impl Bits<'_> {
 pub(super) struct Scan<'a> {
     /// Columns and rows of the picture.
     pub size: [usize; 2],
-    pub passes: Passes,
+    pub kind: ScanKind,
     /// How many units there are between restarts, 0 for no restarts.
     pub interval: usize,
-    pub tables: &'a [[Option<Table>; 4]; 2],
+    pub tables: &'a [[Option<HuffmanTable>; 4]; 2],
 }
 
 impl Scan<'_> {
     /// How many bytes the scan takes, and whether its last unit is there; else what is wrong, after "scan 1".
     pub(super) fn read(
         &self,
-        components: &mut [Component],
+        components: &mut [FrameComponent],
         chosen: &[usize],
         data: &[u8],
     ) -> Result<(usize, bool), String> {
-        let largest = |axis| components.iter().map(|c: &Component| c.factors[axis]).max();
+        let largest = |axis| {
+            components
+                .iter()
+                .map(|c: &FrameComponent| c.factors[axis])
+                .max()
+        };
         let largest = [0, 1].map(|axis| largest(axis).unwrap_or(1));
         // Blocks of a component by itself, or units of several.
         let blocks = |factor: [usize; 2]| {
@@ -221,7 +226,7 @@ impl Scan<'_> {
         for &place in chosen {
             self.note(&mut components[place], total)?;
         }
-        let mut bits = Bits {
+        let mut bits = BitReader {
             bytes: data,
             at: 0,
             ahead: 0,
@@ -231,7 +236,7 @@ impl Scan<'_> {
         while unit < total {
             if unit > 0 {
                 if !matches!(bits.marker_after(), Some(0xd0..=0xd7)) {
-                    return Err(self.place(unit, units));
+                    return Err(self.stop_message(unit, units));
                 }
                 bits.at += 2;
             }
@@ -241,22 +246,22 @@ impl Scan<'_> {
             };
             let mut run = 0;
             while unit < end {
-                let read = match self.passes {
+                let read = match self.kind {
                     // Whole runs of blocks of which nothing is told.
-                    Passes::Ac { high: 0, .. } if run > 0 => {
+                    ScanKind::Ac { high: 0, .. } if run > 0 => {
                         let passed = (end - unit).min(run as usize);
                         run -= passed as u32;
                         unit += passed;
                         continue;
                     }
-                    Passes::Ac { .. } => {
+                    ScanKind::Ac { .. } => {
                         self.ac(&mut components[chosen[0]], unit, &mut run, &mut bits)
                     }
                     _ => self.unit(components, chosen, &mut bits),
                 };
                 complete = read.is_some();
-                if !complete && (unit + 1 < total || total < MANY) {
-                    return Err(self.place(unit, units));
+                if !complete && (unit + 1 < total || total < MAX_MISSING_TAIL) {
+                    return Err(self.stop_message(unit, units));
                 }
                 unit += 1;
             }
@@ -266,17 +271,17 @@ impl Scan<'_> {
     }
 
     /// Where in the picture, as a row of its pixels.
-    fn place(&self, unit: usize, units: [usize; 2]) -> String {
+    fn stop_message(&self, unit: usize, units: [usize; 2]) -> String {
         let row = unit / units[0] * self.size[1] / units[1];
         format!("stops at row {row} of {}", self.size[1])
     }
 
     /// Notes which bits the scan gives, of how many blocks.
-    fn note(&self, component: &mut Component, blocks: usize) -> Result<(), String> {
-        let (range, high, low) = match self.passes {
-            Passes::Sequential => (0..64, 0, 0),
-            Passes::Dc { high, low } => (0..1, high, low),
-            Passes::Ac {
+    fn note(&self, component: &mut FrameComponent, blocks: usize) -> Result<(), String> {
+        let (range, high, low) = match self.kind {
+            ScanKind::Sequential => (0..64, 0, 0),
+            ScanKind::Dc { high, low } => (0..1, high, low),
+            ScanKind::Ac {
                 first,
                 last,
                 high,
@@ -300,35 +305,40 @@ impl Scan<'_> {
     }
 
     /// A unit of blocks, sequential or of coefficient 0.
-    fn unit(&self, components: &[Component], chosen: &[usize], bits: &mut Bits<'_>) -> Option<()> {
+    fn unit(
+        &self,
+        components: &[FrameComponent],
+        chosen: &[usize],
+        bits: &mut BitReader<'_>,
+    ) -> Option<()> {
         for &place in chosen {
             let component = &components[place];
             let blocks = match chosen.len() {
                 1 => 1,
                 _ => component.factors[0] * component.factors[1],
             };
-            if let Passes::Dc { high: 1.., .. } = self.passes {
-                bits.pass(blocks as u32)?;
+            if let ScanKind::Dc { high: 1.., .. } = self.kind {
+                bits.skip(blocks as u32)?;
                 continue;
             }
             let [dc, ac] = component.tables;
             let dc = self.tables[0][dc].as_ref()?;
             for _ in 0..blocks {
-                let size = bits.code(dc)?;
-                (size <= 16).then(|| bits.pass(size.into()))??;
-                if let Passes::Dc { .. } = self.passes {
+                let size = bits.read_code(dc)?;
+                (size <= 16).then(|| bits.skip(size.into()))??;
+                if let ScanKind::Dc { .. } = self.kind {
                     continue;
                 }
                 let ac = self.tables[1][ac].as_ref()?;
                 let mut k = 1;
                 while k < 64 {
-                    let code = bits.code(ac)?;
+                    let code = bits.read_code(ac)?;
                     match (code >> 4, code & 15) {
                         (15, 0) => k += 16,
                         (_, 0) => break,
                         (zeros, size) => {
                             k += zeros + 1;
-                            bits.pass(size.into())?;
+                            bits.skip(size.into())?;
                         }
                     }
                 }
@@ -341,14 +351,14 @@ impl Scan<'_> {
     /// A block's coefficients, or their next bit; `run` blocks from here on have no new ones.
     fn ac(
         &self,
-        component: &mut Component,
+        component: &mut FrameComponent,
         block: usize,
         run: &mut u32,
-        bits: &mut Bits<'_>,
+        bits: &mut BitReader<'_>,
     ) -> Option<()> {
-        let Passes::Ac {
+        let ScanKind::Ac {
             first, last, high, ..
-        } = self.passes
+        } = self.kind
         else {
             return None;
         };
@@ -357,19 +367,19 @@ impl Scan<'_> {
         let refined = high > 0;
         let mut k = first;
         while *run == 0 && k <= last {
-            let code = bits.code(table)?;
+            let code = bits.read_code(table)?;
             let (mut zeros, size) = (code >> 4, code & 15);
             if size == 0 && zeros < 15 {
-                *run = (1 << zeros) + bits.take(zeros.into())?;
+                *run = (1 << zeros) + bits.read_bits(zeros.into())?;
                 break;
             }
-            bits.pass(size.into())?;
+            bits.skip(size.into())?;
             if refined {
                 (size < 2).then_some(())?;
                 // As many that are zero so far; each that is not has a bit.
                 while k <= last {
                     if *nonzero >> k & 1 == 1 {
-                        bits.pass(1)?;
+                        bits.skip(1)?;
                     } else if zeros == 0 {
                         break;
                     } else {
@@ -390,8 +400,8 @@ impl Scan<'_> {
             if refined {
                 let rest = *nonzero >> k << k & (u64::MAX >> (63 - last));
                 let count = rest.count_ones();
-                bits.pass(count / 2)?;
-                bits.pass(count.div_ceil(2))?;
+                bits.skip(count / 2)?;
+                bits.skip(count.div_ceil(2))?;
             }
             *run -= 1;
         }

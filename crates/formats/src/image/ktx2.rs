@@ -1,4 +1,4 @@
-//! KTX 2.0 in (Khronos KTX File Format Specification): Basis Universal textures, and plain ones.
+//! KTX 2.0 in (Khronos KTX File LevelFormat Specification): Basis Universal textures, and plain ones.
 
 use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
 use half::f16;
@@ -6,15 +6,14 @@ use raycam_scene::{Image, Texels};
 use ruzstd::decoding::StreamingDecoder;
 use std::io::{self, Read, Write};
 
-use super::{ColorUse, Decoder};
 use crate::error::FormatError;
-use crate::image::png::grouped;
+use crate::image::decoder::{ColorUse, Decoder, grouped};
 
 pub(super) const MAGIC: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 
 /// The header, the index and the first entry of the level index.
-const HEADER: usize = 80;
-const LEVEL: usize = 24;
+const HEADER_BYTES: usize = 80;
+const LEVEL_ENTRY_BYTES: usize = 24;
 
 /// The colour models and transfer functions of a data format descriptor that matter here.
 const ETC1S: u8 = 163;
@@ -23,7 +22,7 @@ const SRGB: u8 = 2;
 
 /// What one channel of a plain texture is.
 #[derive(Clone, Copy)]
-enum Sample {
+enum SampleType {
     U8,
     U16,
     F16,
@@ -31,19 +30,19 @@ enum Sample {
 }
 
 /// How the largest level is stored.
-enum Format {
+enum LevelFormat {
     Basis(SourceFormat),
     /// Channels next to each other, the first one blue or red.
     Plain {
-        sample: Sample,
+        sample: SampleType,
         channels: usize,
         blue_first: bool,
     },
 }
 
 /// What the header says.
-struct Header {
-    format: Format,
+struct Ktx2Header {
+    format: LevelFormat,
     size: [u32; 2],
     /// 0 is none, 1 is BasisLZ, 2 is Zstandard.
     scheme: u32,
@@ -56,19 +55,19 @@ struct Header {
 }
 
 pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
-    let header = header(file)?;
+    let header = read_header(file)?;
     let [columns, rows] = header.size.map(u64::from);
     let (texel, expected) = match header.format {
-        Format::Basis(SourceFormat::Etc1s) => (4, None),
-        Format::Basis(_) => (4, Some(columns.div_ceil(4) * rows.div_ceil(4) * 16)),
-        Format::Plain {
+        LevelFormat::Basis(SourceFormat::Etc1s) => (4, None),
+        LevelFormat::Basis(_) => (4, Some(columns.div_ceil(4) * rows.div_ceil(4) * 16)),
+        LevelFormat::Plain {
             sample, channels, ..
         } => {
             let (stored, texel) = match sample {
-                Sample::U8 => (1, 4),
-                Sample::U16 => (2, 8),
-                Sample::F16 => (2, 16),
-                Sample::F32 => (4, 16),
+                SampleType::U8 => (1, 4),
+                SampleType::U16 => (2, 8),
+                SampleType::F16 => (2, 16),
+                SampleType::F32 => (4, 16),
             };
             (texel, Some(columns * rows * channels as u64 * stored))
         }
@@ -97,18 +96,18 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
         _ => stored,
     };
     let texels = match header.format {
-        Format::Basis(source) => {
+        LevelFormat::Basis(source) => {
             let texels = transcode(file, &header, source, level)?;
             file.texels8(texels)
         }
-        Format::Plain {
+        LevelFormat::Plain {
             sample,
             channels,
             blue_first,
         } => {
-            let mut texels = plain(file, level, sample, channels);
+            let mut texels = plain_texels(file, level, sample, channels);
             if blue_first {
-                texels = swapped(texels);
+                texels = swap_red_blue(texels);
             }
             texels
         }
@@ -117,9 +116,9 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
 }
 
 /// Reads and checks the header, the level index and the data format descriptor.
-fn header(file: &Decoder<'_>) -> Result<Header, FormatError> {
+fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header, FormatError> {
     let bytes = file.bytes;
-    if bytes.len() < HEADER {
+    if bytes.len() < HEADER_BYTES {
         return Err(file.fault("ends within its header"));
     }
     let u32_at =
@@ -156,20 +155,24 @@ fn header(file: &Decoder<'_>) -> Result<Header, FormatError> {
         return Err(file.fault(format!("{levels} levels")));
     }
     let levels = levels.max(1) as usize;
-    part("its level index", HEADER as u64, (levels * LEVEL) as u64)?;
+    part(
+        "its level index",
+        HEADER_BYTES as u64,
+        (levels * LEVEL_ENTRY_BYTES) as u64,
+    )?;
     let mut largest = (0, 0);
     for level in (0..levels).rev() {
-        let at = HEADER + LEVEL * level;
+        let at = HEADER_BYTES + LEVEL_ENTRY_BYTES * level;
         largest = part("a level", u64_at(at), u64_at(at + 8))?;
     }
-    let unpacked = u64_at(HEADER + 16);
+    let unpacked = u64_at(HEADER_BYTES + 16);
     part("its global data", u64_at(64), u64_at(72))?;
     let keys = part(
         "its key and value data",
         u32_at(56).into(),
         u32_at(60).into(),
     )?;
-    upright(file, &bytes[keys.0..keys.1])?;
+    check_keys(file, &bytes[keys.0..keys.1])?;
     let descriptor = part(
         "its format descriptor",
         u32_at(48).into(),
@@ -181,8 +184,8 @@ fn header(file: &Decoder<'_>) -> Result<Header, FormatError> {
         _ => return Err(file.fault("no data format descriptor")),
     };
     let format = match (vk_format, model) {
-        (0, ETC1S) if scheme == 1 => Format::Basis(SourceFormat::Etc1s),
-        (0, UASTC) if scheme != 1 => Format::Basis(SourceFormat::UastcLdr),
+        (0, ETC1S) if scheme == 1 => LevelFormat::Basis(SourceFormat::Etc1s),
+        (0, UASTC) if scheme != 1 => LevelFormat::Basis(SourceFormat::UastcLdr),
         _ => plain_format(vk_format).ok_or_else(|| {
             file.unsupported(format!(
                 "a KTX2 texture of Vulkan format {vk_format} and colour model {model}, expected ETC1S or UASTC, or \
@@ -191,13 +194,13 @@ fn header(file: &Decoder<'_>) -> Result<Header, FormatError> {
         })?,
     };
     match (scheme, &format) {
-        (1, Format::Basis(_)) | (0 | 2, _) => {}
+        (1, LevelFormat::Basis(_)) | (0 | 2, _) => {}
         _ => {
             let message = format!("KTX2 supercompression {scheme}, expected BasisLZ or Zstandard");
             return Err(file.unsupported(message));
         }
     }
-    Ok(Header {
+    Ok(Ktx2Header {
         format,
         size: [columns, rows],
         scheme,
@@ -214,7 +217,7 @@ fn header(file: &Decoder<'_>) -> Result<Header, FormatError> {
 }
 
 /// Refuses what would have to be turned or to change its channels: keys with other values than glTF allows.
-fn upright(file: &Decoder<'_>, mut keys: &[u8]) -> Result<(), FormatError> {
+fn check_keys(file: &Decoder<'_>, mut keys: &[u8]) -> Result<(), FormatError> {
     while let Some((length, rest)) = keys.split_first_chunk() {
         let length = u32::from_le_bytes(*length) as usize;
         let Some(entry) = rest.get(..length) else {
@@ -238,20 +241,20 @@ fn upright(file: &Decoder<'_>, mut keys: &[u8]) -> Result<(), FormatError> {
 }
 
 /// Vulkan's uncompressed formats of equal channels.
-fn plain_format(vk_format: u32) -> Option<Format> {
+fn plain_format(vk_format: u32) -> Option<LevelFormat> {
     let (sample, channels, blue_first) = match vk_format {
-        9 | 15 => (Sample::U8, 1, false),
-        16 | 22 => (Sample::U8, 2, false),
-        23 | 29 => (Sample::U8, 3, false),
-        30 | 36 => (Sample::U8, 3, true),
-        37 | 43 => (Sample::U8, 4, false),
-        44 | 50 => (Sample::U8, 4, true),
-        70 | 77 | 84 | 91 => (Sample::U16, (vk_format as usize - 63) / 7, false),
-        76 | 83 | 90 | 97 => (Sample::F16, (vk_format as usize - 69) / 7, false),
-        100 | 103 | 106 | 109 => (Sample::F32, (vk_format as usize - 97) / 3, false),
+        9 | 15 => (SampleType::U8, 1, false),
+        16 | 22 => (SampleType::U8, 2, false),
+        23 | 29 => (SampleType::U8, 3, false),
+        30 | 36 => (SampleType::U8, 3, true),
+        37 | 43 => (SampleType::U8, 4, false),
+        44 | 50 => (SampleType::U8, 4, true),
+        70 | 77 | 84 | 91 => (SampleType::U16, (vk_format as usize - 63) / 7, false),
+        76 | 83 | 90 | 97 => (SampleType::F16, (vk_format as usize - 69) / 7, false),
+        100 | 103 | 106 | 109 => (SampleType::F32, (vk_format as usize - 97) / 3, false),
         _ => return None,
     };
-    Some(Format::Plain {
+    Some(LevelFormat::Plain {
         sample,
         channels,
         blue_first,
@@ -291,7 +294,7 @@ fn unpack(
 /// Decodes Basis Universal's blocks.
 fn transcode(
     file: &Decoder<'_>,
-    header: &Header,
+    header: &Ktx2Header,
     source: SourceFormat,
     level: &[u8],
 ) -> Result<Vec<[u8; 4]>, FormatError> {
@@ -316,7 +319,7 @@ fn transcode(
 /// A KTX2 file with one level and without supercompression, of the same size and format.
 fn single_level(bytes: &[u8], descriptor: (usize, usize), level: &[u8]) -> Vec<u8> {
     let descriptor = &bytes[descriptor.0..descriptor.1];
-    let descriptor_at = HEADER + LEVEL;
+    let descriptor_at = HEADER_BYTES + LEVEL_ENTRY_BYTES;
     let level_at = (descriptor_at + descriptor.len()).next_multiple_of(16);
     let mut out = bytes[..40].to_vec();
     // One level, no scheme; the descriptor; no keys and no global data.
@@ -333,7 +336,12 @@ fn single_level(bytes: &[u8], descriptor: (usize, usize), level: &[u8]) -> Vec<u
 }
 
 /// Channels as they are; missing ones are 0, as in Vulkan, and missing alpha is 1.
-fn plain(file: &mut Decoder<'_>, level: &[u8], sample: Sample, channels: usize) -> Texels {
+fn plain_texels(
+    file: &mut Decoder<'_>,
+    level: &[u8],
+    sample: SampleType,
+    channels: usize,
+) -> Texels {
     fn spread<T: Copy, const N: usize>(
         level: &[u8],
         channels: usize,
@@ -355,28 +363,28 @@ fn plain(file: &mut Decoder<'_>, level: &[u8], sample: Sample, channels: usize) 
             .collect()
     }
     match sample {
-        Sample::U8 => {
+        SampleType::U8 => {
             let texels = spread(level, channels, [0, 255], u8::from_le_bytes);
             file.texels8(texels)
         }
-        Sample::U16 => {
+        SampleType::U16 => {
             // Linear for any use: there is no sRGB format of 16 bits.
             Texels::Linear16(spread(level, channels, [0, u16::MAX], u16::from_le_bytes))
         }
-        Sample::F16 => {
+        SampleType::F16 => {
             let from = |bytes| f16::from_le_bytes(bytes).to_f32();
             let texels = spread(level, channels, [0.0, 1.0], from);
-            file.floats(texels)
+            file.float_texels(texels)
         }
-        Sample::F32 => {
+        SampleType::F32 => {
             let texels = spread(level, channels, [0.0, 1.0], f32::from_le_bytes);
-            file.floats(texels)
+            file.float_texels(texels)
         }
     }
 }
 
 /// Red and blue in each other's place.
-fn swapped(mut texels: Texels) -> Texels {
+fn swap_red_blue(mut texels: Texels) -> Texels {
     if let Texels::Srgb8(texels) | Texels::Linear8(texels) = &mut texels {
         texels.iter_mut().for_each(|texel| texel.swap(0, 2));
     }

@@ -11,7 +11,7 @@ use crate::error::FormatError;
 
 /// An image of these colours, or white, that is as opaque as `opacity` says: by its alpha, where it has any, or by how light
 /// it is. The smaller of the two is laid over the larger, whose size the image has.
-pub(crate) fn cut_out(
+pub(crate) fn merge_alpha(
     color: Option<&Texture>,
     opacity: &Texture,
     budget: &mut Budget,
@@ -21,11 +21,11 @@ pub(crate) fn cut_out(
     let pixels = |[columns, rows]: [u32; 2]| u64::from(columns) * u64::from(rows);
     let size = sizes.max_by_key(|size| pixels(*size)).unwrap_or_default();
     budget.take_pixels(Path::new(&opacity.image.name), pixels(size))?;
-    let opacity = in_memory(opacity)?;
-    let color = color.map(in_memory).transpose()?;
+    let opacity = loaded(opacity)?;
+    let color = color.map(loaded).transpose()?;
     let texels = &opacity.image.texels;
     let by_alpha = (0..texels.len()).any(|i| texels.linear(i)[3] != 1.0);
-    let alphas = centres(size).map(|uv| {
+    let alphas = texel_centers(size).map(|uv| {
         let [r, g, b, a] = opacity.lookup(uv);
         if by_alpha {
             a
@@ -56,7 +56,7 @@ pub(crate) fn cut_out(
 }
 
 /// The same texture with its texels in memory.
-fn in_memory(texture: &Texture) -> Result<Texture, FormatError> {
+fn loaded(texture: &Texture) -> Result<Texture, FormatError> {
     let Texture { image, sampler } = texture;
     let image = match image.texels.in_memory()? {
         Cow::Borrowed(_) => image.clone(),
@@ -80,7 +80,7 @@ fn resized(texture: &Texture, size: [u32; 2]) -> Texels {
     if *own == size {
         return texels.clone();
     }
-    let texels = centres(size).map(|uv| texture.lookup(uv));
+    let texels = texel_centers(size).map(|uv| texture.lookup(uv));
     match texture.image.texels {
         Texels::Float(_) => Texels::Float(texels.collect()),
         _ => Texels::Linear16(
@@ -92,7 +92,7 @@ fn resized(texture: &Texture, size: [u32; 2]) -> Texels {
 }
 
 /// Where an image of this size has its texels, row by row.
-fn centres([columns, rows]: [u32; 2]) -> impl Iterator<Item = [f32; 2]> {
+fn texel_centers([columns, rows]: [u32; 2]) -> impl Iterator<Item = [f32; 2]> {
     let centre = |i: u32, length: u32| ((f64::from(i) + 0.5) / f64::from(length)) as f32;
     (0..rows).flat_map(move |y| (0..columns).map(move |x| [centre(x, columns), centre(y, rows)]))
 }

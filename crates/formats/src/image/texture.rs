@@ -7,8 +7,11 @@ use raycam_scene::{Image, Texels, Texture, TextureSampler, Wrap};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
-use crate::image::{ColorUse, decode_image};
-use crate::io::asset_root::{Folder, Source};
+use crate::image::decode_image;
+use crate::image::decoder::ColorUse;
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
+use crate::io::optional_asset;
 
 /// The texture in an image file of any kind that [`decode_image`] knows, as a colour, repeated in both directions.
 ///
@@ -17,7 +20,7 @@ use crate::io::asset_root::{Folder, Source};
 /// # Errors
 /// See [`decode_image`].
 pub fn read_texture(path: &Path, budget: &Budget) -> Result<(Texture, Vec<String>), FormatError> {
-    let source = Folder::around(path, budget).read(path)?;
+    let source = AssetRoot::containing(path, budget).read(path)?;
     decode_texture(source.bytes, path, budget)
 }
 
@@ -30,7 +33,7 @@ pub fn decode_texture(
     path: &Path,
     budget: &Budget,
 ) -> Result<(Texture, Vec<String>), FormatError> {
-    let source = Source::new(path, bytes);
+    let source = InputFile::new(path, bytes);
     let mut notices = Vec::new();
     let texture = decode(
         &source,
@@ -44,15 +47,15 @@ pub fn decode_texture(
 
 /// The texture in a file that has been read.
 pub(crate) fn decode(
-    source: &Source,
+    source: &InputFile,
     wrap: [Wrap; 2],
     color_use: ColorUse,
     budget: &mut Budget,
     notices: &mut Vec<String>,
 ) -> Result<Texture, FormatError> {
-    let Source { path, bytes, .. } = source;
+    let InputFile { path, bytes, .. } = source;
     let image = decode_image(bytes, path, color_use, budget, notices)?;
-    if transparent(&image) {
+    if has_transparency(&image) {
         notices.push(format!(
             "{}: its alpha counts only where its material uses it",
             path.display()
@@ -67,7 +70,33 @@ pub(crate) fn decode(
     })
 }
 
-fn transparent(image: &Image) -> bool {
+/// The texture in an image file that a mesh file names; `None`, with a notice, where it is missing or not supported.
+pub(crate) fn optional_texture(
+    from: &Path,
+    name: &str,
+    wrap: Wrap,
+    color_use: ColorUse,
+    assets: &mut AssetRoot,
+    notices: &mut Vec<String>,
+) -> Result<Option<Texture>, FormatError> {
+    let Some(source) = optional_asset::optional_file(from, name, assets, notices)? else {
+        return Ok(None);
+    };
+    let budget = &mut assets.budget;
+    match decode(&source, [wrap; 2], color_use, budget, notices) {
+        Ok(texture) => Ok(Some(Texture {
+            image: assets.store_texture(texture.image)?,
+            ..texture
+        })),
+        Err(error @ FormatError::Unsupported { .. }) => {
+            notices.push(format!("{}: left out: {error}", from.display()));
+            Ok(None)
+        }
+        Err(error) => Err(error),
+    }
+}
+
+fn has_transparency(image: &Image) -> bool {
     match &image.texels {
         Texels::Srgb8(texels) | Texels::Linear8(texels) => texels.iter().any(|t| t[3] != 255),
         Texels::Linear16(texels) => texels.iter().any(|t| t[3] != u16::MAX),

@@ -7,9 +7,8 @@ use std::io::Cursor;
 use ::image::codecs::tga::TgaDecoder;
 use raycam_scene::Image;
 
-use super::Decoder;
 use crate::error::FormatError;
-use crate::image::png::{pixels, refused};
+use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
 /// Whether the file can begin like this: TGA has no magic, and its footer came later and is optional.
 pub(super) fn is_tga(bytes: &[u8]) -> bool {
@@ -29,15 +28,15 @@ pub(super) fn is_tga(bytes: &[u8]) -> bool {
 
 pub(super) fn tga(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     let decoder = TgaDecoder::new(Cursor::new(file.bytes));
-    let decoder = decoder.map_err(|e| refused(file, e))?;
-    pixels(file, decoder, |file| {
+    let decoder = decoder.map_err(|e| decoder_error(file, e))?;
+    decode_checked(file, decoder, |file| {
         let message = "ends early, or has an index outside its colour map";
-        whole(file.bytes).ok_or_else(|| file.fault(message))
+        check_complete(file.bytes).ok_or_else(|| file.fault(message))
     })
 }
 
 /// Whether the file has every pixel, and every index a colour: found without a place to put them.
-fn whole(bytes: &[u8]) -> Option<()> {
+fn check_complete(bytes: &[u8]) -> Option<()> {
     let (head, bytes) = bytes.split_first_chunk::<18>()?;
     let two = |at: usize| usize::from(u16::from_le_bytes([head[at], head[at + 1]]));
     let (first, colors, entry) = (two(3), two(5), usize::from(head[7]).div_ceil(8));

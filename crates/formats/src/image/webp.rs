@@ -7,10 +7,9 @@ use std::io::Cursor;
 use ::image::codecs::webp::WebPDecoder;
 use raycam_scene::Image;
 
-use super::Decoder;
-use super::webp_lossless::{Lossless, headed};
+use super::webp_lossless::{LosslessValidator, check_stream};
 use crate::error::FormatError;
-use crate::image::png::{pixels, refused};
+use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
 pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
     // The length that the container tells (RIFF, a chunk of so many bytes after it).
@@ -22,33 +21,33 @@ pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image, FormatError> {
         }
     }
     let decoder = WebPDecoder::new(Cursor::new(file.bytes));
-    let decoder = decoder.map_err(|e| refused(file, e))?;
+    let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     if decoder.has_animation() {
         file.notice("an animation, of which only the first picture is read");
     }
-    pixels(file, decoder, |file| {
+    decode_checked(file, decoder, |file| {
         let message = "its picture ends early or is damaged";
-        whole(file.bytes.get(12..).unwrap_or_default()).ok_or_else(|| file.fault(message))
+        check_complete(file.bytes.get(12..).unwrap_or_default()).ok_or_else(|| file.fault(message))
     })
 }
 
 /// Whether the first picture in these chunks is whole, found without a place to put it; of a lossy one only whether its
 /// parts are as long as they say.
-fn whole(mut chunks: &[u8]) -> Option<()> {
+fn check_complete(mut chunks: &[u8]) -> Option<()> {
     let mut alpha = None;
     while let Some((head, rest)) = chunks.split_first_chunk::<8>() {
         let length = u32::from_le_bytes(*head[4..].first_chunk()?) as usize;
         // The last one may say more than there is: what matters is what is in it.
         let (chunk, rest) = rest.split_at(length.min(rest.len()));
         match &head[..4] {
-            b"VP8L" => return headed(chunk),
+            b"VP8L" => return check_stream(chunk),
             b"VP8 " => {
-                let size = lossy(chunk)?;
-                return alpha.map_or(Some(()), |chunk| transparent(chunk, size));
+                let size = lossy_size(chunk)?;
+                return alpha.map_or(Some(()), |chunk| check_alpha(chunk, size));
             }
             b"ALPH" => alpha = Some(chunk),
             // An animation's frame, and chunks in it.
-            b"ANMF" => return whole(chunk.get(16..)?),
+            b"ANMF" => return check_complete(chunk.get(16..)?),
             _ => {}
         }
         chunks = rest.get(length % 2..).unwrap_or_default();
@@ -57,7 +56,7 @@ fn whole(mut chunks: &[u8]) -> Option<()> {
 }
 
 /// The size of a lossy picture whose parts are all there.
-fn lossy(chunk: &[u8]) -> Option<[usize; 2]> {
+fn lossy_size(chunk: &[u8]) -> Option<[usize; 2]> {
     let (head, rest) = chunk.split_first_chunk::<10>()?;
     let two = |at: usize| usize::from(u16::from_le_bytes([head[at], head[at + 1]]));
     let first = (two(0) | usize::from(head[2]) << 16) >> 5;
@@ -65,11 +64,11 @@ fn lossy(chunk: &[u8]) -> Option<[usize; 2]> {
 }
 
 /// Whether an alpha channel of so many pixels is whole.
-fn transparent(chunk: &[u8], [columns, rows]: [usize; 2]) -> Option<()> {
+fn check_alpha(chunk: &[u8], [columns, rows]: [usize; 2]) -> Option<()> {
     let (head, data) = chunk.split_first()?;
     match head & 3 {
         0 => (data.len() >= columns * rows).then_some(()),
-        1 => Lossless::new(data).picture([columns, rows]),
+        1 => LosslessValidator::new(data).check_picture([columns, rows]),
         _ => None,
     }
 }

@@ -3,29 +3,29 @@
 //! Source: RFC 9649, 3.4 (header), 3.5 (transforms), 3.6 (prefix-coded data and codes).
 
 /// The least bits that a code's table in the decoder may take, and how much of that a stream is trusted with.
-const CODES: usize = 32 << 20;
-const TIMES: usize = 16;
+const MIN_TABLE_BYTES: usize = 32 << 20;
+const TABLE_BYTES_PER_INPUT_BYTE: usize = 16;
 
 /// Whether a stream with a header is whole.
-pub(super) fn headed(bytes: &[u8]) -> Option<()> {
+pub(super) fn check_stream(bytes: &[u8]) -> Option<()> {
     let (head, _) = bytes.split_first_chunk::<5>()?;
     let bits = u32::from_le_bytes(*head[1..].first_chunk()?) as usize;
     let size = [bits & 0x3fff, bits >> 14 & 0x3fff].map(|side| side + 1);
-    Lossless::new(&bytes[5..]).picture(size)
+    LosslessValidator::new(&bytes[5..]).check_picture(size)
 }
 
 /// A prefix code: how many codes there are of each length, and their symbols in order. One symbol takes no bits.
-struct Code {
+struct HuffmanCode {
     counts: [u16; 16],
     symbols: Vec<u16>,
 }
 
 /// The five codes of a part of a picture: green, lengths and cached colours; red; blue; alpha; distances.
-type Group = [Code; 5];
+type CodeGroup = [HuffmanCode; 5];
 
 /// The codes of a picture, and which of them each of its blocks has.
-struct Groups {
-    groups: Vec<Group>,
+struct CodeGroups {
+    groups: Vec<CodeGroup>,
     /// Two to this power pixels on a side; a picture of one group has no blocks.
     block_bits: u32,
     /// By block, of so many blocks in a row.
@@ -34,7 +34,7 @@ struct Groups {
 }
 
 /// A stream on its way.
-pub(super) struct Lossless<'a> {
+pub(super) struct LosslessValidator<'a> {
     bytes: &'a [u8],
     at: usize,
     ahead: u64,
@@ -43,23 +43,23 @@ pub(super) struct Lossless<'a> {
     tables: usize,
 }
 
-fn blocks(side: usize, bits: u32) -> usize {
+fn block_count(side: usize, bits: u32) -> usize {
     side.div_ceil(1 << bits)
 }
 
-impl<'a> Lossless<'a> {
+impl<'a> LosslessValidator<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         Self {
             bytes,
             at: 0,
             ahead: 0,
             count: 0,
-            tables: CODES + TIMES * bytes.len(),
+            tables: MIN_TABLE_BYTES + TABLE_BYTES_PER_INPUT_BYTE * bytes.len(),
         }
     }
 
     /// Up to 32 bits.
-    fn take(&mut self, count: u32) -> Option<usize> {
+    fn read_bits(&mut self, count: u32) -> Option<usize> {
         while self.count < count {
             let byte = *self.bytes.get(self.at)?;
             self.at += 1;
@@ -73,24 +73,24 @@ impl<'a> Lossless<'a> {
     }
 
     /// All of a picture of this size: transforms, then its own data.
-    pub(super) fn picture(mut self, [columns, rows]: [usize; 2]) -> Option<()> {
+    pub(super) fn check_picture(mut self, [columns, rows]: [usize; 2]) -> Option<()> {
         let mut across = columns;
         let mut seen = [false; 4];
-        while self.take(1)? == 1 {
-            let kind = self.take(2)?;
+        while self.read_bits(1)? == 1 {
+            let kind = self.read_bits(2)?;
             // Each at most once.
             if std::mem::replace(&mut seen[kind], true) {
                 return None;
             }
             match kind {
                 0 | 1 => {
-                    let bits = self.take(3)? as u32 + 2;
-                    self.part([blocks(across, bits), blocks(rows, bits)], None)?;
+                    let bits = self.read_bits(3)? as u32 + 2;
+                    self.entropy_image([block_count(across, bits), block_count(rows, bits)], None)?;
                 }
                 2 => {}
                 _ => {
-                    let colors = self.take(8)? + 1;
-                    self.part([colors, 1], None)?;
+                    let colors = self.read_bits(8)? + 1;
+                    self.entropy_image([colors, 1], None)?;
                     // As many indices in one pixel as fit.
                     let bits = match colors {
                         1..=2 => 3,
@@ -98,62 +98,62 @@ impl<'a> Lossless<'a> {
                         5..=16 => 1,
                         _ => 0,
                     };
-                    across = blocks(across, bits);
+                    across = block_count(across, bits);
                 }
             }
         }
         let size = [across, rows];
-        let cache = self.cache()?;
-        let groups = match self.take(1)? {
-            0 => self.groups(1, cache, [0; 2], Vec::new())?,
+        let cache = self.color_cache_bits()?;
+        let groups = match self.read_bits(1)? {
+            0 => self.read_code_groups(1, cache, [0; 2], Vec::new())?,
             _ => {
-                let bits = self.take(3)? as u32 + 2;
-                let count = [blocks(across, bits), blocks(rows, bits)];
+                let bits = self.read_bits(3)? as u32 + 2;
+                let count = [block_count(across, bits), block_count(rows, bits)];
                 let mut colors = Vec::new();
-                self.part(count, Some(&mut colors))?;
+                self.entropy_image(count, Some(&mut colors))?;
                 let chosen: Vec<u16> = colors.iter().map(|color| (color >> 8) as u16).collect();
                 let most = chosen.iter().max().map_or(1, |&most| usize::from(most) + 1);
-                self.groups(most, cache, [bits as usize, count[0]], chosen)?
+                self.read_code_groups(most, cache, [bits as usize, count[0]], chosen)?
             }
         };
-        self.data(size, &groups, cache, None)
+        self.entropy_coded_pixels(size, &groups, cache, None)
     }
 
     /// A small picture that belongs to a larger one.
-    fn part(&mut self, size: [usize; 2], colors: Option<&mut Vec<u32>>) -> Option<()> {
-        let cache = self.cache()?;
-        let groups = self.groups(1, cache, [0; 2], Vec::new())?;
-        self.data(size, &groups, cache, colors)
+    fn entropy_image(&mut self, size: [usize; 2], colors: Option<&mut Vec<u32>>) -> Option<()> {
+        let cache = self.color_cache_bits()?;
+        let groups = self.read_code_groups(1, cache, [0; 2], Vec::new())?;
+        self.entropy_coded_pixels(size, &groups, cache, colors)
     }
 
     /// How many bits the numbers of cached colours have, 0 without a cache.
-    fn cache(&mut self) -> Option<u32> {
-        if self.take(1)? == 0 {
+    fn color_cache_bits(&mut self) -> Option<u32> {
+        if self.read_bits(1)? == 0 {
             return Some(0);
         }
-        let bits = self.take(4)? as u32;
+        let bits = self.read_bits(4)? as u32;
         (1..=11).contains(&bits).then_some(bits)
     }
 
-    fn groups(
+    fn read_code_groups(
         &mut self,
         count: usize,
         cache: u32,
         [bits, across]: [usize; 2],
         chosen: Vec<u16>,
-    ) -> Option<Groups> {
+    ) -> Option<CodeGroups> {
         let cached = if cache == 0 { 0 } else { 1 << cache };
         let mut groups = Vec::new();
         for _ in 0..count {
             groups.push([
-                self.code(280 + cached)?,
-                self.code(256)?,
-                self.code(256)?,
-                self.code(256)?,
-                self.code(40)?,
+                self.read_code(280 + cached)?,
+                self.read_code(256)?,
+                self.read_code(256)?,
+                self.read_code(256)?,
+                self.read_code(40)?,
             ]);
         }
-        Some(Groups {
+        Some(CodeGroups {
             groups,
             block_bits: bits as u32,
             chosen,
@@ -162,18 +162,18 @@ impl<'a> Lossless<'a> {
     }
 
     /// A prefix code of so many symbols.
-    fn code(&mut self, symbols: usize) -> Option<Code> {
-        if self.take(1)? == 1 {
-            let two = self.take(1)? == 1;
-            let wide = self.take(1)? as u32;
-            let mut found = vec![self.take(1 + 7 * wide)?];
+    fn read_code(&mut self, symbols: usize) -> Option<HuffmanCode> {
+        if self.read_bits(1)? == 1 {
+            let two = self.read_bits(1)? == 1;
+            let wide = self.read_bits(1)? as u32;
+            let mut found = vec![self.read_bits(1 + 7 * wide)?];
             if two {
-                found.push(self.take(8)?);
+                found.push(self.read_bits(8)?);
             }
             found.iter().all(|&symbol| symbol < symbols).then_some(())?;
             let mut counts = [0; 16];
             counts[1] = found.len() as u16;
-            return Some(Code {
+            return Some(HuffmanCode {
                 counts,
                 symbols: found.iter().map(|&symbol| symbol as u16).collect(),
             });
@@ -182,25 +182,25 @@ impl<'a> Lossless<'a> {
             17, 18, 0, 1, 2, 3, 4, 5, 16, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15,
         ];
         let mut lengths = [0; 19];
-        for &place in &ORDER[..4 + self.take(4)?] {
-            lengths[place] = self.take(3)? as u8;
+        for &place in &ORDER[..4 + self.read_bits(4)?] {
+            lengths[place] = self.read_bits(3)? as u8;
         }
-        let code = Code::new(&lengths)?;
+        let code = HuffmanCode::new(&lengths)?;
         let mut left = symbols;
-        if self.take(1)? == 1 {
-            let bits = 2 + 2 * self.take(3)? as u32;
-            left = self.take(bits)? + 2;
+        if self.read_bits(1)? == 1 {
+            let bits = 2 + 2 * self.read_bits(3)? as u32;
+            left = self.read_bits(bits)? + 2;
             (left <= symbols).then_some(())?;
         }
         let mut lengths = vec![0_u8; symbols];
         let (mut at, mut last) = (0, 8);
         while at < symbols && left > 0 {
             left -= 1;
-            let symbol = self.symbol(&code)?;
+            let symbol = self.read_symbol(&code)?;
             let (length, times) = match symbol {
-                16 => (last, 3 + self.take(2)?),
-                17 => (0, 3 + self.take(3)?),
-                18 => (0, 11 + self.take(7)?),
+                16 => (last, 3 + self.read_bits(2)?),
+                17 => (0, 3 + self.read_bits(3)?),
+                18 => (0, 11 + self.read_bits(7)?),
                 _ => (symbol as u8, 1),
             };
             if symbol < 16 && length > 0 {
@@ -209,21 +209,21 @@ impl<'a> Lossless<'a> {
             lengths.get_mut(at..at + times)?.fill(length);
             at += times;
         }
-        let code = Code::new(&lengths)?;
+        let code = HuffmanCode::new(&lengths)?;
         // The decoder's own table, of up to ten bits.
         let longest = code.counts.iter().rposition(|&count| count > 0)?;
         self.tables = self.tables.checked_sub(4 << longest.min(10))?;
         Some(code)
     }
 
-    fn symbol(&mut self, code: &Code) -> Option<usize> {
+    fn read_symbol(&mut self, code: &HuffmanCode) -> Option<usize> {
         if let [symbol] = code.symbols[..] {
             return Some(symbol.into());
         }
         let (mut value, mut first, mut at) = (0, 0, 0);
         for &count in &code.counts[1..] {
             let count = usize::from(count);
-            value |= self.take(1)?;
+            value |= self.read_bits(1)?;
             if value < first + count {
                 return code
                     .symbols
@@ -238,19 +238,19 @@ impl<'a> Lossless<'a> {
     }
 
     /// A length or a distance.
-    fn number(&mut self, symbol: usize) -> Option<usize> {
+    fn prefix_value(&mut self, symbol: usize) -> Option<usize> {
         if symbol < 4 {
             return Some(symbol + 1);
         }
         let bits = (symbol as u32 - 2) >> 1;
-        Some(((2 + (symbol & 1)) << bits) + self.take(bits)? + 1)
+        Some(((2 + (symbol & 1)) << bits) + self.read_bits(bits)? + 1)
     }
 
     /// The data of a picture, whose colours go to `colors` where they are asked for.
-    fn data(
+    fn entropy_coded_pixels(
         &mut self,
         [columns, rows]: [usize; 2],
-        groups: &Groups,
+        groups: &CodeGroups,
         cache: u32,
         mut colors: Option<&mut Vec<u32>>,
     ) -> Option<()> {
@@ -274,17 +274,17 @@ impl<'a> Lossless<'a> {
                     group = groups.groups.get(usize::from(groups.chosen[place]))?;
                 }
                 // Nothing of these is written.
-                let flat = |code: &Code| code.symbols.len() == 1;
+                let flat = |code: &HuffmanCode| code.symbols.len() == 1;
                 if colors.is_none() && group[..4].iter().all(flat) && group[0].symbols[0] < 256 {
                     at = end;
                     continue;
                 }
             }
-            let symbol = self.symbol(&group[0])?;
+            let symbol = self.read_symbol(&group[0])?;
             if symbol < 256 {
                 let mut color = (symbol as u32) << 8;
                 for (code, shift) in group[1..4].iter().zip([16, 0, 24]) {
-                    color |= (self.symbol(code)? as u32) << shift;
+                    color |= (self.read_symbol(code)? as u32) << shift;
                 }
                 if let Some(colors) = &mut colors {
                     insert(&mut cached, color);
@@ -297,9 +297,9 @@ impl<'a> Lossless<'a> {
                 }
                 at += 1;
             } else {
-                let length = self.number(symbol - 256)?;
-                let symbol = self.symbol(&group[4])?;
-                let distance = distance(self.number(symbol)?, columns);
+                let length = self.prefix_value(symbol - 256)?;
+                let symbol = self.read_symbol(&group[4])?;
+                let distance = distance(self.prefix_value(symbol)?, columns);
                 (distance <= at && length <= total - at).then_some(())?;
                 if let Some(colors) = &mut colors {
                     for _ in 0..length {
@@ -315,7 +315,7 @@ impl<'a> Lossless<'a> {
     }
 }
 
-impl Code {
+impl HuffmanCode {
     /// Of the length of each symbol's code, 0 for those without one.
     fn new(lengths: &[u8]) -> Option<Self> {
         let mut counts = [0_u16; 16];
@@ -338,8 +338,8 @@ impl Code {
 
 /// How many pixels before: of the nearest ones, by column and row; then as it is.
 fn distance(code: usize, columns: usize) -> usize {
-    let Some(&[right, up]) = NEAR.get(code - 1) else {
-        return code - NEAR.len();
+    let Some(&[right, up]) = DISTANCE_MAP.get(code - 1) else {
+        return code - DISTANCE_MAP.len();
     };
     let pixels = isize::from(right) + isize::from(up) * columns as isize;
     pixels.max(1) as usize
@@ -347,7 +347,7 @@ fn distance(code: usize, columns: usize) -> usize {
 
 /// Columns to the left and rows up of the nearest pixels, from the nearest on (RFC 9649, 3.6.2.2).
 #[rustfmt::skip]
-const NEAR: [[i8; 2]; 120] = [
+const DISTANCE_MAP: [[i8; 2]; 120] = [
     [0, 1], [1, 0], [1, 1], [-1, 1], [0, 2], [2, 0], [1, 2], [-1, 2], [2, 1], [-2, 1], [2, 2], [-2, 2],
     [0, 3], [3, 0], [1, 3], [-1, 3], [3, 1], [-3, 1], [2, 3], [-2, 3], [3, 2], [-3, 2], [0, 4], [4, 0],
     [1, 4], [-1, 4], [4, 1], [-4, 1], [3, 3], [-3, 3], [2, 4], [-2, 4], [4, 2], [-4, 2], [0, 5], [3, 4],

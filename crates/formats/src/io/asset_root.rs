@@ -1,80 +1,36 @@
-//! The folder that a world may read from.
+//! The folder that a world may read from: I/O alone, no formats.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
-use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use raycam_scene::{Files, Image, Model, Profile, Texture, TextureMemory, World, Wrap};
+use raycam_scene::{Image, TextureCache, World};
 
 use crate::budget::Budget;
 use crate::error::FormatError;
-use crate::ies;
-use crate::image::ColorUse;
-use crate::image::texture;
-use crate::io::byte_source::{self, Bytes};
+use crate::io::byte_source;
+use crate::io::input_file::InputFile;
 use crate::io::parallel;
-use crate::registry;
 
 /// A folder and what may still be read from it: names in files lead only to regular files inside.
 #[derive(Debug)]
-pub struct Folder {
+pub struct AssetRoot {
     root: PathBuf,
     pub(crate) budget: Budget,
     notices: Vec<String>,
-    /// Whether [`Files`] are named by the program itself, which may read them wherever they are.
+    /// Whether [`AssetLoader`] are named by the program itself, which may read them wherever they are.
     trusted: bool,
     /// Bounds the memory of images, if something does.
-    texture_memory: Option<Arc<TextureMemory>>,
+    texture_memory: Option<Arc<TextureCache>>,
 }
 
 /// Bytes from which on a file is read by several cores.
-const LARGE: u64 = 4 << 20;
+const PARALLEL_READ_THRESHOLD: u64 = 4 << 20;
 /// Bytes that are read at a time.
-const PART: usize = 1 << 20;
+const READ_CHUNK: usize = 1 << 20;
 
-/// A file in memory, or the beginning of one.
-#[derive(Debug)]
-pub(crate) struct Source {
-    /// As shown in errors; its folder is where the names in it start from.
-    pub(crate) path: PathBuf,
-    pub(crate) bytes: Vec<u8>,
-    /// The file and its size, where `bytes` are only the beginning of it.
-    rest: Option<(File, usize)>,
-}
-
-impl Source {
-    /// A whole file.
-    pub(crate) fn new(path: impl Into<PathBuf>, bytes: Vec<u8>) -> Self {
-        Self {
-            path: path.into(),
-            bytes,
-            rest: None,
-        }
-    }
-
-    /// The bytes of the file, in memory or not.
-    pub(crate) fn len(&self) -> usize {
-        self.rest
-            .as_ref()
-            .map_or(self.bytes.len(), |(_, size)| *size)
-    }
-
-    /// Some bytes of the file, all of them in memory or none.
-    pub(crate) fn part(&self, range: Range<usize>) -> Bytes<'_> {
-        match &self.rest {
-            Some((file, _)) if range.end > self.bytes.len() => Bytes::Disk {
-                file,
-                start: range.start as u64,
-                length: range.len(),
-            },
-            _ => Bytes::Memory(self.bytes[range].into()),
-        }
-    }
-}
-
-impl Folder {
+impl AssetRoot {
     /// Everything inside `root`, symbolic links resolved, within `budget`. An empty `root` is the current folder.
     pub fn new(root: &Path, budget: &Budget) -> Self {
         let root = if root.as_os_str().is_empty() {
@@ -87,12 +43,12 @@ impl Folder {
             budget: *budget,
             notices: Vec::new(),
             trusted: false,
-            texture_memory: budget.texture_memory.map(TextureMemory::new).map(Arc::new),
+            texture_memory: budget.texture_memory.map(TextureCache::new).map(Arc::new),
         }
     }
 
-    /// The same, but that [`Files`] are named by the program itself: they lie anywhere, relative names start from `root`. What
-    /// such a file names in turn lies in `root` as well, or around the file.
+    /// The same, but that [`AssetLoader`] are named by the program itself: they lie anywhere, relative names start from `root`. What
+    /// such a file names in turn lies in `root` as well, or containing the file.
     pub fn trusted(root: &Path, budget: &Budget) -> Self {
         Self {
             trusted: true,
@@ -102,15 +58,15 @@ impl Folder {
 
     /// The same, for more of a world whose images have their memory already.
     #[must_use]
-    pub fn for_more_of(self, world: &World) -> Self {
+    pub fn extending(self, world: &World) -> Self {
         Self {
-            texture_memory: world.texture_memory.clone(),
+            texture_memory: world.texture_cache.clone(),
             ..self
         }
     }
 
-    /// What reading images had to say since it was last asked; a [`Model`] has its own notices.
-    pub(crate) fn take_notices(&mut self) -> Vec<String> {
+    /// What reading images had to say since it was last asked; a [`MeshFile`] has its own notices.
+    pub(crate) fn drain_notices(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notices)
     }
 
@@ -119,14 +75,14 @@ impl Folder {
     ///
     /// # Errors
     /// Those of [`World::page_textures`].
-    pub fn finish(&mut self, world: &mut World) -> Result<(), FormatError> {
-        world.notices.extend(self.take_notices());
-        world.texture_memory = self.texture_memory.clone();
+    pub fn finish_world(&mut self, world: &mut World) -> Result<(), FormatError> {
+        world.notices.extend(self.drain_notices());
+        world.texture_cache = self.texture_memory.clone();
         Ok(world.page_textures()?)
     }
 
-    /// The folder around a file that was asked for by its path: wherever that is, it may be read.
-    pub(crate) fn around(path: &Path, budget: &Budget) -> Self {
+    /// The folder containing a file that was asked for by its path: wherever that is, it may be read.
+    pub(crate) fn containing(path: &Path, budget: &Budget) -> Self {
         Self::new(path.parent().unwrap_or(Path::new("")), budget)
     }
 
@@ -136,21 +92,25 @@ impl Folder {
     }
 
     /// The bytes of a file asked for by its path.
-    pub(crate) fn read(&mut self, path: &Path) -> Result<Source, FormatError> {
-        self.begin(path, |_, _| None)
+    pub(crate) fn read(&mut self, path: &Path) -> Result<InputFile, FormatError> {
+        self.read_head(path, |_, _| None)
     }
 
     /// The same, of a large file only as many from its beginning as `head` says of the file and its size, if it does.
-    pub(crate) fn begin(
+    pub(crate) fn read_head(
         &mut self,
         path: &Path,
         head: impl Fn(&File, u64) -> Option<u64>,
-    ) -> Result<Source, FormatError> {
+    ) -> Result<InputFile, FormatError> {
         self.read_bytes(path, path, head)
     }
 
     /// The bytes of the file that `reference` names, as written in the file `from`.
-    pub(crate) fn follow(&mut self, from: &Path, reference: &str) -> Result<Source, FormatError> {
+    pub(crate) fn read_reference(
+        &mut self,
+        from: &Path,
+        reference: &str,
+    ) -> Result<InputFile, FormatError> {
         let refused = |message: &str| FormatError::Reference {
             reference: reference.into(),
             message: message.into(),
@@ -158,7 +118,7 @@ impl Folder {
         let folder = from.parent().unwrap_or(Path::new(""));
         let folder = folder.strip_prefix(&self.root).unwrap_or(folder);
         let inside = normalize(folder, reference).map_err(refused)?;
-        let path = self.join(&inside);
+        let path = self.display_path(&inside);
         let io = |source| FormatError::Io {
             path: path.clone(),
             source,
@@ -174,7 +134,7 @@ impl Folder {
     }
 
     /// A path from the folder on, as it is shown.
-    fn join(&self, path: &Path) -> PathBuf {
+    fn display_path(&self, path: &Path) -> PathBuf {
         if self.root == Path::new(".") {
             path.into()
         } else {
@@ -188,7 +148,7 @@ impl Folder {
         path: &Path,
         shown: &Path,
         head: impl Fn(&File, u64) -> Option<u64>,
-    ) -> Result<Source, FormatError> {
+    ) -> Result<InputFile, FormatError> {
         let io = |source| FormatError::Io {
             path: shown.into(),
             source,
@@ -204,16 +164,16 @@ impl Folder {
         let size = file.metadata().map_err(io)?.len();
         self.budget.take_bytes(shown, size)?;
         let mut bytes = Vec::new();
-        if byte_source::IN_PARTS
-            && size >= LARGE
+        if byte_source::HAS_POSITIONED_READ
+            && size >= PARALLEL_READ_THRESHOLD
             && let Some(head) = head(&file, size)
         {
             file.seek(SeekFrom::Start(0)).map_err(io)?;
             (&file).take(head).read_to_end(&mut bytes).map_err(io)?;
             if bytes.len() as u64 != head {
-                return Err(io(byte_source::changed()));
+                return Err(io(byte_source::file_changed_error()));
             }
-            return Ok(Source {
+            return Ok(InputFile {
                 path: shown.into(),
                 bytes,
                 rest: Some((file, size as usize)),
@@ -223,7 +183,7 @@ impl Folder {
         bytes
             .try_reserve_exact(size as usize)
             .map_err(|e| io(e.into()))?;
-        if size >= LARGE {
+        if size >= PARALLEL_READ_THRESHOLD {
             // Given back, so that what follows is untouched zeros, whose pages several cores touch for the first time.
             drop(bytes);
             bytes = vec![0; size as usize];
@@ -231,18 +191,55 @@ impl Folder {
         }
         file.take(size + 1).read_to_end(&mut bytes).map_err(io)?;
         if bytes.len() as u64 != size {
-            return Err(io(byte_source::changed()));
+            return Err(io(byte_source::file_changed_error()));
         }
-        Ok(Source::new(shown, bytes))
+        Ok(InputFile::new(shown, bytes))
+    }
+
+    /// The result of `read` for a file that a description names.
+    pub(crate) fn read_asset<T>(
+        &mut self,
+        file: &str,
+        read: impl FnOnce(InputFile, &mut Self) -> Result<T, FormatError>,
+    ) -> Result<T, FormatError> {
+        match self.read_reference(Path::new(""), file) {
+            Err(FormatError::Reference { .. }) if self.trusted && !file.is_empty() => {
+                let path = self.display_path(Path::new(file));
+                let mut containing = Self {
+                    texture_memory: self.texture_memory.clone(),
+                    ..Self::containing(&path, &self.budget)
+                };
+                let result = containing
+                    .read(&path)
+                    .and_then(|source| read(source, &mut containing));
+                self.budget = containing.budget;
+                self.notices.append(&mut containing.notices);
+                result
+            }
+            source => read(source?, self),
+        }
+    }
+
+    /// Stores an image in the texture cache, if the budget bounds the memory of images.
+    pub(crate) fn store_texture(&self, image: Arc<Image>) -> Result<Arc<Image>, FormatError> {
+        match &self.texture_memory {
+            Some(memory) => Ok(memory.insert(image)?),
+            None => Ok(image),
+        }
+    }
+
+    /// The rest of the budget, and the notices of images.
+    pub(crate) fn budget_and_notices(&mut self) -> (&mut Budget, &mut Vec<String>) {
+        (&mut self.budget, &mut self.notices)
     }
 }
 
 /// Fills `bytes` from the beginning of a file, several parts at a time, and leaves it after them.
 fn read_at_once(mut file: &File, bytes: &mut [u8]) -> io::Result<()> {
-    if !byte_source::IN_PARTS {
+    if !byte_source::HAS_POSITIONED_READ {
         return file.read_exact(bytes);
     }
-    parallel::make(bytes, PART, |start, part| {
+    parallel::fill_blocks(bytes, READ_CHUNK, |start, part| {
         byte_source::read_exact_at(file, part, start as u64)
     })?;
     file.seek(SeekFrom::Start(bytes.len() as u64)).map(drop)
@@ -275,69 +272,4 @@ fn normalize(folder: &Path, reference: &str) -> Result<PathBuf, &'static str> {
         }
     }
     Ok(path)
-}
-
-impl Folder {
-    /// What `read` makes of a file that a description names.
-    fn described<T>(
-        &mut self,
-        file: &str,
-        read: impl FnOnce(Source, &mut Self) -> Result<T, FormatError>,
-    ) -> Result<T, FormatError> {
-        match self.follow(Path::new(""), file) {
-            Err(FormatError::Reference { .. }) if self.trusted && !file.is_empty() => {
-                let path = self.join(Path::new(file));
-                let mut around = Self {
-                    texture_memory: self.texture_memory.clone(),
-                    ..Self::around(&path, &self.budget)
-                };
-                let made = around
-                    .read(&path)
-                    .and_then(|source| read(source, &mut around));
-                self.budget = around.budget;
-                self.notices.append(&mut around.notices);
-                made
-            }
-            source => read(source?, self),
-        }
-    }
-}
-
-impl Files for Folder {
-    type Error = FormatError;
-
-    fn mesh(&mut self, file: &str) -> Result<Model, FormatError> {
-        self.described(file, registry::model)
-    }
-
-    fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, FormatError> {
-        self.described(
-            file,
-            |source,
-             Self {
-                 budget, notices, ..
-             }| { texture::decode(&source, wrap, ColorUse::Color, budget, notices) },
-        )
-    }
-
-    fn profile(&mut self, file: &str) -> Result<Profile, FormatError> {
-        self.described(file, |source, folder| {
-            ies::read(&source, &mut folder.budget)
-        })
-    }
-
-    fn keep(&mut self, image: Arc<Image>) -> Result<Arc<Image>, FormatError> {
-        match &self.texture_memory {
-            Some(memory) => Ok(memory.keep(image)?),
-            None => Ok(image),
-        }
-    }
-
-    fn named_by(error: FormatError, key: &str) -> FormatError {
-        FormatError::Named {
-            place: None,
-            key: key.into(),
-            source: Box::new(error),
-        }
-    }
 }

@@ -1,4 +1,4 @@
-//! Bytes of a file: in memory, or still in the file, to be read a window at a time where that is enough.
+//! ByteSource of a file: in memory, or still in the file, to be read a window at a time where that is enough.
 //!
 //! To touch memory for the first time takes several times as long as to read from the file cache into memory that is in
 //! use. What is decoded into arrays anyway need not be in memory as a whole before.
@@ -8,12 +8,12 @@ use std::fs::File;
 use std::io;
 use std::ops::Range;
 
-/// Bytes that are read at a time: on the stack, and less than a core's first cache.
-const WINDOW: usize = 1 << 14;
+/// ByteSource that are read at a time: on the stack, and less than a core's first cache.
+const WINDOW_BYTES: usize = 1 << 14;
 
 /// Some bytes.
 #[derive(Debug)]
-pub(crate) enum Bytes<'a> {
+pub(crate) enum ByteSource<'a> {
     Memory(Cow<'a, [u8]>),
     /// So many bytes of a file from `start` on.
     Disk {
@@ -23,7 +23,7 @@ pub(crate) enum Bytes<'a> {
     },
 }
 
-impl<'a> Bytes<'a> {
+impl<'a> ByteSource<'a> {
     pub(crate) fn len(&self) -> usize {
         match self {
             Self::Memory(bytes) => bytes.len(),
@@ -49,14 +49,14 @@ impl<'a> Bytes<'a> {
     }
 
     /// The same bytes, without a copy.
-    pub(crate) fn borrowed(&self) -> Bytes<'_> {
+    pub(crate) fn borrowed(&self) -> ByteSource<'_> {
         match self {
-            Self::Memory(bytes) => Bytes::Memory(Cow::Borrowed(bytes)),
+            Self::Memory(bytes) => ByteSource::Memory(Cow::Borrowed(bytes)),
             &Self::Disk {
                 file,
                 start,
                 length,
-            } => Bytes::Disk {
+            } => ByteSource::Disk {
                 file,
                 start,
                 length,
@@ -82,7 +82,7 @@ impl<'a> Bytes<'a> {
 
     /// Has `each` look at `count` elements of `size` bytes (64 at most), `stride` bytes apart, from byte `first` on: as many
     /// at a time as there are at once. It gets the number of the first of them and the bytes from there to the end of the last.
-    pub(crate) fn windows(
+    pub(crate) fn for_each_window(
         &self,
         first: usize,
         count: usize,
@@ -102,8 +102,8 @@ impl<'a> Bytes<'a> {
             }
             Self::Disk { file, start, .. } => (file, start + first as u64),
         };
-        let mut window = [0; WINDOW];
-        let step = (WINDOW / stride).max(1);
+        let mut window = [0; WINDOW_BYTES];
+        let step = (WINDOW_BYTES / stride).max(1);
         for number in (0..count).step_by(step) {
             let bytes = &mut window[..span(step.min(count - number))];
             read_exact_at(file, bytes, start + (number * stride) as u64)?;
@@ -114,28 +114,28 @@ impl<'a> Bytes<'a> {
 }
 
 /// Whether files can be read in parts by several threads.
-pub(crate) const IN_PARTS: bool = cfg!(unix);
+pub(crate) const HAS_POSITIONED_READ: bool = cfg!(unix);
 
-/// Fills `bytes` with those of a file from `start` on. A file that ends before has changed: its size was asked for.
+/// Fills `bytes` with those of a file from `start` on. A file that ends before has file_changed_error: its size was asked for.
 #[cfg(unix)]
 pub(crate) fn read_exact_at(file: &File, bytes: &mut [u8], start: u64) -> io::Result<()> {
     use std::os::unix::fs::FileExt;
 
     file.read_exact_at(bytes, start)
         .map_err(|error| match error.kind() {
-            io::ErrorKind::UnexpectedEof => changed(),
+            io::ErrorKind::UnexpectedEof => file_changed_error(),
             _ => error,
         })
 }
 
-/// Is not asked for without [`IN_PARTS`].
+/// Is not asked for without [`HAS_POSITIONED_READ`].
 #[cfg(not(unix))]
 pub(crate) fn read_exact_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
 /// The error of a file that is longer or shorter than it was.
-pub(crate) fn changed() -> io::Error {
+pub(crate) fn file_changed_error() -> io::Error {
     let message = "changed its size while it was read";
     io::Error::new(io::ErrorKind::InvalidData, message)
 }
@@ -146,17 +146,17 @@ mod tests {
     use super::*;
 
     /// The same bytes in memory and on disk, in a file that is named after the test: others run at the same time.
-    fn both(name: &str, test: impl Fn(&Bytes<'_>, &[u8])) {
+    fn both(name: &str, test: impl Fn(&ByteSource<'_>, &[u8])) {
         let bytes: Vec<u8> = (0..70_000_u64).map(|i| ((i * i) >> 7) as u8).collect();
         let name = format!("raycam-{name}-{}", std::process::id());
         let path = std::env::temp_dir().join(name);
         std::fs::write(&path, [&[9; 5][..], &bytes].concat()).unwrap();
         let file = File::open(&path).unwrap();
         std::fs::remove_file(&path).unwrap();
-        test(&Bytes::Memory(Cow::Borrowed(&bytes)), &bytes);
-        test(&Bytes::Memory(Cow::Owned(bytes.clone())), &bytes);
+        test(&ByteSource::Memory(Cow::Borrowed(&bytes)), &bytes);
+        test(&ByteSource::Memory(Cow::Owned(bytes.clone())), &bytes);
         let (start, length) = (5, bytes.len());
-        let disk = Bytes::Disk {
+        let disk = ByteSource::Disk {
             file: &file,
             start,
             length,
@@ -183,7 +183,9 @@ mod tests {
                     );
                     found.truncate(count);
                 };
-                bytes.windows(first, count, stride, size, each).unwrap();
+                bytes
+                    .for_each_window(first, count, stride, size, each)
+                    .unwrap();
                 let at = |i: usize| first + i * stride;
                 let expected: Vec<_> = (0..count)
                     .map(|i| expected[at(i)..at(i) + size].to_vec())
@@ -205,21 +207,14 @@ mod tests {
 
     #[test]
     fn a_file_that_became_shorter_is_an_error() {
-        let file = File::open(
-            file!()
-                .rsplit('/')
-                .next()
-                .map(|name| format!("src/{name}"))
-                .unwrap(),
-        )
-        .unwrap();
+        let file = File::open(std::env::current_exe().unwrap()).unwrap();
         let (start, length) = (1 << 40, 8);
-        let disk = Bytes::Disk {
+        let disk = ByteSource::Disk {
             file: &file,
             start,
             length,
         };
-        let error = disk.windows(0, 2, 4, 4, |_, _| ());
+        let error = disk.for_each_window(0, 2, 4, 4, |_, _| ());
         assert!(error.unwrap_err().to_string().contains("changed its size"));
         assert!(disk.read().is_err());
     }

@@ -8,14 +8,14 @@ use std::sync::Once;
 use crate::error::FormatError;
 
 thread_local! {
-    static GUARDED: Cell<bool> = const { Cell::new(false) };
+    static IN_DECODER: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Runs a library's decoder. Where it panics, which no decoder should, the file is damaged in a way that its author did
 /// not think of: an error like any other, without the panic's message on the terminal.
 ///
 /// Nothing that `decode` changes may be used after an error: it may have stopped halfway.
-pub(crate) fn guarded<T>(
+pub(crate) fn catch_decoder_panic<T>(
     path: &Path,
     decode: impl FnOnce() -> Result<T, FormatError>,
 ) -> Result<T, FormatError> {
@@ -23,13 +23,13 @@ pub(crate) fn guarded<T>(
     HOOK.call_once(|| {
         let before = panic::take_hook();
         panic::set_hook(Box::new(move |info| {
-            if !GUARDED.get() {
+            if !IN_DECODER.get() {
                 before(info);
             }
         }));
     });
-    let outer = GUARDED.replace(true);
+    let outer = IN_DECODER.replace(true);
     let result = panic::catch_unwind(AssertUnwindSafe(decode));
-    GUARDED.set(outer);
+    IN_DECODER.set(outer);
     result.unwrap_or_else(|_| Err(FormatError::whole(path, "damaged: its decoder gave up")))
 }

@@ -22,12 +22,12 @@ impl<'a> Lines<'a> {
     }
 
     /// Whether the last line read had a line end; a file that stops in the middle of one may be cut off.
-    pub(crate) fn ended(&self) -> bool {
+    pub(crate) fn ended_with_newline(&self) -> bool {
         self.ended
     }
 
     /// How many bytes have not been read yet.
-    pub(crate) fn left(&self) -> usize {
+    pub(crate) fn remaining(&self) -> usize {
         self.rest.len()
     }
 }
@@ -66,7 +66,7 @@ pub(crate) fn line_ends(text: &[u8]) -> usize {
 }
 
 /// The text of a file that must not be UTF-16, without a byte order mark.
-pub(crate) fn plain<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8], FormatError> {
+pub(crate) fn checked_text<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8], FormatError> {
     let utf16 = bytes.starts_with(&[0xff, 0xfe])
         || bytes.starts_with(&[0xfe, 0xff])
         || matches!(bytes, [0, b, ..] | [b, 0, ..] if *b != 0);
@@ -124,7 +124,7 @@ impl<'a> Iterator for Words<'a> {
 }
 
 /// A word as shown in a message: at most 40 characters, whatever the bytes.
-pub(crate) fn shown(word: &[u8]) -> String {
+pub(crate) fn for_message(word: &[u8]) -> String {
     let text = String::from_utf8_lossy(word);
     let mut short: String = text.chars().take(40).collect();
     if short.len() < text.len() {
@@ -146,7 +146,7 @@ pub(crate) fn number(word: &[u8]) -> Option<f64> {
 /// The common case, where one rounding of an exact product is the nearest number (Clinger 1990): at most 15 digits and
 /// a power of ten up to 22, all exact in float64.
 fn exact_number(word: &[u8]) -> Option<f64> {
-    const POWERS: [f64; 23] = [
+    const POWERS_OF_TEN: [f64; 23] = [
         1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
         1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
     ];
@@ -172,7 +172,7 @@ fn exact_number(word: &[u8]) -> Option<f64> {
     if digits.len() == usize::from(point) || (digits.len() == 16 && !point) {
         return None;
     }
-    let value = mantissa as f64 / POWERS[after_point];
+    let value = mantissa as f64 / POWERS_OF_TEN[after_point];
     Some(if negative { -value } else { value })
 }
 

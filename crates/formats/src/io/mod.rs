@@ -1,8 +1,9 @@
-//! TODO: what is here.
+//! Input: files of one folder, bytes in memory or on disk, text, and work on many cores. Knows no format.
 
 pub(crate) mod asset_root;
 pub(crate) mod byte_source;
 pub(crate) mod catch_panic;
+pub(crate) mod input_file;
 pub(crate) mod lexer;
 pub(crate) mod optional_asset;
 pub(crate) mod parallel;

@@ -3,53 +3,24 @@
 
 use std::path::Path;
 
-use raycam_scene::{Files, Texture, Wrap};
-
 use crate::error::FormatError;
-use crate::image::ColorUse;
-use crate::image::texture;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 
 /// The file of this name, as written in the file `from`.
-pub(crate) fn file(
+pub(crate) fn optional_file(
     from: &Path,
     name: &str,
-    folder: &mut Folder,
+    assets: &mut AssetRoot,
     notices: &mut Vec<String>,
-) -> Result<Option<Source>, FormatError> {
+) -> Result<Option<InputFile>, FormatError> {
     // Files from Windows have the other slash; before a space it is that of a shell.
     let name = name.replace("\\ ", " ").replace('\\', "/");
-    match folder.follow(from, &name) {
+    match assets.read_reference(from, &name) {
         Err(error @ (FormatError::Io { .. } | FormatError::Reference { .. })) => {
             notices.push(format!("{}: left out: {error}", from.display()));
             Ok(None)
         }
         source => source.map(Some),
-    }
-}
-
-/// The image of this name as a texture.
-pub(crate) fn texture(
-    from: &Path,
-    name: &str,
-    wrap: Wrap,
-    color_use: ColorUse,
-    folder: &mut Folder,
-    notices: &mut Vec<String>,
-) -> Result<Option<Texture>, FormatError> {
-    let Some(source) = file(from, name, folder, notices)? else {
-        return Ok(None);
-    };
-    let budget = &mut folder.budget;
-    match texture::decode(&source, [wrap; 2], color_use, budget, notices) {
-        Ok(texture) => Ok(Some(Texture {
-            image: folder.keep(texture.image)?,
-            ..texture
-        })),
-        Err(error @ FormatError::Unsupported { .. }) => {
-            notices.push(format!("{}: left out: {error}", from.display()));
-            Ok(None)
-        }
-        Err(error) => Err(error),
     }
 }

@@ -8,7 +8,7 @@ use std::thread;
 /// What `each` makes of every item, in order.
 ///
 /// The threads live as long as the call: a file is read once, and a pool that outlives it would not survive a fork.
-pub(crate) fn map<T: Sync, R: Send>(items: &[T], each: impl Fn(&T) -> R + Sync) -> Vec<R> {
+pub(crate) fn par_map<T: Sync, R: Send>(items: &[T], each: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let threads = match items.len() {
         // Asking for the cores opens files.
         0 | 1 => 1,
@@ -46,7 +46,7 @@ pub(crate) fn map<T: Sync, R: Send>(items: &[T], each: impl Fn(&T) -> R + Sync) 
 ///
 /// # Errors
 /// That of the first block that has one.
-pub(crate) fn make<T: Send, E: Send>(
+pub(crate) fn fill_blocks<T: Send, E: Send>(
     values: &mut [T],
     size: usize,
     make: impl Fn(usize, &mut [T]) -> Result<(), E> + Sync,
@@ -85,12 +85,12 @@ pub(crate) fn make<T: Send, E: Send>(
 }
 
 /// The smallest and the largest of some numbers; of none, the largest number there is and 0.
-pub(crate) fn extremes(numbers: &[u32]) -> (u32, u32) {
+pub(crate) fn min_max(numbers: &[u32]) -> (u32, u32) {
     let both = |(low, high): (u32, u32), (l, h): (u32, u32)| (low.min(l), high.max(h));
     let none = (u32::MAX, 0);
     let blocks: Vec<_> = numbers.chunks(1 << 17).collect();
     let of_block = |block: &&[u32]| block.iter().fold(none, |all, &n| both(all, (n, n)));
-    map(&blocks, of_block).into_iter().fold(none, both)
+    par_map(&blocks, of_block).into_iter().fold(none, both)
 }
 
 #[cfg(test)]
@@ -101,7 +101,7 @@ mod tests {
     fn results_keep_the_order_of_the_items() {
         for count in [0, 1, 2, 1000] {
             let items: Vec<usize> = (0..count).collect();
-            let squares = map(&items, |&i| i * i);
+            let squares = par_map(&items, |&i| i * i);
             assert_eq!(squares, items.iter().map(|i| i * i).collect::<Vec<_>>());
         }
     }
@@ -114,32 +114,32 @@ mod tests {
                 block.iter_mut().zip(first..).for_each(|(v, i)| *v = i + 7);
                 Ok::<(), ()>(())
             };
-            make(&mut values, 100, fill).unwrap();
+            fill_blocks(&mut values, 100, fill).unwrap();
             assert!(values.iter().enumerate().all(|(i, &v)| v == i + 7));
         }
     }
 
     #[test]
-    fn extremes_are_of_all_blocks() {
-        assert_eq!(extremes(&[]), (u32::MAX, 0));
+    fn min_max_are_of_all_blocks() {
+        assert_eq!(min_max(&[]), (u32::MAX, 0));
         let mut numbers: Vec<u32> = (1000..500_000).rev().collect();
-        assert_eq!(extremes(&numbers), (1000, 499_999));
+        assert_eq!(min_max(&numbers), (1000, 499_999));
         numbers[300_000] = 7;
         *numbers.last_mut().unwrap() = u32::MAX;
-        assert_eq!(extremes(&numbers), (7, u32::MAX));
+        assert_eq!(min_max(&numbers), (7, u32::MAX));
     }
 
     #[test]
     fn the_first_error_counts() {
         for _ in 0..50 {
             let fail = |first: usize, _: &mut [u8]| if first < 300 { Ok(()) } else { Err(first) };
-            assert_eq!(make(&mut [0; 1000], 10, fail), Err(300));
+            assert_eq!(fill_blocks(&mut [0; 1000], 10, fail), Err(300));
         }
     }
 
     #[test]
     fn a_panic_comes_through() {
-        let run = || map(&[1, 2, 3, 4], |&i| assert!(i < 4));
+        let run = || par_map(&[1, 2, 3, 4], |&i| assert!(i < 4));
         assert!(panic::catch_unwind(run).is_err());
     }
 }

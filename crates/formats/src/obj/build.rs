@@ -5,45 +5,49 @@ use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::{Mesh, Model, Part};
+use raycam_scene::{Mesh, MeshFile, MeshPart};
 
 use crate::error::FormatError;
 use crate::geometry::polygons::Polygons;
-use crate::geometry::vertex_dedup::{Corner, NONE, Vertices};
-use crate::io::asset_root::Folder;
+use crate::geometry::vertex_dedup::{Corner, NO_INDEX, VertexDeduper};
+use crate::io::asset_root::AssetRoot;
 use crate::obj::Obj;
-use crate::obj::chunk::Run;
+use crate::obj::chunk::StateRun;
 use crate::obj::materials::Materials;
 
 /// One part for each `o` that has faces, or for each `g` where there is no `o`.
-pub(crate) fn build(mut obj: Obj, path: &Path, folder: &mut Folder) -> Result<Model, FormatError> {
+pub(crate) fn build(
+    mut obj: Obj,
+    path: &Path,
+    assets: &mut AssetRoot,
+) -> Result<MeshFile, FormatError> {
     let elements = obj.positions.len() + obj.uvs.len() + obj.normals.len();
-    folder.budget.take_elements(path, elements as u64)?;
-    let mut model = Model {
+    assets.budget.take_elements(path, elements as u64)?;
+    let mut model = MeshFile {
         notices: std::mem::take(&mut obj.notices),
-        ..Model::default()
+        ..MeshFile::default()
     };
     let runs = std::mem::take(&mut obj.runs);
     let ends = runs[1..]
         .iter()
         .map(|run| run.start)
         .chain([obj.polygons.len()]);
-    let runs: Vec<Stretch> = (runs.iter().zip(ends))
+    let runs: Vec<RunRange> = (runs.iter().zip(ends))
         .filter(|(run, end)| run.start < *end)
-        .map(|(&run, end)| Stretch {
+        .map(|(&run, end)| RunRange {
             run,
             polygons: run.start..end,
         })
         .collect();
-    let materials = Materials::read(&obj, &runs, path, folder, &mut model)?;
-    let mut vertices = Vertices::new(obj.positions.len());
-    for (name, runs) in parts(&obj, runs) {
-        let part = part(
+    let materials = Materials::read(&obj, &runs, path, assets, &mut model)?;
+    let mut vertices = VertexDeduper::new(obj.positions.len());
+    for (name, runs) in group_parts(&obj, runs) {
+        let part = build_part(
             &mut obj,
             name,
             &runs,
             path,
-            folder,
+            assets,
             &mut vertices,
             &materials,
         )?;
@@ -53,41 +57,41 @@ pub(crate) fn build(mut obj: Obj, path: &Path, folder: &mut Folder) -> Result<Mo
 }
 
 /// Polygons to which the same applies; at least one.
-pub(crate) struct Stretch {
-    pub(crate) run: Run,
+pub(crate) struct RunRange {
+    pub(crate) run: StateRun,
     polygons: Range<usize>,
 }
 
 /// The name of each part and what belongs to it, in the order of their first faces.
-fn parts(obj: &Obj, runs: Vec<Stretch>) -> Vec<(String, Vec<Stretch>)> {
-    let mut parts: Vec<(String, Vec<Stretch>)> = Vec::new();
+fn group_parts(obj: &Obj, runs: Vec<RunRange>) -> Vec<(String, Vec<RunRange>)> {
+    let mut parts: Vec<(String, Vec<RunRange>)> = Vec::new();
     let mut number_of = HashMap::new();
-    for stretch in runs {
+    for range in runs {
         let (key, names) = if obj.parts.is_empty() {
-            (stretch.run.group, &obj.groups)
+            (range.run.group, &obj.groups)
         } else {
-            (stretch.run.part, &obj.parts)
+            (range.run.part, &obj.parts)
         };
         let number = *number_of.entry(key).or_insert_with(|| {
             let name = key.map_or(String::new(), |name| names[name].clone());
             parts.push((name, Vec::new()));
             parts.len() - 1
         });
-        parts[number].1.push(stretch);
+        parts[number].1.push(range);
     }
     parts
 }
 
 /// The part of this name and these polygons.
-fn part(
+fn build_part(
     obj: &mut Obj,
     name: String,
-    runs: &[Stretch],
+    runs: &[RunRange],
     path: &Path,
-    folder: &mut Folder,
-    vertices: &mut Vertices,
+    assets: &mut AssetRoot,
+    vertices: &mut VertexDeduper,
     materials: &Materials,
-) -> Result<Part, FormatError> {
+) -> Result<MeshPart, FormatError> {
     let count: usize = runs.iter().map(|run| run.polygons.len()).sum();
     let used = if count == obj.polygons.len() {
         None
@@ -101,7 +105,7 @@ fn part(
         used.dedup();
         Some(used)
     };
-    let begin = |vertices: &mut Vertices| {
+    let begin = |vertices: &mut VertexDeduper| {
         vertices.clear();
         match &used {
             None => vertices.reserve(0..obj.positions.len() as u32),
@@ -125,8 +129,8 @@ fn part(
         let polygons = runs.iter().flat_map(|run| run.polygons.clone());
         polygons.flat_map(|p| obj.polygons.get(p)).any(|c| has(&c))
     };
-    let has_uvs = !obj.uvs.is_empty() && any(|c| c.uv != NONE);
-    let has_normals = !obj.normals.is_empty() && any(|c| c.normal != NONE);
+    let has_uvs = !obj.uvs.is_empty() && any(|c| c.uv != NO_INDEX);
+    let has_normals = !obj.normals.is_empty() && any(|c| c.normal != NO_INDEX);
     // The file's vertices are the mesh's: nothing is there that could differ between their corners.
     let plain = used.is_none() && !has_uvs && !has_normals;
     if !plain {
@@ -149,20 +153,20 @@ fn part(
         .iter()
         .any(|other| other.run.material != runs[0].run.material);
     let position = |c: Corner| positions[c.position as usize];
-    for stretch in runs {
-        let material = stretch.run.material;
-        let material = material.map_or(materials.none, |m| materials.named[m]);
+    for range in runs {
+        let material = range.run.material;
+        let material = material.map_or(materials.default_material, |m| materials.named[m]);
         let slot = *slot_of.entry(material).or_insert_with(|| {
             used.push(material);
             used.len() - 1
         });
-        let range = stretch.polygons.clone();
+        let range = range.polygons.clone();
         let triangle = |polygon: usize, mut corners: [Corner; 3]| {
             if has_normals {
                 for corner in &mut corners {
-                    if corner.normal == NONE || normals[corner.normal as usize] == [0.0; 3] {
+                    if corner.normal == NO_INDEX || normals[corner.normal as usize] == [0.0; 3] {
                         // Flat there: a corner of this polygon alone.
-                        let (known, normal) = flat.unwrap_or((usize::MAX, NONE));
+                        let (known, normal) = flat.unwrap_or((usize::MAX, NO_INDEX));
                         corner.normal = if known == polygon {
                             normal
                         } else {
@@ -178,11 +182,11 @@ fn part(
             mesh.triangles.push(if plain {
                 corners.map(|corner| corner.position)
             } else {
-                corners.map(|corner| vertices.vertex(corner))
+                corners.map(|corner| vertices.vertex_of(corner))
             });
             slots.extend(several.then_some(slot as u16));
         };
-        polygons.triangles(range, path, &mut folder.budget, position, triangle)?;
+        polygons.triangles(range, path, &mut assets.budget, position, triangle)?;
     }
 
     let materials = used;
@@ -192,30 +196,30 @@ fn part(
     if plain {
         mesh.vertices = std::mem::take(positions);
         mesh.vertex_colors = Some(std::mem::take(colors)).filter(|colors| !colors.is_empty());
-        return Ok(Part {
+        return Ok(MeshPart {
             name,
             mesh,
             materials,
         });
     }
-    let made_of = &vertices.made_of;
-    mesh.vertices = made_of.iter().map(|&c| position(c)).collect();
+    let corner_of = &vertices.corner_of;
+    mesh.vertices = corner_of.iter().map(|&c| position(c)).collect();
     if has_uvs {
         let uv = |c: &Corner| uvs.get(c.uv as usize).copied().unwrap_or([0.0; 2]);
-        mesh.uvs = Some(made_of.iter().map(uv).collect());
+        mesh.uvs = Some(corner_of.iter().map(uv).collect());
     }
     if has_normals {
         let normal = |c: &Corner| {
             let normal = normals.get(c.normal as usize).copied();
             normal.unwrap_or([0.0, 0.0, 1.0])
         };
-        mesh.normals = Some(made_of.iter().map(normal).collect());
+        mesh.normals = Some(corner_of.iter().map(normal).collect());
     }
     if !colors.is_empty() {
         let color = |c: &Corner| colors[c.position as usize];
-        mesh.vertex_colors = Some(made_of.iter().map(color).collect());
+        mesh.vertex_colors = Some(corner_of.iter().map(color).collect());
     }
-    Ok(Part {
+    Ok(MeshPart {
         name,
         mesh,
         materials,
@@ -228,12 +232,12 @@ fn smooth(
     polygons: &mut Polygons,
     positions: &[DVec3],
     normals: &mut Vec<[f32; 3]>,
-    runs: &[Stretch],
-    sites: &mut Vertices,
+    runs: &[RunRange],
+    sites: &mut VertexDeduper,
 ) {
     let first = normals.len();
     let mut sums: Vec<DVec3> = Vec::new();
-    for Stretch {
+    for RunRange {
         run,
         polygons: range,
     } in runs
@@ -244,7 +248,7 @@ fn smooth(
         for polygon in range.clone() {
             let range = polygons.range(polygon);
             let corners: Vec<Corner> = polygons.get(polygon).collect();
-            if corners.iter().all(|corner| corner.normal != NONE) {
+            if corners.iter().all(|corner| corner.normal != NO_INDEX) {
                 continue;
             }
             let at: Vec<DVec3> = corners
@@ -255,7 +259,7 @@ fn smooth(
             for (i, corner) in corners.iter().enumerate() {
                 let [before, after] =
                     [at.len() - 1, 1].map(|step| at[(i + step) % at.len()] - at[i]);
-                let site = sites.vertex(Corner {
+                let site = sites.vertex_of(Corner {
                     position: corner.position,
                     uv: group,
                     normal: 0,
@@ -266,9 +270,9 @@ fn smooth(
                 if before != DVec3::ZERO && after != DVec3::ZERO {
                     sums[site as usize] += normal * before.angle_between(after);
                 }
-                if corner.normal == NONE {
+                if corner.normal == NO_INDEX {
                     let normal = (first + site as usize) as u32;
-                    polygons.change(range.start + i, |corner| corner.normal = normal);
+                    polygons.edit_corner(range.start + i, |corner| corner.normal = normal);
                 }
             }
         }

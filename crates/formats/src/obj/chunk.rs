@@ -3,20 +3,20 @@
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb};
 
-use crate::geometry::polygons::{Polygons, Thin};
-use crate::geometry::vertex_dedup::{Corner, NONE};
+use crate::geometry::polygons::{DegenerateFaces, Polygons};
+use crate::geometry::vertex_dedup::{Corner, NO_INDEX};
 use crate::io::lexer::{self, Lines, Words};
-use crate::obj::ignored::Skipped;
+use crate::obj::ignored::IgnoredStatements;
 
 /// Whole lines of a file.
-pub(crate) struct Stretch<'a> {
+pub(crate) struct TextChunk<'a> {
     pub(crate) text: &'a [u8],
     /// How many lines come before.
     pub(crate) lines_before: usize,
 }
 
 /// What is wrong, and in which line.
-pub(crate) type Fault = (usize, String);
+pub(crate) type LineError = (usize, String);
 
 /// What a stretch says. Lines are numbered as in the file, all else begins at 0 with the stretch.
 pub(crate) struct Chunk {
@@ -28,8 +28,8 @@ pub(crate) struct Chunk {
     pub(crate) normals: Vec<[f32; 3]>,
     pub(crate) polygons: Polygons,
     /// The indices that are counted backwards; theirs in `polygons` are still to be filled in.
-    pub(crate) relative: Vec<Relative>,
-    pub(crate) runs: Vec<Run>,
+    pub(crate) relative: Vec<RelativeIndex>,
+    pub(crate) runs: Vec<StateRun>,
     /// By `usemtl`, `o` and `g`, each with its line; a name may come again.
     pub(crate) materials: Vec<(usize, String)>,
     pub(crate) parts: Vec<(usize, String)>,
@@ -39,23 +39,23 @@ pub(crate) struct Chunk {
     /// How many positions have a colour.
     pub(crate) colored: usize,
     /// The line of the first colour that is none.
-    pub(crate) bad_color: Option<usize>,
+    pub(crate) invalid_color_line: Option<usize>,
     /// The largest index of a position, texture coordinates and a normal, with its line: they may come after the faces.
-    pub(crate) highest: [(i64, usize); 3],
-    pub(crate) thin: Thin,
-    pub(crate) skipped: Skipped,
+    pub(crate) max_index: [(i64, usize); 3],
+    pub(crate) degenerate: DegenerateFaces,
+    pub(crate) ignored: IgnoredStatements,
     /// The last line, where it has no line end.
-    pub(crate) open_end: Option<usize>,
+    pub(crate) unterminated_line: Option<usize>,
     /// Where reading stopped.
-    pub(crate) fault: Option<Fault>,
+    pub(crate) error: Option<LineError>,
 }
 
 /// In the place of a corner of a face that was passed over: its indices are checked all the same.
-const SKIPPED: usize = usize::MAX;
+const SKIPPED_CORNER: usize = usize::MAX;
 
 /// An index that counts backwards from what came before.
-pub(crate) struct Relative {
-    /// Which of all corners, or [`SKIPPED`].
+pub(crate) struct RelativeIndex {
+    /// Which of all corners, or [`SKIPPED_CORNER`].
     pub(crate) corner: usize,
     /// 0 position, 1 texture coordinate, 2 normal.
     pub(crate) kind: usize,
@@ -68,7 +68,7 @@ pub(crate) struct Relative {
 
 /// What holds from a polygon on; `None` is what held before the stretch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Run {
+pub(crate) struct StateRun {
     /// Its first polygon.
     pub(crate) start: usize,
     /// Index into `parts`.
@@ -81,12 +81,12 @@ pub(crate) struct Run {
     pub(crate) smoothing: Option<u32>,
 }
 
-/// Indices of what a fault in one is called.
-pub(crate) const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
+/// Indices of what a error in one is called.
+pub(crate) const INDEX_NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 impl Chunk {
-    /// Reads a stretch up to its end or its first fault.
-    pub(crate) fn read(stretch: &Stretch<'_>) -> Self {
+    /// Reads a stretch up to its end or its first error.
+    pub(crate) fn read(stretch: &TextChunk<'_>) -> Self {
         let mut chunk = Self {
             positions: Vec::new(),
             colors: Vec::new(),
@@ -94,24 +94,24 @@ impl Chunk {
             normals: Vec::new(),
             polygons: Polygons::default(),
             relative: Vec::new(),
-            runs: vec![Run::default()],
+            runs: vec![StateRun::default()],
             materials: Vec::new(),
             parts: Vec::new(),
             groups: Vec::new(),
             libraries: Vec::new(),
             colored: 0,
-            bad_color: None,
-            highest: [(0, 0); 3],
-            thin: Thin::default(),
-            skipped: Skipped::default(),
-            open_end: None,
-            fault: None,
+            invalid_color_line: None,
+            max_index: [(0, 0); 3],
+            degenerate: DegenerateFaces::default(),
+            ignored: IgnoredStatements::default(),
+            unterminated_line: None,
+            error: None,
         };
-        chunk.fault = chunk.lines(stretch).err();
+        chunk.error = chunk.lines(stretch).err();
         chunk
     }
 
-    fn lines(&mut self, stretch: &Stretch<'_>) -> Result<(), Fault> {
+    fn lines(&mut self, stretch: &TextChunk<'_>) -> Result<(), LineError> {
         let mut lines = Lines::new(stretch.text);
         let mut last = 0;
         while let Some((line, text)) = lines.next() {
@@ -131,11 +131,11 @@ impl Chunk {
             }
             last = line;
         }
-        self.open_end = (!lines.ended()).then_some(last);
+        self.unterminated_line = (!lines.ended_with_newline()).then_some(last);
         Ok(())
     }
 
-    fn statement(&mut self, line: usize, text: &[u8]) -> Result<(), Fault> {
+    fn statement(&mut self, line: usize, text: &[u8]) -> Result<(), LineError> {
         let (key, rest) = lexer::split_word(text);
         match key {
             b"v" => self.vertex(line, rest),
@@ -154,19 +154,19 @@ impl Chunk {
             b"o" => {
                 let part = Some(self.parts.len());
                 self.parts.push((line, lexer::name(rest)));
-                self.run(|run| run.part = part);
+                self.change_state(|run| run.part = part);
                 Ok(())
             }
             b"g" => {
                 let group = Some(self.groups.len());
                 self.groups.push((line, lexer::name(rest)));
-                self.run(|run| run.group = group);
+                self.change_state(|run| run.group = group);
                 Ok(())
             }
             b"usemtl" => {
                 let material = Some(self.materials.len());
                 self.materials.push((line, lexer::name(rest)));
-                self.run(|run| run.material = material);
+                self.change_state(|run| run.material = material);
                 Ok(())
             }
             b"s" => {
@@ -176,11 +176,11 @@ impl Chunk {
                     word => lexer::integer(word)
                         .and_then(|group| u32::try_from(group).ok())
                         .ok_or_else(|| {
-                            let word = lexer::shown(word);
+                            let word = lexer::for_message(word);
                             (line, format!("s {word}: expected a smoothing group or off"))
                         })?,
                 };
-                self.run(|run| run.smoothing = Some(group));
+                self.change_state(|run| run.smoothing = Some(group));
                 Ok(())
             }
             b"mtllib" => {
@@ -190,21 +190,21 @@ impl Chunk {
             b"" => Ok(()),
             _ if key[0] == b'#' => Ok(()),
             _ => self
-                .skipped
+                .ignored
                 .add(line, key)
                 .map_err(|message| (line, message)),
         }
     }
 
     /// `v x y z`, `v x y z w`, `v x y z r g b` or `v x y z r g b a`.
-    fn vertex(&mut self, line: usize, rest: &[u8]) -> Result<(), Fault> {
+    fn vertex(&mut self, line: usize, rest: &[u8]) -> Result<(), LineError> {
         let mut values = [0.0; 7];
         let mut count = 0;
         for word in Words(rest) {
             let value = lexer::number(word)
                 .filter(|v| v.is_finite() || count >= 3)
                 .ok_or_else(|| {
-                    let word = lexer::shown(word);
+                    let word = lexer::for_message(word);
                     (line, format!("v: coordinate {word} is not a finite number"))
                 })?;
             match values.get_mut(count) {
@@ -223,7 +223,7 @@ impl Chunk {
                     self.colors.push(rgb.map(|c| linear_from_srgb(c as f32)));
                     self.colored += 1;
                 } else {
-                    self.bad_color.get_or_insert(line);
+                    self.invalid_color_line.get_or_insert(line);
                 }
             }
             _ => {
@@ -235,12 +235,12 @@ impl Chunk {
         Ok(())
     }
 
-    fn face(&mut self, line: usize, rest: &[u8]) -> Result<(), Fault> {
+    fn face(&mut self, line: usize, rest: &[u8]) -> Result<(), LineError> {
         for word in Words(rest) {
-            let mut indices = [NONE; 3];
+            let mut indices = [NO_INDEX; 3];
             for (kind, index) in word.split(|&b| b == b'/').enumerate() {
                 if kind == 3 {
-                    let word = lexer::shown(word);
+                    let word = lexer::for_message(word);
                     return Err((line, format!("f: corner {word} has more than 3 indices")));
                 }
                 if !index.is_empty() {
@@ -248,11 +248,11 @@ impl Chunk {
                 }
             }
             let [position, uv, normal] = indices;
-            if position == NONE {
-                let word = lexer::shown(word);
+            if position == NO_INDEX {
+                let word = lexer::for_message(word);
                 return Err((line, format!("f: corner {word} has no vertex")));
             }
-            self.polygons.corner(Corner {
+            self.polygons.push_corner(Corner {
                 position,
                 uv,
                 normal,
@@ -260,32 +260,39 @@ impl Chunk {
         }
         if !self.polygons.end_face() {
             let corners = self.polygons.corner_count();
-            let under_way = |r: &&mut Relative| r.corner >= corners && r.corner != SKIPPED;
+            let under_way =
+                |r: &&mut RelativeIndex| r.corner >= corners && r.corner != SKIPPED_CORNER;
             for relative in self.relative.iter_mut().rev().take_while(under_way) {
-                relative.corner = SKIPPED;
+                relative.corner = SKIPPED_CORNER;
             }
-            self.thin.add(|| format!("line {line}"));
+            self.degenerate.add(|| format!("line {line}"));
         }
         Ok(())
     }
 
     /// An index from 0; in the file they count from 1, or from -1 backwards.
-    fn index(&mut self, line: usize, kind: usize, word: &[u8]) -> Result<u32, Fault> {
-        let value = lexer::integer(word)
-            .ok_or_else(|| (line, format!("f: {} is not an index", lexer::shown(word))))?;
+    fn index(&mut self, line: usize, kind: usize, word: &[u8]) -> Result<u32, LineError> {
+        let value = lexer::integer(word).ok_or_else(|| {
+            (
+                line,
+                format!("f: {} is not an index", lexer::for_message(word)),
+            )
+        })?;
         if value > 0 {
-            if value > self.highest[kind].0 {
-                self.highest[kind] = (value, line);
+            if value > self.max_index[kind].0 {
+                self.max_index[kind] = (value, line);
             }
             // Larger ones are found out at the end.
-            return Ok(u32::try_from(value - 1).unwrap_or(NONE - 1).min(NONE - 1));
+            return Ok(u32::try_from(value - 1)
+                .unwrap_or(NO_INDEX - 1)
+                .min(NO_INDEX - 1));
         }
         if value == 0 {
-            let name = KINDS[kind];
+            let name = INDEX_NAMES[kind];
             return Err((line, format!("f: {name} 0, but indices start at 1")));
         }
         let before = [self.positions.len(), self.uvs.len(), self.normals.len()][kind];
-        self.relative.push(Relative {
+        self.relative.push(RelativeIndex {
             corner: self.polygons.corner_count(),
             kind,
             line,
@@ -296,7 +303,7 @@ impl Chunk {
     }
 
     /// Changes what holds from the next polygon on.
-    fn run(&mut self, change: impl FnOnce(&mut Run)) {
+    fn change_state(&mut self, change: impl FnOnce(&mut StateRun)) {
         let start = self.polygons.len();
         let mut run = self.runs[self.runs.len() - 1];
         if run.start == start {
@@ -309,14 +316,14 @@ impl Chunk {
 }
 
 /// One to three numbers, of which at least `least`.
-fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3], Fault> {
+fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3], LineError> {
     let mut values = [0.0; 3];
     let mut count = 0;
     for word in Words(rest) {
         let value = lexer::number(word)
             .filter(|v| v.is_finite())
             .ok_or_else(|| {
-                let word = lexer::shown(word);
+                let word = lexer::for_message(word);
                 (line, format!("{key}: {word} is not a finite number"))
             })?;
         match values.get_mut(count) {
@@ -332,7 +339,7 @@ fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3]
 }
 
 /// Cuts a text into stretches of whole statements, of about `size` bytes each.
-pub(crate) fn stretches(text: &[u8], size: usize) -> Vec<&[u8]> {
+pub(crate) fn split_chunks(text: &[u8], size: usize) -> Vec<&[u8]> {
     let mut stretches = Vec::new();
     let mut rest = text;
     while rest.len() > size {

@@ -3,24 +3,24 @@
 use crate::io::lexer;
 
 /// The most keywords that are remembered; a file with more is something else than OBJ.
-const LIMIT: usize = 32;
+const MAX_KEYWORDS: usize = 32;
 
 /// Keywords with their first lines.
 #[derive(Default)]
-pub(crate) struct Skipped(Vec<(Vec<u8>, usize)>);
+pub(crate) struct IgnoredStatements(Vec<(Vec<u8>, usize)>);
 
-impl Skipped {
+impl IgnoredStatements {
     /// Remembers a keyword once; the message of an error when there are too many.
     pub fn add(&mut self, line: usize, key: &[u8]) -> Result<(), String> {
         let key = &key[..key.len().min(40)];
         if self.0.iter().any(|(known, _)| known == key) {
             return Ok(());
         }
-        if self.0.len() == LIMIT {
+        if self.0.len() == MAX_KEYWORDS {
             return Err(format!(
                 "{}: the {}rd unknown keyword; is this an OBJ file?",
-                lexer::shown(key),
-                LIMIT + 1
+                lexer::for_message(key),
+                MAX_KEYWORDS + 1
             ));
         }
         self.0.push((key.into(), line));
@@ -34,7 +34,7 @@ impl Skipped {
     }
 
     /// What was passed over, if anything was.
-    pub fn described(&self) -> Option<String> {
+    pub fn message(&self) -> Option<String> {
         let described: Vec<_> = (self.0.iter())
             .map(|(key, line)| {
                 let what = match &key[..] {
@@ -55,13 +55,13 @@ mod tests {
 
     #[test]
     fn a_keyword_is_named_once_with_its_first_line() {
-        let mut skipped = Skipped::default();
-        assert_eq!(skipped.described(), None);
+        let mut ignored = IgnoredStatements::default();
+        assert_eq!(ignored.message(), None);
         for (line, key) in [(3, "l"), (5, "l"), (7, "curv")] {
-            skipped.add(line, key.as_bytes()).unwrap();
+            ignored.add(line, key.as_bytes()).unwrap();
         }
         assert_eq!(
-            skipped.described().unwrap(),
+            ignored.message().unwrap(),
             "l (lines) (line 3), curv (line 7)"
         );
     }

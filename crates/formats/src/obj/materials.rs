@@ -4,38 +4,39 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use raycam_scene::{Files, Material, Mesh, Model, Texture, TextureSlot};
+use raycam_scene::{Material, Mesh, MeshFile, Texture, TextureSlot};
 
 use crate::error::FormatError;
-use crate::image::ColorUse;
+use crate::image::decoder::ColorUse;
 use crate::image::merge_alpha;
 use crate::image::normals_from_height;
-use crate::io::asset_root::Folder;
+use crate::io::asset_root::AssetRoot;
 use crate::io::optional_asset;
 use crate::obj::Obj;
-use crate::obj::build::Stretch;
+use crate::obj::build::RunRange;
 use crate::obj::mtl::{self, MtlMaterial};
-use crate::obj::mtl_map::{Map, Role};
+use crate::obj::mtl_map::{MapRole, MtlMap};
 
 /// The materials that faces use.
 pub(crate) struct Materials {
     /// For each `usemtl` name, the index into the model's materials.
     pub(crate) named: Vec<usize>,
     /// That of faces without `usemtl`.
-    pub(crate) none: usize,
+    pub(crate) default_material: usize,
 }
 
 impl Materials {
     pub(crate) fn read(
         obj: &Obj,
-        runs: &[Stretch],
+        runs: &[RunRange],
         path: &Path,
-        folder: &mut Folder,
-        model: &mut Model,
+        assets: &mut AssetRoot,
+        model: &mut MeshFile,
     ) -> Result<Self, FormatError> {
         let mut defined: HashMap<String, (PathBuf, MtlMaterial)> = HashMap::new();
         for library in &obj.libraries {
-            let Some(source) = optional_asset::file(path, library, folder, &mut model.notices)?
+            let Some(source) =
+                optional_asset::optional_file(path, library, assets, &mut model.notices)?
             else {
                 continue;
             };
@@ -45,14 +46,14 @@ impl Materials {
         }
         let mut materials = Self {
             named: vec![usize::MAX; obj.materials.len()],
-            none: usize::MAX,
+            default_material: usize::MAX,
         };
         let mut textures = HashMap::new();
         let mut undefined = Vec::new();
-        for Stretch { run, .. } in runs {
+        for RunRange { run, .. } in runs {
             let number = match run.material {
                 Some(name) => &mut materials.named[name],
-                None => &mut materials.none,
+                None => &mut materials.default_material,
             };
             if *number != usize::MAX {
                 continue;
@@ -61,7 +62,7 @@ impl Materials {
             let name = run.material.map(|name| obj.materials[name].as_str());
             match name.and_then(|name| defined.get(name)) {
                 Some((library, material)) => {
-                    let slots = slots(library, material, &mut textures, folder, model)?;
+                    let slots = slots(library, material, &mut textures, assets, model)?;
                     let material = material.material(library, &slots, &mut model.notices);
                     model.materials.push(material);
                 }
@@ -70,7 +71,7 @@ impl Materials {
                     let name = name.unwrap_or_default().to_owned();
                     // What a mesh with or without colours looks like when nothing else is said.
                     let colors = (!obj.colors.is_empty()).then(Vec::new);
-                    let plain = Material::plain(&Mesh {
+                    let plain = Material::for_mesh(&Mesh {
                         vertex_colors: colors,
                         ..Mesh::default()
                     });
@@ -92,11 +93,11 @@ impl Materials {
 }
 
 /// Textures that have been made: of which file, with the opacity of which other, clamped or not, and as what.
-type Known = HashMap<(String, Option<String>, bool, Use), Option<usize>>;
+type Known = HashMap<(String, Option<String>, bool, ImageUse), Option<usize>>;
 
 /// What an image is read as.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Use {
+enum ImageUse {
     Color,
     Data,
     /// Normals, or heights that become some.
@@ -108,16 +109,16 @@ fn slots(
     library: &Path,
     material: &MtlMaterial,
     known: &mut Known,
-    folder: &mut Folder,
-    model: &mut Model,
-) -> Result<Vec<(Role, TextureSlot, f32)>, FormatError> {
+    assets: &mut AssetRoot,
+    model: &mut MeshFile,
+) -> Result<Vec<(MapRole, TextureSlot, f32)>, FormatError> {
     let mut slots = Vec::new();
     let last = |role| material.maps.iter().rev().find(|map| map.role == role);
-    let color = last(Role::Color);
+    let color = last(MapRole::Color);
     // There is one place for opacity, the alpha of the colours' image: that of an image of its own is put there.
-    let mut opacity = last(Role::Opacity).filter(|map| color.is_none_or(|c| c.file != map.file));
+    let mut opacity = last(MapRole::Opacity).filter(|map| color.is_none_or(|c| c.file != map.file));
     if let (Some(own), Some(color)) = (opacity, color)
-        && !own.lies_as(color)
+        && !own.same_placement(color)
     {
         model.notices.push(format!(
             "{}:{}: map_d is not used: it is laid on otherwise than map_Kd (-s, -o, -clamp), expected the same",
@@ -127,15 +128,15 @@ fn slots(
         opacity = None;
     }
     for map in &material.maps {
-        let in_color = map.role == Role::Opacity && color.is_some_and(|c| c.file != map.file);
+        let in_color = map.role == MapRole::Opacity && color.is_some_and(|c| c.file != map.file);
         // The last of each role counts.
         if in_color || !last(map.role).is_some_and(|last| std::ptr::eq(last, map)) {
             continue;
         }
-        let cut = opacity.filter(|_| matches!(map.role, Role::Color | Role::Opacity));
+        let cut = opacity.filter(|_| matches!(map.role, MapRole::Color | MapRole::Opacity));
         let texture = match cut {
-            Some(own) => cut_out(library, color, own, known, folder, model)?,
-            None => image(library, map, known, folder, model)?,
+            Some(own) => with_alpha(library, color, own, known, assets, model)?,
+            None => image(library, map, known, assets, model)?,
         };
         let Some(texture) = texture else {
             continue;
@@ -146,7 +147,7 @@ fn slots(
         };
         slots.push((map.role, slot, map.strength));
         if cut.is_some() {
-            slots.extend([Role::Color, Role::Opacity].map(|role| (role, slot, 1.0)));
+            slots.extend([MapRole::Color, MapRole::Opacity].map(|role| (role, slot, 1.0)));
         }
     }
     Ok(slots)
@@ -155,28 +156,28 @@ fn slots(
 /// The texture of a map's image alone.
 fn image(
     library: &Path,
-    map: &Map,
+    map: &MtlMap,
     known: &mut Known,
-    folder: &mut Folder,
-    model: &mut Model,
+    assets: &mut AssetRoot,
+    model: &mut MeshFile,
 ) -> Result<Option<usize>, FormatError> {
     let used = match map.role {
-        Role::Color | Role::Emission | Role::Opacity => Use::Color,
-        Role::Normal => Use::Normals,
-        _ => Use::Data,
+        MapRole::Color | MapRole::Emission | MapRole::Opacity => ImageUse::Color,
+        MapRole::Normal => ImageUse::Normals,
+        _ => ImageUse::Data,
     };
     let key = (map.file.clone(), None, map.clamp, used);
     if let Some(known) = known.get(&key) {
         return Ok(*known);
     }
     let color_use = match used {
-        Use::Color => ColorUse::Color,
+        ImageUse::Color => ColorUse::Color,
         _ => ColorUse::Data,
     };
-    let mut texture = map.texture(library, color_use, folder, &mut model.notices)?;
+    let mut texture = map.texture(library, color_use, assets, &mut model.notices)?;
     if let Some(heights) = &mut texture
-        && used == Use::Normals
-        && normals_from_height::is_heights(&heights.image.texels)?
+        && used == ImageUse::Normals
+        && normals_from_height::is_height_map(&heights.image.texels)?
     {
         model.notices.push(format!(
             "{}:{}: {:?} is a map of heights: made into normals, white a texel's width above black",
@@ -184,8 +185,8 @@ fn image(
             map.line,
             map.file
         ));
-        let normals = normals_from_height::normals(heights, &mut folder.budget)?;
-        heights.image = folder.keep(Arc::new(normals))?;
+        let normals = normals_from_height::normals_from_height(heights, &mut assets.budget)?;
+        heights.image = assets.store_texture(Arc::new(normals))?;
     }
     let index = texture.map(|texture| {
         model.textures.push(texture);
@@ -195,30 +196,35 @@ fn image(
 }
 
 /// The texture of these colours, or of white, with the opacity of another image; without it where that cannot be read.
-fn cut_out(
+fn with_alpha(
     library: &Path,
-    color: Option<&Map>,
-    opacity: &Map,
+    color: Option<&MtlMap>,
+    opacity: &MtlMap,
     known: &mut Known,
-    folder: &mut Folder,
-    model: &mut Model,
+    assets: &mut AssetRoot,
+    model: &mut MeshFile,
 ) -> Result<Option<usize>, FormatError> {
     let file = color.map_or(String::new(), |map| map.file.clone());
-    let key = (file, Some(opacity.file.clone()), opacity.clamp, Use::Color);
+    let key = (
+        file,
+        Some(opacity.file.clone()),
+        opacity.clamp,
+        ImageUse::Color,
+    );
     if let Some(known) = known.get(&key) {
         return Ok(*known);
     }
     let notices = &mut model.notices;
-    let alpha = opacity.texture(library, ColorUse::Data, folder, notices)?;
+    let alpha = opacity.texture(library, ColorUse::Data, assets, notices)?;
     let color = match color {
-        Some(map) => map.texture(library, ColorUse::Color, folder, notices)?,
+        Some(map) => map.texture(library, ColorUse::Color, assets, notices)?,
         None => None,
     };
     let texture = match alpha {
         Some(alpha) => {
-            let image = merge_alpha::cut_out(color.as_ref(), &alpha, &mut folder.budget)?;
+            let image = merge_alpha::merge_alpha(color.as_ref(), &alpha, &mut assets.budget)?;
             Some(Texture {
-                image: folder.keep(Arc::new(image))?,
+                image: assets.store_texture(Arc::new(image))?,
                 sampler: alpha.sampler,
             })
         }

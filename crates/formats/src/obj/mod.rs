@@ -15,21 +15,22 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::Model;
+use raycam_scene::MeshFile;
 use raycam_scene::color::Rgb;
 
 use crate::error::FormatError;
-use crate::geometry::polygons::{Polygons, Thin};
-use crate::io::asset_root::{Folder, Source};
+use crate::geometry::polygons::{DegenerateFaces, Polygons};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 use crate::io::lexer;
 use crate::io::parallel;
-use crate::obj::chunk::{Chunk, Fault, KINDS, Run, Stretch};
-use crate::obj::ignored::Skipped;
+use crate::obj::chunk::{Chunk, INDEX_NAMES, LineError, StateRun, TextChunk};
+use crate::obj::ignored::IgnoredStatements;
 
 /// More names of parts, materials or groups than this are refused.
-const MOST_NAMES: usize = 1 << 16;
+const MAX_NAMES: usize = 1 << 16;
 /// Bytes that are read at a time; the same for any number of threads, though nothing depends on it.
-const STRETCH: usize = 1 << 18;
+const CHUNK_BYTES: usize = 1 << 18;
 
 /// The statements of an OBJ file.
 #[derive(Default)]
@@ -42,7 +43,7 @@ pub(crate) struct Obj {
     pub(crate) normals: Vec<[f32; 3]>,
     pub(crate) polygons: Polygons,
     /// What holds from which polygon on, in order.
-    pub(crate) runs: Vec<Run>,
+    pub(crate) runs: Vec<StateRun>,
     /// By `usemtl`, each once.
     pub(crate) materials: Vec<String>,
     /// By `o`.
@@ -55,46 +56,46 @@ pub(crate) struct Obj {
 }
 
 /// The model in an OBJ file, with the materials and textures it names.
-pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
-    let obj = parse(&source.path, &source.bytes, STRETCH)?;
-    build::build(obj, &source.path, folder)
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
+    let obj = parse(&source.path, &source.bytes, CHUNK_BYTES)?;
+    build::build(obj, &source.path, assets)
 }
 
-/// Reads a file in stretches of about `size` bytes, side by side.
+/// Reads a file in pieces of about `size` bytes, side by side.
 fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj, FormatError> {
-    let texts = chunk::stretches(lexer::plain(path, bytes)?, size);
-    let counts = parallel::map(&texts, |text| lexer::line_ends(text));
+    let texts = chunk::split_chunks(lexer::checked_text(path, bytes)?, size);
+    let counts = parallel::par_map(&texts, |text| lexer::line_ends(text));
     let mut lines_before = 0;
-    let mut stretches = Vec::with_capacity(texts.len());
+    let mut pieces = Vec::with_capacity(texts.len());
     for (text, count) in texts.into_iter().zip(counts) {
-        stretches.push(Stretch { text, lines_before });
+        pieces.push(TextChunk { text, lines_before });
         lines_before += count;
     }
-    let mut whole = Whole::default();
-    let chunks = parallel::map(&stretches, Chunk::read);
-    whole.reserve(&chunks);
+    let mut builder = ObjBuilder::default();
+    let chunks = parallel::par_map(&pieces, Chunk::read);
+    builder.reserve(&chunks);
     for chunk in chunks {
-        let added = whole.add(chunk);
+        let added = builder.append_chunk(chunk);
         added.map_err(|(line, message)| FormatError::line(path, line, message))?;
     }
-    whole.finish(path)
+    builder.finish(path)
 }
 
 /// What has been read so far.
 #[derive(Default)]
-struct Whole {
+struct ObjBuilder {
     obj: Obj,
     material_numbers: HashMap<String, usize>,
     group_numbers: HashMap<String, usize>,
     colored: usize,
-    bad_color: Option<usize>,
-    highest: [(i64, usize); 3],
-    thin: Thin,
-    skipped: Skipped,
-    open_end: Option<usize>,
+    invalid_color_line: Option<usize>,
+    max_index: [(i64, usize); 3],
+    degenerate: DegenerateFaces,
+    ignored: IgnoredStatements,
+    unterminated_line: Option<usize>,
 }
 
-impl Whole {
+impl ObjBuilder {
     /// Makes room for these, so that nothing is moved while they are added.
     fn reserve(&mut self, chunks: &[Chunk]) {
         let sum = |count: fn(&Chunk) -> usize| chunks.iter().map(count).sum();
@@ -106,29 +107,29 @@ impl Whole {
             .reserve(chunks.iter().map(|c| &c.polygons));
     }
 
-    /// Adds the next stretch, or says which of its faults comes first.
-    fn add(&mut self, mut chunk: Chunk) -> Result<(), Fault> {
-        let fault = chunk.fault.take();
-        let mut faults: Vec<Fault> = fault.into_iter().collect();
-        faults.extend(self.resolve(&mut chunk).err());
-        faults.extend(
-            self.skipped
-                .append(std::mem::take(&mut chunk.skipped))
+    /// Adds the next stretch, or says which of its errors comes first.
+    fn append_chunk(&mut self, mut chunk: Chunk) -> Result<(), LineError> {
+        let error = chunk.error.take();
+        let mut errors: Vec<LineError> = error.into_iter().collect();
+        errors.extend(self.resolve(&mut chunk).err());
+        errors.extend(
+            self.ignored
+                .append(std::mem::take(&mut chunk.ignored))
                 .err(),
         );
         let names = self.names(&mut chunk);
-        faults.extend(names.err());
-        if let Some(first) = faults.into_iter().min_by_key(|&(line, _)| line) {
+        errors.extend(names.err());
+        if let Some(first) = errors.into_iter().min_by_key(|&(line, _)| line) {
             return Err(first);
         }
-        for (mine, theirs) in self.highest.iter_mut().zip(chunk.highest) {
+        for (mine, theirs) in self.max_index.iter_mut().zip(chunk.max_index) {
             if theirs.0 > mine.0 {
                 *mine = theirs;
             }
         }
-        self.bad_color = self.bad_color.or(chunk.bad_color);
-        self.open_end = chunk.open_end;
-        self.thin.append(chunk.thin);
+        self.invalid_color_line = self.invalid_color_line.or(chunk.invalid_color_line);
+        self.unterminated_line = chunk.unterminated_line;
+        self.degenerate.append(chunk.degenerate);
         self.colored += chunk.colored;
         let obj = &mut self.obj;
         if self.colored > 0 {
@@ -139,7 +140,7 @@ impl Whole {
         let start = obj.polygons.len();
         let before = obj.runs.last().copied().unwrap_or_default();
         for run in chunk.runs {
-            obj.runs.push(Run {
+            obj.runs.push(StateRun {
                 start: start + run.start,
                 part: run.part.or(before.part),
                 group: run.group.or(before.group),
@@ -155,28 +156,30 @@ impl Whole {
     }
 
     /// Fills in the indices that count backwards.
-    fn resolve(&self, chunk: &mut Chunk) -> Result<(), Fault> {
+    fn resolve(&self, chunk: &mut Chunk) -> Result<(), LineError> {
         let obj = &self.obj;
         let bases = [obj.positions.len(), obj.uvs.len(), obj.normals.len()];
         for relative in &chunk.relative {
             let kind = relative.kind;
             let count = bases[kind] + relative.before;
             let Ok(index) = u32::try_from(count as i64 + relative.value) else {
-                let (name, value) = (KINDS[kind], relative.value);
+                let (name, value) = (INDEX_NAMES[kind], relative.value);
                 let message = format!("f: {name} {value}, but only {count} came before");
                 return Err((relative.line, message));
             };
-            chunk.polygons.change(relative.corner, |corner| match kind {
-                0 => corner.position = index,
-                1 => corner.uv = index,
-                _ => corner.normal = index,
-            });
+            chunk
+                .polygons
+                .edit_corner(relative.corner, |corner| match kind {
+                    0 => corner.position = index,
+                    1 => corner.uv = index,
+                    _ => corner.normal = index,
+                });
         }
         Ok(())
     }
 
     /// Numbers the stretch's names as the file's.
-    fn names(&mut self, chunk: &mut Chunk) -> Result<(), Fault> {
+    fn names(&mut self, chunk: &mut Chunk) -> Result<(), LineError> {
         let obj = &mut self.obj;
         let unique = |names: &mut Vec<String>,
                       numbers: &mut HashMap<String, usize>,
@@ -189,7 +192,10 @@ impl Whole {
                 });
                 limit(*line, names.len(), what).map(|()| number)
             };
-            added.iter().map(number).collect::<Result<Vec<_>, Fault>>()
+            added
+                .iter()
+                .map(number)
+                .collect::<Result<Vec<_>, LineError>>()
         };
         let materials = unique(
             &mut obj.materials,
@@ -227,16 +233,16 @@ impl Whole {
         let shown = path.display();
         let counts = [obj.positions.len(), obj.uvs.len(), obj.normals.len()];
         let many = ["vertices", "texture coordinates", "normals"];
-        for (kind, ((value, line), count)) in self.highest.into_iter().zip(counts).enumerate() {
+        for (kind, ((value, line), count)) in self.max_index.into_iter().zip(counts).enumerate() {
             if value > 0 && count == 0 && kind > 0 {
                 // Taken out of the file, or never written, by some programs; the shape is whole without them.
-                let (one, many) = (KINDS[kind], many[kind]);
-                obj.polygons.forget(kind);
+                let (one, many) = (INDEX_NAMES[kind], many[kind]);
+                obj.polygons.drop_attribute(kind);
                 obj.notices.push(format!(
                     "{shown}:{line}: f: {one} {value}, but the file has no {many}; it is shown without them"
                 ));
             } else if value > count as i64 {
-                let (one, many) = (KINDS[kind], many[kind]);
+                let (one, many) = (INDEX_NAMES[kind], many[kind]);
                 let message = format!("f: {one} {value}, but the file has {count} {many}");
                 return Err(FormatError::line(path, line, message));
             }
@@ -246,12 +252,12 @@ impl Whole {
             let message = format!("no faces (f), only {vertices} vertices: nothing to see");
             return Err(FormatError::whole(path, message));
         }
-        if let Some(last) = self.open_end {
+        if let Some(last) = self.unterminated_line {
             obj.notices.push(format!(
                 "{shown}:{last}: the last line has no line end; the file may be cut off"
             ));
         }
-        if let Some(line) = self.bad_color {
+        if let Some(line) = self.invalid_color_line {
             obj.notices.push(format!(
                 "{shown}:{line}: a vertex colour outside 0..=1; all vertex colours of the file are ignored"
             ));
@@ -265,19 +271,19 @@ impl Whole {
             }
             obj.colors.resize(obj.positions.len(), [1.0; 3]);
         }
-        obj.notices.extend(self.thin.notice(path));
-        if let Some(skipped) = self.skipped.described() {
-            obj.notices.push(format!("{shown}: not used: {skipped}"));
+        obj.notices.extend(self.degenerate.notice(path));
+        if let Some(ignored) = self.ignored.message() {
+            obj.notices.push(format!("{shown}: not used: {ignored}"));
         }
         Ok(obj)
     }
 }
 
-fn limit(line: usize, count: usize, what: &str) -> Result<(), Fault> {
-    if count <= MOST_NAMES {
+fn limit(line: usize, count: usize, what: &str) -> Result<(), LineError> {
+    if count <= MAX_NAMES {
         return Ok(());
     }
-    Err((line, format!("more than {MOST_NAMES} {what} in one file")))
+    Err((line, format!("more than {MAX_NAMES} {what} in one file")))
 }
 
 /// Several names, which end in `.mtl` and may have spaces, or one of any kind.
@@ -302,7 +308,7 @@ fn libraries(names: &[u8], known: &mut Vec<String>) {
 mod tests {
     use super::*;
 
-    /// Everything that a file says, however it is cut into stretches.
+    /// Everything that a file says, however it is cut into pieces.
     fn said(text: &str, size: usize) -> String {
         match parse(Path::new("a.obj"), text.as_bytes(), size) {
             Err(error) => error.to_string(),
@@ -312,7 +318,7 @@ mod tests {
                     .collect();
                 let mut runs = obj.runs;
                 runs.dedup_by(|b, a| {
-                    Run {
+                    StateRun {
                         start: a.start,
                         ..*b
                     } == *a

@@ -8,11 +8,11 @@
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
-use raycam_scene::{Alpha, Material, NormalMap, Principled, Reflectance, TextureSlot};
+use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, Principled, TextureSlot};
 
 use crate::error::FormatError;
 use crate::io::lexer::{self, Lines, Words};
-use crate::obj::mtl_map::{self, Map, Role};
+use crate::obj::mtl_map::{self, MapRole, MtlMap};
 
 /// A material before its textures are read.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,12 +31,12 @@ pub(crate) struct MtlMaterial {
     illumination: i64,
     /// The keys of physically based materials, where there is one.
     principled: Option<Principled>,
-    pub(crate) maps: Vec<Map>,
+    pub(crate) maps: Vec<MtlMap>,
 }
 
 impl MtlMaterial {
     /// Before its first statement.
-    fn grey(name: &str) -> Self {
+    fn with_defaults(name: &str) -> Self {
         Self {
             name: name.into(),
             line: 0,
@@ -57,7 +57,7 @@ impl MtlMaterial {
     pub(crate) fn material(
         &self,
         path: &Path,
-        textures: &[(Role, TextureSlot, f32)],
+        textures: &[(MapRole, TextureSlot, f32)],
         notices: &mut Vec<String>,
     ) -> Material {
         let refracts = matches!(self.illumination, 6 | 7);
@@ -66,24 +66,24 @@ impl MtlMaterial {
         let mut material = Material {
             name: self.name.clone(),
             color: self.diffuse,
-            texture: texture(Role::Color),
+            texture: texture(MapRole::Color),
             emission: self.emission.into(),
             ..Material::default()
         };
-        material.emission.texture = texture(Role::Emission);
+        material.emission.texture = texture(MapRole::Emission);
         if material.emission.texture.is_some() && self.emission == [0.0; 3] {
             material.emission.value = [1.0; 3];
         }
         material.normal_map =
-            slot(Role::Normal).map(|&(_, texture, scale)| NormalMap { texture, scale });
-        if !refracts && (self.opacity < 1.0 || texture(Role::Opacity).is_some()) {
+            slot(MapRole::Normal).map(|&(_, texture, scale)| NormalMap { texture, scale });
+        if !refracts && (self.opacity < 1.0 || texture(MapRole::Opacity).is_some()) {
             material.opacity = self.opacity;
             material.alpha = Alpha::Blend;
         }
-        material.reflectance = match &self.principled {
+        material.model = match &self.principled {
             None if !refracts => {
-                let (specular, shininess) = (self.kept_specular(path, notices), self.shininess);
-                Reflectance::Lecture {
+                let (specular, shininess) = (self.clamped_specular(path, notices), self.shininess);
+                MaterialModel::Phong {
                     diffuse: 1.0,
                     specular,
                     shininess,
@@ -91,9 +91,9 @@ impl MtlMaterial {
             }
             given => {
                 let mut principled = given.clone().unwrap_or_else(|| self.glass());
-                principled.metallic.texture = texture(Role::Metallic);
-                principled.roughness.texture = texture(Role::Roughness);
-                principled.sheen_color.texture = texture(Role::Sheen);
+                principled.metallic.texture = texture(MapRole::Metallic);
+                principled.roughness.texture = texture(MapRole::Roughness);
+                principled.sheen_color.texture = texture(MapRole::Sheen);
                 // A map of what is 0 otherwise stands for itself.
                 if principled.metallic.texture.is_some() && principled.metallic.value == 0.0 {
                     principled.metallic.value = 1.0;
@@ -111,14 +111,14 @@ impl MtlMaterial {
                     principled.thickness = 1.0.into();
                     material.color = self.filter;
                 }
-                Reflectance::Principled(Box::new(principled))
+                MaterialModel::Principled(Box::new(principled))
             }
         };
         material
     }
 
     /// Where Kd and Ks reflect more light than falls in, Ks gives way, with a notice.
-    fn kept_specular(&self, path: &Path, notices: &mut Vec<String>) -> Rgb {
+    fn clamped_specular(&self, path: &Path, notices: &mut Vec<String>) -> Rgb {
         let wanted = if self.illumination < 2 {
             [0.0; 3]
         } else {
@@ -150,7 +150,7 @@ impl MtlMaterial {
     }
 
     /// The physically based part: rough and not metallic until said otherwise.
-    fn physical(&mut self) -> &mut Principled {
+    fn principled_mut(&mut self) -> &mut Principled {
         self.principled.get_or_insert_with(|| Principled {
             metallic: 0.0.into(),
             roughness: 1.0.into(),
@@ -167,7 +167,7 @@ pub(crate) fn parse(
 ) -> Result<Vec<MtlMaterial>, FormatError> {
     let mut materials: Vec<MtlMaterial> = Vec::new();
     let mut unused: Vec<(usize, String)> = Vec::new();
-    for (line, text) in Lines::new(lexer::plain(path, bytes)?) {
+    for (line, text) in Lines::new(lexer::checked_text(path, bytes)?) {
         let text = lexer::trim(text);
         let (key, rest) = lexer::split_word(text);
         if key.is_empty() || key[0] == b'#' {
@@ -183,7 +183,7 @@ pub(crate) fn parse(
             }
             materials.push(MtlMaterial {
                 line,
-                ..MtlMaterial::grey(&lexer::name(rest))
+                ..MtlMaterial::with_defaults(&lexer::name(rest))
             });
             continue;
         }
@@ -200,10 +200,10 @@ pub(crate) fn parse(
                     b"ke" => material.emission = value,
                     _ => material.filter = value,
                 },
-                Err(Reason::Kind) => notice_once(&mut unused, line, text),
-                Err(Reason::Value) => {
-                    let key = lexer::shown(key);
-                    let value = lexer::shown(lexer::trim(rest));
+                Err(ParseError::Kind) => notice_once(&mut unused, line, text),
+                Err(ParseError::Value) => {
+                    let key = lexer::for_message(key);
+                    let value = lexer::for_message(lexer::trim(rest));
                     return fail(format!(
                         "{key} is {value}, expected 1 or 3 numbers in 0..=1{}",
                         if lower == b"ke" { " or more" } else { "" }
@@ -221,14 +221,14 @@ pub(crate) fn parse(
                     ));
                 }
                 _ => {
-                    let value = lexer::shown(lexer::trim(rest));
+                    let value = lexer::for_message(lexer::trim(rest));
                     return fail(format!("Ns is {value}, expected a number in 0..=1000000"));
                 }
             },
             b"illum" => match Words(rest).next().and_then(lexer::integer) {
                 Some(value @ 0..=10) => material.illumination = value,
                 _ => {
-                    let value = lexer::shown(lexer::trim(rest));
+                    let value = lexer::for_message(lexer::trim(rest));
                     return fail(format!("illum is {value}, expected 0 to 10"));
                 }
             },
@@ -237,7 +237,7 @@ pub(crate) fn parse(
                 // What several exporters write for matter whose index they do not know.
                 Some(0.0) => {}
                 _ => {
-                    let value = lexer::shown(lexer::trim(rest));
+                    let value = lexer::for_message(lexer::trim(rest));
                     return fail(format!(
                         "Ni is {value}, expected a number in 0.001..=10, or 0 for unknown"
                     ));
@@ -253,7 +253,10 @@ pub(crate) fn parse(
                         notice_once(&mut unused, line, text);
                         continue;
                     }
-                    let (key, value) = (lexer::shown(key), lexer::shown(lexer::trim(rest)));
+                    let (key, value) = (
+                        lexer::for_message(key),
+                        lexer::for_message(lexer::trim(rest)),
+                    );
                     return fail(format!("{key} is {value}, expected a number in 0..=1"));
                 };
                 match lower {
@@ -264,28 +267,31 @@ pub(crate) fn parse(
                         path.display()
                     )),
                     b"tr" => material.opacity = 1.0 - value,
-                    b"pr" => material.physical().roughness = value.into(),
-                    b"pm" => material.physical().metallic = value.into(),
-                    b"ps" => material.physical().sheen_color = [value; 3].into(),
-                    b"pc" => material.physical().clearcoat = value.into(),
-                    b"pcr" => material.physical().clearcoat_roughness = value.into(),
-                    b"aniso" => material.physical().anisotropy = value.into(),
+                    b"pr" => material.principled_mut().roughness = value.into(),
+                    b"pm" => material.principled_mut().metallic = value.into(),
+                    b"ps" => material.principled_mut().sheen_color = [value; 3].into(),
+                    b"pc" => material.principled_mut().clearcoat = value.into(),
+                    b"pcr" => material.principled_mut().clearcoat_roughness = value.into(),
+                    b"aniso" => material.principled_mut().anisotropy = value.into(),
                     _ => {
                         let turn = std::f32::consts::TAU * value;
-                        material.physical().anisotropy_rotation = turn;
+                        material.principled_mut().anisotropy_rotation = turn;
                     }
                 }
             }
-            lower if Role::of(lower).is_some() => {
-                let role = Role::of(lower).unwrap_or(Role::Color);
-                if matches!(role, Role::Roughness | Role::Metallic | Role::Sheen) {
-                    material.physical();
+            lower if MapRole::from_key(lower).is_some() => {
+                let role = MapRole::from_key(lower).unwrap_or(MapRole::Color);
+                if matches!(
+                    role,
+                    MapRole::Roughness | MapRole::Metallic | MapRole::Sheen
+                ) {
+                    material.principled_mut();
                 }
                 material
                     .maps
                     .extend(mtl_map::read(path, line, role, key, rest, notices)?);
             }
-            other if says_nothing(other, rest) => {}
+            other if is_default_value(other, rest) => {}
             _ => notice_once(&mut unused, line, key),
         }
     }
@@ -310,7 +316,7 @@ fn notice_once(unused: &mut Vec<(usize, String)>, line: usize, key: &[u8]) {
 }
 
 /// Whether a key that raycam has no use for has the value of its absence.
-fn says_nothing(key: &[u8], rest: &[u8]) -> bool {
+fn is_default_value(key: &[u8], rest: &[u8]) -> bool {
     let all = |expected: f64| {
         let mut values = Words(rest).map(lexer::number).peekable();
         values.peek().is_some() && values.all(|v| v == Some(expected))
@@ -321,30 +327,30 @@ fn says_nothing(key: &[u8], rest: &[u8]) -> bool {
     }
 }
 
-enum Reason {
+enum ParseError {
     /// Given as a spectrum or in CIE XYZ.
     Kind,
     Value,
 }
 
-fn color(rest: &[u8], bright: bool) -> Result<Rgb, Reason> {
+fn color(rest: &[u8], bright: bool) -> Result<Rgb, ParseError> {
     let mut values = [0.0; 3];
     let mut count = 0;
     for word in Words(rest) {
         if count == 0 && (word == b"spectral" || word == b"xyz") {
-            return Err(Reason::Kind);
+            return Err(ParseError::Kind);
         }
         let value = lexer::number(word)
             .filter(|&v| (0.0..=1.0).contains(&v) || bright && (0.0..1e30).contains(&v))
-            .ok_or(Reason::Value)?;
-        *values.get_mut(count).ok_or(Reason::Value)? = value as f32;
+            .ok_or(ParseError::Value)?;
+        *values.get_mut(count).ok_or(ParseError::Value)? = value as f32;
         count += 1;
     }
     match count {
         // "If only r is specified, then g, and b are assumed to be equal to r."
         1 => Ok([values[0]; 3]),
         3 => Ok(values),
-        _ => Err(Reason::Value),
+        _ => Err(ParseError::Value),
     }
 }
 

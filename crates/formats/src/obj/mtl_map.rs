@@ -5,14 +5,14 @@ use std::path::Path;
 use raycam_scene::{Texture, Wrap};
 
 use crate::error::FormatError;
-use crate::image::ColorUse;
-use crate::io::asset_root::Folder;
+use crate::image::decoder::ColorUse;
+use crate::image::texture;
+use crate::io::asset_root::AssetRoot;
 use crate::io::lexer;
-use crate::io::optional_asset;
 
 /// What an image is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Role {
+pub(crate) enum MapRole {
     Color,
     Emission,
     Opacity,
@@ -22,9 +22,9 @@ pub(crate) enum Role {
     Normal,
 }
 
-impl Role {
+impl MapRole {
     /// That of a key in small letters.
-    pub(crate) fn of(key: &[u8]) -> Option<Self> {
+    pub(crate) fn from_key(key: &[u8]) -> Option<Self> {
         Some(match key {
             b"map_kd" => Self::Color,
             b"map_ke" => Self::Emission,
@@ -40,8 +40,8 @@ impl Role {
 
 /// An image of a material.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Map {
-    pub(crate) role: Role,
+pub(crate) struct MtlMap {
+    pub(crate) role: MapRole,
     pub(crate) file: String,
     pub(crate) clamp: bool,
     /// `-bm`: the strength of a bump or normal map.
@@ -52,9 +52,9 @@ pub(crate) struct Map {
     pub(crate) line: usize,
 }
 
-impl Map {
+impl MtlMap {
     /// Whether it is laid on the mesh as the other is.
-    pub(crate) fn lies_as(&self, other: &Self) -> bool {
+    pub(crate) fn same_placement(&self, other: &Self) -> bool {
         (self.image_from_mesh, self.clamp) == (other.image_from_mesh, other.clamp)
     }
 
@@ -63,7 +63,7 @@ impl Map {
         &self,
         library: &Path,
         color_use: ColorUse,
-        folder: &mut Folder,
+        assets: &mut AssetRoot,
         notices: &mut Vec<String>,
     ) -> Result<Option<Texture>, FormatError> {
         let wrap = if self.clamp {
@@ -71,7 +71,7 @@ impl Map {
         } else {
             Wrap::Repeat
         };
-        optional_asset::texture(library, &self.file, wrap, color_use, folder, notices)
+        texture::optional_texture(library, &self.file, wrap, color_use, assets, notices)
     }
 }
 
@@ -79,11 +79,11 @@ impl Map {
 pub(crate) fn read(
     path: &Path,
     line: usize,
-    role: Role,
+    role: MapRole,
     key: &[u8],
     rest: &[u8],
     notices: &mut Vec<String>,
-) -> Result<Option<Map>, FormatError> {
+) -> Result<Option<MtlMap>, FormatError> {
     let key = String::from_utf8_lossy(key);
     let mut rest = lexer::trim(rest);
     let (mut clamp, mut strength) = (false, 1.0);
@@ -112,7 +112,10 @@ pub(crate) fn read(
             after = then;
         }
         if values.len() < least {
-            let message = format!("{key}: option {} without its value", lexer::shown(&option));
+            let message = format!(
+                "{key}: option {} without its value",
+                lexer::for_message(&option)
+            );
             return Err(FormatError::line(path, line, message));
         }
         let numbers = || {
@@ -136,7 +139,7 @@ pub(crate) fn read(
             b"-bm" => match numbers().next().flatten() {
                 Some(value) => {
                     strength = value as f32;
-                    role == Role::Normal || value == 1.0
+                    role == MapRole::Normal || value == 1.0
                 }
                 None => false,
             },
@@ -147,10 +150,10 @@ pub(crate) fn read(
             b"-cc" => !values[0].eq_ignore_ascii_case(b"on"),
             // What each kind of map is read as anyway.
             b"-colorspace" => {
-                let color = matches!(role, Role::Color | Role::Emission);
+                let color = matches!(role, MapRole::Color | MapRole::Emission);
                 values[0].eq_ignore_ascii_case(if color { b"sRGB" } else { b"linear" })
             }
-            b"-imfchan" => role == Role::Opacity,
+            b"-imfchan" => role == MapRole::Opacity,
             // How to filter: nothing that changes a value looked up.
             _ => true,
         };
@@ -174,7 +177,7 @@ pub(crate) fn read(
     let [[su, sv], [ou, ov]] = [scale, offset];
     let image_from_mesh =
         [[su, 0.0, ou], [0.0, sv, 1.0 - sv - ov]].map(|row| row.map(|v| v as f32));
-    Ok(Some(Map {
+    Ok(Some(MtlMap {
         role,
         file: lexer::name(rest),
         clamp,

@@ -3,105 +3,110 @@
 use std::path::Path;
 
 use crate::error::FormatError;
-use crate::io::byte_source::Bytes;
+use crate::io::byte_source::ByteSource;
 use crate::io::lexer::{self, Lines, Words};
-use crate::ply::scalar::Kind;
+use crate::ply::scalar::ScalarType;
 
 /// What comes after the header.
 pub(crate) struct Body<'a> {
     path: &'a Path,
-    form: Form<'a>,
+    encoding: Encoding<'a>,
 }
 
-enum Form<'a> {
+enum Encoding<'a> {
     /// One row a line.
     Text {
         lines: Lines<'a>,
         words: Words<'a>,
         header: usize,
         line: usize,
-        /// Rows that go on after their last value, and the line of the first.
+        /// TriangleRows that go on after their last value, and the line of the first.
         long: Option<(usize, usize)>,
     },
     /// The whole file.
     Binary {
-        bytes: Bytes<'a>,
+        bytes: ByteSource<'a>,
         at: usize,
         big_endian: bool,
     },
 }
 
 /// All bytes of a file, which are read where they are not in memory yet.
-fn in_memory<'b>(path: &Path, bytes: &'b mut Bytes<'_>) -> Result<&'b [u8], FormatError> {
-    if let Bytes::Disk { .. } = bytes {
+fn in_memory<'b>(path: &Path, bytes: &'b mut ByteSource<'_>) -> Result<&'b [u8], FormatError> {
+    if let ByteSource::Disk { .. } = bytes {
         let read = bytes.borrowed().read().map_err(|source| FormatError::Io {
             path: path.into(),
             source,
         })?;
-        *bytes = Bytes::Memory(read.into_owned().into());
+        *bytes = ByteSource::Memory(read.into_owned().into());
     }
     match bytes {
-        Bytes::Memory(bytes) => Ok(bytes),
-        Bytes::Disk { .. } => Ok(&[]), // was just read
+        ByteSource::Memory(bytes) => Ok(bytes),
+        ByteSource::Disk { .. } => Ok(&[]), // was just read
     }
 }
 
 impl<'a> Body<'a> {
     /// The rows of a text after a header of so many lines.
     pub(crate) fn text(path: &'a Path, rows: &'a [u8], header: usize) -> Self {
-        let form = Form::Text {
+        let encoding = Encoding::Text {
             lines: Lines::new(rows),
             words: Words(&[]),
             header,
             line: header,
             long: None,
         };
-        Self { path, form }
+        Self { path, encoding }
     }
 
     /// The rows that begin at a byte of a file.
-    pub(crate) fn binary(path: &'a Path, bytes: Bytes<'a>, at: usize, big_endian: bool) -> Self {
-        let form = Form::Binary {
+    pub(crate) fn binary(
+        path: &'a Path,
+        bytes: ByteSource<'a>,
+        at: usize,
+        big_endian: bool,
+    ) -> Self {
+        let encoding = Encoding::Binary {
             bytes,
             at,
             big_endian,
         };
-        Self { path, form }
+        Self { path, encoding }
     }
 
     /// An error where reading has got to.
     pub(crate) fn error(&self, message: impl Into<String>) -> FormatError {
-        match self.form {
-            Form::Text { line, .. } => FormatError::line(self.path, line, message),
-            Form::Binary { at, .. } => FormatError::byte(self.path, at, message),
+        match self.encoding {
+            Encoding::Text { line, .. } => FormatError::line(self.path, line, message),
+            Encoding::Binary { at, .. } => FormatError::byte(self.path, at, message),
         }
     }
 
     /// Where reading has got to, for a notice.
-    pub(crate) fn place(&self) -> String {
-        match self.form {
-            Form::Text { line, .. } => format!("line {line}"),
-            Form::Binary { at, .. } => format!("the row that ends at byte {at}"),
+    pub(crate) fn location(&self) -> String {
+        match self.encoding {
+            Encoding::Text { line, .. } => format!("line {line}"),
+            Encoding::Binary { at, .. } => format!("the row that ends at byte {at}"),
         }
     }
 
-    fn cut(&self) -> FormatError {
+    fn truncated(&self) -> FormatError {
         self.error("ends before the rows that its header declares")
     }
 
     /// Begins a row.
     pub(crate) fn row(&mut self) -> Result<(), FormatError> {
-        if let Form::Text {
+        if let Encoding::Text {
             lines,
             words,
             header,
             line,
             ..
-        } = &mut self.form
+        } = &mut self.encoding
         {
             let next = lines.find(|(_, text)| !lexer::trim(text).is_empty());
             let Some((number, text)) = next else {
-                return Err(self.cut());
+                return Err(self.truncated());
             };
             *line = *header + number;
             *words = Words(text);
@@ -111,9 +116,9 @@ impl<'a> Body<'a> {
 
     /// Ends a row: what is left of a line is not used.
     pub(crate) fn end_row(&mut self) {
-        if let Form::Text {
+        if let Encoding::Text {
             words, line, long, ..
-        } = &mut self.form
+        } = &mut self.encoding
             && words.next().is_some()
         {
             let (count, first) = long.unwrap_or((0, *line));
@@ -122,9 +127,9 @@ impl<'a> Body<'a> {
     }
 
     /// The next value of the row. All kinds fit a float64.
-    pub(crate) fn value(&mut self, kind: Kind) -> Result<f64, FormatError> {
-        match &mut self.form {
-            Form::Text { words, .. } => {
+    pub(crate) fn value(&mut self, kind: ScalarType) -> Result<f64, FormatError> {
+        match &mut self.encoding {
+            Encoding::Text { words, .. } => {
                 let Some(word) = words.next() else {
                     return Err(self.error("fewer values than the header declares"));
                 };
@@ -136,18 +141,18 @@ impl<'a> Body<'a> {
                         } else {
                             "a whole number"
                         };
-                        Err(self.error(format!("{} is not {expected}", lexer::shown(word))))
+                        Err(self.error(format!("{} is not {expected}", lexer::for_message(word))))
                     }
                 }
             }
-            Form::Binary {
+            Encoding::Binary {
                 bytes,
                 at,
                 big_endian,
             } => {
                 let size = kind.bytes();
                 let Some(found) = in_memory(self.path, bytes)?.get(*at..*at + size) else {
-                    return Err(self.cut());
+                    return Err(self.truncated());
                 };
                 *at += size;
                 Ok(kind.number(found, *big_endian))
@@ -158,21 +163,21 @@ impl<'a> Body<'a> {
     /// The next values of the row.
     pub(crate) fn values(
         &mut self,
-        kind: Kind,
+        kind: ScalarType,
         count: usize,
         values: &mut Vec<f64>,
     ) -> Result<(), FormatError> {
-        if let Form::Binary {
+        if let Encoding::Binary {
             bytes,
             at,
             big_endian,
-        } = &mut self.form
+        } = &mut self.encoding
         {
             let size = kind.bytes();
             let end = count.checked_mul(size).and_then(|n| at.checked_add(n));
             let bytes = in_memory(self.path, bytes)?;
             let Some(found) = end.and_then(|end| bytes.get(*at..end)) else {
-                return Err(self.cut());
+                return Err(self.truncated());
             };
             *at += found.len();
             let numbers = found.chunks_exact(size);
@@ -186,12 +191,12 @@ impl<'a> Body<'a> {
     }
 
     /// The next bytes of a binary file, if there are so many, and whether their numbers begin with the highest.
-    pub(crate) fn ahead(&self, count: usize) -> Option<(Bytes<'_>, bool)> {
-        let Form::Binary {
+    pub(crate) fn peek(&self, count: usize) -> Option<(ByteSource<'_>, bool)> {
+        let Encoding::Binary {
             bytes,
             at,
             big_endian,
-        } = &self.form
+        } = &self.encoding
         else {
             return None;
         };
@@ -200,22 +205,22 @@ impl<'a> Body<'a> {
     }
 
     /// How many bytes are before, of a binary file.
-    pub(crate) fn at(&self) -> Option<usize> {
-        match self.form {
-            Form::Binary { at, .. } => Some(at),
-            Form::Text { .. } => None,
+    pub(crate) fn offset(&self) -> Option<usize> {
+        match self.encoding {
+            Encoding::Binary { at, .. } => Some(at),
+            Encoding::Text { .. } => None,
         }
     }
 
     /// Passes over bytes that were looked at [`ahead`](Self::ahead).
     pub(crate) fn skip(&mut self, count: usize) {
-        if let Form::Binary { at, .. } = &mut self.form {
+        if let Encoding::Binary { at, .. } = &mut self.encoding {
             *at += count;
         }
     }
 
     /// The length of a list.
-    pub(crate) fn length(&mut self, kind: Kind) -> Result<usize, FormatError> {
+    pub(crate) fn length(&mut self, kind: ScalarType) -> Result<usize, FormatError> {
         let length = self.value(kind)?;
         // The items are read one by one, so that a length alone takes no memory.
         if length < 0.0 {
@@ -229,8 +234,8 @@ impl<'a> Body<'a> {
     pub(crate) fn notices(mut self) -> Vec<String> {
         let path = self.path.display();
         let mut notices = Vec::new();
-        match &mut self.form {
-            Form::Text { lines, long, .. } => {
+        match &mut self.encoding {
+            Encoding::Text { lines, long, .. } => {
                 if let Some((count, first)) = long {
                     notices.push(format!(
                         "{path}: rows go on after the values that the header declares; the rest is not used: \
@@ -239,13 +244,13 @@ impl<'a> Body<'a> {
                 }
                 if lines.any(|(_, text)| !lexer::trim(text).is_empty()) {
                     notices.push(format!("{path}: the lines after the last row are not used"));
-                } else if !lines.ended() {
+                } else if !lines.ended_with_newline() {
                     notices.push(format!(
                         "{path}: the last line has no line end; the file may be cut off"
                     ));
                 }
             }
-            Form::Binary { bytes, at, .. } => {
+            Encoding::Binary { bytes, at, .. } => {
                 let left = bytes.len() - *at;
                 if left > 0 {
                     notices.push(format!(

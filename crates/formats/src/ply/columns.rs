@@ -5,11 +5,11 @@ use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
 use crate::error::FormatError;
 use crate::ply::body::Body;
 use crate::ply::header::{self, Element};
-use crate::ply::scalar::Kind;
+use crate::ply::scalar::ScalarType;
 
 /// What a column means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Meaning {
+pub(crate) enum PropertyRole {
     X,
     Y,
     Z,
@@ -28,13 +28,13 @@ pub(crate) enum Meaning {
     Corners,
     /// A list of texture coordinates, two for each corner.
     CornerUvs,
-    Nothing,
+    Unused,
 }
 
-use Meaning::{Alpha, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
+use PropertyRole::{Alpha, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z};
 
-impl Meaning {
-    fn of(name: &str, list: bool) -> Self {
+impl PropertyRole {
+    fn from_name(name: &str, list: bool) -> Self {
         match (name, list) {
             ("x", false) => X,
             ("y", false) => Y,
@@ -51,15 +51,15 @@ impl Meaning {
             ("texnumber", false) => Self::Image,
             ("vertex_indices" | "vertex_index", true) => Self::Corners,
             ("texcoord", true) => Self::CornerUvs,
-            _ => Self::Nothing,
+            _ => Self::Unused,
         }
     }
 }
 
-/// One row of a table: its numbers by meaning, and its lists.
+/// One row of a table: its numbers by role, and its lists.
 #[derive(Default)]
 pub(crate) struct Row {
-    pub(crate) numbers: [f64; Meaning::Nothing as usize + 1],
+    pub(crate) numbers: [f64; PropertyRole::Unused as usize + 1],
     pub(crate) corners: Vec<f64>,
     pub(crate) uvs: Vec<f64>,
     unused: Vec<f64>,
@@ -68,30 +68,30 @@ pub(crate) struct Row {
 /// The columns of an element.
 pub(crate) struct Columns<'a> {
     element: &'a Element,
-    meanings: Vec<Meaning>,
+    roles: Vec<PropertyRole>,
     /// The kind of its colours.
-    color: Kind,
+    color: ScalarType,
 }
 
 impl<'a> Columns<'a> {
     pub(crate) fn new(element: &'a Element) -> Self {
-        let meaning = |p: &header::Property| Meaning::of(&p.name, p.list.is_some());
-        let meanings: Vec<_> = element.properties.iter().map(meaning).collect();
-        let red = meanings.iter().position(|&m| m == Red);
+        let role = |p: &header::Property| PropertyRole::from_name(&p.name, p.list.is_some());
+        let roles: Vec<_> = element.properties.iter().map(role).collect();
+        let red = roles.iter().position(|&m| m == Red);
         Self {
             element,
-            color: red.map_or(Kind::U8, |i| element.properties[i].kind),
-            meanings,
+            color: red.map_or(ScalarType::U8, |i| element.properties[i].kind),
+            roles,
         }
     }
 
-    pub(crate) fn have(&self, wanted: &[Meaning]) -> bool {
-        wanted.iter().all(|meaning| self.meanings.contains(meaning))
+    pub(crate) fn have(&self, wanted: &[PropertyRole]) -> bool {
+        wanted.iter().all(|role| self.roles.contains(role))
     }
 
     /// What each column means.
-    pub(crate) fn meanings(&self) -> impl Iterator<Item = Meaning> {
-        self.meanings.iter().copied()
+    pub(crate) fn roles(&self) -> impl Iterator<Item = PropertyRole> {
+        self.roles.iter().copied()
     }
 
     pub(crate) fn read(&self, body: &mut Body<'_>, row: &mut Row) -> Result<(), FormatError> {
@@ -99,15 +99,15 @@ impl<'a> Columns<'a> {
         row.uvs.clear();
         row.unused.clear();
         body.row()?;
-        for (property, &meaning) in self.element.properties.iter().zip(&self.meanings) {
+        for (property, &role) in self.element.properties.iter().zip(&self.roles) {
             let Some(list) = property.list else {
-                row.numbers[meaning as usize] = body.value(property.kind)?;
+                row.numbers[role as usize] = body.value(property.kind)?;
                 continue;
             };
             let length = body.length(list)?;
-            let values = match meaning {
-                Meaning::Corners => &mut row.corners,
-                Meaning::CornerUvs => &mut row.uvs,
+            let values = match role {
+                PropertyRole::Corners => &mut row.corners,
+                PropertyRole::CornerUvs => &mut row.uvs,
                 _ => &mut row.unused,
             };
             body.values(property.kind, length, values)?;
@@ -123,16 +123,16 @@ impl<'a> Columns<'a> {
         (!lists).then(|| properties.iter().map(|p| p.kind.bytes()).sum())
     }
 
-    /// Where the columns with a meaning lie in a row without lists.
-    pub(crate) fn places(&self) -> Vec<(Meaning, Kind, usize)> {
+    /// Where the columns with a role lie in a row without lists.
+    pub(crate) fn column_offsets(&self) -> Vec<(PropertyRole, ScalarType, usize)> {
         let mut at = 0;
-        let place = |(property, meaning): (&header::Property, Meaning)| {
+        let place = |(property, role): (&header::Property, PropertyRole)| {
             let start = at;
             at += property.kind.bytes();
-            (meaning, property.kind, start)
+            (role, property.kind, start)
         };
-        let all = self.element.properties.iter().zip(self.meanings());
-        let used = |place: &(Meaning, Kind, usize)| place.0 != Meaning::Nothing;
+        let all = self.element.properties.iter().zip(self.roles());
+        let used = |place: &(PropertyRole, ScalarType, usize)| place.0 != PropertyRole::Unused;
         all.map(place).filter(used).collect()
     }
 
@@ -160,8 +160,8 @@ impl<'a> Columns<'a> {
             .iter()
             .all(|c| (0.0..=one).contains(c))
             .then(|| match self.color {
-                Kind::F32 | Kind::F64 => share(),
-                Kind::U8 => linear_from_srgb8(given.map(|c| c as u8)),
+                ScalarType::F32 | ScalarType::F64 => share(),
+                ScalarType::U8 => linear_from_srgb8(given.map(|c| c as u8)),
                 _ => share().map(linear_from_srgb),
             })
     }
@@ -169,8 +169,8 @@ impl<'a> Columns<'a> {
     /// The largest value of a colour.
     pub(crate) fn white(&self) -> f64 {
         match self.color {
-            Kind::F32 | Kind::F64 => 1.0,
-            Kind::U16 => 65535.0,
+            ScalarType::F32 | ScalarType::F64 => 1.0,
+            ScalarType::U16 => 65535.0,
             _ => 255.0,
         }
     }

@@ -3,18 +3,18 @@
 use std::path::Path;
 
 use crate::error::FormatError;
-use crate::io::byte_source::Bytes;
+use crate::io::byte_source::ByteSource;
 use crate::io::lexer::{self, Words};
 use crate::ply::body::Body;
-use crate::ply::scalar::Kind;
+use crate::ply::scalar::ScalarType;
 
 /// A column of an element.
 #[derive(Clone, Debug)]
 pub(crate) struct Property {
     pub(crate) name: String,
     /// The kind of the length, where it is a list.
-    pub(crate) list: Option<Kind>,
-    pub(crate) kind: Kind,
+    pub(crate) list: Option<ScalarType>,
+    pub(crate) kind: ScalarType,
 }
 
 /// A table.
@@ -37,7 +37,7 @@ pub(crate) struct Header {
 pub(crate) fn parse<'a>(
     path: &'a Path,
     bytes: &'a [u8],
-    file: Bytes<'a>,
+    file: ByteSource<'a>,
 ) -> Result<(Header, Body<'a>), FormatError> {
     // In a header whose lines end in a bare \r, a \n after the last belongs to the data.
     let end = if bytes.starts_with(b"ply\r") && bytes.get(4) != Some(&b'\n') {
@@ -47,7 +47,7 @@ pub(crate) fn parse<'a>(
     };
     let fail = |line, message: &str| Err(FormatError::line(path, line, message));
     let (mut elements, mut textures) = (Vec::<Element>::new(), Vec::new());
-    let (mut form, mut at, mut line) = (None, 0, 0);
+    let (mut encoding, mut at, mut line) = (None, 0, 0);
     loop {
         line += 1;
         let Some(length) = bytes[at..].iter().position(|&b| b == end) else {
@@ -70,7 +70,7 @@ pub(crate) fn parse<'a>(
             b"ply" if line == 1 => {}
             _ if line == 1 => return fail(line, "not a PLY file: the first line is not \"ply\""),
             b"format" => {
-                form = Some(match (words.next(), words.next()) {
+                encoding = Some(match (words.next(), words.next()) {
                     (Some(b"ascii"), Some(b"1.0")) => None,
                     (Some(b"binary_little_endian"), Some(b"1.0")) => Some(false),
                     (Some(b"binary_big_endian"), Some(b"1.0")) => Some(true),
@@ -114,14 +114,19 @@ pub(crate) fn parse<'a>(
                 element.properties.push(property);
             }
             b"end_header" => break,
-            _ => return fail(line, &format!("unknown keyword {}", lexer::shown(key))),
+            _ => {
+                return fail(
+                    line,
+                    &format!("unknown keyword {}", lexer::for_message(key)),
+                );
+            }
         }
     }
     let after = file.len() - at;
-    let Some(form) = form else {
+    let Some(encoding) = encoding else {
         return fail(line, "no format line before end_header");
     };
-    let body = match form {
+    let body = match encoding {
         None => Body::text(path, &bytes[at..], line),
         Some(big_endian) => Body::binary(path, file, at, big_endian),
     };
@@ -132,7 +137,7 @@ pub(crate) fn parse<'a>(
     } in &elements
     {
         // At least a digit and a space or line end for each value of a text.
-        let row: usize = match form {
+        let row: usize = match encoding {
             None => 2 * properties.len(),
             Some(_) => properties
                 .iter()
@@ -154,12 +159,12 @@ fn property(mut words: Words<'_>) -> Option<Property> {
     let first = words.next()?;
     let (list, kind) = match first {
         b"list" => (
-            Some(Kind::parse(words.next()?)?),
-            Kind::parse(words.next()?)?,
+            Some(ScalarType::parse(words.next()?)?),
+            ScalarType::parse(words.next()?)?,
         ),
-        kind => (None, Kind::parse(kind)?),
+        kind => (None, ScalarType::parse(kind)?),
     };
-    if list.is_some_and(Kind::is_float) {
+    if list.is_some_and(ScalarType::is_float) {
         return None;
     }
     Some(Property {

@@ -19,23 +19,23 @@ use std::io::Read;
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
-use raycam_scene::{Mesh, Model, TextureSlot, Wrap};
+use raycam_scene::{Mesh, MeshFile, TextureSlot, Wrap};
 
 use crate::error::FormatError;
-use crate::geometry::polygons::{Polygons, Thin};
-use crate::geometry::vertex_dedup::{Corner, NONE, Vertices};
-use crate::image::ColorUse;
-use crate::io::asset_root::{Folder, Source};
-use crate::io::byte_source::Bytes;
-use crate::io::optional_asset;
+use crate::geometry::polygons::{DegenerateFaces, Polygons};
+use crate::geometry::vertex_dedup::{Corner, NO_INDEX, VertexDeduper};
+use crate::image::decoder::ColorUse;
+use crate::image::texture;
+use crate::io::asset_root::AssetRoot;
+use crate::io::byte_source::ByteSource;
+use crate::io::input_file::InputFile;
 use crate::ply::body::Body;
-use crate::ply::columns::Meaning::{self, Blue, Green, Red};
+use crate::ply::columns::PropertyRole::{self, Blue, Green, Red};
 use crate::ply::columns::{Columns, Row};
 use crate::ply::header::{Element, Header};
-use crate::single;
 
 /// The model in a PLY file: one part.
-pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, FormatError> {
+pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
     let path = &source.path;
     let file = source.part(0..source.len());
     let (header, mut body) = header::parse(path, &source.bytes, file)?;
@@ -48,7 +48,7 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
             .sum()
     };
     let vertices: usize = declared("vertex");
-    folder.budget.take_elements(path, vertices as u64)?;
+    assets.budget.take_elements(path, vertices as u64)?;
 
     let mut ply = Ply::new(path, vertices);
     for element in &header.elements {
@@ -56,12 +56,12 @@ pub(crate) fn read(source: &Source, folder: &mut Folder) -> Result<Model, Format
             "vertex" => ply.vertices(element, &mut body)?,
             "face" => ply.faces(element, &mut body)?,
             "tristrips" => ply.strips(element, &mut body)?,
-            _ => ply.pass(element, &mut body)?,
+            _ => ply.skip_element(element, &mut body)?,
         }
     }
-    ply.notices.extend(ply.thin.notice(path));
+    ply.notices.extend(ply.degenerate.notice(path));
     ply.notices.extend(body.notices());
-    ply.model(&header, folder)
+    ply.model(&header, assets)
 }
 
 /// How much of a file has to be in memory: of a binary one that is as long as one of triangles alone is, its header. Where a
@@ -73,13 +73,13 @@ pub(crate) fn head(file: &File, size: u64) -> Option<u64> {
     let mut head = Vec::new();
     file.take(HEADER).read_to_end(&mut head).ok()?;
     let (start, length) = (0, usize::try_from(size).ok()?);
-    let all = Bytes::Disk {
+    let all = ByteSource::Disk {
         file,
         start,
         length,
     };
     let (header, body) = header::parse(Path::new(""), &head, all).ok()?;
-    let at = body.at()?;
+    let at = body.offset()?;
     let mut end = at;
     for element in &header.elements {
         let columns = Columns::new(element);
@@ -107,7 +107,7 @@ struct Ply<'a> {
     known_uvs: HashMap<[u32; 2], u32>,
     translucent: bool,
     images: BTreeSet<i64>,
-    thin: Thin,
+    degenerate: DegenerateFaces,
     notices: Vec<String>,
 }
 
@@ -124,7 +124,7 @@ impl<'a> Ply<'a> {
             known_uvs: HashMap::new(),
             translucent: false,
             images: BTreeSet::new(),
-            thin: Thin::default(),
+            degenerate: DegenerateFaces::default(),
             notices: Vec::new(),
         }
     }
@@ -168,7 +168,7 @@ impl<'a> Ply<'a> {
 
     fn faces(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
         let columns = Columns::new(element);
-        if !columns.have(&[Meaning::Corners]) {
+        if !columns.have(&[PropertyRole::Corners]) {
             return Err(FormatError::whole(
                 self.path,
                 "element face has no list vertex_indices",
@@ -193,7 +193,7 @@ impl<'a> Ply<'a> {
                 return Err(body.error(message));
             }
             for (i, &index) in row.corners.iter().enumerate() {
-                let mut uv = NONE;
+                let mut uv = NO_INDEX;
                 if own_uvs {
                     let value = vertices::uv(body, row.uvs[2 * i], row.uvs[2 * i + 1])?;
                     uv = *self
@@ -205,23 +205,23 @@ impl<'a> Ply<'a> {
                         });
                 }
                 let position = self.position(body, number, index)?;
-                self.polygons.corner(Corner {
+                self.polygons.push_corner(Corner {
                     position,
                     uv,
-                    normal: NONE,
+                    normal: NO_INDEX,
                 });
             }
             if !self.polygons.end_face() {
-                self.thin.add(|| body.place());
+                self.degenerate.add(|| body.location());
                 continue;
             }
             if let Some(colors) = &mut colors {
                 colors.push(columns.color(body, &row, number)?);
                 self.translucent |= !columns.opaque(&row);
             }
-            if columns.have(&[Meaning::Image]) {
+            if columns.have(&[PropertyRole::Image]) {
                 self.images
-                    .insert(row.numbers[Meaning::Image as usize] as i64);
+                    .insert(row.numbers[PropertyRole::Image as usize] as i64);
             }
         }
         self.face_colors = colors;
@@ -254,10 +254,10 @@ impl<'a> Ply<'a> {
                         std::mem::swap(&mut a, &mut b);
                     }
                     for position in [a, b, c] {
-                        self.polygons.corner(Corner {
+                        self.polygons.push_corner(Corner {
                             position,
-                            uv: NONE,
-                            normal: NONE,
+                            uv: NO_INDEX,
+                            normal: NO_INDEX,
                         });
                     }
                     self.polygons.end_face();
@@ -268,13 +268,13 @@ impl<'a> Ply<'a> {
     }
 
     /// Reads over an element without a use.
-    fn pass(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
+    fn skip_element(&mut self, element: &Element, body: &mut Body<'_>) -> Result<(), FormatError> {
         let columns = Columns::new(element);
         let mut row = Row::default();
         (0..element.count).try_for_each(|_| columns.read(body, &mut row))
     }
 
-    fn model(mut self, header: &Header, folder: &mut Folder) -> Result<Model, FormatError> {
+    fn model(mut self, header: &Header, assets: &mut AssetRoot) -> Result<MeshFile, FormatError> {
         let path = self.path;
         if !self.has_faces() {
             let message = format!("no faces, only {} vertices: nothing to see", self.declared);
@@ -297,11 +297,11 @@ impl<'a> Ply<'a> {
         } = &mut self;
         // Without texture coordinates of their own, corners are the file's vertices.
         let seams = !corner_uvs.is_empty();
-        let mut vertices = Vertices::new(if seams { mesh.vertices.len() } else { 0 });
+        let mut vertices = VertexDeduper::new(if seams { mesh.vertices.len() } else { 0 });
         if seams {
             vertices.reserve(0..mesh.vertices.len() as u32);
         }
-        folder
+        assets
             .budget
             .take_elements(path, 3 * triangles.len() as u64)?;
         triangles.reserve_exact(polygons.len());
@@ -311,11 +311,11 @@ impl<'a> Ply<'a> {
         polygons.triangles(
             all,
             path,
-            &mut folder.budget,
+            &mut assets.budget,
             position,
             |polygon, corners| {
                 triangles.push(if seams {
-                    corners.map(|corner| vertices.vertex(corner))
+                    corners.map(|corner| vertices.vertex_of(corner))
                 } else {
                     corners.map(|corner| corner.position)
                 });
@@ -327,23 +327,23 @@ impl<'a> Ply<'a> {
         if seams {
             let of = |c: &Corner| corner_uvs.get(c.uv as usize).copied().unwrap_or([0.0; 2]);
             let origin = |c: &Corner| c.position as usize;
-            let made_of = &vertices.made_of;
-            mesh.uvs = Some(made_of.iter().map(of).collect());
-            mesh.vertices = made_of.iter().map(|c| mesh.vertices[origin(c)]).collect();
+            let corner_of = &vertices.corner_of;
+            mesh.uvs = Some(corner_of.iter().map(of).collect());
+            mesh.vertices = corner_of.iter().map(|c| mesh.vertices[origin(c)]).collect();
             let normals = mesh.normals.take();
-            mesh.normals = normals.map(|n| made_of.iter().map(|c| n[origin(c)]).collect());
+            mesh.normals = normals.map(|n| corner_of.iter().map(|c| n[origin(c)]).collect());
             let colors = mesh.vertex_colors.take();
-            mesh.vertex_colors = colors.map(|n| made_of.iter().map(|c| n[origin(c)]).collect());
+            mesh.vertex_colors = colors.map(|n| corner_of.iter().map(|c| n[origin(c)]).collect());
         }
         let textured = self.mesh.uvs.is_some();
-        let mut model = single::model(self.mesh, self.notices);
+        let mut model = MeshFile::from_mesh(self.mesh, self.notices);
         if let Some(file) = header.textures.first().filter(|_| textured) {
-            let texture = optional_asset::texture(
+            let texture = texture::optional_texture(
                 path,
                 file,
                 Wrap::Repeat,
                 ColorUse::Color,
-                folder,
+                assets,
                 &mut model.notices,
             )?;
             if let Some(texture) = texture {

@@ -2,7 +2,7 @@
 
 /// A kind of number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum ScalarType {
     I8,
     U8,
     I16,
@@ -13,7 +13,7 @@ pub(crate) enum Kind {
     F64,
 }
 
-impl Kind {
+impl ScalarType {
     pub(crate) fn parse(word: &[u8]) -> Option<Self> {
         Some(match word {
             b"char" | b"int8" => Self::I8,

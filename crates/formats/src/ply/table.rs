@@ -1,32 +1,32 @@
 //! The rows of a binary PLY table without lists: as they all have one length, several cores read them at a time.
 
-use crate::io::byte_source::Bytes;
+use crate::io::byte_source::ByteSource;
 use crate::io::parallel;
 use crate::ply::body::Body;
-use crate::ply::columns::{Columns, Meaning};
-use crate::ply::scalar::Kind;
+use crate::ply::columns::{Columns, PropertyRole};
+use crate::ply::scalar::ScalarType;
 
-/// Rows that are read at a time.
-pub(crate) const ROWS: usize = 1 << 15;
+/// TriangleRows that are read at a time.
+pub(crate) const BLOCK_ROWS: usize = 1 << 15;
 
 /// The rows of an element.
-pub(crate) struct Table<'a> {
-    bytes: Bytes<'a>,
+pub(crate) struct FixedTable<'a> {
+    bytes: ByteSource<'a>,
     stride: usize,
     big_endian: bool,
-    places: Vec<(Meaning, Kind, usize)>,
+    places: Vec<(PropertyRole, ScalarType, usize)>,
 }
 
-impl<'a> Table<'a> {
+impl<'a> FixedTable<'a> {
     /// The rows of the next element, of which there are `count`; `None` where they are text, have lists, or are cut off.
-    pub(crate) fn of(columns: &Columns<'_>, count: usize, body: &'a Body<'_>) -> Option<Self> {
+    pub(crate) fn peek(columns: &Columns<'_>, count: usize, body: &'a Body<'_>) -> Option<Self> {
         let stride = columns.stride()?;
-        let (bytes, big_endian) = body.ahead(count.checked_mul(stride)?)?;
+        let (bytes, big_endian) = body.peek(count.checked_mul(stride)?)?;
         Some(Self {
             bytes,
             stride,
             big_endian,
-            places: columns.places(),
+            places: columns.column_offsets(),
         })
     }
 
@@ -38,21 +38,21 @@ impl<'a> Table<'a> {
     /// What `make` makes of these columns of each row; `None` where one is missing, or nothing can be made of some row.
     pub(crate) fn read<const N: usize, T, const M: usize>(
         &self,
-        columns: [Meaning; N],
+        columns: [PropertyRole; N],
         make: impl Fn([f64; N]) -> Option<[T; M]> + Sync,
     ) -> Option<Vec<[T; M]>>
     where
         T: Copy + Default + Send,
     {
-        // Of a meaning that comes twice, the last one counts.
-        let place = |meaning| self.places.iter().rev().find(|(m, ..)| *m == meaning);
-        let mut places = [(Kind::F64, 0); N];
-        for (to, meaning) in places.iter_mut().zip(columns) {
-            let &(_, kind, at) = place(meaning)?;
+        // Of a role that comes twice, the last one counts.
+        let place = |role| self.places.iter().rev().find(|(m, ..)| *m == role);
+        let mut places = [(ScalarType::F64, 0); N];
+        for (to, role) in places.iter_mut().zip(columns) {
+            let &(_, kind, at) = place(role)?;
             *to = (kind, at);
         }
         let little = |kind| !self.big_endian && places.iter().all(|&(k, _)| k == kind);
-        if little(Kind::F32) {
+        if little(ScalarType::F32) {
             return self.rows(|row| {
                 make(places.map(|(_, at)| {
                     row.get(at..)
@@ -85,10 +85,10 @@ impl<'a> Table<'a> {
                 }
             };
             // What cannot be read is an error when it is tried again, row by row.
-            let read = (self.bytes).windows(start, count, self.stride, self.stride, window);
+            let read = (self.bytes).for_each_window(start, count, self.stride, self.stride, window);
             if all && read.is_ok() { Ok(()) } else { Err(()) }
         };
-        parallel::make(&mut made, ROWS, block).ok()?;
+        parallel::fill_blocks(&mut made, BLOCK_ROWS, block).ok()?;
         Some(made)
     }
 }

@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use crate::io::byte_source::Bytes;
+use crate::io::byte_source::ByteSource;
 use crate::io::parallel;
 use crate::ply::body::Body;
-use crate::ply::columns::{Columns, Meaning};
+use crate::ply::columns::{Columns, PropertyRole};
 use crate::ply::header::Element;
-use crate::ply::scalar::Kind;
-use crate::ply::table::ROWS;
+use crate::ply::scalar::ScalarType;
+use crate::ply::table::BLOCK_ROWS;
 
 /// The triangles of an element with one list, of 32-bit vertex indices below `vertices`, and nothing else that is used.
 ///
@@ -21,9 +21,9 @@ pub(crate) fn read(
     vertices: usize,
 ) -> Option<Vec<[u32; 3]>> {
     let (before, length, stride) = layout(element, columns)?;
-    let (bytes, big_endian) = body.ahead(element.count.checked_mul(stride)?)?;
+    let (bytes, big_endian) = body.peek(element.count.checked_mul(stride)?)?;
     let skip = bytes.len();
-    let rows = Rows {
+    let rows = TriangleRows {
         bytes,
         stride,
         three: before..before + length.bytes(),
@@ -45,13 +45,13 @@ pub(crate) fn read(
 
 /// Of such an element in a binary file: the bytes before the list in a row, the kind of the list's length, and the bytes
 /// of a row of one triangle.
-fn layout(element: &Element, columns: &Columns<'_>) -> Option<(usize, Kind, usize)> {
+fn layout(element: &Element, columns: &Columns<'_>) -> Option<(usize, ScalarType, usize)> {
     let (mut before, mut list, mut stride) = (0, None, 0);
-    for (property, meaning) in element.properties.iter().zip(columns.meanings()) {
-        match (property.list, meaning) {
-            (None, Meaning::Nothing) => stride += property.kind.bytes(),
-            (Some(length), Meaning::Corners) if list.is_none() => {
-                if !matches!(property.kind, Kind::I32 | Kind::U32) {
+    for (property, role) in element.properties.iter().zip(columns.roles()) {
+        match (property.list, role) {
+            (None, PropertyRole::Unused) => stride += property.kind.bytes(),
+            (Some(length), PropertyRole::Corners) if list.is_none() => {
+                if !matches!(property.kind, ScalarType::I32 | ScalarType::U32) {
                     return None;
                 }
                 (before, list) = (stride, Some(length));
@@ -68,8 +68,8 @@ pub(crate) fn stride(element: &Element, columns: &Columns<'_>) -> Option<usize> 
     layout(element, columns).map(|(_, _, stride)| stride)
 }
 
-struct Rows<'a> {
-    bytes: Bytes<'a>,
+struct TriangleRows<'a> {
+    bytes: ByteSource<'a>,
     stride: usize,
     /// Where in a row the length of its list is; the corners are behind it.
     three: Range<usize>,
@@ -77,7 +77,7 @@ struct Rows<'a> {
     vertices: usize,
 }
 
-impl Rows<'_> {
+impl TriangleRows<'_> {
     /// The triangles, if all are.
     fn read(
         &self,
@@ -103,11 +103,11 @@ impl Rows<'_> {
                 }
             };
             // What cannot be read is an error when it is tried again, row by row.
-            let read = (self.bytes).windows(start, count, self.stride, self.stride, window);
+            let read = (self.bytes).for_each_window(start, count, self.stride, self.stride, window);
             let all = read.is_ok() && whole && (largest as usize) < self.vertices;
             if all { Ok(()) } else { Err(()) }
         };
-        parallel::make(&mut triangles, ROWS, block).ok()?;
+        parallel::fill_blocks(&mut triangles, BLOCK_ROWS, block).ok()?;
         Some(triangles)
     }
 }

@@ -7,15 +7,15 @@ use raycam_scene::color::Rgb;
 
 use crate::error::FormatError;
 use crate::ply::body::Body;
-use crate::ply::columns::Meaning::{
+use crate::ply::columns::PropertyRole::{
     self, Alpha, Blue, Green, NormalX, NormalY, NormalZ, Red, U, V, X, Y, Z,
 };
 use crate::ply::columns::{Columns, Row};
 use crate::ply::header::Element;
-use crate::ply::table::Table;
+use crate::ply::table::FixedTable;
 
 /// What they have, as a mesh has it.
-pub(crate) struct Vertices {
+pub(crate) struct PlyVertices {
     pub(crate) positions: Vec<DVec3>,
     /// Zero where the file's have no direction.
     pub(crate) normals: Option<Vec<[f32; 3]>>,
@@ -30,12 +30,12 @@ pub(crate) fn read(
     path: &Path,
     element: &Element,
     body: &mut Body<'_>,
-) -> Result<Vertices, FormatError> {
+) -> Result<PlyVertices, FormatError> {
     let columns = Columns::new(element);
     if !columns.have(&[X, Y, Z]) {
         return Err(FormatError::whole(path, "element vertex has no x, y and z"));
     }
-    if let Some(table) = Table::of(&columns, element.count, body)
+    if let Some(table) = FixedTable::peek(&columns, element.count, body)
         && let Some(vertices) = at_once(&columns, &table)
     {
         let length = table.length();
@@ -46,12 +46,12 @@ pub(crate) fn read(
 }
 
 /// `None` where any of them is not as it should be.
-fn at_once(columns: &Columns<'_>, table: &Table<'_>) -> Option<Vertices> {
+fn at_once(columns: &Columns<'_>, table: &FixedTable<'_>) -> Option<PlyVertices> {
     let finite = |position: [f64; 3]| position.iter().all(|c| c.is_finite()).then_some(position);
     let positions = table.read([X, Y, Z], finite)?;
     let (mut normals, mut colors, mut uvs, mut translucent) = (None, None, None, false);
     if columns.have(&[NormalX, NormalY, NormalZ]) {
-        let normal = |given| Some(unit(DVec3::from_array(given)));
+        let normal = |given| Some(normalized(DVec3::from_array(given)));
         normals = Some(table.read([NormalX, NormalY, NormalZ], normal)?);
     }
     if columns.have(&[Red, Green, Blue]) {
@@ -60,9 +60,9 @@ fn at_once(columns: &Columns<'_>, table: &Table<'_>) -> Option<Vertices> {
         translucent = columns.have(&[Alpha]) && table.read([Alpha], opaque).is_none();
     }
     if columns.have(&[U, V]) {
-        uvs = Some(table.read([U, V], |[u, v]| uv_of(u, v))?);
+        uvs = Some(table.read([U, V], |[u, v]| flipped_uv(u, v))?);
     }
-    Some(Vertices {
+    Some(PlyVertices {
         // Takes no time: the same numbers at the same places.
         positions: positions.into_iter().map(DVec3::from_array).collect(),
         normals,
@@ -76,7 +76,7 @@ fn row_by_row(
     count: usize,
     columns: &Columns<'_>,
     body: &mut Body<'_>,
-) -> Result<Vertices, FormatError> {
+) -> Result<PlyVertices, FormatError> {
     let mut positions = Vec::with_capacity(count);
     let mut normals = columns.have(&[NormalX, NormalY, NormalZ]).then(Vec::new);
     let mut colors = columns.have(&[Red, Green, Blue]).then(Vec::new);
@@ -84,7 +84,7 @@ fn row_by_row(
     let (mut row, mut translucent) = (Row::default(), false);
     for number in 0..count {
         columns.read(body, &mut row)?;
-        let vector = |names: [Meaning; 3]| DVec3::from(names.map(|m| row.numbers[m as usize]));
+        let vector = |names: [PropertyRole; 3]| DVec3::from(names.map(|m| row.numbers[m as usize]));
         let position = vector([X, Y, Z]);
         if !position.is_finite() {
             let [x, y, z] = position.to_array();
@@ -92,7 +92,7 @@ fn row_by_row(
         }
         positions.push(position);
         if let Some(normals) = &mut normals {
-            normals.push(unit(vector([NormalX, NormalY, NormalZ])));
+            normals.push(normalized(vector([NormalX, NormalY, NormalZ])));
         }
         if let Some(colors) = &mut colors {
             colors.push(columns.color(body, &row, number)?);
@@ -102,7 +102,7 @@ fn row_by_row(
             uvs.push(uv(body, row.numbers[U as usize], row.numbers[V as usize])?);
         }
     }
-    Ok(Vertices {
+    Ok(PlyVertices {
         positions,
         normals,
         colors,
@@ -112,16 +112,17 @@ fn row_by_row(
 }
 
 /// A direction, or zero where there is none.
-fn unit(normal: DVec3) -> [f32; 3] {
+fn normalized(normal: DVec3) -> [f32; 3] {
     normal.normalize_or_zero().as_vec3().to_array()
 }
 
 /// Texture coordinates with their origin at the top left, if they are finite.
-fn uv_of(u: f64, v: f64) -> Option<[f32; 2]> {
+fn flipped_uv(u: f64, v: f64) -> Option<[f32; 2]> {
     (u.is_finite() && v.is_finite()).then_some([u as f32, (1.0 - v) as f32])
 }
 
 /// Texture coordinates with their origin at the top left.
 pub(crate) fn uv(body: &Body<'_>, u: f64, v: f64) -> Result<[f32; 2], FormatError> {
-    uv_of(u, v).ok_or_else(|| body.error(format!("texture coordinate ({u}, {v}) is not finite")))
+    flipped_uv(u, v)
+        .ok_or_else(|| body.error(format!("texture coordinate ({u}, {v}) is not finite")))
 }

@@ -3,14 +3,14 @@ use std::fs;
 
 use raycam_formats::encode::png::{Samples, encode};
 use raycam_formats::{Budget, read_model};
-use raycam_scene::{Model, Texels};
+use raycam_scene::{MeshFile, Texels};
 
 use crate::common::folder;
 
 const SIDE: usize = 64;
 
 /// A triangle whose material has this line, beside `heights.png` of heights as a function of place, both in 0..=1.
-fn model(line: &str, height: impl Fn(f32, f32) -> f32) -> Model {
+fn model(line: &str, height: impl Fn(f32, f32) -> f32) -> MeshFile {
     let folder = folder();
     let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n";
     fs::write(folder.join("a.obj"), obj).unwrap();
@@ -25,7 +25,7 @@ fn model(line: &str, height: impl Fn(f32, f32) -> f32) -> Model {
 }
 
 /// The normals of its normal map, row by row.
-fn normals(model: &Model) -> Vec<[f32; 3]> {
+fn normals(model: &MeshFile) -> Vec<[f32; 3]> {
     let map = model.materials[0].normal_map.unwrap();
     let texels = &model.textures[map.texture.texture].image.texels;
     assert!(matches!(texels, Texels::Linear16(_)));

@@ -62,7 +62,7 @@ fn world() -> World {
         size: [2, 1],
         texels: Texels::Float(vec![[0.5, 1e9, f32::MIN_POSITIVE, 1.0]; 2]),
     });
-    for mip in [None, Some(raycam_scene::Interpolation::Linear)] {
+    for mip in [None, Some(raycam_scene::TexelFilter::Linear)] {
         let sampler = TextureSampler {
             mip,
             ..TextureSampler::default()

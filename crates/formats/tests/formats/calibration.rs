@@ -1,20 +1,22 @@
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_formats::calibration::{Known, Pose, Record, Rotation, decode, formats, read, write};
+use raycam_formats::calibration::{
+    CameraRecord, Pose, ReadHints, Rotation, decode, formats, read, write,
+};
 use raycam_formats::{Budget, FormatError};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::common::folder;
 
 /// A camera that every format can hold: its name is a number of seconds, an image id and a file name.
-fn record() -> Record {
+fn record() -> CameraRecord {
     let k = DMat3::from_cols(
         DVec3::new(500.1, 0.0, 0.0),
         DVec3::new(0.0, 500.1, 0.0),
         DVec3::new(319.5, 239.5, 1.0),
     );
-    let mut record = Record::new("7", PixelCenter::Integer);
+    let mut record = CameraRecord::new("7", PixelCenter::Integer);
     (record.size, record.k) = (Some([640, 480]), Some(k));
     let rotation = Rotation::Quaternion([0.5, 0.1, -0.7, 0.2]);
     let t = DVec3::new(0.1, -2.3, 4.7);
@@ -23,7 +25,7 @@ fn record() -> Record {
 }
 
 /// Writes to a folder of its own and reads back; what the format leaves open is known.
-fn again(records: &[Record], format: &str) -> Vec<Record> {
+fn again(records: &[CameraRecord], format: &str) -> Vec<CameraRecord> {
     let path = folder().join("out");
     let written = write(records, &path, format).unwrap_or_else(|error| panic!("{format}: {error}"));
     for (name, bytes) in &written.files {
@@ -34,7 +36,7 @@ fn again(records: &[Record], format: &str) -> Vec<Record> {
             std::fs::write(path.join(name), bytes).unwrap();
         }
     }
-    let known = Known {
+    let known = ReadHints {
         size: Some([640, 480]),
         intrinsics: Some(record()),
     };
@@ -90,7 +92,7 @@ fn damaged_files_are_errors_and_nothing_panics() {
     for format in formats().filter(|format| !format.starts_with("colmap")) {
         let written = write(&[record()], Path::new("out"), format).unwrap();
         let bytes = &written.files[0].1;
-        let known = Known {
+        let known = ReadHints {
             size: Some([640, 480]),
             intrinsics: Some(record()),
         };
@@ -128,7 +130,7 @@ fn camchains_tell_the_pose_in_either_direction() {
             )
         });
         let text: String = cameras.collect();
-        let (path, known) = (Path::new("chain.yaml"), Known::default());
+        let (path, known) = (Path::new("chain.yaml"), ReadHints::default());
         let read = decode(
             text.into(),
             path,
@@ -163,7 +165,7 @@ fn errors_name_file_line_and_key() {
         text.to_vec(),
         Path::new("a.yaml"),
         Some("ros"),
-        &Known::default(),
+        &ReadHints::default(),
         &Budget::default(),
     );
     let error = error.unwrap_err().to_string();
@@ -174,7 +176,7 @@ fn errors_name_file_line_and_key() {
     // One bad line makes a file of no format; of the one that is named, the line is said.
     let told = |format| {
         let poses = b"0.0 1 2 3 0 0 0 1\n0.1 1 2 x 0 0 0 1\n".to_vec();
-        let (path, known) = (Path::new("a.tum"), Known::default());
+        let (path, known) = (Path::new("a.tum"), ReadHints::default());
         let error = decode(poses, path, format, &known, &Budget::default());
         error.unwrap_err().to_string()
     };
@@ -202,7 +204,7 @@ fn many_keys_take_little_time() {
             text.into_bytes(),
             path,
             Some(format),
-            &Known::default(),
+            &ReadHints::default(),
             &Budget::default(),
         );
         assert!(read.is_err(), "{format}");

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
 use raycam_formats::{Budget, FormatError, decode_model};
-use raycam_scene::{Mesh, Model, Texels, Texture};
+use raycam_scene::{Mesh, MeshFile, Texels, Texture};
 
 /// A new empty folder.
 pub fn folder() -> PathBuf {
@@ -33,12 +33,12 @@ pub fn data(name: &str) -> PathBuf {
         .join(name)
 }
 
-fn decode(name: &str, bytes: impl AsRef<[u8]>) -> Result<Model, FormatError> {
+fn decode(name: &str, bytes: impl AsRef<[u8]>) -> Result<MeshFile, FormatError> {
     decode_model(bytes.as_ref().to_vec(), Path::new(name), &Budget::default())
 }
 
 /// The model in a file of these bytes.
-pub fn model(name: &str, bytes: impl AsRef<[u8]>) -> Model {
+pub fn model(name: &str, bytes: impl AsRef<[u8]>) -> MeshFile {
     decode(name, bytes).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use raycam_formats::calibration::{self, Known};
-use raycam_formats::{Budget, ColorUse, read_image, read_model, load};
+use raycam_formats::calibration::{self, ReadHints};
+use raycam_formats::{Budget, ColorUse, load, read_image, read_model};
 
 use crate::common::data;
 
@@ -56,7 +56,7 @@ fn every_file_is_answered() {
                 }
                 Err(error) => Some(error.to_string()),
             },
-            "yml" => calibration::read(&path, None, &Known::default(), &Budget::default())
+            "yml" => calibration::read(&path, None, &ReadHints::default(), &Budget::default())
                 .err()
                 .map(|error| error.to_string()),
             _ => continue,

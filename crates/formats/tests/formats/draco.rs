@@ -1,13 +1,13 @@
 use std::fs;
 use std::path::Path;
 
-use raycam_formats::codec::draco::{Attribute, Component, Decoded, decode};
+use raycam_formats::codec::draco::{Attribute, ComponentType, DecodedMesh, decode};
 use raycam_formats::{Budget, FormatError};
 
 use crate::common::data;
 
 /// Streams of Google's own encoder, each with what Google's own decoder makes of it.
-fn cases() -> Vec<(String, Vec<u8>, Decoded)> {
+fn cases() -> Vec<(String, Vec<u8>, DecodedMesh)> {
     let file = fs::read(data("draco/draco.cases")).unwrap();
     let mut rest = &file[..];
     let mut lump = |length: usize| {
@@ -31,10 +31,10 @@ fn cases() -> Vec<(String, Vec<u8>, Decoded)> {
                 panic!("{word}");
             };
             let (component, size) = match kind {
-                "F32" => (Component::F32, 4),
-                "U16" => (Component::U16, 2),
-                "I8" => (Component::I8, 1),
-                _ => (Component::U8, 1),
+                "F32" => (ComponentType::F32, 4),
+                "U16" => (ComponentType::U16, 2),
+                "I8" => (ComponentType::I8, 1),
+                _ => (ComponentType::U8, 1),
             };
             let components: usize = components.parse().unwrap();
             let bytes = lump(count * components * size);
@@ -47,7 +47,7 @@ fn cases() -> Vec<(String, Vec<u8>, Decoded)> {
             }
         });
         let attributes = attributes.collect();
-        let decoded = Decoded {
+        let decoded = DecodedMesh {
             triangles,
             count,
             attributes,
@@ -57,7 +57,7 @@ fn cases() -> Vec<(String, Vec<u8>, Decoded)> {
     cases
 }
 
-fn read(bytes: &[u8]) -> Result<Decoded, FormatError> {
+fn read(bytes: &[u8]) -> Result<DecodedMesh, FormatError> {
     decode(bytes, Path::new("a.glb"), &mut Budget::default())
 }
 
@@ -79,7 +79,7 @@ fn streams_decode_as_in_google_s_library() {
                 words.iter().map(|&w| f32::from_le_bytes(w)).collect()
             };
             assert_eq!((a.id, a.component), (b.id, b.component), "{name}");
-            assert_eq!(a.component, Component::F32, "{name}");
+            assert_eq!(a.component, ComponentType::F32, "{name}");
             for (x, y) in numbers(a).into_iter().zip(numbers(b)) {
                 assert!((x - y).abs() <= 1e-6 * y.abs().max(1.0), "{name} {x} {y}");
             }

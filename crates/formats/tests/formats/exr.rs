@@ -5,10 +5,10 @@ use ::exr::image::read::read;
 use ::exr::meta::attribute::{AttributeValue, Text};
 use ::exr::prelude::{ReadChannels, ReadLayers};
 use glam::DVec3;
-use raycam_formats::encode::exr::{Layer, Samples, channel_names, encode};
+use raycam_formats::encode::exr::{Layer, LayerSamples, channel_names, encode};
 use raycam_scene::{Camera, PixelCenter, Up, camera};
 
-fn layer<'a>(name: &'a str, components: usize, samples: Samples<'a>) -> Layer<'a> {
+fn layer<'a>(name: &'a str, components: usize, samples: LayerSamples<'a>) -> Layer<'a> {
     Layer {
         name,
         components,
@@ -18,7 +18,7 @@ fn layer<'a>(name: &'a str, components: usize, samples: Samples<'a>) -> Layer<'a
 
 #[test]
 fn channels_have_the_names_that_other_programs_show() {
-    let (floats, ids) = (Samples::F32(&[]), Samples::Id(&[]));
+    let (floats, ids) = (LayerSamples::F32(&[]), LayerSamples::Id(&[]));
     for (name, components, samples, expected) in [
         ("color", 3, floats, "R G B"),
         ("color", 4, floats, "R G B A"),
@@ -49,9 +49,9 @@ fn another_reader_finds_the_same_values_and_the_camera() {
     let camera =
         Camera::from_pose(location, 1.0, 2.0, 3.0, Up::Z, k, [3, 2], PixelCenter::Half).unwrap();
     let layers = [
-        layer("color", 3, Samples::F16(&color)),
-        layer("depth", 1, Samples::F32(&depth)),
-        layer("instance", 1, Samples::Id(&ids)),
+        layer("color", 3, LayerSamples::F16(&color)),
+        layer("depth", 1, LayerSamples::F32(&depth)),
+        layer("instance", 1, LayerSamples::Id(&ids)),
     ];
     let file = encode(
         [3, 2],
@@ -159,7 +159,7 @@ fn large_pictures_come_back_whole() {
     let ids: Vec<i32> = (0..columns * rows).map(|i| i * 7919 % 1000 - 1).collect();
     let file = encode(
         [columns as u32, rows as u32],
-        &[layer("triangle", 1, Samples::Id(&ids))],
+        &[layer("triangle", 1, LayerSamples::Id(&ids))],
         None,
         &[],
     )
@@ -182,7 +182,7 @@ fn large_pictures_come_back_whole() {
 
 #[test]
 fn layers_that_do_not_fit_are_refused() {
-    let six = Samples::F32(&[0.0; 6]);
+    let six = LayerSamples::F32(&[0.0; 6]);
     for (size, layers, notes, expected) in [
         (
             [3, 2],
@@ -192,7 +192,7 @@ fn layers_that_do_not_fit_are_refused() {
         ),
         (
             [3, 0],
-            vec![layer("depth", 1, Samples::F32(&[]))],
+            vec![layer("depth", 1, LayerSamples::F32(&[]))],
             None,
             "1 layers of 3 x 0 pixels",
         ),

@@ -1,8 +1,8 @@
 use std::fs;
 use std::path::Path;
 
-use raycam_formats::{Budget, Folder, FormatError, load};
-use raycam_scene::{Files, Wrap};
+use raycam_formats::{AssetRoot, Budget, FormatError, load};
+use raycam_scene::{AssetLoader, Wrap};
 
 use crate::common::folder;
 
@@ -27,7 +27,7 @@ fn setting() -> std::path::PathBuf {
 #[test]
 fn files_inside_are_read() {
     let root = setting();
-    let mut files = Folder::new(&root, &Budget::default());
+    let mut files = AssetRoot::new(&root, &Budget::default());
     for name in [
         "a.obj",
         "./a.obj",
@@ -50,7 +50,7 @@ fn files_inside_are_read() {
 fn nothing_outside_is_opened() {
     let root = setting();
     let absolute = root.join("a.obj").display().to_string();
-    let mut files = Folder::new(&root, &Budget::default());
+    let mut files = AssetRoot::new(&root, &Budget::default());
     for name in [
         "../secret.obj",
         "parts/../../secret.obj",
@@ -90,7 +90,7 @@ fn links_lead_nowhere_else() {
     std::os::unix::fs::symlink("..", root.join("up")).unwrap();
     std::os::unix::fs::symlink("/dev/zero", root.join("zero.obj")).unwrap();
     std::os::unix::fs::symlink("a.obj", root.join("inside.obj")).unwrap();
-    let mut files = Folder::new(&root, &Budget::default());
+    let mut files = AssetRoot::new(&root, &Budget::default());
     for name in ["link.obj", "up/secret.obj", "zero.obj"] {
         let error = files.mesh(name).unwrap_err().to_string();
         assert!(error.contains("it leads out of the folder"), "{error}");
@@ -98,7 +98,7 @@ fn links_lead_nowhere_else() {
     files.mesh("inside.obj").unwrap();
     // The folder itself, and what the user asks for, may be links.
     std::os::unix::fs::symlink(&root, root.with_file_name("alias")).unwrap();
-    Folder::new(&root.with_file_name("alias"), &Budget::default())
+    AssetRoot::new(&root.with_file_name("alias"), &Budget::default())
         .mesh("a.obj")
         .unwrap();
     load(&root.join("link.obj"), &Budget::default()).unwrap();
@@ -108,7 +108,7 @@ fn links_lead_nowhere_else() {
 fn what_a_program_names_lies_anywhere_and_what_that_names_around_it() {
     let root = setting();
     let around = root.parent().unwrap();
-    let mut files = Folder::trusted(&root, &Budget::default());
+    let mut files = AssetRoot::trusted(&root, &Budget::default());
     for name in ["a.obj", "../secret.obj", "parts/../../secret.obj"] {
         files.mesh(name).unwrap();
     }
@@ -146,7 +146,7 @@ fn a_program_has_one_budget_for_all_that_it_names() {
         bytes,
         ..Budget::default()
     };
-    let mut files = Folder::trusted(&root, &small);
+    let mut files = AssetRoot::trusted(&root, &small);
     files.mesh("../secret.obj").unwrap();
     files.mesh("../secret.obj").unwrap();
     let error = files.mesh("../secret.obj").unwrap_err().to_string();
@@ -163,7 +163,7 @@ fn names_in_a_mesh_start_from_its_own_folder() {
     .unwrap();
     fs::create_dir(root.join("m")).unwrap();
     fs::write(root.join("m/b.mtl"), "newmtl b\nKd 1 0 0\n").unwrap();
-    let model = Folder::new(&root, &Budget::default())
+    let model = AssetRoot::new(&root, &Budget::default())
         .mesh("parts/b.obj")
         .unwrap();
     assert_eq!(model.materials[0].color, [1.0, 0.0, 0.0]);
@@ -179,7 +179,7 @@ fn names_in_a_mesh_start_from_its_own_folder() {
 #[test]
 fn the_current_folder_is_a_folder() {
     for root in ["", "."] {
-        let mut files = Folder::new(Path::new(root), &Budget::default());
+        let mut files = AssetRoot::new(Path::new(root), &Budget::default());
         let model = files.mesh("tests/data/concave_polygon.obj").unwrap();
         assert_eq!(model.materials[0].name, "test");
         assert!(model.notices.is_empty(), "{:?}", model.notices);

@@ -1,7 +1,7 @@
 //! glTF: containers, resources, accessors and primitives. The files are built here.
 
 use raycam_formats::{Budget, load};
-use raycam_scene::{Reflectance, Up, World};
+use raycam_scene::{MaterialModel, Up, World};
 
 use crate::common::{file, folder, message};
 
@@ -84,8 +84,8 @@ fn a_document_becomes_a_world_with_y_up() {
     let world = world(&triangle());
     assert_eq!(world.up, Up::Y);
     assert!(matches!(
-        world.materials[0].reflectance,
-        Reflectance::Principled(_)
+        world.materials[0].model,
+        MaterialModel::Principled(_)
     ));
     assert!(!world.materials[0].double_sided);
 }
@@ -313,16 +313,19 @@ fn moving() -> String {
 #[test]
 fn animations_move_nodes_and_meshes() {
     let world = world(&moving());
-    let still = world.animated(0, 0.0).unwrap();
-    assert_eq!(world.rig.as_ref().unwrap().animations[0].duration(), 2.0);
+    let still = world.animated_at(0, 0.0).unwrap();
+    assert_eq!(
+        world.node_tree.as_ref().unwrap().animations[0].duration(),
+        2.0
+    );
     let half = world
-        .animated(world.find_animation("slide").unwrap(), 1.0)
+        .animated_at(world.find_animation("slide").unwrap(), 1.0)
         .unwrap();
     assert_eq!(half.objects[0].world_from_mesh.translation.x, 2.0);
     let corner = |world: &World| world.meshes[world.objects[0].mesh].vertices[1].z;
     assert_eq!((corner(&still), corner(&half)), (0.0, 0.5));
     assert!(std::sync::Arc::ptr_eq(&world.meshes[0], &still.meshes[0]));
-    let over = half.animated(0, 9.0).unwrap();
+    let over = half.animated_at(0, 9.0).unwrap();
     assert_eq!(
         (over.objects[0].world_from_mesh.translation.x, corner(&over)),
         (4.0, 1.0)
@@ -334,7 +337,7 @@ fn animations_move_nodes_and_meshes() {
             .to_string()
             .contains("did you mean \"slide\"")
     );
-    assert!(world.animated(1, 0.0).is_err());
+    assert!(world.animated_at(1, 0.0).is_err());
 }
 
 #[test]

@@ -2,7 +2,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
-use raycam_formats::{Budget, FormatError, decode, extensions, read_model, load};
+use raycam_formats::{Budget, FormatError, decode, extensions, load, read_model};
 
 use crate::common::{data, file, folder, message};
 use crate::gltf;

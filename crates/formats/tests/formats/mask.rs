@@ -1,4 +1,4 @@
-use raycam_formats::encode::mask::{coco_runs, polygons};
+use raycam_formats::encode::mask::{coco_rle, polygons};
 
 fn mask(rows: &[&str]) -> (Vec<bool>, usize, usize) {
     let pixels = rows.iter().flat_map(|row| row.bytes().map(|c| c == b'#'));
@@ -28,9 +28,9 @@ fn fill(polygons: &[Vec<[u32; 2]>], width: usize, height: usize) -> Vec<u32> {
 fn runs_go_down_the_columns() {
     // Runs 0: none, 1: 2, 0: 4, 1: 1, 0: 2 as five-bit characters from '0'; the last two as differences.
     let (pixels, width, height) = mask(&["#..", "#..", "..#"]);
-    assert_eq!(coco_runs(&pixels, width, height), "026O");
-    assert_eq!(coco_runs(&[false; 6], 3, 2), "6");
-    assert_eq!(coco_runs(&[true; 40], 40, 1), "0X1");
+    assert_eq!(coco_rle(&pixels, width, height), "026O");
+    assert_eq!(coco_rle(&[false; 6], 3, 2), "6");
+    assert_eq!(coco_rle(&[true; 40], 40, 1), "0X1");
 }
 
 #[test]

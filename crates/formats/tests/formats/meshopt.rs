@@ -1,7 +1,7 @@
 use std::fs;
 use std::path::Path;
 
-use raycam_formats::codec::meshopt::{Filter, Mode, Shape, decode};
+use raycam_formats::codec::meshopt::{Filter, Mode, ViewHeader, decode};
 use raycam_formats::{Budget, FormatError};
 
 use crate::common::data;
@@ -9,7 +9,7 @@ use crate::common::data;
 /// A stream of meshoptimizer's own encoder, and what its own decoder makes of it.
 struct Case {
     name: String,
-    shape: Shape,
+    shape: ViewHeader,
     stream: Vec<u8>,
     expected: Vec<u8>,
 }
@@ -38,7 +38,7 @@ fn cases() -> Vec<Case> {
         let (expected, after) = expected.split_at(count * stride);
         cases.push(Case {
             name: words[0].into(),
-            shape: Shape {
+            shape: ViewHeader {
                 mode,
                 count,
                 stride,
@@ -51,12 +51,12 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-fn read(bytes: &[u8], shape: Shape) -> Result<Vec<u8>, FormatError> {
+fn read(bytes: &[u8], shape: ViewHeader) -> Result<Vec<u8>, FormatError> {
     decode(bytes, shape, Path::new("a.glb"), &mut Budget::default())
 }
 
 /// How far apart two filtered views are, in units in the last place of their components.
-fn apart(shape: Shape, a: &[u8], b: &[u8]) -> i32 {
+fn apart(shape: ViewHeader, a: &[u8], b: &[u8]) -> i32 {
     let components = |bytes: &[u8]| -> Vec<i32> {
         match (shape.mode, shape.stride) {
             (Mode::Attributes(Filter::Octahedral), 4) => {
@@ -108,7 +108,7 @@ fn the_example_of_the_specification() {
     stream.extend([0; 3]);
     stream.extend([0; 28]);
     stream.extend([100, 1, 2, 3]);
-    let shape = Shape {
+    let shape = ViewHeader {
         mode: Mode::Attributes(Filter::None),
         count: 16,
         stride: 4,
@@ -133,7 +133,7 @@ fn filters_are_the_formulas_of_the_specification() {
         let mode = Mode::Attributes(filter);
         read(
             &stream,
-            Shape {
+            ViewHeader {
                 mode,
                 count: 1,
                 stride,
@@ -187,7 +187,7 @@ fn filters_are_the_formulas_of_the_specification() {
 #[test]
 fn shapes_are_checked_before_anything_else() {
     let error = |mode, count, stride| {
-        let shape = Shape {
+        let shape = ViewHeader {
             mode,
             count,
             stride,
@@ -260,7 +260,7 @@ fn shapes_are_checked_before_anything_else() {
     let mut stream = vec![0xa1];
     stream.extend([0b1010_1010; 1000]);
     stream.extend([0; 24]);
-    let shape = Shape {
+    let shape = ViewHeader {
         mode: plain,
         count: 256_000,
         stride: 4,

@@ -1,17 +1,17 @@
 use std::fs;
 
-use raycam_formats::{Budget, read_model, load};
+use raycam_formats::{Budget, load, read_model};
 use raycam_scene::color::linear_from_srgb;
-use raycam_scene::{Alpha, Model, Reflectance, Texels, Wrap};
+use raycam_scene::{Alpha, MaterialModel, MeshFile, Texels, Wrap};
 
 use crate::common::{folder, message, rgb};
 
 /// A triangle with a material of this file, in a new folder with a texture.
-fn model(mtl: &str) -> Result<Model, String> {
+fn model(mtl: &str) -> Result<MeshFile, String> {
     within(&Budget::default(), mtl)
 }
 
-fn within(budget: &Budget, mtl: &str) -> Result<Model, String> {
+fn within(budget: &Budget, mtl: &str) -> Result<MeshFile, String> {
     let folder = folder();
     let path = folder.join("a.obj");
     fs::write(
@@ -61,11 +61,11 @@ fn colours_and_shininess_are_read() {
         (&material.name[..], material.color),
         ("m 1", [0.5, 0.25, 0.125])
     );
-    let Reflectance::Lecture {
+    let MaterialModel::Phong {
         diffuse,
         specular,
         shininess,
-    } = material.reflectance
+    } = material.model
     else {
         panic!()
     };
@@ -97,8 +97,8 @@ fn physically_based_keys_make_a_principled_material() {
     .unwrap();
     assert!(model.notices.is_empty(), "{:?}", model.notices);
     let material = &model.materials[0];
-    let Reflectance::Principled(principled) = &material.reflectance else {
-        panic!("{:?}", material.reflectance);
+    let MaterialModel::Principled(principled) = &material.model else {
+        panic!("{:?}", material.model);
     };
     let values = [
         principled.roughness.value,
@@ -139,8 +139,8 @@ fn refracting_materials_are_glass() {
     let model =
         model("newmtl m 1\nKd 0 0 0\nTf 0.9 1 0.9\nNi 1.6\nNs 998\nillum 7\nd 0.1\n").unwrap();
     let material = &model.materials[0];
-    let Reflectance::Principled(principled) = &material.reflectance else {
-        panic!("{:?}", material.reflectance);
+    let MaterialModel::Principled(principled) = &material.model else {
+        panic!("{:?}", material.model);
     };
     assert_eq!((principled.transmission.value, principled.ior), (1.0, 1.6));
     // alpha^2 = 2 / 1000, and roughness is alpha's root.
@@ -154,7 +154,7 @@ fn refracting_materials_are_glass() {
 #[test]
 fn no_more_light_comes_back_than_falls_in() {
     let model = model("newmtl m 1\nKd 0.75 0.5 0\nKs 0.5 0.5 0.5\n").unwrap();
-    let Reflectance::Lecture { specular, .. } = model.materials[0].reflectance else {
+    let MaterialModel::Phong { specular, .. } = model.materials[0].model else {
         panic!()
     };
     assert_eq!(specular, [0.25, 0.5, 0.5]);

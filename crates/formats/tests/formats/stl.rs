@@ -1,4 +1,4 @@
-use raycam_formats::{Budget, read_model, load};
+use raycam_formats::{Budget, load, read_model};
 
 use crate::common::{area, data, error, mesh, model, mutations, truncations, vector_area};
 

@@ -2,10 +2,13 @@
 
 use std::path::Path;
 
-use crate::calibration::colmap::{Camera, Frame, Image, Model, Rig, Rigid, is_rigid};
-use crate::calibration::{Calibration, Known, Record, Written};
+use crate::calibration::colmap::{
+    ColmapCamera, ColmapImage, Frame, Reconstruction, Rig, RigidPose, is_rigid,
+};
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, ReadHints};
 use crate::error::FormatError;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 
 const NAMES: [&str; 5] = [
     "cameras.bin",
@@ -37,20 +40,20 @@ const MODELS: [(&str, usize); 18] = [
     ("EQUIRECTANGULAR", 2),
 ];
 
-pub(crate) fn is(path: &Path, _: &str) -> bool {
+pub(crate) fn detect(path: &Path, _: &str) -> bool {
     path.file_name()
         .is_some_and(|name| NAMES.iter().any(|known| name == *known))
 }
 
-/// Bytes, one number after the other.
-struct Bytes<'a> {
+/// BinaryReader, one number after the other.
+struct BinaryReader<'a> {
     path: &'a Path,
     bytes: &'a [u8],
     at: usize,
 }
 
-impl<'a> Bytes<'a> {
-    fn new(source: &'a Source) -> Self {
+impl<'a> BinaryReader<'a> {
+    fn new(source: &'a InputFile) -> Self {
         Self {
             path: &source.path,
             bytes: &source.bytes,
@@ -62,7 +65,7 @@ impl<'a> Bytes<'a> {
         FormatError::byte(self.path, self.at, message)
     }
 
-    fn take(&mut self, count: usize) -> Result<&'a [u8], FormatError> {
+    fn read_bytes(&mut self, count: usize) -> Result<&'a [u8], FormatError> {
         let Some(taken) = self.bytes.get(self.at..).and_then(|rest| rest.get(..count)) else {
             return Err(self.fail("the file ends here; is it cut off?"));
         };
@@ -72,7 +75,7 @@ impl<'a> Bytes<'a> {
 
     fn array<const N: usize>(&mut self) -> Result<[u8; N], FormatError> {
         let mut array = [0; N];
-        array.copy_from_slice(self.take(N)?);
+        array.copy_from_slice(self.read_bytes(N)?);
         Ok(array)
     }
 
@@ -93,7 +96,7 @@ impl<'a> Bytes<'a> {
         u32::try_from(value).map_err(|_| self.fail(format!("{what} {value}")))
     }
 
-    fn rigid(&mut self) -> Result<Rigid, FormatError> {
+    fn rigid(&mut self) -> Result<RigidPose, FormatError> {
         let mut rigid = [0.0; 7];
         for value in &mut rigid {
             *value = self.f64()?;
@@ -119,14 +122,14 @@ impl<'a> Bytes<'a> {
 }
 
 pub(crate) fn read(
-    source: &Source,
-    folder: &mut Folder,
-    _: &Known,
+    source: &InputFile,
+    assets: &mut AssetRoot,
+    _: &ReadHints,
 ) -> Result<Calibration, FormatError> {
-    let mut model = Model::default();
-    let mut open = |name: &str| folder.follow(&source.path, name);
+    let mut model = Reconstruction::default();
+    let mut open = |name: &str| assets.read_reference(&source.path, name);
     let file = open("cameras.bin")?;
-    let mut bytes = Bytes::new(&file);
+    let mut bytes = BinaryReader::new(&file);
     for _ in 0..bytes.u64()? {
         let (id, number) = (bytes.u32()?, bytes.u32()?);
         let Some(&(name, count)) = MODELS.get(number as usize) else {
@@ -134,7 +137,7 @@ pub(crate) fn read(
         };
         let size = [bytes.small("a width of")?, bytes.small("a height of")?];
         let params: Result<_, _> = (0..count).map(|_| bytes.f64()).collect();
-        model.cameras.push(Camera {
+        model.cameras.push(ColmapCamera {
             id,
             model: name.into(),
             size,
@@ -143,7 +146,7 @@ pub(crate) fn read(
     }
     bytes.end()?;
     if let Some(file) = optional(open("images.bin"))? {
-        let mut bytes = Bytes::new(&file);
+        let mut bytes = BinaryReader::new(&file);
         for _ in 0..bytes.u64()? {
             let (id, pose, camera) = (bytes.u32()?, bytes.rigid()?, bytes.u32()?);
             let rest = bytes.bytes.get(bytes.at..).unwrap_or_default();
@@ -151,15 +154,15 @@ pub(crate) fn read(
                 .iter()
                 .position(|&b| b == 0)
                 .ok_or_else(|| bytes.fail("a name without an end"))?;
-            let name = std::str::from_utf8(bytes.take(length)?)
+            let name = std::str::from_utf8(bytes.read_bytes(length)?)
                 .map_err(|_| bytes.fail("a name that is not UTF-8"))?;
-            bytes.take(1)?;
+            bytes.read_bytes(1)?;
             let points = bytes.u64()?;
             let length = usize::try_from(points)
                 .ok()
                 .and_then(|points| points.checked_mul(24));
-            bytes.take(length.unwrap_or(usize::MAX))?;
-            model.images.push(Image {
+            bytes.read_bytes(length.unwrap_or(usize::MAX))?;
+            model.images.push(ColmapImage {
                 id,
                 pose,
                 camera,
@@ -175,7 +178,7 @@ pub(crate) fn read(
     model.calibration(&source.path)
 }
 
-fn optional(file: Result<Source, FormatError>) -> Result<Option<Source>, FormatError> {
+fn optional(file: Result<InputFile, FormatError>) -> Result<Option<InputFile>, FormatError> {
     match file {
         Ok(file) => Ok(Some(file)),
         Err(FormatError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
@@ -185,8 +188,12 @@ fn optional(file: Result<Source, FormatError>) -> Result<Option<Source>, FormatE
     }
 }
 
-fn read_rigs(model: &mut Model, rigs: &Source, frames: &Source) -> Result<(), FormatError> {
-    let mut bytes = Bytes::new(rigs);
+fn read_rigs(
+    model: &mut Reconstruction,
+    rigs: &InputFile,
+    frames: &InputFile,
+) -> Result<(), FormatError> {
+    let mut bytes = BinaryReader::new(rigs);
     for _ in 0..bytes.u64()? {
         let (id, count) = (bytes.u32()?, bytes.u32()?);
         let mut cameras = Vec::new();
@@ -207,7 +214,7 @@ fn read_rigs(model: &mut Model, rigs: &Source, frames: &Source) -> Result<(), Fo
         model.rigs.push(Rig { id, cameras });
     }
     bytes.end()?;
-    let mut bytes = Bytes::new(frames);
+    let mut bytes = BinaryReader::new(frames);
     for _ in 0..bytes.u64()? {
         let id = bytes.u32()?;
         let (rig, pose, count) = (bytes.u32()?, bytes.rigid()?, bytes.u32()?);
@@ -229,8 +236,8 @@ fn read_rigs(model: &mut Model, rigs: &Source, frames: &Source) -> Result<(), Fo
     bytes.end()
 }
 
-pub(crate) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
-    let model = Model::of(records)?;
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+    let model = Reconstruction::from_records(records)?;
     let mut files: [Vec<u8>; 5] = Default::default();
     let counts = [
         model.cameras.len(),
@@ -249,7 +256,7 @@ pub(crate) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
     let f64s = |file: &mut Vec<u8>, values: &[f64]| {
         values.iter().for_each(|v| file.extend(v.to_le_bytes()))
     };
-    for Camera {
+    for ColmapCamera {
         id,
         model,
         size,
@@ -275,7 +282,7 @@ pub(crate) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
             }
         }
     }
-    for Image {
+    for ColmapImage {
         id,
         pose,
         camera,
@@ -298,7 +305,7 @@ pub(crate) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
         }
     }
     let named = NAMES.iter().map(|name| (*name).to_owned());
-    Ok(Written {
+    Ok(OutputFiles {
         files: named.zip(files).collect(),
         notices: vec![],
     })

@@ -10,15 +10,15 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::{PixelCenter, camera};
 
-use super::{Calibration, Mount, Pose, Record, Rotation};
+use super::{Calibration, CameraRecord, Pose, RigMount, Rotation};
 use crate::error::FormatError;
 
 /// Quaternion w x y z, translation x y z.
-pub(super) type Rigid = [f64; 7];
+pub(super) type RigidPose = [f64; 7];
 
 /// A row of `cameras`.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Camera {
+pub(super) struct ColmapCamera {
     pub(super) id: u32,
     pub(super) model: String,
     pub(super) size: [u32; 2],
@@ -26,9 +26,9 @@ pub(super) struct Camera {
 }
 
 /// A row of `images`.
-pub(super) struct Image {
+pub(super) struct ColmapImage {
     pub(super) id: u32,
-    pub(super) pose: Rigid,
+    pub(super) pose: RigidPose,
     pub(super) camera: u32,
     pub(super) name: String,
 }
@@ -36,38 +36,38 @@ pub(super) struct Image {
 /// A row of `rigs`: its cameras, each with its pose from the rig, nothing for the one that is the rig's origin.
 pub(super) struct Rig {
     pub(super) id: u32,
-    pub(super) cameras: Vec<(u32, Option<Rigid>)>,
+    pub(super) cameras: Vec<(u32, Option<RigidPose>)>,
 }
 
 /// A row of `frames`: where a rig stood, and its images.
 pub(super) struct Frame {
     pub(super) id: u32,
     pub(super) rig: u32,
-    pub(super) pose: Rigid,
-    /// Camera and image.
+    pub(super) pose: RigidPose,
+    /// ColmapCamera and image.
     pub(super) images: Vec<(u32, u32)>,
 }
 
 /// A model, without its points.
 #[derive(Default)]
-pub(super) struct Model {
-    pub(super) cameras: Vec<Camera>,
-    pub(super) images: Vec<Image>,
+pub(super) struct Reconstruction {
+    pub(super) cameras: Vec<ColmapCamera>,
+    pub(super) images: Vec<ColmapImage>,
     pub(super) rigs: Vec<Rig>,
     pub(super) frames: Vec<Frame>,
 }
 
-fn pose(rigid: &Rigid) -> Pose {
+fn pose(rigid: &RigidPose) -> Pose {
     let [w, x, y, z, tx, ty, tz] = *rigid;
     Pose::camera_from_world(Rotation::Quaternion([w, x, y, z]), DVec3::new(tx, ty, tz))
 }
 
 /// Whether its numbers are a pose.
-pub(super) fn is_rigid(rigid: &Rigid) -> bool {
+pub(super) fn is_rigid(rigid: &RigidPose) -> bool {
     rigid.iter().all(|v| v.is_finite()) && rigid[..4].iter().map(|v| v * v).sum::<f64>() > 1e-12
 }
 
-impl Model {
+impl Reconstruction {
     /// The cameras of the images, or those without images where there are none.
     pub(super) fn calibration(&self, path: &Path) -> Result<Calibration, FormatError> {
         let fail = |message: String| FormatError::whole(path, message);
@@ -76,13 +76,13 @@ impl Model {
         for camera in &self.cameras {
             let (k, lens) = camera::lens_from_colmap(&camera.model, &camera.params)
                 .map_err(|error| fail(format!("camera {}: {error}", camera.id)))?;
-            let mut record = Record::new(camera.id.to_string(), PixelCenter::Half);
+            let mut record = CameraRecord::new(camera.id.to_string(), PixelCenter::Half);
             (record.size, record.k, record.lens) = (Some(camera.size), Some(k), lens);
             if cameras.insert(camera.id, record).is_some() {
                 return Err(fail(format!("camera {} is there twice", camera.id)));
             }
         }
-        let placed = self.placed(&fail)?;
+        let placed = self.poses_from_frames(&fail)?;
         for image in &self.images {
             let Some(camera) = cameras.get(&image.camera) else {
                 return Err(fail(format!(
@@ -99,7 +99,11 @@ impl Model {
                 .get(&image.id)
                 .cloned()
                 .unwrap_or_else(|| (own.clone(), None));
-            record.pose = Some(if near(&own, &placed) { own } else { placed });
+            record.pose = Some(if poses_equal(&own, &placed) {
+                own
+            } else {
+                placed
+            });
             record.mount = mount;
             calibration.records.push(record);
         }
@@ -114,10 +118,10 @@ impl Model {
     }
 
     /// The poses that rigs and frames give, by image: they are what counts where they are. Rigs of one camera are none.
-    fn placed(
+    fn poses_from_frames(
         &self,
         fail: &dyn Fn(String) -> FormatError,
-    ) -> Result<HashMap<u32, (Pose, Option<Mount>)>, FormatError> {
+    ) -> Result<HashMap<u32, (Pose, Option<RigMount>)>, FormatError> {
         let rigs: HashMap<u32, &Rig> = self.rigs.iter().map(|rig| (rig.id, rig)).collect();
         let mut placed = HashMap::new();
         for frame in &self.frames {
@@ -134,8 +138,8 @@ impl Model {
                 };
                 let here = from_rig
                     .as_ref()
-                    .map_or_else(|| body.clone(), |from_rig| pose(from_rig).after(&body));
-                let mount = (rig.cameras.len() > 1).then(|| Mount {
+                    .map_or_else(|| body.clone(), |from_rig| pose(from_rig).compose(&body));
+                let mount = (rig.cameras.len() > 1).then(|| RigMount {
                     rig: rig.id.to_string(),
                     frame: frame.id.to_string(),
                     name: camera.to_string(),
@@ -149,7 +153,7 @@ impl Model {
     }
 
     /// The model of cameras; equal intrinsics become one camera, but on a rig, where each camera is its own.
-    pub(super) fn of(records: &[Record]) -> Result<Self, FormatError> {
+    pub(super) fn from_records(records: &[CameraRecord]) -> Result<Self, FormatError> {
         let mut model = Self::default();
         let mut owners: Vec<Option<(&str, &str)>> = Vec::new();
         for (i, record) in records.iter().enumerate() {
@@ -157,14 +161,14 @@ impl Model {
             let (name, params) = camera::colmap_from_lens(k, &record.lens).map_err(|error| {
                 FormatError::Encode(format!("camera {:?}: {error}", record.name))
             })?;
-            let mut camera = Camera {
+            let mut camera = ColmapCamera {
                 id: 0,
                 model: name.into(),
-                size: record.need_size("COLMAP")?,
+                size: record.require_size("COLMAP")?,
                 params,
             };
             let owner = record.mount.as_ref().map(|m| (&m.rig[..], &m.name[..]));
-            let same = |(other, its): (&Camera, &Option<_>)| {
+            let same = |(other, its): (&ColmapCamera, &Option<_>)| {
                 *its == owner
                     && (&other.model, other.size, &other.params)
                         == (&camera.model, camera.size, &camera.params)
@@ -180,36 +184,36 @@ impl Model {
             };
             let image = record.image.as_ref().unwrap_or(&record.name);
             if image.is_empty() || image.contains(char::is_whitespace) || image.contains('\0') {
-                return Err(record.cannot(
+                return Err(record.unsupported_error(
                     "COLMAP",
                     &format!("the image name {image:?}: it has spaces or is empty"),
                 ));
             }
-            let (rotation, t) = record.need_pose()?.r_t();
+            let (rotation, t) = record.require_pose()?.r_t();
             let [w, x, y, z] = rotation.quaternion();
-            model.images.push(Image {
+            model.images.push(ColmapImage {
                 id: i as u32 + 1,
                 pose: [w, x, y, z, t.x, t.y, t.z],
                 camera: id,
                 name: image.clone(),
             });
         }
-        model.place(records)?;
+        model.add_rigs_and_frames(records)?;
         Ok(model)
     }
 }
 
 // Rigs and frames of what is written -----------------------------------------------------------------------
 
-fn rigid(pose: &Pose) -> Rigid {
+fn rigid(pose: &Pose) -> RigidPose {
     let (rotation, t) = pose.r_t();
     let [w, x, y, z] = rotation.quaternion();
     [w, x, y, z, t.x, t.y, t.z]
 }
 
-impl Model {
+impl Reconstruction {
     /// Gives every image its frame, and every camera its rig: COLMAP's rigs have the axes of their first camera.
-    fn place(&mut self, records: &[Record]) -> Result<(), FormatError> {
+    fn add_rigs_and_frames(&mut self, records: &[CameraRecord]) -> Result<(), FormatError> {
         let mut rigs: Vec<(&str, Placed<'_>)> = Vec::new();
         let mut frames: Vec<(&str, &str, Frame)> = Vec::new();
         for (image, record) in self.images.iter().zip(records) {
@@ -222,8 +226,8 @@ impl Model {
             let sensors = &mut rigs[rig].1;
             match sensors.iter().find(|(id, ..)| *id == image.camera) {
                 None => sensors.push((image.camera, &mount.camera)),
-                Some((_, pose)) if !near(pose, &mount.camera) => {
-                    return Err(record.cannot(
+                Some((_, pose)) if !poses_equal(pose, &mount.camera) => {
+                    return Err(record.unsupported_error(
                         "COLMAP",
                         &format!(
                             "a rig whose camera {:?} stands here and there on it",
@@ -240,7 +244,7 @@ impl Model {
             let place = frames.iter().position(same).unwrap_or_else(|| {
                 let body = match reference.is_identity() {
                     true => mount.body.clone(),
-                    false => reference.after(&mount.body),
+                    false => reference.compose(&mount.body),
                 };
                 let frame = Frame {
                     id: frames.len() as u32 + 1,
@@ -253,7 +257,7 @@ impl Model {
             });
             let images = &mut frames[place].2.images;
             if images.iter().any(|(camera, _)| *camera == image.camera) {
-                return Err(record.cannot(
+                return Err(record.unsupported_error(
                     "COLMAP",
                     &format!("two pictures of one camera in the frame {:?}", mount.frame),
                 ));
@@ -298,7 +302,7 @@ impl Model {
 type Placed<'a> = Vec<(u32, &'a Pose)>;
 
 /// The same from the first camera, which has none.
-fn from_first(sensors: &Placed<'_>) -> Vec<(u32, Option<Rigid>)> {
+fn from_first(sensors: &Placed<'_>) -> Vec<(u32, Option<RigidPose>)> {
     let Some((reference, rest)) = sensors.split_first() else {
         return vec![];
     };
@@ -306,7 +310,7 @@ fn from_first(sensors: &Placed<'_>) -> Vec<(u32, Option<Rigid>)> {
     let from_rig = |(id, pose): &(u32, &Pose)| {
         let pose = match reference.1.is_identity() {
             true => (*pose).clone(),
-            false => pose.after(&back),
+            false => pose.compose(&back),
         };
         (*id, Some(rigid(&pose)))
     };
@@ -315,7 +319,7 @@ fn from_first(sensors: &Placed<'_>) -> Vec<(u32, Option<Rigid>)> {
 }
 
 /// Whether two poses are the same, but for rounding.
-fn near(a: &Pose, b: &Pose) -> bool {
+fn poses_equal(a: &Pose, b: &Pose) -> bool {
     let ((r, c), (r2, c2)) = (a.r_c(), b.r_c());
     let off = (r - r2)
         .to_cols_array()

@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
-use crate::calibration::colmap::{Camera, Frame, Image, Model, Rig, Rigid, is_rigid};
-use crate::calibration::document::number_format::{joined, number};
-use crate::calibration::{Calibration, Known, Record, Written, text};
+use crate::calibration::colmap::{
+    ColmapCamera, ColmapImage, Frame, Reconstruction, Rig, RigidPose, is_rigid,
+};
+use crate::calibration::document::number_format::{joined, yaml_float};
+use crate::calibration::{Calibration, CameraRecord, OutputFiles, ReadHints, text};
 use crate::error::FormatError;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 
 const NAMES: [&str; 5] = [
     "cameras.txt",
@@ -16,20 +19,20 @@ const NAMES: [&str; 5] = [
     "points3D.txt",
 ];
 
-pub(crate) fn is(path: &Path, text: &str) -> bool {
+pub(crate) fn detect(path: &Path, text: &str) -> bool {
     path.file_name()
         .is_some_and(|name| NAMES.iter().any(|known| name == *known))
         && !text.trim_start().starts_with('{')
 }
 
 /// The words of a line, one after the other.
-struct Words<'a> {
+struct LineTokens<'a> {
     path: &'a Path,
     line: usize,
     words: std::str::SplitWhitespace<'a>,
 }
 
-impl<'a> Words<'a> {
+impl<'a> LineTokens<'a> {
     fn fail(&self, message: impl Into<String>) -> FormatError {
         FormatError::line(self.path, self.line, message)
     }
@@ -46,7 +49,7 @@ impl<'a> Words<'a> {
             .map_err(|_| self.fail(format!("{word:?} is no {what}")))
     }
 
-    fn rigid(&mut self) -> Result<Rigid, FormatError> {
+    fn rigid(&mut self) -> Result<RigidPose, FormatError> {
         let mut rigid = [0.0; 7];
         for value in &mut rigid {
             *value = self.parse("number of a pose")?;
@@ -75,31 +78,31 @@ impl<'a> Words<'a> {
 }
 
 /// The lines that are no comments. Empty ones count in `images.txt`: that image has no points.
-fn lines<'a>(text: &'a str, path: &'a Path) -> impl Iterator<Item = Words<'a>> {
+fn lines<'a>(text: &'a str, path: &'a Path) -> impl Iterator<Item = LineTokens<'a>> {
     let comment = |line: &str| line.trim_start().starts_with('#');
     text.lines()
         .enumerate()
         .filter(move |(_, line)| !comment(line))
-        .map(move |(i, line)| Words {
+        .map(move |(i, line)| LineTokens {
             path,
             line: i + 1,
             words: line.split_whitespace(),
         })
 }
 
-fn filled<'a>(text: &'a str, path: &'a Path) -> impl Iterator<Item = Words<'a>> {
+fn non_empty<'a>(text: &'a str, path: &'a Path) -> impl Iterator<Item = LineTokens<'a>> {
     lines(text, path).filter(|row| row.words.clone().next().is_some())
 }
 
 pub(crate) fn read(
-    source: &Source,
-    folder: &mut Folder,
-    _: &Known,
+    source: &InputFile,
+    assets: &mut AssetRoot,
+    _: &ReadHints,
 ) -> Result<Calibration, FormatError> {
-    let mut model = Model::default();
-    let mut open = |name: &str| folder.follow(&source.path, name);
+    let mut model = Reconstruction::default();
+    let mut open = |name: &str| assets.read_reference(&source.path, name);
     let cameras = open("cameras.txt")?;
-    for mut row in filled(text(&cameras)?, &cameras.path) {
+    for mut row in non_empty(text(&cameras)?, &cameras.path) {
         let (id, name) = (row.parse("CAMERA_ID")?, row.word("MODEL")?.to_owned());
         let size = [row.parse("WIDTH")?, row.parse("HEIGHT")?];
         let mut params = Vec::new();
@@ -109,7 +112,7 @@ pub(crate) fn read(
                     .map_err(|_| row.fail(format!("{word:?} is no number")))?,
             );
         }
-        model.cameras.push(Camera {
+        model.cameras.push(ColmapCamera {
             id,
             model: name,
             size,
@@ -129,7 +132,7 @@ pub(crate) fn read(
             );
             let name = row.word("NAME")?.to_owned();
             row.end()?;
-            model.images.push(Image {
+            model.images.push(ColmapImage {
                 id,
                 pose,
                 camera,
@@ -149,17 +152,17 @@ pub(crate) fn read(
     }
     if let (Some(rigs), Some(frames)) = (optional(open("rigs.txt"))?, optional(open("frames.txt"))?)
     {
-        for row in filled(text(&rigs)?, &rigs.path) {
+        for row in non_empty(text(&rigs)?, &rigs.path) {
             model.rigs.push(rig(row)?);
         }
-        for row in filled(text(&frames)?, &frames.path) {
+        for row in non_empty(text(&frames)?, &frames.path) {
             model.frames.push(frame(row)?);
         }
     }
     model.calibration(&source.path)
 }
 
-fn optional(file: Result<Source, FormatError>) -> Result<Option<Source>, FormatError> {
+fn optional(file: Result<InputFile, FormatError>) -> Result<Option<InputFile>, FormatError> {
     match file {
         Ok(file) => Ok(Some(file)),
         Err(FormatError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
@@ -169,7 +172,7 @@ fn optional(file: Result<Source, FormatError>) -> Result<Option<Source>, FormatE
     }
 }
 
-fn rig(mut row: Words<'_>) -> Result<Rig, FormatError> {
+fn rig(mut row: LineTokens<'_>) -> Result<Rig, FormatError> {
     let (id, count): (u32, u32) = (row.parse("RIG_ID")?, row.parse("NUM_SENSORS")?);
     let mut cameras = Vec::new();
     for i in 0..count {
@@ -190,7 +193,7 @@ fn rig(mut row: Words<'_>) -> Result<Rig, FormatError> {
     Ok(Rig { id, cameras })
 }
 
-fn frame(mut row: Words<'_>) -> Result<Frame, FormatError> {
+fn frame(mut row: LineTokens<'_>) -> Result<Frame, FormatError> {
     let (id, rig, pose, count): (_, _, _, u32) = (
         row.parse("FRAME_ID")?,
         row.parse("RIG_ID")?,
@@ -214,10 +217,10 @@ fn frame(mut row: Words<'_>) -> Result<Frame, FormatError> {
     })
 }
 
-pub(crate) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError> {
-    let model = Model::of(records)?;
+pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles, FormatError> {
+    let model = Reconstruction::from_records(records)?;
     let mut cameras = String::from("# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n");
-    for Camera {
+    for ColmapCamera {
         id,
         model,
         size: [width, height],
@@ -238,7 +241,7 @@ pub(crate) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
         for (camera, pose) in &rig.cameras {
             rigs += &match pose {
                 None => format!(" CAMERA {camera}"),
-                Some(pose) => format!(" CAMERA {camera} 1 {}", pose.map(number).join(" ")),
+                Some(pose) => format!(" CAMERA {camera} 1 {}", pose.map(yaml_float).join(" ")),
             };
         }
         rigs.push('\n');
@@ -247,18 +250,18 @@ pub(crate) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
         "# FRAME_ID, RIG_ID, RIG_FROM_WORLD[QW, QX, QY, QZ, TX, TY, TZ], NUM_DATA_IDS, DATA_IDS[] as (SENSOR_TYPE, \
          SENSOR_ID, DATA_ID)\n",
     );
-    for Image {
+    for ColmapImage {
         id,
         pose,
         camera,
         name,
     } in &model.images
     {
-        let pose = pose.map(number).join(" ");
+        let pose = pose.map(yaml_float).join(" ");
         images += &format!("{id} {pose} {camera} {name}\n\n");
     }
     for frame in &model.frames {
-        let pose = frame.pose.map(number).join(" ");
+        let pose = frame.pose.map(yaml_float).join(" ");
         frames += &format!("{} {} {pose} {}", frame.id, frame.rig, frame.images.len());
         for (camera, image) in &frame.images {
             frames += &format!(" CAMERA {camera} {image}");
@@ -272,7 +275,7 @@ pub(crate) fn write(records: &[Record], _: &Path) -> Result<Written, FormatError
         .iter()
         .zip(texts)
         .map(|(name, text)| ((*name).to_owned(), text.into_bytes()));
-    Ok(Written {
+    Ok(OutputFiles {
         files: files.collect(),
         notices: vec![],
     })

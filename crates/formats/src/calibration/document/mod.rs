@@ -12,32 +12,32 @@ use raycam_scene::{Lens, LensModel, suggestion};
 use crate::error::FormatError;
 
 /// How deep a tree may be.
-pub(crate) const DEEPEST: usize = 32;
+pub(crate) const MAX_DEPTH: usize = 32;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Value {
     /// A word, a number, or nothing.
-    Word(String),
-    List(Vec<Node>),
-    Map(Vec<(String, Node)>),
+    Scalar(String),
+    List(Vec<DocumentNode>),
+    Map(Vec<(String, DocumentNode)>),
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Node {
+pub(crate) struct DocumentNode {
     pub(crate) value: Value,
     pub(crate) line: usize,
 }
 
 /// A node, and where it is.
 #[derive(Clone, Debug)]
-pub(crate) struct At<'a> {
-    pub(crate) node: &'a Node,
+pub(crate) struct Cursor<'a> {
+    pub(crate) node: &'a DocumentNode,
     path: &'a Path,
     pub(crate) key: String,
 }
 
-impl<'a> At<'a> {
-    pub(crate) fn root(node: &'a Node, path: &'a Path) -> Self {
+impl<'a> Cursor<'a> {
+    pub(crate) fn root(node: &'a DocumentNode, path: &'a Path) -> Self {
         Self {
             node,
             path,
@@ -55,7 +55,7 @@ impl<'a> At<'a> {
         FormatError::line(self.path, self.node.line, format!("{key}: {message}"))
     }
 
-    fn child(&self, key: &str, node: &'a Node) -> Self {
+    fn child(&self, key: &str, node: &'a DocumentNode) -> Self {
         let joint = if self.key.is_empty() { "" } else { "." };
         Self {
             node,
@@ -65,7 +65,7 @@ impl<'a> At<'a> {
     }
 
     /// The entries of a map.
-    pub(crate) fn entries(&self) -> Result<Vec<(&'a str, At<'a>)>, FormatError> {
+    pub(crate) fn entries(&self) -> Result<Vec<(&'a str, Cursor<'a>)>, FormatError> {
         match &self.node.value {
             Value::Map(entries) => Ok(entries
                 .iter()
@@ -80,36 +80,35 @@ impl<'a> At<'a> {
     }
 
     /// The value of a key, if it is there and not null.
-    pub(crate) fn get(&self, key: &str) -> Option<At<'a>> {
+    pub(crate) fn get(&self, key: &str) -> Option<Cursor<'a>> {
         let Value::Map(entries) = &self.node.value else {
             return None;
         };
         let (_, node) = entries.iter().find(|(name, _)| name == key)?;
-        let null =
-            matches!(&node.value, Value::Word(word) if matches!(word.as_str(), "" | "null" | "~"));
+        let null = matches!(&node.value, Value::Scalar(word) if matches!(word.as_str(), "" | "null" | "~"));
         (!null).then(|| self.child(key, node))
     }
 
     /// The value of the first of some keys that mean the same.
-    pub(crate) fn any(&self, keys: &[&str]) -> Option<At<'a>> {
+    pub(crate) fn any(&self, keys: &[&str]) -> Option<Cursor<'a>> {
         keys.iter().find_map(|key| self.get(key))
     }
 
     /// The value of a key that has to be there.
-    pub(crate) fn need(&self, key: &str) -> Result<At<'a>, FormatError> {
+    pub(crate) fn require(&self, key: &str) -> Result<Cursor<'a>, FormatError> {
         self.get(key)
             .ok_or_else(|| self.fail(format_args!("{key} is missing")))
     }
 
     pub(crate) fn word(&self) -> Result<&'a str, FormatError> {
         match &self.node.value {
-            Value::Word(word) => Ok(word),
+            Value::Scalar(word) => Ok(word),
             _ => Err(self.fail("expected a word")),
         }
     }
 
     pub(crate) fn number(&self) -> Result<f64, FormatError> {
-        let Value::Word(word) = &self.node.value else {
+        let Value::Scalar(word) = &self.node.value else {
             return Err(self.fail("expected a number"));
         };
         match word.parse::<f64>() {
@@ -128,7 +127,7 @@ impl<'a> At<'a> {
     }
 
     /// The elements of a list.
-    pub(crate) fn list(&self) -> Result<Vec<At<'a>>, FormatError> {
+    pub(crate) fn list(&self) -> Result<Vec<Cursor<'a>>, FormatError> {
         let Value::List(items) = &self.node.value else {
             return Err(self.fail("expected a list"));
         };
@@ -143,7 +142,7 @@ impl<'a> At<'a> {
     /// Numbers in a list, in a list of lists, or in the `data` of a matrix whose `rows` and `cols` agree with them.
     pub(crate) fn numbers(&self) -> Result<Vec<f64>, FormatError> {
         if self.is_map() {
-            let numbers = self.need("data")?.numbers()?;
+            let numbers = self.require("data")?.numbers()?;
             // OpenCV 5's opencv-nd-matrix.
             if let Some(sizes) = self.get("sizes") {
                 // In XML, one size alone is no list.
@@ -156,7 +155,10 @@ impl<'a> At<'a> {
                 }
                 return Ok(numbers);
             }
-            let (rows, cols) = (self.need("rows")?.count()?, self.need("cols")?.count()?);
+            let (rows, cols) = (
+                self.require("rows")?.count()?,
+                self.require("cols")?.count()?,
+            );
             if u64::from(rows) * u64::from(cols) != numbers.len() as u64 {
                 return Err(self.fail(format_args!(
                     "{rows} rows of {cols} columns, but data has {} numbers",
@@ -212,7 +214,7 @@ impl<'a> At<'a> {
     }
 
     /// A word for every key that is not among those named.
-    pub(crate) fn unread(&self, known: &[&str]) -> Vec<String> {
+    pub(crate) fn unknown_keys(&self, known: &[&str]) -> Vec<String> {
         let Value::Map(entries) = &self.node.value else {
             return vec![];
         };

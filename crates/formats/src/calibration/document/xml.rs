@@ -5,11 +5,11 @@ use std::path::Path;
 
 use roxmltree::{Document, ParsingOptions};
 
-use crate::calibration::document::{DEEPEST, Node, Value};
+use crate::calibration::document::{DocumentNode, MAX_DEPTH, Value};
 use crate::error::FormatError;
 
 /// The tree below `opencv_storage`.
-pub(crate) fn parse(text: &str, path: &Path) -> Result<Node, FormatError> {
+pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode, FormatError> {
     let options = ParsingOptions {
         allow_dtd: false,
         nodes_limit: 1 << 22,
@@ -33,9 +33,9 @@ fn node(
     lines: &[usize],
     path: &Path,
     depth: usize,
-) -> Result<Node, FormatError> {
+) -> Result<DocumentNode, FormatError> {
     let line = 1 + lines.partition_point(|&at| at < element.range().start);
-    if depth >= DEEPEST {
+    if depth >= MAX_DEPTH {
         return Err(FormatError::line(
             path,
             line,
@@ -46,7 +46,7 @@ fn node(
         .children()
         .filter(roxmltree::Node::is_element)
         .collect();
-    let word = |word: &str| Value::Word(word.to_owned());
+    let word = |word: &str| Value::Scalar(word.to_owned());
     let value = if children.is_empty() {
         let text: String = element
             .children()
@@ -59,7 +59,7 @@ fn node(
         {
             word(quoted)
         } else if text.split_whitespace().nth(1).is_some() || element.tag_name().name() == "data" {
-            let item = |text| Node {
+            let item = |text| DocumentNode {
                 value: word(text),
                 line,
             };
@@ -74,7 +74,7 @@ fn node(
             .collect();
         Value::List(items?)
     } else {
-        let mut entries: Vec<(String, Node)> = Vec::new();
+        let mut entries: Vec<(String, DocumentNode)> = Vec::new();
         let mut known = HashSet::new();
         for child in children {
             let name = child.tag_name().name();
@@ -90,5 +90,5 @@ fn node(
         }
         Value::Map(entries)
     };
-    Ok(Node { value, line })
+    Ok(DocumentNode { value, line })
 }

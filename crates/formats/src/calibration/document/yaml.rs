@@ -6,33 +6,33 @@ use std::path::Path;
 
 use saphyr_parser::{Event, Parser};
 
-use crate::calibration::document::{DEEPEST, Node, Value};
+use crate::calibration::document::{DocumentNode, MAX_DEPTH, Value};
 use crate::error::FormatError;
 
 /// What is being filled.
 enum Open {
-    List(Vec<Node>),
-    Map(Vec<(String, Node)>, Option<String>, HashSet<String>),
+    List(Vec<DocumentNode>),
+    Map(Vec<(String, DocumentNode)>, Option<String>, HashSet<String>),
 }
 
 /// The tree of a text. OpenCV's `%YAML:1.0`, which is no YAML, is read over.
-pub(crate) fn parse(text: &str, path: &Path) -> Result<Node, FormatError> {
+pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode, FormatError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let body = text.strip_prefix("%YAML:1.0").unwrap_or(text);
     let mut open: Vec<(Open, usize)> = Vec::new();
-    let mut root: Option<Node> = None;
+    let mut root: Option<DocumentNode> = None;
     for event in Parser::new_from_str(body) {
         let (event, span) =
             event.map_err(|error| FormatError::line(path, error.marker().line(), error.info()))?;
         let line = span.start.line();
         let fail = |message: &str| Err(FormatError::line(path, line, message));
         let done = match event {
-            Event::Scalar(word, _, 0, _) => Node {
-                value: Value::Word(word.into_owned()),
+            Event::Scalar(word, _, 0, _) => DocumentNode {
+                value: Value::Scalar(word.into_owned()),
                 line,
             },
             Event::SequenceStart(0, _) | Event::MappingStart(0, _) => {
-                if open.len() >= DEEPEST {
+                if open.len() >= MAX_DEPTH {
                     return fail("nested too deeply for a calibration");
                 }
                 let new = match event {
@@ -43,11 +43,11 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<Node, FormatError> {
                 continue;
             }
             Event::SequenceEnd | Event::MappingEnd => match open.pop() {
-                Some((Open::List(items), line)) => Node {
+                Some((Open::List(items), line)) => DocumentNode {
                     value: Value::List(items),
                     line,
                 },
-                Some((Open::Map(entries, None, _), line)) => Node {
+                Some((Open::Map(entries, None, _), line)) => DocumentNode {
                     value: Value::Map(entries),
                     line,
                 },
@@ -75,8 +75,8 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<Node, FormatError> {
                 (Some(key), value) => entries.push((key, value)),
                 (
                     None,
-                    Node {
-                        value: Value::Word(word),
+                    DocumentNode {
+                        value: Value::Scalar(word),
                         line,
                     },
                 ) => {

@@ -7,11 +7,12 @@ use std::path::Path;
 use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
-use crate::calibration::document::At;
+use crate::calibration::document::Cursor;
 use crate::calibration::document::{xml, yaml};
-use crate::calibration::{Calibration, Known, Pose, Record, Rotation, stem, text};
+use crate::calibration::{Calibration, CameraRecord, Pose, ReadHints, Rotation, stem, text};
 use crate::error::FormatError;
-use crate::io::asset_root::{Folder, Source};
+use crate::io::asset_root::AssetRoot;
+use crate::io::input_file::InputFile;
 
 const K: [&str; 7] = [
     "camera_matrix",
@@ -77,7 +78,7 @@ const OTHER: [&str; 41] = [
     "grid_points",
 ];
 
-pub(crate) fn is(_: &Path, text: &str) -> bool {
+pub(crate) fn detect(_: &Path, text: &str) -> bool {
     let has = |word: &str| text.contains(word);
     has("%YAML:1.0")
         || has("opencv-matrix")
@@ -85,13 +86,17 @@ pub(crate) fn is(_: &Path, text: &str) -> bool {
         || (has("T_BS") && has("intrinsics"))
 }
 
-pub(crate) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibration, FormatError> {
+pub(crate) fn read(
+    source: &InputFile,
+    _: &mut AssetRoot,
+    _: &ReadHints,
+) -> Result<Calibration, FormatError> {
     let text = text(source)?;
     let node = match text.trim_start().starts_with('<') {
         true => xml::parse(text, &source.path)?,
         false => yaml::parse(text, &source.path)?,
     };
-    let root = At::root(&node, &source.path);
+    let root = Cursor::root(&node, &source.path);
     let mut calibration = Calibration::default();
     if root.any(&K).is_some() || root.get("intrinsics").is_some() {
         camera(&root, stem(&source.path), &mut calibration)?;
@@ -119,7 +124,7 @@ pub(crate) fn read(source: &Source, _: &mut Folder, _: &Known) -> Result<Calibra
 }
 
 /// `M1`, `D1`, `M2`, `D2`, and `R`, `T` that bring points from the first camera to the second.
-fn stereo(root: &At<'_>) -> Result<Calibration, FormatError> {
+fn stereo(root: &Cursor<'_>) -> Result<Calibration, FormatError> {
     let mut calibration = Calibration::default();
     let sizes = [
         "image_width",
@@ -132,12 +137,12 @@ fn stereo(root: &At<'_>) -> Result<Calibration, FormatError> {
         "M2",
         "D2",
     ];
-    calibration.notices = root.unread(&sizes);
+    calibration.notices = root.unknown_keys(&sizes);
     for i in ["1", "2"] {
-        let mut record = Record::new(format!("camera{i}"), PixelCenter::Integer);
-        record.k = Some(root.need(&format!("M{i}"))?.matrix3()?);
+        let mut record = CameraRecord::new(format!("camera{i}"), PixelCenter::Integer);
+        record.k = Some(root.require(&format!("M{i}"))?.matrix3()?);
         record.size = size(root)?;
-        let d = root.need(&format!("D{i}"))?;
+        let d = root.require(&format!("D{i}"))?;
         record.lens = d.lens("opencv", &d.numbers()?)?;
         if let (true, Some(r), Some(t)) = (i == "2", root.get("R"), root.get("T")) {
             let t = DVec3::from_array(t.array::<3>()?);
@@ -151,7 +156,7 @@ fn stereo(root: &At<'_>) -> Result<Calibration, FormatError> {
     Ok(calibration)
 }
 
-fn size(at: &At<'_>) -> Result<Option<[u32; 2]>, FormatError> {
+fn size(at: &Cursor<'_>) -> Result<Option<[u32; 2]>, FormatError> {
     if let Some(size) = at.any(&["image_size", "resolution"]) {
         let [width, height] = size.array::<2>()?;
         let whole = |v: f64| v.fract() == 0.0 && (1.0..65537.0).contains(&v);
@@ -169,20 +174,20 @@ fn size(at: &At<'_>) -> Result<Option<[u32; 2]>, FormatError> {
 }
 
 /// The camera of a map; several where it has several poses of the board.
-fn camera(at: &At<'_>, name: String, calibration: &mut Calibration) -> Result<(), FormatError> {
+fn camera(at: &Cursor<'_>, name: String, calibration: &mut Calibration) -> Result<(), FormatError> {
     calibration
         .notices
-        .extend(at.unread(&[&K[..], &D, &OTHER].concat()));
+        .extend(at.unknown_keys(&[&K[..], &D, &OTHER].concat()));
     let name = at
         .get("name")
         .map_or(Ok(name), |at| at.word().map(str::to_owned))?;
-    let mut record = Record::new(name, PixelCenter::Integer);
+    let mut record = CameraRecord::new(name, PixelCenter::Integer);
     record.size = size(at)?;
     record.time = at.get("time").map(|at| at.number()).transpose()?;
     record.k = Some(match at.any(&K) {
         Some(k) => k.matrix3()?,
         None => {
-            let [fx, fy, cx, cy] = at.need("intrinsics")?.array::<4>()?;
+            let [fx, fy, cx, cy] = at.require("intrinsics")?.array::<4>()?;
             DMat3::from_cols(
                 DVec3::new(fx, 0.0, 0.0),
                 DVec3::new(0.0, fy, 0.0),
@@ -238,9 +243,9 @@ fn from_vector(v: [f64; 3]) -> DMat3 {
     DMat3::from_quat(DQuat::from_scaled_axis(DVec3::from_array(v)))
 }
 
-fn lens(at: &At<'_>) -> Result<Lens, FormatError> {
+fn lens(at: &Cursor<'_>) -> Result<Lens, FormatError> {
     let coefficients = at.any(&D);
-    let d = coefficients.as_ref().map_or(Ok(vec![]), At::numbers)?;
+    let d = coefficients.as_ref().map_or(Ok(vec![]), Cursor::numbers)?;
     let fisheye = at.get("fisheye_model").map_or(Ok("0"), |at| at.word())?;
     let shown = coefficients.as_ref().unwrap_or(at);
     match (at.get("distortion_model"), fisheye) {

@@ -6,18 +6,18 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 use raycam_scene::{LensModel, PixelCenter};
 
-use crate::calibration::document::number_format::{joined, number, quoted, rows3};
-use crate::calibration::{Record, Written};
+use crate::calibration::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
+use crate::calibration::{CameraRecord, OutputFiles};
 use crate::error::FormatError;
 
-enum Item {
+enum StorageNode {
     Word(String),
     Text(String),
     Matrix(usize, usize, Vec<f64>),
-    Map(Vec<(String, Item)>),
+    Map(Vec<(String, StorageNode)>),
 }
 
-pub(crate) fn write(records: &[Record], path: &Path) -> Result<Written, FormatError> {
+pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles, FormatError> {
     let items: Result<Vec<_>, _> = records.iter().map(camera).collect();
     let mut items = items?;
     let mut root = Vec::new();
@@ -35,14 +35,14 @@ pub(crate) fn write(records: &[Record], path: &Path) -> Result<Written, FormatEr
             } else {
                 format!("camera{i}")
             };
-            root.push((key, Item::Map(item)));
+            root.push((key, StorageNode::Map(item)));
         }
     }
     let extension = path
         .extension()
         .map(|extension| extension.to_string_lossy().to_lowercase());
-    Ok(Written::one(match extension.as_deref() {
-        Some("json") => format!("{}\n", json(&Item::Map(root), 0)),
+    Ok(OutputFiles::one(match extension.as_deref() {
+        Some("json") => format!("{}\n", json(&StorageNode::Map(root), 0)),
         Some("xml") => format!(
             "<?xml version=\"1.0\"?>\n<opencv_storage>\n{}</opencv_storage>\n",
             xml(&root)
@@ -51,60 +51,60 @@ pub(crate) fn write(records: &[Record], path: &Path) -> Result<Written, FormatEr
     }))
 }
 
-fn camera(record: &Record) -> Result<Vec<(String, Item)>, FormatError> {
+fn camera(record: &CameraRecord) -> Result<Vec<(String, StorageNode)>, FormatError> {
     let format = "OpenCV's FileStorage";
     let k = record.k_with(PixelCenter::Integer, format)?;
-    let mut items = vec![("name".to_owned(), Item::Text(record.name.clone()))];
+    let mut items = vec![("name".to_owned(), StorageNode::Text(record.name.clone()))];
     if let Some([width, height]) = record.size {
-        items.push(("image_width".into(), Item::Word(width.to_string())));
-        items.push(("image_height".into(), Item::Word(height.to_string())));
+        items.push(("image_width".into(), StorageNode::Word(width.to_string())));
+        items.push(("image_height".into(), StorageNode::Word(height.to_string())));
     }
     items.push((
         "camera_matrix".into(),
-        Item::Matrix(3, 3, rows3(k).to_vec()),
+        StorageNode::Matrix(3, 3, matrix_rows3(k).to_vec()),
     ));
     let (d, name) = match record.lens.coefficients() {
         None => (vec![0.0; 5], None),
         Some((LensModel::OpenCv, d)) => (d.to_vec(), None),
         Some((LensModel::Fisheye, d)) => {
-            items.push(("fisheye_model".into(), Item::Word("1".into())));
+            items.push(("fisheye_model".into(), StorageNode::Word("1".into())));
             (d.to_vec(), None)
         }
         Some((model, d)) => (d.to_vec(), Some(model.name())),
     };
     if let Some(name) = name {
-        return Err(record.cannot(
+        return Err(record.unsupported_error(
             format,
             &format!("the {name} lens, distortion {d:?}: OpenCV has no such model"),
         ));
     }
     items.push((
         "distortion_coefficients".into(),
-        Item::Matrix(d.len(), 1, d),
+        StorageNode::Matrix(d.len(), 1, d),
     ));
     if let Some(time) = record.time {
-        items.push(("time".into(), Item::Word(number(time))));
+        items.push(("time".into(), StorageNode::Word(yaml_float(time))));
     }
-    let pose = record.need_pose()?;
+    let pose = record.require_pose()?;
     if pose.r_c() != (DMat3::IDENTITY, DVec3::ZERO) {
         let (rotation, t) = pose.r_t();
         items.push((
             "R".into(),
-            Item::Matrix(3, 3, rows3(rotation.matrix()).to_vec()),
+            StorageNode::Matrix(3, 3, matrix_rows3(rotation.matrix()).to_vec()),
         ));
-        items.push(("T".into(), Item::Matrix(3, 1, t.to_array().to_vec())));
+        items.push(("T".into(), StorageNode::Matrix(3, 1, t.to_array().to_vec())));
     }
     Ok(items)
 }
 
-fn yaml(items: &[(String, Item)], depth: usize) -> String {
+fn yaml(items: &[(String, StorageNode)], depth: usize) -> String {
     let indent = "   ".repeat(depth);
     let mut text = String::new();
     for (key, item) in items {
         let _ = match item {
-            Item::Word(word) => writeln!(text, "{indent}{key}: {word}"),
-            Item::Text(word) => writeln!(text, "{indent}{key}: {}", quoted(word)),
-            Item::Matrix(rows, cols, values) => {
+            StorageNode::Word(word) => writeln!(text, "{indent}{key}: {word}"),
+            StorageNode::Text(word) => writeln!(text, "{indent}{key}: {}", quoted(word)),
+            StorageNode::Matrix(rows, cols, values) => {
                 let (inner, data) = (format!("{indent}   "), joined(values, ", "));
                 writeln!(
                     text,
@@ -112,7 +112,7 @@ fn yaml(items: &[(String, Item)], depth: usize) -> String {
                      {inner}data: [ {data} ]"
                 )
             }
-            Item::Map(items) => writeln!(
+            StorageNode::Map(items) => writeln!(
                 text,
                 "{indent}{key}:\n{}",
                 yaml(items, depth + 1).trim_end()
@@ -122,19 +122,19 @@ fn yaml(items: &[(String, Item)], depth: usize) -> String {
     text
 }
 
-fn json(item: &Item, depth: usize) -> String {
+fn json(item: &StorageNode, depth: usize) -> String {
     let indent = "    ".repeat(depth + 1);
     match item {
-        Item::Word(word) => word.clone(),
-        Item::Text(word) => quoted(word),
-        Item::Matrix(rows, cols, values) => format!(
+        StorageNode::Word(word) => word.clone(),
+        StorageNode::Text(word) => quoted(word),
+        StorageNode::Matrix(rows, cols, values) => format!(
             "{{\n{indent}\"type_id\": \"opencv-matrix\",\n{indent}\"rows\": {rows},\n{indent}\"cols\": {cols},\n\
              {indent}\"dt\": \"d\",\n{indent}\"data\": [ {} ]\n{}}}",
             joined(values, ", "),
             "    ".repeat(depth)
         ),
-        Item::Map(items) => {
-            let entry = |(key, item): &(String, Item)| {
+        StorageNode::Map(items) => {
+            let entry = |(key, item): &(String, StorageNode)| {
                 format!("{indent}\"{key}\": {}", json(item, depth + 1))
             };
             let entries: Vec<String> = items.iter().map(entry).collect();
@@ -143,7 +143,7 @@ fn json(item: &Item, depth: usize) -> String {
     }
 }
 
-fn xml(items: &[(String, Item)]) -> String {
+fn xml(items: &[(String, StorageNode)]) -> String {
     let mut text = String::new();
     let escaped = |word: &str| {
         word.replace('&', "&amp;")
@@ -152,15 +152,15 @@ fn xml(items: &[(String, Item)]) -> String {
     };
     for (key, item) in items {
         let _ = match item {
-            Item::Word(word) => writeln!(text, "<{key}>{word}</{key}>"),
-            Item::Text(word) => writeln!(text, "<{key}>\"{}\"</{key}>", escaped(word)),
-            Item::Matrix(rows, cols, values) => writeln!(
+            StorageNode::Word(word) => writeln!(text, "<{key}>{word}</{key}>"),
+            StorageNode::Text(word) => writeln!(text, "<{key}>\"{}\"</{key}>", escaped(word)),
+            StorageNode::Matrix(rows, cols, values) => writeln!(
                 text,
                 "<{key} type_id=\"opencv-matrix\">\n<rows>{rows}</rows>\n<cols>{cols}</cols>\n<dt>d</dt>\n<data>{}\
                  </data></{key}>",
                 joined(values, " ")
             ),
-            Item::Map(items) => writeln!(text, "<{key}>\n{}</{key}>", xml(items)),
+            StorageNode::Map(items) => writeln!(text, "<{key}>\n{}</{key}>", xml(items)),
         };
     }
     text

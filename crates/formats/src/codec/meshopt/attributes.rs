@@ -1,19 +1,19 @@
 //! Mode 0: elements as differences from the element before, byte by byte.
 
-use super::Stream;
+use crate::codec::meshopt::stream::Stream;
 
 /// Elements that share their differences' bit widths.
-const GROUP: usize = 16;
-const BLOCK: usize = 256;
+const GROUP_ELEMENTS: usize = 16;
+const MAX_BLOCK_ELEMENTS: usize = 256;
 
 /// The most elements of one block.
-pub(super) fn block(stride: usize) -> usize {
-    ((8192 / stride) & !(GROUP - 1)).min(BLOCK)
+pub(super) fn block_elements(stride: usize) -> usize {
+    ((8192 / stride) & !(GROUP_ELEMENTS - 1)).min(MAX_BLOCK_ELEMENTS)
 }
 
 /// What the differences of a channel of four bytes are.
 #[derive(Clone, Copy)]
-enum Channel {
+enum ChannelMode {
     /// Of single bytes.
     Bytes,
     /// Of two 16-bit integers.
@@ -22,7 +22,7 @@ enum Channel {
     Xor(u32),
 }
 
-impl Channel {
+impl ChannelMode {
     fn new(mode: u8) -> Result<Self, String> {
         match (mode & 15, mode >> 4) {
             (0, 0) => Ok(Self::Bytes),
@@ -42,26 +42,29 @@ pub(super) fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8
     let (header, mut stream, tail) = Stream::open(bytes, tail_size)?;
     let channels = stride / 4;
     let (baseline, modes) = match header {
-        0xa0 => (&tail[tail.len() - stride..], vec![Channel::Bytes; channels]),
+        0xa0 => (
+            &tail[tail.len() - stride..],
+            vec![ChannelMode::Bytes; channels],
+        ),
         0xa1 => {
             let (baseline, modes) = tail[tail.len() - stride - channels..].split_at(stride);
-            let modes: Result<_, _> = modes.iter().map(|&mode| Channel::new(mode)).collect();
+            let modes: Result<_, _> = modes.iter().map(|&mode| ChannelMode::new(mode)).collect();
             (baseline, modes?)
         }
         other => return Err(format!("header {other:#04x}, expected 0xa0 or 0xa1")),
     };
     let mut last = baseline.to_vec();
     let mut out = Vec::new();
-    let mut deltas = [[0; BLOCK]; 4];
+    let mut deltas = [[0; MAX_BLOCK_ELEMENTS]; 4];
     let mut left = count;
     while left > 0 {
-        let elements = left.min(block(stride));
+        let elements = left.min(block_elements(stride));
         let start = out.len();
         out.resize(start + elements * stride, 0);
         let target = &mut out[start..];
         let controls: &[u8] = match header {
             0xa0 => &[],
-            _ => stream.take(channels)?,
+            _ => stream.read_bytes(channels)?,
         };
         for (channel, &mode) in modes.iter().enumerate() {
             for (byte, deltas) in deltas.iter_mut().enumerate() {
@@ -83,7 +86,7 @@ fn read_deltas(
     stream: &mut Stream<'_>,
     control: Option<u8>,
     elements: usize,
-    deltas: &mut [u8; BLOCK],
+    deltas: &mut [u8; MAX_BLOCK_ELEMENTS],
 ) -> Result<(), String> {
     let widths = match control {
         None => [0, 2, 4, 8],
@@ -94,20 +97,20 @@ fn read_deltas(
             return Ok(());
         }
         Some(_) => {
-            deltas[..elements].copy_from_slice(stream.take(elements)?);
+            deltas[..elements].copy_from_slice(stream.read_bytes(elements)?);
             return Ok(());
         }
     };
-    let groups = elements.div_ceil(GROUP);
-    let headers = stream.take(groups.div_ceil(4))?;
-    for (group, deltas) in deltas.as_chunks_mut::<GROUP>().0[..groups]
+    let groups = elements.div_ceil(GROUP_ELEMENTS);
+    let headers = stream.read_bytes(groups.div_ceil(4))?;
+    for (group, deltas) in deltas.as_chunks_mut::<GROUP_ELEMENTS>().0[..groups]
         .iter_mut()
         .enumerate()
     {
         let width = widths[usize::from(headers[group / 4] >> (2 * (group % 4)) & 3)];
         match width {
             0 => deltas.fill(0),
-            8 => deltas.copy_from_slice(stream.take(GROUP)?),
+            8 => deltas.copy_from_slice(stream.read_bytes(GROUP_ELEMENTS)?),
             _ => read_packed(stream, width, deltas)?,
         }
     }
@@ -118,9 +121,9 @@ fn read_deltas(
 fn read_packed(
     stream: &mut Stream<'_>,
     width: usize,
-    deltas: &mut [u8; GROUP],
+    deltas: &mut [u8; GROUP_ELEMENTS],
 ) -> Result<(), String> {
-    let packed = stream.take(2 * width)?;
+    let packed = stream.read_bytes(2 * width)?;
     let per_byte = 8 / width;
     let sentinel = (1 << width) - 1;
     for (i, delta) in deltas.iter_mut().enumerate() {
@@ -139,8 +142,8 @@ fn read_packed(
 
 /// Turns the differences of four bytes into the elements whose first such byte is `target[0]`.
 fn add_deltas(
-    mode: Channel,
-    deltas: &[[u8; BLOCK]; 4],
+    mode: ChannelMode,
+    deltas: &[[u8; MAX_BLOCK_ELEMENTS]; 4],
     target: &mut [u8],
     stride: usize,
     last: &mut [u8],
@@ -149,11 +152,11 @@ fn add_deltas(
     for (i, element) in target.chunks_mut(stride).enumerate() {
         let delta = [deltas[0][i], deltas[1][i], deltas[2][i], deltas[3][i]];
         before = match mode {
-            Channel::Bytes => [0, 1, 2, 3].map(|b: usize| {
+            ChannelMode::Bytes => [0, 1, 2, 3].map(|b: usize| {
                 let delta = delta[b] >> 1 ^ (delta[b] & 1).wrapping_neg();
                 before[b].wrapping_add(delta)
             }),
-            Channel::Words => {
+            ChannelMode::Words => {
                 let word = |low: usize| {
                     let delta = u16::from_le_bytes([delta[low], delta[low + 1]]);
                     let delta = delta >> 1 ^ (delta & 1).wrapping_neg();
@@ -164,7 +167,7 @@ fn add_deltas(
                 let ([a, b], [c, d]) = (word(0), word(2));
                 [a, b, c, d]
             }
-            Channel::Xor(rotation) => {
+            ChannelMode::Xor(rotation) => {
                 let delta = u32::from_le_bytes(delta).rotate_right(rotation);
                 (u32::from_le_bytes(before) ^ delta).to_le_bytes()
             }

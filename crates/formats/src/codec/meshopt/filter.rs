@@ -2,7 +2,20 @@
 
 use std::f32::consts::FRAC_1_SQRT_2;
 
-use super::Filter;
+/// Transform of decoded attributes: glTF's `filter`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filter {
+    /// `NONE`: nothing.
+    None,
+    /// `OCTAHEDRAL`: unit vectors of four int8 or int16.
+    Octahedral,
+    /// `QUATERNION`: rotations of four int16.
+    Quaternion,
+    /// `EXPONENTIAL`: float32.
+    Exponential,
+    /// `COLOR`: colours of four uint8 or uint16; only in `KHR_meshopt_compression`.
+    Color,
+}
 
 /// Turns the elements into what they stand for, in place; the shape has been checked.
 pub(super) fn apply(filter: Filter, bytes: &mut [u8], stride: usize) -> Result<(), String> {

@@ -1,14 +1,14 @@
 //! Modes 1 and 2: indices as what the triangles or indices before let expect.
 
-use super::Stream;
+use crate::codec::meshopt::stream::Stream;
 
 /// The last sixteen of something, the newest first.
-struct Fifo<T> {
+struct RecentRing<T> {
     entries: [Option<T>; 16],
     next: usize,
 }
 
-impl<T: Copy> Fifo<T> {
+impl<T: Copy> RecentRing<T> {
     fn new() -> Self {
         Self {
             entries: [None; 16],
@@ -35,12 +35,12 @@ struct Triangles<'a> {
     next: u32,
     /// The last vertex that was written as a difference.
     last: u32,
-    edges: Fifo<[u32; 2]>,
-    vertices: Fifo<u32>,
+    edges: RecentRing<[u32; 2]>,
+    vertices: RecentRing<u32>,
 }
 
 /// How a free vertex is coded: 0 is the next new one, 15 a difference, others an age.
-const FRESH: u8 = 0;
+const NEXT_VERTEX: u8 = 0;
 const EXPLICIT: u8 = 15;
 
 /// The indices of `count` triangles, of `stride` bytes each.
@@ -52,13 +52,13 @@ pub(super) fn triangles(bytes: &[u8], count: usize, stride: usize) -> Result<Vec
     if table[14..] != [0; 2] || table.iter().any(|b| b >> 4 == 15 || b & 15 == 15) {
         return Err("an impossible table of codes in its tail".into());
     }
-    let codes = stream.take(count)?;
+    let codes = stream.read_bytes(count)?;
     let mut state = Triangles {
         data: stream,
         next: 0,
         last: 0,
-        edges: Fifo::new(),
-        vertices: Fifo::new(),
+        edges: RecentRing::new(),
+        vertices: RecentRing::new(),
     };
     let mut out = Vec::with_capacity(3 * count * stride);
     for &code in codes {
@@ -106,7 +106,7 @@ impl Triangles<'_> {
         let c = self.free(third)?;
         self.vertices.push(a);
         for (how, vertex) in [(second, b), (third, c)] {
-            if matches!(how, FRESH | EXPLICIT) {
+            if matches!(how, NEXT_VERTEX | EXPLICIT) {
                 self.vertices.push(vertex);
             }
         }
@@ -118,7 +118,7 @@ impl Triangles<'_> {
 
     fn free(&mut self, how: u8) -> Result<u32, String> {
         match how {
-            FRESH => Ok(self.fresh()),
+            NEXT_VERTEX => Ok(self.fresh()),
             EXPLICIT => self.explicit(),
             age => self.vertices.get(age - 1),
         }

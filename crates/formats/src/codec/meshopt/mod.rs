@@ -1,17 +1,19 @@
 //! Buffer views compressed by meshoptimizer: `EXT_meshopt_compression` and `KHR_meshopt_compression`.
 //!
 //! The bitstreams and filters are those of the extensions' specifications, appendices A and B (Khronos Group, glTF
-//! repository). The streams do not tell their length: the tail is found from the end, and everything between must be
-//! used up.
+//! repository).
 
 mod attributes;
 mod filter;
 mod indices;
+mod stream;
 
 use std::path::Path;
 
 use crate::budget::Budget;
 use crate::error::FormatError;
+
+pub use filter::Filter;
 
 /// What a view holds: glTF's `mode`, with the `filter` that only attributes can have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,24 +26,9 @@ pub enum Mode {
     Indices,
 }
 
-/// What decoded attributes still have to go through: glTF's `filter`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Filter {
-    /// `NONE`: nothing.
-    None,
-    /// `OCTAHEDRAL`: unit vectors of four int8 or int16.
-    Octahedral,
-    /// `QUATERNION`: rotations of four int16.
-    Quaternion,
-    /// `EXPONENTIAL`: float32.
-    Exponential,
-    /// `COLOR`: colours of four uint8 or uint16; only in `KHR_meshopt_compression`.
-    Color,
-}
-
 /// What a compressed view says of itself in glTF's JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shape {
+pub struct ViewHeader {
     /// `mode` and `filter`.
     pub mode: Mode,
     /// `count`: elements, or indices.
@@ -59,21 +46,21 @@ pub struct Shape {
 /// outside of what its filter defines, or the budget has fewer bytes left.
 pub fn decode(
     bytes: &[u8],
-    shape: Shape,
+    shape: ViewHeader,
     path: &Path,
     budget: &mut Budget,
 ) -> Result<Vec<u8>, FormatError> {
     let fault =
         |message: String| FormatError::whole(path, format!("meshopt compression: {message}"));
     shape.check().map_err(fault)?;
-    let Shape {
+    let ViewHeader {
         mode,
         count,
         stride,
     } = shape;
     // Before anything is allocated: the shortest stream of so many elements.
     let least = match mode {
-        Mode::Attributes(_) => count.div_ceil(attributes::block(stride)) * (stride / 4),
+        Mode::Attributes(_) => count.div_ceil(attributes::block_elements(stride)) * (stride / 4),
         Mode::Triangles => count / 3,
         Mode::Indices => count,
     };
@@ -93,7 +80,7 @@ pub fn decode(
     decoded.map_err(fault)
 }
 
-impl Shape {
+impl ViewHeader {
     /// The rules of the extension's JSON.
     fn check(self) -> Result<(), String> {
         let (stride, count) = (self.stride, self.count);
@@ -115,53 +102,5 @@ impl Shape {
             return Err(format!("count {count}, expected three for each triangle"));
         }
         Ok(())
-    }
-}
-
-/// The part of a stream between its header and its tail.
-struct Stream<'a> {
-    rest: &'a [u8],
-}
-
-impl<'a> Stream<'a> {
-    /// The stream without its first byte, which is returned, and its tail of `tail` bytes, which is too.
-    fn open(bytes: &'a [u8], tail: impl Fn(u8) -> usize) -> Result<(u8, Self, &'a [u8]), String> {
-        let (&header, rest) = bytes.split_first().ok_or("no bytes")?;
-        let start = rest.len().checked_sub(tail(header));
-        let (rest, tail) = rest.split_at(start.ok_or("ends before its tail")?);
-        Ok((header, Self { rest }, tail))
-    }
-
-    fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let split = self.rest.split_at_checked(count);
-        let (taken, rest) = split.ok_or("ends early")?;
-        self.rest = rest;
-        Ok(taken)
-    }
-
-    fn byte(&mut self) -> Result<u8, String> {
-        let (&byte, rest) = self.rest.split_first().ok_or("ends early")?;
-        self.rest = rest;
-        Ok(byte)
-    }
-
-    /// An unsigned integer in one to five bytes of seven bits, the lowest first (LEB128).
-    fn varint(&mut self) -> Result<u32, String> {
-        let mut value = 0;
-        for shift in (0..35).step_by(7) {
-            let byte = self.byte()?;
-            value |= u32::from(byte & 0x7f) << shift;
-            if byte < 0x80 {
-                return Ok(value);
-            }
-        }
-        Err("an index of more than five bytes".into())
-    }
-
-    fn finish(self) -> Result<(), String> {
-        match self.rest.len() {
-            0 => Ok(()),
-            left => Err(format!("{left} bytes are left over before its tail")),
-        }
     }
 }

@@ -1,8 +1,11 @@
 //! The JSON of glTF's extensions, materials apart.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 
-use crate::gltf::json::Attributes;
+/// Indices of accessors by name, in the order of the names.
+pub(crate) type Attributes = BTreeMap<String, usize>;
 
 #[derive(Debug, Deserialize)]
 pub(crate) struct Lights {
@@ -49,11 +52,9 @@ pub(crate) struct NodeLight {
 
 #[derive(Debug, Deserialize)]
 pub(crate) struct GpuInstancing {
-    pub(crate) attributes: Instance,
+    /// `TRANSLATION`, `ROTATION`, `SCALE` and names that begin with `_`.
+    pub(crate) attributes: Attributes,
 }
-
-/// Accessors by `TRANSLATION`, `ROTATION`, `SCALE` and names that begin with `_`.
-pub(crate) type Instance = Attributes;
 
 #[derive(Debug, Deserialize)]
 pub(crate) struct Visibility {
@@ -89,23 +90,6 @@ pub(crate) struct Mapping {
 #[derive(Debug, Deserialize)]
 pub(crate) struct TextureSource {
     pub(crate) source: Option<usize>,
-}
-
-/// `KHR_texture_transform`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(crate) struct UvTransform {
-    #[serde(default)]
-    pub(crate) offset: [f64; 2],
-    #[serde(default)]
-    pub(crate) rotation: f64,
-    #[serde(default = "ones")]
-    pub(crate) scale: [f64; 2],
-    pub(crate) tex_coord: Option<usize>,
-}
-
-fn ones() -> [f64; 2] {
-    [1.0; 2]
 }
 
 /// `EXT_meshopt_compression` and `KHR_meshopt_compression`.

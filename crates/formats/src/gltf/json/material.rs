@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::gltf::json::TextureInfo;
+use crate::gltf::json::texture_info::TextureInfo;
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]

@@ -3,25 +3,27 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use raycam_scene::animation::{Animation, Interpolation, MaterialProperty, Rig, Sampler, Target};
+use raycam_scene::animation::{
+    Animation, AnimationSampler, AnimationTarget, MaterialProperty, NodeTree, SamplerInterpolation,
+};
 use serde_json::{Value, json};
 
 use super::Writer;
-use super::binary::Purpose;
-use crate::gltf::animation_pointer::{
-    CAMERA_PROPERTIES, LIGHT_PROPERTIES, LIGHTS, PARTS, PROPERTIES, TEXTURES,
+use super::binary::BufferTarget;
+use crate::gltf::world::animation_pointer::{
+    CAMERA_PROPERTIES, LIGHT_PATH, LIGHT_PROPERTIES, MATERIAL_PROPERTIES, TEXTURES, UV_PROPERTIES,
 };
 
 impl Writer<'_> {
     /// All animations of the tree that was written.
-    pub(super) fn animations(&mut self, rig: &Rig) {
+    pub(super) fn animations(&mut self, rig: &NodeTree) {
         for animation in &rig.animations {
             let (mut samplers, mut channels) = (Vec::new(), Vec::new());
             let mut known = HashMap::new();
             for channel in &animation.channels {
-                let rotation = matches!(channel.target, Target::Rotation(_));
-                let weights = matches!(channel.target, Target::Weights(_));
-                let targets = self.targets(channel.target, rig);
+                let rotation = matches!(channel.target, AnimationTarget::Rotation(_));
+                let weights = matches!(channel.target, AnimationTarget::Weights(_));
+                let targets = self.channel_targets(channel.target, rig);
                 if targets.is_empty() {
                     self.note(format!(
                         "animation {:?}: a channel moves nothing that is there",
@@ -54,9 +56,9 @@ impl Writer<'_> {
         }
     }
 
-    fn sampler(&mut self, sampler: &Sampler, weights: bool) -> Value {
+    fn sampler(&mut self, sampler: &AnimationSampler, weights: bool) -> Value {
         let times: Vec<[f32; 1]> = sampler.times().iter().map(|&time| [time]).collect();
-        let (values, other) = (sampler.values(), Purpose::Other);
+        let (values, other) = (sampler.values(), BufferTarget::Other);
         let input = self.binary.floats(&times, other, true);
         let output = match sampler.width() {
             2 if !weights => self.binary.floats(values.as_chunks::<2>().0, other, false),
@@ -65,22 +67,22 @@ impl Writer<'_> {
             _ => self.binary.floats(values.as_chunks::<1>().0, other, false),
         };
         let interpolation = match sampler.interpolation() {
-            Interpolation::Step => "STEP",
-            Interpolation::Linear => "LINEAR",
-            Interpolation::CubicSpline => "CUBICSPLINE",
+            SamplerInterpolation::Step => "STEP",
+            SamplerInterpolation::Linear => "LINEAR",
+            SamplerInterpolation::CubicSpline => "CUBICSPLINE",
         };
         json!({ "input": input, "output": output, "interpolation": interpolation })
     }
 
     /// The targets of a channel, of which lights and cameras may have several.
-    fn targets(&mut self, target: Target, rig: &Rig) -> Vec<Value> {
+    fn channel_targets(&mut self, target: AnimationTarget, rig: &NodeTree) -> Vec<Value> {
         let node = |node: usize, path: &str| vec![json!({ "node": node, "path": path })];
         let pointers = match target {
-            Target::Translation(i) => return node(i, "translation"),
-            Target::Rotation(i) => return node(i, "rotation"),
-            Target::Scale(i) => return node(i, "scale"),
-            Target::Weights(i) => {
-                let mounted = |mount: &raycam_scene::animation::Mount| {
+            AnimationTarget::Translation(i) => return node(i, "translation"),
+            AnimationTarget::Rotation(i) => return node(i, "rotation"),
+            AnimationTarget::Scale(i) => return node(i, "scale"),
+            AnimationTarget::Weights(i) => {
+                let mounted = |mount: &raycam_scene::animation::NodeObject| {
                     mount.node == i && mount.node_from_mesh == glam::DAffine3::IDENTITY
                 };
                 let found = rig.objects.iter().any(mounted);
@@ -90,29 +92,38 @@ impl Writer<'_> {
                     Vec::new()
                 };
             }
-            Target::Visible(i) => {
+            AnimationTarget::Visible(i) => {
                 vec![format!("/nodes/{i}/extensions/KHR_node_visibility/visible")]
             }
-            Target::Material(i, property) => {
+            AnimationTarget::Material(i, property) => {
                 let path = material_path(property);
                 path.iter()
                     .map(|path| format!("/materials/{i}/{path}"))
                     .collect()
             }
-            Target::Light(definition, property) => {
+            AnimationTarget::Light(definition, property) => {
                 let path = LIGHT_PROPERTIES
                     .iter()
                     .find(|(_, other)| *other == property);
                 let path = path.map_or("", |(path, _)| path);
-                let copies = self.light_of.iter().filter(|(of, _)| *of == definition);
-                copies.map(|(_, i)| format!("{LIGHTS}{i}/{path}")).collect()
+                let copies = self
+                    .light_definition
+                    .iter()
+                    .filter(|(of, _)| *of == definition);
+                copies
+                    .map(|(_, i)| format!("{LIGHT_PATH}{i}/{path}"))
+                    .collect()
             }
-            Target::FieldOfView(definition) | Target::Magnification(definition, _) => {
+            AnimationTarget::FieldOfView(definition)
+            | AnimationTarget::Magnification(definition, _) => {
                 let path = CAMERA_PROPERTIES
                     .iter()
                     .find(|(_, of)| of(definition) == target);
                 let path = path.map_or("", |(path, _)| path);
-                let copies = self.camera_of.iter().filter(|(of, _)| *of == definition);
+                let copies = self
+                    .camera_definition
+                    .iter()
+                    .filter(|(of, _)| *of == definition);
                 copies
                     .map(|(_, i)| format!("/cameras/{i}/{path}"))
                     .collect()
@@ -133,9 +144,11 @@ impl Writer<'_> {
 fn material_path(property: MaterialProperty) -> Option<String> {
     if let MaterialProperty::Uv(used, part) = property {
         let (texture, ..) = TEXTURES.iter().find(|(_, other, _)| *other == used)?;
-        let (part, _) = PARTS.iter().find(|(_, other)| *other == part)?;
+        let (part, _) = UV_PROPERTIES.iter().find(|(_, other)| *other == part)?;
         return Some(format!("{texture}{part}"));
     }
-    let (path, _) = PROPERTIES.iter().find(|(_, other)| *other == property)?;
+    let (path, _) = MATERIAL_PROPERTIES
+        .iter()
+        .find(|(_, other)| *other == property)?;
     Some((*path).into())
 }

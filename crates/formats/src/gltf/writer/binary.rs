@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 
 /// What a buffer view is for (3.6.2.2).
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Purpose {
+pub(super) enum BufferTarget {
     Vertices,
     Indices,
     Other,
@@ -23,23 +23,23 @@ pub(super) struct Binary {
     views: Vec<Value>,
     accessors: Vec<Value>,
     /// Views by what they hold. Accessors of different types may not share one (3.6.2.4).
-    known: HashMap<(u64, Purpose, String), Vec<Known>>,
+    known: HashMap<(u64, BufferTarget, String), Vec<Known>>,
     known_accessors: HashMap<String, usize>,
 }
 
 impl Binary {
     /// A view of these bytes.
-    pub(super) fn view(&mut self, data: &[u8], purpose: Purpose) -> usize {
-        self.view_for(data, purpose, String::new())
+    pub(super) fn view(&mut self, data: &[u8], target: BufferTarget) -> usize {
+        self.view_for(data, target, String::new())
     }
 
     /// A view of these bytes, for accessors like this.
-    fn view_for(&mut self, data: &[u8], purpose: Purpose, like: String) -> usize {
+    fn view_for(&mut self, data: &[u8], target: BufferTarget, like: String) -> usize {
         let mut hasher = DefaultHasher::new();
         data.hash(&mut hasher);
         let same = self
             .known
-            .entry((hasher.finish(), purpose, like))
+            .entry((hasher.finish(), target, like))
             .or_default();
         let found = same
             .iter()
@@ -51,10 +51,10 @@ impl Binary {
         self.bytes.resize(start, 0);
         self.bytes.extend_from_slice(data);
         let mut view = json!({ "buffer": 0, "byteOffset": start, "byteLength": data.len() });
-        match purpose {
-            Purpose::Vertices => view["target"] = json!(34962),
-            Purpose::Indices => view["target"] = json!(34963),
-            Purpose::Other => {}
+        match target {
+            BufferTarget::Vertices => view["target"] = json!(34962),
+            BufferTarget::Indices => view["target"] = json!(34963),
+            BufferTarget::Other => {}
         }
         self.views.push(view);
         same.push((start, data.len(), self.views.len() - 1));
@@ -65,7 +65,7 @@ impl Binary {
     pub(super) fn floats<const N: usize>(
         &mut self,
         values: &[[f32; N]],
-        purpose: Purpose,
+        target: BufferTarget,
         bounds: bool,
     ) -> usize {
         let bytes: Vec<u8> = values
@@ -84,7 +84,7 @@ impl Binary {
             more.insert("min".into(), json!(fold(f32::INFINITY, f32::min)));
             more.insert("max".into(), json!(fold(f32::NEG_INFINITY, f32::max)));
         }
-        self.accessor(&bytes, 5126, kind(N), values.len(), purpose, more)
+        self.accessor(&bytes, 5126, kind(N), values.len(), target, more)
     }
 
     /// An accessor of four joints for each vertex.
@@ -95,7 +95,14 @@ impl Binary {
             .flat_map(|v| v.to_le_bytes())
             .collect();
         let count = values.len();
-        self.accessor(&bytes, 5123, "VEC4", count, Purpose::Vertices, Map::new())
+        self.accessor(
+            &bytes,
+            5123,
+            "VEC4",
+            count,
+            BufferTarget::Vertices,
+            Map::new(),
+        )
     }
 
     /// An accessor of indices into so many vertices, in 16 bits where these count them. The largest number of its type
@@ -108,7 +115,14 @@ impl Binary {
             (5125, values.iter().flat_map(|v| v.to_le_bytes()).collect())
         };
         let count = values.len();
-        self.accessor(&bytes, code, "SCALAR", count, Purpose::Indices, Map::new())
+        self.accessor(
+            &bytes,
+            code,
+            "SCALAR",
+            count,
+            BufferTarget::Indices,
+            Map::new(),
+        )
     }
 
     fn accessor(
@@ -117,14 +131,14 @@ impl Binary {
         component: u32,
         kind: &str,
         count: usize,
-        purpose: Purpose,
+        target: BufferTarget,
         more: Map<String, Value>,
     ) -> usize {
         let mut accessor = json!({ "componentType": component, "type": kind, "count": count });
         for (key, value) in more {
             accessor[key] = value;
         }
-        accessor["bufferView"] = json!(self.view_for(bytes, purpose, accessor.to_string()));
+        accessor["bufferView"] = json!(self.view_for(bytes, target, accessor.to_string()));
         *self
             .known_accessors
             .entry(accessor.to_string())

@@ -5,11 +5,11 @@ use raycam_scene::camera::{Center, Lens, intrinsics_from_focal};
 use raycam_scene::world::NamedCamera;
 use serde_json::json;
 
-use super::super::camera::{image_size, turned_over};
 use super::Writer;
+use crate::gltf::world::camera::{flip_yz, image_size};
 
 /// Required by glTF; nothing is cut off here.
-const NEAR: f64 = 0.01;
+const ZNEAR: f64 = 0.01;
 
 impl Writer<'_> {
     /// Adds a camera: its index, and where it is; `None` where glTF has no such camera.
@@ -34,7 +34,7 @@ impl Writer<'_> {
         let (kind, lens) = match camera.center() {
             Center::Point => {
                 let fov = 2.0 * (height / (2.0 * y)).atan();
-                let lens = json!({ "yfov": fov, "aspectRatio": aspect, "znear": NEAR });
+                let lens = json!({ "yfov": fov, "aspectRatio": aspect, "znear": ZNEAR });
                 ("perspective", lens)
             }
             Center::Plane => {
@@ -59,7 +59,7 @@ impl Writer<'_> {
         }
         let json = json!({ "name": name, "type": kind, kind: lens });
         let index = self.push("cameras", json);
-        let world_from_camera = camera.r().transpose() * turned_over();
+        let world_from_camera = camera.r().transpose() * flip_yz();
         let place = DAffine3::from_mat3_translation(world_from_camera, camera.c());
         Some((index, place))
     }

@@ -9,14 +9,14 @@ use serde_json::{Value, json};
 use super::Writer;
 
 /// A light of the document: where, and its index.
-pub(super) struct Placed {
+pub(super) struct PlacedLight {
     pub(super) index: usize,
     pub(super) world_from_node: DAffine3,
 }
 
 impl Writer<'_> {
     /// Adds a light; `None`, with a notice, where glTF has none of its kind.
-    pub(super) fn light(&mut self, number: usize, light: &Light) -> Option<Placed> {
+    pub(super) fn light(&mut self, number: usize, light: &Light) -> Option<PlacedLight> {
         let spread = |power: Option<[f32; 3]>, intensity: Option<[f32; 3]>, over: f64| {
             let share = |v: f32| (f64::from(v) / over) as f32;
             intensity.or(power.map(|power| power.map(share)))
@@ -34,7 +34,7 @@ impl Writer<'_> {
                 let json = json!({ "type": "directional" });
                 (json, *irradiance, DVec3::ZERO, DVec3::from(*direction))
             }
-            Light::Bulb {
+            Light::Point {
                 position,
                 power,
                 intensity,
@@ -80,17 +80,17 @@ impl Writer<'_> {
                 return None;
             }
         };
-        let (color, intensity) = factors(rgb);
+        let (color, intensity) = color_and_strength(rgb);
         if color != [1.0; 3] {
-            json["color"] = super::shorts(&color);
+            json["color"] = super::shortest_f32s(&color);
         }
-        json["intensity"] = json!(super::short(intensity));
+        json["intensity"] = json!(super::shortest_f32(intensity));
         self.lights.push(json);
         let rotation = match direction.normalize_or(DVec3::NEG_Z) {
             DVec3::NEG_Z => DQuat::IDENTITY,
             direction => DQuat::from_rotation_arc(DVec3::NEG_Z, direction),
         };
-        Some(Placed {
+        Some(PlacedLight {
             index: self.lights.len() - 1,
             world_from_node: DAffine3::from_mat3_translation(DMat3::from_quat(rotation), position),
         })
@@ -99,7 +99,7 @@ impl Writer<'_> {
 
 /// A colour whose largest part is at most 1, and what it is multiplied by, exactly: 1 where it may be, else the largest
 /// part, or the next power of two.
-pub(super) fn factors(rgb: [f32; 3]) -> ([f32; 3], f32) {
+pub(super) fn color_and_strength(rgb: [f32; 3]) -> ([f32; 3], f32) {
     let largest = rgb.into_iter().fold(0.0, f32::max);
     if largest == 0.0 {
         return ([1.0; 3], 0.0);

@@ -8,10 +8,10 @@ use raycam_scene::texture::TextureSlot;
 use raycam_scene::{Image, Texels};
 use serde_json::{Map, Value, json};
 
-use super::light::factors;
-use super::{Writer, short, shorts};
+use super::light::color_and_strength;
+use super::{Writer, shortest_f32, shortest_f32s};
 use crate::error::FormatError;
-use crate::image::ColorUse::{self, Color, Data};
+use crate::image::decoder::ColorUse::{self, Color, Data};
 
 type Object = Map<String, Value>;
 
@@ -35,12 +35,12 @@ impl Writer<'_> {
                 factor(&mut json, "alphaCutoff", cutoff, 0.5);
             }
         }
-        let (color, principled) = self.in_gltf_terms(material);
+        let (color, principled) = self.to_gltf_material(material);
         let mut pbr = Object::new();
         let [r, g, b] = color;
         let base = [r, g, b, material.opacity];
         if base != [1.0; 4] {
-            pbr.insert("baseColorFactor".into(), shorts(&base));
+            pbr.insert("baseColorFactor".into(), shortest_f32s(&base));
         }
         self.texture(&mut pbr, "baseColorTexture", material.texture, Color)?;
         match &principled {
@@ -65,12 +65,12 @@ impl Writer<'_> {
         let Textured { value, texture } = material.emission;
         let (emission, strength) = match value.iter().all(|&v| v <= 1.0) {
             true => (value, 1.0),
-            false => factors(value),
+            false => color_and_strength(value),
         };
         color3(&mut json, "emissiveFactor", emission, 0.0);
         self.texture(&mut json, "emissiveTexture", texture, Color)?;
         if strength != 1.0 {
-            let extension = json!({ "emissiveStrength": short(strength) });
+            let extension = json!({ "emissiveStrength": shortest_f32(strength) });
             self.extend(&mut json, "KHR_materials_emissive_strength", extension);
         }
         self.normal_map(&mut json, "normalTexture", material.normal_map)?;
@@ -121,7 +121,7 @@ impl Writer<'_> {
         self.textured(&mut json, "thickness", p.thickness, 0.0, Data)?;
         color3(&mut json, "attenuationColor", p.attenuation_color, 1.0);
         if p.attenuation_distance.is_finite() {
-            let distance = json!(short(p.attenuation_distance));
+            let distance = json!(shortest_f32(p.attenuation_distance));
             json.insert("attenuationDistance".into(), distance);
         }
         // The extension of dispersion needs that of volume.
@@ -249,14 +249,14 @@ impl Writer<'_> {
                     same
                 });
                 let (m, r) = if m.is_some() { (m, other) } else { (None, r) };
-                return self.joined(json, KEY, [r, m], slot);
+                return self.pack_metallic_roughness(json, KEY, [r, m], slot);
             }
         };
         self.texture(json, KEY, Some(slot), Data)
     }
 
     /// A texture with the green of one and the blue of another, 1 where one is missing.
-    fn joined(
+    fn pack_metallic_roughness(
         &mut self,
         json: &mut Object,
         key: &str,
@@ -287,7 +287,7 @@ impl Writer<'_> {
             size: [width, height],
             texels: Texels::Linear16(texels),
         });
-        self.textures.made.push(image.clone());
+        self.textures.generated.push(image.clone());
         let sampler = world.textures[slot.texture].sampler;
         let info = self.image_info(&image, sampler, &slot, Data)?;
         json.insert(key.into(), info.into());
@@ -298,13 +298,13 @@ impl Writer<'_> {
 /// A number that is not its default.
 fn factor(json: &mut Object, key: &str, value: f32, default: f32) {
     if value != default {
-        json.insert(key.into(), json!(short(value)));
+        json.insert(key.into(), json!(shortest_f32(value)));
     }
 }
 
 /// A colour whose parts are not all its default.
 fn color3(json: &mut Object, key: &str, value: [f32; 3], default: f32) {
     if value != [default; 3] {
-        json.insert(key.into(), shorts(&value));
+        json.insert(key.into(), shortest_f32s(&value));
     }
 }

@@ -5,15 +5,15 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use raycam_scene::Mesh;
-use raycam_scene::animation::{MorphTarget, Shape};
+use raycam_scene::animation::{DeformableMesh, MorphTarget};
 use serde_json::{Map, Value, json};
 
 use super::Writer;
-use super::binary::Purpose::Vertices;
+use super::binary::BufferTarget::Vertices;
 
 /// What has been written so far.
 #[derive(Default)]
-pub(super) struct MeshCache {
+pub(super) struct WrittenMeshes {
     /// Primitives without materials, by mesh and by whether it bends.
     primitives: HashMap<(*const Mesh, bool), Vec<(usize, Value)>>,
     /// Meshes of the document by their JSON.
@@ -21,16 +21,16 @@ pub(super) struct MeshCache {
 }
 
 /// The materials that an object has in one of the variants, by slot: `KHR_materials_variants`.
-pub(super) type Variants = Vec<(usize, Vec<(usize, usize)>)>;
+pub(super) type SlotVariants = Vec<(usize, Vec<(usize, usize)>)>;
 
 impl Writer<'_> {
     /// The index of a mesh with these materials.
     pub(super) fn mesh(
         &mut self,
         mesh: &Arc<Mesh>,
-        shape: Option<&Shape>,
+        shape: Option<&DeformableMesh>,
         materials: &[usize],
-        variants: &Variants,
+        variants: &SlotVariants,
         weights: &[f32],
     ) -> usize {
         let key = (Arc::as_ptr(mesh), shape.is_some());
@@ -62,7 +62,7 @@ impl Writer<'_> {
         }
         let mut json = json!({ "primitives": primitives });
         if !weights.is_empty() {
-            json["weights"] = super::shorts(weights);
+            json["weights"] = super::shortest_f32s(weights);
         }
         let text = json.to_string();
         if let Some(&known) = self.meshes.meshes.get(&text) {
@@ -73,7 +73,7 @@ impl Writer<'_> {
         index
     }
 
-    fn primitives(&mut self, mesh: &Mesh, shape: Option<&Shape>) -> Vec<(usize, Value)> {
+    fn primitives(&mut self, mesh: &Mesh, shape: Option<&DeformableMesh>) -> Vec<(usize, Value)> {
         let rounding = mesh
             .vertices
             .iter()
@@ -126,7 +126,7 @@ impl Writer<'_> {
     fn primitive(
         &mut self,
         mesh: &Mesh,
-        shape: Option<&Shape>,
+        shape: Option<&DeformableMesh>,
         corners: Vec<u32>,
         faces: Option<&[usize]>,
         whole: bool,

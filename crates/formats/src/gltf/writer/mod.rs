@@ -19,8 +19,8 @@ use raycam_scene::{Up, World};
 use serde_json::{Map, Value, json};
 
 use self::binary::Binary;
-use self::mesh::MeshCache;
-use self::texture::TextureCache;
+use self::mesh::WrittenMeshes;
+use self::texture::WrittenTextures;
 use crate::error::FormatError;
 
 /// A world on its way out.
@@ -31,11 +31,11 @@ struct Writer<'a> {
     lists: BTreeMap<&'static str, Vec<Value>>,
     lights: Vec<Value>,
     extensions: BTreeSet<&'static str>,
-    meshes: MeshCache,
-    textures: TextureCache,
+    meshes: WrittenMeshes,
+    textures: WrittenTextures,
     /// Which definition of the rig the lights are copies of, and theirs here.
-    light_of: Vec<(usize, usize)>,
-    camera_of: Vec<(usize, usize)>,
+    light_definition: Vec<(usize, usize)>,
+    camera_definition: Vec<(usize, usize)>,
     notices: Vec<String>,
 }
 
@@ -53,13 +53,13 @@ pub fn write(world: &World) -> Result<(Vec<u8>, Vec<String>), FormatError> {
         lists: BTreeMap::new(),
         lights: Vec::new(),
         extensions: BTreeSet::new(),
-        meshes: MeshCache::default(),
-        textures: TextureCache::default(),
-        light_of: Vec::new(),
-        camera_of: Vec::new(),
+        meshes: WrittenMeshes::default(),
+        textures: WrittenTextures::default(),
+        light_definition: Vec::new(),
+        camera_definition: Vec::new(),
         notices: Vec::new(),
     };
-    writer.what_is_left_out();
+    writer.note_unsupported();
     for material in &world.materials {
         let json = writer.material(material)?;
         writer.push("materials", json);
@@ -103,7 +103,7 @@ impl Writer<'_> {
     }
 
     /// Says what of a world as a whole glTF has no words for.
-    fn what_is_left_out(&mut self) {
+    fn note_unsupported(&mut self) {
         let world = self.world;
         if world.video.is_some() {
             self.note("[video] is left out: glTF's animations move nodes, not by orbits".into());
@@ -186,11 +186,11 @@ fn container(mut text: Vec<u8>, mut bytes: Vec<u8>) -> Result<Vec<u8>, FormatErr
 }
 
 /// The shortest decimal that is this number again as float32.
-fn short(value: f32) -> f64 {
+fn shortest_f32(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
 }
 
 /// The same of several.
-fn shorts(values: &[f32]) -> Value {
-    values.iter().map(|&value| short(value)).collect()
+fn shortest_f32s(values: &[f32]) -> Value {
+    values.iter().map(|&value| shortest_f32(value)).collect()
 }

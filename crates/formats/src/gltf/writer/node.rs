@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 use raycam_scene::World;
-use raycam_scene::animation::{Rig, Transform};
+use raycam_scene::animation::{NodeTree, Transform};
 use serde_json::{Map, Value, json};
 
-use super::mesh::Variants;
+use super::mesh::SlotVariants;
 use crate::gltf::writer::{Writer, transform};
 
 impl Writer<'_> {
     /// Adds everything there is, and returns the roots.
-    pub(super) fn nodes(&mut self, rig: Option<&Rig>) -> Vec<usize> {
+    pub(super) fn nodes(&mut self, rig: Option<&NodeTree>) -> Vec<usize> {
         let world = self.world;
         let mut done = [
             vec![false; world.objects.len()],
@@ -58,8 +58,8 @@ impl Writer<'_> {
     }
 
     /// What moves the world, where it is as its animations find it: another moment is written as it stands.
-    pub(super) fn rig(&mut self) -> Option<Arc<Rig>> {
-        let rig = self.world.rig.clone()?;
+    pub(super) fn rig(&mut self) -> Option<Arc<NodeTree>> {
+        let rig = self.world.node_tree.clone()?;
         let rested = self.world.clone().at_rest().ok();
         let same = |rested: &World| {
             rested.objects == self.world.objects
@@ -76,12 +76,12 @@ impl Writer<'_> {
     }
 
     /// The tree of a rig, at the same indices, and what hangs on it.
-    fn tree(&mut self, rig: &Rig, done: &mut [Vec<bool>; 3], roots: &mut Vec<usize>) {
+    fn tree(&mut self, rig: &NodeTree, done: &mut [Vec<bool>; 3], roots: &mut Vec<usize>) {
         let world = self.world;
         let mut nodes: Vec<Map<String, Value>> = Vec::new();
         for node in &rig.nodes {
             let mut json = match &node.transform {
-                Transform::Parts {
+                Transform::Trs {
                     translation,
                     rotation,
                     scale,
@@ -125,7 +125,7 @@ impl Writer<'_> {
         for mount in &rig.objects {
             let object = &world.objects[mount.object];
             done[0][mount.object] = true;
-            let shape = mount.shape.as_deref();
+            let shape = mount.deformable.as_deref();
             let mesh = shape.map_or(&world.meshes[mount.mesh], |shape| &shape.mesh);
             let variants = self.variants(mount.object);
             let weights = match shape {
@@ -148,7 +148,7 @@ impl Writer<'_> {
                 let mut leaf = Map::new();
                 let light = json!({ "light": placed.index });
                 self.extend(&mut leaf, "KHR_lights_punctual", light);
-                self.light_of.push((mount.definition, placed.index));
+                self.light_definition.push((mount.definition, placed.index));
                 hang(
                     &mut nodes,
                     mount.node,
@@ -164,7 +164,7 @@ impl Writer<'_> {
             let Some((index, _)) = self.camera(camera) else {
                 continue;
             };
-            self.camera_of.push((mount.definition, index));
+            self.camera_definition.push((mount.definition, index));
             let mut leaf = Map::new();
             leaf.insert("camera".into(), json!(index));
             if !nodes[mount.node].contains_key("name") {
@@ -190,7 +190,7 @@ impl Writer<'_> {
         for skin in &rig.skins {
             let column = |m: &DAffine3| glam::DMat4::from(*m).as_mat4().to_cols_array();
             let matrices: Vec<_> = skin.inverse_bind.iter().map(column).collect();
-            let other = super::binary::Purpose::Other;
+            let other = super::binary::BufferTarget::Other;
             let matrices = self.binary.floats(&matrices, other, false);
             let json = json!({ "joints": skin.joints, "inverseBindMatrices": matrices });
             self.push("skins", json);
@@ -212,8 +212,8 @@ impl Writer<'_> {
     }
 
     /// What materials an object has in the variants, by slot.
-    fn variants(&self, object: usize) -> Variants {
-        let mut found = Variants::new();
+    fn variants(&self, object: usize) -> SlotVariants {
+        let mut found = SlotVariants::new();
         for (number, variant) in self.world.variants.iter().enumerate() {
             for &(other, slot, material) in &variant.materials {
                 if other != object {

@@ -1,7 +1,7 @@
 //! How surfaces reflect, in the terms of glTF.
 
 use raycam_scene::Material;
-use raycam_scene::material::Reflectance;
+use raycam_scene::material::MaterialModel;
 use raycam_scene::material::principled::Principled;
 
 use super::Writer;
@@ -9,17 +9,20 @@ use super::Writer;
 impl Writer<'_> {
     /// A material in glTF's terms: the principled one, and the base colour it has there. What only resembles the
     /// original gets a notice. `None` is unlit.
-    pub(super) fn in_gltf_terms(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
+    pub(super) fn to_gltf_material(
+        &mut self,
+        material: &Material,
+    ) -> ([f32; 3], Option<Principled>) {
         let (color, name) = (material.color, &material.name);
         if material.priority != 0 {
             self.note(format!(
                 "material {name:?}: its priority among overlapping bodies: left out, glTF has no such thing"
             ));
         }
-        match &material.reflectance {
-            Reflectance::Unlit => (color, None),
-            Reflectance::Principled(principled) => (color, Some((**principled).clone())),
-            Reflectance::Lecture {
+        match &material.model {
+            MaterialModel::Unlit => (color, None),
+            MaterialModel::Principled(principled) => (color, Some((**principled).clone())),
+            MaterialModel::Phong {
                 diffuse,
                 specular,
                 shininess,
@@ -43,7 +46,7 @@ impl Writer<'_> {
                 }
                 (color.map(|v| v * diffuse), Some(principled))
             }
-            Reflectance::Metal(metal) => {
+            MaterialModel::Metal(metal) => {
                 self.note(format!(
                     "material {name:?}: its index of refraction becomes its colour along the normal"
                 ));
@@ -58,7 +61,7 @@ impl Writer<'_> {
                 let color = std::array::from_fn(|i| (color[i] * along(i)).clamp(0.0, 1.0));
                 (color, Some(principled))
             }
-            Reflectance::Glass(glass) => {
+            MaterialModel::Glass(glass) => {
                 let principled = Principled {
                     metallic: 0.0.into(),
                     roughness: glass.roughness.into(),

@@ -4,25 +4,25 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use raycam_scene::color::srgb_from_linear;
-use raycam_scene::texture::{Interpolation, TextureSampler, TextureSlot};
+use raycam_scene::texture::{TexelFilter, TextureSampler, TextureSlot};
 use raycam_scene::{Image, Texels, Wrap};
 use serde_json::{Map, Value, json};
 
-use super::binary::Purpose;
-use super::{Writer, short};
+use super::binary::BufferTarget;
+use super::{Writer, shortest_f32};
 use crate::encode::png::{self, Samples};
 use crate::error::FormatError;
-use crate::image::ColorUse;
+use crate::image::decoder::ColorUse;
 
 /// What has been written so far.
 #[derive(Default)]
-pub(super) struct TextureCache {
+pub(super) struct WrittenTextures {
     /// By image, and whether it is colour.
     images: HashMap<(*const Image, bool), usize>,
     textures: HashMap<(usize, TextureSampler), usize>,
     samplers: HashMap<TextureSampler, usize>,
     /// Images that were put together here: kept, so that no other takes their address.
-    pub(super) made: Vec<Arc<Image>>,
+    pub(super) generated: Vec<Arc<Image>>,
 }
 
 impl Writer<'_> {
@@ -80,7 +80,7 @@ impl Writer<'_> {
             return Ok(index);
         }
         let bytes = self.encoded(image, color_use)?;
-        let view = self.binary.view(&bytes, Purpose::Other);
+        let view = self.binary.view(&bytes, BufferTarget::Other);
         let mut json = json!({ "bufferView": view, "mimeType": "image/png" });
         if !image.name.is_empty() {
             json["name"] = json!(image.name);
@@ -98,12 +98,12 @@ impl Writer<'_> {
             (Texels::Srgb8(texels), ColorUse::Color)
             | (Texels::Linear8(texels), ColorUse::Data) => {
                 let opaque = texels.iter().all(|texel| texel[3] == 255);
-                let (bytes, channels) = packed(texels, opaque);
+                let (bytes, channels) = pack_channels(texels, opaque);
                 return png::encode(image.size, channels, Samples::U8(&bytes));
             }
             (Texels::Linear16(texels), ColorUse::Data) => {
                 let opaque = texels.iter().all(|texel| texel[3] == u16::MAX);
-                let (samples, channels) = packed(texels, opaque);
+                let (samples, channels) = pack_channels(texels, opaque);
                 return png::encode(image.size, channels, Samples::U16(&samples));
             }
             _ => {}
@@ -129,7 +129,7 @@ impl Writer<'_> {
             self.note(format!("image {name:?}: rounded to 16 bits a channel"));
         }
         let opaque = texels.iter().all(|texel| texel[3] == u16::MAX);
-        let (samples, channels) = packed(&texels, opaque);
+        let (samples, channels) = pack_channels(&texels, opaque);
         png::encode(image.size, channels, Samples::U16(&samples))
     }
 
@@ -158,23 +158,23 @@ impl Writer<'_> {
         if (rotation.abs() - std::f64::consts::PI).abs() < 1e-7 {
             (rotation, width, height) = (0.0, -width, -height);
         }
-        let tidy = |v: f64| short(v as f32);
+        let rounded = |v: f64| shortest_f32(v as f32);
         let mut json = json!({});
         if [x, y] != [0.0; 2] {
-            json["offset"] = json!([tidy(x), tidy(y)]);
+            json["offset"] = json!([rounded(x), rounded(y)]);
         }
         if rotation.abs() > 1e-7 {
             json["rotation"] = json!(rotation);
         }
         if (width - 1.0).abs().max((height - 1.0).abs()) > 1e-7 {
-            json["scale"] = json!([tidy(width), tidy(height)]);
+            json["scale"] = json!([rounded(width), rounded(height)]);
         }
         Some(json)
     }
 }
 
 /// All channels, or all but alpha where it says nothing; and how many there are.
-fn packed<T: Copy>(texels: &[[T; 4]], opaque: bool) -> (Vec<T>, usize) {
+fn pack_channels<T: Copy>(texels: &[[T; 4]], opaque: bool) -> (Vec<T>, usize) {
     match opaque {
         true => (texels.iter().flat_map(|t| [t[0], t[1], t[2]]).collect(), 3),
         false => (texels.as_flattened().to_vec(), 4),
@@ -182,7 +182,7 @@ fn packed<T: Copy>(texels: &[[T; 4]], opaque: bool) -> (Vec<T>, usize) {
 }
 
 fn sampler_json(sampler: &TextureSampler) -> Value {
-    use Interpolation::{Linear, Nearest};
+    use TexelFilter::{Linear, Nearest};
     let wrap = |wrap: Wrap| match wrap {
         Wrap::Repeat => 10497,
         Wrap::Clamp => 33071,

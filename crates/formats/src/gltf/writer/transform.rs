@@ -6,8 +6,8 @@ use serde_json::{Map, Value, json};
 /// The keys of a node that is placed by parts, without those that say nothing.
 pub(crate) fn parts(translation: DVec3, rotation: DQuat, scale: DVec3) -> Map<String, Value> {
     let mut keys = Map::new();
-    let rotation = DQuat::from_array(rotation.to_array().map(tidy));
-    let scale = DVec3::from_array(scale.to_array().map(tidy));
+    let rotation = DQuat::from_array(rotation.to_array().map(round_noise));
+    let scale = DVec3::from_array(scale.to_array().map(round_noise));
     if translation != DVec3::ZERO {
         keys.insert("translation".into(), json!(translation.to_array()));
     }
@@ -21,7 +21,7 @@ pub(crate) fn parts(translation: DVec3, rotation: DQuat, scale: DVec3) -> Map<St
 }
 
 /// Without the last digits, which taking a matrix apart has spoilt.
-fn tidy(value: f64) -> f64 {
+fn round_noise(value: f64) -> f64 {
     const DIGITS: f64 = 1e13;
     let rounded = (value * DIGITS).round() / DIGITS;
     if value.abs() < 100.0 {
@@ -40,20 +40,20 @@ pub(crate) fn nodes(transform: DAffine3) -> Vec<Map<String, Value>> {
     if !(off(m.x_axis, m.y_axis) || off(m.y_axis, m.z_axis) || off(m.z_axis, m.x_axis)) {
         let scale = scale * DVec3::new(m.determinant().signum(), 1.0, 1.0);
         let rotation = DMat3::from_cols(m.x_axis / scale.x, m.y_axis / scale.y, m.z_axis / scale.z);
-        return vec![parts(transform.translation, turn(rotation), scale)];
+        return vec![parts(transform.translation, quaternion_of(rotation), scale)];
     }
     let (v, squares) = eigenvectors(m.transpose() * m);
     let scale = DVec3::new(squares.x.sqrt(), squares.y.sqrt(), squares.z.sqrt());
     let scale = scale * DVec3::new(m.determinant().signum(), 1.0, 1.0);
     let u = m * v * DMat3::from_diagonal(scale.recip());
     vec![
-        parts(transform.translation, turn(u), scale),
-        parts(DVec3::ZERO, turn(v.transpose()), DVec3::ONE),
+        parts(transform.translation, quaternion_of(u), scale),
+        parts(DVec3::ZERO, quaternion_of(v.transpose()), DVec3::ONE),
     ]
 }
 
 /// The quaternion of a rotation; that of none has no rounding error.
-pub(crate) fn turn(rotation: DMat3) -> DQuat {
+pub(crate) fn quaternion_of(rotation: DMat3) -> DQuat {
     if rotation == DMat3::IDENTITY {
         return DQuat::IDENTITY;
     }

@@ -1,20 +1,20 @@
-//! Elements of accessors, out of their bytes into numbers.
+//! AccessorView of accessors, out of their bytes into numbers.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::codec::draco;
 use crate::error::FormatError;
-use crate::gltf::Document;
-use crate::gltf::diagnostics::Ledger;
-use crate::io::byte_source::Bytes;
+use crate::gltf::document::Document;
+use crate::gltf::document::memory_allowance::MemoryAllowance;
+use crate::io::byte_source::ByteSource;
 use crate::io::parallel;
 
-/// Elements that are decoded at a time.
-const ELEMENTS: usize = 1 << 15;
+/// AccessorView that are decoded at a time.
+const BLOCK_ELEMENTS: usize = 1 << 15;
 
 /// All bytes are a number.
-fn any(_: &[u8]) -> bool {
+fn always_valid(_: &[u8]) -> bool {
     true
 }
 
@@ -43,15 +43,15 @@ impl Component {
     }
 
     /// That of a Draco stream, unless glTF cannot have it.
-    pub(crate) fn from_draco(component: draco::Component) -> Option<Self> {
+    pub(crate) fn from_draco(component: draco::ComponentType) -> Option<Self> {
         Some(match component {
-            draco::Component::I8 => Self::I8,
-            draco::Component::U8 => Self::U8,
-            draco::Component::I16 => Self::I16,
-            draco::Component::U16 => Self::U16,
-            draco::Component::U32 => Self::U32,
-            draco::Component::F32 => Self::F32,
-            draco::Component::I32 => return None,
+            draco::ComponentType::I8 => Self::I8,
+            draco::ComponentType::U8 => Self::U8,
+            draco::ComponentType::I16 => Self::I16,
+            draco::ComponentType::U16 => Self::U16,
+            draco::ComponentType::U32 => Self::U32,
+            draco::ComponentType::F32 => Self::F32,
+            draco::ComponentType::I32 => return None,
         })
     }
 
@@ -65,7 +65,7 @@ impl Component {
 }
 
 /// The elements of an accessor.
-pub(crate) struct Elements<'a> {
+pub(crate) struct AccessorView<'a> {
     /// As errors name it: `accessors[3]`.
     pub(crate) place: String,
     /// What glTF-Validator calls numbers of another format than those that are expected here.
@@ -76,12 +76,12 @@ pub(crate) struct Elements<'a> {
     pub(crate) count: usize,
     pub(crate) stride: usize,
     /// At least `(count - 1) * stride` and one element.
-    pub(crate) bytes: Bytes<'a>,
+    pub(crate) bytes: ByteSource<'a>,
 }
 
-impl Elements<'_> {
+impl AccessorView<'_> {
     /// Only the elements from `first` on, `count` of them.
-    pub(crate) fn window(self, first: usize, count: usize) -> Self {
+    pub(crate) fn slice(self, first: usize, count: usize) -> Self {
         if first == 0 && count == self.count {
             return self;
         }
@@ -98,16 +98,16 @@ impl Elements<'_> {
     pub(crate) fn floats<const N: usize>(
         &self,
         document: &Document<'_>,
-        ledger: &mut Ledger,
+        allowance: &mut MemoryAllowance,
     ) -> Result<Vec<[f32; N]>, FormatError> {
-        self.made_of_floats(document, ledger, |values| values)
+        self.map_floats(document, allowance, |values| values)
     }
 
     /// What `make` makes of the floats of every element.
-    pub(crate) fn made_of_floats<const N: usize, T: Copy + Default + Send>(
+    pub(crate) fn map_floats<const N: usize, T: Copy + Default + Send>(
         &self,
         document: &Document<'_>,
-        ledger: &mut Ledger,
+        allowance: &mut MemoryAllowance,
         make: impl Fn([f32; N]) -> [T; N] + Sync,
     ) -> Result<Vec<[T; N]>, FormatError> {
         if self.arity != N {
@@ -116,7 +116,7 @@ impl Elements<'_> {
                 self.place, self.arity, self.wrong_format
             )));
         }
-        ledger.take(document.path, &self.place, self.count as u64, 4 * N as u64)?;
+        allowance.charge(document.path, &self.place, self.count as u64, 4 * N as u64)?;
         let unit = self.normalized;
         let made = match self.component {
             Component::F32 => {
@@ -127,27 +127,33 @@ impl Elements<'_> {
                 };
                 self.decode::<4, N, _, _>(f32::from_le_bytes, finite, make)
             }
-            Component::I8 if unit => {
-                self.decode::<1, N, _, _>(|[v]| (f32::from(v as i8) / 127.0).max(-1.0), any, make)
+            Component::I8 if unit => self.decode::<1, N, _, _>(
+                |[v]| (f32::from(v as i8) / 127.0).max(-1.0),
+                always_valid,
+                make,
+            ),
+            Component::I8 => {
+                self.decode::<1, N, _, _>(|[v]| f32::from(v as i8), always_valid, make)
             }
-            Component::I8 => self.decode::<1, N, _, _>(|[v]| f32::from(v as i8), any, make),
             Component::U8 if unit => {
-                self.decode::<1, N, _, _>(|[v]| f32::from(v) / 255.0, any, make)
+                self.decode::<1, N, _, _>(|[v]| f32::from(v) / 255.0, always_valid, make)
             }
-            Component::U8 => self.decode::<1, N, _, _>(|[v]| f32::from(v), any, make),
+            Component::U8 => self.decode::<1, N, _, _>(|[v]| f32::from(v), always_valid, make),
             Component::I16 if unit => self.decode::<2, N, _, _>(
                 |v| (f32::from(i16::from_le_bytes(v)) / 32767.0).max(-1.0),
-                any,
+                always_valid,
                 make,
             ),
             Component::I16 => {
-                self.decode::<2, N, _, _>(|v| f32::from(i16::from_le_bytes(v)), any, make)
+                self.decode::<2, N, _, _>(|v| f32::from(i16::from_le_bytes(v)), always_valid, make)
             }
-            Component::U16 if unit => {
-                self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)) / 65535.0, any, make)
-            }
+            Component::U16 if unit => self.decode::<2, N, _, _>(
+                |v| f32::from(u16::from_le_bytes(v)) / 65535.0,
+                always_valid,
+                make,
+            ),
             Component::U16 => {
-                self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)), any, make)
+                self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)), always_valid, make)
             }
             Component::U32 => {
                 return Err(document.fault(format!(
@@ -156,20 +162,20 @@ impl Elements<'_> {
                 )));
             }
         };
-        let (made, finite) = made.map_err(|error| document.unread(error))?;
+        let (made, finite) = made.map_err(|error| document.read_error(error))?;
         if finite {
             Ok(made)
         } else {
-            Err(self.not_finite::<N>(document))
+            Err(self.non_finite_error::<N>(document))
         }
     }
 
     /// The error of the first element that is not finite.
-    fn not_finite<const N: usize>(&self, document: &Document<'_>) -> FormatError {
-        let all = self.decode::<4, N, _, _>(f32::from_le_bytes, any, |values| values);
+    fn non_finite_error<const N: usize>(&self, document: &Document<'_>) -> FormatError {
+        let all = self.decode::<4, N, _, _>(f32::from_le_bytes, always_valid, |values| values);
         let values = match all {
             Ok((values, _)) => values,
-            Err(error) => return document.unread(error),
+            Err(error) => return document.read_error(error),
         };
         let finite = |value: &[f32; N]| value.iter().all(|v| v.is_finite());
         let i = values.iter().position(|value| !finite(value)).unwrap_or(0);
@@ -220,9 +226,9 @@ impl Elements<'_> {
                 }
             };
             self.bytes
-                .windows(first * stride, count, stride, size, window)
+                .for_each_window(first * stride, count, stride, size, window)
         };
-        parallel::make(&mut made, ELEMENTS, block)?;
+        parallel::fill_blocks(&mut made, BLOCK_ELEMENTS, block)?;
         Ok((made, all_valid.into_inner()))
     }
 
@@ -230,23 +236,23 @@ impl Elements<'_> {
     pub(crate) fn integers<const N: usize>(
         &self,
         document: &Document<'_>,
-        ledger: &mut Ledger,
+        allowance: &mut MemoryAllowance,
     ) -> Result<Vec<[u32; N]>, FormatError> {
-        self.unsigned(document, N)?;
-        ledger.take(document.path, &self.place, self.count as u64, 4 * N as u64)?;
+        self.check_unsigned(document, N)?;
+        allowance.charge(document.path, &self.place, self.count as u64, 4 * N as u64)?;
         let made = match self.component {
-            Component::U8 => self.decode::<1, N, _, _>(|[v]| u32::from(v), any, |v| v),
+            Component::U8 => self.decode::<1, N, _, _>(|[v]| u32::from(v), always_valid, |v| v),
             Component::U16 => {
-                self.decode::<2, N, _, _>(|v| u32::from(u16::from_le_bytes(v)), any, |v| v)
+                self.decode::<2, N, _, _>(|v| u32::from(u16::from_le_bytes(v)), always_valid, |v| v)
             }
-            _ => self.decode::<4, N, _, _>(u32::from_le_bytes, any, |v| v),
+            _ => self.decode::<4, N, _, _>(u32::from_le_bytes, always_valid, |v| v),
         };
-        let (made, _) = made.map_err(|error| document.unread(error))?;
+        let (made, _) = made.map_err(|error| document.read_error(error))?;
         Ok(made)
     }
 
     /// Whether the elements are so many unsigned integers each.
-    fn unsigned(&self, document: &Document<'_>, expected: usize) -> Result<(), FormatError> {
+    fn check_unsigned(&self, document: &Document<'_>, expected: usize) -> Result<(), FormatError> {
         let kind = self.component;
         let unsigned = matches!(kind, Component::U8 | Component::U16 | Component::U32);
         if self.arity == expected && unsigned && !self.normalized {
@@ -260,18 +266,18 @@ impl Elements<'_> {
     }
 
     /// Single integers in order, `N` at a time, and how many are left over.
-    pub(crate) fn groups<const N: usize>(
+    pub(crate) fn chunks<const N: usize>(
         mut self,
         document: &Document<'_>,
-        ledger: &mut Ledger,
+        allowance: &mut MemoryAllowance,
     ) -> Result<(Vec<[u32; N]>, usize), FormatError> {
-        self.unsigned(document, 1)?;
+        self.check_unsigned(document, 1)?;
         let over = self.count % N;
         if self.arity == 1 && self.stride == self.component.size() {
             (self.arity, self.count, self.stride) = (N, self.count / N, self.stride * N);
-            return Ok((self.integers(document, ledger)?, over));
+            return Ok((self.integers(document, allowance)?, over));
         }
-        let single = self.integers::<1>(document, ledger)?;
+        let single = self.integers::<1>(document, allowance)?;
         Ok((single.as_flattened().as_chunks().0.to_vec(), over))
     }
 }

@@ -1,11 +1,11 @@
 //! Accessors: typed elements in bytes (glTF 2.0, section 3.6.2), strided, sparse, normalised or none of these.
 
-use super::Document;
-use super::json::Accessor;
 use crate::error::FormatError;
-use crate::gltf::accessor_view::{Component, Elements};
-use crate::gltf::diagnostics::Ledger;
-use crate::io::byte_source::Bytes;
+use crate::gltf::document::Document;
+use crate::gltf::document::accessor_view::{AccessorView, Component};
+use crate::gltf::document::memory_allowance::MemoryAllowance;
+use crate::gltf::json::Accessor;
+use crate::io::byte_source::ByteSource;
 
 /// Columns, rows, and so components of an element of this type.
 fn shape(kind: &str) -> Option<(usize, usize)> {
@@ -59,12 +59,12 @@ impl Layout {
 
 impl<'a> Document<'a> {
     /// The elements of an accessor that is referred to from `from`.
-    pub(super) fn elements(
+    pub(crate) fn elements(
         &'a self,
         index: usize,
         from: &str,
-        ledger: &mut Ledger,
-    ) -> Result<Elements<'a>, FormatError> {
+        allowance: &mut MemoryAllowance,
+    ) -> Result<AccessorView<'a>, FormatError> {
         let Some(accessor) = self.root.accessors.get(index) else {
             return Err(self.unresolved(from, index, self.root.accessors.len()));
         };
@@ -82,10 +82,13 @@ impl<'a> Document<'a> {
                 ".count: 0, expected at least 1 (VALUE_NOT_IN_RANGE)".into(),
             ));
         }
-        let (mut bytes, stride): (Bytes<'_>, usize) = match accessor.buffer_view {
+        let (mut bytes, stride): (ByteSource<'_>, usize) = match accessor.buffer_view {
             None => {
-                ledger.take(self.path, &place, count, size as u64)?;
-                (Bytes::Memory(vec![0; count as usize * size].into()), size)
+                allowance.charge(self.path, &place, count, size as u64)?;
+                (
+                    ByteSource::Memory(vec![0; count as usize * size].into()),
+                    size,
+                )
             }
             Some(view) => {
                 let (bytes, stride) = self
@@ -102,15 +105,15 @@ impl<'a> Document<'a> {
         let count = count as usize;
         let mut stride = stride;
         if let Some(sparse) = &accessor.sparse {
-            ledger.take(self.path, &place, count as u64, size as u64)?;
+            allowance.charge(self.path, &place, count as u64, size as u64)?;
             // Without gaps, so that overlapping strides cannot be written through.
             let mut dense = Vec::with_capacity(count * size);
             let copy = |_, bytes: &[u8]| {
                 let elements = bytes.chunks(stride);
                 elements.for_each(|element| dense.extend_from_slice(&element[..size]));
             };
-            let copied = bytes.windows(0, count, stride, size, copy);
-            copied.map_err(|error| self.unread(error))?;
+            let copied = bytes.for_each_window(0, count, stride, size, copy);
+            copied.map_err(|error| self.read_error(error))?;
             stride = size;
             let part = |name: &str, view: usize, offset: u64, size: usize| {
                 let fault = |message: String| fault(format!(".sparse.{name}{message}"));
@@ -121,7 +124,7 @@ impl<'a> Document<'a> {
                 let held = held(bytes, offset, sparse.count, size, size).map_err(|e| {
                     fault(format!("{e} of bufferViews[{view}] (ACCESSOR_TOO_LONG)"))
                 })?;
-                held.read().map_err(|error| self.unread(error))
+                held.read().map_err(|error| self.read_error(error))
             };
             let indices = &sparse.indices;
             let kind = Component::from_code(indices.component_type)
@@ -155,9 +158,9 @@ impl<'a> Document<'a> {
                 };
                 element.copy_from_slice(value);
             }
-            bytes = Bytes::Memory(dense.into());
+            bytes = ByteSource::Memory(dense.into());
         }
-        Ok(Elements {
+        Ok(AccessorView {
             place,
             wrong_format: wrong_format(from),
             component,
@@ -182,16 +185,16 @@ fn wrong_format(from: &str) -> &'static str {
 }
 
 /// The same of an attribute.
-pub(super) const ATTRIBUTE_FORMAT: &str = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
+pub(crate) const ATTRIBUTE_FORMAT: &str = "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT";
 
 /// The bytes of so many elements in a view.
 fn held(
-    bytes: Bytes<'_>,
+    bytes: ByteSource<'_>,
     offset: u64,
     count: u64,
     size: usize,
     stride: usize,
-) -> Result<Bytes<'_>, String> {
+) -> Result<ByteSource<'_>, String> {
     let needed = count
         .saturating_sub(1)
         .checked_mul(stride as u64)

@@ -3,23 +3,23 @@
 use std::sync::Arc;
 
 use raycam_scene::animation::{
-    Animation, Channel, Interpolation, Node, Sampler, Target, Transform,
+    Animation, AnimationSampler, AnimationTarget, Channel, Node, SamplerInterpolation, Transform,
 };
 
-use super::Builder;
-use super::json;
 use crate::error::FormatError;
+use crate::gltf::json;
+use crate::gltf::world::builder::Builder;
 
 impl Builder<'_, '_> {
     /// All animations of the document, of nodes that are `nodes`.
-    pub(super) fn animations(&mut self, nodes: &[Node]) -> Result<Vec<Animation>, FormatError> {
+    pub(crate) fn animations(&mut self, nodes: &[Node]) -> Result<Vec<Animation>, FormatError> {
         let document = self.document;
         let mut animations = Vec::new();
         for (i, json) in document.root.animations.iter().enumerate() {
             let mut channels = Vec::new();
             for (j, channel) in json.channels.iter().enumerate() {
                 let place = format!("animations[{i}].channels[{j}]");
-                let targets = self.targets(&place, channel, nodes)?;
+                let targets = self.channel_targets(&place, channel, nodes)?;
                 let Some(&target) = targets.first() else {
                     continue;
                 };
@@ -27,10 +27,10 @@ impl Builder<'_, '_> {
                 let sampler = document.get(&json.samplers, channel.sampler, &at)?;
                 let at = format!("animations[{i}].samplers[{}]", channel.sampler);
                 let width = match target {
-                    Target::Weights(node) => nodes[node].weights.len(),
-                    target => target.width(),
+                    AnimationTarget::Weights(node) => nodes[node].weights.len(),
+                    target => target.component_count(),
                 };
-                let rotation = matches!(target, Target::Rotation(_));
+                let rotation = matches!(target, AnimationTarget::Rotation(_));
                 let sampler = Arc::new(self.sampler(&at, sampler, width, rotation)?);
                 channels.extend(targets.into_iter().map(|target| Channel {
                     target,
@@ -46,12 +46,12 @@ impl Builder<'_, '_> {
     }
 
     /// What a channel moves, all of the same kind; nothing, with a notice, where nothing of it moves here.
-    fn targets(
+    fn channel_targets(
         &mut self,
         place: &str,
         channel: &json::Channel,
         nodes: &[Node],
-    ) -> Result<Vec<Target>, FormatError> {
+    ) -> Result<Vec<AnimationTarget>, FormatError> {
         let document = self.document;
         let json = &channel.target;
         let pointer = json.extensions.pointer.as_ref().map(|p| &p.pointer[..]);
@@ -64,15 +64,15 @@ impl Builder<'_, '_> {
                 match node {
                     Some((node, path)) => (node, path),
                     None => {
-                        let found = document.pointed_at(pointer);
+                        let found = document.resolve_pointer(pointer);
                         if found.is_none() {
-                            self.ledger
+                            self.diagnostics
                                 .note(place, format!("{pointer} is not animated"));
                         }
                         let mut found = found.unwrap_or_default();
                         // Of a mesh without morph targets.
                         found.retain(|target| {
-                            !matches!(target, Target::Weights(i) if nodes[*i].weights.is_empty())
+                            !matches!(target, AnimationTarget::Weights(i) if nodes[*i].weights.is_empty())
                         });
                         return Ok(found);
                     }
@@ -80,7 +80,7 @@ impl Builder<'_, '_> {
             }
             (path, _, Some(node)) => (node, path),
             (_, _, None) => {
-                self.ledger
+                self.diagnostics
                     .note(place, "a channel without a target moves nothing");
                 return Ok(Vec::new());
             }
@@ -88,31 +88,33 @@ impl Builder<'_, '_> {
         let at = format!("{place}.target.node");
         let found = document.get(nodes, node, &at)?;
         let target = match path {
-            "translation" => Target::Translation(node),
-            "rotation" => Target::Rotation(node),
-            "scale" => Target::Scale(node),
+            "translation" => AnimationTarget::Translation(node),
+            "rotation" => AnimationTarget::Rotation(node),
+            "scale" => AnimationTarget::Scale(node),
             "weights" if found.weights.is_empty() => {
                 let message = "a channel of weights of a node without morph targets \
                                (ANIMATION_CHANNEL_TARGET_NODE_WEIGHTS_NO_MORPHS)";
-                self.ledger.note(place, message);
+                self.diagnostics.note(place, message);
                 return Ok(Vec::new());
             }
-            "weights" => Target::Weights(node),
-            "extensions/KHR_node_visibility/visible" => Target::Visible(node),
+            "weights" => AnimationTarget::Weights(node),
+            "extensions/KHR_node_visibility/visible" => AnimationTarget::Visible(node),
             path => {
                 let message = format!("{path:?} of a node is not animated (VALUE_NOT_IN_LIST)");
-                self.ledger.note(place, message);
+                self.diagnostics.note(place, message);
                 return Ok(Vec::new());
             }
         };
         let of_transform = matches!(
             target,
-            Target::Translation(_) | Target::Rotation(_) | Target::Scale(_)
+            AnimationTarget::Translation(_)
+                | AnimationTarget::Rotation(_)
+                | AnimationTarget::Scale(_)
         );
         if of_transform && matches!(found.transform, Transform::Matrix(_)) {
             let message = "a node with a matrix cannot be animated \
                            (ANIMATION_CHANNEL_TARGET_NODE_MATRIX)";
-            self.ledger.note(place, message);
+            self.diagnostics.note(place, message);
             return Ok(Vec::new());
         }
         Ok(vec![target])
@@ -124,27 +126,27 @@ impl Builder<'_, '_> {
         json: &json::AnimationSampler,
         width: usize,
         rotation: bool,
-    ) -> Result<Sampler, FormatError> {
+    ) -> Result<AnimationSampler, FormatError> {
         let document = self.document;
         let interpolation = match &json.interpolation[..] {
-            "STEP" => Interpolation::Step,
-            "LINEAR" => Interpolation::Linear,
-            "CUBICSPLINE" => Interpolation::CubicSpline,
+            "STEP" => SamplerInterpolation::Step,
+            "LINEAR" => SamplerInterpolation::Linear,
+            "CUBICSPLINE" => SamplerInterpolation::CubicSpline,
             other => {
                 return Err(document.fault(format!(
                     "{place}.interpolation: {other:?} (VALUE_NOT_IN_LIST)"
                 )));
             }
         };
-        let ledger = &mut self.ledger;
-        let input = document.elements(json.input, &format!("{place}.input"), ledger)?;
-        let times = input.floats::<1>(document, ledger)?.into_flattened();
-        let output = document.elements(json.output, &format!("{place}.output"), ledger)?;
+        let allowance = &mut self.allowance;
+        let input = document.elements(json.input, &format!("{place}.input"), allowance)?;
+        let times = input.floats::<1>(document, allowance)?.into_flattened();
+        let output = document.elements(json.output, &format!("{place}.output"), allowance)?;
         let values = match output.arity {
-            2 => output.floats::<2>(document, ledger)?.into_flattened(),
-            3 => output.floats::<3>(document, ledger)?.into_flattened(),
-            4 => output.floats::<4>(document, ledger)?.into_flattened(),
-            _ => output.floats::<1>(document, ledger)?.into_flattened(),
+            2 => output.floats::<2>(document, allowance)?.into_flattened(),
+            3 => output.floats::<3>(document, allowance)?.into_flattened(),
+            4 => output.floats::<4>(document, allowance)?.into_flattened(),
+            _ => output.floats::<1>(document, allowance)?.into_flattened(),
         };
         // As glTF-Validator calls what is wrong with them, if something is.
         let code = if times.first().is_some_and(|first| *first < 0.0) {
@@ -155,7 +157,7 @@ impl Builder<'_, '_> {
             "ANIMATION_SAMPLER_OUTPUT_ACCESSOR_INVALID_COUNT"
         };
         let place = &format!("{place} ({code})");
-        Sampler::new(times, values, width, interpolation, rotation)
+        AnimationSampler::new(times, values, width, interpolation, rotation)
             .map_err(|error| document.scene(place, error))
     }
 }

@@ -3,39 +3,40 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
-use raycam_scene::animation::{self as rig, CameraMount, Mount, Rig, Transform};
+use raycam_scene::animation::{self as rig, NodeCamera, NodeObject, NodeTree, Transform};
 use raycam_scene::world::variant::Variant;
 use raycam_scene::{Mesh, Object, World};
 
-use super::json::Node;
-use super::mesh::Placeable;
-use super::{Builder, Document};
 use crate::error::FormatError;
+use crate::gltf::document::Document;
+use crate::gltf::json::Node;
+use crate::gltf::world::builder::Builder;
+use crate::gltf::world::builder::ImportedMesh;
 
 /// The tree, parents before children.
-struct Tree {
+struct NodeOrder {
     order: Vec<usize>,
     parents: Vec<Option<usize>>,
 }
 
 impl Builder<'_, '_> {
     /// Adds everything that the scene's nodes show, as it is before anything has moved.
-    pub(super) fn nodes(&mut self) -> Result<(), FormatError> {
+    pub(crate) fn nodes(&mut self) -> Result<(), FormatError> {
         let document = self.document;
         let nodes = &document.root.nodes;
-        let tree = document.tree()?;
+        let tree = document.node_order()?;
         let roots = self.scene_roots(&tree)?;
         let mut shown = vec![false; nodes.len()];
         for &root in &roots {
             shown[root] = true;
         }
-        let mut rig = Rig {
+        let mut rig = NodeTree {
             skins: self.skins()?,
-            ..Rig::default()
+            ..NodeTree::default()
         };
         for (i, node) in nodes.iter().enumerate() {
-            if let Some(message) = node.oddity() {
-                self.ledger.note(format!("nodes[{i}]"), message);
+            if let Some(message) = node.transform_warning() {
+                self.diagnostics.note(format!("nodes[{i}]"), message);
             }
             rig.nodes.push(rig::Node {
                 parent: tree.parents[i],
@@ -64,10 +65,10 @@ impl Builder<'_, '_> {
         rig.order = tree.order;
         rig.animations = self.animations(&rig.nodes)?;
         let channels = rig.animations.iter().flat_map(|a| &a.channels);
-        rig.materials = self.moving_materials(channels.map(|channel| channel.target));
+        rig.materials = self.animated_materials(channels.map(|channel| channel.target));
         let moving = !rig.animations.is_empty();
         if moving {
-            rig.nothing = self.world.add_mesh(Mesh {
+            rig.hidden_mesh = self.world.add_mesh(Mesh {
                 vertices: vec![DVec3::ZERO],
                 triangles: vec![[0; 3]],
                 ..Mesh::default()
@@ -86,7 +87,7 @@ impl Builder<'_, '_> {
             if let Some(camera) = node.camera {
                 let at = format!("{place}.camera");
                 let added = self.camera(&at, camera, &node.name, transform)?;
-                rig.cameras.extend(added.map(|added| CameraMount {
+                rig.cameras.extend(added.map(|added| NodeCamera {
                     camera: added,
                     node: i,
                     definition: camera,
@@ -95,7 +96,7 @@ impl Builder<'_, '_> {
             }
             if !visible[i] && (node.mesh.is_some() || node.extensions.light.is_some()) {
                 let message = "hidden, as KHR_node_visibility says";
-                self.ledger.note(&place, message);
+                self.diagnostics.note(&place, message);
             }
             if let Some(light) = node.extensions.light.as_ref().filter(|_| visible[i]) {
                 let place = format!("{place}.extensions.KHR_lights_punctual.light");
@@ -103,25 +104,25 @@ impl Builder<'_, '_> {
                     .extend(self.light(&place, light.light, i, transform)?);
             }
             if let Some(mesh) = node.mesh.filter(|_| visible[i] || moving)
-                && let Some(placeable) = self.mesh(&format!("{place}.mesh"), mesh)?
+                && let Some(imported) = self.mesh(&format!("{place}.mesh"), mesh)?
             {
-                self.objects(i, &placeable, transform, &mut rig)?;
+                self.objects(i, &imported, transform, &mut rig)?;
             }
         }
-        if moving || rig.objects.iter().any(|mount| mount.shape.is_some()) {
+        if moving || rig.objects.iter().any(|mount| mount.deformable.is_some()) {
             let world = World {
-                rig: Some(Arc::new(rig)),
+                node_tree: Some(Arc::new(rig)),
                 ..std::mem::take(&mut self.world)
             };
             let rested = world.at_rest();
             self.world = rested.map_err(|error| document.scene("nodes", error))?;
-            self.world.rig = self.world.rig.take().filter(|_| moving);
+            self.world.node_tree = self.world.node_tree.take().filter(|_| moving);
         }
         Ok(())
     }
 
     /// The nodes of the scene to show: the default one, else the first, else all.
-    fn scene_roots(&mut self, tree: &Tree) -> Result<Vec<usize>, FormatError> {
+    fn scene_roots(&mut self, tree: &NodeOrder) -> Result<Vec<usize>, FormatError> {
         let document = self.document;
         let root = &document.root;
         let index = match root.scene {
@@ -140,14 +141,14 @@ impl Builder<'_, '_> {
                 scene.name,
                 root.scenes.len()
             );
-            self.ledger.note("scenes", message);
+            self.diagnostics.note("scenes", message);
         }
         for (i, &node) in scene.nodes.iter().enumerate() {
             let place = format!("scenes[{index}].nodes[{i}]");
             document.get(&root.nodes, node, &place)?;
             if tree.parents[node].is_some() {
                 let message = "a node that has a parent (SCENE_NON_ROOT_NODE)";
-                self.ledger.note(place, message);
+                self.diagnostics.note(place, message);
             }
         }
         Ok(scene.nodes.clone())
@@ -157,9 +158,9 @@ impl Builder<'_, '_> {
     fn objects(
         &mut self,
         index: usize,
-        placeable: &Placeable,
+        imported: &ImportedMesh,
         world_from_node: DAffine3,
-        rig: &mut Rig,
+        rig: &mut NodeTree,
     ) -> Result<(), FormatError> {
         let document = self.document;
         let (place, node) = (&format!("nodes[{index}]"), &document.root.nodes[index]);
@@ -174,13 +175,13 @@ impl Builder<'_, '_> {
             document.get(&rig.skins, skin, &format!("{place}.skin"))?;
         }
         let moving = !rig.animations.is_empty();
-        let shape = placeable.shape.as_ref();
+        let shape = imported.shape.as_ref();
         let skin = node
             .skin
             .filter(|_| shape.is_some_and(|shape| !shape.joints.is_empty()));
         for node_from_mesh in self.instances(place, node)? {
             let mut world_from_mesh = world_from_node * node_from_mesh;
-            let mut mesh = placeable.mesh;
+            let mut mesh = imported.mesh;
             let flat = !world_from_mesh.inverse().is_finite();
             if skin.is_some() {
                 world_from_mesh = DAffine3::IDENTITY;
@@ -190,7 +191,8 @@ impl Builder<'_, '_> {
             } else if flat {
                 let whole = self.world.meshes[mesh].clone();
                 let size = whole.vertices.len() + whole.triangles.len();
-                self.ledger.take(document.path, place, size as u64, 64)?;
+                self.allowance
+                    .charge(document.path, place, size as u64, 64)?;
                 match rig::flattened(&whole, world_from_mesh) {
                     Some(_) if shape.is_some() => world_from_mesh.matrix3 = DMat3::IDENTITY,
                     Some(flat) => {
@@ -199,7 +201,7 @@ impl Builder<'_, '_> {
                     }
                     None => {
                         let message = "its transform makes it a line or a point: nothing to see";
-                        self.ledger.note(place, message);
+                        self.diagnostics.note(place, message);
                         continue;
                     }
                 }
@@ -209,22 +211,23 @@ impl Builder<'_, '_> {
                 && rig.objects.iter().any(|mount| mount.mesh == mesh)
             {
                 let size = shape.mesh.vertices.len() + shape.mesh.triangles.len();
-                self.ledger.take(document.path, place, size as u64, 64)?;
+                self.allowance
+                    .charge(document.path, place, size as u64, 64)?;
                 self.world.meshes.push(shape.mesh.clone());
                 mesh = self.world.meshes.len() - 1;
             }
-            let materials = placeable.materials.clone();
+            let materials = imported.materials.clone();
             let object = Object::new(name, mesh, materials, world_from_mesh);
             let added = self.world.add_object(object);
             let object = added.map_err(|error| document.scene(place, error))?;
-            self.vary(object, node, placeable)?;
+            self.apply_variants(object, node, imported)?;
             if moving || shape.is_some() {
-                rig.objects.push(Mount {
+                rig.objects.push(NodeObject {
                     object,
                     node: index,
                     node_from_mesh,
                     mesh,
-                    shape: shape.cloned(),
+                    deformable: shape.cloned(),
                     skin,
                     rest: None,
                 });
@@ -234,15 +237,15 @@ impl Builder<'_, '_> {
     }
 
     /// `KHR_materials_variants`: which materials an object has in which.
-    fn vary(
+    fn apply_variants(
         &mut self,
         object: usize,
         node: &Node,
-        placeable: &Placeable,
+        imported: &ImportedMesh,
     ) -> Result<(), FormatError> {
         let document = self.document;
         let mesh = node.mesh.and_then(|mesh| document.root.meshes.get(mesh));
-        for (slot, &primitive) in placeable.primitives.iter().enumerate() {
+        for (slot, &primitive) in imported.primitives.iter().enumerate() {
             let json = mesh.and_then(|mesh| mesh.primitives.get(primitive));
             let mappings = json.and_then(|json| json.extensions.variants.as_ref());
             for mapping in mappings.iter().flat_map(|ext| &ext.mappings) {
@@ -272,27 +275,30 @@ impl Builder<'_, '_> {
         for (name, &index) in attributes {
             let place = format!("{place}.{name}");
             if !matches!(&name[..], "TRANSLATION" | "ROTATION" | "SCALE") {
-                self.ledger.note(place, "not used");
+                self.diagnostics.note(place, "not used");
                 continue;
             }
-            let elements = document.elements(index, &place, &mut self.ledger)?;
+            let elements = document.elements(index, &place, &mut self.allowance)?;
             if *count.get_or_insert(elements.count) != elements.count {
                 let message = format!("{place}: another number of elements than the others");
                 return Err(document.fault(message));
             }
             // An instance is an object of its own, which takes more than a vertex.
             let amount = 16 * elements.count as u64;
-            self.folder.budget.take_elements(document.path, amount)?;
+            self.assets.budget.take_elements(document.path, amount)?;
             match &name[..] {
                 "TRANSLATION" => {
-                    translations = Some(elements.floats::<3>(document, &mut self.ledger)?)
+                    translations = Some(elements.floats::<3>(document, &mut self.allowance)?)
                 }
-                "ROTATION" => rotations = Some(elements.floats::<4>(document, &mut self.ledger)?),
-                _ => scales = Some(elements.floats::<3>(document, &mut self.ledger)?),
+                "ROTATION" => {
+                    rotations = Some(elements.floats::<4>(document, &mut self.allowance)?)
+                }
+                _ => scales = Some(elements.floats::<3>(document, &mut self.allowance)?),
             }
         }
         let count = count.unwrap_or(0);
-        self.ledger.take(document.path, &place, count as u64, 512)?;
+        self.allowance
+            .charge(document.path, &place, count as u64, 512)?;
         let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         Ok((0..count)
             .map(|i| {
@@ -301,7 +307,7 @@ impl Builder<'_, '_> {
                     .map_or(DVec3::ZERO, |all| wide(all[i]));
                 let scale = scales.as_ref().map_or(DVec3::ONE, |all| wide(all[i]));
                 let rotation = rotations.as_ref().map_or(DQuat::IDENTITY, |all| {
-                    unit(all[i].map(f64::from)).unwrap_or(DQuat::IDENTITY)
+                    normalize_quaternion(all[i].map(f64::from)).unwrap_or(DQuat::IDENTITY)
                 });
                 DAffine3::from_scale_rotation_translation(scale, rotation, translation)
             })
@@ -310,14 +316,14 @@ impl Builder<'_, '_> {
 }
 
 /// The rotation of a quaternion that is not 0.
-fn unit(xyzw: [f64; 4]) -> Option<DQuat> {
+fn normalize_quaternion(xyzw: [f64; 4]) -> Option<DQuat> {
     let quaternion = DVec4::from_array(xyzw).try_normalize()?;
     Some(DQuat::from_vec4(quaternion))
 }
 
 impl Document<'_> {
     /// The tree of nodes: each has at most one parent, and none is above itself.
-    fn tree(&self) -> Result<Tree, FormatError> {
+    fn node_order(&self) -> Result<NodeOrder, FormatError> {
         let nodes = &self.root.nodes;
         let mut parents = vec![None; nodes.len()];
         for (i, node) in nodes.iter().enumerate() {
@@ -345,7 +351,7 @@ impl Document<'_> {
                 format!("nodes[{i}]: above or below a node that is above itself (NODE_LOOP)");
             return Err(self.fault(message));
         }
-        Ok(Tree { order, parents })
+        Ok(NodeOrder { order, parents })
     }
 
     fn local_transform(&self, i: usize, node: &Node) -> Result<Transform, FormatError> {
@@ -363,13 +369,13 @@ impl Document<'_> {
         let translation = DVec3::from(node.translation.unwrap_or_default());
         let scale = DVec3::from(node.scale.unwrap_or([1.0; 3]));
         let rotation = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-        let Some(rotation) = unit(rotation) else {
+        let Some(rotation) = normalize_quaternion(rotation) else {
             return fault(format!("rotation: {rotation:?} (ROTATION_NON_UNIT)"));
         };
         if !(translation.is_finite() && scale.is_finite()) {
             return fault("translation or scale: not finite".into());
         }
-        Ok(Transform::Parts {
+        Ok(Transform::Trs {
             translation,
             rotation,
             scale,

@@ -1,24 +1,22 @@
 //! Materials: metallic-roughness and the extensions that add to it.
 
-use raycam_scene::Mesh;
 use raycam_scene::material::principled::{NormalMap, Principled, Textured};
-use raycam_scene::material::{Alpha, Material, Reflectance};
+use raycam_scene::material::{Alpha, Material, MaterialModel};
 use raycam_scene::texture::TextureSlot;
 
-use super::json::{Primitive, TextureInfo};
-use super::{Builder, Document};
 use crate::error::FormatError;
-use crate::gltf::diagnostics::Ledger;
 use crate::gltf::json::material::{self as json, Extensions};
-use crate::image::ColorUse::{self, Color, Data};
+use crate::gltf::json::texture_info::TextureInfo;
+use crate::gltf::world::builder::Builder;
+use crate::image::decoder::ColorUse::{self, Color, Data};
 
 /// Any number that is not negative.
-pub(super) const ANY: [f64; 2] = [0.0, f32::MAX as f64];
-const SHARE: [f64; 2] = [0.0, 1.0];
+pub(crate) const NON_NEGATIVE: [f64; 2] = [0.0, f32::MAX as f64];
+const UNIT_INTERVAL: [f64; 2] = [0.0, 1.0];
 
 impl Builder<'_, '_> {
     /// All materials, with those of the document first and in its order; then the one of those that have none.
-    pub(super) fn materials(&mut self) -> Result<(), FormatError> {
+    pub(crate) fn materials(&mut self) -> Result<(), FormatError> {
         let document = self.document;
         for (i, json) in document.root.materials.iter().enumerate() {
             let place = format!("materials[{i}]");
@@ -30,7 +28,7 @@ impl Builder<'_, '_> {
     }
 
     /// The index in the world of a material of the document, or of glTF's own for those that have none.
-    pub(super) fn material_index(
+    pub(crate) fn material_index(
         &mut self,
         place: &str,
         index: Option<usize>,
@@ -44,7 +42,7 @@ impl Builder<'_, '_> {
             None => {
                 let material = Material {
                     double_sided: false,
-                    reflectance: Reflectance::Principled(Box::default()),
+                    model: MaterialModel::Principled(Box::default()),
                     ..Material::default()
                 };
                 let added = self.world.add_material(material);
@@ -53,11 +51,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    fn material(
-        &mut self,
-        place: &str,
-        json: &json::Material,
-    ) -> Result<Material, FormatError> {
+    fn material(&mut self, place: &str, json: &json::Material) -> Result<Material, FormatError> {
         let pbr = &json.pbr_metallic_roughness;
         let at = |key: &str| format!("{place}.{key}");
         let pbr_at = |key: &str| format!("{place}.pbrMetallicRoughness.{key}");
@@ -73,7 +67,7 @@ impl Builder<'_, '_> {
             self.specular_glossiness(place, old, &mut material, &mut principled)?;
         } else {
             let factor = pbr.base_color_factor.unwrap_or([1.0; 4]);
-            let [r, g, b, a] = self.numbers(&pbr_at("baseColorFactor"), factor, SHARE);
+            let [r, g, b, a] = self.numbers(&pbr_at("baseColorFactor"), factor, UNIT_INTERVAL);
             (material.color, material.opacity) = ([r, g, b], a);
             let info = pbr.base_color_texture.as_ref();
             material.texture = self.slot(&pbr_at("baseColorTexture"), info, Color)?;
@@ -81,21 +75,21 @@ impl Builder<'_, '_> {
             let texture = self.slot(&pbr_at("metallicRoughnessTexture"), info, Data)?;
             let (metallic, roughness) = (pbr.metallic_factor, pbr.roughness_factor);
             let metallic = metallic.unwrap_or(1.0);
-            let value = self.number(&pbr_at("metallicFactor"), metallic, SHARE);
+            let value = self.number(&pbr_at("metallicFactor"), metallic, UNIT_INTERVAL);
             principled.metallic = Textured { value, texture };
             let roughness = roughness.unwrap_or(1.0);
-            let value = self.number(&pbr_at("roughnessFactor"), roughness, SHARE);
+            let value = self.number(&pbr_at("roughnessFactor"), roughness, UNIT_INTERVAL);
             principled.roughness = Textured { value, texture };
         }
         if extensions.unlit.is_some() {
-            material.reflectance = Reflectance::Unlit;
+            material.model = MaterialModel::Unlit;
             return Ok(material);
         }
         let strength = extensions.emissive_strength.as_ref();
         let strength = strength.and_then(|e| e.emissive_strength).unwrap_or(1.0);
         let strength_at = at("extensions.KHR_materials_emissive_strength.emissiveStrength");
-        let strength = self.number(&strength_at, strength, ANY);
-        let emission = self.numbers(&at("emissiveFactor"), json.emissive_factor, SHARE);
+        let strength = self.number(&strength_at, strength, NON_NEGATIVE);
+        let emission = self.numbers(&at("emissiveFactor"), json.emissive_factor, UNIT_INTERVAL);
         material.emission = Textured {
             value: emission.map(|v| v * strength),
             texture: self.slot(
@@ -110,12 +104,12 @@ impl Builder<'_, '_> {
             let place = at("occlusionTexture");
             let strength = info.strength.unwrap_or(1.0);
             material.occlusion = Some(Textured {
-                value: self.number(&format!("{place}.strength"), strength, SHARE),
+                value: self.number(&format!("{place}.strength"), strength, UNIT_INTERVAL),
                 texture: self.slot(&place, Some(info), Data)?,
             });
         }
-        self.extend(&at("extensions"), extensions, &mut principled)?;
-        material.reflectance = Reflectance::Principled(Box::new(principled));
+        self.read_extensions(&at("extensions"), extensions, &mut principled)?;
+        material.model = MaterialModel::Principled(Box::new(principled));
         Ok(material)
     }
 
@@ -127,7 +121,7 @@ impl Builder<'_, '_> {
                 cutoff: self.number(
                     &format!("{place}.alphaCutoff"),
                     json.alpha_cutoff.unwrap_or(0.5),
-                    ANY,
+                    NON_NEGATIVE,
                 ),
             },
             Some(mode) => {
@@ -138,7 +132,7 @@ impl Builder<'_, '_> {
         })
     }
 
-    fn extend(
+    fn read_extensions(
         &mut self,
         place: &str,
         extensions: &Extensions,
@@ -149,11 +143,11 @@ impl Builder<'_, '_> {
             let ior = json.ior.unwrap_or(1.5);
             // 0 has a meaning of its own.
             let least = if ior == 0.0 { 0.0 } else { 1.0 };
-            principled.ior = self.number(&at("ior", "ior"), ior, [least, ANY[1]]);
+            principled.ior = self.number(&at("ior", "ior"), ior, [least, NON_NEGATIVE[1]]);
         }
         if let Some(json) = &extensions.specular {
             let at = |key| at("specular", key);
-            principled.specular = self.factor(
+            principled.specular = self.textured_factor(
                 &at("specular"),
                 json.specular_factor.unwrap_or(1.0),
                 json.specular_texture.as_ref(),
@@ -161,7 +155,7 @@ impl Builder<'_, '_> {
             )?;
             let color = json.specular_color_factor.unwrap_or([1.0; 3]);
             principled.specular_color = Textured {
-                value: self.numbers(&at("specularColorFactor"), color, ANY),
+                value: self.numbers(&at("specularColorFactor"), color, NON_NEGATIVE),
                 texture: self.slot(
                     &at("specularColorTexture"),
                     json.specular_color_texture.as_ref(),
@@ -170,7 +164,7 @@ impl Builder<'_, '_> {
             };
         }
         if let Some(json) = &extensions.transmission {
-            principled.transmission = self.factor(
+            principled.transmission = self.textured_factor(
                 &at("transmission", "transmission"),
                 json.transmission_factor,
                 json.transmission_texture.as_ref(),
@@ -180,7 +174,7 @@ impl Builder<'_, '_> {
         if let Some(json) = &extensions.volume {
             let at = |key| at("volume", key);
             principled.thickness = Textured {
-                value: self.number(&at("thicknessFactor"), json.thickness_factor, ANY),
+                value: self.number(&at("thicknessFactor"), json.thickness_factor, NON_NEGATIVE),
                 texture: self.slot(
                     &at("thicknessTexture"),
                     json.thickness_texture.as_ref(),
@@ -188,25 +182,33 @@ impl Builder<'_, '_> {
                 )?,
             };
             let color = json.attenuation_color.unwrap_or([1.0; 3]);
-            principled.attenuation_color = self.numbers(&at("attenuationColor"), color, SHARE);
+            principled.attenuation_color =
+                self.numbers(&at("attenuationColor"), color, UNIT_INTERVAL);
             if let Some(distance) = json.attenuation_distance {
                 let least = f64::from(f32::MIN_POSITIVE);
-                principled.attenuation_distance =
-                    self.number(&at("attenuationDistance"), distance, [least, ANY[1]]);
+                principled.attenuation_distance = self.number(
+                    &at("attenuationDistance"),
+                    distance,
+                    [least, NON_NEGATIVE[1]],
+                );
             }
         }
         if let Some(json) = &extensions.dispersion {
-            principled.dispersion =
-                self.number(&at("dispersion", "dispersion"), json.dispersion, ANY);
+            principled.dispersion = self.number(
+                &at("dispersion", "dispersion"),
+                json.dispersion,
+                NON_NEGATIVE,
+            );
         }
         if let Some(json) = &extensions.clearcoat {
             let at = |key| at("clearcoat", key);
             let (strength, roughness) = (json.clearcoat_factor, json.clearcoat_roughness_factor);
             let texture = json.clearcoat_texture.as_ref();
-            principled.clearcoat = self.factor(&at("clearcoat"), strength, texture, Data)?;
+            principled.clearcoat =
+                self.textured_factor(&at("clearcoat"), strength, texture, Data)?;
             let texture = json.clearcoat_roughness_texture.as_ref();
             principled.clearcoat_roughness =
-                self.factor(&at("clearcoatRoughness"), roughness, texture, Data)?;
+                self.textured_factor(&at("clearcoatRoughness"), roughness, texture, Data)?;
             let normal = json.clearcoat_normal_texture.as_ref();
             principled.clearcoat_normal = self.normal_map(&at("clearcoatNormalTexture"), normal)?;
         }
@@ -214,7 +216,7 @@ impl Builder<'_, '_> {
             let at = |key| at("sheen", key);
             let color = json.sheen_color_factor;
             principled.sheen_color = Textured {
-                value: self.numbers(&at("sheenColorFactor"), color, SHARE),
+                value: self.numbers(&at("sheenColorFactor"), color, UNIT_INTERVAL),
                 texture: self.slot(
                     &at("sheenColorTexture"),
                     json.sheen_color_texture.as_ref(),
@@ -222,7 +224,7 @@ impl Builder<'_, '_> {
                 )?,
             };
             let texture = json.sheen_roughness_texture.as_ref();
-            principled.sheen_roughness = self.factor(
+            principled.sheen_roughness = self.textured_factor(
                 &at("sheenRoughness"),
                 json.sheen_roughness_factor,
                 texture,
@@ -233,15 +235,16 @@ impl Builder<'_, '_> {
             let at = |key| at("iridescence", key);
             let texture = json.iridescence_texture.as_ref();
             principled.iridescence =
-                self.factor(&at("iridescence"), json.iridescence_factor, texture, Data)?;
+                self.textured_factor(&at("iridescence"), json.iridescence_factor, texture, Data)?;
             let ior = json.iridescence_ior.unwrap_or(1.3);
-            principled.iridescence_ior = self.number(&at("iridescenceIor"), ior, [1.0, ANY[1]]);
+            principled.iridescence_ior =
+                self.number(&at("iridescenceIor"), ior, [1.0, NON_NEGATIVE[1]]);
             let thickness = [
                 json.iridescence_thickness_minimum.unwrap_or(100.0),
                 json.iridescence_thickness_maximum.unwrap_or(400.0),
             ];
             principled.iridescence_thickness =
-                self.numbers(&at("iridescenceThicknessMinimum"), thickness, ANY);
+                self.numbers(&at("iridescenceThicknessMinimum"), thickness, NON_NEGATIVE);
             let texture = json.iridescence_thickness_texture.as_ref();
             principled.iridescence_thickness_texture =
                 self.slot(&at("iridescenceThicknessTexture"), texture, Data)?;
@@ -249,7 +252,11 @@ impl Builder<'_, '_> {
         if let Some(json) = &extensions.anisotropy {
             let at = |key| at("anisotropy", key);
             principled.anisotropy = Textured {
-                value: self.number(&at("anisotropyStrength"), json.anisotropy_strength, SHARE),
+                value: self.number(
+                    &at("anisotropyStrength"),
+                    json.anisotropy_strength,
+                    UNIT_INTERVAL,
+                ),
                 texture: self.slot(
                     &at("anisotropyTexture"),
                     json.anisotropy_texture.as_ref(),
@@ -263,10 +270,10 @@ impl Builder<'_, '_> {
             let texture = json.diffuse_transmission_texture.as_ref();
             let factor = json.diffuse_transmission_factor;
             principled.diffuse_transmission =
-                self.factor(&at("diffuseTransmission"), factor, texture, Color)?;
+                self.textured_factor(&at("diffuseTransmission"), factor, texture, Color)?;
             let color = json.diffuse_transmission_color_factor.unwrap_or([1.0; 3]);
             principled.diffuse_transmission_color = Textured {
-                value: self.numbers(&at("diffuseTransmissionColorFactor"), color, SHARE),
+                value: self.numbers(&at("diffuseTransmissionColorFactor"), color, UNIT_INTERVAL),
                 texture: self.slot(
                     &at("diffuseTransmissionColorTexture"),
                     json.diffuse_transmission_color_texture.as_ref(),
@@ -278,7 +285,7 @@ impl Builder<'_, '_> {
     }
 
     /// A share with its texture: `placeFactor` and `placeTexture`.
-    fn factor(
+    fn textured_factor(
         &mut self,
         place: &str,
         value: f64,
@@ -286,7 +293,7 @@ impl Builder<'_, '_> {
         color_use: ColorUse,
     ) -> Result<Textured<f32>, FormatError> {
         Ok(Textured {
-            value: self.number(&format!("{place}Factor"), value, SHARE),
+            value: self.number(&format!("{place}Factor"), value, UNIT_INTERVAL),
             texture: self.slot(&format!("{place}Texture"), info, color_use)?,
         })
     }
@@ -300,16 +307,16 @@ impl Builder<'_, '_> {
         let scale = info.and_then(|info| info.scale).unwrap_or(1.0);
         Ok(slot.map(|texture| NormalMap {
             texture,
-            scale: scale.clamp(-ANY[1], ANY[1]) as f32,
+            scale: scale.clamp(-NON_NEGATIVE[1], NON_NEGATIVE[1]) as f32,
         }))
     }
 
-    pub(super) fn number(&mut self, place: &str, value: f64, range: [f64; 2]) -> f32 {
+    pub(crate) fn number(&mut self, place: &str, value: f64, range: [f64; 2]) -> f32 {
         self.numbers(place, [value], range)[0]
     }
 
     /// Numbers of a range; others are clamped, and that is said.
-    pub(super) fn numbers<const N: usize>(
+    pub(crate) fn numbers<const N: usize>(
         &mut self,
         place: &str,
         values: [f64; N],
@@ -317,78 +324,8 @@ impl Builder<'_, '_> {
     ) -> [f32; N] {
         if values.iter().any(|v| !(low..=high).contains(v)) {
             let message = format!("{values:?} is clamped to {low}..={high} (VALUE_NOT_IN_RANGE)");
-            self.ledger.note(place, message);
+            self.diagnostics.note(place, message);
         }
         values.map(|v| v.clamp(low, high) as f32)
-    }
-}
-
-/// What a primitive's materials, those of variants included, want of its vertices.
-pub(super) struct Uses {
-    /// Sets of texture coordinates.
-    sets: Vec<usize>,
-    /// The set that tangents follow, where a material needs tangents.
-    pub(super) tangent_uvs: Option<usize>,
-}
-
-impl Uses {
-    pub(super) fn of(
-        document: &Document<'_>,
-        place: &str,
-        primitive: &Primitive,
-    ) -> Result<Self, FormatError> {
-        let mappings = primitive.extensions.variants.iter();
-        let mappings = mappings.flat_map(|variants| &variants.mappings);
-        let materials = primitive.material.into_iter();
-        let (mut sets, mut tangent_uvs) = (Vec::new(), None);
-        for index in materials.chain(mappings.map(|mapping| mapping.material)) {
-            let place = &format!("{place}.material");
-            let material = document.get(&document.root.materials, index, place)?;
-            sets.extend(material.textures().map(TextureInfo::uv_set));
-            tangent_uvs = tangent_uvs.or(material.tangent_uvs());
-        }
-        sets.sort_unstable();
-        sets.dedup();
-        Ok(Self { sets, tangent_uvs })
-    }
-
-    /// Says which sets of texture coordinates the mesh lacks.
-    pub(super) fn check_uvs(&self, place: &str, mesh: &Mesh, ledger: &mut Ledger) {
-        for set in self.sets.iter().filter(|&&set| mesh.uv_set(set).is_none()) {
-            let message = format!(
-                "its material uses TEXCOORD_{set}, which it lacks (MESH_PRIMITIVE_TOO_FEW_TEXCOORDS)"
-            );
-            ledger.note(place, message);
-        }
-    }
-}
-
-impl json::Material {
-    fn textures(&self) -> impl Iterator<Item = &TextureInfo> {
-        let pbr = &self.pbr_metallic_roughness;
-        let unlit = self.extensions.unlit.is_some();
-        let own = [
-            pbr.base_color_texture.as_ref(),
-            pbr.metallic_roughness_texture.as_ref().filter(|_| !unlit),
-            self.normal_texture.as_ref().filter(|_| !unlit),
-            self.occlusion_texture.as_ref().filter(|_| !unlit),
-            self.emissive_texture.as_ref().filter(|_| !unlit),
-        ];
-        own.into_iter().flatten()
-    }
-
-    /// The texture coordinates of whatever needs tangents.
-    fn tangent_uvs(&self) -> Option<usize> {
-        let extensions = &self.extensions;
-        if extensions.unlit.is_some() {
-            return None;
-        }
-        let clearcoat = extensions.clearcoat.as_ref();
-        let clearcoat = clearcoat.and_then(|coat| coat.clearcoat_normal_texture.as_ref());
-        let anisotropy = extensions.anisotropy.as_ref();
-        let texture = anisotropy.and_then(|ani| ani.anisotropy_texture.as_ref());
-        let textures = [self.normal_texture.as_ref(), clearcoat, texture];
-        let first = textures.into_iter().flatten().next();
-        first.map(TextureInfo::uv_set).or(anisotropy.map(|_| 0))
     }
 }

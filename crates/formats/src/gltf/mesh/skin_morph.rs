@@ -1,44 +1,48 @@
 //! Morph targets and joints of a primitive's vertices.
 
-use raycam_scene::animation::{JointSet, MorphTarget, Shape};
+use raycam_scene::animation::{DeformableMesh, JointSet, MorphTarget};
 
 use crate::error::FormatError;
-use crate::gltf::diagnostics::Ledger;
-use crate::gltf::json::{Attributes, Primitive};
-use crate::gltf::primitive::Window;
-use crate::gltf::tangent::resample;
+use crate::gltf::document::diagnostics::Diagnostics;
+use crate::gltf::document::memory_allowance::MemoryAllowance;
+use crate::gltf::json::Primitive;
+use crate::gltf::json::extensions::Attributes;
+use crate::gltf::mesh::tangent::resample;
+use crate::gltf::mesh::vertex_window::VertexWindow;
 
-/// What bends a mesh: a [`Shape`] without its mesh.
+/// What bends a mesh: a [`DeformableMesh`] without its mesh.
 #[derive(Default)]
-pub(crate) struct Deformation {
+pub(crate) struct SkinMorph {
     targets: Vec<MorphTarget>,
     joints: Vec<JointSet>,
 }
 
-impl Window<'_> {
+impl VertexWindow<'_> {
     /// What bends the vertices.
-    pub(crate) fn deformation(
+    pub(crate) fn skin_morph(
         &self,
         place: &str,
         primitive: &Primitive,
-        ledger: &mut Ledger,
-    ) -> Result<Deformation, FormatError> {
-        let mut deformation = Deformation::default();
+        diagnostics: &mut Diagnostics,
+        allowance: &mut MemoryAllowance,
+    ) -> Result<SkinMorph, FormatError> {
+        let mut skin_morph = SkinMorph::default();
         for (i, attributes) in primitive.targets.iter().enumerate() {
-            let target = self.target(&format!("targets[{i}]"), attributes, ledger)?;
-            deformation.targets.push(target);
+            let target =
+                self.target(&format!("targets[{i}]"), attributes, diagnostics, allowance)?;
+            skin_morph.targets.push(target);
         }
         for set in 0.. {
             let (joints, weights) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
             let found = (
-                self.elements(&joints, ledger)?,
-                self.elements(&weights, ledger)?,
+                self.elements(&joints, allowance)?,
+                self.elements(&weights, allowance)?,
             );
             let (Some(joints), Some(weights)) = found else {
                 break;
             };
-            let joints = joints.integers::<4>(self.document, ledger)?;
-            let weights = weights.floats::<4>(self.document, ledger)?;
+            let joints = joints.integers::<4>(self.document, allowance)?;
+            let weights = weights.floats::<4>(self.document, allowance)?;
             if weights.as_flattened().iter().any(|&weight| weight < 0.0) {
                 let message = format!(
                     "{place}.attributes.WEIGHTS_{set}: negative (ACCESSOR_WEIGHTS_NEGATIVE)"
@@ -47,40 +51,45 @@ impl Window<'_> {
             }
             let narrow = |all: [u32; 4]| all.map(|joint| joint.min(u32::from(u16::MAX)) as u16);
             let joints = joints.into_iter().map(narrow).collect();
-            deformation.joints.push((joints, weights));
+            skin_morph.joints.push((joints, weights));
         }
-        deformation.normalize();
-        Ok(deformation)
+        skin_morph.normalize();
+        Ok(skin_morph)
     }
 
     fn target(
         &self,
         place: &str,
         attributes: &Attributes,
-        ledger: &mut Ledger,
+        diagnostics: &mut Diagnostics,
+        allowance: &mut MemoryAllowance,
     ) -> Result<MorphTarget, FormatError> {
         let mut target = MorphTarget::default();
         for (name, &index) in attributes {
-            let elements = self.accessor(index, &format!("{place}.{name}"), ledger)?;
+            let elements = self.accessor(index, &format!("{place}.{name}"), allowance)?;
             match (&name[..], elements.arity) {
-                ("POSITION", _) => target.vertices = Some(elements.floats(self.document, ledger)?),
-                ("NORMAL", _) => target.normals = Some(elements.floats(self.document, ledger)?),
-                ("TANGENT", _) => target.tangents = Some(elements.floats(self.document, ledger)?),
-                ("TEXCOORD_0", _) => target.uvs = Some(elements.floats(self.document, ledger)?),
-                ("COLOR_0", 3) => target.colors = Some(elements.floats(self.document, ledger)?),
+                ("POSITION", _) => {
+                    target.vertices = Some(elements.floats(self.document, allowance)?)
+                }
+                ("NORMAL", _) => target.normals = Some(elements.floats(self.document, allowance)?),
+                ("TANGENT", _) => {
+                    target.tangents = Some(elements.floats(self.document, allowance)?)
+                }
+                ("TEXCOORD_0", _) => target.uvs = Some(elements.floats(self.document, allowance)?),
+                ("COLOR_0", 3) => target.colors = Some(elements.floats(self.document, allowance)?),
                 ("COLOR_0", _) => {
-                    let colors = elements.floats::<4>(self.document, ledger)?;
+                    let colors = elements.floats::<4>(self.document, allowance)?;
                     target.colors =
                         Some(colors.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
                 }
-                _ => ledger.note(format!("{place}.{name}"), "is not morphed"),
+                _ => diagnostics.note(format!("{place}.{name}"), "is not morphed"),
             }
         }
         Ok(target)
     }
 }
 
-impl Deformation {
+impl SkinMorph {
     /// Makes each joint count once for a vertex (3.7.3.3), and its weights add up to 1, over all sets.
     fn normalize(&mut self) {
         let count = self.joints.first().map_or(0, |(joints, _)| joints.len());
@@ -138,22 +147,23 @@ impl Deformation {
     }
 
     /// That of several primitives with so many vertices one after the other; `None` where none bends.
-    pub(crate) fn joined(parts: &[(usize, Self)]) -> Option<Self> {
+    pub(crate) fn concat(parts: &[(usize, Self)]) -> Option<Self> {
         let targets = parts.iter().map(|(_, part)| part.targets.len()).max()?;
         let sets = parts.iter().map(|(_, part)| part.joints.len()).max()?;
         if targets + sets == 0 {
             return None;
         }
         let target = |i: usize| MorphTarget {
-            vertices: gathered(parts, |part| part.targets.get(i)?.vertices.as_ref()),
-            normals: gathered(parts, |part| part.targets.get(i)?.normals.as_ref()),
-            tangents: gathered(parts, |part| part.targets.get(i)?.tangents.as_ref()),
-            uvs: gathered(parts, |part| part.targets.get(i)?.uvs.as_ref()),
-            colors: gathered(parts, |part| part.targets.get(i)?.colors.as_ref()),
+            vertices: gather_or_zero(parts, |part| part.targets.get(i)?.vertices.as_ref()),
+            normals: gather_or_zero(parts, |part| part.targets.get(i)?.normals.as_ref()),
+            tangents: gather_or_zero(parts, |part| part.targets.get(i)?.tangents.as_ref()),
+            uvs: gather_or_zero(parts, |part| part.targets.get(i)?.uvs.as_ref()),
+            colors: gather_or_zero(parts, |part| part.targets.get(i)?.colors.as_ref()),
         };
         let set = |i: usize| {
-            let joints = gathered(parts, |part| part.joints.get(i).map(|(joints, _)| joints));
-            let weights = gathered(parts, |part| part.joints.get(i).map(|(_, weights)| weights));
+            let joints = gather_or_zero(parts, |part| part.joints.get(i).map(|(joints, _)| joints));
+            let weights =
+                gather_or_zero(parts, |part| part.joints.get(i).map(|(_, weights)| weights));
             (joints.unwrap_or_default(), weights.unwrap_or_default())
         };
         Some(Self {
@@ -162,8 +172,8 @@ impl Deformation {
         })
     }
 
-    pub(crate) fn shape(self, mesh: std::sync::Arc<raycam_scene::Mesh>) -> Shape {
-        Shape {
+    pub(crate) fn shape(self, mesh: std::sync::Arc<raycam_scene::Mesh>) -> DeformableMesh {
+        DeformableMesh {
             mesh,
             targets: self.targets,
             joints: self.joints,
@@ -172,9 +182,9 @@ impl Deformation {
 }
 
 /// One array of all parts, zeros where a part has none; `None` where no part has any.
-fn gathered<T: Copy + Default>(
-    parts: &[(usize, Deformation)],
-    of: impl Fn(&Deformation) -> Option<&Vec<T>>,
+fn gather_or_zero<T: Copy + Default>(
+    parts: &[(usize, SkinMorph)],
+    of: impl Fn(&SkinMorph) -> Option<&Vec<T>>,
 ) -> Option<Vec<T>> {
     parts.iter().find_map(|(_, part)| of(part))?;
     let mut all = Vec::new();

@@ -7,39 +7,39 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use glam::DAffine3;
 use raycam_scene::Light;
-use raycam_scene::animation::LightMount;
+use raycam_scene::animation::NodeLight;
 
-use super::Builder;
-use super::material::ANY;
 use crate::error::FormatError;
+use crate::gltf::world::builder::Builder;
+use crate::gltf::world::material::NON_NEGATIVE;
 
 impl Builder<'_, '_> {
     /// Adds the light that a node refers to.
-    pub(super) fn light(
+    pub(crate) fn light(
         &mut self,
         place: &str,
         index: usize,
         node: usize,
         world_from_node: DAffine3,
-    ) -> Result<Option<LightMount>, FormatError> {
+    ) -> Result<Option<NodeLight>, FormatError> {
         let document = self.document;
         let lights = document.root.extensions.lights.as_ref();
         let lights = lights.map_or(&[][..], |lights| &lights.lights);
         let json = document.get(lights, index, place)?;
         let place = format!("extensions.KHR_lights_punctual.lights[{index}]");
         let color = self.numbers(&format!("{place}.color"), json.color, [0.0, 1.0]);
-        let intensity = self.number(&format!("{place}.intensity"), json.intensity, ANY);
+        let intensity = self.number(&format!("{place}.intensity"), json.intensity, NON_NEGATIVE);
         let power = color.map(|v| v * intensity);
         if json.range.is_some() {
             let message = "range is a hint to cut light off, which is not followed";
-            self.ledger.note(&place, message);
+            self.diagnostics.note(&place, message);
         }
         let position = world_from_node.translation.to_array();
         // Light leaves along -z; scale does not matter.
         let direction = -world_from_node.matrix3.z_axis;
         let Some(direction) = direction.try_normalize() else {
             let message = "its node flattens it: the light is left out";
-            self.ledger.note(&place, message);
+            self.diagnostics.note(&place, message);
             return Ok(None);
         };
         let light = match &json.kind[..] {
@@ -48,7 +48,7 @@ impl Builder<'_, '_> {
                 irradiance: power,
                 angular_diameter: 0.0,
             },
-            "point" => Light::Bulb {
+            "point" => Light::Point {
                 position,
                 power: None,
                 intensity: Some(power),
@@ -81,7 +81,7 @@ impl Builder<'_, '_> {
         };
         let added = self.world.add_light(light.clone());
         let added = added.map_err(|error| document.scene(&place, error))?;
-        Ok(Some(LightMount {
+        Ok(Some(NodeLight {
             light: added,
             node,
             definition: index,

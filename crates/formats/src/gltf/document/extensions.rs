@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use super::json::Root;
 use crate::error::FormatError;
-use crate::gltf::diagnostics::Ledger;
+use crate::gltf::document::diagnostics::Diagnostics;
+use crate::gltf::json::Root;
 
 /// Every extension that is read.
-const READ: &[&str] = &[
+const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -36,11 +36,15 @@ const READ: &[&str] = &[
 ];
 
 /// Extensions that say nothing about the picture.
-const HARMLESS: &[&str] = &["KHR_xmp", "KHR_xmp_json_ld"];
+const IGNORABLE: &[&str] = &["KHR_xmp", "KHR_xmp_json_ld"];
 
 /// Refuses a file that requires what is not read; says what is used and not read.
-pub(super) fn check(root: &Root, path: &Path, ledger: &mut Ledger) -> Result<(), FormatError> {
-    let known = |name: &String| READ.contains(&&name[..]) || HARMLESS.contains(&&name[..]);
+pub(crate) fn check(
+    root: &Root,
+    path: &Path,
+    diagnostics: &mut Diagnostics,
+) -> Result<(), FormatError> {
+    let known = |name: &String| SUPPORTED.contains(&&name[..]) || IGNORABLE.contains(&&name[..]);
     let unknown: Vec<&str> = root
         .extensions_required
         .iter()
@@ -51,13 +55,13 @@ pub(super) fn check(root: &Root, path: &Path, ledger: &mut Ledger) -> Result<(),
         let message = format!(
             "extensionsRequired: {} (UNSUPPORTED_EXTENSION); read are {}",
             unknown.join(", "),
-            READ.join(", ")
+            SUPPORTED.join(", ")
         );
         return Err(FormatError::unsupported(path, message));
     }
     for name in root.extensions_used.iter().filter(|name| !known(name)) {
         let message = format!("{name} is not read, and not required (UNSUPPORTED_EXTENSION)");
-        ledger.note("extensionsUsed", message);
+        diagnostics.note("extensionsUsed", message);
     }
     Ok(())
 }

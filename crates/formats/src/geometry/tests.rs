@@ -1,5 +1,7 @@
 //! Cutting polygons: every triangulation covers the polygon once.
 
+use glam::DVec3;
+
 use glam::DQuat;
 
 use crate::geometry::ear_clipping::*;

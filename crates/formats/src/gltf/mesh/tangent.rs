@@ -62,7 +62,7 @@ impl Geometry for Corners<'_> {
 
 /// Gives a mesh tangents along one of its sets of texture coordinates. Vertices whose corners have different ones are
 /// split; returned is which vertex each one was.
-pub(super) fn generate(mesh: &mut Mesh, set: usize) -> Vec<u32> {
+pub(crate) fn generate(mesh: &mut Mesh, set: usize) -> Vec<u32> {
     let unchanged = || (0..mesh.vertices.len() as u32).collect();
     let Some(uvs) = mesh.uv_set(set) else {
         return unchanged();
@@ -115,7 +115,7 @@ pub(super) fn generate(mesh: &mut Mesh, set: usize) -> Vec<u32> {
 }
 
 /// The value of each vertex that vertices were made of.
-pub(super) fn resample<T: Copy>(values: &mut Vec<T>, sources: &[u32]) {
+pub(crate) fn resample<T: Copy>(values: &mut Vec<T>, sources: &[u32]) {
     let before = values.len();
     for &source in sources.iter().skip(before) {
         values.push(values[source as usize]);

@@ -9,15 +9,15 @@ use std::sync::Arc;
 use raycam_scene::material::Material;
 use raycam_scene::material::principled::{Principled, Textured};
 use raycam_scene::texture::TextureSlot;
-use raycam_scene::{Files, Image, Texels, Texture};
+use raycam_scene::{Image, Texels, Texture};
 
-use super::Builder;
 use crate::error::FormatError;
 use crate::gltf::json::material::SpecularGlossiness;
+use crate::gltf::world::builder::Builder;
 use crate::image::ColorUse::Color;
 
 impl Builder<'_, '_> {
-    pub(super) fn specular_glossiness(
+    pub(crate) fn specular_glossiness(
         &mut self,
         place: &str,
         json: &SpecularGlossiness,
@@ -70,7 +70,7 @@ impl Builder<'_, '_> {
             texels: Texels::Linear16(texels),
         };
         let texture = Texture {
-            image: self.folder.keep(Arc::new(image))?,
+            image: self.assets.store_texture(Arc::new(image))?,
             sampler: *sampler,
         };
         Ok(TextureSlot {

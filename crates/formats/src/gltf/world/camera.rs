@@ -4,16 +4,16 @@ use glam::{DAffine3, DMat3, DVec3};
 use raycam_scene::camera::{intrinsics_from_extent, intrinsics_from_fov};
 use raycam_scene::{Camera, PixelCenter};
 
-use super::Builder;
 use crate::error::FormatError;
+use crate::gltf::world::builder::Builder;
 
 /// Of the image of a camera that does not say.
-const ASPECT: f64 = 4.0 / 3.0;
-const PIXELS: f64 = 640.0 * 480.0;
+const DEFAULT_ASPECT: f64 = 4.0 / 3.0;
+const IMAGE_PIXELS: f64 = 640.0 * 480.0;
 
 impl Builder<'_, '_> {
     /// Adds the camera that a node refers to, and returns its index.
-    pub(super) fn camera(
+    pub(crate) fn camera(
         &mut self,
         place: &str,
         index: usize,
@@ -27,7 +27,7 @@ impl Builder<'_, '_> {
         let pixel_center = PixelCenter::default();
         let (parallel, made) = match (&json.kind[..], &json.perspective, &json.orthographic) {
             ("perspective", Some(perspective), _) => {
-                let aspect = perspective.aspect_ratio.unwrap_or(ASPECT);
+                let aspect = perspective.aspect_ratio.unwrap_or(DEFAULT_ASPECT);
                 if !(aspect.is_normal() && aspect > 0.0) {
                     return Err(fault(
                         ".perspective.aspectRatio: expected more than 0 (VALUE_NOT_IN_RANGE)",
@@ -52,7 +52,7 @@ impl Builder<'_, '_> {
                 if x < 0.0 || y < 0.0 {
                     let message = "a negative magnification is taken as positive \
                                    (CAMERA_XMAG_YMAG_NEGATIVE)";
-                    self.ledger.note(&place, message);
+                    self.diagnostics.note(&place, message);
                 }
                 let half = [x.abs(), y.abs()];
                 let size = image_size(half[0] / half[1]);
@@ -74,18 +74,18 @@ impl Builder<'_, '_> {
             Some((pose, false)) => pose,
             Some((pose, true)) => {
                 let message = "its node mirrors or shears it, which is left out of its pose";
-                self.ledger.note(&place, message);
+                self.diagnostics.note(&place, message);
                 pose
             }
             None => {
                 let message = "its node flattens it: the camera is left out";
-                self.ledger.note(&place, message);
+                self.diagnostics.note(&place, message);
                 return Ok(None);
             }
         };
         let camera = made.and_then(|(k, size)| {
             // From its axes (right, up, back) to ours (right, down, forward).
-            let r = (world_from_camera.matrix3 * turned_over()).transpose();
+            let r = (world_from_camera.matrix3 * flip_yz()).transpose();
             let c = world_from_camera.translation;
             match parallel {
                 true => Camera::orthographic(k, r, c, size, pixel_center),
@@ -103,13 +103,13 @@ impl Builder<'_, '_> {
 }
 
 /// An image of this aspect ratio with the usual number of pixels.
-pub(super) fn image_size(aspect: f64) -> [u32; 2] {
-    let width = (PIXELS * aspect).sqrt();
+pub(crate) fn image_size(aspect: f64) -> [u32; 2] {
+    let width = (IMAGE_PIXELS * aspect).sqrt();
     [width, width / aspect].map(|side| side.round().clamp(1.0, 8192.0) as u32)
 }
 
 /// From the axes of glTF's cameras (right, up, back) to ours (right, down, forward), and the other way round.
-pub(super) fn turned_over() -> DMat3 {
+pub(crate) fn flip_yz() -> DMat3 {
     DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0))
 }
 

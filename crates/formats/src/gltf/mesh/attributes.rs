@@ -1,32 +1,34 @@
 //! Where a primitive's attributes and indices come from: accessors, or a Draco stream.
 
-use super::Document;
-use super::accessor::ATTRIBUTE_FORMAT;
-use super::json::{Draco, Primitive};
 use crate::codec::draco;
 use crate::error::FormatError;
-use crate::gltf::accessor_view::{Component, Elements};
-use crate::gltf::diagnostics::Ledger;
-use crate::io::asset_root::Folder;
-use crate::io::byte_source::Bytes;
+use crate::gltf::document::Document;
+use crate::gltf::document::accessor::ATTRIBUTE_FORMAT;
+use crate::gltf::document::accessor_view::{AccessorView, Component};
+use crate::gltf::document::diagnostics::Diagnostics;
+use crate::gltf::document::memory_allowance::MemoryAllowance;
+use crate::gltf::json::{Draco, Primitive};
+use crate::io::asset_root::AssetRoot;
+use crate::io::byte_source::ByteSource;
 use crate::io::parallel;
 
 /// A primitive's attributes by name.
-pub(super) struct AttributeSource<'a> {
+pub(crate) struct AttributeSource<'a> {
     document: &'a Document<'a>,
     /// As errors name the primitive.
-    pub(super) place: String,
+    pub(crate) place: String,
     primitive: &'a Primitive,
-    decoded: Option<(&'a Draco, draco::Decoded)>,
+    decoded: Option<(&'a Draco, draco::DecodedMesh)>,
 }
 
 impl<'a> AttributeSource<'a> {
-    pub(super) fn new(
+    pub(crate) fn new(
         document: &'a Document<'a>,
         place: &str,
         primitive: &'a Primitive,
-        folder: &mut Folder,
-        ledger: &mut Ledger,
+        assets: &mut AssetRoot,
+        diagnostics: &mut Diagnostics,
+        allowance: &mut MemoryAllowance,
     ) -> Result<Self, FormatError> {
         for name in primitive.attributes.keys() {
             let message = match name.rsplit_once('_') {
@@ -39,7 +41,7 @@ impl<'a> AttributeSource<'a> {
                 }
                 _ => "not used: no attribute of glTF (MESH_PRIMITIVE_INVALID_ATTRIBUTE)",
             };
-            ledger.note(format!("{place}.attributes.{name}"), message);
+            diagnostics.note(format!("{place}.attributes.{name}"), message);
         }
         let mut decoded = None;
         if let Some(draco) = &primitive.extensions.draco {
@@ -48,10 +50,10 @@ impl<'a> AttributeSource<'a> {
                 .resources
                 .bytes(draco.buffer_view)
                 .map_err(|e| document.fault(format!("{place}.bufferView: {e}")))?;
-            let bytes = bytes.read().map_err(|error| document.unread(error))?;
-            let mesh = draco::decode(&bytes, document.path, &mut folder.budget)?;
+            let bytes = bytes.read().map_err(|error| document.read_error(error))?;
+            let mesh = draco::decode(&bytes, document.path, &mut assets.budget)?;
             let bytes = mesh.attributes.iter().map(|a| a.bytes.len());
-            ledger.grant(bytes.sum::<usize>() + 12 * mesh.triangles.len());
+            allowance.grant(bytes.sum::<usize>() + 12 * mesh.triangles.len());
             decoded = Some((draco, mesh));
         }
         Ok(Self {
@@ -62,37 +64,26 @@ impl<'a> AttributeSource<'a> {
         })
     }
 
-    pub(super) fn has(&self, name: &str) -> bool {
+    pub(crate) fn has(&self, name: &str) -> bool {
         self.primitive.attributes.contains_key(name)
     }
 
     /// The elements of an attribute, where it has it.
-    pub(super) fn elements(
+    pub(crate) fn elements(
         &'a self,
         name: &str,
-        ledger: &mut Ledger,
-    ) -> Result<Option<Elements<'a>>, FormatError> {
+        allowance: &mut MemoryAllowance,
+    ) -> Result<Option<AccessorView<'a>>, FormatError> {
         let Some(&index) = self.primitive.attributes.get(name) else {
             return Ok(None);
         };
         let place = format!("{}.attributes.{name}", self.place);
         let accessor = self.document.root.accessors.get(index);
-        if name == "POSITION"
-            && let Some(accessor) = accessor
-            && (accessor.min.is_none() || accessor.max.is_none())
-        {
-            // Nothing is taken from them here: boxes come from the vertices.
-            let message = format!(
-                "accessors[{index}] has no min and max \
-                 (MESH_PRIMITIVE_POSITION_ACCESSOR_WITHOUT_BOUNDS)"
-            );
-            ledger.note(&place, message);
-        }
         let Some((draco, mesh)) = &self.decoded else {
-            return self.document.elements(index, &place, ledger).map(Some);
+            return self.document.elements(index, &place, allowance).map(Some);
         };
         let Some(&id) = draco.attributes.get(name) else {
-            return self.document.elements(index, &place, ledger).map(Some);
+            return self.document.elements(index, &place, allowance).map(Some);
         };
         let found = mesh.attributes.iter().find(|a| a.id as usize == id);
         let Some(attribute) = found else {
@@ -106,7 +97,7 @@ impl<'a> AttributeSource<'a> {
                 "{place}: 32-bit signed integers in the Draco stream, which glTF does not have"
             )));
         };
-        Ok(Some(Elements {
+        Ok(Some(AccessorView {
             place,
             wrong_format: ATTRIBUTE_FORMAT,
             component,
@@ -114,16 +105,16 @@ impl<'a> AttributeSource<'a> {
             normalized: accessor.is_some_and(|accessor| accessor.normalized),
             count: mesh.count,
             stride: attribute.bytes.len() / mesh.count.max(1),
-            bytes: Bytes::Memory(attribute.bytes[..].into()),
+            bytes: ByteSource::Memory(attribute.bytes[..].into()),
         }))
     }
 
     /// Which vertices the primitive's corners are, in order and `N` at a time, and how many are left over; `count`
     /// vertices there are.
-    pub(super) fn corners<const N: usize>(
+    pub(crate) fn corners<const N: usize>(
         &'a self,
         count: usize,
-        ledger: &mut Ledger,
+        allowance: &mut MemoryAllowance,
     ) -> Result<(Vec<[u32; N]>, usize), FormatError> {
         let document = self.document;
         if let Some((_, mesh)) = &self.decoded {
@@ -132,7 +123,7 @@ impl<'a> AttributeSource<'a> {
         }
         let Some(index) = self.primitive.indices else {
             let place = format!("{}.attributes", self.place);
-            ledger.take(document.path, &place, count as u64, 4)?;
+            allowance.charge(document.path, &place, count as u64, 4)?;
             let count = u32::try_from(count).map_err(|_| {
                 document.fault(format!(
                     "{place}: {count} vertices, more than 32 bits count"
@@ -144,16 +135,16 @@ impl<'a> AttributeSource<'a> {
             return Ok((groups, (count % each) as usize));
         };
         let place = format!("{}.indices", self.place);
-        let elements = document.elements(index, &place, ledger)?;
+        let elements = document.elements(index, &place, allowance)?;
         let restart = match elements.component {
             Component::U8 => 0xff,
             Component::U16 => 0xffff,
             _ => u32::MAX,
         };
         let place = elements.place.clone();
-        let (groups, over) = elements.groups::<N>(document, ledger)?;
+        let (groups, over) = elements.chunks::<N>(document, allowance)?;
         let indices = groups.as_flattened();
-        let (_, largest) = parallel::extremes(indices);
+        let (_, largest) = parallel::min_max(indices);
         if largest as usize >= count
             && let Some(i) = indices.iter().position(|&index| index as usize >= count)
         {

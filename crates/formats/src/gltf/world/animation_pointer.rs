@@ -1,18 +1,19 @@
 //! `KHR_animation_pointer`: what a path into the document moves here.
 
 use raycam_scene::animation::{
-    LightProperty, MaterialProperty, MovingMaterial, Target, TextureUse, UvProperty, UvTransform,
+    AnimatedMaterial, AnimationTarget, LightProperty, MaterialProperty, TextureSlotKind, UvProperty,
 };
 
-use crate::gltf::json::TextureInfo;
+use crate::gltf::document::Document;
 use crate::gltf::json::material::Material;
-use crate::gltf::{Builder, Document};
+use crate::gltf::json::texture_info::TextureInfo;
+use crate::gltf::world::builder::Builder;
 
 use MaterialProperty as P;
-use TextureUse as T;
+use TextureSlotKind as T;
 
 /// Properties of a material, by their paths below it.
-pub(crate) const PROPERTIES: &[(&str, MaterialProperty)] = &[
+pub(crate) const MATERIAL_PROPERTIES: &[(&str, MaterialProperty)] = &[
     ("pbrMetallicRoughness/baseColorFactor", P::BaseColor),
     ("pbrMetallicRoughness/metallicFactor", P::Metallic),
     ("pbrMetallicRoughness/roughnessFactor", P::Roughness),
@@ -107,10 +108,10 @@ pub(crate) const PROPERTIES: &[(&str, MaterialProperty)] = &[
     ),
 ];
 
-type Find = fn(&Material) -> Option<&TextureInfo>;
+type TextureFinder = fn(&Material) -> Option<&TextureInfo>;
 
 /// Textures of a material, by their paths below it.
-pub(crate) const TEXTURES: &[(&str, TextureUse, Find)] = &[
+pub(crate) const TEXTURES: &[(&str, TextureSlotKind, TextureFinder)] = &[
     ("pbrMetallicRoughness/baseColorTexture", T::BaseColor, |m| {
         m.pbr_metallic_roughness.base_color_texture.as_ref()
     }),
@@ -256,7 +257,7 @@ pub(crate) const TEXTURES: &[(&str, TextureUse, Find)] = &[
 ];
 
 /// The parts of a texture's transform, by their paths below the texture.
-pub(crate) const PARTS: &[(&str, UvProperty)] = &[
+pub(crate) const UV_PROPERTIES: &[(&str, UvProperty)] = &[
     (
         "/extensions/KHR_texture_transform/offset",
         UvProperty::Offset,
@@ -269,19 +270,19 @@ pub(crate) const PARTS: &[(&str, UvProperty)] = &[
 ];
 
 /// Where the lights of a document are.
-pub(crate) const LIGHTS: &str = "/extensions/KHR_lights_punctual/lights/";
+pub(crate) const LIGHT_PATH: &str = "/extensions/KHR_lights_punctual/lights/";
 
 /// The target of a camera's definition.
-pub(crate) type OfCamera = fn(usize) -> Target;
+pub(crate) type CameraTarget = fn(usize) -> AnimationTarget;
 
 /// What moves of a camera, by its path.
-pub(crate) const CAMERA_PROPERTIES: &[(&str, OfCamera)] = &[
-    ("perspective/yfov", Target::FieldOfView),
+pub(crate) const CAMERA_PROPERTIES: &[(&str, CameraTarget)] = &[
+    ("perspective/yfov", AnimationTarget::FieldOfView),
     ("orthographic/xmag", |camera| {
-        Target::Magnification(camera, 0)
+        AnimationTarget::Magnification(camera, 0)
     }),
     ("orthographic/ymag", |camera| {
-        Target::Magnification(camera, 1)
+        AnimationTarget::Magnification(camera, 1)
     }),
 ];
 
@@ -294,40 +295,40 @@ pub(crate) const LIGHT_PROPERTIES: &[(&str, LightProperty)] = &[
 ];
 
 /// A number and what follows it.
-fn numbered(rest: &str) -> Option<(usize, &str)> {
+fn split_index(rest: &str) -> Option<(usize, &str)> {
     let (number, rest) = rest.split_once('/')?;
     Some((number.parse().ok()?, rest))
 }
 
 impl Document<'_> {
     /// What a pointer that is none of a node's moves; `None` where that is nothing that moves here.
-    pub(crate) fn pointed_at(&self, pointer: &str) -> Option<Vec<Target>> {
+    pub(crate) fn resolve_pointer(&self, pointer: &str) -> Option<Vec<AnimationTarget>> {
         let row = |found: bool, target| found.then(|| vec![target]);
-        if let Some((mesh, "weights")) = pointer.strip_prefix("/meshes/").and_then(numbered) {
+        if let Some((mesh, "weights")) = pointer.strip_prefix("/meshes/").and_then(split_index) {
             let nodes = self.root.nodes.iter().enumerate();
             let users = nodes.filter(|(_, node)| node.mesh == Some(mesh) && node.weights.is_none());
-            return Some(users.map(|(i, _)| Target::Weights(i)).collect());
+            return Some(users.map(|(i, _)| AnimationTarget::Weights(i)).collect());
         }
-        if let Some((material, path)) = pointer.strip_prefix("/materials/").and_then(numbered) {
+        if let Some((material, path)) = pointer.strip_prefix("/materials/").and_then(split_index) {
             let property = property(path)?;
             let exists = material < self.root.materials.len();
-            return row(exists, Target::Material(material, property));
+            return row(exists, AnimationTarget::Material(material, property));
         }
-        if let Some((light, path)) = pointer.strip_prefix(LIGHTS).and_then(numbered) {
+        if let Some((light, path)) = pointer.strip_prefix(LIGHT_PATH).and_then(split_index) {
             let (_, property) = LIGHT_PROPERTIES.iter().find(|(other, _)| *other == path)?;
-            return Some(vec![Target::Light(light, *property)]);
+            return Some(vec![AnimationTarget::Light(light, *property)]);
         }
-        let (camera, path) = pointer.strip_prefix("/cameras/").and_then(numbered)?;
+        let (camera, path) = pointer.strip_prefix("/cameras/").and_then(split_index)?;
         let (_, target) = CAMERA_PROPERTIES.iter().find(|(other, _)| *other == path)?;
         Some(vec![target(camera)])
     }
 }
 
 fn property(path: &str) -> Option<MaterialProperty> {
-    if let Some((_, property)) = PROPERTIES.iter().find(|(other, _)| *other == path) {
+    if let Some((_, property)) = MATERIAL_PROPERTIES.iter().find(|(other, _)| *other == path) {
         return Some(*property);
     }
-    PARTS.iter().find_map(|(part, property)| {
+    UV_PROPERTIES.iter().find_map(|(part, property)| {
         let texture = path.strip_suffix(part)?;
         let (_, used, _) = TEXTURES.iter().find(|(other, ..)| *other == texture)?;
         Some(P::Uv(*used, *property))
@@ -336,13 +337,13 @@ fn property(path: &str) -> Option<MaterialProperty> {
 
 impl Builder<'_, '_> {
     /// The materials that channels move, as they are when nothing has moved.
-    pub(crate) fn moving_materials(
+    pub(crate) fn animated_materials(
         &self,
-        targets: impl Iterator<Item = Target>,
-    ) -> Vec<MovingMaterial> {
-        let mut moving: Vec<MovingMaterial> = Vec::new();
+        targets: impl Iterator<Item = AnimationTarget>,
+    ) -> Vec<AnimatedMaterial> {
+        let mut moving: Vec<AnimatedMaterial> = Vec::new();
         for target in targets {
-            let Target::Material(material, property) = target else {
+            let AnimationTarget::Material(material, property) = target else {
                 continue;
             };
             let document = &self.document.root.materials;
@@ -355,7 +356,7 @@ impl Builder<'_, '_> {
             let index = known.unwrap_or_else(|| {
                 let strength = json.extensions.emissive_strength.as_ref();
                 let strength = strength.and_then(|e| e.emissive_strength).unwrap_or(1.0);
-                moving.push(MovingMaterial {
+                moving.push(AnimatedMaterial {
                     material,
                     base: base.clone(),
                     emission: (json.emissive_factor.map(|v| v as f32), strength as f32),
@@ -373,17 +374,5 @@ impl Builder<'_, '_> {
             }
         }
         moving
-    }
-}
-
-impl TextureInfo {
-    /// `KHR_texture_transform`; one that changes nothing where there is none.
-    pub(crate) fn uv_transform(&self) -> UvTransform {
-        let transform = self.extensions.transform.as_ref();
-        UvTransform {
-            offset: transform.map_or([0.0; 2], |t| t.offset),
-            rotation: transform.map_or(0.0, |t| t.rotation),
-            scale: transform.map_or([1.0; 2], |t| t.scale),
-        }
     }
 }

@@ -5,28 +5,29 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 
-use crate::codec::meshopt::{self, Filter, Mode, Shape};
+use crate::codec::meshopt::{self, Filter, Mode, ViewHeader};
 use crate::error::FormatError;
-use crate::gltf::Source;
-use crate::gltf::container::Container;
-use crate::gltf::diagnostics::Ledger;
+use crate::gltf::document::container::Container;
+use crate::gltf::document::diagnostics::Diagnostics;
+use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::extensions::MeshoptView;
 use crate::gltf::json::{BufferView, Root};
-use crate::io::asset_root::Folder;
-use crate::io::byte_source::Bytes;
+use crate::io::asset_root::AssetRoot;
+use crate::io::byte_source::ByteSource;
+use crate::io::input_file::InputFile;
 
 /// All bytes of a document.
 pub(crate) struct Resources<'a> {
-    buffers: Vec<Bytes<'a>>,
+    buffers: Vec<ByteSource<'a>>,
     views: Vec<View>,
 }
 
 struct View {
-    bytes: Held,
+    bytes: ViewStorage,
     stride: Option<usize>,
 }
 
-enum Held {
+enum ViewStorage {
     /// In a buffer.
     Plain(usize, Range<usize>),
     /// Decompressed.
@@ -36,11 +37,12 @@ enum Held {
 impl<'a> Resources<'a> {
     /// Reads every buffer and decompresses the views that are compressed.
     pub(crate) fn read(
-        source: &'a Source,
+        source: &'a InputFile,
         container: &Container,
         root: &Root,
-        folder: &mut Folder,
-        ledger: &mut Ledger,
+        assets: &mut AssetRoot,
+        diagnostics: &mut Diagnostics,
+        allowance: &mut MemoryAllowance,
     ) -> Result<Self, FormatError> {
         let mut buffers = Vec::new();
         for (i, buffer) in root.buffers.iter().enumerate() {
@@ -49,24 +51,26 @@ impl<'a> Resources<'a> {
                 |message: String| FormatError::whole(&source.path, format!("{place}{message}"));
             // Its place may be taken by compressed views.
             let mut views = root.buffer_views.iter();
-            let unused = views.all(|view| view.buffer != i || is_packed(view));
+            let unused = views.all(|view| view.buffer != i || is_compressed(view));
             let bytes = match (&buffer.uri, &container.binary) {
                 (Some(uri), _) => {
-                    let bytes = fetch(source, uri, &format!("{place}.uri"), folder)?;
-                    ledger.grant(bytes.len());
-                    Bytes::Memory(bytes.into())
+                    let bytes = read_uri(source, uri, &format!("{place}.uri"), assets)?;
+                    allowance.grant(bytes.len());
+                    ByteSource::Memory(bytes.into())
                 }
                 (None, Some(range)) if i == 0 => {
                     let bytes = source.part(range.clone());
-                    if only_arrays(root) {
+                    if buffers_hold_only_accessors(root) {
                         bytes
                     } else {
-                        let bytes = bytes.read().map_err(|error| unread(&source.path, error))?;
-                        Bytes::Memory(bytes)
+                        let bytes = bytes
+                            .read()
+                            .map_err(|error| read_error(&source.path, error))?;
+                        ByteSource::Memory(bytes)
                     }
                 }
                 (None, _) if unused => {
-                    buffers.push(Bytes::Memory(Cow::Borrowed(&[])));
+                    buffers.push(ByteSource::Memory(Cow::Borrowed(&[])));
                     continue;
                 }
                 (None, _) => {
@@ -89,7 +93,7 @@ impl<'a> Resources<'a> {
             views: Vec::new(),
         };
         for (i, view) in root.buffer_views.iter().enumerate() {
-            let view = resources.view(i, view, source, folder, ledger)?;
+            let view = resources.view(i, view, source, assets, diagnostics, allowance)?;
             resources.views.push(view);
         }
         Ok(resources)
@@ -99,9 +103,10 @@ impl<'a> Resources<'a> {
         &self,
         i: usize,
         view: &BufferView,
-        source: &Source,
-        folder: &mut Folder,
-        ledger: &mut Ledger,
+        source: &InputFile,
+        assets: &mut AssetRoot,
+        diagnostics: &mut Diagnostics,
+        allowance: &mut MemoryAllowance,
     ) -> Result<View, FormatError> {
         let fault = |message: String| {
             FormatError::whole(&source.path, format!("bufferViews[{i}]{message}"))
@@ -117,29 +122,37 @@ impl<'a> Resources<'a> {
                 0 => "0, read as none (VALUE_NOT_IN_RANGE)".into(),
                 _ => format!("{stride}, not a multiple of 4 in 4..=252 (VALUE_NOT_IN_RANGE)"),
             };
-            ledger.note(format!("bufferViews[{i}].byteStride"), message);
+            diagnostics.note(format!("bufferViews[{i}].byteStride"), message);
         }
         let extensions = &view.extensions;
-        let packed = [
+        let compressed = [
             ("KHR_meshopt_compression", &extensions.khr_meshopt),
             ("EXT_meshopt_compression", &extensions.ext_meshopt),
         ];
-        if let Some((name, packed)) = packed
+        if let Some((name, compressed)) = compressed
             .iter()
-            .find_map(|(name, packed)| packed.as_ref().map(|packed| (name, packed)))
+            .find_map(|(name, compressed)| compressed.as_ref().map(|compressed| (name, compressed)))
         {
             let place = format!(".extensions.{name}");
             let range = self
-                .range(packed.buffer, packed.byte_offset, packed.byte_length)
+                .range(
+                    compressed.buffer,
+                    compressed.byte_offset,
+                    compressed.byte_length,
+                )
                 .map_err(|message| fault(format!("{place}{message}")))?;
-            let shape = shape(packed).map_err(|message| fault(format!("{place}{message}")))?;
-            let packed_stride = packed.byte_stride as usize;
-            let packed = self.buffers[packed.buffer].borrowed().part(range).read();
+            let header =
+                view_header(compressed).map_err(|message| fault(format!("{place}{message}")))?;
+            let packed_stride = compressed.byte_stride as usize;
+            let compressed = self.buffers[compressed.buffer]
+                .borrowed()
+                .part(range)
+                .read();
             let bytes = meshopt::decode(
-                &packed.map_err(|error| unread(&source.path, error))?,
-                shape,
+                &compressed.map_err(|error| read_error(&source.path, error))?,
+                header,
                 &source.path,
-                &mut folder.budget,
+                &mut assets.budget,
             )?;
             if (bytes.len() as u64) < view.byte_length {
                 return Err(fault(format!(
@@ -148,9 +161,9 @@ impl<'a> Resources<'a> {
                     bytes.len()
                 )));
             }
-            ledger.grant(bytes.len());
+            allowance.grant(bytes.len());
             return Ok(View {
-                bytes: Held::Decoded(bytes),
+                bytes: ViewStorage::Decoded(bytes),
                 stride: stride.or(Some(packed_stride)),
             });
         }
@@ -158,7 +171,7 @@ impl<'a> Resources<'a> {
             .range(view.buffer, view.byte_offset, view.byte_length)
             .map_err(fault)?;
         Ok(View {
-            bytes: Held::Plain(view.buffer, range),
+            bytes: ViewStorage::Plain(view.buffer, range),
             stride,
         })
     }
@@ -180,14 +193,14 @@ impl<'a> Resources<'a> {
     }
 
     /// The bytes of a view and its stride, or the reason why there are none.
-    pub(crate) fn bytes(&self, view: usize) -> Result<(Bytes<'_>, Option<usize>), String> {
+    pub(crate) fn bytes(&self, view: usize) -> Result<(ByteSource<'_>, Option<usize>), String> {
         match self.views.get(view) {
             Some(View { bytes, stride }) => Ok((
                 match bytes {
-                    Held::Plain(buffer, range) => {
+                    ViewStorage::Plain(buffer, range) => {
                         self.buffers[*buffer].borrowed().part(range.clone())
                     }
-                    Held::Decoded(bytes) => Bytes::Memory(bytes[..].into()),
+                    ViewStorage::Decoded(bytes) => ByteSource::Memory(bytes[..].into()),
                 },
                 *stride,
             )),
@@ -200,31 +213,31 @@ impl<'a> Resources<'a> {
 }
 
 /// Whether a view's bytes are decompressed from others.
-fn is_packed(BufferView { extensions, .. }: &BufferView) -> bool {
+fn is_compressed(BufferView { extensions, .. }: &BufferView) -> bool {
     extensions.ext_meshopt.is_some() || extensions.khr_meshopt.is_some()
 }
 
 /// Whether every buffer holds nothing but arrays that are decoded from their bytes as they stand: these need not be in memory.
-fn only_arrays(root: &Root) -> bool {
+fn buffers_hold_only_accessors(root: &Root) -> bool {
     let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     root.images.iter().all(|image| image.buffer_view.is_none())
         && root
             .accessors
             .iter()
             .all(|accessor| accessor.sparse.is_none())
-        && !root.buffer_views.iter().any(is_packed)
+        && !root.buffer_views.iter().any(is_compressed)
         && primitives.all(|primitive| primitive.extensions.draco.is_none())
 }
 
 /// The error of bytes that cannot be read, or no longer.
-pub(crate) fn unread(path: &Path, source: io::Error) -> FormatError {
+pub(crate) fn read_error(path: &Path, source: io::Error) -> FormatError {
     FormatError::Io {
         path: path.into(),
         source,
     }
 }
 
-fn shape(view: &MeshoptView) -> Result<Shape, String> {
+fn view_header(view: &MeshoptView) -> Result<ViewHeader, String> {
     let filter = match &view.filter[..] {
         "NONE" => Filter::None,
         "OCTAHEDRAL" => Filter::Octahedral,
@@ -242,7 +255,7 @@ fn shape(view: &MeshoptView) -> Result<Shape, String> {
     let whole = |name, value: u64| {
         usize::try_from(value).map_err(|_| format!(".{name}: {value} is too large"))
     };
-    Ok(Shape {
+    Ok(ViewHeader {
         mode,
         count: whole("count", view.count)?,
         stride: whole("byteStride", view.byte_stride)?,
@@ -250,11 +263,11 @@ fn shape(view: &MeshoptView) -> Result<Shape, String> {
 }
 
 /// The bytes a URI stands for: in itself, or in a file of the same folder.
-pub(crate) fn fetch(
-    source: &Source,
+pub(crate) fn read_uri(
+    source: &InputFile,
     uri: &str,
     place: &str,
-    folder: &mut Folder,
+    assets: &mut AssetRoot,
 ) -> Result<Vec<u8>, FormatError> {
     let fault = |message: String| FormatError::whole(&source.path, format!("{place}: {message}"));
     if let Some(data) = uri.strip_prefix("data:") {
@@ -262,7 +275,7 @@ pub(crate) fn fetch(
             return Err(fault("a data URI without a comma (INVALID_URI)".into()));
         };
         // Both encodings never grow.
-        folder.budget.take_bytes(&source.path, data.len() as u64)?;
+        assets.budget.take_bytes(&source.path, data.len() as u64)?;
         let bytes = match head.strip_suffix(";base64") {
             Some(_) => base64(&percent_decoded(data)),
             None => Some(percent_decoded(data).into_owned()),
@@ -273,7 +286,7 @@ pub(crate) fn fetch(
     let name = std::str::from_utf8(&name)
         .map_err(|_| fault(format!("{uri:?} is not UTF-8 text (INVALID_URI)")))?;
     // As browsers take it.
-    let file = folder.follow(&source.path, &name.replace('\\', "/"));
+    let file = assets.read_reference(&source.path, &name.replace('\\', "/"));
     let named = |error| FormatError::Named {
         place: None,
         key: format!("{}: {place}", source.path.display()),

@@ -7,20 +7,20 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::json::Root;
 use crate::error::FormatError;
-use crate::gltf::diagnostics::Ledger;
-use crate::io::asset_root::Source;
+use crate::gltf::document::diagnostics::Diagnostics;
+use crate::gltf::json::Root;
+use crate::io::input_file::InputFile;
 
 const MAGIC: &[u8; 4] = b"glTF";
 const JSON: &[u8; 4] = b"JSON";
 const BIN: &[u8; 4] = b"BIN\0";
 
 /// Where in the file its parts are.
-pub(super) struct Container {
-    pub(super) json: Range<usize>,
+pub(crate) struct Container {
+    pub(crate) json: Range<usize>,
     /// The buffer without a URI.
-    pub(super) binary: Option<Range<usize>>,
+    pub(crate) binary: Option<Range<usize>>,
 }
 
 /// How many bytes of a GLB file are before the content of its binary chunk, where that is all the rest.
@@ -42,11 +42,14 @@ pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
 
 impl Container {
     /// Told apart by content.
-    pub(super) fn open(source: &Source, ledger: &mut Ledger) -> Result<Self, FormatError> {
-        let Source { path, bytes, .. } = source;
+    pub(crate) fn open(
+        source: &InputFile,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Self, FormatError> {
+        let InputFile { path, bytes, .. } = source;
         if !bytes.starts_with(MAGIC) {
             let start = if bytes.starts_with(b"\xef\xbb\xbf") {
-                ledger.note("the file", "begins with a byte order mark (INVALID_JSON)");
+                diagnostics.note("the file", "begins with a byte order mark (INVALID_JSON)");
                 3
             } else {
                 0
@@ -83,7 +86,7 @@ impl Container {
             let extra = source.len() - length;
             let message =
                 format!("{extra} bytes after its declared end are not used (GLB_LENGTH_MISMATCH)");
-            ledger.note("the file", message);
+            diagnostics.note("the file", message);
         }
         let (mut json, mut binary) = (None, None);
         let mut at = 12;
@@ -117,7 +120,7 @@ impl Container {
                 }
                 _ => {
                     let message = "chunks of unknown kinds are not used (GLB_UNKNOWN_CHUNK_TYPE)";
-                    ledger.note("the file", message);
+                    diagnostics.note("the file", message);
                 }
             }
             at = end;
@@ -129,7 +132,7 @@ impl Container {
     }
 
     /// The document: text that is JSON, of a glTF version that is read.
-    pub(super) fn document(&self, bytes: &[u8], path: &Path) -> Result<Root, FormatError> {
+    pub(crate) fn document(&self, bytes: &[u8], path: &Path) -> Result<Root, FormatError> {
         let text = std::str::from_utf8(&bytes[self.json.clone()]).map_err(|error| {
             let at = self.json.start + error.valid_up_to();
             FormatError::byte(path, at, "not UTF-8 text (INVALID_JSON)")
@@ -145,16 +148,16 @@ impl Container {
                 root.map_or(Ok(()), |root| {
                     let version = &root.asset.version;
                     let text = version.as_str().map_or(version.to_string(), str::to_owned);
-                    checked(&text, path)
+                    check_version(&text, path)
                 })?;
-                return Err(located(text, path, &error));
+                return Err(json_error(text, path, &error));
             }
         };
         let Some(asset) = &root.asset else {
             let message = "asset: missing (UNDEFINED_PROPERTY); is it a glTF file?";
             return Err(FormatError::whole(path, message));
         };
-        checked(&asset.version, path)?;
+        check_version(&asset.version, path)?;
         if let Some(least) = asset.min_version.as_ref().filter(|v| *v != "2.0") {
             let message = format!(
                 "asset.minVersion {least:?}; glTF 2.0 is read (ASSET_MIN_VERSION_GREATER_THAN_VERSION)"
@@ -168,17 +171,17 @@ impl Container {
 /// What a document of any version has.
 #[derive(Deserialize)]
 struct AnyVersion {
-    asset: Asset,
+    asset: AnyAsset,
 }
 
 #[derive(Deserialize)]
-struct Asset {
+struct AnyAsset {
     /// Text in 2.0, a number in drafts of 1.0.
     version: serde_json::Value,
 }
 
 /// Whether a version is read.
-fn checked(version: &str, path: &Path) -> Result<(), FormatError> {
+fn check_version(version: &str, path: &Path) -> Result<(), FormatError> {
     if version.split('.').next() == Some("2") {
         return Ok(());
     }
@@ -188,7 +191,7 @@ fn checked(version: &str, path: &Path) -> Result<(), FormatError> {
 }
 
 /// The error with the place in the document.
-fn located(text: &str, path: &Path, error: &serde_json::Error) -> FormatError {
+fn json_error(text: &str, path: &Path, error: &serde_json::Error) -> FormatError {
     let reader = &mut serde_json::Deserializer::from_str(text);
     let found: Result<Root, _> = serde_path_to_error::deserialize(reader);
     let code = match error.classify() {

@@ -1,28 +1,23 @@
-//! Textures: which image, how it is looked up, and where on it.
+//! ImportedTextures: which image, how it is looked up, and where on it.
 
-use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use raycam_scene::texture::{Interpolation, TextureSampler, TextureSlot};
-use raycam_scene::{Files, Image, Texture, Wrap};
+use raycam_scene::texture::{TexelFilter, TextureSampler, TextureSlot};
+use raycam_scene::{Image, Texture, Wrap};
 
-use super::json::{Sampler, TextureInfo};
-use super::{Builder, Document};
 use crate::error::FormatError;
-use crate::gltf::buffers;
-use crate::image::{ColorUse, decode_image};
-
-/// What has been read so far, by index in the document and use.
-#[derive(Default)]
-pub(super) struct Textures {
-    textures: HashMap<(usize, bool), usize>,
-    images: HashMap<(usize, bool), Arc<Image>>,
-}
+use crate::gltf::document::Document;
+use crate::gltf::document::buffers;
+use crate::gltf::json::Sampler;
+use crate::gltf::json::texture_info::TextureInfo;
+use crate::gltf::world::builder::Builder;
+use crate::image::decode_image;
+use crate::image::decoder::ColorUse;
 
 impl Builder<'_, '_> {
     /// Where a material takes a value from; `place` is that of the reference.
-    pub(super) fn slot(
+    pub(crate) fn slot(
         &mut self,
         place: &str,
         info: Option<&TextureInfo>,
@@ -62,7 +57,7 @@ impl Builder<'_, '_> {
             .or(texture.source);
         let Some(source) = source else {
             let message = "no image: the material does without it";
-            self.ledger.note(place, message);
+            self.diagnostics.note(place, message);
             return Ok(None);
         };
         let image = self.image(&format!("{place}.source"), source, color_use)?;
@@ -70,10 +65,10 @@ impl Builder<'_, '_> {
             Some(sampler) => {
                 let place = &format!("{place}.sampler");
                 let json = document.get(&document.root.samplers, sampler, place)?;
-                sampler_of(document, &format!("samplers[{sampler}]"), json)?
+                sampler_from_json(document, &format!("samplers[{sampler}]"), json)?
             }
             None => TextureSampler {
-                mip: Some(Interpolation::Linear),
+                mip: Some(TexelFilter::Linear),
                 ..TextureSampler::default()
             },
         };
@@ -98,7 +93,7 @@ impl Builder<'_, '_> {
         let (bytes, name) = match (&image.uri, image.buffer_view) {
             (Some(uri), _) => {
                 let uri_place = format!("{place}.uri");
-                let fetched = buffers::fetch(document.source, uri, &uri_place, self.folder)?;
+                let fetched = buffers::read_uri(document.source, uri, &uri_place, self.assets)?;
                 let named = !uri.starts_with("data:");
                 (fetched.into(), named.then_some(&uri[..]))
             }
@@ -106,7 +101,7 @@ impl Builder<'_, '_> {
                 let found = document.resources.bytes(view);
                 let (bytes, _) =
                     found.map_err(|e| document.fault(format!("{place}.bufferView: {e}")))?;
-                let bytes = bytes.read().map_err(|error| document.unread(error))?;
+                let bytes = bytes.read().map_err(|error| document.read_error(error))?;
                 (bytes, None)
             }
             (None, None) => {
@@ -122,7 +117,7 @@ impl Builder<'_, '_> {
             &bytes,
             &path,
             color_use,
-            &mut self.folder.budget,
+            &mut self.assets.budget,
             &mut notices,
         )?;
         self.world.notices.extend(notices);
@@ -131,23 +126,13 @@ impl Builder<'_, '_> {
             ("", None) => place,
             (name, _) => name.into(),
         };
-        let decoded = self.folder.keep(Arc::new(decoded))?;
+        let decoded = self.assets.store_texture(Arc::new(decoded))?;
         self.textures.images.insert(key, decoded.clone());
         Ok(decoded)
     }
 }
 
-impl TextureInfo {
-    /// Which texture coordinates.
-    pub(super) fn uv_set(&self) -> usize {
-        let transform = self.extensions.transform.as_ref();
-        transform
-            .and_then(|transform| transform.tex_coord)
-            .unwrap_or(self.tex_coord)
-    }
-}
-
-fn sampler_of(
+fn sampler_from_json(
     document: &Document<'_>,
     place: &str,
     sampler: &Sampler,
@@ -161,7 +146,7 @@ fn sampler_of(
         Some(33648) => Ok(Wrap::Mirror),
         Some(code) => Err(unknown(name, code)),
     };
-    use Interpolation::{Linear, Nearest};
+    use TexelFilter::{Linear, Nearest};
     let magnification = match sampler.mag_filter {
         None | Some(9729) => Linear,
         Some(9728) => Nearest,

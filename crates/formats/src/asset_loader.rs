@@ -1,0 +1,45 @@
+//! [`AssetLoader`] for [`AssetRoot`]: the files that a description names, by the readers of all formats.
+
+use std::sync::Arc;
+
+use raycam_scene::{AssetLoader, IesProfile, Image, MeshFile, Texture, Wrap};
+
+use crate::error::FormatError;
+use crate::ies;
+use crate::image::decoder::ColorUse;
+use crate::image::texture;
+use crate::io::asset_root::AssetRoot;
+use crate::registry;
+
+impl AssetLoader for AssetRoot {
+    type Error = FormatError;
+
+    fn mesh(&mut self, file: &str) -> Result<MeshFile, FormatError> {
+        self.read_asset(file, registry::read_mesh_file)
+    }
+
+    fn texture(&mut self, file: &str, wrap: [Wrap; 2]) -> Result<Texture, FormatError> {
+        self.read_asset(file, |source, assets| {
+            let (budget, notices) = assets.budget_and_notices();
+            texture::decode(&source, wrap, ColorUse::Color, budget, notices)
+        })
+    }
+
+    fn profile(&mut self, file: &str) -> Result<IesProfile, FormatError> {
+        self.read_asset(file, |source, assets| {
+            ies::read(&source, &mut assets.budget)
+        })
+    }
+
+    fn store_texture(&mut self, image: Arc<Image>) -> Result<Arc<Image>, FormatError> {
+        Self::store_texture(self, image)
+    }
+
+    fn in_context(error: FormatError, key: &str) -> FormatError {
+        FormatError::Named {
+            place: None,
+            key: key.into(),
+            source: Box::new(error),
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Byte stream between the header and the tail of a compressed view. A stream does not tell its length: the tail is found
+//! from the end, and everything between must be used up.
+
+/// The bytes that are not read yet.
+pub(crate) struct Stream<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Stream<'a> {
+    /// The stream without its first byte, which is returned, and its tail of `tail` bytes, which is too.
+    pub(crate) fn open(
+        bytes: &'a [u8],
+        tail: impl Fn(u8) -> usize,
+    ) -> Result<(u8, Self, &'a [u8]), String> {
+        let (&header, rest) = bytes.split_first().ok_or("no bytes")?;
+        let start = rest.len().checked_sub(tail(header));
+        let (rest, tail) = rest.split_at(start.ok_or("ends before its tail")?);
+        Ok((header, Self { rest }, tail))
+    }
+
+    pub(crate) fn read_bytes(&mut self, count: usize) -> Result<&'a [u8], String> {
+        let split = self.rest.split_at_checked(count);
+        let (taken, rest) = split.ok_or("ends early")?;
+        self.rest = rest;
+        Ok(taken)
+    }
+
+    pub(crate) fn byte(&mut self) -> Result<u8, String> {
+        let (&byte, rest) = self.rest.split_first().ok_or("ends early")?;
+        self.rest = rest;
+        Ok(byte)
+    }
+
+    /// An unsigned integer in one to five bytes of seven bits, the lowest first (LEB128).
+    pub(crate) fn varint(&mut self) -> Result<u32, String> {
+        let mut value = 0;
+        for shift in (0..35).step_by(7) {
+            let byte = self.byte()?;
+            value |= u32::from(byte & 0x7f) << shift;
+            if byte < 0x80 {
+                return Ok(value);
+            }
+        }
+        Err("an index of more than five bytes".into())
+    }
+
+    pub(crate) fn finish(self) -> Result<(), String> {
+        match self.rest.len() {
+            0 => Ok(()),
+            left => Err(format!("{left} bytes are left over before its tail")),
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! The document: its container, JSON and bytes, and the accessors that read them. Knows nothing of worlds.
+//!
+//! Errors and notices name the place in the document and, where it has one, the code of Khronos' glTF-Validator.
+
+pub(crate) mod accessor;
+pub(crate) mod accessor_view;
+pub(crate) mod buffers;
+pub(crate) mod container;
+pub(crate) mod diagnostics;
+pub(crate) mod extensions;
+pub(crate) mod memory_allowance;
+
+use std::io;
+use std::path::Path;
+
+use raycam_scene::SceneError;
+
+use crate::error::FormatError;
+use crate::gltf::document::buffers::Resources;
+use crate::gltf::json::Root;
+use crate::io::input_file::InputFile;
+
+/// A document and the bytes it refers to.
+pub(crate) struct Document<'a> {
+    pub(crate) path: &'a Path,
+    pub(crate) source: &'a InputFile,
+    pub(crate) root: Root,
+    pub(crate) resources: Resources<'a>,
+}
+
+impl Document<'_> {
+    /// An error of this file; the message begins with the place in the document.
+    pub(crate) fn fault(&self, message: impl Into<String>) -> FormatError {
+        FormatError::whole(self.path, message)
+    }
+
+    /// The error of bytes that cannot be read any more.
+    pub(crate) fn read_error(&self, error: io::Error) -> FormatError {
+        buffers::read_error(self.path, error)
+    }
+
+    /// The error of an index that leads nowhere.
+    pub(crate) fn unresolved(&self, place: &str, index: usize, count: usize) -> FormatError {
+        self.fault(format!(
+            "{place}: {index}, but there are {count} (UNRESOLVED_REFERENCE)"
+        ))
+    }
+
+    /// What an index written at `place` refers to.
+    pub(crate) fn get<'b, T>(
+        &self,
+        all: &'b [T],
+        index: usize,
+        place: &str,
+    ) -> Result<&'b T, FormatError> {
+        all.get(index)
+            .ok_or_else(|| self.unresolved(place, index, all.len()))
+    }
+
+    pub(crate) fn scene(&self, place: &str, source: SceneError) -> FormatError {
+        self.fault(format!("{place}: {source}"))
+    }
+}

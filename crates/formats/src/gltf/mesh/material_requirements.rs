@@ -1,0 +1,80 @@
+//! Vertex data that materials need.
+
+use raycam_scene::Mesh;
+
+use crate::error::FormatError;
+use crate::gltf::document::Document;
+use crate::gltf::document::diagnostics::Diagnostics;
+use crate::gltf::json::Primitive;
+use crate::gltf::json::material::Material;
+use crate::gltf::json::texture_info::TextureInfo;
+
+/// Vertex data that the materials of a primitive need, those of its variants included.
+pub(crate) struct MaterialRequirements {
+    /// Sets of texture coordinates.
+    sets: Vec<usize>,
+    /// The set that tangents follow, where a material needs tangents.
+    pub(crate) tangent_uvs: Option<usize>,
+}
+
+impl MaterialRequirements {
+    pub(crate) fn of_primitive(
+        document: &Document<'_>,
+        place: &str,
+        primitive: &Primitive,
+    ) -> Result<Self, FormatError> {
+        let mappings = primitive.extensions.variants.iter();
+        let mappings = mappings.flat_map(|variants| &variants.mappings);
+        let materials = primitive.material.into_iter();
+        let (mut sets, mut tangent_uvs) = (Vec::new(), None);
+        for index in materials.chain(mappings.map(|mapping| mapping.material)) {
+            let place = &format!("{place}.material");
+            let material = document.get(&document.root.materials, index, place)?;
+            sets.extend(material.textures().map(TextureInfo::uv_set));
+            tangent_uvs = tangent_uvs.or(material.tangent_uvs());
+        }
+        sets.sort_unstable();
+        sets.dedup();
+        Ok(Self { sets, tangent_uvs })
+    }
+
+    /// Notes each set of texture coordinates that the mesh lacks.
+    pub(crate) fn check_uvs(&self, place: &str, mesh: &Mesh, diagnostics: &mut Diagnostics) {
+        for set in self.sets.iter().filter(|&&set| mesh.uv_set(set).is_none()) {
+            let message = format!(
+                "its material uses TEXCOORD_{set}, which it lacks (MESH_PRIMITIVE_TOO_FEW_TEXCOORDS)"
+            );
+            diagnostics.note(place, message);
+        }
+    }
+}
+
+impl Material {
+    fn textures(&self) -> impl Iterator<Item = &TextureInfo> {
+        let pbr = &self.pbr_metallic_roughness;
+        let unlit = self.extensions.unlit.is_some();
+        let own = [
+            pbr.base_color_texture.as_ref(),
+            pbr.metallic_roughness_texture.as_ref().filter(|_| !unlit),
+            self.normal_texture.as_ref().filter(|_| !unlit),
+            self.occlusion_texture.as_ref().filter(|_| !unlit),
+            self.emissive_texture.as_ref().filter(|_| !unlit),
+        ];
+        own.into_iter().flatten()
+    }
+
+    /// The set of texture coordinates of the first texture that needs tangents.
+    fn tangent_uvs(&self) -> Option<usize> {
+        let extensions = &self.extensions;
+        if extensions.unlit.is_some() {
+            return None;
+        }
+        let clearcoat = extensions.clearcoat.as_ref();
+        let clearcoat = clearcoat.and_then(|coat| coat.clearcoat_normal_texture.as_ref());
+        let anisotropy = extensions.anisotropy.as_ref();
+        let texture = anisotropy.and_then(|ani| ani.anisotropy_texture.as_ref());
+        let textures = [self.normal_texture.as_ref(), clearcoat, texture];
+        let first = textures.into_iter().flatten().next();
+        first.map(TextureInfo::uv_set).or(anisotropy.map(|_| 0))
+    }
+}

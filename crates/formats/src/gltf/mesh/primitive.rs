@@ -1,0 +1,269 @@
+//! Primitives of triangles as meshes.
+
+use glam::{DVec3, Vec3};
+use raycam_scene::Mesh;
+
+use crate::error::FormatError;
+use crate::gltf::document::Document;
+use crate::gltf::document::accessor_view::{AccessorView, Component};
+use crate::gltf::document::diagnostics::Diagnostics;
+use crate::gltf::document::memory_allowance::MemoryAllowance;
+use crate::gltf::json::Primitive;
+use crate::gltf::mesh::attributes::AttributeSource;
+use crate::gltf::mesh::material_requirements::MaterialRequirements;
+use crate::gltf::mesh::skin_morph::SkinMorph;
+use crate::gltf::mesh::tangent;
+use crate::gltf::mesh::vertex_window::VertexWindow;
+use crate::io::asset_root::AssetRoot;
+use crate::io::parallel;
+
+/// A primitive of triangles.
+pub(crate) struct PrimitiveMesh {
+    pub(crate) mesh: Mesh,
+    pub(crate) material: Option<usize>,
+    pub(crate) skin_morph: SkinMorph,
+}
+
+/// Reader of one primitive.
+pub(crate) struct PrimitiveReader<'a> {
+    pub(crate) document: &'a Document<'a>,
+    /// As errors name the primitive.
+    pub(crate) place: &'a str,
+    pub(crate) primitive: &'a Primitive,
+    pub(crate) assets: &'a mut AssetRoot,
+    pub(crate) diagnostics: &'a mut Diagnostics,
+    pub(crate) allowance: &'a mut MemoryAllowance,
+}
+
+impl PrimitiveReader<'_> {
+    /// The mesh of the primitive; `None` where it has no triangles.
+    pub(crate) fn read(&mut self) -> Result<Option<PrimitiveMesh>, FormatError> {
+        if !self.has_triangle_mode()? {
+            return Ok(None);
+        }
+        let source = AttributeSource::new(
+            self.document,
+            self.place,
+            self.primitive,
+            self.assets,
+            self.diagnostics,
+            self.allowance,
+        )?;
+        self.note_missing_bounds();
+        let Some(positions) = source.elements("POSITION", self.allowance)? else {
+            let message = "no POSITION: nothing to see (MESH_PRIMITIVE_NO_POSITION)";
+            self.diagnostics.note(self.place, message);
+            return Ok(None);
+        };
+        let count = positions.count;
+        let Some(mut triangles) = self.triangles(&source, count)? else {
+            return Ok(None);
+        };
+        let (first, last) = parallel::min_max(triangles.as_flattened());
+        if first > 0 {
+            for corner in triangles.as_flattened_mut() {
+                *corner -= first;
+            }
+        }
+        let window = VertexWindow {
+            document: self.document,
+            source: &source,
+            count,
+            first: first as usize,
+            length: (last - first) as usize + 1,
+        };
+        let amount = window.length + 3 * triangles.len();
+        let budget = &mut self.assets.budget;
+        budget.take_elements(self.document.path, amount as u64)?;
+        let mut mesh = Mesh {
+            vertices: self.positions(window.slice(positions))?,
+            triangles,
+            ..Mesh::default()
+        };
+        self.shading_attributes(&window, &mut mesh)?;
+        self.colors(&window, &mut mesh)?;
+        let mut skin_morph =
+            window.skin_morph(self.place, self.primitive, self.diagnostics, self.allowance)?;
+        let needed = MaterialRequirements::of_primitive(self.document, self.place, self.primitive)?;
+        needed.check_uvs(self.place, &mesh, self.diagnostics);
+        if mesh.tangents.is_none()
+            && let Some(set) = needed.tangent_uvs
+        {
+            let sources = tangent::generate(&mut mesh, set);
+            skin_morph.resample(&sources);
+        }
+        Ok(Some(PrimitiveMesh {
+            mesh,
+            material: self.primitive.material,
+            skin_morph,
+        }))
+    }
+
+    /// True for lists, strips and fans of triangles; points and lines get a notice.
+    fn has_triangle_mode(&mut self) -> Result<bool, FormatError> {
+        let what = match self.primitive.mode {
+            0 => "points",
+            1..=3 => "lines",
+            4..=6 => return Ok(true),
+            mode => {
+                return Err(self.document.fault(format!(
+                    "{}.mode: {mode}, expected 0..=6 (VALUE_NOT_IN_RANGE)",
+                    self.place
+                )));
+            }
+        };
+        let message = format!("{what} are not shown: only triangles have a surface");
+        self.diagnostics.note(self.place, message);
+        Ok(false)
+    }
+
+    /// Notes positions without `min` and `max`. Bounds follow from the vertices, so that reading goes on.
+    fn note_missing_bounds(&mut self) {
+        let index = self.primitive.attributes.get("POSITION");
+        let accessor = index.and_then(|&index| {
+            let accessor = self.document.root.accessors.get(index)?;
+            Some((index, accessor))
+        });
+        if let Some((index, accessor)) = accessor
+            && (accessor.min.is_none() || accessor.max.is_none())
+        {
+            let message = format!(
+                "accessors[{index}] has no min and max \
+                 (MESH_PRIMITIVE_POSITION_ACCESSOR_WITHOUT_BOUNDS)"
+            );
+            let place = format!("{}.attributes.POSITION", self.place);
+            self.diagnostics.note(place, message);
+        }
+    }
+
+    /// The triangles of the primitive, whose attributes have `count` elements; `None` where it has none.
+    fn triangles(
+        &mut self,
+        source: &AttributeSource<'_>,
+        count: usize,
+    ) -> Result<Option<Vec<[u32; 3]>>, FormatError> {
+        let (triangles, over) = match self.primitive.mode {
+            4 => source.corners::<3>(count, self.allowance)?,
+            mode => {
+                let (corners, _) = source.corners::<1>(count, self.allowance)?;
+                let corners = corners.into_flattened();
+                let over = if corners.len() < 3 { corners.len() } else { 0 };
+                (strip_or_fan_triangles(mode, &corners), over)
+            }
+        };
+        if triangles.is_empty() {
+            let message = format!("{over} corners make no triangle");
+            self.diagnostics.note(self.place, message);
+            return Ok(None);
+        }
+        if over > 0 {
+            let message =
+                "corners that make no triangle are left over (MESH_PRIMITIVE_INCOMPATIBLE_MODE)";
+            self.diagnostics.note(self.place, message);
+        }
+        Ok(Some(triangles))
+    }
+
+    /// Positions as float64.
+    fn positions(&mut self, elements: AccessorView<'_>) -> Result<Vec<DVec3>, FormatError> {
+        let (path, count) = (self.document.path, elements.count as u64);
+        self.allowance.charge(path, &elements.place, count, 12)?;
+        let widen = |v: [f32; 3]| v.map(f64::from);
+        let positions = elements.map_floats(self.document, self.allowance, widen)?;
+        // Optimised to a no-op: the same layout.
+        Ok(positions.into_iter().map(DVec3::from_array).collect())
+    }
+
+    /// Normals, texture coordinates and tangents.
+    fn shading_attributes(
+        &mut self,
+        window: &VertexWindow<'_>,
+        mesh: &mut Mesh,
+    ) -> Result<(), FormatError> {
+        if let Some(normals) = window.elements("NORMAL", self.allowance)? {
+            let unit = |normal| Vec3::from_array(normal).normalize_or_zero().to_array();
+            mesh.normals = Some(normals.map_floats(self.document, self.allowance, unit)?);
+        }
+        mesh.uvs = window.floats("TEXCOORD_0", self.allowance)?;
+        while let Some(uvs) = window.floats(
+            &format!("TEXCOORD_{}", mesh.more_uvs.len() + 1),
+            self.allowance,
+        )? {
+            mesh.more_uvs.push(uvs);
+        }
+        if mesh.uvs.is_none() && !mesh.more_uvs.is_empty() {
+            mesh.uvs = Some(vec![[0.0; 2]; window.length]);
+        }
+        // Tangents without normals have no meaning (3.7.2.1).
+        if mesh.normals.is_some() {
+            let unit = |[x, y, z, w]: [f32; 4]| {
+                let [x, y, z] = Vec3::new(x, y, z).normalize_or_zero().to_array();
+                [x, y, z, if w < 0.0 { -1.0 } else { 1.0 }]
+            };
+            let tangents: Option<Vec<[f32; 4]>> = window.floats("TANGENT", self.allowance)?;
+            mesh.tangents = tangents.map(|all| all.into_iter().map(unit).collect());
+        }
+        Ok(())
+    }
+
+    /// Vertex colours and opacities.
+    fn colors(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<(), FormatError> {
+        let (document, place) = (self.document, self.place);
+        if window.source.has("COLOR_1") {
+            let message = "only the first set of vertex colours is used";
+            self.diagnostics.note(place, message);
+        }
+        let Some(elements) = window.elements("COLOR_0", self.allowance)? else {
+            return Ok(());
+        };
+        let mut clamped = false;
+        let mut unit_interval = |v: f32| {
+            clamped |= !(0.0..=1.0).contains(&v);
+            v.clamp(0.0, 1.0)
+        };
+        if elements.component != Component::F32 && !elements.normalized {
+            return Err(document.fault(format!(
+                "{place}.attributes.COLOR_0: integers that are not normalised \
+                 (MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT)"
+            )));
+        }
+        if elements.arity == 4 {
+            let colors = elements.floats::<4>(document, self.allowance)?;
+            mesh.vertex_colors = Some(
+                colors
+                    .iter()
+                    .map(|&[r, g, b, _]| [r, g, b].map(&mut unit_interval))
+                    .collect(),
+            );
+            if colors.iter().any(|color| color[3] != 1.0) {
+                let alphas = colors.iter().map(|color| unit_interval(color[3]));
+                mesh.vertex_opacities = Some(alphas.collect());
+            }
+        } else {
+            let colors = elements.floats::<3>(document, self.allowance)?;
+            let colors = colors.iter().map(|color| color.map(&mut unit_interval));
+            mesh.vertex_colors = Some(colors.collect());
+        }
+        if clamped {
+            let message = "colours outside 0..=1 are clamped (ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND)";
+            let place = format!("{place}.attributes.COLOR_0");
+            self.diagnostics.note(place, message);
+        }
+        Ok(())
+    }
+}
+
+/// The triangles of a strip (mode 5) or fan (3.7.2.1), with the winding order of the first.
+fn strip_or_fan_triangles(mode: u32, corners: &[u32]) -> Vec<[u32; 3]> {
+    if mode == 6 {
+        return match corners.split_first() {
+            Some((&hub, rim)) => rim.windows(2).map(|w| [w[0], w[1], hub]).collect(),
+            None => Vec::new(),
+        };
+    }
+    let triangle = |(i, w): (usize, &[u32])| match i % 2 {
+        0 => [w[0], w[1], w[2]],
+        _ => [w[0], w[2], w[1]],
+    };
+    corners.windows(3).enumerate().map(triangle).collect()
+}

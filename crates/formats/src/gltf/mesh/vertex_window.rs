@@ -1,0 +1,74 @@
+//! The range of an accessor's vertices that one primitive uses: many primitives may share one long accessor.
+
+use crate::error::FormatError;
+use crate::gltf::document::Document;
+use crate::gltf::document::accessor_view::AccessorView;
+use crate::gltf::document::memory_allowance::MemoryAllowance;
+use crate::gltf::mesh::attributes::AttributeSource;
+
+/// The vertices of a primitive's accessors that its triangles use.
+pub(crate) struct VertexWindow<'a> {
+    pub(crate) document: &'a Document<'a>,
+    pub(crate) source: &'a AttributeSource<'a>,
+    /// AccessorView of its accessors.
+    pub(crate) count: usize,
+    pub(crate) first: usize,
+    pub(crate) length: usize,
+}
+
+impl<'a> VertexWindow<'a> {
+    pub(crate) fn slice(&self, elements: AccessorView<'a>) -> AccessorView<'a> {
+        elements.slice(self.first, self.length)
+    }
+
+    /// The elements of an attribute that are used.
+    pub(crate) fn elements(
+        &self,
+        name: &str,
+        allowance: &mut MemoryAllowance,
+    ) -> Result<Option<AccessorView<'a>>, FormatError> {
+        let Some(elements) = self.source.elements(name, allowance)? else {
+            return Ok(None);
+        };
+        self.checked(elements, &format!("attributes.{name}"))
+            .map(Some)
+    }
+
+    /// The same elements of an accessor of its own, as morph targets have it.
+    pub(crate) fn accessor(
+        &self,
+        index: usize,
+        name: &str,
+        allowance: &mut MemoryAllowance,
+    ) -> Result<AccessorView<'a>, FormatError> {
+        let place = format!("{}.{name}", self.source.place);
+        let elements = self.document.elements(index, &place, allowance)?;
+        self.checked(elements, name)
+    }
+
+    fn checked(
+        &self,
+        elements: AccessorView<'a>,
+        name: &str,
+    ) -> Result<AccessorView<'a>, FormatError> {
+        if elements.count != self.count {
+            return Err(self.document.fault(format!(
+                "{}.{name}: {} elements, but there are {} positions \
+                 (MESH_PRIMITIVE_UNEQUAL_ACCESSOR_COUNT)",
+                self.source.place, elements.count, self.count
+            )));
+        }
+        Ok(self.slice(elements))
+    }
+
+    pub(crate) fn floats<const N: usize>(
+        &self,
+        name: &str,
+        allowance: &mut MemoryAllowance,
+    ) -> Result<Option<Vec<[f32; N]>>, FormatError> {
+        match self.elements(name, allowance)? {
+            Some(elements) => elements.floats(self.document, allowance).map(Some),
+            None => Ok(None),
+        }
+    }
+}

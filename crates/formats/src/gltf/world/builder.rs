@@ -1,0 +1,47 @@
+//! State of an import: the world under construction, and the meshes and textures of the document that are read already.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use raycam_scene::animation::DeformableMesh;
+use raycam_scene::{Image, World};
+
+use crate::gltf::document::Document;
+use crate::gltf::document::diagnostics::Diagnostics;
+use crate::gltf::document::memory_allowance::MemoryAllowance;
+use crate::io::asset_root::AssetRoot;
+
+/// A world under construction.
+pub(crate) struct Builder<'a, 'b> {
+    pub(crate) document: &'a Document<'a>,
+    pub(crate) assets: &'b mut AssetRoot,
+    pub(crate) diagnostics: Diagnostics,
+    pub(crate) allowance: MemoryAllowance,
+    pub(crate) world: World,
+    pub(crate) textures: ImportedTextures,
+    pub(crate) meshes: ImportedMeshes,
+}
+
+/// Meshes that have been read, by index in the document.
+#[derive(Default)]
+pub(crate) struct ImportedMeshes {
+    pub(crate) known: HashMap<usize, Option<ImportedMesh>>,
+}
+
+/// A mesh of the world and the materials of its slots.
+#[derive(Clone)]
+pub(crate) struct ImportedMesh {
+    pub(crate) mesh: usize,
+    pub(crate) materials: Vec<usize>,
+    /// The primitive of the document of each material slot's first use, for variants.
+    pub(crate) primitives: Vec<usize>,
+    /// Morph targets and skin, where the mesh has any.
+    pub(crate) shape: Option<Arc<DeformableMesh>>,
+}
+
+/// Textures and images that have been read, by index in the document and by whether they are colours.
+#[derive(Default)]
+pub(crate) struct ImportedTextures {
+    pub(crate) textures: HashMap<(usize, bool), usize>,
+    pub(crate) images: HashMap<(usize, bool), Arc<Image>>,
+}

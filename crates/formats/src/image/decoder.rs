@@ -1,0 +1,192 @@
+//! State and helpers of every image decoder: budget, notices, and the conversions to texels.
+
+use std::path::Path;
+use std::sync::LazyLock;
+
+use ::image::metadata::Orientation;
+use ::image::{ColorType, DynamicImage, ImageDecoder, ImageError};
+use bytemuck::Pod;
+use raycam_scene::color::linear_from_srgb;
+use raycam_scene::{Image, Texels};
+
+use crate::budget::Budget;
+use crate::error::FormatError;
+
+/// What an image is for, which decides how integers are read; images of floats are linear for any use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ColorUse {
+    /// Colours, stored in sRGB.
+    Color,
+    /// Anything else (normals, roughness, occlusion), stored as it is.
+    Data,
+}
+
+/// What an image may unpack to however short its file is: a flat picture of 4096 x 4096, of 8192 x 8192.
+pub(crate) const MAX_UNBACKED_BYTES: u64 = 64 << 20;
+pub(crate) const MAX_UNBACKED_BYTES_STREAMED: u64 = 256 << 20;
+
+/// One image on its way in.
+pub(crate) struct Decoder<'a> {
+    pub(crate) bytes: &'a [u8],
+    pub(crate) path: &'a Path,
+    pub(crate) color_use: ColorUse,
+    pub(crate) trusted: u64,
+    pub(crate) budget: &'a mut Budget,
+    pub(crate) notices: &'a mut Vec<String>,
+}
+
+impl Decoder<'_> {
+    pub(crate) fn fault(&self, message: impl Into<String>) -> FormatError {
+        FormatError::whole(self.path, message)
+    }
+
+    pub(crate) fn unsupported(&self, message: impl Into<String>) -> FormatError {
+        FormatError::unsupported(self.path, message)
+    }
+
+    pub(crate) fn notice(&mut self, message: impl std::fmt::Display) {
+        self.notices
+            .push(format!("{}: {message}", self.path.display()));
+    }
+
+    /// Takes the pixels of an image from the budget before they are decoded, and refuses what unpacks to more than its
+    /// kind is trusted with and 4096 times its file. Whether it unpacks to more than 32 MiB and 16 times its file: then it
+    /// is to be read to its end once, where that needs no memory, before anything is kept.
+    pub(crate) fn take_pixels(
+        &mut self,
+        [columns, rows]: [u32; 2],
+        texel: u64,
+    ) -> Result<bool, FormatError> {
+        let pixels = u64::from(columns) * u64::from(rows);
+        if pixels == 0 {
+            return Err(self.fault(format!("an image of {columns} x {rows} pixels")));
+        }
+        self.budget.take_pixels(self.path, pixels)?;
+        let (unpacked, length) = (pixels * texel, self.bytes.len() as u64);
+        if unpacked > self.trusted + 4096 * length {
+            let message = format!(
+                "{columns} x {rows} pixels in {} bytes: more than so short a file is trusted with; store the image \
+                 smaller, or with less compression",
+                self.bytes.len()
+            );
+            return Err(self.fault(message));
+        }
+        Ok(unpacked > MAX_UNBACKED_BYTES / 2 + 16 * length)
+    }
+
+    pub(crate) fn image(&self, size: [u32; 2], texels: Texels) -> Image {
+        Image {
+            name: self.path.display().to_string(),
+            size,
+            texels,
+        }
+    }
+
+    /// Eight bits a channel, for the image's use.
+    pub(crate) fn texels8(&self, texels: Vec<[u8; 4]>) -> Texels {
+        match self.color_use {
+            ColorUse::Color => Texels::Srgb8(texels),
+            ColorUse::Data => Texels::Linear8(texels),
+        }
+    }
+
+    /// Sixteen bits a channel, for the image's use.
+    pub(crate) fn texels16(&self, mut texels: Vec<[u16; 4]>) -> Texels {
+        if self.color_use == ColorUse::Color {
+            static TABLE: LazyLock<Vec<u16>> = LazyLock::new(|| {
+                let linear = |v: u16| (65535.0 * linear_from_srgb(f32::from(v) / 65535.0)).round();
+                (0..=u16::MAX).map(|v| linear(v) as u16).collect()
+            });
+            let table = &*TABLE;
+            for color in texels.iter_mut().flat_map(|texel| &mut texel[..3]) {
+                *color = table[usize::from(*color)];
+            }
+        }
+        Texels::Linear16(texels)
+    }
+
+    /// Floats, none of them infinite or NaN.
+    pub(crate) fn float_texels(&mut self, mut texels: Vec<[f32; 4]>) -> Texels {
+        const LARGEST: f32 = 65504.0;
+        let mut replaced = 0;
+        for value in texels.as_flattened_mut() {
+            if !value.is_finite() {
+                *value = if value.is_nan() {
+                    0.0
+                } else {
+                    LARGEST.copysign(*value)
+                };
+                replaced += 1;
+            }
+        }
+        if replaced > 0 {
+            self.notice(format!(
+                "{replaced} values are infinite or not numbers: read as {LARGEST} and 0"
+            ));
+        }
+        Texels::Float(texels)
+    }
+}
+
+/// The decoded image, if the budget has room for it and `whole` finds nothing missing: before anything is kept.
+pub(crate) fn decode_checked(
+    file: &mut Decoder<'_>,
+    decoder: impl ImageDecoder,
+    check_complete: impl FnOnce(&Decoder<'_>) -> Result<(), FormatError>,
+) -> Result<Image, FormatError> {
+    let texel = texel_bytes(&decoder);
+    file.take_pixels(decoder.dimensions().into(), texel)?;
+    check_complete(file)?;
+    decode_pixels(file, decoder, texel)
+}
+
+/// How many bytes a texel of its image takes.
+pub(crate) fn texel_bytes(decoder: &impl ImageDecoder) -> u64 {
+    match decoder.color_type() {
+        ColorType::Rgb32F | ColorType::Rgba32F => 16,
+        ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16 => 8,
+        _ => 4,
+    }
+}
+
+/// The decoded image, whose pixels have been taken from the budget.
+pub(crate) fn decode_pixels(
+    file: &mut Decoder<'_>,
+    mut decoder: impl ImageDecoder,
+    texel: u64,
+) -> Result<Image, FormatError> {
+    let size = decoder.dimensions().into();
+    if let Ok(Some(profile)) = decoder.icc_profile()
+        // "sRGB" in the profile's description, as text or as UTF-16: nothing to apply.
+        && !profile.windows(4).any(|w| w == b"sRGB")
+        && !profile.windows(7).any(|w| w == b"s\0R\0G\0B")
+    {
+        file.notice("its colour profile is not applied");
+    }
+    if let Ok(orientation) = decoder.orientation()
+        && orientation != Orientation::NoTransforms
+    {
+        file.notice("its EXIF orientation is not applied");
+    }
+    let image = DynamicImage::from_decoder(decoder).map_err(|e| decoder_error(file, e))?;
+    let texels = match texel {
+        4 => file.texels8(grouped(image.into_rgba8().into_raw())),
+        8 => file.texels16(grouped(image.into_rgba16().into_raw())),
+        _ => file.float_texels(grouped(image.into_rgba32f().into_raw())),
+    };
+    Ok(file.image(size, texels))
+}
+
+/// The channels of each texel together, in the same memory where it ends with a texel.
+pub(crate) fn grouped<T: Pod>(channels: Vec<T>) -> Vec<[T; 4]> {
+    let texels = bytemuck::allocation::try_cast_vec(channels);
+    texels.unwrap_or_else(|(_, channels)| channels.as_chunks::<4>().0.to_vec())
+}
+
+pub(crate) fn decoder_error(file: &Decoder<'_>, error: ImageError) -> FormatError {
+    match error {
+        ImageError::Unsupported(e) => file.unsupported(e.to_string()),
+        ImageError::IoError(e) => file.fault(format!("ends early: {e}")),
+        e => file.fault(e.to_string()),
+    }
+}

@@ -1,0 +1,54 @@
+//! A file that a reader gets: its path for errors, and its bytes.
+
+use std::fs::File;
+use std::ops::Range;
+use std::path::PathBuf;
+
+use crate::error::FormatError;
+use crate::io::byte_source::ByteSource;
+
+/// A file in memory, or the beginning of one.
+#[derive(Debug)]
+pub(crate) struct InputFile {
+    /// As shown in errors; its folder is where the names in it start from.
+    pub(crate) path: PathBuf,
+    pub(crate) bytes: Vec<u8>,
+    /// The file and its size, where `bytes` are only the beginning of it.
+    pub(crate) rest: Option<(File, usize)>,
+}
+
+impl InputFile {
+    /// A whole file.
+    pub(crate) fn new(path: impl Into<PathBuf>, bytes: Vec<u8>) -> Self {
+        Self {
+            path: path.into(),
+            bytes,
+            rest: None,
+        }
+    }
+
+    /// The bytes of the file, in memory or not.
+    pub(crate) fn len(&self) -> usize {
+        self.rest
+            .as_ref()
+            .map_or(self.bytes.len(), |(_, size)| *size)
+    }
+
+    /// Some bytes of the file, all of them in memory or none.
+    pub(crate) fn part(&self, range: Range<usize>) -> ByteSource<'_> {
+        match &self.rest {
+            Some((file, _)) if range.end > self.bytes.len() => ByteSource::Disk {
+                file,
+                start: range.start as u64,
+                length: range.len(),
+            },
+            _ => ByteSource::Memory(self.bytes[range].into()),
+        }
+    }
+
+    /// The text of the file.
+    pub(crate) fn text(&self) -> Result<&str, FormatError> {
+        std::str::from_utf8(&self.bytes)
+            .map_err(|error| FormatError::byte(&self.path, error.valid_up_to(), "not UTF-8 text"))
+    }
+}
