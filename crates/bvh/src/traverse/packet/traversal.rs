@@ -33,16 +33,13 @@ pub fn traverse_packet<I: Isa, L: LeafVisitor>(
         if at & LEAF == 0 {
             let node = node(blocks, at);
             let (mut mask, enter) = packet.frustum.intersect_children::<I>(node, t_max);
-            // Where some rays have hit_mask something and others go on, the bounds of all do not end: of what lies behind, only
-            // the rays themselves can say that they do not come there.
-            let edge = hit_mask != 0 && hit_mask != packet.active;
             let mut entered = [0; 8];
             let mut left = mask;
             while left != 0 {
                 let lane = left.trailing_zeros() as usize & 7;
                 left &= left - 1;
                 let child = node.children[lane];
-                if child & LEAF != 0 || edge || false_leaves > MAX_FALSE_LEAVES {
+                if child & LEAF != 0 || false_leaves > MAX_FALSE_LEAVES {
                     // The bounds of all rays enter many leaves that no ray does: those are not even asked for.
                     entered[lane] =
                         packet.intersect_box::<I>(|row| node.bounds[row][lane], packet.active);
