@@ -1,11 +1,48 @@
 //! What a tree is made of: 256-byte blocks, each an inner node of eight children or a leaf of sixteen triangles.
 
-/// Set in a child reference that leads to a leaf; the other bits are an index into the blocks (or, in the tree over
-/// instances, the instance).
-pub const LEAF: u32 = 1 << 31;
+/// Reference to a node or a leaf: an index into the blocks of a tree, with [`NodeRef::LEAF_FLAG`] for leaves. A leaf of
+/// the TLAS has no block: its index is that of a subtree of an instance.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct NodeRef(u32);
 
-/// The child reference of an empty tree and of an unused child.
-pub const NO_CHILD: u32 = u32::MAX;
+impl NodeRef {
+    /// The bit that tells a leaf from an inner node.
+    pub const LEAF_FLAG: u32 = 1 << 31;
+
+    /// The root of an empty tree and the reference of an unused child. Its leaf flag is set.
+    pub const EMPTY: NodeRef = NodeRef(u32::MAX);
+
+    /// Refers to an inner node.
+    #[inline(always)]
+    pub fn node(index: usize) -> NodeRef {
+        NodeRef(index as u32)
+    }
+
+    /// Refers to a leaf.
+    #[inline(always)]
+    pub const fn leaf(index: usize) -> NodeRef {
+        NodeRef(index as u32 | Self::LEAF_FLAG)
+    }
+
+    /// True for leaves and for [`NodeRef::EMPTY`].
+    #[inline(always)]
+    pub fn is_leaf(self) -> bool {
+        self.0 & Self::LEAF_FLAG != 0
+    }
+
+    /// The index of the block.
+    #[inline(always)]
+    pub fn index(self) -> usize {
+        (self.0 & !Self::LEAF_FLAG) as usize
+    }
+
+    /// The reference after the blocks have moved back by `base`.
+    #[inline(always)]
+    pub fn offset(self, base: usize) -> NodeRef {
+        NodeRef(self.0 + base as u32)
+    }
+}
 
 /// The most triangles, and the most different vertices, in a leaf.
 pub const MAX_LEAF_TRIANGLES: usize = 16;
@@ -16,8 +53,8 @@ pub const MAX_LEAF_TRIANGLES: usize = 16;
 pub struct WideNode {
     /// Lower x, upper x, lower y, upper y, lower z, upper z of the children.
     pub bounds: [[f32; 8]; 6],
-    /// Block index, with [`LEAF`] for leaves.
-    pub children: [u32; 8],
+    /// The children; [`NodeRef::EMPTY`] where unused.
+    pub children: [NodeRef; 8],
     /// How many children are used; they are the first ones.
     pub child_count: u32,
     _pad: [u32; 7],
@@ -30,13 +67,13 @@ impl WideNode {
             let (lower, upper) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
             [lower, upper, lower, upper, lower, upper]
         },
-        children: [NO_CHILD; 8],
+        children: [NodeRef::EMPTY; 8],
         child_count: 0,
         _pad: [0; 7],
     };
 
     /// Adds a child.
-    pub fn push_child(&mut self, lower: [f32; 3], upper: [f32; 3], child: u32) {
+    pub fn push_child(&mut self, lower: [f32; 3], upper: [f32; 3], child: NodeRef) {
         let lane = self.child_count as usize;
         self.set_child_bounds(lane, (lower, upper));
         self.children[lane] = child;
@@ -206,18 +243,18 @@ const _: () = assert!(
     size_of::<WideNode>() == 256 && size_of::<LeafNode>() == 256 && size_of::<NodeBlock>() == 256
 );
 
-/// The node that a reference without [`LEAF`] leads to.
+/// The inner node that `at` refers to.
 #[inline(always)]
-pub fn node(blocks: &[NodeBlock], at: u32) -> &WideNode {
-    debug_assert!(at & LEAF == 0 && (at as usize) < blocks.len());
+pub fn node(blocks: &[NodeBlock], at: NodeRef) -> &WideNode {
+    debug_assert!(!at.is_leaf() && at.index() < blocks.len());
     // SAFETY: the references of a tree lead to its own blocks, and say whether one is a node or a leaf.
-    unsafe { &blocks.get_unchecked(at as usize).node }
+    unsafe { &blocks.get_unchecked(at.0 as usize).node }
 }
 
-/// The leaf that a reference with [`LEAF`] leads to.
+/// The leaf that `at` refers to.
 #[inline(always)]
-pub fn leaf(blocks: &[NodeBlock], at: u32) -> &LeafNode {
-    debug_assert!(at & LEAF != 0 && at != NO_CHILD);
+pub fn leaf(blocks: &[NodeBlock], at: NodeRef) -> &LeafNode {
+    debug_assert!(at.is_leaf() && at != NodeRef::EMPTY);
     // SAFETY: as in `node`.
-    unsafe { &blocks.get_unchecked((at & !LEAF) as usize).leaf }
+    unsafe { &blocks.get_unchecked(at.index()).leaf }
 }

@@ -1,7 +1,7 @@
 //! What a mesh looks like from afar: a few boxes around all of it.
 
 use crate::blas::Bvh;
-use crate::node::{LEAF, node};
+use crate::node::{NodeRef, node};
 
 /// Lower and upper corner; of [`Bvh::bounding_boxes`] in the mesh's coordinates.
 pub type Corners = [[f32; 3]; 2];
@@ -16,7 +16,7 @@ impl Bvh {
         let mut boxes = vec![([extent.lower, extent.upper], self.root())];
         loop {
             // The largest is opened, as long as there is room for its children.
-            let inner = |(_, (_, at)): &(usize, &(Corners, u32))| at & LEAF == 0;
+            let inner = |(_, (_, at)): &(usize, &(Corners, NodeRef))| !at.is_leaf();
             let large = |a: &Corners, b: &Corners| half_area(a).total_cmp(&half_area(b));
             let largest = boxes.iter().enumerate().filter(inner);
             let Some((i, &(_, at))) = largest.max_by(|(_, (a, _)), (_, (b, _))| large(a, b)) else {
@@ -35,7 +35,7 @@ impl Bvh {
         }
         let scale = self.scale();
         let in_mesh =
-            |(corners, _): (Corners, u32)| corners.map(|corner| corner.map(|x| x / scale));
+            |(corners, _): (Corners, NodeRef)| corners.map(|corner| corner.map(|x| x / scale));
         boxes.into_iter().map(in_mesh).collect()
     }
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::build;
 use crate::build::triangle_leaves::TrianglePrims;
 use crate::error::BuildError;
-use crate::node::NodeBlock;
+use crate::node::{NodeBlock, NodeRef};
 use crate::platform::dispatch::Dispatch;
 use crate::platform::huge_page_vec::HugePageVec;
 use crate::simd::Isa;
@@ -21,7 +21,7 @@ pub const MAX_TRIANGLES: usize = 1 << 30;
 #[derive(Clone)]
 pub struct Bvh {
     blocks: HugePageVec<NodeBlock>,
-    root: u32,
+    root: NodeRef,
     prim_ids: Vec<u32>,
     bounds: Aabb,
     scale: f32,
@@ -108,12 +108,12 @@ impl Bvh {
         self.bounds.max_abs_coord()
     }
 
-    pub(crate) fn root(&self) -> u32 {
+    pub(crate) fn root(&self) -> NodeRef {
         self.root
     }
 
     /// The root, the prim_ids in the order of the leaves, and all blocks.
-    pub(crate) fn split_mut(&mut self) -> (u32, &[u32], &mut [NodeBlock]) {
+    pub(crate) fn split_mut(&mut self) -> (NodeRef, &[u32], &mut [NodeBlock]) {
         (self.root, &self.prim_ids, &mut self.blocks)
     }
 
@@ -245,7 +245,8 @@ mod tests {
             .collect();
         let corners = [bvh.bounds.lower, bvh.bounds.upper].into_iter().flatten();
         let floats = corners.chain([bvh.scale]).flat_map(f32::to_ne_bytes);
-        let words = bvh.prim_ids.iter().chain([&bvh.root]);
+        let root = [bvh.root.index() as u32, u32::from(bvh.root.is_leaf())];
+        let words = bvh.prim_ids.iter().chain(&root);
         bytes.extend(words.flat_map(|word| word.to_ne_bytes()).chain(floats));
         bytes
     }

@@ -2,7 +2,7 @@
 
 use crate::blas::{Bvh, power_of_two_scale, validate_mesh};
 use crate::error::BuildError;
-use crate::node::{LEAF, LeafNode, NO_CHILD, NodeBlock};
+use crate::node::{LeafNode, NodeBlock, NodeRef};
 
 /// Lower and upper corner.
 type Corners = ([f32; 3], [f32; 3]);
@@ -30,7 +30,7 @@ impl Bvh {
                 built: self.triangle_count(),
             });
         }
-        if self.root() == NO_CHILD {
+        if self.root() == NodeRef::EMPTY {
             return Ok(());
         }
         let scale = self.scale();
@@ -48,7 +48,7 @@ impl Bvh {
     /// The expected number of nodes and leaves that a ray through the mesh's box visits (the surface-area heuristic of
     /// Goldsmith and Salmon 1987): what to compare before and after a [`Bvh::refit`].
     pub fn sah_cost(&self) -> f64 {
-        if self.root() == NO_CHILD {
+        if self.root() == NodeRef::EMPTY {
             return 0.0;
         }
         let area = |(lower, upper): Corners| {
@@ -60,7 +60,7 @@ impl Bvh {
         let whole = sum;
         let mut open = vec![self.root()];
         while let Some(at) = open.pop() {
-            if at & LEAF != 0 {
+            if at.is_leaf() {
                 continue;
             }
             let node = crate::node::node(self.blocks(), at);
@@ -74,13 +74,17 @@ impl Bvh {
 }
 
 /// Refits what is at and below a reference; its box. As deep as the tree, whose depth is bounded.
-fn refit(blocks: &mut [NodeBlock], at: u32, moved: &impl Fn(&mut LeafNode) -> Corners) -> Corners {
-    let index = (at & !LEAF) as usize;
-    if at & LEAF != 0 {
-        // SAFETY: a reference with `LEAF` leads to a leaf.
+fn refit(
+    blocks: &mut [NodeBlock],
+    at: NodeRef,
+    moved: &impl Fn(&mut LeafNode) -> Corners,
+) -> Corners {
+    let index = at.index();
+    if at.is_leaf() {
+        // SAFETY: a reference that is a leaf's leads to a leaf.
         return moved(unsafe { &mut blocks[index].leaf });
     }
-    // SAFETY: a reference without `LEAF` leads to a node.
+    // SAFETY: a reference that is a node's leads to a node.
     let node = unsafe { blocks[index].node };
     let mut whole = NOTHING;
     for k in 0..node.child_count as usize {

@@ -1,9 +1,8 @@
 //! Folds a binary tree into nodes of eight at the least expected cost: the dynamic programme of Ylitie, Karras and
 //! Laine 2017, section 3.1, which also merges binary leaves into leaves of sixteen triangles.
 
-use super::{LEAF, NO_CHILD};
 use crate::build::prim_ref::{EMPTY_BOUNDS, PackedBounds, half_area, unpack_bounds};
-use crate::node::{NodeBlock, WideNode};
+use crate::node::{NodeBlock, NodeRef, WideNode};
 use crate::simd::{Isa, Vector};
 
 /// A node of the binary tree and what it costs as 1 to 8 children of a wide node.
@@ -110,26 +109,30 @@ pub fn emit_wide_nodes(
     tree: &[BinaryNode],
     root: usize,
     blocks: &mut Vec<NodeBlock>,
-    mut leaf: impl FnMut(&BinaryNode, &mut Vec<NodeBlock>) -> u32,
-) -> u32 {
+    mut leaf: impl FnMut(&BinaryNode, &mut Vec<NodeBlock>) -> NodeRef,
+) -> NodeRef {
     // What is still to be written, and where its reference goes: the node, which is none for the root, and which child.
-    let mut open = vec![(root, NO_CHILD as usize, 0)];
-    let mut first = NO_CHILD;
+    let mut open = vec![(root, usize::MAX, 0)];
+    let mut first = NodeRef::EMPTY;
     while let Some((at, above, lane)) = open.pop() {
         let reference = if tree[at].leaf {
             leaf(&tree[at], blocks)
         } else {
-            let mut below = [(EMPTY_BOUNDS, NO_CHILD); 8];
+            let mut below = [(EMPTY_BOUNDS, NodeRef::EMPTY); 8];
             let (found, n) = select_children(tree, at, 8, true);
             for ((child, _), below) in found[..n].iter().zip(&mut below) {
                 // Until it has its reference, what it is and its number.
-                let kind = u32::from(tree[*child].leaf) * LEAF;
-                *below = (tree[*child].bounds, kind | *child as u32);
+                let node = &tree[*child];
+                let reference = match node.leaf {
+                    true => NodeRef::leaf(*child),
+                    false => NodeRef::node(*child),
+                };
+                *below = (node.bounds, reference);
             }
             let node = make_wide_node(&below[..n]);
             let index = blocks.len();
             for (child, _) in found[..n].iter().rev() {
-                let is_it = |reference: &u32| (reference & !LEAF) as usize == *child;
+                let is_it = |reference: &NodeRef| reference.index() == *child;
                 open.push((
                     *child,
                     index,
@@ -137,7 +140,7 @@ pub fn emit_wide_nodes(
                 ));
             }
             blocks.push(NodeBlock { node });
-            index as u32
+            NodeRef::node(index)
         };
         match blocks.get_mut(above) {
             // SAFETY: it is a node that was written here.
@@ -150,11 +153,11 @@ pub fn emit_wide_nodes(
 
 /// The node above some children: leaves come last, for of several children the last is where a packet of shadow rays goes
 /// first, and what stops it there is not asked for further down.
-pub fn make_wide_node(children: &[(PackedBounds, u32)]) -> WideNode {
+pub fn make_wide_node(children: &[(PackedBounds, NodeRef)]) -> WideNode {
     let mut node = WideNode::EMPTY;
-    for leaf in [0, LEAF] {
+    for leaf in [false, true] {
         for (bounds, reference) in children {
-            if reference & LEAF == leaf {
+            if reference.is_leaf() == leaf {
                 let (lower, upper) = unpack_bounds(bounds);
                 node.push_child(lower, upper, *reference);
             }

@@ -25,7 +25,7 @@ pub(crate) mod triangle_pairs;
 use rayon::prelude::*;
 
 use crate::build::top_plan::{TopPlan, TreeletInput};
-use crate::node::{LEAF, NO_CHILD, NodeBlock};
+use crate::node::{NodeBlock, NodeRef};
 use crate::platform::dispatch::Dispatch;
 use crate::platform::huge_page_vec::HugePageVec;
 
@@ -64,7 +64,7 @@ pub trait LeafBuilder: Sync {
         notes: &mut Self::Scratch,
         ids: &mut Vec<u32>,
         blocks: &mut Vec<NodeBlock>,
-    ) -> u32;
+    ) -> NodeRef;
     /// Whether the reference [`LeafBuilder::create_leaf`] returns counts from the start of `blocks`, where a leaf stands that
     /// counts from the start of `ids`.
     const LEAVES_ARE_BLOCKS: bool;
@@ -89,8 +89,8 @@ pub trait LeafBuilder: Sync {
 pub struct BuiltBvh {
     /// Nodes and leaves.
     pub blocks: HugePageVec<NodeBlock>,
-    /// The reference of the root; [`NO_CHILD`] where there is nothing.
-    pub root: u32,
+    /// The reference of the root; [`NodeRef::EMPTY`] where there is nothing.
+    pub root: NodeRef,
     /// PrimRef ids in the order of the leaves.
     pub ids: Vec<u32>,
     /// The box of everything.
@@ -128,7 +128,7 @@ pub fn build<L: LeafBuilder, S: PrimSource + ?Sized>(
     let Some(top) = top else {
         return BuiltBvh {
             blocks: HugePageVec::with_capacity(0),
-            root: NO_CHILD,
+            root: NodeRef::EMPTY,
             ids: vec![],
             lower: [0.0; 3],
             upper: [0.0; 3],

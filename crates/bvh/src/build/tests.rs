@@ -22,9 +22,9 @@ impl LeafBuilder for Boxes {
         _notes: &mut (),
         ids: &mut Vec<u32>,
         _blocks: &mut Vec<NodeBlock>,
-    ) -> u32 {
+    ) -> NodeRef {
         ids.push(prims[0].id);
-        LEAF | prims[0].id
+        NodeRef::leaf(prims[0].id as usize)
     }
     fn max_binary_leaf_prims(&self) -> usize {
         1
@@ -44,8 +44,8 @@ fn check(tree: &BuiltBvh, boxes: &[([f32; 3], [f32; 3])]) -> usize {
     let mut open = vec![(tree.root, tree.lower, tree.upper, 0)];
     while let Some((at, lower, upper, depth)) = open.pop() {
         deepest = deepest.max(depth);
-        if at & LEAF != 0 {
-            let id = (at & !LEAF) as usize;
+        if at.is_leaf() {
+            let id = at.index();
             assert!(
                 !std::mem::replace(&mut seen[id], true),
                 "box {id} is there twice"
@@ -61,15 +61,15 @@ fn check(tree: &BuiltBvh, boxes: &[([f32; 3], [f32; 3])]) -> usize {
         assert!(node.child_count > 0);
         let below = &node.children[..node.child_count as usize];
         assert!(
-            below.is_sorted_by_key(|child| child & LEAF),
-            "a leaf of {at} comes before a node"
+            below.is_sorted_by_key(|child| child.is_leaf()),
+            "a leaf of {at:?} comes before a node"
         );
         for k in 0..node.child_count as usize {
             let l = [node.bounds[0][k], node.bounds[2][k], node.bounds[4][k]];
             let u = [node.bounds[1][k], node.bounds[3][k], node.bounds[5][k]];
             assert!(
                 (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]),
-                "child {k} of {at} sticks out"
+                "child {k} of {at:?} sticks out"
             );
             open.push((node.children[k], l, u, depth + 1));
         }
@@ -147,7 +147,7 @@ fn boxes_hold_what_is_below_them_where_no_triangles_are_joined() {
                 for k in 0..node.child_count as usize {
                     let ((lower, upper), child) = (node.child_bounds(k), node.children[k]);
                     let mut below = vec![];
-                    if child & LEAF != 0 {
+                    if child.is_leaf() {
                         let [a, b, c, d, e, f] = crate::node::leaf(bvh.blocks(), child).bounds;
                         below.push(([a, c, e], [b, d, f]));
                     } else {
@@ -196,7 +196,7 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
 }
 
 /// One child of the root is flat at z = 0, and the others are above 0.001, where the floor is not.
-fn check_floor(blocks: &[NodeBlock], root: u32, case: &str) {
+fn check_floor(blocks: &[NodeBlock], root: NodeRef, case: &str) {
     let root = crate::node::node(blocks, root);
     let children = (0..root.child_count as usize).map(|k| root.child_bounds(k));
     let (floor, others): (Vec<_>, Vec<_>) = children.partition(|(lower, _)| lower[2] < 0.001);

@@ -7,7 +7,7 @@ use crate::build::concat::{ConcatenatedTree, build_and_concat};
 use crate::build::prim_ref::{EMPTY_BOUNDS, PackedBounds, PrimRef, unpack_bounds};
 use crate::build::treelet::{PrimGenerator, SubtreeRoot, TreeletDesc, TreeletPrims};
 use crate::build::{BuildContext, BuiltBvh, LeafBuilder};
-use crate::node::NodeBlock;
+use crate::node::{NodeBlock, NodeRef};
 use crate::simd::Portable;
 
 /// The box of each half of what is halved, beside the box of the whole: of surfaces at an angle.
@@ -170,7 +170,7 @@ impl TopPlan {
             below.clear();
             for child in children {
                 match *child {
-                    Child::Node(child) => below.push((wholes[child], child as u32)),
+                    Child::Node(child) => below.push((wholes[child], NodeRef::node(child))),
                     Child::Treelet(treelet) => {
                         let roots = roots[treelet].iter();
                         below.extend(roots.map(|root| (root.bounds, root.reference)));
@@ -185,7 +185,7 @@ impl TopPlan {
         }
         SubtreeRoot {
             bounds: wholes[0],
-            reference: 0,
+            reference: NodeRef::node(0),
         }
     }
 }

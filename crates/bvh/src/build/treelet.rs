@@ -5,7 +5,7 @@ use super::{BuildContext, LeafBuilder, TREELET_SIZE};
 use crate::build::binned_sah::split;
 use crate::build::large_prims::split_large;
 use crate::build::prim_ref::{PackedBounds, PrimInfo, PrimRef};
-use crate::node::{LEAF, NodeBlock, WideNode};
+use crate::node::{NodeBlock, NodeRef, WideNode};
 use crate::platform::dispatch::kernel;
 use crate::simd::Isa;
 
@@ -36,7 +36,7 @@ pub type PrimGenerator<'a> = dyn Fn(&mut Vec<PrimRef>) + Send + Sync + 'a;
 #[derive(Clone, Copy)]
 pub struct SubtreeRoot {
     pub bounds: PackedBounds,
-    pub reference: u32,
+    pub reference: NodeRef,
 }
 
 /// A desc of the tree, with references that count from its own start.
@@ -92,7 +92,7 @@ impl Treelet {
     /// Its roots, once it stands where so many blocks are before it.
     pub fn relocated_roots<L: LeafBuilder>(&self, [base, _]: [usize; 2]) -> Vec<SubtreeRoot> {
         let moved = |root: &SubtreeRoot| SubtreeRoot {
-            reference: relocated::<L>(root.reference, base as u32),
+            reference: relocated::<L>(root.reference, base),
             ..*root
         };
         self.roots.iter().map(moved).collect()
@@ -102,29 +102,29 @@ impl Treelet {
     pub fn relocate<L: LeafBuilder>(&mut self, [base, first]: [usize; 2]) {
         let mut open: Vec<_> = self.roots.iter().map(|root| root.reference).collect();
         while let Some(at) = open.pop() {
-            if at & LEAF != 0 {
+            if at.is_leaf() {
                 if L::LEAVES_ARE_BLOCKS {
-                    // SAFETY: references with `LEAF` lead to leaves where they lead to blocks.
-                    unsafe { self.blocks[(at & !LEAF) as usize].leaf.first_prim += first as u32 };
+                    // SAFETY: leaf references lead to leaves where they lead to blocks.
+                    unsafe { self.blocks[at.index()].leaf.first_prim += first as u32 };
                 }
                 continue;
             }
-            // SAFETY: references without `LEAF` lead to nodes.
-            let node: &mut WideNode = unsafe { &mut self.blocks[at as usize].node };
+            // SAFETY: node references lead to nodes.
+            let node: &mut WideNode = unsafe { &mut self.blocks[at.index()].node };
             for child in &mut node.children[..node.child_count as usize] {
                 open.push(*child);
-                *child = relocated::<L>(*child, base as u32);
+                *child = relocated::<L>(*child, base);
             }
         }
     }
 }
 
 /// A reference of a treelet whose blocks stand `base` further.
-fn relocated<L: LeafBuilder>(child: u32, base: u32) -> u32 {
-    if child & LEAF != 0 && !L::LEAVES_ARE_BLOCKS {
+fn relocated<L: LeafBuilder>(child: NodeRef, base: usize) -> NodeRef {
+    if child.is_leaf() && !L::LEAVES_ARE_BLOCKS {
         child
     } else {
-        child + base
+        child.offset(base)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::build::triangle_pairs::PairFinder;
 use crate::build::{LeafBuilder, PrimRef, PrimSource, TREELET_SIZE};
-use crate::node::{LEAF, LeafNode, MAX_LEAF_TRIANGLES, NodeBlock};
+use crate::node::{LeafNode, MAX_LEAF_TRIANGLES, NodeBlock, NodeRef};
 use crate::simd::prefetch;
 
 /// The triangles as the builder sees them.
@@ -230,7 +230,7 @@ impl LeafBuilder for TrianglePrims<'_> {
         notes: &mut LeafScratch,
         ids: &mut Vec<u32>,
         blocks: &mut Vec<NodeBlock>,
-    ) -> u32 {
+    ) -> NodeRef {
         // A binary leaf has at most 4 pieces and so 16 vertices; anything larger was asked for by `fit`.
         let made;
         let known = (notes.candidate_of_prim[prims[0].id as usize] as usize).wrapping_sub(1);
@@ -255,7 +255,7 @@ impl LeafBuilder for TrianglePrims<'_> {
         for (vertex, &index) in vertices.iter_mut().zip(&shared.vertices[..shared.count]) {
             *vertex = self.vertex(index);
         }
-        let index = blocks.len() as u32;
+        let leaf = NodeRef::leaf(blocks.len());
         let corners = &shared.corners[..shared.triangles];
         blocks.push(NodeBlock {
             leaf: LeafNode::new(&vertices[..shared.count], corners, ids.len() as u32),
@@ -264,6 +264,6 @@ impl LeafBuilder for TrianglePrims<'_> {
             let piece = &notes.pairs.pairs[prim.id as usize];
             ids.extend_from_slice(&piece.triangles[..piece.count as usize]);
         }
-        index | LEAF
+        leaf
     }
 }

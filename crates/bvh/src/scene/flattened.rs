@@ -66,7 +66,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::node::{LEAF, leaf, node};
+    use crate::node::{leaf, node};
 
     #[test]
     fn leaves_are_of_one_mesh() {
@@ -88,7 +88,7 @@ mod tests {
             let bvh = Bvh::build_flattened(&vertices, &triangles, first_prims).unwrap();
             let (mut open, mut sizes) = (vec![bvh.root()], vec![]);
             while let Some(at) = open.pop() {
-                if at & LEAF == 0 {
+                if !at.is_leaf() {
                     let node = node(bvh.blocks(), at);
                     open.extend(&node.children[..node.child_count as usize]);
                     continue;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::blas::{Bvh, power_of_two_scale};
 use crate::build::{self, LeafBuilder, PrimRef, TREELET_SIZE};
 use crate::error::BuildError;
-use crate::node::{LEAF, NO_CHILD, NodeBlock};
+use crate::node::{NodeBlock, NodeRef};
 use crate::platform::dispatch::{Dispatch, InstructionSet};
 use crate::platform::huge_page_vec::HugePageVec;
 use crate::ray::{Coherence, ExactHit, ExactRay, Hit, Ray};
@@ -102,7 +102,7 @@ pub struct Scene {
     pub(crate) subtree_refs: Vec<SubtreeRef>,
     /// Nodes over the subtree_refs.
     tlas: HugePageVec<NodeBlock>,
-    pub(crate) root: u32,
+    pub(crate) root: NodeRef,
     /// Box of everything, scaled.
     pub(crate) bounds: Aabb,
     /// Largest coordinate at hand, scaled; with the transform_condition of the worst transform it bounds rounding.
@@ -179,7 +179,7 @@ impl Scene {
             origin,
             scale,
             tlas: HugePageVec::with_capacity(0),
-            root: NO_CHILD,
+            root: NodeRef::EMPTY,
             bounds: Aabb {
                 lower: [0.0; 3],
                 upper: [0.0; 3],
@@ -354,8 +354,8 @@ impl LeafBuilder for InstanceLeaves {
         _notes: &mut (),
         _ids: &mut Vec<u32>,
         _blocks: &mut Vec<NodeBlock>,
-    ) -> u32 {
-        LEAF | prims[0].id
+    ) -> NodeRef {
+        NodeRef::leaf(prims[0].id as usize)
     }
 }
 

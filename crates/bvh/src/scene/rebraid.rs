@@ -10,7 +10,7 @@ use std::sync::Arc;
 use crate::blas::Bvh;
 use crate::blas::bounding_boxes::{Corners, half_area};
 use crate::build::PrimRef;
-use crate::node::{LEAF, node};
+use crate::node::{NodeRef, node};
 use crate::traverse::trav_ray::Aabb;
 
 /// Everything at and below a node or leaf of a placed mesh.
@@ -18,7 +18,7 @@ use crate::traverse::trav_ray::Aabb;
 pub(crate) struct SubtreeRef {
     pub instance: u32,
     /// Reference of the node or leaf.
-    pub node: u32,
+    pub node: NodeRef,
     /// Its box in scaled scene coordinates, padded where the mesh is more than moved.
     pub corners: Corners,
 }
@@ -198,15 +198,15 @@ fn overlap_fraction(subtree: &Corners, other: &Corners) -> f32 {
 /// The refs that a subtree consists of, if it is more than a few triangles.
 fn open(transforms: &[Option<InstanceTransform>], subtree: &SubtreeRef) -> Option<Vec<SubtreeRef>> {
     let transform = transforms.get(subtree.instance as usize)?.as_ref()?;
-    if subtree.node & LEAF != 0 {
+    if subtree.node.is_leaf() {
         return None;
     }
     let node = node(transform.bvh.blocks(), subtree.node);
     let children = &node.children[..node.child_count as usize];
-    if children.iter().all(|child| child & LEAF != 0) {
+    if children.iter().all(|child| child.is_leaf()) {
         return None;
     }
-    let child = |(lane, &start): (usize, &u32)| {
+    let child = |(lane, &start): (usize, &NodeRef)| {
         let (lower, upper) = node.child_bounds(lane);
         transform.subtree_ref(subtree.instance, start, &Aabb { lower, upper })
     };
@@ -215,7 +215,7 @@ fn open(transforms: &[Option<InstanceTransform>], subtree: &SubtreeRef) -> Optio
 
 impl InstanceTransform {
     /// What is at and below a node or leaf, whose box that is in the mesh's tree.
-    fn subtree_ref(&self, instance: u32, start: u32, extent: &Aabb) -> SubtreeRef {
+    fn subtree_ref(&self, instance: u32, start: NodeRef, extent: &Aabb) -> SubtreeRef {
         let (lower, upper) = transform_bounds(&self.scene_from_mesh, extent);
         let corners = [
             lower.map(|x| ((x - self.pad) as f32).next_down()),
@@ -287,8 +287,8 @@ mod tests {
     }
 
     /// The leaves of a subtree: the number of the first of their triangles, with how many there are, and their box.
-    fn leaves(bvh: &Bvh, start: u32, found: &mut Vec<(u32, u32, [f32; 6])>) {
-        if start & LEAF != 0 {
+    fn leaves(bvh: &Bvh, start: NodeRef, found: &mut Vec<(u32, u32, [f32; 6])>) {
+        if start.is_leaf() {
             let leaf = leaf(bvh.blocks(), start);
             found.push((leaf.first_prim, leaf.count, leaf.bounds));
             return;
@@ -313,7 +313,9 @@ mod tests {
                 for (first, count, b) in found {
                     numbers.extend(first..first + count);
                     let (lower, upper) = ([b[0], b[2], b[4]], [b[1], b[3], b[5]]);
-                    let leaf = transform.subtree_ref(0, 0, &Aabb { lower, upper }).corners;
+                    let leaf = transform
+                        .subtree_ref(0, NodeRef::EMPTY, &Aabb { lower, upper })
+                        .corners;
                     for (side, axis) in (0..6).map(|row| (row % 2, row / 2)) {
                         let beyond = leaf[side][axis] - subtree.corners[side][axis];
                         let beyond = SIDE_SIGN[side] * beyond;

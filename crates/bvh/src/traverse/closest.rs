@@ -1,7 +1,7 @@
 //! PacketScratch through the scene: the nearest hits.
 
 use crate::blas::{Bvh, MAX_TRIANGLES};
-use crate::node::{LeafNode, NO_CHILD};
+use crate::node::{LeafNode, NodeRef};
 use crate::ray::{Coherence, Hit, INVALID_ID, Ray};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{InstanceRecord, Scene};
@@ -62,7 +62,7 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
     hits: &mut [Hit],
     coherence: Coherence,
 ) {
-    if scene.root == NO_CHILD {
+    if scene.root == NodeRef::EMPTY {
         hits.fill(Hit::MISS);
         return;
     }
@@ -237,7 +237,7 @@ impl InstanceRecord {
 #[inline(always)]
 fn intersect_subtree<I: Isa>(
     mesh: &Bvh,
-    start: u32,
+    start: NodeRef,
     packet: &mut Packet,
     nearest: &mut PacketHits,
 ) {

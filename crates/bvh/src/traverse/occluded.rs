@@ -1,6 +1,6 @@
 //! PacketScratch through the scene: any hits.
 
-use crate::node::{LEAF, LeafNode, NO_CHILD, leaf, node};
+use crate::node::{LeafNode, NodeRef, leaf, node};
 use crate::ray::{Coherence, Ray};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{InstanceRecord, Scene};
@@ -31,7 +31,7 @@ const MAX_SINGLE_RAYS: u32 = 2;
 #[inline(always)]
 pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) {
     occluded.fill(false);
-    if scene.root == NO_CHILD {
+    if scene.root == NodeRef::EMPTY {
         return;
     }
     let (mut packets, mut scaled) = (PacketScratch::EMPTY, RayBatch::EMPTY);
@@ -144,10 +144,10 @@ impl PacketQuery for OcclusionQuery<'_> {
             if active == 0 {
                 continue;
             }
-            if at & LEAF == 0 && active.count_ones() <= MAX_SINGLE_RAYS {
+            if !at.is_leaf() && active.count_ones() <= MAX_SINGLE_RAYS {
                 self.chunk
                     .queue_singles_at(active, subtree.instance, at, indices);
-            } else if at & LEAF == 0 {
+            } else if !at.is_leaf() {
                 let node = node(blocks, at);
                 let (mut mask, _) = packet.frustum.intersect_children::<I>(node, t_max);
                 while mask != 0 {

@@ -5,7 +5,7 @@ use std::mem::MaybeUninit;
 use std::hint::select_unpredictable;
 
 use crate::build::MAX_DEPTH;
-use crate::node::{NO_CHILD, WideNode};
+use crate::node::{NodeRef, WideNode};
 use crate::simd::{Isa, Vector};
 
 /// A path has at most `MAX_DEPTH` nodes in the tree over instances and as many in a mesh, each leaves at most 7
@@ -16,7 +16,7 @@ const STACK_SIZE: usize = 2 * (7 * MAX_DEPTH + 1) + 8 + 8;
 /// References with the t at which the ray enters them.
 pub struct Stack {
     pub len: usize,
-    nodes: [MaybeUninit<u32>; STACK_SIZE],
+    nodes: [MaybeUninit<NodeRef>; STACK_SIZE],
     enter: [MaybeUninit<f32>; STACK_SIZE],
 }
 
@@ -33,7 +33,7 @@ impl Stack {
     /// Puts the children of `mask`, which is not 0, on the stack but for the nearest one, which is returned; the nearer
     /// ones come first.
     #[inline(always)]
-    pub fn push<I: Isa>(&mut self, node: &WideNode, enter: I::F32x8, mask: u32) -> u32 {
+    pub fn push<I: Isa>(&mut self, node: &WideNode, enter: I::F32x8, mask: u32) -> NodeRef {
         self.push_ordered::<I>(node, enter, mask).0
     }
 
@@ -44,7 +44,7 @@ impl Stack {
         node: &WideNode,
         enter: I::F32x8,
         mask: u32,
-    ) -> (u32, I::Permutation) {
+    ) -> (NodeRef, I::Permutation) {
         debug_assert!(self.len + 8 <= STACK_SIZE && mask != 0);
         // SAFETY: `STACK_SIZE` leaves room for 8 more entries, by the depth of every tree (see there). References are
         // carried as floats, of which no arithmetic is done.
@@ -59,18 +59,18 @@ impl Stack {
         }
     }
 
-    /// Puts [`NO_CHILD`] on the stack: what [`Stack::pop_unchecked`] returns where there is nothing above.
+    /// Puts [`NodeRef::EMPTY`] on the stack: what [`Stack::pop_unchecked`] returns where there is nothing above.
     #[inline(always)]
     pub fn push_sentinel(&mut self) {
         debug_assert!(self.len < STACK_SIZE);
         // SAFETY: `STACK_SIZE` leaves room, by the depth of every tree (see there).
-        unsafe { self.nodes.get_unchecked_mut(self.len) }.write(NO_CHILD);
+        unsafe { self.nodes.get_unchecked_mut(self.len) }.write(NodeRef::EMPTY);
         self.len += 1;
     }
 
     /// Takes the last entry of a stack that has a floor, whenever the ray enters it.
     #[inline(always)]
-    pub fn pop_unchecked(&mut self) -> u32 {
+    pub fn pop_unchecked(&mut self) -> NodeRef {
         debug_assert!(self.len > 0);
         self.len -= 1;
         // SAFETY: entries below the former `len` were written; a stack with a floor is not empty before it is taken.
@@ -79,7 +79,7 @@ impl Stack {
 
     /// [`Stack::pop_unchecked`] if `done` and else `at`, without a branch.
     #[inline(always)]
-    pub fn pop_if(&mut self, done: bool, at: u32) -> u32 {
+    pub fn pop_if(&mut self, done: bool, at: NodeRef) -> NodeRef {
         debug_assert!(self.len > 0);
         // SAFETY: as in `next`.
         let last = unsafe { self.nodes.get_unchecked(self.len - 1).assume_init() };
@@ -96,7 +96,7 @@ impl Stack {
         node: &WideNode,
         enter: I::F32x8,
         mask: <I::F32x8 as Vector>::Mask,
-    ) -> u32 {
+    ) -> NodeRef {
         debug_assert!(self.len > 0 && self.len + 8 <= STACK_SIZE);
         let lane = if WITH_DISTANCE {
             I::argmin(enter, mask)
@@ -140,7 +140,7 @@ impl Stack {
 
     /// Takes the last entry above `base` that is entered no later than `t_max`.
     #[inline(always)]
-    pub fn pop(&mut self, base: usize, t_max: f32) -> Option<u32> {
+    pub fn pop(&mut self, base: usize, t_max: f32) -> Option<NodeRef> {
         while self.len > base {
             self.len -= 1;
             // SAFETY: entries below the former `len` were written by `push`.
@@ -161,7 +161,7 @@ impl Stack {
 /// References with the rays of a packet that enter them.
 pub struct MaskStack {
     len: usize,
-    entries: [MaybeUninit<(u32, u64)>; STACK_SIZE],
+    entries: [MaybeUninit<(NodeRef, u64)>; STACK_SIZE],
 }
 
 impl MaskStack {
@@ -174,7 +174,7 @@ impl MaskStack {
     }
 
     #[inline(always)]
-    pub fn push(&mut self, child: u32, mask: u64) {
+    pub fn push(&mut self, child: NodeRef, mask: u64) {
         debug_assert!(self.len < STACK_SIZE);
         // SAFETY: `STACK_SIZE` bounds the length, by the depth of every tree (see there).
         unsafe { self.entries.get_unchecked_mut(self.len) }.write((child, mask));
@@ -182,7 +182,7 @@ impl MaskStack {
     }
 
     #[inline(always)]
-    pub fn pop(&mut self) -> Option<(u32, u64)> {
+    pub fn pop(&mut self) -> Option<(NodeRef, u64)> {
         self.len = self.len.checked_sub(1)?;
         // SAFETY: entries below the former `len` were written by `push`.
         Some(unsafe { self.entries.get_unchecked(self.len).assume_init() })
@@ -215,7 +215,7 @@ impl PacketStack {
         enter: I::F32x8,
         mask: u32,
         entered: &[u64; 8],
-    ) -> (u32, u64) {
+    ) -> (NodeRef, u64) {
         let len = self.stack.len;
         let (child, order) = self.stack.push_ordered::<I>(node, enter, mask);
         let mut lanes = [0u32; 8];
@@ -235,7 +235,7 @@ impl PacketStack {
 
     /// [`Stack::pop`], with the rays that were said to enter, and when one may at the earliest.
     #[inline(always)]
-    pub fn pop(&mut self, t_max: f32) -> Option<(u32, u64, f32)> {
+    pub fn pop(&mut self, t_max: f32) -> Option<(NodeRef, u64, f32)> {
         let child = self.stack.pop(0, t_max)?;
         let last = self.stack.len;
         // SAFETY: `push` writes both beside the child that was taken from there.

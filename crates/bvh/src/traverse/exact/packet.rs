@@ -1,7 +1,7 @@
 //! Float64 answers for rays that run alike: the boxes are those of packets, padded as for a single exact ray.
 
 use crate::blas::Bvh;
-use crate::node::{LeafNode, MAX_LEAF_TRIANGLES, NO_CHILD};
+use crate::node::{LeafNode, MAX_LEAF_TRIANGLES, NodeRef};
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{ExactTriangles, InstanceRecord, Scene};
@@ -35,7 +35,7 @@ pub fn closest_exact_chunk<I: Isa>(
     (packets, near, exact): (&mut PacketScratch, &mut RayBatch, &mut RaySoa64),
 ) {
     hits.fill(ExactHit::MISS);
-    if scene.root == NO_CHILD {
+    if scene.root == NodeRef::EMPTY {
         return;
     }
     exact.load(

@@ -5,7 +5,7 @@
 //! [`ExactTriangles::corners`] alone. A ray that starts far away is first moved, in float64, to where it enters the
 //! scene's box: the bound counts from there.
 
-use crate::node::{LEAF, LeafNode, NO_CHILD, cross, leaf, node};
+use crate::node::{LeafNode, NodeRef, cross, leaf, node};
 use crate::ray::{ExactHit, ExactRay};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{ExactTriangles, InstanceRecord, Scene};
@@ -69,7 +69,7 @@ impl ClippedRay {
             || steepest < f64::MIN_POSITIVE
             || ray.t_max.is_nan()
             || ray.t_max < 0.0
-            || scene.root == NO_CHILD
+            || scene.root == NodeRef::EMPTY
         {
             return None;
         }
@@ -179,7 +179,7 @@ pub fn intersect_tlas<I: Isa>(scene: &Scene, ray: &mut ClippedRay, triangles: &d
     let mut at = scene.root;
     if let Some(outer) = TravRay::new(start, direction, &scene.bounds, slack) {
         loop {
-            if at & LEAF == 0 {
+            if !at.is_leaf() {
                 let node = node(scene.blocks(), at);
                 let limit = outer.to_local_t(ray.t_max_f32()).next_up();
                 let (into, enter) = intersect_children::<I>(node, &outer, limit);
@@ -189,7 +189,7 @@ pub fn intersect_tlas<I: Isa>(scene: &Scene, ray: &mut ClippedRay, triangles: &d
                     continue;
                 }
             } else {
-                let subtree = &scene.subtree_refs[(at & !LEAF) as usize];
+                let subtree = &scene.subtree_refs[at.index()];
                 intersect_subtree::<I>(scene, subtree, ray, triangles);
             }
             match stack.pop(0, outer.to_local_t(ray.t_max_f32()).next_up()) {
@@ -243,7 +243,7 @@ pub fn intersect_subtree<I: Isa>(
     let mut stack = Stack::new();
     let mut at = subtree.node;
     loop {
-        if at & LEAF == 0 {
+        if !at.is_leaf() {
             let node = node(mesh.blocks(), at);
             let (into, enter) =
                 intersect_children::<I>(node, &local, local.to_local_t(ray.t_max_f32()).next_up());

@@ -1,7 +1,7 @@
 //! The nearest hits of packets whose rays have no more in common than where they head: each is tested against each box.
 
 use crate::blas::Bvh;
-use crate::node::{LEAF, WideNode, leaf, node};
+use crate::node::{NodeRef, WideNode, leaf, node};
 use crate::simd::{Isa, Vector};
 use crate::traverse::closest::{MIN_PACKET_RAYS, PacketHits, closest_in_leaf};
 use crate::traverse::packet::{PACKET_SIZE, Packet};
@@ -13,7 +13,7 @@ pub struct SingleHandoff {
     pub single_mask: u64,
     /// Those that would have to in several places: they do at the root, and are in the packet no more.
     restart_mask: u64,
-    pub start_node: [u32; PACKET_SIZE],
+    pub start_node: [NodeRef; PACKET_SIZE],
     /// Nodes and leaves until then.
     pub visits: usize,
 }
@@ -22,12 +22,12 @@ impl SingleHandoff {
     const EMPTY: SingleHandoff = SingleHandoff {
         single_mask: 0,
         restart_mask: 0,
-        start_node: [0; PACKET_SIZE],
+        start_node: [NodeRef::EMPTY; PACKET_SIZE],
         visits: 0,
     };
 
     #[inline(always)]
-    fn add(&mut self, mut rays: u64, at: u32, root: u32) {
+    fn add(&mut self, mut rays: u64, at: NodeRef, root: NodeRef) {
         self.restart_mask |= rays & self.single_mask;
         self.single_mask |= rays;
         while rays != 0 {
@@ -46,7 +46,7 @@ impl SingleHandoff {
 #[inline(always)]
 pub fn intersect_incoherent<I: Isa>(
     mesh: &Bvh,
-    start: u32,
+    start: NodeRef,
     packet: &mut Packet,
     nearest: &mut PacketHits,
 ) -> SingleHandoff {
@@ -59,7 +59,7 @@ pub fn intersect_incoherent<I: Isa>(
     while let Some((at, active)) = stack.pop() {
         let active = active & !handoff.restart_mask;
         handoff.visits += 1;
-        if at & LEAF != 0 {
+        if at.is_leaf() {
             let leaf = leaf(blocks, at);
             let active = packet.intersect_box::<I>(|row| leaf.bounds[row], active);
             if active != 0 {
@@ -75,7 +75,7 @@ pub fn intersect_incoherent<I: Isa>(
         for (entered, &lane) in entered.iter_mut().zip(&order[..count]) {
             let lane = lane as usize & 7;
             *entered = packet.intersect_box::<I>(|row| node.bounds[row][lane], active);
-            if node.children[lane] & LEAF == 0 && entered.count_ones() < MIN_PACKET_RAYS {
+            if !node.children[lane].is_leaf() && entered.count_ones() < MIN_PACKET_RAYS {
                 few |= *entered;
             }
         }

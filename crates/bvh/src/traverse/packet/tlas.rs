@@ -1,7 +1,7 @@
 //! From up to 64 rays to packets of those that run groups: through the tree over instances, and in each instance anew,
 //! because there they run elsewhere. What is asked for is a [`PacketQuery`].
 
-use crate::node::{LEAF, node};
+use crate::node::{NodeRef, node};
 use crate::ray::Ray;
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{InstanceRecord, Scene};
@@ -122,11 +122,11 @@ fn intersect_tlas<I: Isa, Q: PacketQuery>(
     } = instance;
     let mut stack = Stack::new();
     let (mut at, mut t_max) = match scene.is_single_mesh {
-        true => (LEAF, 0.0),
+        true => (NodeRef::leaf(0), 0.0),
         false => (scene.root, packet.max_t::<I>()),
     };
     loop {
-        if at & LEAF == 0 {
+        if !at.is_leaf() {
             let node = node(scene.blocks(), at);
             let (mask, enter) = packet.frustum.intersect_children::<I>(node, t_max);
             if mask != 0 {
@@ -134,7 +134,7 @@ fn intersect_tlas<I: Isa, Q: PacketQuery>(
                 continue;
             }
         } else {
-            let subtree = &scene.subtree_refs[(at & !LEAF) as usize];
+            let subtree = &scene.subtree_refs[at.index()];
             let placed = &scene.instances[subtree.instance as usize];
             let mut entered = 0;
             if !scene.is_single_mesh {

@@ -1,7 +1,7 @@
 //! A packet through a mesh, from one leaf that its rays enter to the next.
 
 use crate::blas::Bvh;
-use crate::node::{LEAF, LeafNode, NodeBlock, leaf, node};
+use crate::node::{LeafNode, NodeBlock, NodeRef, leaf, node};
 use crate::simd::Isa;
 use crate::traverse::packet::Packet;
 use crate::traverse::stack::PacketStack;
@@ -20,7 +20,7 @@ pub trait LeafVisitor {
 #[inline(always)]
 pub fn traverse_packet<I: Isa, L: LeafVisitor>(
     mesh: &Bvh,
-    start: u32,
+    start: NodeRef,
     packet: &mut Packet,
     mut visitor: L,
 ) {
@@ -30,7 +30,7 @@ pub fn traverse_packet<I: Isa, L: LeafVisitor>(
     let (mut at, mut active) = (start, packet.active);
     let (mut hit_mask, mut false_leaves) = (0, 0);
     loop {
-        if at & LEAF == 0 {
+        if !at.is_leaf() {
             let node = node(blocks, at);
             let (mut mask, enter) = packet.frustum.intersect_children::<I>(node, t_max);
             let mut entered = [0; 8];
@@ -39,7 +39,7 @@ pub fn traverse_packet<I: Isa, L: LeafVisitor>(
                 let lane = left.trailing_zeros() as usize & 7;
                 left &= left - 1;
                 let child = node.children[lane];
-                if child & LEAF != 0 || false_leaves > MAX_FALSE_LEAVES {
+                if child.is_leaf() || false_leaves > MAX_FALSE_LEAVES {
                     // The bounds of all rays enter many leaves that no ray does: those are not even asked for.
                     entered[lane] =
                         packet.intersect_box::<I>(|row| node.bounds[row][lane], packet.active);
@@ -71,7 +71,7 @@ pub fn traverse_packet<I: Isa, L: LeafVisitor>(
         match stack.pop(t_max) {
             Some((next, rays, enter)) => {
                 at = next;
-                if at & LEAF != 0 {
+                if at.is_leaf() {
                     active = rays & packet.rays_reaching::<I>(enter);
                 }
             }
@@ -82,11 +82,8 @@ pub fn traverse_packet<I: Isa, L: LeafVisitor>(
 
 /// Asks for a block that is read soon.
 #[inline(always)]
-pub fn prefetch_block<I: Isa>(blocks: &[NodeBlock], at: u32) {
-    let start = blocks
-        .as_ptr()
-        .wrapping_add((at & !LEAF) as usize)
-        .cast::<u8>();
+pub fn prefetch_block<I: Isa>(blocks: &[NodeBlock], at: NodeRef) {
+    let start = blocks.as_ptr().wrapping_add(at.index()).cast::<u8>();
     for line in 0..4 {
         I::prefetch(start.wrapping_add(64 * line));
     }

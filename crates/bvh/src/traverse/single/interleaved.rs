@@ -3,7 +3,7 @@
 //! runs for many in a row: which kind of step a ray needs next is what no processor can guess. Bits tell them, not lists
 //! in memory: whose turn is next would have to be read there after what was just written, and steps would not overlap.
 
-use crate::node::NO_CHILD;
+use crate::node::NodeRef;
 use crate::ray::{Hit, Ray};
 use crate::scene::Scene;
 use crate::simd::Isa;
@@ -21,8 +21,8 @@ pub struct RayTask {
     pub ray: Ray,
     /// What to answer it by.
     pub ray_id: usize,
-    /// Where in the mesh of which instance to start, and to end with it; [`NO_CHILD`] for the root of everything.
-    pub start_node: u32,
+    /// Where in the mesh of which instance to start, and to end with it; [`NodeRef::EMPTY`] for the root of everything.
+    pub start_node: NodeRef,
     pub instance: u32,
 }
 
@@ -48,14 +48,14 @@ impl ReadyMasks {
     /// Adds a state that is where a step took it, or a new one.
     #[inline(always)]
     fn add(&mut self, i: u32, state: &RayState) {
-        self.leaves |= (state.node >> 31) << i;
-        self.finished |= u32::from(state.node == NO_CHILD) << i;
+        self.leaves |= u32::from(state.node.is_leaf()) << i;
+        self.finished |= u32::from(state.node == NodeRef::EMPTY) << i;
     }
 
     /// Adds a state that may have gone into an instance or out of one.
     #[inline(always)]
     fn add_with_level(&mut self, i: u32, state: &RayState) {
-        self.nodes |= (state.node >> 31 ^ 1) << i;
+        self.nodes |= u32::from(!state.node.is_leaf()) << i;
         self.in_tlas = self.in_tlas & !(1 << i) | u32::from(state.mesh.is_none()) << i;
         self.add(i, state);
     }

@@ -1,7 +1,7 @@
 //! A ray on its way, a step at a time.
 
 use crate::blas::Bvh;
-use crate::node::{LEAF, NO_CHILD, NodeBlock, leaf, node};
+use crate::node::{NodeBlock, NodeRef, leaf, node};
 use crate::ray::{Hit, INVALID_ID, Ray};
 use crate::scene::Scene;
 use crate::simd::Isa;
@@ -20,7 +20,7 @@ pub struct RayState<'a> {
     ray: TravRay,
     blocks: &'a [NodeBlock],
     /// The node, leaf or instance that is next.
-    pub node: u32,
+    pub node: NodeRef,
     /// Entries below belong to the tree over instances.
     stack_base: u32,
     best: ClosestHit,
@@ -54,7 +54,7 @@ impl<'a> RayState<'a> {
         Self {
             ray: TravRay::EMPTY,
             blocks: &[],
-            node: NO_CHILD,
+            node: NodeRef::EMPTY,
             stack_base: 0,
             best: ClosestHit::miss(0.0),
             candidates: 0,
@@ -91,10 +91,10 @@ impl<'a> RayState<'a> {
         self.stack.len = 0;
         self.stack.push_sentinel();
         self.stack_base = 1;
-        if scene.root == NO_CHILD || world_ray.t_max.is_nan() || world_ray.t_max < 0.0 {
+        if scene.root == NodeRef::EMPTY || world_ray.t_max.is_nan() || world_ray.t_max < 0.0 {
             return false;
         }
-        self.single_instance = scene.is_single_mesh || start_node != NO_CHILD;
+        self.single_instance = scene.is_single_mesh || start_node != NodeRef::EMPTY;
         self.direction_reusable = false;
         self.current_instance = INVALID_ID;
         if self.single_instance {
@@ -103,7 +103,7 @@ impl<'a> RayState<'a> {
             } else {
                 self.enter_blas::<false>(scene, instance, world_ray.t_max)
             };
-            self.node = if start_node == NO_CHILD {
+            self.node = if start_node == NodeRef::EMPTY {
                 self.node
             } else {
                 start_node
@@ -134,10 +134,10 @@ impl<'a> RayState<'a> {
     #[inline(always)]
     fn pop_tlas(&mut self, scene: &'a Scene) -> bool {
         self.node = self.stack.pop_unchecked();
-        if self.node & LEAF == 0 {
+        if !self.node.is_leaf() {
             return !self.enter_tlas(scene, self.t_max());
         }
-        self.node == NO_CHILD
+        self.node == NodeRef::EMPTY
     }
 
     /// Goes into an instance.
@@ -250,7 +250,7 @@ impl<'a> RayState<'a> {
         let candidates = edge_test::<I>(leaf, &self.ray);
         if any_hit(leaf, candidates, &self.ray, self.best.t) {
             self.hit.instance = self.instance;
-            self.node = NO_CHILD;
+            self.node = NodeRef::EMPTY;
             return;
         }
         self.node = self.stack.pop_unchecked();
@@ -263,7 +263,7 @@ impl<'a> RayState<'a> {
         if ANY_HIT && self.hit.instance != INVALID_ID {
             return true;
         }
-        if self.node != NO_CHILD {
+        if self.node != NodeRef::EMPTY {
             return self.enter_instance(scene);
         }
         if !self.single_instance {
@@ -277,7 +277,7 @@ impl<'a> RayState<'a> {
     #[inline(never)]
     fn enter_instance(&mut self, scene: &'a Scene) -> bool {
         let t_max = self.t_max();
-        let subtree = &scene.subtree_refs[(self.node & !LEAF) as usize];
+        let subtree = &scene.subtree_refs[self.node.index()];
         if self.enter_blas::<false>(scene, subtree.instance, t_max) {
             self.node = subtree.node;
             self.stack.push_sentinel();
@@ -308,7 +308,7 @@ impl<'a> RayState<'a> {
         let at = self
             .blocks
             .as_ptr()
-            .wrapping_add((self.node & !LEAF) as usize)
+            .wrapping_add(self.node.index())
             .cast::<u8>();
         for line in 0..4 {
             I::prefetch(at.wrapping_add(64 * line));

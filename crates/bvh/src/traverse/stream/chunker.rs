@@ -1,6 +1,6 @@
 //! Rays as they are given, 64 at a time, and those of them that go on alone.
 
-use crate::node::NO_CHILD;
+use crate::node::NodeRef;
 use crate::ray::{Coherence, Ray};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{InstanceRecord, Scene};
@@ -39,7 +39,7 @@ impl SingleRayQueue {
             ray: rays[number as usize],
             ray_id: number as usize,
             instance: 0,
-            start_node: NO_CHILD,
+            start_node: NodeRef::EMPTY,
         });
         self.subtree_rays.drain(..).chain(whole)
     }
@@ -75,7 +75,7 @@ impl<'a> RayChunk<'a> {
         &mut self,
         mut lanes: u64,
         instance: u32,
-        start_node: u32,
+        start_node: NodeRef,
         indices: RayIndices,
     ) {
         while lanes != 0 {

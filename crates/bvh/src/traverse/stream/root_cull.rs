@@ -1,7 +1,7 @@
 //! Rays that enter no box at the root of the tree meet nothing. In the open many do not: sixteen are asked at a time, before
 //! they are sorted or made ready for anything else.
 
-use crate::node::{LEAF, WideNode, node};
+use crate::node::{WideNode, node};
 use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::simd::{Isa, Vector};
@@ -30,7 +30,7 @@ impl<'a> RootCull<'a> {
             (true, [instance]) => (instance.bvh.blocks(), instance.bvh.root()),
             _ => (scene.blocks(), scene.root),
         };
-        let root = (root & LEAF == 0 && scene.scale == 1.0).then(|| node(blocks, root));
+        let root = (!root.is_leaf() && scene.scale == 1.0).then(|| node(blocks, root));
         RootCull { scene, root }
     }
 
