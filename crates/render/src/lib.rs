@@ -36,7 +36,7 @@ pub use crate::film::output_plane::{MAX_FRAME_BYTES, OutputPlane, PlaneData};
 pub use crate::sampling::filter::Filter;
 pub use control::Control;
 pub use error::RenderError;
-pub use prepare::PreparedWorld;
+pub use prepare::world::PreparedWorld;
 pub use raycam_bvh::{InstructionSet, zeroed_huge};
 pub use render::{checked_region, render, render_into, render_moving};
 pub use settings::{Integrator, MAX_SAMPLES, Settings, TruthSurface};

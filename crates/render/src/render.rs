@@ -14,10 +14,11 @@ use crate::film::frame::Frame;
 use crate::film::output_plane::{self, OutputPlane};
 use crate::film::tile::Tile;
 use crate::motion::shutter::ShutterSlices;
-use crate::prepare::PreparedWorld;
+use crate::prepare::world::PreparedWorld;
 use crate::settings::Settings;
 use crate::thread_pool::with_pool;
-use crate::tile_renderer::{ThreadScratch, TileRenderer, TileTask};
+use crate::tile_renderer::resolve::TileTask;
+use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
 /// Renders what a camera sees.
 ///
@@ -144,7 +145,7 @@ impl RenderRequest<'_> {
             region,
             ..
         } = *self;
-        let camera = &world.camera_outside(self.camera);
+        let camera = &world.geometry.camera_outside(self.camera);
         let film = Film::new(region, targets);
         let film = film.filter(|film| film.has_channels(&settings.channels));
         let film = film.ok_or_else(|| {
@@ -152,8 +153,8 @@ impl RenderRequest<'_> {
                 "the memory for a picture does not fit its region and channels".into(),
             )
         })?;
-        let texture_memory = world.texture_memory.as_deref();
-        let read_before = texture_memory.map(TextureCache::page_in_stats);
+        let texture_cache = world.geometry.texture_cache.as_deref();
+        let read_before = texture_cache.map(TextureCache::page_in_stats);
         let (picture, tiles) = with_pool(settings.threads, || {
             (
                 TileRenderer::new(world, moments, camera, settings, region),
@@ -179,7 +180,7 @@ impl RenderRequest<'_> {
                 })??;
             }
         }
-        if let (Some(memory), Some(before)) = (texture_memory, read_before) {
+        if let (Some(memory), Some(before)) = (texture_cache, read_before) {
             memory.check().map_err(RenderError::Textures)?;
             notices.extend(memory.page_in_stats().notice_since(&before));
         }

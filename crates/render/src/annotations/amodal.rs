@@ -11,7 +11,7 @@ use crate::error::RenderError;
 use crate::film::output_plane::MAX_FRAME_BYTES;
 use crate::film::tile::{TILE_SIZE, Tile};
 use crate::ground_truth::center_rays::exact_ray;
-use crate::prepare::PreparedWorld;
+use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
 /// What one object alone covers.
@@ -40,13 +40,13 @@ pub fn amodal_masks(
     control: &Control,
 ) -> Result<Vec<AmodalMask>, RenderError> {
     let world = view.world;
-    let count = world.instances.len();
+    let count = world.geometry.instances.len();
     if let Some(object) = objects.iter().find(|&&object| object >= count) {
         return Err(RenderError::Settings(format!(
             "object {object} of a world with {count} objects"
         )));
     }
-    let camera = &world.camera_outside(view.camera);
+    let camera = &world.geometry.camera_outside(view.camera);
     let canvas = [0, 1].map(|axis| u64::from(camera.size()[axis]) + 2 * u64::from(margin[axis]));
     let [Ok(width), Ok(height)] = canvas.map(i32::try_from) else {
         return Err(too_large(canvas));
@@ -131,16 +131,16 @@ struct IsolatedObject<'a> {
 
 impl ExactTriangles for IsolatedObject<'_> {
     fn corners(&self, _instance: u32, triangle: u32) -> [[f64; 3]; 3] {
-        let corners = self.world.corners(self.object, triangle);
+        let corners = self.world.geometry.corners(self.object, triangle);
         corners.map(|corner| corner.to_array())
     }
 }
 
 impl<'a> IsolatedObject<'a> {
     fn new(world: &'a PreparedWorld, object: usize) -> Result<Self, RenderError> {
-        let placed = &world.instances[object];
-        let instance = placed.bvh_instance(world.origin);
-        let scene = Scene::build(vec![instance], world.origin.to_array())
+        let placed = &world.geometry.instances[object];
+        let instance = placed.bvh_instance(world.geometry.origin);
+        let scene = Scene::build(vec![instance], world.geometry.origin.to_array())
             .map_err(|error| RenderError::World(error.to_string()))?;
         let [lower, upper] = [placed.mesh.lower, placed.mesh.upper];
         let center = placed

@@ -13,7 +13,7 @@ use crate::error::RenderError;
 use crate::film::tile::{TILE_SIZE, Tile};
 use crate::ground_truth::center_rays::exact_ray;
 use crate::motion::shutter::ShutterSlices;
-use crate::prepare::PreparedWorld;
+use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
 /// What lies nearer to the second camera by this share of the distance hides a point.
@@ -70,7 +70,7 @@ pub fn flow(
 ) -> Result<Flow, RenderError> {
     check(first.world, second.world)?;
     let moments = first.rolling_shutter();
-    let cameras = [&first, &second].map(|view| view.world.camera_outside(view.camera));
+    let cameras = [&first, &second].map(|view| view.world.geometry.camera_outside(view.camera));
     let [first, second] = [(first, &cameras[0]), (second, &cameras[1])]
         .map(|(view, camera)| Viewpoint { camera, ..view });
     let size @ [width, height] = first.camera.size();
@@ -138,13 +138,22 @@ pub fn flow(
 
 fn check(first: &PreparedWorld, second: &PreparedWorld) -> Result<(), RenderError> {
     let fail = |message| Err(RenderError::World(message));
-    let (a, b) = (first.instances.len(), second.instances.len());
+    let (a, b) = (
+        first.geometry.instances.len(),
+        second.geometry.instances.len(),
+    );
     if a != b {
         return fail(format!(
             "the first world has {a} objects, the second {b}: flow follows the same objects from one to the other"
         ));
     }
-    for (i, (a, b)) in first.instances.iter().zip(&second.instances).enumerate() {
+    for (i, (a, b)) in first
+        .geometry
+        .instances
+        .iter()
+        .zip(&second.geometry.instances)
+        .enumerate()
+    {
         let [a, b] = [a, b].map(|object| object.mesh.mesh.triangles.len());
         if a != b {
             return fail(format!(
@@ -219,7 +228,7 @@ impl<'a> SecondView<'a> {
 
 /// The point of a world that a ray has met in another one.
 fn point_in(world: &PreparedWorld, hit: &ExactHit) -> DVec3 {
-    let [a, b, c] = world.corners(hit.instance, hit.triangle);
+    let [a, b, c] = world.geometry.corners(hit.instance, hit.triangle);
     a + (b - a) * hit.u + (c - a) * hit.v
 }
 
@@ -242,7 +251,7 @@ fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32
     let mut rays: Vec<ExactRay> = Vec::with_capacity(pixels.len());
     camera.rays(centers, |ray| rays.push(exact_ray(ray)));
     let mut hits = vec![ExactHit::MISS; rays.len()];
-    first.world.closest_exact(&rays, &mut hits);
+    first.world.geometry.closest_exact(&rays, &mut hits);
 
     let camera = second.view.camera;
     let size = camera.size().map(f64::from);
@@ -295,7 +304,7 @@ fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32
         let rays: Vec<ExactRay> = same.iter().map(|back| back.ray).collect();
         let mut hits = vec![ExactHit::MISS; rays.len()];
         let world = same[0].world;
-        world.closest_exact(&rays, &mut hits);
+        world.geometry.closest_exact(&rays, &mut hits);
         for (there, back) in hits.iter().zip(same) {
             let itself = (there.instance, there.triangle) == (back.hit.instance, back.hit.triangle);
             if there.t < back.distance * (1.0 - OCCLUSION_TOLERANCE) && !itself {

@@ -13,7 +13,7 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::ground_truth::center_rays::exact_ray;
 use crate::motion::shutter::ShutterSlices;
-use crate::prepare::PreparedWorld;
+use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
 /// Points that a thread takes at a time.
@@ -84,7 +84,7 @@ impl KeypointSource {
 
     fn position_in_prepared(&self, world: &PreparedWorld) -> DVec3 {
         let of = |i: usize| {
-            let object = world.instances.get(i)?;
+            let object = world.geometry.instances.get(i)?;
             Some((object.world_from_mesh, &*object.mesh.mesh))
         };
         self.position_with(of).unwrap_or(DVec3::NAN)
@@ -129,7 +129,7 @@ pub fn keypoints(
         .enumerate()
         .try_for_each(|(i, anchor)| check(&view, i, anchor))?;
     let moments = view.rolling_shutter();
-    let camera = &view.world.camera_outside(view.camera);
+    let camera = &view.world.geometry.camera_outside(view.camera);
     let view = Viewpoint { camera, ..view };
     control.start(anchors.len());
     with_pool(threads, || {
@@ -190,8 +190,8 @@ fn check(view: &Viewpoint, i: usize, anchor: &KeypointSource) -> Result<(), Rend
     let Some(number) = anchor.object() else {
         return Ok(());
     };
-    let Some(object) = view.world.instances.get(number) else {
-        let count = view.world.instances.len();
+    let Some(object) = view.world.geometry.instances.get(number) else {
+        let count = view.world.geometry.instances.len();
         return fail(format!("object {number} of a world with {count} objects"));
     };
     match *anchor {
@@ -291,6 +291,6 @@ fn find_occluders(
         })
         .unzip();
     let mut hits = vec![ExactHit::MISS; rays.len()];
-    world.closest_exact(&rays, &mut hits);
+    world.geometry.closest_exact(&rays, &mut hits);
     distances.into_iter().zip(hits).collect()
 }

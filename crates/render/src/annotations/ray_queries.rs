@@ -7,48 +7,12 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::ground_truth::channels::signed_id;
-use crate::interaction::attributes::{face_forward, unit_normal};
-use crate::prepare::PreparedWorld;
+use crate::interaction::vector::{face_forward, unit_normal};
+use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
 /// Rays that a thread takes at a time.
 const RAYS_PER_TASK: usize = 4096;
-/// A ray that starts farther than this many radii from the scene's centre is moved up to the scene: float32 would place
-/// its start too coarsely.
-pub(crate) const MAX_ORIGIN_RADII: f64 = 16.0;
-
-impl PreparedWorld {
-    /// A world ray as the kernel takes it, and by how many of its lengths its start was moved along it.
-    pub(crate) fn local_ray(&self, origin: DVec3, direction: DVec3, t_max: f64) -> (Ray, f64) {
-        let start = origin - self.origin;
-        let mut moved = 0.0;
-        if self.is_far(start) {
-            // To the foot of the perpendicular from the centre, less twice the radius.
-            let length = direction.length();
-            let foot = -start.dot(direction) / (length * length);
-            moved = (foot - 2.0 * self.radius / length).clamp(0.0, t_max.max(0.0));
-            if !moved.is_finite() {
-                moved = 0.0;
-            }
-        }
-        let ray = Ray {
-            origin: (start + moved * direction).as_vec3().to_array(),
-            direction: direction.as_vec3().to_array(),
-            // A limit is not exceeded by rounding.
-            t_max: if t_max.is_finite() {
-                (t_max - moved) as f32
-            } else {
-                t_max as f32
-            },
-        };
-        (ray, moved)
-    }
-
-    /// Whether rays that start there, scene-local, are moved along themselves.
-    pub(crate) fn is_far(&self, start: DVec3) -> bool {
-        start.length_squared() > (MAX_ORIGIN_RADII * self.radius).powi(2)
-    }
-}
 
 /// What each ray met first, one entry per ray.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -122,12 +86,16 @@ pub fn cast_rays(
                 let (t, instance, triangle, barycentric, normal, position) = out;
                 let ray = |(o, d): (&[f64; 3], &[f64; 3])| {
                     world
+                        .geometry
                         .local_ray(DVec3::from(*o), DVec3::from(*d), f64::INFINITY)
                         .0
                 };
                 let rays: Vec<Ray> = origins.iter().zip(directions).map(ray).collect();
                 let mut hits = vec![Hit::MISS; rays.len()];
-                world.scene.closest(&rays, &mut hits, coherence(coherent));
+                world
+                    .geometry
+                    .scene
+                    .closest(&rays, &mut hits, coherence(coherent));
                 for (i, hit) in hits
                     .iter()
                     .enumerate()
@@ -179,11 +147,15 @@ pub fn occluded(
                 let ray = |i: usize| {
                     let limit = if t_max.len() == 1 { t_max[0] } else { t_max[i] };
                     world
+                        .geometry
                         .local_ray(origins[i].into(), directions[i].into(), limit)
                         .0
                 };
                 let rays: Vec<Ray> = (first..first + dark.len()).map(ray).collect();
-                world.scene.occluded(&rays, dark, coherence(coherent));
+                world
+                    .geometry
+                    .scene
+                    .occluded(&rays, dark, coherence(coherent));
                 control.advance();
                 Ok::<(), RenderError>(())
             })
@@ -220,7 +192,7 @@ struct RefinedHit {
 /// Where a ray meets the plane of the triangle that float32 found. Near an edge float64 may see it just miss: the
 /// nearest point of the triangle is then taken, so that nothing lies outside it.
 fn refine_f64(world: &PreparedWorld, hit: &Hit, origin: DVec3, direction: DVec3) -> RefinedHit {
-    let corners = world.corners(hit.instance, hit.triangle);
+    let corners = world.geometry.corners(hit.instance, hit.triangle);
     let [a, b, c] = corners.map(|corner| corner - origin);
     let normal = face_forward(unit_normal(corners), direction);
     let (e1, e2) = (b - a, c - a);

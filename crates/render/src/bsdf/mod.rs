@@ -20,30 +20,20 @@ use glam::Vec3;
 use raycam_bvh::Hit;
 use raycam_scene::{Material, MaterialModel};
 
-use crate::prepare::PreparedWorld;
+use crate::interaction::ray_cone::Footprint;
+use crate::interaction::{LightSampleContext, SurfaceInteraction};
+use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
-use crate::prepare::texture::Footprint;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
-pub(crate) use crate::bsdf::batch::glossy::{GlossyBsdfBatch, SampleGlossy, is_rough_reflective};
-pub(crate) use crate::bsdf::batch::rough_dielectric::{
-    RoughDielectricBsdfBatch, SampleRoughDielectric, is_rough_refractive,
-};
-pub(crate) use crate::bsdf::batch::specular::{SampleSpecular, SpecularBsdfBatch};
-pub(crate) use crate::bsdf::diffuse::{Diffuse, SampleCosineHemisphere};
+pub(crate) use crate::bsdf::batch::glossy::is_rough_reflective;
+pub(crate) use crate::bsdf::batch::rough_dielectric::is_rough_refractive;
 pub(crate) use crate::bsdf::layered::LayeredBsdf;
 pub(crate) use crate::bsdf::phong::ModifiedPhong;
-pub(crate) use crate::bsdf::principled::has_interior;
-pub(crate) use crate::bsdf::specular::is_specular_material;
-pub(crate) use crate::guiding::cones::{GuidingCones, SampleGuided, mixture_weight};
 pub(crate) use crate::lobes::albedo_dielectric::DielectricAlbedo;
-pub(crate) use crate::lobes::phong_lobe::PhongLobe;
-pub(crate) use crate::lobes::shading_frame::{
-    ShadingFrame, atan2_turns, sample_cosine_hemisphere, sincos_turns, to_world_around,
-};
+pub(crate) use crate::lobes::shading_frame::ShadingFrame;
 
 use crate::bsdf::principled::{TextureLookup, ViewContext};
-use crate::bsdf::specular::is_smooth;
 use crate::lobes::albedo_dielectric::FresnelModel;
 
 /// How one point scatters light, its textures looked up.
@@ -140,7 +130,7 @@ impl PreparedMaterial {
     #[inline]
     pub fn diffuse_albedo(
         &self,
-        world: &PreparedWorld,
+        world: &Geometry,
         hit: &Hit,
         footprint: &Footprint,
     ) -> Option<Vec3> {
@@ -169,7 +159,7 @@ pub(crate) fn diffuse_only(material: &Material) -> Option<f32> {
 impl<'a> Bsdf<'a> {
     /// What happens to light at a hit, and the directions that it happens by: `unmapped_frame` with the normal map's normal.
     pub fn new(
-        world: &'a PreparedWorld,
+        world: &'a Geometry,
         hit: &Hit,
         smooth: ShadingFrame,
         front: bool,
@@ -328,5 +318,58 @@ pub(crate) fn is_dispersive(material: &Material) -> bool {
         MaterialModel::Principled(p) => p.dispersion > 0.0 && principled::has_interior(p),
         MaterialModel::Glass(glass) => glass.dispersion > 0.0 && !glass.thin,
         MaterialModel::Phong { .. } | MaterialModel::Unlit | MaterialModel::Metal(_) => false,
+    }
+}
+
+/// What happens to light at a place.
+#[derive(Clone, Debug)]
+pub(crate) struct ShadingPoint<'a, S> {
+    pub interaction: &'a SurfaceInteraction,
+    /// The normals and the viewer.
+    pub frame: ShadingFrame,
+    pub bsdf: S,
+}
+
+impl<'a> ShadingPoint<'a, Bsdf<'a>> {
+    /// What a ray in this direction sees at its hit, which is this place; `channel` is the colour that it carries, where it
+    /// has lost the others by dispersion.
+    pub fn new(
+        geometry: &'a Geometry,
+        place: &'a SurfaceInteraction,
+        direction: Vec3,
+        hit: &Hit,
+        channel: Option<usize>,
+        around: f32,
+    ) -> Self {
+        let smooth = place.shading_frame(direction);
+        let (scatter, frame) = Bsdf::new(
+            geometry,
+            hit,
+            smooth,
+            place.is_front,
+            channel,
+            around,
+            &place.footprint,
+        );
+        Self {
+            interaction: place,
+            frame,
+            bsdf: scatter,
+        }
+    }
+}
+
+impl<S: BsdfModel> ShadingPoint<'_, S> {
+    /// This point, as lights are sampled for it.
+    #[inline]
+    pub fn light_sample_context(&self) -> LightSampleContext {
+        LightSampleContext {
+            position: self.interaction.position,
+            normal: if self.bsdf.is_transmissive() {
+                Vec3::ZERO
+            } else {
+                self.frame.geometric
+            },
+        }
     }
 }

@@ -11,7 +11,8 @@ use raycam_scene::{Principled, TextureSlot, Textured};
 
 use crate::bsdf::layered::LayerStack;
 use crate::bsdf::specular::is_smooth;
-use crate::interaction::SurfaceInteractions;
+use crate::interaction::batch::SurfaceInteractions;
+use crate::interaction::ray_cone::Footprint;
 use crate::lobes::albedo_dielectric::DielectricAlbedo;
 use crate::lobes::clearcoat::Clearcoat;
 use crate::lobes::fresnel::Fresnel;
@@ -19,12 +20,11 @@ use crate::lobes::ggx::Ggx;
 use crate::lobes::shading_frame::ShadingFrame;
 use crate::lobes::sheen::Sheen;
 use crate::lobes::thin_film::ThinFilm;
-use crate::prepare::PreparedWorld;
-use crate::prepare::texture::Footprint;
+use crate::prepare::geometry::Geometry;
 
 /// A point whose textures are looked up.
 pub(crate) struct TextureLookup<'a> {
-    world: &'a PreparedWorld,
+    world: &'a Geometry,
     hit: &'a Hit,
     footprint: &'a Footprint,
     /// The last one: channels of one texture are several values.
@@ -32,7 +32,7 @@ pub(crate) struct TextureLookup<'a> {
 }
 
 impl<'a> TextureLookup<'a> {
-    pub fn new(world: &'a PreparedWorld, hit: &'a Hit, footprint: &'a Footprint) -> Self {
+    pub fn new(world: &'a Geometry, hit: &'a Hit, footprint: &'a Footprint) -> Self {
         Self {
             world,
             hit,

@@ -4,14 +4,13 @@ use glam::Vec3;
 use raycam_bvh::Hit;
 use raycam_scene::{Material, MaterialModel};
 
-use crate::bsdf::{
-    BsdfEval, BsdfModel, BsdfSample, conductor, dielectric, is_dispersive, principled,
-};
+use crate::bsdf::dielectric;
+use crate::bsdf::{BsdfEval, BsdfModel, BsdfSample, conductor, is_dispersive, principled};
 use crate::interaction::SurfaceInteraction;
 use crate::lobes::fresnel::{Fresnel, refract};
 use crate::lobes::ggx::Ggx;
 use crate::lobes::shading_frame::ShadingFrame;
-use crate::prepare::PreparedWorld;
+use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
 
 /// One point of such a surface: [`crate::bsdf::LayeredBsdf`] of a smooth interface alone, with the same samples.
@@ -140,7 +139,7 @@ impl PreparedMaterial {
     #[inline]
     pub fn specular_bsdf(
         &self,
-        world: &PreparedWorld,
+        world: &Geometry,
         hit: &Hit,
         place: &SurfaceInteraction,
         direction: Vec3,
@@ -214,7 +213,7 @@ mod tests {
     use raycam_scene::{Glass, Metal};
 
     use super::*;
-    use crate::bsdf::LayeredBsdf;
+    use crate::bsdf::layered::LayeredBsdf;
 
     #[test]
     fn mirrors_and_clear_glass_have_the_samples_of_their_layers() {

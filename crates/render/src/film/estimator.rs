@@ -111,7 +111,8 @@ impl PixelEstimator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampling::sampler::{Dimension, Sampler};
+    use crate::sampling::dimension::Dimension;
+    use crate::sampling::sampler::Sampler;
 
     #[test]
     fn the_error_is_that_of_the_mean() {

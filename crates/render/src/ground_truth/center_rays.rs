@@ -8,8 +8,9 @@ use raycam_scene::Camera;
 
 use crate::film::channel::Channel;
 use crate::ground_truth::channels::TriangleCache;
-use crate::interaction::attributes::{face_forward, unit, unit_normal};
-use crate::prepare::PreparedWorld;
+use crate::interaction::vector::{face_forward, unit, unit_normal};
+use crate::prepare::geometry::Geometry;
+use crate::prepare::world::PreparedWorld;
 use crate::settings::Settings;
 
 /// The normals of a surface in the world, on the side that is seen; 0 for the background.
@@ -53,7 +54,7 @@ impl CachedTriangle {
         corners: None,
     };
 
-    fn new(world: &PreparedWorld, hit: &ExactHit) -> Self {
+    fn new(world: &Geometry, hit: &ExactHit) -> Self {
         let corners = || world.corners(hit.instance, hit.triangle);
         Self {
             normal: unit(hit.normal.into()).unwrap_or_else(|| unit_normal(corners())),
@@ -64,7 +65,7 @@ impl CachedTriangle {
     /// The normals of a hit, the smooth one where asked for.
     fn normals(
         &mut self,
-        world: &PreparedWorld,
+        world: &Geometry,
         ray: &ExactRay,
         hit: &ExactHit,
         smooth: bool,
@@ -113,7 +114,7 @@ impl CenterRays {
     /// Traces the rays of pixels; with `passing` the ground truth is of what lies behind what one sees through.
     pub fn trace(
         &mut self,
-        world: &PreparedWorld,
+        world: &Geometry,
         camera: &Camera,
         pixels: &[[u32; 2]],
         settings: &Settings,
@@ -174,7 +175,13 @@ impl CenterRays {
                 .iter()
                 .take_while(|other| Arc::ptr_eq(other, world));
             let to = from + same.count();
-            of_line.trace(world, camera, &pixels[from..to], settings, passing);
+            of_line.trace(
+                &world.geometry,
+                camera,
+                &pixels[from..to],
+                settings,
+                passing,
+            );
             self.rays.append(&mut of_line.rays);
             self.hits.append(&mut of_line.hits);
             self.hits_behind.append(&mut of_line.hits_behind);

@@ -6,14 +6,15 @@ use glam::{DMat3, DVec3};
 use raycam_bvh::{ExactHit, INVALID_ID};
 
 use crate::ground_truth::center_rays::{CenterRays, Normals, to_f32_normal, to_float_hit};
-use crate::prepare::PreparedWorld;
-use crate::prepare::texture::Footprint;
+use crate::interaction::ray_cone::Footprint;
+use crate::prepare::geometry::Geometry;
+use crate::prepare::world::PreparedWorld;
 
 /// The exact rays of pixels and what is told of them.
 pub(crate) struct ChannelReader<'a> {
     exact: &'a CenterRays,
     hits: &'a [ExactHit],
-    world: &'a PreparedWorld,
+    world: &'a Geometry,
     /// Of worlds that move, that of each pixel; else empty.
     pixel_worlds: &'a [Arc<PreparedWorld>],
     /// camera_from_world; of cameras that move, that of each pixel.
@@ -54,7 +55,7 @@ impl<T: Copy> TriangleCache<T> {
 impl<'a> ChannelReader<'a> {
     pub fn new(
         exact: &'a CenterRays,
-        world: &'a PreparedWorld,
+        world: &'a Geometry,
         seen: &'a [Arc<PreparedWorld>],
         still: DMat3,
         turned: &'a [DMat3],
@@ -76,10 +77,10 @@ impl<'a> ChannelReader<'a> {
     }
 
     #[inline]
-    fn world(&self, i: usize) -> &PreparedWorld {
+    fn geometry(&self, i: usize) -> &Geometry {
         self.pixel_worlds
             .get(i)
-            .map_or(self.world, |world| &**world)
+            .map_or(self.world, |world| &world.geometry)
     }
 
     #[inline]
@@ -90,7 +91,7 @@ impl<'a> ChannelReader<'a> {
     pub fn albedo(&self, i: usize) -> [f32; 3] {
         self.hit(i).map_or([0.0; 3], |hit| {
             let color = self
-                .world(i)
+                .geometry(i)
                 .base_color(&to_float_hit(hit), &Footprint::default());
             color.to_array()
         })
@@ -151,23 +152,23 @@ impl<'a> ChannelReader<'a> {
         let Some(hit) = self.hit(i) else {
             return [f32::NAN; 2];
         };
-        let find = || self.world(i).uv_corners(hit.instance, hit.triangle, 0);
+        let find = || self.geometry(i).uv_corners(hit.instance, hit.triangle, 0);
         let corners = corners.get_or_insert(hit, find).as_ref();
         corners.map_or([f32::NAN; 2], |corners| {
-            PreparedWorld::interpolate_uv(corners, [hit.u, hit.v])
+            Geometry::interpolate_uv(corners, [hit.u, hit.v])
         })
     }
 
     #[inline]
     pub fn category(&self, i: usize) -> i32 {
         self.hit(i).map_or(-1, |hit| {
-            self.world(i).instances[hit.instance as usize].category
+            self.geometry(i).instances[hit.instance as usize].category
         })
     }
 
     #[inline]
     pub fn material(&self, i: usize) -> i32 {
-        let index = |hit: &ExactHit| self.world(i).material_index(hit.instance, hit.triangle);
+        let index = |hit: &ExactHit| self.geometry(i).material_index(hit.instance, hit.triangle);
         let index = self.hit(i).map(index);
         index.map_or(-1, |index| i32::try_from(index).unwrap_or(-1))
     }

@@ -5,7 +5,7 @@ use raycam_bvh::{ExactHit, ExactRay, Hit, INVALID_ID};
 use raycam_scene::{Material, MaterialModel};
 
 use crate::ground_truth::center_rays::{exact_ray, to_float_hit};
-use crate::prepare::PreparedWorld;
+use crate::prepare::geometry::Geometry;
 
 /// A surface with less of it there is passed.
 const OPACITY_THRESHOLD: f32 = 0.5;
@@ -14,8 +14,8 @@ const RESTART_OFFSET: f64 = 1e-12;
 /// Surfaces that a ray passes at most: after these it tells of the next one whatever it is.
 const MAX_SKIPS: usize = 1000;
 
-impl PreparedWorld {
-    /// Whether there is anything that [`PreparedWorld::skip_transparent`] would pass.
+impl Geometry {
+    /// Whether there is anything that [`Geometry::skip_transparent`] would pass.
     pub(crate) fn has_skippable(&self) -> bool {
         let passable = |material: &Material| {
             is_refractive(material)

@@ -4,8 +4,9 @@
 use glam::DVec3;
 use raycam_scene::{Material, MaterialModel};
 
-use crate::bsdf::has_interior;
-use crate::prepare::{PreparedInstance, PreparedWorld};
+use crate::bsdf::principled::has_interior;
+use crate::prepare::geometry::Geometry;
+use crate::prepare::instance::PreparedInstance;
 
 /// Such an object, and a sphere around it.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +25,7 @@ const MAX_CONDUCTOR_ROUGHNESS: f32 = 0.45;
 const MAX_DIELECTRIC_ROUGHNESS: f32 = 0.35;
 
 /// Those of a world.
-pub(crate) fn find_caustic_casters(world: &PreparedWorld) -> Vec<CausticCaster> {
+pub(crate) fn find_caustic_casters(world: &Geometry) -> Vec<CausticCaster> {
     let gathers = |(_, object): &(usize, &PreparedInstance)| {
         let slots = object.mesh.mesh.slot_count().max(1);
         let of_slot = |&material: &usize| casts_caustics(&world.materials[material].material);
@@ -79,7 +80,12 @@ mod tests {
     use raycam_scene::{Camera, Glass, Light, Metal, PixelCenter, Principled, World, camera};
 
     use super::*;
-    use crate::{Channel, Control, ImagePlane, Integrator, Settings, render};
+    use crate::control::Control;
+    use crate::film::channel::Channel;
+    use crate::film::frame::ImagePlane;
+    use crate::prepare::world::PreparedWorld;
+    use crate::render;
+    use crate::settings::{Integrator, Settings};
 
     /// Balls over a floor: matte, of gold, of rough gold, of glass and of thin glass, of glTF's glass and of a thin wall of it, as
     /// many of these as are asked for.
@@ -142,9 +148,10 @@ mod tests {
     fn they_are_what_gathers_light() {
         let prepared = world(0..7);
         let mut seen: Vec<_> = prepared
+            .guiding
             .caustic_casters
             .iter()
-            .map(|mirror| (mirror.center + prepared.origin, mirror.radius))
+            .map(|mirror| (mirror.center + prepared.geometry.origin, mirror.radius))
             .collect();
         seen.sort_by(|(a, _), (b, _)| a.x.total_cmp(&b.x));
         let places = [-1.5, 1.5, 4.5].map(|x| DVec3::new(x, 0.3, 0.6));
@@ -188,9 +195,9 @@ mod tests {
             (1..=8).map(|seed| picture(prepared, seed)).collect()
         };
         let thrown = pictures(&prepared);
-        prepared.caustic_maps = vec![].into();
+        prepared.guiding.caustic_maps = vec![].into();
         let with = pictures(&prepared);
-        prepared.caustic_casters.clear();
+        prepared.guiding.caustic_casters.clear();
         let without = pictures(&prepared);
         let all = [&thrown, &with, &without];
         let [a, b, c] = all.map(|all| all.iter().map(|one| mean(one)).sum::<f64>());

@@ -11,7 +11,6 @@ use std::f32::consts::TAU;
 use glam::Vec3;
 
 use crate::guiding::caustic_casters::MAX_CASTERS;
-pub(crate) use crate::guiding::sample_cones::SampleGuided;
 use crate::lobes::shading_frame::cosine_hemisphere_pdf;
 use crate::soa::{Vec3xN, get_lane};
 
@@ -119,8 +118,8 @@ mod tests {
     use crate::guiding::caustic_casters::CausticCaster;
     use crate::guiding::caustic_map::CausticMap;
     use crate::guiding::caustic_map::tests::from_ball;
-    use crate::interaction::SurfaceInteractions;
-    use crate::prepare::PreparedWorld;
+    use crate::interaction::batch::SurfaceInteractions;
+    use crate::prepare::world::PreparedWorld;
     use crate::sampling::chi_squared::{limit, statistic};
     use crate::soa::{LANES, set_triangle};
 
@@ -138,7 +137,7 @@ mod tests {
         let mut places = SurfaceInteractions::<N>::default();
         let corners = places.clear();
         for lane in 0..N {
-            set_triangle(corners, lane, world.corners(0, 0));
+            set_triangle(corners, lane, world.geometry.corners(0, 0));
         }
         for lane in 0..N {
             let hit = Hit {
@@ -148,7 +147,7 @@ mod tests {
                 instance: 0,
                 triangle: 0,
             };
-            places.set_lane(lane, world, -Vec3::Z, &hit, 0.0);
+            places.set_lane(lane, &world.geometry, -Vec3::Z, &hit, 0.0);
         }
         places.run();
         places
@@ -216,7 +215,7 @@ mod tests {
         let world = floor();
         let mut places = SurfaceInteractions::<LANES>::default();
         let corners = places.clear();
-        (0..LANES).for_each(|lane| set_triangle(corners, lane, world.corners(0, 0)));
+        (0..LANES).for_each(|lane| set_triangle(corners, lane, world.geometry.corners(0, 0)));
         let hit = Hit {
             t: 1.0,
             u: 0.2,
@@ -224,7 +223,7 @@ mod tests {
             instance: 0,
             triangle: 0,
         };
-        (0..LANES).for_each(|lane| places.set_lane(lane, &world, -Vec3::Z, &hit, 0.0));
+        (0..LANES).for_each(|lane| places.set_lane(lane, &world.geometry, -Vec3::Z, &hit, 0.0));
         places.run();
         let cell = |d: DVec3| {
             let turn = (d.y.atan2(d.x) / TAU).rem_euclid(1.0);

@@ -6,7 +6,7 @@ use raycam_bvh::WithSimd;
 use crate::guiding::caustic_casters::{CausticCaster, MAX_CASTERS};
 use crate::guiding::caustic_map::CausticMap;
 use crate::guiding::cones::GuidingCones;
-use crate::interaction::SurfaceInteractions;
+use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::shading_frame::{sincos_turns, to_world_around};
 use crate::soa::{Vec3xN, get_lane, lane_dvec3, set_lane};
 

@@ -4,11 +4,11 @@ use glam::Vec3;
 use raycam_bvh::Coherence;
 
 use super::{CameraRayBatch, is_miss};
-use crate::bsdf::{sample_cosine_hemisphere, to_world_around};
 use crate::integrator::shadow_queue::ShadowRayQueue;
 use crate::interaction::SurfaceInteraction;
-use crate::prepare::PreparedWorld;
-use crate::sampling::sampler::Dimension;
+use crate::lobes::shading_frame::{sample_cosine_hemisphere, to_world_around};
+use crate::prepare::world::PreparedWorld;
+use crate::sampling::dimension::Dimension;
 
 /// 1 in the open and for the background, 0 where all directions, weighed by their cosine, end within `distance`.
 pub(super) fn radiance(
@@ -26,7 +26,7 @@ pub(super) fn radiance(
             continue;
         }
         radiance[i] = Vec3::ZERO;
-        let place = SurfaceInteraction::new(world, batch.directions[i], hit, 0.0);
+        let place = SurfaceInteraction::new(&world.geometry, batch.directions[i], hit, 0.0);
         let random = batch.samplers[i].get_2d(Dimension::AmbientOcclusion);
         let direction = to_world_around(place.geometric_normal, sample_cosine_hemisphere(random));
         shadows.push(place.spawn_ray(direction, distance), i, Vec3::ONE);

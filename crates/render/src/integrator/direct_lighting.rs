@@ -3,18 +3,17 @@
 use glam::{DVec3, Vec3};
 use raycam_bvh::Ray;
 
-use crate::bsdf::{BsdfModel, sample_cosine_hemisphere, to_world_around};
+use crate::bsdf::BsdfModel;
+use crate::bsdf::ShadingPoint;
 use crate::integrator::batch::hits::HitView;
 use crate::integrator::nested_dielectrics::InterfaceTransition;
 use crate::integrator::path::{PathState, WavefrontQueues};
 use crate::integrator::shade::PathTracer;
 use crate::integrator::shadow_queue::ShadowRayQueue;
-use crate::interaction::attributes::ShadingPoint;
-use crate::light::{
-    LightLiSample, LightRandom, LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES,
-    ONE_MINUS_SHADOW_EPSILON,
-};
-use crate::sampling::sampler::Dimension;
+use crate::light::light_sampling::{LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES};
+use crate::light::samples::{LightLiSample, LightRandom, ONE_MINUS_SHADOW_EPSILON};
+use crate::lobes::shading_frame::{sample_cosine_hemisphere, to_world_around};
+use crate::sampling::dimension::Dimension;
 
 impl PathTracer<'_> {
     /// How lights are chosen where a path is scattered.
@@ -124,13 +123,15 @@ impl PathTracer<'_> {
             return;
         }
         if choice == LightSampling::Split {
-            lights.sample_split(by, world, which, random, tell);
+            lights.sample_split(by, &world.geometry, which, random, tell);
             return;
         }
         let count = self.settings.light_samples;
         for index in 0..count {
             let which = (which + index as f32) / count as f32;
-            if let Some(mut sample) = lights.sample(by, world, choice, which, &random(index)) {
+            if let Some(mut sample) =
+                lights.sample(by, &world.geometry, choice, which, &random(index))
+            {
                 sample.pdf *= count as f32;
                 tell(index, sample);
             }

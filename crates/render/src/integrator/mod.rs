@@ -4,7 +4,7 @@ mod ao;
 pub(crate) mod batch;
 pub(crate) mod direct_lighting;
 pub(crate) mod nested_dielectrics;
-mod path;
+pub(crate) mod path;
 pub(crate) mod photon_pass;
 pub(crate) mod shade;
 pub(crate) mod shadow_queue;
@@ -16,9 +16,10 @@ use raycam_bvh::{Hit, INVALID_ID, Scene};
 use crate::control::Control;
 use crate::error::RenderError;
 pub(crate) use crate::integrator::photon_pass::build_caustic_maps;
-use crate::light::{LightSampling, Lights};
-use crate::prepare::PreparedWorld;
-use crate::prepare::texture::RayCone;
+use crate::interaction::ray_cone::RayCone;
+use crate::light::light_sampling::LightSampling;
+use crate::light::lights::Lights;
+use crate::prepare::world::PreparedWorld;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 pub(crate) use path::PathScratch;
@@ -140,9 +141,9 @@ const MAX_LIGHT_SAMPLES: usize = 64;
 impl Integrator {
     /// The lights it works with: a world without any gets some where light is needed to see anything.
     pub(crate) fn effective_lights(self, world: &PreparedWorld) -> &Lights {
-        match &world.default_lights {
+        match &world.lighting.default_lights {
             Some(lights) if self.needs_light() => lights,
-            _ => &world.lights,
+            _ => &world.lighting.lights,
         }
     }
 
@@ -157,8 +158,8 @@ impl Integrator {
 
     /// What the one who looks at the picture should know.
     pub(crate) fn notices(self, world: &PreparedWorld) -> Vec<String> {
-        if self.needs_light() && world.default_lights.is_some() {
-            let besides = match world.lights.has_emissive_triangles() {
+        if self.needs_light() && world.lighting.default_lights.is_some() {
+            let besides = match world.lighting.lights.has_emissive_triangles() {
                 true => " but surfaces that shine, which a glTF file has to be seen",
                 false => "",
             };

@@ -7,11 +7,11 @@
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 
+use crate::bsdf::ShadingPoint;
 use crate::bsdf::{BsdfModel, ior};
 use crate::integrator::path::{PathState, WavefrontQueues};
 use crate::integrator::shade::PathTracer;
-use crate::interaction::attributes::ShadingPoint;
-use crate::prepare::PreparedWorld;
+use crate::prepare::world::PreparedWorld;
 
 /// How many a path remembers; of more, the one it entered first is forgotten.
 const MAX_NESTING: usize = 6;
@@ -54,8 +54,8 @@ impl InterfaceTransition {
         front: bool,
         channel: Option<usize>,
     ) -> Self {
-        let index = world.material_index(hit.instance, hit.triangle);
-        match world.materials[index].absorption {
+        let index = world.geometry.material_index(hit.instance, hit.triangle);
+        match world.geometry.materials[index].absorption {
             None => Self::no_interface(media),
             Some(_) => media.transition(world, index, front, channel),
         }
@@ -131,16 +131,16 @@ impl InteriorList {
             outside: before,
             inside: after,
             is_false_intersection: before.current(world) == after.current(world),
-            outside_ior: outside
-                .current(world)
-                .map_or(1.0, |there| ior(&world.materials[there].material, channel)),
+            outside_ior: outside.current(world).map_or(1.0, |there| {
+                ior(&world.geometry.materials[there].material, channel)
+            }),
         }
     }
 
     /// What is lost per metre.
     pub fn absorption(&self, world: &PreparedWorld) -> Vec3 {
         self.current(world)
-            .and_then(|there| world.materials[there].absorption)
+            .and_then(|there| world.geometry.materials[there].absorption)
             .unwrap_or(Vec3::ZERO)
     }
 
@@ -148,7 +148,7 @@ impl InteriorList {
     fn light_outside_closed_body(&self, world: &PreparedWorld, end: DVec3) -> bool {
         let body = self
             .current(world)
-            .and_then(|there| world.dielectric_bounds[there]);
+            .and_then(|there| world.geometry.dielectric_bounds[there]);
         body.is_some_and(|[lower, upper]| end.cmplt(lower).any() || end.cmpgt(upper).any())
     }
 
@@ -162,7 +162,7 @@ impl InteriorList {
         // Of equals, `max_by_key` takes the last.
         known
             .map(|&material| material as usize)
-            .max_by_key(|&material| world.materials[material].material.priority)
+            .max_by_key(|&material| world.geometry.materials[material].material.priority)
     }
 
     fn push(mut self, material: u32) -> Self {

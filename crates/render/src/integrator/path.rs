@@ -15,10 +15,12 @@ use crate::integrator::batch::hits::HitBatch;
 use crate::integrator::nested_dielectrics::InteriorList;
 use crate::integrator::shade::PathTracer;
 use crate::integrator::shadow_queue::ShadowRayQueue;
-use crate::light::{LightSampleContext, LightSampling, Lights, MAX_SPLIT_SAMPLES};
-use crate::prepare::PreparedWorld;
+use crate::interaction::LightSampleContext;
+use crate::interaction::ray_cone::RayCone;
+use crate::light::light_sampling::{LightSampling, MAX_SPLIT_SAMPLES};
+use crate::light::lights::Lights;
 use crate::prepare::material::PreparedMaterial;
-use crate::prepare::texture::RayCone;
+use crate::prepare::world::PreparedWorld;
 use crate::soa::LANES;
 
 /// A ray on its way from the camera.
@@ -86,10 +88,10 @@ pub(super) fn radiance(
         occlusion_only_last_segment: last_segment_is_occlusion_only(world, lights),
         needs_lobe_choice: needs_lobe_choice(world),
         caustic_casters: match lights.can_cast_caustics() {
-            true => &world.caustic_casters,
+            true => &world.guiding.caustic_casters,
             false => &[],
         },
-        caustic_maps: world.caustic_maps.get().map_or(&[], Vec::as_slice),
+        caustic_maps: world.guiding.caustic_maps.get().map_or(&[], Vec::as_slice),
         bounce: 0,
     };
     let PathScratch {
@@ -212,10 +214,10 @@ pub(super) fn radiance(
 /// Whether the last segments of paths find no more than lights behind everything, or between surfaces in empty space.
 fn last_segment_is_occlusion_only(world: &PreparedWorld, lights: &Lights) -> bool {
     let clear = |prepared: &PreparedMaterial| prepared.absorption.is_some();
-    let dims = lights.has_finite() && world.materials.iter().any(clear);
+    let dims = lights.has_finite() && world.geometry.materials.iter().any(clear);
     // Of an image or a clear sky, only what is seen is worth finding.
     let reads = lights.environment().is_some();
-    !(world.has_transparency || lights.has_emissive_triangles() || dims || reads)
+    !(world.geometry.has_transparency || lights.has_emissive_triangles() || dims || reads)
 }
 
 /// Whether surfaces that are met many at a time choose between two ways: clear glass, and glossy ones.
@@ -224,7 +226,7 @@ fn needs_lobe_choice(world: &PreparedWorld) -> bool {
         let metal = matches!(prepared.material.model, MaterialModel::Metal(_));
         prepared.glossy || prepared.frosted || (prepared.clear && !metal)
     };
-    world.materials.iter().any(choose)
+    world.geometry.materials.iter().any(choose)
 }
 
 /// What the paths of a batch take, kept from batch to batch.

@@ -7,18 +7,20 @@ use raycam_bvh::{Coherence, Hit, Ray};
 use rayon::prelude::*;
 
 use crate::bsdf::BsdfModel;
+use crate::bsdf::ShadingPoint;
 use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::caustic_map::{CausticMap, PhotonDeposit};
 use crate::integrator::batch::hits::MIN_CAUSTIC_SEGMENTS;
 use crate::integrator::is_miss;
 use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
+use crate::interaction::LightSampleContext;
 use crate::interaction::SurfaceInteraction;
-use crate::interaction::attributes::ShadingPoint;
-use crate::light::{
-    LightSampleContext, LightSampleContexts, LightSampling, Lights, ONE_MINUS_SHADOW_EPSILON,
-};
-use crate::prepare::PreparedWorld;
-use crate::sampling::sampler::{Dimension, Sampler};
+use crate::light::light_sampling::{LightSampleContexts, LightSampling};
+use crate::light::lights::Lights;
+use crate::light::samples::ONE_MINUS_SHADOW_EPSILON;
+use crate::prepare::world::PreparedWorld;
+use crate::sampling::dimension::Dimension;
+use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
 /// How many are sent to each object that throws light, and how many at a time.
@@ -45,15 +47,18 @@ pub(crate) fn build_caustic_maps(world: &PreparedWorld, settings: &Settings) {
         .max_depth
         .is_none_or(|most| most > MIN_CAUSTIC_SEGMENTS);
     let guided = settings.integrator == Integrator::Path && long && lights.can_cast_caustics();
-    if guided && !world.caustic_casters.is_empty() && world.caustic_maps.get().is_none() {
+    if guided
+        && !world.guiding.caustic_casters.is_empty()
+        && world.guiding.caustic_maps.get().is_none()
+    {
         // Not while others wait for it: a thread that does so takes up work of other pictures.
-        let _ = world.caustic_maps.set(build_maps(world, lights));
+        let _ = world.guiding.caustic_maps.set(build_maps(world, lights));
     }
 }
 
 /// What each of a world's mirrors throws. It guides paths alone: what is left out of it makes noise and no error.
 pub(crate) fn build_maps(world: &PreparedWorld, lights: &Lights) -> Vec<CausticMap> {
-    let mirrors = &world.caustic_casters;
+    let mirrors = &world.guiding.caustic_casters;
     let batches: Vec<_> = (0..mirrors.len())
         .flat_map(|mirror| (0..PHOTONS_PER_CASTER / PHOTON_BATCH).map(move |batch| (mirror, batch)))
         .collect();
@@ -87,7 +92,10 @@ fn trace_photons(
     for turn in 0..MAX_BOUNCES {
         hits.clear();
         hits.resize(rays.len(), Hit::MISS);
-        world.scene.closest(&rays, &mut hits, Coherence::Incoherent);
+        world
+            .geometry
+            .scene
+            .closest(&rays, &mut hits, Coherence::Incoherent);
         rays.clear();
         let mut hits = hits.iter();
         photons.retain_mut(|photon| {
@@ -121,7 +129,7 @@ fn emit_photon(
     let by = LightSampleContexts::from(&from);
     let sample = lights.sample(
         &by,
-        world,
+        &world.geometry,
         LightSampling::Importance,
         which,
         &on_light.into(),
@@ -153,8 +161,8 @@ impl Photon {
         turn: u32,
         fallen: &mut Vec<(usize, PhotonDeposit)>,
     ) -> Option<Ray> {
-        let place = SurfaceInteraction::new(world, self.direction, hit, 0.0);
-        let mut mirrors = world.caustic_casters.iter();
+        let place = SurfaceInteraction::new(&world.geometry, self.direction, hit, 0.0);
+        let mut mirrors = world.guiding.caustic_casters.iter();
         let Some(mirror) = mirrors.position(|mirror| mirror.instance == hit.instance) else {
             fallen.extend(self.last_exit.map(|(mirror, left)| {
                 let (at, power) = (place.position, self.power);
@@ -175,7 +183,14 @@ impl Photon {
             self.interior_list = skin.inside;
             return Some(place.spawn_ray(self.direction, f32::INFINITY));
         }
-        let surface = ShadingPoint::new(world, &place, self.direction, hit, None, skin.outside_ior);
+        let surface = ShadingPoint::new(
+            &world.geometry,
+            &place,
+            self.direction,
+            hit,
+            None,
+            skin.outside_ior,
+        );
         let [choice, _] = self.sampler.get_2d(Dimension::LobeAndLight(turn + 1));
         let [x, y] = self.sampler.get_2d(Dimension::Bsdf(turn));
         let sample = surface.bsdf.sample(&surface.frame, [choice, x, y])?;
@@ -245,12 +260,12 @@ mod tests {
     /// What the ball throws on a place of the world: the middle of where it left, and how far from there.
     fn thrown_on(world: &PreparedWorld, at: DVec3) -> (DVec3, f64) {
         build_caustic_maps(world, &settings(Integrator::Path, 6));
-        let thrown = &world.caustic_maps.get().unwrap()[0];
-        let CausticCaster { center, radius, .. } = world.caustic_casters[0];
-        let exit = thrown.lookup(((at - world.origin - center) / radius).as_vec3());
+        let thrown = &world.guiding.caustic_maps.get().unwrap()[0];
+        let CausticCaster { center, radius, .. } = world.guiding.caustic_casters[0];
+        let exit = thrown.lookup(((at - world.geometry.origin - center) / radius).as_vec3());
         let left = Vec3::from(exit.center).as_dvec3() * radius;
         (
-            center + world.origin + left,
+            center + world.geometry.origin + left,
             f64::from(exit.radius) * radius,
         )
     }
@@ -301,9 +316,9 @@ mod tests {
             (Integrator::Path, 2),
         ] {
             build_caustic_maps(&world, &settings(integrator, depth));
-            assert!(world.caustic_maps.get().is_none());
+            assert!(world.guiding.caustic_maps.get().is_none());
         }
         build_caustic_maps(&world, &settings(Integrator::Path, 3));
-        assert_eq!(world.caustic_maps.get().map(Vec::len), Some(1));
+        assert_eq!(world.guiding.caustic_maps.get().map(Vec::len), Some(1));
     }
 }

@@ -4,23 +4,26 @@ use glam::Vec3;
 use raycam_bvh::{Hit, Ray};
 use raycam_scene::{Alpha, Material, MaterialModel};
 
-use crate::bsdf::{BsdfModel, BsdfSample, Diffuse, is_dispersive};
+use crate::bsdf::ShadingPoint;
+use crate::bsdf::diffuse::Diffuse;
+use crate::bsdf::{BsdfModel, BsdfSample, is_dispersive};
 use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::caustic_map::CausticMap;
 use crate::integrator::PathSettings;
 use crate::integrator::batch::hits::HitView;
 use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::integrator::path::{PathState, WavefrontQueues};
-use crate::interaction::SurfaceInteractions;
-use crate::interaction::attributes::ShadingPoint;
-use crate::light::{
-    EnvironmentLookup, LightSampleContext, LightSampling, Lights, ONE_MINUS_SHADOW_EPSILON,
-    PreparedLight,
-};
-use crate::prepare::PreparedWorld;
+use crate::interaction::LightSampleContext;
+use crate::interaction::batch::SurfaceInteractions;
+use crate::interaction::ray_cone::Footprint;
+use crate::light::light_sampling::LightSampling;
+use crate::light::lights::Lights;
+use crate::light::prepared_light::PreparedLight;
+use crate::light::samples::{EnvironmentLookup, ONE_MINUS_SHADOW_EPSILON};
 use crate::prepare::material::PreparedMaterial;
-use crate::prepare::texture::Footprint;
-use crate::sampling::sampler::{Dimension, Sampler};
+use crate::prepare::world::PreparedWorld;
+use crate::sampling::dimension::Dimension;
+use crate::sampling::sampler::Sampler;
 use crate::soa::LANES;
 
 /// Segments before a path may end by roulette: the noise of ending sooner costs more than the time that it saves.
@@ -86,7 +89,7 @@ impl PathTracer<'_> {
             ..
         } = *meeting;
         // What all paths do at most surfaces is compiled by itself, without the layers of others.
-        if let Some(albedo) = material.diffuse_albedo(self.world, hit, &place.footprint) {
+        if let Some(albedo) = material.diffuse_albedo(&self.world.geometry, hit, &place.footprint) {
             let surface = ShadingPoint {
                 interaction: place,
                 frame: place.shading_frame(path.direction),
@@ -108,8 +111,14 @@ impl PathTracer<'_> {
             place.is_front,
             channel,
         );
-        let smooth =
-            material.specular_bsdf(self.world, hit, place, direction, channel, skin.outside_ior);
+        let smooth = material.specular_bsdf(
+            &self.world.geometry,
+            hit,
+            place,
+            direction,
+            channel,
+            skin.outside_ior,
+        );
         if let Some((scatter, frame)) = smooth {
             let surface = ShadingPoint {
                 interaction: place,
@@ -118,8 +127,14 @@ impl PathTracer<'_> {
             };
             return self.shade_hit(path, &surface, skin, meeting, wave, radiance);
         }
-        let surface =
-            ShadingPoint::new(self.world, place, direction, hit, channel, skin.outside_ior);
+        let surface = ShadingPoint::new(
+            &self.world.geometry,
+            place,
+            direction,
+            hit,
+            channel,
+            skin.outside_ior,
+        );
         self.shade_hit(path, &surface, skin, meeting, wave, radiance)
     }
 
@@ -204,6 +219,7 @@ impl PathTracer<'_> {
         }
         let base = self
             .world
+            .geometry
             .base_color_with(material, hit, places.footprint(lane));
         Some(base * diffuse)
     }
@@ -236,7 +252,7 @@ impl PathTracer<'_> {
         }
         let [chance, _] =
             self.samplers[path.ray_index].get_2d(Dimension::OpacityAndRoulette(self.bounce));
-        chance >= self.world.opacity(hit)
+        chance >= self.world.geometry.opacity(hit)
     }
 
     /// The weight of light that the surface's own sampling found, where light sampling has this density.
@@ -297,17 +313,17 @@ impl PathTracer<'_> {
     ) {
         let (world, direction) = (self.world, path.direction);
         if path.specular_bounce && matches!(material.model, MaterialModel::Unlit) {
-            *out += path.throughput * world.base_color(hit, &Footprint::default());
+            *out += path.throughput * world.geometry.base_color(hit, &Footprint::default());
         }
         if material.emission.value == [0.0; 3] {
             return;
         }
-        let emitted = self.lights.emission(world, hit, direction);
+        let emitted = world.geometry.emission(hit, direction);
         if emitted != Vec3::ZERO {
             let pdf = self.lights.emission_pdf(
                 &path.prev_context,
                 path.light_sampling,
-                world,
+                &world.geometry,
                 hit,
                 direction,
                 distance,

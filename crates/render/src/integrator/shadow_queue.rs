@@ -5,7 +5,7 @@ use raycam_bvh::{Coherence, Hit, Ray, Scene};
 
 use crate::integrator::is_miss;
 use crate::interaction::SurfaceInteraction;
-use crate::prepare::PreparedWorld;
+use crate::prepare::world::PreparedWorld;
 
 /// Shadow rays, and what arrives along each.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +38,7 @@ impl ShadowRayQueue {
                 radiance[index] += light;
             }
         }
-        if world.has_transparency {
+        if world.geometry.has_transparency {
             let is_dark = || {
                 let mut dark = self.occluded.iter();
                 move || dark.next() == Some(&true)
@@ -70,14 +70,14 @@ impl ShadowRayQueue {
                     radiance[index] += light;
                     continue;
                 }
-                let light = light * (1.0 - world.opacity(hit));
+                let light = light * (1.0 - world.geometry.opacity(hit));
                 if light == Vec3::ZERO {
                     continue;
                 }
                 // From the other side of the surface to the same end.
                 let direction = Vec3::from(ray.direction);
                 let length = direction.length();
-                let place = SurfaceInteraction::new(world, direction / length, hit, 0.0);
+                let place = SurfaceInteraction::new(&world.geometry, direction / length, hit, 0.0);
                 let left = (ray.t_max - hit.t) * length;
                 self.rays[kept] = place.spawn_ray(direction / length, left);
                 self.contribution[kept] = (index, light);

@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use crate::integrator::{CameraRayBatch, is_miss};
-use crate::prepare::PreparedWorld;
-use crate::prepare::texture::Footprint;
+use crate::interaction::ray_cone::Footprint;
+use crate::prepare::world::PreparedWorld;
 use crate::settings::Integrator;
 
 pub(crate) fn radiance(
@@ -20,7 +20,7 @@ pub(crate) fn radiance(
         *radiance = if *sky {
             lights.escaped_radiance(direction, None)
         } else {
-            world.base_color(hit, &Footprint::default())
+            world.geometry.base_color(hit, &Footprint::default())
         };
     }
 }

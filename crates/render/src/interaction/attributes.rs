@@ -4,14 +4,12 @@ use glam::{DVec3, Vec2, Vec3};
 use raycam_bvh::Hit;
 use raycam_scene::{Alpha, TextureSlot};
 
-use crate::bsdf::{Bsdf, BsdfModel, ShadingFrame};
-use crate::interaction::{SurfaceInteraction, normalize_facing};
-use crate::light::LightSampleContext;
-use crate::prepare::PreparedWorld;
+use crate::interaction::ray_cone::Footprint;
+use crate::interaction::vector::normalize_facing;
+use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
-use crate::prepare::texture::Footprint;
 
-impl PreparedWorld {
+impl Geometry {
     /// The material of a hit triangle.
     #[inline]
     pub(crate) fn material(&self, hit: &Hit) -> &PreparedMaterial {
@@ -193,92 +191,4 @@ impl PreparedWorld {
 /// A value of the three corners at a hit.
 fn interpolate([a, b, c]: [Vec3; 3], hit: &Hit) -> Vec3 {
     a + (b - a) * hit.u + (c - a) * hit.v
-}
-
-/// A normal on the side that a ray in this direction sees.
-#[inline]
-pub(crate) fn face_forward(normal: DVec3, direction: DVec3) -> DVec3 {
-    if normal.dot(direction) > 0.0 {
-        -normal
-    } else {
-        normal
-    }
-}
-
-/// The normal of a triangle, unit length, on the side from which its corners run counter-clockwise; 0 for one without
-/// area.
-#[inline]
-pub(crate) fn unit_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
-    let (e1, e2) = (b - a, c - a);
-    unit(e1.cross(e2)).unwrap_or_else(|| {
-        // Scaled by its largest edge: corners may be far apart or close together.
-        let scale = e1.abs().max(e2.abs()).max_element().recip();
-        (e1 * scale).cross(e2 * scale).normalize_or_zero()
-    })
-}
-
-/// The direction of a vector whose length is far from the ends of float64.
-#[inline]
-pub(crate) fn unit(vector: DVec3) -> Option<DVec3> {
-    let square = vector.length_squared();
-    is_safe_square(square).then(|| vector / square.sqrt())
-}
-
-/// Whether the square of a length is far from the ends of float64.
-#[inline(always)]
-pub(crate) fn is_safe_square(square: f64) -> bool {
-    (1e-200..1e200).contains(&square)
-}
-
-/// What happens to light at a place.
-#[derive(Clone, Debug)]
-pub(crate) struct ShadingPoint<'a, S> {
-    pub interaction: &'a SurfaceInteraction,
-    /// The normals and the viewer.
-    pub frame: ShadingFrame,
-    pub bsdf: S,
-}
-
-impl<'a> ShadingPoint<'a, Bsdf<'a>> {
-    /// What a ray in this direction sees at its hit, which is this place; `channel` is the colour that it carries, where it
-    /// has lost the others by dispersion.
-    pub fn new(
-        world: &'a PreparedWorld,
-        place: &'a SurfaceInteraction,
-        direction: Vec3,
-        hit: &Hit,
-        channel: Option<usize>,
-        around: f32,
-    ) -> Self {
-        let smooth = place.shading_frame(direction);
-        let (scatter, frame) = Bsdf::new(
-            world,
-            hit,
-            smooth,
-            place.is_front,
-            channel,
-            around,
-            &place.footprint,
-        );
-        Self {
-            interaction: place,
-            frame,
-            bsdf: scatter,
-        }
-    }
-}
-
-impl<S: BsdfModel> ShadingPoint<'_, S> {
-    /// This point, as lights are sampled for it.
-    #[inline]
-    pub fn light_sample_context(&self) -> LightSampleContext {
-        LightSampleContext {
-            position: self.interaction.position,
-            normal: if self.bsdf.is_transmissive() {
-                Vec3::ZERO
-            } else {
-                self.frame.geometric
-            },
-        }
-    }
 }

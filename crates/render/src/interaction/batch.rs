@@ -3,12 +3,13 @@
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Hit, WithSimd};
 
-use crate::bsdf::ShadingFrame;
-use crate::interaction::attributes::{is_safe_square, unit_normal};
-use crate::interaction::{SurfaceInteraction, normalize_facing};
-use crate::prepare::texture::Footprint;
-use crate::prepare::{ErrorBounds, PreparedWorld};
-use crate::soa::{TriangleXN, Vec3xN, get_lane, get_triangle, lane_dvec3, set_lane};
+use crate::interaction::SurfaceInteraction;
+use crate::interaction::ray_cone::Footprint;
+use crate::interaction::vector::{is_safe_square, normalize_facing, unit_normal};
+use crate::lobes::shading_frame::ShadingFrame;
+use crate::prepare::geometry::Geometry;
+use crate::prepare::instance::ErrorBounds;
+use crate::soa::{TriangleXN, Vec3xN, get_lane, get_triangle, lane_dvec3, set_lane, set_triangle};
 
 /// Rays, the triangles that they meet, and where. Each lane is computed as it would be alone.
 #[derive(Debug)]
@@ -77,13 +78,13 @@ impl<const N: usize> SurfaceInteractions<N> {
     pub fn set_lane(
         &mut self,
         lane: usize,
-        world: &PreparedWorld,
+        geometry: &Geometry,
         direction: Vec3,
         hit: &Hit,
         width: f32,
     ) {
-        let object = &world.instances[hit.instance as usize];
-        self.scene_origin = world.origin;
+        let object = &geometry.instances[hit.instance as usize];
+        self.scene_origin = geometry.origin;
         self.barycentrics[0][lane] = f64::from(hit.u);
         self.barycentrics[1][lane] = f64::from(hit.v);
         set_lane(&mut self.direction, lane, direction.to_array());
@@ -95,7 +96,7 @@ impl<const N: usize> SurfaceInteractions<N> {
         {
             set_lane(lanes, lane, column.to_array());
         }
-        let normals = world.vertex_normals(hit.instance, hit.triangle);
+        let normals = geometry.vertex_normals(hit.instance, hit.triangle);
         self.has_normals[lane] = normals.is_some();
         if let Some(normals) = normals {
             self.any_has_normals = true;
@@ -103,8 +104,8 @@ impl<const N: usize> SurfaceInteractions<N> {
                 set_lane(lanes, lane, normal.to_array());
             }
         }
-        if !world.textures.is_empty() {
-            let local = self.corners(lane).map(|corner| corner - world.origin);
+        if !geometry.textures.is_empty() {
+            let local = self.corners(lane).map(|corner| corner - geometry.origin);
             self.footprint[lane] = Footprint::new(local, direction, width);
         }
     }
@@ -309,6 +310,18 @@ impl<const N: usize> SurfaceInteractions<N> {
     }
 }
 
+impl SurfaceInteraction {
+    /// Where a ray in this direction meets its hit; `width` is how wide its cone is there.
+    pub fn new(world: &Geometry, direction: Vec3, hit: &Hit, width: f32) -> Self {
+        let corners = world.corners(hit.instance, hit.triangle);
+        let mut met = SurfaceInteractions::<1>::default();
+        set_triangle(met.clear(), 0, corners);
+        met.set_lane(0, world, direction, hit, width);
+        met.run();
+        met.lane(0)
+    }
+}
+
 impl<const N: usize> WithSimd for &mut SurfaceInteractions<N> {
     #[inline(always)]
     fn run(self) {
@@ -329,6 +342,7 @@ mod tests {
 
     use super::*;
     use crate::control::Control;
+    use crate::prepare::world::PreparedWorld;
     use crate::soa::{LANES, set_triangle};
 
     /// A floor, a smooth ball, the same mirrored and stretched, and a triangle without area.
@@ -364,7 +378,7 @@ mod tests {
         let hits: Vec<_> = (0..320u32)
             .map(|i| {
                 let instance = i * 7 % 4;
-                let mesh = &world.instances[instance as usize].mesh.mesh;
+                let mesh = &world.geometry.instances[instance as usize].mesh.mesh;
                 let triangle = i * 31 % mesh.triangles.len() as u32;
                 let angle = i as f32;
                 let direction = Vec3::new(angle.sin(), angle.cos(), (3.0 * angle).sin());
@@ -383,14 +397,18 @@ mod tests {
         for some in hits.chunks(LANES) {
             let corners = met.clear();
             for (lane, (_, hit)) in some.iter().enumerate() {
-                set_triangle(corners, lane, world.corners(hit.instance, hit.triangle));
+                set_triangle(
+                    corners,
+                    lane,
+                    world.geometry.corners(hit.instance, hit.triangle),
+                );
             }
             for (lane, (direction, hit)) in some.iter().enumerate() {
-                met.set_lane(lane, &world, *direction, hit, 0.0);
+                met.set_lane(lane, &world.geometry, *direction, hit, 0.0);
             }
             raycam_bvh::dispatch_simd(&mut met);
             for (lane, (direction, hit)) in some.iter().enumerate() {
-                let alone = SurfaceInteraction::new(&world, *direction, hit, 0.0);
+                let alone = SurfaceInteraction::new(&world.geometry, *direction, hit, 0.0);
                 assert_eq!(format!("{:?}", met.lane(lane)), format!("{alone:?}"));
                 smooth += usize::from(alone.shading_normal != alone.geometric_normal);
             }

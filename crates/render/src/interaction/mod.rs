@@ -3,15 +3,14 @@
 pub(crate) mod attributes;
 pub(crate) mod batch;
 pub(crate) mod normal_map;
+pub(crate) mod ray_cone;
+pub(crate) mod vector;
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Hit, Ray, WithSimd};
+use raycam_bvh::Ray;
 
-use crate::bsdf::ShadingFrame;
-pub(crate) use crate::interaction::batch::SurfaceInteractions;
-use crate::prepare::PreparedWorld;
-use crate::prepare::texture::Footprint;
-use crate::soa::set_triangle;
+use crate::interaction::ray_cone::Footprint;
+use crate::lobes::shading_frame::ShadingFrame;
 
 /// Where a ray meets a triangle, on the side that is seen.
 #[derive(Clone, Copy, Debug, Default)]
@@ -32,16 +31,6 @@ pub(crate) struct SurfaceInteraction {
 }
 
 impl SurfaceInteraction {
-    /// Where a ray in this direction meets its hit; `width` is how wide its cone is there.
-    pub fn new(world: &PreparedWorld, direction: Vec3, hit: &Hit, width: f32) -> Self {
-        let corners = world.corners(hit.instance, hit.triangle);
-        let mut met = SurfaceInteractions::<1>::default();
-        set_triangle(met.clear(), 0, corners);
-        met.set_lane(0, world, direction, hit, width);
-        met.run();
-        met.lane(0)
-    }
-
     /// The directions of the smooth surface, seen along a ray in this direction.
     #[inline]
     pub fn shading_frame(&self, direction: Vec3) -> ShadingFrame {
@@ -72,13 +61,12 @@ impl SurfaceInteraction {
     }
 }
 
-/// The normal of a corner, of unit length, on the side of the triangle's.
-#[inline(always)]
-pub(crate) fn normalize_facing(normal: DVec3, geometric: DVec3) -> DVec3 {
-    let normal = normal.normalize_or(geometric);
-    if normal.dot(geometric) < 0.0 {
-        -normal
-    } else {
-        normal
-    }
+/// A point that is lit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LightSampleContext {
+    /// Scene-local.
+    pub position: DVec3,
+    /// Of unit length where light arrives on one side of a surface only, towards that side; else zero. It guides the
+    /// choice alone: no light is lost for it.
+    pub normal: Vec3,
 }

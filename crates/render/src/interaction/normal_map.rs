@@ -4,10 +4,10 @@ use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 use raycam_scene::NormalMap;
 
-use crate::prepare::PreparedWorld;
-use crate::prepare::texture::Footprint;
+use crate::interaction::ray_cone::Footprint;
+use crate::prepare::geometry::Geometry;
 
-impl PreparedWorld {
+impl Geometry {
     /// The directions of increasing u and v at a hit, in the world: the mesh's tangents, or the triangle's own by a set
     /// of its texture coordinates; `None` where there are none.
     pub(crate) fn tangents(&self, hit: &Hit, uv_set: usize) -> Option<[Vec3; 2]> {

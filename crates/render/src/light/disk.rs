@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
 
-use super::LightLiSample;
-use super::bounds::LightBounds;
+use crate::light::bounds::LightBounds;
+use crate::light::samples::LightLiSample;
 
 #[derive(Debug)]
 pub(crate) struct DiskLight {

@@ -3,11 +3,12 @@
 use glam::{DVec3, Vec3};
 use raycam_bvh::Hit;
 
+use crate::interaction::LightSampleContext;
 use crate::light::bounds::LightBounds;
+use crate::light::samples::LightLiSample;
 use crate::light::tree::LightTree;
 use crate::light::tree::importance::LightTreeContext;
-use crate::light::{LightLiSample, LightSampleContext};
-use crate::prepare::PreparedWorld;
+use crate::prepare::geometry::Geometry;
 
 /// All triangles that shine.
 #[derive(Debug, Default)]
@@ -23,7 +24,7 @@ pub(crate) struct EmissiveTriangles {
 const NOT_EMISSIVE: u32 = u32::MAX;
 
 impl EmissiveTriangles {
-    pub fn new(world: &PreparedWorld) -> Self {
+    pub fn new(world: &Geometry) -> Self {
         let mut found = Self {
             light_of_triangle: vec![vec![]; world.instances.len()],
             ..Self::default()
@@ -70,7 +71,7 @@ impl EmissiveTriangles {
     /// A triangle, and a point drawn evenly from it.
     pub fn sample(
         &self,
-        world: &PreparedWorld,
+        world: &Geometry,
         by: &LightTreeContext,
         which: f64,
         [x, y]: [f32; 2],
@@ -106,7 +107,7 @@ impl EmissiveTriangles {
     /// By solid angle, of a hit at a distance.
     pub fn pdf(
         &self,
-        world: &PreparedWorld,
+        world: &Geometry,
         from: &LightSampleContext,
         hit: &Hit,
         direction: Vec3,
@@ -124,7 +125,7 @@ impl EmissiveTriangles {
 }
 
 /// The first corner, scene-local, and the edges to the others.
-fn edges(world: &PreparedWorld, instance: u32, triangle: u32) -> [DVec3; 3] {
+fn edges(world: &Geometry, instance: u32, triangle: u32) -> [DVec3; 3] {
     let [a, b, c] = world.corners(instance, triangle);
     [a - world.origin, b - a, c - a]
 }
@@ -136,7 +137,7 @@ fn solid_angle_pdf(area: DVec3, direction: DVec3, distance: f64) -> f64 {
 
 /// How a triangle shines; `None` where it has no area. Its radiance is the mean over points spread evenly, for the
 /// choice alone: where they miss what is bright, scattered rays find it.
-fn measure_emission(world: &PreparedWorld, instance: u32, triangle: u32) -> Option<LightBounds> {
+fn measure_emission(world: &Geometry, instance: u32, triangle: u32) -> Option<LightBounds> {
     const MEASURE_GRID: usize = 8;
     let [a, e1, e2] = edges(world, instance, triangle);
     let area = e1.cross(e2) / 2.0;
@@ -180,7 +181,7 @@ fn measure_emission(world: &PreparedWorld, instance: u32, triangle: u32) -> Opti
 }
 
 /// The way a ray travels that sees a triangle's front.
-fn front_direction(world: &PreparedWorld, instance: u32, normal: DVec3) -> Vec3 {
+fn front_direction(world: &Geometry, instance: u32, normal: DVec3) -> Vec3 {
     let mirrored = world.instances[instance as usize].flips_orientation;
     (if mirrored { normal } else { -normal }).as_vec3()
 }

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use glam::Vec3;
 use raycam_scene::{Image, Up};
 
-use super::{EnvironmentSample, LightLiSample};
 use crate::light::environment_image::{BilinearTaps, EnvironmentImage};
 use crate::light::equirect::{EquirectFrame, PiecewiseConstant2D};
 use crate::light::preetham::PreethamSky;
+use crate::light::samples::{EnvironmentSample, LightLiSample};
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// A table for drawing directions has at most this many columns, and rows; larger images share its cells.

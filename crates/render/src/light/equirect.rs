@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3, Mat3, Vec3};
 use raycam_bvh::{WithSimd, dispatch_simd, prefetch};
 use raycam_scene::Up;
 
-use crate::bsdf::{atan2_turns, sincos_turns};
+use crate::lobes::shading_frame::{atan2_turns, sincos_turns};
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// Which way a panorama is turned.

@@ -4,8 +4,8 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use crate::bsdf::{sincos_turns, to_world_around};
-use crate::light::LightLiSample;
+use crate::light::samples::LightLiSample;
+use crate::lobes::shading_frame::{sincos_turns, to_world_around};
 
 #[derive(Debug)]
 pub(crate) struct GradientSky {

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3, Vec3};
 use raycam_scene::IesProfile;
 
-use super::LightLiSample;
-use super::bounds::LightBounds;
+use crate::light::bounds::LightBounds;
+use crate::light::samples::LightLiSample;
 
 /// Of light of one colour that the eye sees best; white light counts as if it were that.
 const LUMEN_PER_WATT: f64 = 683.0;

@@ -1,9 +1,8 @@
 //! Spheres around lights: most rays miss most lights, and this says so at little cost.
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{WithSimd, dispatch_simd};
+use raycam_bvh::WithSimd;
 
-use crate::light::Lights;
 use crate::light::bounds::LightBounds;
 use crate::soa::{Vec3xN, get_lane, lane_dvec3};
 
@@ -38,29 +37,12 @@ impl BoundingSphere {
     }
 }
 
-impl Lights {
-    /// For which of many rays [`Lights::crossed`] may tell of any.
-    pub fn may_intersect_any<const N: usize>(
-        &self,
-        from: &Vec3xN<f64, N>,
-        directions: &Vec3xN<f32, N>,
-        out: &mut [bool; N],
-    ) {
-        dispatch_simd(TestSpheres {
-            spheres: &self.intersectable,
-            from,
-            directions,
-            out,
-        });
-    }
-}
-
 /// Finds which of many rays may meet any of some spheres.
-struct TestSpheres<'a, const N: usize> {
-    spheres: &'a [(usize, BoundingSphere)],
-    from: &'a Vec3xN<f64, N>,
-    directions: &'a Vec3xN<f32, N>,
-    out: &'a mut [bool; N],
+pub(crate) struct TestSpheres<'a, const N: usize> {
+    pub spheres: &'a [(usize, BoundingSphere)],
+    pub from: &'a Vec3xN<f64, N>,
+    pub directions: &'a Vec3xN<f32, N>,
+    pub out: &'a mut [bool; N],
 }
 
 impl<const N: usize> WithSimd for TestSpheres<'_, N> {

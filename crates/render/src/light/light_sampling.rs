@@ -1,9 +1,18 @@
 //! Which light to sample: how often each kind of them is chosen, and how often each light.
 
+use glam::Vec3;
+use raycam_bvh::Hit;
+
+use crate::interaction::LightSampleContext;
+use crate::light::lights::Lights;
+use crate::light::prepared_light::PreparedLight;
+use crate::light::samples::{
+    EnvironmentLookup, LightLiSample, LightRandom, ONE_MINUS_SHADOW_EPSILON,
+};
 use crate::light::tree::MAX_SPLIT_LIGHTS;
 use crate::light::tree::importance::{LightTreeContext, NodeImportances};
 use crate::light::tree::node::{Child, LightTreeNode};
-use crate::light::{LightSampleContext, Lights, PreparedLight};
+use crate::prepare::geometry::Geometry;
 
 /// How often each light is chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -211,6 +220,196 @@ impl Lights {
                     finite,
                     emissive: surfaces,
                 }
+            }
+        }
+    }
+
+    /// One light chosen for this point, and a direction to it. Lights infinitely far away count as one where their
+    /// directions meet: their radiance and densities are sums. `by` knows what may matter to the point.
+    pub fn sample(
+        &self,
+        by: &LightSampleContexts,
+        world: &Geometry,
+        choice: LightSampling,
+        which: f32,
+        drawn: &LightRandom,
+    ) -> Option<LightLiSample> {
+        if let Some((_, around)) = drawn.environment
+            && self.is_single_infinite(choice)
+        {
+            return (around.pdf > 0.0).then(|| around.sample());
+        }
+        let from = by.from;
+        let odds = self.kind_probabilities(from, choice);
+        let mut which = f64::from(which);
+        let infinite = odds.infinite * odds.infinite_count as f64;
+        if which < infinite {
+            let index = ((which / odds.infinite) as usize).min(odds.infinite_count - 1);
+            return self.sample_infinite(from, choice, index, drawn);
+        }
+        which -= infinite;
+        if which < odds.finite {
+            let (light, probability) =
+                self.choose_finite(&by.finite(), choice, which / odds.finite)?;
+            self.sample_finite(from, light, odds.finite * probability, drawn.random)
+        } else if odds.emissive > 0.0 {
+            let which = ((which - odds.finite) / odds.emissive).clamp(0.0, 1.0);
+            self.sample_emissive_triangles(world, by, odds.emissive, which, drawn.random)
+        } else {
+            None
+        }
+    }
+
+    /// Directions to all kinds of light, as [`LightSampling::Split`] says: tells of each with its number, for which `random` gives
+    /// where on the light. `which` chooses within branches, `by` knows what may matter to the point.
+    pub fn sample_split(
+        &self,
+        by: &LightSampleContexts,
+        world: &Geometry,
+        which: f32,
+        random: impl Fn(usize) -> LightRandom,
+        mut tell: impl FnMut(usize, LightLiSample),
+    ) {
+        let (from, which) = (by.from, f64::from(which));
+        let mut found = |index, sample: Option<LightLiSample>| {
+            if let Some(sample) = sample {
+                tell(index, sample);
+            }
+        };
+        for index in 0..self.non_constant_infinite {
+            let sample = self.sample_infinite(from, LightSampling::Split, index, &random(index));
+            found(index, sample);
+        }
+        self.tree
+            .sample_split(&by.finite(), which, |index, light, expected| {
+                let index = self.non_constant_infinite + index;
+                let sample = self.sample_finite(from, light, expected, random(index).random);
+                found(index, sample);
+            });
+        if self.has_emissive_triangles() {
+            let index = self.non_constant_infinite + MAX_SPLIT_LIGHTS;
+            let sample =
+                self.sample_emissive_triangles(world, by, 1.0, which, random(index).random);
+            found(index, sample);
+        }
+    }
+
+    /// A direction to one of those infinitely far away.
+    fn sample_infinite(
+        &self,
+        from: &LightSampleContext,
+        choice: LightSampling,
+        index: usize,
+        drawn: &LightRandom,
+    ) -> Option<LightLiSample> {
+        let mut sample = match drawn.environment {
+            Some((number, around)) if number == index => around.sample(),
+            _ => self.lights[self.infinite[index]].sample(from, drawn.random)?,
+        };
+        if sample.is_delta {
+            sample.pdf = self.kind_probabilities(from, choice).infinite as f32;
+        } else {
+            let own = (index, (sample.radiance, sample.pdf));
+            (sample.radiance, sample.pdf) =
+                self.radiance_and_pdf(from, choice, sample.direction, Some(own));
+        }
+        (sample.pdf > 0.0).then_some(sample)
+    }
+
+    /// A direction to one of `finite`, that is chosen with this probability or of which so many are expected.
+    fn sample_finite(
+        &self,
+        from: &LightSampleContext,
+        light: usize,
+        probability: f64,
+        random: [f32; 2],
+    ) -> Option<LightLiSample> {
+        let sample = self.lights[self.finite[light]].sample(from, random)?;
+        sample.with_selection_pdf(probability)
+    }
+
+    /// A direction to a surface that shines, where these are chosen with this probability.
+    fn sample_emissive_triangles(
+        &self,
+        world: &Geometry,
+        by: &LightSampleContexts,
+        probability: f64,
+        which: f64,
+        random: [f32; 2],
+    ) -> Option<LightLiSample> {
+        let sample =
+            self.emissive_triangles
+                .sample(world, &by.emissive_triangles(), which, random)?;
+        sample.with_selection_pdf(probability)
+    }
+
+    /// The same, and the density with which [`Lights::sample`] finds this direction for its sake.
+    pub fn radiance_and_pdf(
+        &self,
+        from: &LightSampleContext,
+        choice: LightSampling,
+        direction: Vec3,
+        known: Option<EnvironmentLookup>,
+    ) -> (Vec3, f32) {
+        if self.non_constant_infinite == 0 && choice != LightSampling::Uniform {
+            return (self.ambient, 0.0);
+        }
+        if let Some((_, own)) = known
+            && self.is_single_infinite(choice)
+        {
+            return own;
+        }
+        let odds = self.kind_probabilities(from, choice);
+        let (mut radiance, mut pdf) = (Vec3::ZERO, 0.0);
+        for (number, &i) in self.infinite.iter().enumerate() {
+            let (part, density) = match known {
+                Some((known, own)) if known == number => own,
+                _ => self.lights[i].radiance_and_pdf(from.normal, direction),
+            };
+            radiance += part;
+            if number < odds.infinite_count {
+                pdf += odds.infinite as f32 * density;
+            }
+        }
+        (radiance, pdf)
+    }
+
+    /// The density with which [`Lights::sample`] finds this hit, `distance` away from `from`.
+    pub fn emission_pdf(
+        &self,
+        from: &LightSampleContext,
+        choice: LightSampling,
+        world: &Geometry,
+        hit: &Hit,
+        direction: Vec3,
+        distance: f64,
+    ) -> f32 {
+        let density = self
+            .emissive_triangles
+            .pdf(world, from, hit, direction, distance);
+        (self.kind_probabilities(from, choice).emissive * density) as f32
+    }
+
+    /// Tells of every light without a mesh that a ray from `from` picks up on its way of at most `distance`: where, its
+    /// radiance, and the density with which [`Lights::sample`] finds it there.
+    #[inline]
+    pub fn intersect_visible(
+        &self,
+        from: &LightSampleContext,
+        choice: LightSampling,
+        direction: Vec3,
+        distance: f64,
+        mut tell: impl FnMut(f64, Vec3, f32),
+    ) {
+        for &(index, sphere) in &self.intersectable {
+            if sphere.may_intersect(from.position, direction)
+                && let Some((at, radiance, density)) =
+                    self.lights[self.finite[index]].intersect(from.position, direction)
+                && at * f64::from(ONE_MINUS_SHADOW_EPSILON) <= distance
+            {
+                let odds = self.kind_probabilities(from, choice).finite;
+                let probability = self.finite_pmf(from, choice, index);
+                tell(at, radiance, (odds * probability * density) as f32);
             }
         }
     }

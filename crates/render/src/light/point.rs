@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use crate::light::LightLiSample;
 use crate::light::bounds::LightBounds;
+use crate::light::samples::LightLiSample;
 use crate::sampling::direction_cone::DirectionCone;
 
 #[derive(Debug)]

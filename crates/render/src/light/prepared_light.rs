@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 use raycam_scene::{Light, Up};
 
+use crate::interaction::LightSampleContext;
 use crate::light::bounds::LightBounds;
 use crate::light::disk::DiskLight;
 use crate::light::environment::EnvironmentLight;
@@ -11,9 +12,9 @@ use crate::light::ies::IesLight;
 use crate::light::point::PointLight;
 use crate::light::preetham::PreethamSky;
 use crate::light::rectangle::RectangleLight;
+use crate::light::samples::LightLiSample;
 use crate::light::spot::SpotLight;
 use crate::light::sun::SunLight;
-use crate::light::{LightLiSample, LightSampleContext};
 
 /// A light without a mesh.
 #[derive(Debug)]

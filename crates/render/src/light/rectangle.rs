@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use raycam_bvh::WithSimd;
 
 use crate::light::bounds::LightBounds;
-use crate::light::{LightLiSample, LightLiSamples};
+use crate::light::samples::{LightLiSample, LightLiSamples};
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
 #[derive(Debug)]

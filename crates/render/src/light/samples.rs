@@ -2,8 +2,29 @@
 
 use glam::{DVec3, Vec3};
 
-use super::LightLiSample;
 use crate::soa::{Vec3xN, get_lane, set_lane};
+
+/// A direction to a light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LightLiSample {
+    /// Of unit length.
+    pub direction: Vec3,
+    /// The scene-local point it comes from; `None` for infinitely far away.
+    pub p_light: Option<DVec3>,
+    /// What arrives if nothing stands in between: radiance; for a delta light irradiance on a surface that faces it.
+    pub radiance: Vec3,
+    /// The density of the direction by solid angle, times the probability that this light was chosen; for a delta light
+    /// that probability alone. Greater than 0.
+    pub pdf: f32,
+    /// Whether its direction is the only one: nothing else finds this light.
+    pub is_delta: bool,
+}
+
+/// Of one of those infinitely far away, by its number: its radiance out of a direction, and the density of sampling that.
+pub(crate) type EnvironmentLookup = (usize, (Vec3, f32));
+
+/// A shadow ray ends this share before its light, which may lie on a surface.
+pub(crate) const ONE_MINUS_SHADOW_EPSILON: f32 = 1.0 - 1.0 / (1 << 16) as f32;
 
 /// Where on a light.
 #[derive(Clone, Copy, Debug, Default)]

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use super::LightLiSample;
+use crate::light::samples::LightLiSample;
 use crate::sampling::direction_cone::DirectionCone;
 
 #[derive(Debug)]

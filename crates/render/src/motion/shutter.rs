@@ -10,17 +10,13 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec2;
 use raycam_scene::camera::{ReadoutDirection, ShutterMotion};
-use raycam_scene::video::WorldTime;
-use raycam_scene::{Camera, Mesh, Object, World};
+use raycam_scene::world::WorldTime;
+use raycam_scene::{Camera, Mesh, World};
 use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::guiding::caustic_casters::find_caustic_casters;
-use crate::prepare::dielectric_bounds::closed_dielectric_bounds;
-use crate::prepare::material::prepare_materials;
-use crate::prepare::mesh::prepare_meshes;
-use crate::prepare::{PreparedWorld, build_instances, has_transparency, validate, world_bounds};
+use crate::prepare::world::PreparedWorld;
 
 /// Slices of the time from when the first line opens until the last one closes.
 const TIME_SLICES: usize = 64;
@@ -178,7 +174,7 @@ impl<'a> ShutterSlices<'a> {
                     "the second camera reads {count} lines one after another while the world moves: its {} objects, and \
                      the meshes among them that bend, take about {} MiB for each line, and 2 GiB are for all of them: \
                      follow to a camera of fewer lines or without a readout, or to a world that stands",
-                    then.instances.len(),
+                    then.geometry.instances.len(),
                     (objects + bent).div_ceil(1 << 20)
                 )))
             })
@@ -187,7 +183,11 @@ impl<'a> ShutterSlices<'a> {
 
     /// About how much the meshes of a line's world take that are its own.
     fn deforming_bytes(&self, then: &PreparedWorld) -> usize {
-        let objects = then.instances.iter().zip(&self.reference.instances);
+        let objects = then
+            .geometry
+            .instances
+            .iter()
+            .zip(&self.reference.geometry.instances);
         let bent: HashMap<_, _> = objects
             .filter(|(now, still)| !Arc::ptr_eq(&now.mesh, &still.mesh))
             .map(|(now, _)| (Arc::as_ptr(&now.mesh), &now.mesh.mesh))
@@ -221,57 +221,5 @@ impl<'a> ShutterSlices<'a> {
         let world = self.scene_at(since_middle)?;
         let moved = PreparedWorld::advance_world(&world, self.world, self.reference, control)?;
         Ok(Arc::new(moved))
-    }
-}
-
-impl PreparedWorld {
-    /// `world`, in which things have moved since it was `reference`, as `before`; in the same pool of threads. Its origin,
-    /// its textures, and as far as they stay the same its materials and lights are those of `reference`.
-    ///
-    /// # Errors
-    /// Those of [`PreparedWorld::new`].
-    fn advance_world(
-        world: &World,
-        before: &World,
-        still: &Self,
-        control: &Control,
-    ) -> Result<Self, RenderError> {
-        control.check()?;
-        validate(world)?;
-        let meshes = prepare_meshes(world, Some(still), control)?;
-        let placed = |object: &Object| meshes[object.mesh].clone();
-        let meshes: Vec<_> = world.objects.iter().filter_map(placed).collect();
-        let (lower, upper) = world_bounds(&world.objects, &meshes);
-        let origin = still.origin;
-        let (objects, scene) = build_instances(world, meshes, origin)?;
-        let radius = (upper - origin).abs().max((lower - origin).abs()).length();
-        let materials = match world.materials == before.materials {
-            true => still.materials.clone(),
-            false => Arc::new(prepare_materials(&world.materials)),
-        };
-        let mut moved = Self {
-            scene,
-            flattened: Arc::default(),
-            origin,
-            radius,
-            object_bounds: vec![], // for pictures of worlds that stand
-            dielectric_bounds: closed_dielectric_bounds(&objects, &materials, origin),
-            instances: objects,
-            materials,
-            has_transparency: has_transparency(world),
-            textures: still.textures.clone(),
-            texture_memory: still.texture_memory.clone(),
-            caustic_casters: vec![],
-            // There are too many moments for light to be followed in each.
-            caustic_maps: vec![].into(),
-            lights: still.lights.clone(),
-            default_lights: still.default_lights.clone(),
-        };
-        moved.caustic_casters = find_caustic_casters(&moved);
-        let shines = still.lights.has_emissive_triangles() || world.materials != before.materials;
-        if shines || world.lights != before.lights {
-            moved.build_lights(world);
-        }
-        Ok(moved)
     }
 }

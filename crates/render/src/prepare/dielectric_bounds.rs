@@ -1,15 +1,10 @@
 //! Which clear matter fills closed bodies: light from elsewhere meets their border, however it comes.
 
 use glam::DVec3;
-use raycam_scene::{Alpha, Mesh};
-use rayon::prelude::*;
+use raycam_scene::Alpha;
 
-use crate::prepare::PreparedInstance;
+use crate::prepare::instance::PreparedInstance;
 use crate::prepare::material::PreparedMaterial;
-use crate::sampling::sampler::splitmix64;
-
-/// Triangles that one thread sums up.
-const CHUNK: usize = 1 << 14;
 
 /// For each material a box, scene-local, around all bodies that it fills; `None` where it is not clear, or a mesh of it
 /// leaves open where its inside ends, or lets light through by its opacity.
@@ -37,94 +32,4 @@ pub(crate) fn closed_dielectric_bounds(
         }
     }
     bodies
-}
-
-/// Whether a mesh is the border of a body: every edge is passed as often one way as the other, and what is inside has a
-/// positive volume. Vertices in the same place are the same.
-///
-/// Edges are not sorted: the numbers of their ends' hashes are summed up, with the sign of the way, and are zero in the end.
-pub(crate) fn is_watertight(mesh: &Mesh) -> bool {
-    let parts: Vec<(u64, f64)> = mesh
-        .triangles
-        .par_chunks(CHUNK)
-        .map(|triangles| {
-            let (mut open, mut volume) = (0u64, 0.0);
-            for triangle in triangles {
-                let corners = triangle.map(|vertex| mesh.vertices[vertex as usize]);
-                let [a, b, c] = corners.map(vertex_key);
-                for way in [edge_key(a, b), edge_key(b, c), edge_key(c, a)] {
-                    open = open.wrapping_add(way);
-                }
-                let [a, b, c] = corners.map(|corner| corner - mesh.vertices[0]);
-                volume += a.dot(b.cross(c));
-            }
-            (open, volume)
-        })
-        .collect();
-    let open = parts
-        .iter()
-        .fold(0u64, |sum, part| sum.wrapping_add(part.0));
-    let volume: f64 = parts.iter().map(|part| part.1).sum();
-    open == 0 && volume > 0.0
-}
-
-/// A number for a place.
-fn vertex_key(vertex: DVec3) -> u64 {
-    // -0 is 0.
-    let [x, y, z] = (vertex + DVec3::ZERO).to_array().map(f64::to_bits);
-    splitmix64(splitmix64(splitmix64(x) ^ y) ^ z)
-}
-
-/// A number for the way from one place to another, which that of the way back is the negative of.
-fn edge_key(from: u64, to: u64) -> u64 {
-    let between = splitmix64(splitmix64(from.min(to)) ^ from.max(to));
-    match from.cmp(&to) {
-        std::cmp::Ordering::Less => between,
-        std::cmp::Ordering::Equal => 0,
-        std::cmp::Ordering::Greater => between.wrapping_neg(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Mesh {
-        Mesh {
-            vertices: vertices.iter().map(|&vertex| vertex.into()).collect(),
-            triangles: triangles.to_vec(),
-            ..Mesh::default()
-        }
-    }
-
-    const CORNERS: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, -0.0], [0.0, 0.0, 1.0]];
-    const SIDES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-
-    #[test]
-    fn closed_meshes_are_bodies() {
-        assert!(is_watertight(&mesh(&CORNERS, &SIDES)));
-        // Every triangle with corners of its own, as where textures have seams.
-        let corners = SIDES.as_flattened().iter();
-        let apart: Vec<_> = corners.map(|&i| CORNERS[i as usize]).collect();
-        let own = [0, 3, 6, 9].map(|first| [first, first + 1, first + 2]);
-        assert!(is_watertight(&mesh(&apart, &own)));
-        // Triangles without an area close nothing and open nothing.
-        let flat = [&SIDES[..], &[[1, 1, 2], [2, 2, 2]]].concat();
-        assert!(is_watertight(&mesh(&CORNERS, &flat)));
-    }
-
-    #[test]
-    fn what_is_open_or_inside_out_is_none() {
-        for missing in 0..4 {
-            let mut open = SIDES.to_vec();
-            open.remove(missing);
-            assert!(!is_watertight(&mesh(&CORNERS, &open)));
-            let mut turned = SIDES;
-            turned[missing].reverse();
-            assert!(!is_watertight(&mesh(&CORNERS, &turned)));
-        }
-        let inside_out = SIDES.map(|[a, b, c]| [a, c, b]);
-        assert!(!is_watertight(&mesh(&CORNERS, &inside_out)));
-        assert!(!is_watertight(&mesh(&[], &[])));
-    }
 }

@@ -5,14 +5,14 @@
 //! picture, or the exact rays of all pictures of a world that stands still. What moves from one picture to the next has the
 //! trees of the objects.
 
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 
 use glam::DVec3;
 use raycam_bvh::{ExactHit, ExactRay, Scene};
 use rayon::prelude::*;
 
-use crate::prepare::{PreparedInstance, PreparedWorld};
+use crate::prepare::geometry::Geometry;
+use crate::prepare::instance::PreparedInstance;
 
 /// Samples for every triangle that make up for building the tree, and a little more, where objects are near each other.
 const SAMPLES_TO_PAY: u64 = 4;
@@ -26,16 +26,7 @@ const MAX_TRIANGLES: usize = 1 << 22;
 /// would lose their form.
 const MIN_F32_STEPS: f64 = 64.0;
 
-/// The tree, once there is one.
-#[derive(Debug, Default)]
-pub(crate) struct FlattenedScene {
-    /// `None` where it would be too large or too coarse.
-    scene: OnceLock<Option<Scene>>,
-    /// How many exact rays were traced without it.
-    exact_rays: AtomicU64,
-}
-
-impl PreparedWorld {
+impl Geometry {
     /// What the rays of a picture of so many samples are traced against. It depends on nothing but the world and that
     /// number: the same picture has the same bits.
     pub(crate) fn scene_for_samples(&self, samples: u64) -> &Scene {
@@ -156,8 +147,11 @@ mod tests {
 
     use super::*;
     use crate::control::Control;
+    use crate::film::channel::Channel;
     use crate::film::frame::ImagePlane;
-    use crate::{Channel, Integrator, Settings};
+    use crate::prepare::geometry::FlattenedScene;
+    use crate::prepare::world::PreparedWorld;
+    use crate::settings::{Integrator, Settings};
 
     /// Balls on a floor, one of them stretched, two of one mesh.
     fn world() -> World {
@@ -190,31 +184,41 @@ mod tests {
     fn many_samples_have_one_tree_and_few_those_of_the_objects() {
         let world = world();
         let prepared = prepare(&world, None);
-        let triangles = prepared.triangle_count() as u64;
+        let triangles = prepared.geometry.triangle_count() as u64;
         assert_eq!(triangles, 2 + 2 * 1280);
-        let few = prepared.scene_for_samples(SAMPLES_TO_PAY * triangles - 1);
-        assert!(std::ptr::eq(few, &prepared.scene));
-        let many = prepared.scene_for_samples(SAMPLES_TO_PAY * triangles);
+        let few = prepared
+            .geometry
+            .scene_for_samples(SAMPLES_TO_PAY * triangles - 1);
+        assert!(std::ptr::eq(few, &prepared.geometry.scene));
+        let many = prepared
+            .geometry
+            .scene_for_samples(SAMPLES_TO_PAY * triangles);
         assert!(many.is_single_level());
         // It is kept while nothing moves.
         let mut lit = world.clone();
         lit.lights.clear();
         let lit = prepare(&lit, Some(&prepared));
-        assert!(Arc::ptr_eq(&lit.flattened, &prepared.flattened));
+        assert!(Arc::ptr_eq(
+            &lit.geometry.flattened,
+            &prepared.geometry.flattened
+        ));
         let mut moved = world.clone();
         moved.objects[1].world_from_mesh.translation.x += 0.1;
         let moved = prepare(&moved, Some(&prepared));
-        assert!(moved.flattened.scene.get().is_none());
+        assert!(moved.geometry.flattened.scene.get().is_none());
         // Far apart it takes more.
         let mut apart = world.clone();
         for (i, object) in apart.objects.iter_mut().enumerate() {
             object.world_from_mesh.translation.z += 4.0 * i as f64;
         }
         let apart = prepare(&apart, None);
-        let few = apart.scene_for_samples(SAMPLES_TO_PAY_SPARSE * triangles - 1);
-        assert!(std::ptr::eq(few, &apart.scene));
+        let few = apart
+            .geometry
+            .scene_for_samples(SAMPLES_TO_PAY_SPARSE * triangles - 1);
+        assert!(std::ptr::eq(few, &apart.geometry.scene));
         assert!(
             apart
+                .geometry
                 .scene_for_samples(SAMPLES_TO_PAY_SPARSE * triangles)
                 .is_single_level()
         );
@@ -236,7 +240,12 @@ mod tests {
                     scope.spawn(move || {
                         std::thread::sleep(std::time::Duration::from_millis(turn));
                         pool.install(|| {
-                            assert!(prepared.scene_for_samples(u64::MAX).is_single_level())
+                            assert!(
+                                prepared
+                                    .geometry
+                                    .scene_for_samples(u64::MAX)
+                                    .is_single_level()
+                            )
                         });
                     });
                 }
@@ -262,14 +271,21 @@ mod tests {
             ..Settings::default()
         };
         let picture = || crate::render(&prepared, &camera, &settings, &Control::new()).unwrap();
-        let (pixels, triangles) = (120 * 80, prepared.triangle_count() as u64);
+        let (pixels, triangles) = (120 * 80, prepared.geometry.triangle_count() as u64);
         let without = picture();
         for _ in 1..EXACT_RAYS_TO_PAY * triangles / pixels {
             picture();
         }
-        assert!(prepared.flattened.scene.get().is_none());
+        assert!(prepared.geometry.flattened.scene.get().is_none());
         let with = picture();
-        assert!(prepared.flattened.scene.get().is_some_and(Option::is_some));
+        assert!(
+            prepared
+                .geometry
+                .flattened
+                .scene
+                .get()
+                .is_some_and(Option::is_some)
+        );
         assert!(without.planes[..2] == with.planes[..2]);
         match &with.planes[0].1 {
             ImagePlane::I32 { data, .. } => assert_eq!(data.iter().max(), Some(&2)),
@@ -289,12 +305,14 @@ mod tests {
         world.objects[0].world_from_mesh = scale;
         assert!(
             prepare(&world, None)
+                .geometry
                 .scene_for_samples(u64::MAX)
                 .is_single_level()
         );
         world.objects[0].world_from_mesh = scale * scale;
         assert!(
             !prepare(&world, None)
+                .geometry
                 .scene_for_samples(u64::MAX)
                 .is_single_level()
         );
@@ -322,7 +340,7 @@ mod tests {
             }
         };
         let merged = picture(&prepared);
-        assert!(prepared.flattened.scene.get().is_some());
+        assert!(prepared.geometry.flattened.scene.get().is_some());
         // Moved elsewhere and back, with the trees that were there.
         let mut away = world.clone();
         away.objects[1].world_from_mesh.translation.x += 0.1;
@@ -330,14 +348,12 @@ mod tests {
         assert!(picture(&away) != merged);
         assert!(picture(&prepare(&world, Some(&away))) == merged);
         // With a tree for each.
-        let apart = PreparedWorld {
-            flattened: Arc::new(FlattenedScene {
-                scene: None.into(),
-                ..FlattenedScene::default()
-            }),
-            ..prepare(&world, None)
-        };
-        assert!(!apart.scene_for_samples(u64::MAX).is_single_level());
+        let mut apart = prepare(&world, None);
+        apart.geometry.flattened = Arc::new(FlattenedScene {
+            scene: None.into(),
+            ..FlattenedScene::default()
+        });
+        assert!(!apart.geometry.scene_for_samples(u64::MAX).is_single_level());
         let apart = picture(&apart);
         let same = merged
             .iter()

@@ -6,10 +6,12 @@ use std::sync::Arc;
 use glam::Vec3;
 use raycam_scene::Material;
 
+use crate::bsdf::specular::is_specular_material;
 use crate::bsdf::{
-    DielectricAlbedo, PhongLobe, dielectric_tables, diffuse_only, interior_absorption,
-    is_rough_reflective, is_rough_refractive, is_specular_material,
+    dielectric_tables, diffuse_only, interior_absorption, is_rough_reflective, is_rough_refractive,
 };
+use crate::lobes::albedo_dielectric::DielectricAlbedo;
+use crate::lobes::phong_lobe::PhongLobe;
 
 #[derive(Debug)]
 pub(crate) struct PreparedMaterial {

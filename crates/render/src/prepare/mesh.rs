@@ -10,8 +10,7 @@ use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::error::RenderError;
-use crate::prepare::PreparedWorld;
-use crate::prepare::dielectric_bounds::is_watertight;
+use crate::prepare::watertight::is_watertight;
 
 /// A mesh and its acceleration structure, which holds float32 vertices relative to `center`.
 #[derive(Debug)]
@@ -33,13 +32,12 @@ const MAX_REFIT_COST_RATIO: f64 = 1.5;
 /// Every mesh that an object shows, by its index in the world.
 pub(crate) fn prepare_meshes(
     world: &World,
-    previous: Option<&PreparedWorld>,
+    previous: &[&Arc<PreparedMesh>],
     control: &Control,
 ) -> Result<Vec<Option<Arc<PreparedMesh>>>, RenderError> {
     let known: HashMap<*const Mesh, &Arc<PreparedMesh>> = previous
         .iter()
-        .flat_map(|previous| &previous.instances)
-        .map(|object| (Arc::as_ptr(&object.mesh.mesh), &object.mesh))
+        .map(|&mesh| (Arc::as_ptr(&mesh.mesh), mesh))
         .collect();
     let mut meshes: Vec<Option<Arc<PreparedMesh>>> = vec![None; world.meshes.len()];
     let mut missing = vec![];
@@ -59,12 +57,8 @@ pub(crate) fn prepare_meshes(
     control.start(missing.len());
     // What the object in the same place had: a mesh that only changed its form is not built again.
     let mut before = HashMap::new();
-    for (object, previous) in world
-        .objects
-        .iter()
-        .zip(previous.iter().flat_map(|p| &p.instances))
-    {
-        before.entry(object.mesh).or_insert(&*previous.mesh);
+    for (object, &previous) in world.objects.iter().zip(previous) {
+        before.entry(object.mesh).or_insert(&**previous);
     }
     let built: Vec<_> = missing
         .into_par_iter()

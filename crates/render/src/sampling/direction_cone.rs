@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::bsdf::sincos_turns;
+use crate::lobes::shading_frame::sincos_turns;
 
 /// All directions within an angle of an axis.
 #[derive(Clone, Copy, Debug)]

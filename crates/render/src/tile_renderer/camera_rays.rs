@@ -9,8 +9,9 @@ use raycam_scene::camera::Pinhole;
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::estimator::REPLICATIONS;
-use crate::prepare::PreparedWorld;
-use crate::sampling::sampler::{Dimension, Sampler};
+use crate::prepare::world::PreparedWorld;
+use crate::sampling::dimension::Dimension;
+use crate::sampling::sampler::Sampler;
 use crate::settings::Settings;
 use crate::soa::{LANES, get_lane, set_lane};
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
@@ -88,8 +89,10 @@ impl TileRenderer<'_> {
             [offsets],
         );
         let pinhole = self.camera.pinhole();
-        if let Some(pinhole) = pinhole.filter(|at| !world.is_far(at.center - world.origin)) {
-            let start = pinhole.center - world.origin;
+        if let Some(pinhole) =
+            pinhole.filter(|at| !world.geometry.is_far(at.center - world.geometry.origin))
+        {
+            let start = pinhole.center - world.geometry.origin;
             origins.resize(batch.len(), start);
             dispatch_simd(GeneratePinholeRays {
                 pinhole,
@@ -108,8 +111,8 @@ impl TileRenderer<'_> {
                     self.camera
                         .generate_ray(self.film_position(pixels[i], offset), lens, part);
                 let (origin, direction) = (ray.origin, ray.direction);
-                rays.push(world.local_ray(origin, direction, f64::INFINITY).0);
-                origins.push(origin - world.origin);
+                rays.push(world.geometry.local_ray(origin, direction, f64::INFINITY).0);
+                origins.push(origin - world.geometry.origin);
                 directions.push(direction.as_vec3());
             }
         }

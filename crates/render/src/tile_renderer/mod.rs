@@ -6,8 +6,6 @@ pub(crate) mod rolling_shutter;
 pub(crate) mod screen_mask;
 pub(crate) mod stats;
 
-pub(crate) use crate::tile_renderer::resolve::TileTask;
-
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
@@ -22,10 +20,11 @@ use crate::film::film::Block;
 use crate::film::frame::ImagePlane;
 use crate::film::tile::Tile;
 use crate::ground_truth::center_rays::{self, CenterRays};
-use crate::integrator::{self, CameraRayBatch, PathScratch};
+use crate::integrator::path::PathScratch;
+use crate::integrator::{self, CameraRayBatch};
+use crate::interaction::ray_cone::RayCone;
 use crate::motion::shutter::{RowWorlds, ShutterSlices};
-use crate::prepare::PreparedWorld;
-use crate::prepare::texture::RayCone;
+use crate::prepare::world::PreparedWorld;
 use crate::sampling::filter::FilterSampler;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Settings, TruthSurface};
@@ -119,7 +118,9 @@ impl<'a> TileRenderer<'a> {
                 .iter()
                 .any(|channel| channel.is_ground_truth());
         if exact && moments.is_none() {
-            world.note_exact_rays(u64::from(region[2]) * u64::from(region[3]));
+            world
+                .geometry
+                .note_exact_rays(u64::from(region[2]) * u64::from(region[3]));
         }
         if colored {
             integrator::build_caustic_maps(world, settings);
@@ -127,8 +128,10 @@ impl<'a> TileRenderer<'a> {
         let mut picture = Self {
             world,
             scene: match many {
-                true => world.scene_for_samples(width * height * u64::from(settings.samples)),
-                false => &world.scene,
+                true => world
+                    .geometry
+                    .scene_for_samples(width * height * u64::from(settings.samples)),
+                false => &world.geometry.scene,
             },
             shutter: moments,
             camera,
@@ -138,7 +141,8 @@ impl<'a> TileRenderer<'a> {
             center_rays: exact,
             samples: sampled,
             shading: shaded,
-            skip_transparent: settings.surface == TruthSurface::Solid && world.has_skippable(),
+            skip_transparent: settings.surface == TruthSurface::Solid
+                && world.geometry.has_skippable(),
             coverage: covered,
             color: colored,
             lens_or_time: camera.aperture().is_some() || camera.motion().is_some(),
@@ -146,7 +150,7 @@ impl<'a> TileRenderer<'a> {
             stats: RenderStats::default(),
             screen_mask: None,
         };
-        picture.screen_mask = ScreenMask::new(&world.object_bounds, camera, region)
+        picture.screen_mask = ScreenMask::new(&world.geometry.object_bounds, camera, region)
             .and_then(|cover| Some((cover, picture.background()?)));
         picture
     }
@@ -164,7 +168,7 @@ impl<'a> TileRenderer<'a> {
     {
         match std::ptr::eq(world, self.world) {
             true => self.scene,
-            false => &world.scene,
+            false => &world.geometry.scene,
         }
     }
 
@@ -305,7 +309,7 @@ impl<'a> TileRenderer<'a> {
                     ..
                 } = buffers;
                 exact.trace(
-                    self.world,
+                    &self.world.geometry,
                     self.camera,
                     pixels,
                     self.settings,
@@ -337,7 +341,7 @@ impl<'a> TileRenderer<'a> {
                 .map(|&i| center_rays::to_float_hit(&exact.hits[i])),
         );
         origins.clear();
-        origins.extend(rays().map(|ray| DVec3::from(ray.origin) - world.origin));
+        origins.extend(rays().map(|ray| DVec3::from(ray.origin) - world.geometry.origin));
         directions.clear();
         directions.extend(rays().map(|ray| DVec3::from(ray.direction).as_vec3()));
         samplers.clear();
@@ -372,7 +376,7 @@ impl<'a> TileRenderer<'a> {
             ..
         } = buffers;
         let behind = match self.skip_transparent && self.samples && self.coverage {
-            true => world.visible_instances(origins, directions, hits),
+            true => world.geometry.visible_instances(origins, directions, hits),
             false => vec![],
         };
         let told = exact.ground_truth_hits();

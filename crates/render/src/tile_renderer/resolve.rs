@@ -34,7 +34,7 @@ impl TileRenderer<'_> {
         let exact = &buffers.center_rays;
         let told = ChannelReader::new(
             exact,
-            self.world,
+            &self.world.geometry,
             &buffers.pixel_worlds,
             self.camera.r(),
             &turned,

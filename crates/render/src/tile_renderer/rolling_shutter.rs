@@ -7,8 +7,8 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::film::tile::TILE_SIZE;
 use crate::motion::shutter::ShutterSlices;
-use crate::prepare::PreparedWorld;
-use crate::sampling::sampler::Dimension;
+use crate::prepare::world::PreparedWorld;
+use crate::sampling::dimension::Dimension;
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
 impl TileRenderer<'_> {

@@ -8,48 +8,14 @@ use glam::{DVec2, DVec3};
 use raycam_scene::Camera;
 use raycam_scene::camera::{Center, Lens};
 
-use crate::annotations::ray_queries::MAX_ORIGIN_RADII;
 use crate::film::tile::{RAY_BLOCK, Tile};
-use crate::prepare::PreparedInstance;
 
-/// Boxes of a world; more objects than this share one.
-const MAX_BOXES: usize = 256;
 /// Pixels around an image: rays are up to 1.5 pixels from a centre, whatever the filter.
 const PIXEL_MARGIN: f64 = 2.0;
 /// What a few float64 operations may do to a number.
 const EPS64: f64 = 1e-12;
 /// A box that comes so close to the camera's plane, for its distance, may be seen anywhere.
 const MIN_DEPTH_RATIO: f64 = 1e-6;
-
-/// Boxes in the world that all objects lie in.
-pub(crate) fn object_bounds(
-    objects: &[PreparedInstance],
-    origin: DVec3,
-    radius: f64,
-) -> Vec<[DVec3; 2]> {
-    let each = (MAX_BOXES / objects.len().max(1)).max(1);
-    let boxes = objects.iter().flat_map(|object| {
-        let blur = object.error_extent(MAX_ORIGIN_RADII * radius);
-        let place = object.world_from_mesh;
-        object
-            .mesh
-            .bvh
-            .bounding_boxes(each)
-            .into_iter()
-            .map(move |corners| {
-                let [lower, upper] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
-                let middle = place.transform_point3(object.mesh.center + (lower + upper) / 2.0);
-                let half = place.matrix3.abs() * ((upper - lower) / 2.0);
-                let pad = blur + 16.0 * f64::EPSILON * (middle.abs() + half + origin.abs());
-                [middle - half - pad, middle + half + pad]
-            })
-    });
-    if objects.len() <= MAX_BOXES {
-        return boxes.collect();
-    }
-    let around = |[a, b]: [DVec3; 2], [l, u]: [DVec3; 2]| [a.min(l), b.max(u)];
-    boxes.reduce(around).into_iter().collect()
-}
 
 /// The blocks of a region that something may be seen in.
 pub(crate) struct ScreenMask {
@@ -162,8 +128,12 @@ mod tests {
     use raycam_scene::{Light, Material, Object, PixelCenter, World};
 
     use super::*;
-    use crate::prepare::PreparedWorld;
-    use crate::{Channel, Control, Filter, Frame, ImagePlane, Integrator, Settings, TruthSurface};
+    use crate::control::Control;
+    use crate::film::channel::Channel;
+    use crate::film::frame::{Frame, ImagePlane};
+    use crate::prepare::world::PreparedWorld;
+    use crate::sampling::filter::Filter;
+    use crate::settings::{Integrator, Settings, TruthSurface};
 
     /// Numbers from -1 to 1.
     struct Random(u64);
@@ -207,18 +177,19 @@ mod tests {
     /// Looks past the things, at them, or from within, from near and from afar.
     fn camera(random: &mut Random, prepared: &PreparedWorld) -> Camera {
         let size = [83, 61];
-        let distance = prepared.radius * 10f64.powf(1.5 * random.next());
-        let from = prepared.origin + distance * random.point();
-        let target = prepared.origin + prepared.radius * random.point();
+        let distance = prepared.geometry.radius * 10f64.powf(1.5 * random.next());
+        let from = prepared.geometry.origin + distance * random.point();
+        let target = prepared.geometry.origin + prepared.geometry.radius * random.point();
         let [forward, side] = [(target - from).normalize(), random.point()];
         let right = forward.cross(side).normalize();
         let r = DMat3::from_cols(right, forward.cross(right), forward).transpose();
-        let focal = 80.0 * (distance / prepared.radius).max(0.3) * 10f64.powf(random.next());
+        let focal =
+            80.0 * (distance / prepared.geometry.radius).max(0.3) * 10f64.powf(random.next());
         let mut k = DMat3::from_diagonal(DVec3::new(focal, 1.3 * focal, 1.0));
         k.y_axis.x = 0.2 * focal * random.next();
         (k.z_axis.x, k.z_axis.y) = (41.0 + 30.0 * random.next(), 30.0);
         if random.next() > 0.5 {
-            let scale = 30.0 / prepared.radius * 10f64.powf(random.next());
+            let scale = 30.0 / prepared.geometry.radius * 10f64.powf(random.next());
             let k = DMat3::from_diagonal(DVec3::new(scale, scale, 1.0));
             return Camera::orthographic(k, r, from, size, PixelCenter::Half).unwrap();
         }
@@ -263,15 +234,16 @@ mod tests {
             };
             let region = settings.region.unwrap_or([0, 0, 83, 61]);
             let cover = ScreenMask::new(
-                &prepared.object_bounds,
-                &prepared.camera_outside(&camera),
+                &prepared.geometry.object_bounds,
+                &prepared.geometry.camera_outside(&camera),
                 region,
             );
             let quick = render(&prepared);
             prepared
+                .geometry
                 .object_bounds
                 .push([DVec3::NEG_INFINITY, DVec3::INFINITY]);
-            assert!(ScreenMask::new(&prepared.object_bounds, &camera, region).is_none());
+            assert!(ScreenMask::new(&prepared.geometry.object_bounds, &camera, region).is_none());
             assert!(quick == render(&prepared), "round {round}");
             let seen = cover.map_or(vec![true], |cover| cover.covered);
             left_out += usize::from(!seen.contains(&true));
@@ -296,8 +268,12 @@ mod tests {
         let k = DMat3::from_cols_array(&[100.0, 0.0, 0.0, 0.0, 100.0, 0.0, 40.0, 30.0, 1.0]);
         let size = [80, 60];
         let camera = Camera::new(k, DMat3::IDENTITY, DVec3::ZERO, size, PixelCenter::Integer);
-        let cover =
-            ScreenMask::new(&prepared.object_bounds, &camera.unwrap(), [0, 0, 80, 60]).unwrap();
+        let cover = ScreenMask::new(
+            &prepared.geometry.object_bounds,
+            &camera.unwrap(),
+            [0, 0, 80, 60],
+        )
+        .unwrap();
         // Its image is around (2.5, 5), 2.5 pixels in radius: 2 x 2 blocks with the margin.
         let seen: Vec<_> = (0..cover.covered.len())
             .filter(|&i| cover.covered[i])

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::interaction::SurfaceInteractions;
+use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::albedo_tables::{Albedo, AlbedoRow, AlbedoTables};
 use crate::lobes::clearcoat::{COAT_FRESNEL, Clearcoat};
 use crate::lobes::fresnel::schlick;

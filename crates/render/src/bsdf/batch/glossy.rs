@@ -10,20 +10,20 @@ use raycam_scene::{Material, MaterialModel};
 use crate::bsdf::batch::clearcoat::ClearcoatBatch;
 use crate::bsdf::batch::glossy_params::GlossyParams;
 use crate::bsdf::principled::{TextureLookup, ViewContext};
-use crate::bsdf::{BsdfEvals, BsdfSample, conductor, is_smooth, principled};
-use crate::interaction::SurfaceInteractions;
+use crate::bsdf::specular::is_smooth;
+use crate::bsdf::{BsdfEvals, BsdfSample, conductor, principled};
+use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::albedo_tables::{
     Albedo, AlbedoRow, AlbedoTables, albedo_tables, multi_scatter_color,
 };
 use crate::lobes::ggx::MicrofacetEval;
 use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf};
 use crate::lobes::sheen::Sheen;
-use crate::prepare::PreparedWorld;
+use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
 use crate::bsdf::batch::glossy_sample::Goes;
-pub(crate) use crate::bsdf::batch::glossy_sample::SampleGlossy;
 
 /// Points of rough interfaces over diffuse bases. Each lane is computed as it would be alone.
 #[derive(Debug)]
@@ -119,7 +119,7 @@ impl<const N: usize> GlossyBsdfBatch<N> {
     pub fn set_lane(
         &mut self,
         (places, lane): (&SurfaceInteractions<N>, usize),
-        world: &PreparedWorld,
+        world: &Geometry,
         prepared: &PreparedMaterial,
         hit: &Hit,
     ) {

@@ -4,7 +4,7 @@ use glam::Vec3;
 use raycam_bvh::WithSimd;
 
 use crate::bsdf::batch::glossy::GlossyBsdfBatch;
-use crate::interaction::SurfaceInteractions;
+use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::albedo_tables::albedo_tables;
 use crate::lobes::shading_frame::sample_cosine_hemisphere;
 use crate::soa::{Vec3xN, get_lane, set_lane};

@@ -9,16 +9,17 @@ use raycam_scene::{Material, MaterialModel};
 
 use crate::bsdf::batch::rough_dielectric_params::RoughDielectricParams;
 use crate::bsdf::batch::rough_dielectric_sample::Goes;
-pub(crate) use crate::bsdf::batch::rough_dielectric_sample::SampleRoughDielectric;
+use crate::bsdf::dielectric;
 use crate::bsdf::principled::{TextureLookup, ViewContext};
-use crate::bsdf::{BsdfEvals, BsdfSample, dielectric, is_smooth, principled};
-use crate::interaction::SurfaceInteractions;
+use crate::bsdf::specular::is_smooth;
+use crate::bsdf::{BsdfEvals, BsdfSample, principled};
+use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::albedo_tables::{
     Albedo, AlbedoRow, AlbedoTables, albedo_tables, multi_scatter_color,
 };
 use crate::lobes::ggx::MicrofacetEval;
 use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf};
-use crate::prepare::PreparedWorld;
+use crate::prepare::geometry::Geometry;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// Points of rough interfaces that refract what they do not reflect. Each lane is computed as it would be alone.
@@ -114,7 +115,7 @@ impl<const N: usize> RoughDielectricBsdfBatch<N> {
     pub fn set_lane(
         &mut self,
         (places, lane): (&SurfaceInteractions<N>, usize),
-        world: &PreparedWorld,
+        world: &Geometry,
         hit: &Hit,
         channel: Option<usize>,
         around: f32,
@@ -184,7 +185,7 @@ impl<const N: usize> RoughDielectricBsdfBatch<N> {
     #[inline(always)]
     pub fn eval(
         &self,
-        world: &PreparedWorld,
+        world: &Geometry,
         places: &SurfaceInteractions<N>,
         directions: &Vec3xN<f32, N>,
     ) -> BsdfEvals<N> {
@@ -299,7 +300,7 @@ impl<const N: usize> RoughDielectricBsdfBatch<N> {
     #[inline(always)]
     pub(crate) fn prepare_view(
         &mut self,
-        world: &PreparedWorld,
+        world: &Geometry,
         places: &SurfaceInteractions<N>,
         tables: &AlbedoTables,
     ) {

@@ -6,7 +6,7 @@ use crate::bsdf::layered::LayerStack;
 use crate::lobes::albedo_dielectric::EnergyLoss;
 use crate::lobes::fresnel::{Fresnel, dielectric, schlick};
 use crate::lobes::ggx::{Ggx, MicrofacetEval};
-use crate::prepare::PreparedWorld;
+use crate::prepare::geometry::Geometry;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// Interfaces that refract. Each lane is computed as it would be alone.
@@ -166,7 +166,7 @@ impl<const N: usize> RoughDielectricParams<N> {
     #[inline(always)]
     pub fn energy_loss(
         &self,
-        world: &PreparedWorld,
+        world: &Geometry,
         lanes: impl Iterator<Item = usize>,
         other: &[bool; N],
         heights: &[f32; N],
@@ -186,7 +186,7 @@ impl<const N: usize> RoughDielectricParams<N> {
     #[inline(always)]
     pub fn view_losses(
         &self,
-        world: &PreparedWorld,
+        world: &Geometry,
         is: [bool; N],
         heights: &[f32; N],
     ) -> LaneLosses<N> {
@@ -215,7 +215,7 @@ impl<const N: usize> RoughDielectricParams<N> {
     #[inline(always)]
     fn lane_losses<'a>(
         &self,
-        world: &'a PreparedWorld,
+        world: &'a Geometry,
         lane: usize,
         last: &mut Option<(u32, f32, EnergyLoss<'a>)>,
     ) -> EnergyLoss<'a> {

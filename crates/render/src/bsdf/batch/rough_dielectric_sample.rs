@@ -4,10 +4,10 @@ use glam::Vec3;
 use raycam_bvh::WithSimd;
 
 use crate::bsdf::batch::rough_dielectric::{RoughDielectricBsdfBatch, reflect_probability};
-use crate::interaction::SurfaceInteractions;
+use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::albedo_tables::albedo_tables;
 use crate::lobes::shading_frame::sample_cosine_hemisphere;
-use crate::prepare::PreparedWorld;
+use crate::prepare::geometry::Geometry;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// Where light goes on, and where its rays start.
@@ -36,7 +36,7 @@ impl<const N: usize> Default for Goes<N> {
 
 /// Finds where light goes on, by two random numbers and one that chooses between lobes.
 pub(crate) struct SampleRoughDielectric<'a, const N: usize> {
-    pub world: &'a PreparedWorld,
+    pub world: &'a Geometry,
     pub places: &'a SurfaceInteractions<N>,
     pub random: &'a [[f32; N]; 2],
     pub choice: &'a [f32; N],

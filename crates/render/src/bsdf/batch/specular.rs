@@ -4,12 +4,13 @@ use glam::Vec3;
 use raycam_bvh::{Hit, WithSimd};
 use raycam_scene::MaterialModel;
 
+use crate::bsdf::dielectric;
 use crate::bsdf::principled::{TextureLookup, ViewContext};
 use crate::bsdf::specular::{FORCE_TRANSMISSION, SpecularBsdf, SpecularSample};
-use crate::bsdf::{BsdfSample, dielectric, principled};
-use crate::interaction::SurfaceInteractions;
+use crate::bsdf::{BsdfSample, principled};
+use crate::interaction::batch::SurfaceInteractions;
 use crate::lobes::fresnel::{Fresnel, conductors, dielectric, schlick_two_sided, thin_dielectric};
-use crate::prepare::PreparedWorld;
+use crate::prepare::geometry::Geometry;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// Points of smooth metals and clear glass. Each lane is computed as it would be alone.
@@ -110,7 +111,7 @@ impl<const N: usize> SpecularBsdfBatch<N> {
     pub fn set_lane(
         &mut self,
         (places, lane): (&SurfaceInteractions<N>, usize),
-        (world, hit): (&PreparedWorld, &Hit),
+        (world, hit): (&Geometry, &Hit),
         channel: Option<usize>,
         around: f32,
         forks: bool,

@@ -5,15 +5,17 @@ use raycam_bvh::{Hit, dispatch_simd};
 use raycam_scene::mesh::primitive;
 use raycam_scene::{Glass, Material, MaterialModel, Metal, Object, Principled, World};
 
+use crate::bsdf::ShadingPoint;
+use crate::bsdf::batch::glossy::GlossyBsdfBatch;
+use crate::bsdf::batch::glossy_sample::SampleGlossy;
+use crate::bsdf::batch::rough_dielectric::RoughDielectricBsdfBatch;
+use crate::bsdf::batch::rough_dielectric_sample::SampleRoughDielectric;
+use crate::bsdf::batch::specular::{SampleSpecular, SpecularBsdfBatch};
 use crate::bsdf::specular::FORCE_TRANSMISSION;
-use crate::bsdf::{
-    BsdfEval, BsdfModel, BsdfSample, GlossyBsdfBatch, RoughDielectricBsdfBatch, SampleGlossy,
-    SampleRoughDielectric, SampleSpecular, SpecularBsdfBatch,
-};
+use crate::bsdf::{BsdfEval, BsdfModel, BsdfSample};
 use crate::control::Control;
-use crate::interaction::SurfaceInteractions;
-use crate::interaction::attributes::ShadingPoint;
-use crate::prepare::PreparedWorld;
+use crate::interaction::batch::SurfaceInteractions;
+use crate::prepare::world::PreparedWorld;
 use crate::soa::{LANES, get_lane, set_lane, set_triangle};
 
 /// A ball of each of these.
@@ -63,10 +65,14 @@ impl Met {
         let mut places = SurfaceInteractions::default();
         let corners = places.clear();
         for (lane, hit) in hits.iter().enumerate() {
-            set_triangle(corners, lane, world.corners(hit.instance, hit.triangle));
+            set_triangle(
+                corners,
+                lane,
+                world.geometry.corners(hit.instance, hit.triangle),
+            );
         }
         for (lane, hit) in hits.iter().enumerate() {
-            places.set_lane(lane, world, directions[lane], hit, 0.0);
+            places.set_lane(lane, &world.geometry, directions[lane], hit, 0.0);
         }
         dispatch_simd(&mut places);
         Self {
@@ -125,7 +131,13 @@ fn smooth_ones() {
         points.clear();
         for (lane, hit) in hits.iter().enumerate() {
             let (forks, around) = (forks(lane), around(lane));
-            points.set_lane((&places, lane), (&world, hit), channel, around, forks);
+            points.set_lane(
+                (&places, lane),
+                (&world.geometry, hit),
+                channel,
+                around,
+                forks,
+            );
             assert!(points.is_active[lane]);
         }
         dispatch_simd(SampleSpecular {
@@ -139,7 +151,14 @@ fn smooth_ones() {
                 bsdf: scatter,
                 frame,
                 ..
-            } = ShadingPoint::new(&world, &place, directions[lane], hit, channel, around(lane));
+            } = ShadingPoint::new(
+                &world.geometry,
+                &place,
+                directions[lane],
+                hit,
+                channel,
+                around(lane),
+            );
             let transmissive = scatter.is_transmissive();
             assert_eq!(points.transmission(lane) != Vec3::ZERO, transmissive);
             let sample = |choice| {
@@ -215,7 +234,12 @@ fn glossy_ones() {
         } = Met::new(&world, first, object);
         points.clear();
         for (lane, hit) in hits.iter().enumerate() {
-            points.set_lane((&places, lane), &world, world.material(hit), hit);
+            points.set_lane(
+                (&places, lane),
+                &world.geometry,
+                world.geometry.material(hit),
+                hit,
+            );
         }
         assert_eq!(points.is_active, [true; LANES]);
         let (choice, random) = (numbers(first, 5), [numbers(first, 7), numbers(first, 11)]);
@@ -236,7 +260,7 @@ fn glossy_ones() {
                 frame,
                 bsdf: scatter,
                 ..
-            } = ShadingPoint::new(&world, &place, directions[lane], hit, None, 1.0);
+            } = ShadingPoint::new(&world.geometry, &place, directions[lane], hit, None, 1.0);
             let random = [choice[lane], random[0][lane], random[1][lane]];
             let alone = scatter.sample(&frame, random);
             let alone = alone.map(|sample| (sample, place.offset_ray_origin(sample.wi).as_vec3()));
@@ -302,12 +326,12 @@ fn frosted_ones() {
         } = Met::new(&world, first, object);
         points.clear();
         for (lane, hit) in hits.iter().enumerate() {
-            points.set_lane((&places, lane), &world, hit, None, 1.0);
+            points.set_lane((&places, lane), &world.geometry, hit, None, 1.0);
         }
         assert_eq!(points.is_active, [true; LANES]);
         let (choice, random) = (numbers(first, 5), [numbers(first, 7), numbers(first, 11)]);
         dispatch_simd(SampleRoughDielectric {
-            world: &world,
+            world: &world.geometry,
             places: &places,
             random: &random,
             choice: &choice,
@@ -317,14 +341,14 @@ fn frosted_ones() {
         for lane in 0..LANES {
             set_lane(&mut lights, lane, unit(first + 13 * lane).to_array());
         }
-        let values = points.eval(&world, &places, &lights);
+        let values = points.eval(&world.geometry, &places, &lights);
         for (lane, hit) in hits.iter().enumerate() {
             let place = places.lane(lane);
             let ShadingPoint {
                 frame,
                 bsdf: scatter,
                 ..
-            } = ShadingPoint::new(&world, &place, directions[lane], hit, None, 1.0);
+            } = ShadingPoint::new(&world.geometry, &place, directions[lane], hit, None, 1.0);
             let random = [choice[lane], random[0][lane], random[1][lane]];
             let alone = scatter.sample(&frame, random);
             let alone = alone.map(|sample| (sample, place.offset_ray_origin(sample.wi).as_vec3()));
@@ -373,7 +397,7 @@ fn what_is_more_than_frosted_goes_one_by_one() {
     let Met { hits, places, .. } = Met::new(&world, 0, |i| i % 6);
     let mut points = RoughDielectricBsdfBatch::<LANES>::default();
     for (lane, hit) in hits.iter().enumerate() {
-        points.set_lane((&places, lane), &world, hit, None, 1.0);
+        points.set_lane((&places, lane), &world.geometry, hit, None, 1.0);
         assert_eq!(
             points.is_active[lane],
             hit.instance == 0,

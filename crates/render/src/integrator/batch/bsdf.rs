@@ -1,10 +1,12 @@
 //! Surfaces that light is sampled for, of every kind that is computed many at a time.
 
-use crate::bsdf::{BsdfEvals, GlossyBsdfBatch, RoughDielectricBsdfBatch};
+use crate::bsdf::BsdfEvals;
+use crate::bsdf::batch::glossy::GlossyBsdfBatch;
+use crate::bsdf::batch::rough_dielectric::RoughDielectricBsdfBatch;
 use crate::integrator::batch::diffuse::DiffuseBatch;
 use crate::integrator::batch::path_lanes::PathLanes;
-use crate::interaction::SurfaceInteractions;
-use crate::prepare::PreparedWorld;
+use crate::interaction::batch::SurfaceInteractions;
+use crate::prepare::world::PreparedWorld;
 use crate::soa::{Vec3xN, set_lane};
 
 /// Surfaces of lanes, and the paths that arrive there.
@@ -56,7 +58,7 @@ impl<const N: usize> BatchBsdf<'_, N> {
             values.select_lanes(&mattes.is_active, &mattes.eval(places, directions));
         }
         if frosted.any() {
-            let refracted = frosted.eval(self.world, places, directions);
+            let refracted = frosted.eval(&self.world.geometry, places, directions);
             values.select_lanes(&frosted.is_active, &refracted);
         }
         values
@@ -71,7 +73,8 @@ mod tests {
     use raycam_scene::{Glass, Material, MaterialModel, Object, Principled, World};
 
     use super::*;
-    use crate::bsdf::{SampleGlossy, SampleRoughDielectric};
+    use crate::bsdf::batch::glossy_sample::SampleGlossy;
+    use crate::bsdf::batch::rough_dielectric_sample::SampleRoughDielectric;
     use crate::control::Control;
     use crate::integrator::batch::diffuse::tests::some;
     use crate::soa::{LANES, get_lane};
@@ -111,8 +114,13 @@ mod tests {
             mattes.is_active[lane] = lane % 3 == 0;
             match lane % 3 {
                 0 => {}
-                1 => glossies.set_lane((&places, lane), &world, world.material(&hit(0)), &hit(0)),
-                _ => frosted.set_lane((&places, lane), &world, &hit(1), None, 1.0),
+                1 => glossies.set_lane(
+                    (&places, lane),
+                    &world.geometry,
+                    world.geometry.material(&hit(0)),
+                    &hit(0),
+                ),
+                _ => frosted.set_lane((&places, lane), &world.geometry, &hit(1), None, 1.0),
             }
         }
         let (random, choice) = (&[[0.4; LANES]; 2], &[0.3; LANES]);
@@ -123,7 +131,7 @@ mod tests {
             batch: &mut glossies,
         });
         dispatch_simd(SampleRoughDielectric {
-            world: &world,
+            world: &world.geometry,
             places: &places,
             random,
             choice,
@@ -140,7 +148,7 @@ mod tests {
         let kinds = [
             mattes.eval(&places, &directions),
             glossies.eval(&places, &directions),
-            frosted.eval(&world, &places, &directions),
+            frosted.eval(&world.geometry, &places, &directions),
         ];
         let normals = surfaces.normals(&places);
         for lane in 0..LANES {

@@ -5,14 +5,16 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 use raycam_bvh::{Hit, WithSimd};
 
-use crate::bsdf::{BsdfEvals, BsdfSample, Diffuse, GuidingCones, mixture_weight};
+use crate::bsdf::ShadingPoint;
+use crate::bsdf::diffuse::Diffuse;
+use crate::bsdf::{BsdfEvals, BsdfSample};
+use crate::guiding::cones::{GuidingCones, mixture_weight};
 use crate::integrator::batch::hits::HitBatch;
 use crate::integrator::nested_dielectrics::InterfaceTransition;
 use crate::integrator::path::{PathState, WavefrontQueues};
 use crate::integrator::shade::PathTracer;
-use crate::interaction::SurfaceInteractions;
-use crate::interaction::attributes::ShadingPoint;
-use crate::light::LightSampleContext;
+use crate::interaction::LightSampleContext;
+use crate::interaction::batch::SurfaceInteractions;
 use crate::soa::{Vec3xN, get_lane, set_lane};
 
 /// Paths at matte surfaces in empty space. Each lane is computed as it would be alone.
@@ -223,10 +225,11 @@ pub(crate) mod tests {
     use raycam_scene::{Material, Object, World};
 
     use super::*;
-    use crate::bsdf::{BsdfModel, SampleGuided};
+    use crate::bsdf::BsdfModel;
     use crate::control::Control;
     use crate::guiding::caustic_casters::CausticCaster;
-    use crate::prepare::PreparedWorld;
+    use crate::guiding::sample_cones::SampleGuided;
+    use crate::prepare::world::PreparedWorld;
     use crate::soa::{LANES, set_triangle};
 
     pub fn unit(i: usize) -> Vec3 {
@@ -255,7 +258,11 @@ pub(crate) mod tests {
         let mut directions = [[0.0; LANES]; 3];
         let corners = places.clear();
         for lane in 0..LANES {
-            set_triangle(corners, lane, world.corners(0, (first + lane) as u32));
+            set_triangle(
+                corners,
+                lane,
+                world.geometry.corners(0, (first + lane) as u32),
+            );
         }
         for lane in 0..LANES {
             let i = first + lane;
@@ -266,7 +273,7 @@ pub(crate) mod tests {
                 instance: 0,
                 triangle: i as u32,
             };
-            places.set_lane(lane, &world, unit(i), &hit, 0.0);
+            places.set_lane(lane, &world.geometry, unit(i), &hit, 0.0);
             mattes.is_active[lane] = true;
             set_lane(&mut directions, lane, unit(2 * i + 1).to_array());
             set_lane(&mut mattes.albedo, lane, unit(i).abs().to_array());

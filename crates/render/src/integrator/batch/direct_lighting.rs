@@ -6,12 +6,14 @@ use raycam_bvh::{Ray, WithSimd, dispatch_simd};
 use crate::integrator::batch::bsdf::BatchBsdf;
 use crate::integrator::shade::PathTracer;
 use crate::integrator::shadow_queue::ShadowRayQueue;
-use crate::interaction::SurfaceInteractions;
-use crate::light::{
-    ComputeNodeImportances, EnvironmentSample, LightLiSamples, LightRandom, LightSampleContext,
-    LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES, NodeImportances,
-    ONE_MINUS_SHADOW_EPSILON, PreparedLight,
+use crate::interaction::LightSampleContext;
+use crate::interaction::batch::SurfaceInteractions;
+use crate::light::light_sampling::{LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES};
+use crate::light::prepared_light::PreparedLight;
+use crate::light::samples::{
+    EnvironmentSample, LightLiSamples, LightRandom, ONE_MINUS_SHADOW_EPSILON,
 };
+use crate::light::tree::importance::{ComputeNodeImportances, NodeImportances};
 use crate::soa::{LANES, Vec3xN, get_lane, lane_dvec3, set_lane};
 
 /// What the surfaces of a turn ask lights for: the random numbers of all of them, and of some at a time what takes more
@@ -261,12 +263,14 @@ mod tests {
     use raycam_scene::World;
 
     use super::*;
-    use crate::bsdf::{BsdfModel, GlossyBsdfBatch, RoughDielectricBsdfBatch};
+    use crate::bsdf::BsdfModel;
+    use crate::bsdf::batch::glossy::GlossyBsdfBatch;
+    use crate::bsdf::batch::rough_dielectric::RoughDielectricBsdfBatch;
     use crate::control::Control;
     use crate::integrator::batch::diffuse::tests::{alone, some, unit};
     use crate::integrator::batch::path_lanes::PathLanes;
-    use crate::light::LightLiSample;
-    use crate::prepare::PreparedWorld;
+    use crate::light::samples::LightLiSample;
+    use crate::prepare::world::PreparedWorld;
 
     #[test]
     fn every_lane_is_what_it_is_alone() {

@@ -3,12 +3,12 @@
 use glam::Vec3;
 use raycam_bvh::Hit;
 
-use crate::bsdf::GlossyBsdfBatch;
+use crate::bsdf::batch::glossy::GlossyBsdfBatch;
 use crate::integrator::batch::hits::HitBatch;
 use crate::integrator::path::{PathState, WavefrontQueues};
 use crate::integrator::shade::PathTracer;
-use crate::interaction::SurfaceInteractions;
-use crate::light::LightSampleContext;
+use crate::interaction::LightSampleContext;
+use crate::interaction::batch::SurfaceInteractions;
 use crate::prepare::material::PreparedMaterial;
 use crate::soa::LANES;
 
@@ -32,7 +32,7 @@ impl PathTracer<'_> {
         if self.batch_direct_lighting
             || !(self.has_light_samples || self.settings.ambient_term.is_some())
         {
-            points.set_lane((places, lane), self.world, prepared, hit);
+            points.set_lane((places, lane), &self.world.geometry, prepared, hit);
         }
     }
 
@@ -57,7 +57,7 @@ impl PathTracer<'_> {
             position: places.position(lane),
             normal: places.geometric_normal(lane),
         };
-        let material = &self.world.material(hit).material;
+        let material = &self.world.geometry.material(hit).material;
         let distance = (from.position - path.prev_context.position).length();
         if arriving.may_cross_light[lane] {
             self.add_intersected_lights(path, distance, out);

@@ -3,9 +3,11 @@
 use glam::Vec3;
 use raycam_bvh::{Hit, dispatch_simd};
 
-use crate::bsdf::{
-    GlossyBsdfBatch, SampleCosineHemisphere, SampleGlossy, SampleGuided, SampleRoughDielectric,
-};
+use crate::bsdf::batch::glossy::GlossyBsdfBatch;
+use crate::bsdf::batch::glossy_sample::SampleGlossy;
+use crate::bsdf::batch::rough_dielectric_sample::SampleRoughDielectric;
+use crate::bsdf::diffuse::SampleCosineHemisphere;
+use crate::guiding::sample_cones::SampleGuided;
 use crate::integrator::batch::bsdf::BatchBsdf;
 use crate::integrator::batch::diffuse::{DiffuseBatch, Scatter};
 use crate::integrator::batch::direct_lighting::DirectLightingBatch;
@@ -14,10 +16,14 @@ use crate::integrator::batch::rough_dielectric::Frosteds;
 use crate::integrator::batch::specular::SpecularBatch;
 use crate::integrator::path::PathState;
 use crate::integrator::shade::PathTracer;
-use crate::interaction::{SurfaceInteraction, SurfaceInteractions};
-use crate::light::{LightLiSample, LightRandom, PreparedLight, SampleRectangle};
+use crate::interaction::SurfaceInteraction;
+use crate::interaction::batch::SurfaceInteractions;
+use crate::light::prepared_light::PreparedLight;
+use crate::light::rectangle::SampleRectangle;
+use crate::light::samples::{LightLiSample, LightRandom};
 use crate::prepare::material::PreparedMaterial;
-use crate::sampling::sampler::{Dimension, Sampler};
+use crate::sampling::dimension::Dimension;
+use crate::sampling::sampler::Sampler;
 use crate::soa::{LANES, TriangleXN, Vec3xN, get_lane, set_triangle};
 
 /// Segments from a surface through a mirror to a light, at least.
@@ -114,7 +120,11 @@ impl HitBatch {
         }
         for (hits, corners) in chunks.zip(&mut self.corners) {
             for (lane, hit) in hits.iter().enumerate() {
-                set_triangle(corners, lane, world.corners(hit.instance, hit.triangle));
+                set_triangle(
+                    corners,
+                    lane,
+                    world.geometry.corners(hit.instance, hit.triangle),
+                );
             }
         }
     }
@@ -137,7 +147,7 @@ impl HitBatch {
             path.ray_cone = path.ray_cone.propagate(hit.t);
             let (direction, width) = (path.direction, path.ray_cone.width);
             self.places
-                .set_lane(lane, walk.world, direction, hit, width);
+                .set_lane(lane, &walk.world.geometry, direction, hit, width);
             [random[0][lane], random[1][lane]] = self.bsdf_randoms[index];
             [on_light[0][lane], on_light[1][lane]] = self.direct_lighting.randoms.numbers[0][index];
         }
@@ -187,7 +197,7 @@ impl HitBatch {
         let mut aimed = [false; LANES];
         for (lane, (&at, hit)) in live.iter().zip(hits).enumerate() {
             let path = &paths[at as usize];
-            let material = walk.world.material(hit);
+            let material = walk.world.geometry.material(hit);
             arriving.set_lane(lane, path);
             // The backs of one-sided surfaces are another matter.
             absent[lane] =
@@ -223,7 +233,7 @@ impl HitBatch {
         }
         if frosteds.points.any() {
             dispatch_simd(SampleRoughDielectric {
-                world: walk.world,
+                world: &walk.world.geometry,
                 places,
                 random,
                 choice: &choice,
@@ -275,7 +285,7 @@ impl HitBatch {
         let index = number * LANES + lane;
         HitView {
             hit,
-            material: walk.world.material(hit),
+            material: walk.world.geometry.material(hit),
             place: self.places.lane(lane),
             diffuse_direction: get_lane(&self.diffuse_directions, lane).into(),
             bsdf_random: self.bsdf_randoms[index],

@@ -1,7 +1,7 @@
 //! Paths that arrive at surfaces, many at a time, field by field.
 
 use crate::integrator::path::PathState;
-use crate::light::Lights;
+use crate::light::lights::Lights;
 use crate::soa::{LANES, Vec3xN, set_lane};
 
 /// What surfaces of every kind ask of them.

@@ -3,14 +3,14 @@
 use glam::Vec3;
 use raycam_bvh::Hit;
 
-use crate::bsdf::RoughDielectricBsdfBatch;
+use crate::bsdf::batch::rough_dielectric::RoughDielectricBsdfBatch;
 use crate::integrator::batch::hits::HitBatch;
 use crate::integrator::batch::path_lanes::PathLanes;
 use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::integrator::path::{PathState, WavefrontQueues};
 use crate::integrator::shade::PathTracer;
-use crate::interaction::SurfaceInteractions;
-use crate::light::LightSampleContext;
+use crate::interaction::LightSampleContext;
+use crate::interaction::batch::SurfaceInteractions;
 use crate::prepare::material::PreparedMaterial;
 use crate::soa::LANES;
 
@@ -67,7 +67,13 @@ impl PathTracer<'_> {
             return;
         }
         let points = &mut frosteds.points;
-        points.set_lane((places, lane), self.world, hit, channel, skin.outside_ior);
+        points.set_lane(
+            (places, lane),
+            &self.world.geometry,
+            hit,
+            channel,
+            skin.outside_ior,
+        );
         (frosteds.before[lane], frosteds.after[lane]) = (skin.outside, skin.inside);
         if points.is_active[lane] && !path.interior_list.is_empty() {
             // Before it asks for light.
@@ -100,7 +106,7 @@ impl PathTracer<'_> {
             position: places.position(lane),
             normal: Vec3::ZERO,
         };
-        let material = &self.world.material(hit).material;
+        let material = &self.world.geometry.material(hit).material;
         let distance = (from.position - path.prev_context.position).length();
         self.absorb(path, distance);
         if meetings.path_lanes.may_cross_light[lane] {

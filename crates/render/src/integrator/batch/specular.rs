@@ -3,13 +3,14 @@
 use glam::Vec3;
 use raycam_bvh::{Hit, dispatch_simd};
 
-use crate::bsdf::{BsdfSample, SampleSpecular, SpecularBsdfBatch};
+use crate::bsdf::BsdfSample;
+use crate::bsdf::batch::specular::{SampleSpecular, SpecularBsdfBatch};
 use crate::integrator::batch::hits::HitBatch;
 use crate::integrator::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::integrator::path::{PathState, WavefrontQueues};
 use crate::integrator::shade::PathTracer;
-use crate::interaction::SurfaceInteractions;
-use crate::light::LightSampleContext;
+use crate::interaction::LightSampleContext;
+use crate::interaction::batch::SurfaceInteractions;
 use crate::prepare::material::PreparedMaterial;
 use crate::soa::LANES;
 
@@ -47,7 +48,7 @@ impl PathTracer<'_> {
         }
         let points = &mut smooths.points;
         let forks = path.split_count < MAX_SPLITS && path.specular_bounce;
-        let at = (self.world, hit);
+        let at = (&self.world.geometry, hit);
         points.set_lane((places, lane), at, channel, skin.outside_ior, forks);
         if points.transmission(lane) == Vec3::ZERO
             && self.is_culled_back_face(path, material, front)

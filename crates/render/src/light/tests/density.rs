@@ -5,10 +5,11 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3, Vec3};
 use raycam_scene::{Light, Up, World};
 
-use super::super::{LightRandom, LightSampleContexts, LightSampling};
 use super::*;
 use crate::control::Control;
-use crate::prepare::PreparedWorld;
+use crate::light::light_sampling::{LightSampleContexts, LightSampling};
+use crate::light::samples::LightRandom;
+use crate::prepare::world::PreparedWorld;
 use crate::sampling::chi_squared::{limit, statistic};
 
 /// A square mapped onto all directions that a light may be sampled in: a direction and its solid angle per area of the
@@ -266,7 +267,9 @@ fn a_light_that_is_alone_is_sampled_as_one_of_several() {
                 environment: around,
             };
             let by = LightSampleContexts::from(&AT_ORIGIN);
-            lights.sample(&by, &world, choice, which, &drawn).unwrap()
+            lights
+                .sample(&by, &world.geometry, choice, which, &drawn)
+                .unwrap()
         };
         let (one, half) = (
             ask(&alone, LightSampling::Importance, 0.25),

@@ -9,9 +9,11 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use raycam_scene::{FileRef, IesProfile, Image, Light, Texels, Up};
 
-use super::{LightSampleContext, Lights};
+use crate::interaction::LightSampleContext;
+use crate::light::lights::Lights;
 use crate::light::prepared_light::PreparedLight;
-use crate::sampling::sampler::{Dimension, Sampler};
+use crate::sampling::dimension::Dimension;
+use crate::sampling::sampler::Sampler;
 
 pub(super) const RADIANCE: [f32; 3] = [2.0; 3];
 pub(super) const AT_ORIGIN: LightSampleContext = LightSampleContext {

@@ -3,11 +3,11 @@
 use glam::{DVec3, Vec3};
 use raycam_scene::Light;
 
-use super::super::LightSampling;
-use super::super::bounds::LightBounds;
-use super::super::tree::{LightTree, MAX_SPLIT_LIGHTS};
 use super::*;
-use crate::prepare::PreparedWorld;
+use crate::light::bounds::LightBounds;
+use crate::light::light_sampling::LightSampling;
+use crate::light::tree::{LightTree, MAX_SPLIT_LIGHTS};
+use crate::prepare::world::PreparedWorld;
 
 /// Bulbs, spots and sheets all over the place, one of them dark.
 fn many() -> Vec<Light> {
@@ -118,7 +118,13 @@ fn the_choice_loses_no_light() {
         let one = |n: u32| {
             let [which, _] = random(n + 7_000_000);
             let [x, y] = Sampler::new(9, 0, [1, 2], n).get_2d(Dimension::Light(0, 0));
-            let sample = lights.sample(&(&from).into(), &nothing, choice, which, &[x, y].into())?;
+            let sample = lights.sample(
+                &(&from).into(),
+                &nothing.geometry,
+                choice,
+                which,
+                &[x, y].into(),
+            )?;
             let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
             Some(f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine)
         };
@@ -131,10 +137,16 @@ fn the_choice_loses_no_light() {
         let [which, _] = random(n + 7_000_000);
         let sampler = Sampler::new(9, 0, [1, 2], n);
         let random = |index| sampler.get_2d(Dimension::Light(0, index)).into();
-        lights.sample_split(&(&from).into(), &nothing, which, random, |_, sample| {
-            let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
-            found += f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine;
-        });
+        lights.sample_split(
+            &(&from).into(),
+            &nothing.geometry,
+            which,
+            random,
+            |_, sample| {
+                let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
+                found += f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine;
+            },
+        );
     }
     close(found / f64::from(SAMPLES / 8), alone, 1e-2);
 }

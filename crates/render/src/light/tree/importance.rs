@@ -2,7 +2,7 @@
 
 use raycam_bvh::{WithSimd, dispatch_simd};
 
-use crate::light::LightSampleContext;
+use crate::interaction::LightSampleContext;
 use crate::light::tree::node::{ChildProbabilities, ComputeImportance, LightTreeNode};
 use crate::soa::{LANES, Vec3xN, get_lane};
 

@@ -7,8 +7,8 @@ pub(crate) mod build;
 pub(crate) mod importance;
 pub(crate) mod node;
 
-use super::LightSampleContext;
-use super::bounds::{LightBounds, PreparedLightBounds};
+use crate::interaction::LightSampleContext;
+use crate::light::bounds::{LightBounds, PreparedLightBounds};
 use crate::light::tree::build::{build_node, union_of};
 use crate::light::tree::importance::LightTreeContext;
 use crate::light::tree::node::{Child, ChildProbabilities, LightTreeNode, SurfaceInteraction};

@@ -1,0 +1,151 @@
+//! All lights of a scene.
+
+use glam::{DVec3, Vec3};
+use raycam_bvh::dispatch_simd;
+use raycam_scene::{Light, Up};
+
+use crate::light::bounds::LightBounds;
+use crate::light::emissive_triangles::EmissiveTriangles;
+use crate::light::environment::EnvironmentLight;
+use crate::light::light_cull::{BoundingSphere, TestSpheres};
+use crate::light::prepared_light::PreparedLight;
+use crate::light::samples::EnvironmentLookup;
+use crate::light::tree::LightTree;
+use crate::prepare::geometry::Geometry;
+use crate::soa::Vec3xN;
+
+/// All lights of a world.
+#[derive(Debug, Default)]
+pub(crate) struct Lights {
+    /// Lights without a mesh, in the order of the world.
+    pub(super) lights: Vec<PreparedLight>,
+    /// The radiance of all even skies together, in the integrators that take it for an ambient term.
+    pub ambient: Vec3,
+    /// Which of `lights` are infinitely far, even skies last, and which are not.
+    pub(super) infinite: Vec<usize>,
+    /// How many of `infinite` are no even skies.
+    pub(super) non_constant_infinite: usize,
+    pub(super) finite: Vec<usize>,
+    /// Which of `finite` rays may cross, and a sphere around each.
+    pub(super) intersectable: Vec<(usize, BoundingSphere)>,
+    /// Which of `finite` to choose.
+    pub(super) tree: LightTree,
+    /// Surfaces that shine.
+    pub(super) emissive_triangles: EmissiveTriangles,
+}
+
+impl Lights {
+    /// Lights without a mesh; surfaces that shine come with [`Lights::with_emissive_triangles`].
+    pub fn new(lights: &[Light], up: Up, origin: DVec3) -> Self {
+        let sources: Vec<PreparedLight> = lights
+            .iter()
+            .flat_map(|light| PreparedLight::new(light, up, origin))
+            .collect();
+        let (mut infinite, finite): (Vec<_>, Vec<_>) =
+            (0..sources.len()).partition(|&i| sources[i].is_infinite());
+        let is_even = |source: &PreparedLight| matches!(source, PreparedLight::GradientSky(sky) if sky.is_constant());
+        infinite.sort_by_key(|&i| is_even(&sources[i]));
+        let even = |source: &PreparedLight| match source {
+            PreparedLight::GradientSky(sky) if sky.is_constant() => sky.horizon,
+            _ => Vec3::ZERO,
+        };
+        let bounds: Vec<LightBounds> = finite.iter().map(|&i| sources[i].bounds()).collect();
+        Self {
+            ambient: sources.iter().map(even).sum(),
+            tree: LightTree::new(&bounds),
+            intersectable: finite
+                .iter()
+                .enumerate()
+                .filter(|&(_, &i)| sources[i].is_hittable(false))
+                .map(|(index, _)| (index, BoundingSphere::enclosing(&bounds[index])))
+                .collect(),
+            non_constant_infinite: infinite.iter().filter(|&&i| !is_even(&sources[i])).count(),
+            lights: sources,
+            infinite,
+            finite,
+            emissive_triangles: EmissiveTriangles::default(),
+        }
+    }
+
+    /// The surfaces of a world that shine by themselves.
+    pub fn with_emissive_triangles(self, world: &Geometry) -> Self {
+        Self {
+            emissive_triangles: EmissiveTriangles::new(world),
+            ..self
+        }
+    }
+
+    /// Whether any surface shines by itself.
+    pub fn has_emissive_triangles(&self) -> bool {
+        !self.emissive_triangles.is_empty()
+    }
+
+    /// Whether any has a place in the world and no mesh.
+    pub fn has_finite(&self) -> bool {
+        !self.finite.is_empty()
+    }
+
+    /// How many there are to choose from; all surfaces that shine count as one.
+    pub fn count(&self) -> usize {
+        self.lights.len() + usize::from(self.has_emissive_triangles())
+    }
+
+    /// Whether rays that are scattered may find light that [`Lights::sample`] finds too; even skies do not count where
+    /// they are an ambient term.
+    pub fn is_hittable(&self, ambient: bool) -> bool {
+        let found = |source: &PreparedLight| source.is_hittable(ambient);
+        self.has_emissive_triangles() || self.lights.iter().any(found)
+    }
+
+    /// Whether any has a size without being all around: what mirrors and lenses throw on other things.
+    pub fn can_cast_caustics(&self) -> bool {
+        self.has_emissive_triangles() || self.lights.iter().any(PreparedLight::can_cast_caustics)
+    }
+
+    /// The radiance from infinitely far away, out of a direction of unit length: what a ray that meets nothing sees.
+    /// `known` is what [`PreparedLight::radiance_and_pdf`] says of one of those infinitely far away.
+    pub fn escaped_radiance(&self, direction: Vec3, known: Option<EnvironmentLookup>) -> Vec3 {
+        if self.non_constant_infinite == 0 {
+            return self.ambient;
+        }
+        let parts = self.infinite.iter().enumerate().map(|(number, &i)| {
+            let (radiance, _) = match known {
+                Some((known, own)) if known == number => own,
+                _ => self.lights[i].radiance_and_pdf(Vec3::ZERO, direction),
+            };
+            radiance
+        });
+        parts.sum()
+    }
+
+    /// What [`Lights::escaped_radiance`] is where it is the same in all directions.
+    pub fn constant_environment(&self) -> Option<Vec3> {
+        (self.non_constant_infinite == 0).then(|| self.escaped_radiance(Vec3::Z, None))
+    }
+
+    /// The first image or clear sky all around, and its number among those infinitely far away.
+    pub fn environment(&self) -> Option<(usize, &EnvironmentLight)> {
+        let mut uneven = self.infinite[..self.non_constant_infinite]
+            .iter()
+            .enumerate();
+        uneven.find_map(|(number, &i)| match &self.lights[i] {
+            PreparedLight::Environment(environment) => Some((number, &**environment)),
+            _ => None,
+        })
+    }
+
+    /// For which of many rays [`Lights::crossed`] may tell of any.
+    pub fn may_intersect_any<const N: usize>(
+        &self,
+        from: &Vec3xN<f64, N>,
+        directions: &Vec3xN<f32, N>,
+        out: &mut [bool; N],
+    ) {
+        dispatch_simd(TestSpheres {
+            spheres: &self.intersectable,
+            from,
+            directions,
+            out,
+        });
+    }
+}

@@ -1,0 +1,151 @@
+//! Geometry of a prepared world: the scene's BVH, its instances, materials and textures, without lights.
+
+use std::sync::atomic::AtomicU64;
+use std::sync::{Arc, OnceLock};
+
+use glam::DVec3;
+use raycam_bvh::{BuildError, ExactTriangles, Ray, Scene};
+use raycam_scene::{Camera, Object, TextureCache, World};
+
+use crate::error::RenderError;
+use crate::prepare::instance::{PreparedInstance, transformed_bounds};
+use crate::prepare::material::PreparedMaterial;
+use crate::prepare::mesh::PreparedMesh;
+use crate::prepare::texture::PreparedTexture;
+
+/// Distance from the scene's centre, in radii, beyond which a ray's origin is moved towards the scene: float32 would
+/// round the origin too coarsely.
+pub(crate) const MAX_ORIGIN_RADII: f64 = 16.0;
+
+/// Surfaces of a prepared world, relative to a local origin.
+#[derive(Debug)]
+pub(crate) struct Geometry {
+    pub scene: Scene,
+    /// All instances in one BVH, built on demand: see [`Geometry::scene_for_samples`].
+    pub flattened: Arc<FlattenedScene>,
+    /// World coordinates of the scene-local origin: the centre of the bounding box.
+    pub origin: DVec3,
+    /// Radius of a bounding sphere around `origin`.
+    pub radius: f64,
+    pub instances: Vec<PreparedInstance>,
+    /// World-space boxes that cover all instances; empty for a world within an exposure.
+    pub object_bounds: Vec<[DVec3; 2]>,
+    pub materials: Arc<Vec<PreparedMaterial>>,
+    /// For each material, the scene-local box of its closed dielectric bodies.
+    pub dielectric_bounds: Vec<Option<[DVec3; 2]>>,
+    /// True if some material is not opaque.
+    pub has_transparency: bool,
+    pub textures: Arc<Vec<Arc<PreparedTexture>>>,
+    /// Texture cache that bounds the memory of the images, if any.
+    pub texture_cache: Option<Arc<TextureCache>>,
+}
+
+/// Scene of one flattened BVH, and the count of exact rays that decides when to build it.
+#[derive(Debug, Default)]
+pub(crate) struct FlattenedScene {
+    /// `None` if it would be too large or too coarse.
+    pub scene: OnceLock<Option<Scene>>,
+    /// Exact rays traced without it.
+    pub exact_rays: AtomicU64,
+}
+
+impl Geometry {
+    /// The camera with ray origins outside of the scene, where its rays come from infinity.
+    pub fn camera_outside(&self, camera: &Camera) -> Camera {
+        camera.with_ray_origins_outside(self.origin, self.radius)
+    }
+
+    /// True if both scenes place the same meshes by the same transforms.
+    pub fn has_same_instances(&self, other: &Self) -> bool {
+        let place = |object: &PreparedInstance| (Arc::as_ptr(&object.mesh), object.world_from_mesh);
+        let places = self.instances.iter().map(place);
+        places.eq(other.instances.iter().map(place))
+    }
+
+    /// The corners of a triangle in the world, float64.
+    #[inline]
+    pub fn corners(&self, instance: u32, triangle: u32) -> [DVec3; 3] {
+        let object = &self.instances[instance as usize];
+        let mesh = &*object.mesh.mesh;
+        // Spelled out: the compiler may leave `map` a call.
+        let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| vertex as usize);
+        let corners = [mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]];
+        if object.is_identity {
+            return corners;
+        }
+        let [a, b, c] = corners;
+        let placed = |corner| object.world_from_mesh.transform_point3(corner);
+        [placed(a), placed(b), placed(c)]
+    }
+
+    /// A world ray as the kernel takes it, and by how many of its lengths its start was moved along it.
+    pub fn local_ray(&self, origin: DVec3, direction: DVec3, t_max: f64) -> (Ray, f64) {
+        let start = origin - self.origin;
+        let mut moved = 0.0;
+        if self.is_far(start) {
+            // To the foot of the perpendicular from the centre, less twice the radius.
+            let length = direction.length();
+            let foot = -start.dot(direction) / (length * length);
+            moved = (foot - 2.0 * self.radius / length).clamp(0.0, t_max.max(0.0));
+            if !moved.is_finite() {
+                moved = 0.0;
+            }
+        }
+        let ray = Ray {
+            origin: (start + moved * direction).as_vec3().to_array(),
+            direction: direction.as_vec3().to_array(),
+            // A limit is not exceeded by rounding.
+            t_max: if t_max.is_finite() {
+                (t_max - moved) as f32
+            } else {
+                t_max as f32
+            },
+        };
+        (ray, moved)
+    }
+
+    /// Whether rays that start there, scene-local, are moved along themselves.
+    pub fn is_far(&self, start: DVec3) -> bool {
+        start.length_squared() > (MAX_ORIGIN_RADII * self.radius).powi(2)
+    }
+}
+
+impl ExactTriangles for Geometry {
+    fn corners(&self, instance: u32, triangle: u32) -> [[f64; 3]; 3] {
+        self.corners(instance, triangle)
+            .map(|corner| corner.to_array())
+    }
+}
+
+/// Places meshes, and builds the top-level BVH over them.
+pub(crate) fn build_instances(
+    world: &World,
+    meshes: Vec<Arc<PreparedMesh>>,
+    origin: DVec3,
+) -> Result<(Vec<PreparedInstance>, Scene), RenderError> {
+    let objects: Vec<_> = world
+        .objects
+        .iter()
+        .zip(meshes)
+        .zip(world.categories().of_objects)
+        .map(|((object, mesh), category)| PreparedInstance::new(object, mesh, origin, category))
+        .collect();
+    let instances = objects.iter().map(|object| object.bvh_instance(origin));
+    let scene = Scene::build(instances.collect(), origin.to_array());
+    let scene = scene.map_err(|error| match error {
+        BuildError::NonFinite { what } => RenderError::World(format!(
+            "{what} is placed where float32 does not reach: keep coordinates below 1e30"
+        )),
+        other => RenderError::World(other.to_string()),
+    })?;
+    Ok((objects, scene))
+}
+
+/// A box around everything; a single untransformed mesh has the box of its mesh, exactly.
+pub(crate) fn world_bounds(objects: &[Object], meshes: &[Arc<PreparedMesh>]) -> (DVec3, DVec3) {
+    let boxes = objects.iter().zip(meshes);
+    boxes
+        .map(|(object, mesh)| transformed_bounds(mesh, &object.world_from_mesh).into())
+        .reduce(|(a, b), (l, u)| (a.min(l), b.max(u)))
+        .unwrap_or_default()
+}

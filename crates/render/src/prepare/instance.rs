@@ -1,0 +1,160 @@
+//! Instances: meshes placed in the scene, with bounds on their float32 rounding errors.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3};
+use raycam_bvh::Instance;
+use raycam_scene::Object;
+
+use crate::prepare::mesh::PreparedMesh;
+
+/// Bounding boxes of a scene, at most; the objects of a scene with more objects share one box.
+const MAX_BOXES: usize = 256;
+
+/// Mesh placed in the scene.
+#[derive(Debug)]
+pub(crate) struct PreparedInstance {
+    pub mesh: Arc<PreparedMesh>,
+    pub world_from_mesh: DAffine3,
+    /// True if `world_from_mesh` is the identity.
+    pub is_identity: bool,
+    /// Transforms normals to the world: the inverse transpose of the linear part. The length is arbitrary.
+    pub normal_from_mesh: DMat3,
+    /// True if the transform mirrors: counter-clockwise triangles become clockwise.
+    pub flips_orientation: bool,
+    /// Material index of every slot.
+    pub materials: Vec<usize>,
+    /// Index of the category in the world's categories, or -1.
+    pub category: i32,
+    pub error_bounds: ErrorBounds,
+}
+
+/// How many float32 roundings of the largest coordinates add up, at most, between a surface and a ray that leaves it:
+/// vertices, transform, start and direction of the ray, the shear of the triangle test.
+const MAX_ROUNDINGS: f64 = 8.0;
+
+/// What float32 may do to the points of an object, in units of one rounding.
+#[derive(Debug)]
+pub(crate) struct ErrorBounds {
+    /// Into the mesh's coordinates and back: |M| |M^-1|.
+    per_point: DMat3,
+    /// The same for the mesh's place, and for its vertices.
+    per_mesh: DVec3,
+}
+
+impl ErrorBounds {
+    /// The columns of its two parts.
+    #[inline(always)]
+    pub fn columns(&self) -> [DVec3; 4] {
+        let Self {
+            per_point: of_point,
+            per_mesh: of_mesh,
+        } = self;
+        [of_point.x_axis, of_point.y_axis, of_point.z_axis, *of_mesh]
+    }
+
+    /// Float32 rounds a point on the object, a ray that starts there and the triangles around it: together they are off by
+    /// at most this length along `normal`. `point` is scene-local; the others are [`ErrorBounds::columns`].
+    #[inline(always)]
+    pub fn error_along([x, y, z]: [DVec3; 3], of_mesh: DVec3, point: DVec3, normal: DVec3) -> f64 {
+        let per_axis = DMat3::from_cols(x, y, z) * point.abs() + of_mesh;
+        MAX_ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * per_axis.dot(normal.abs())
+    }
+}
+
+impl PreparedInstance {
+    pub fn new(object: &Object, mesh: Arc<PreparedMesh>, origin: DVec3, category: i32) -> Self {
+        let linear = object.world_from_mesh.matrix3;
+        let inverse = linear.inverse();
+        let of_point = linear.abs() * inverse.abs();
+        let place = (object.world_from_mesh.transform_point3(mesh.center) - origin).abs();
+        let reach = (mesh.upper - mesh.center).max_element();
+        Self {
+            error_bounds: ErrorBounds {
+                per_point: of_point,
+                per_mesh: of_point * place + linear.abs() * DVec3::splat(2.0 * reach),
+            },
+            is_identity: object.world_from_mesh == DAffine3::IDENTITY,
+            world_from_mesh: object.world_from_mesh,
+            normal_from_mesh: inverse.transpose(),
+            flips_orientation: linear.determinant() < 0.0,
+            materials: object.materials.clone(),
+            category,
+            mesh,
+        }
+    }
+
+    /// A box around it, lower and upper corner, in the world.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        transformed_bounds(&self.mesh, &self.world_from_mesh)
+    }
+
+    /// What float32 may do to it, and to rays that start up to `reach` from the scene's origin, along each axis.
+    pub fn error_extent(&self, reach: f64) -> DVec3 {
+        let rounding =
+            self.error_bounds.per_point * DVec3::splat(reach) + self.error_bounds.per_mesh;
+        MAX_ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * rounding
+    }
+
+    /// Where the mesh's own float32 coordinates lie in scene-local ones.
+    pub fn bvh_instance(&self, origin: DVec3) -> Instance {
+        let linear = self.world_from_mesh.matrix3;
+        let place = self.world_from_mesh.transform_point3(self.mesh.center) - origin;
+        let row = |i: usize| {
+            let row = linear.row(i);
+            [row.x, row.y, row.z, place[i]].map(|value| value as f32)
+        };
+        Instance {
+            bvh: self.mesh.bvh.clone(),
+            world_from_mesh: [row(0), row(1), row(2)],
+        }
+    }
+}
+
+/// A box around a placed mesh: around the corners of its own.
+pub(crate) fn transformed_bounds(mesh: &PreparedMesh, world_from_mesh: &DAffine3) -> [DVec3; 2] {
+    let corner = |i: u32| {
+        let pick = |axis: usize| {
+            if i >> axis & 1 == 1 {
+                mesh.upper[axis]
+            } else {
+                mesh.lower[axis]
+            }
+        };
+        world_from_mesh.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
+    };
+    let nothing = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    (0..8)
+        .map(corner)
+        .fold(nothing, |[l, u], c| [l.min(c), u.max(c)])
+}
+
+/// Boxes in the world that all objects lie in.
+pub(crate) fn object_bounds(
+    objects: &[PreparedInstance],
+    origin: DVec3,
+    reach: f64,
+) -> Vec<[DVec3; 2]> {
+    let each = (MAX_BOXES / objects.len().max(1)).max(1);
+    let boxes = objects.iter().flat_map(|object| {
+        let blur = object.error_extent(reach);
+        let place = object.world_from_mesh;
+        object
+            .mesh
+            .bvh
+            .bounding_boxes(each)
+            .into_iter()
+            .map(move |corners| {
+                let [lower, upper] = corners.map(|corner| DVec3::from(corner.map(f64::from)));
+                let middle = place.transform_point3(object.mesh.center + (lower + upper) / 2.0);
+                let half = place.matrix3.abs() * ((upper - lower) / 2.0);
+                let pad = blur + 16.0 * f64::EPSILON * (middle.abs() + half + origin.abs());
+                [middle - half - pad, middle + half + pad]
+            })
+    });
+    if objects.len() <= MAX_BOXES {
+        return boxes.collect();
+    }
+    let around = |[a, b]: [DVec3; 2], [l, u]: [DVec3; 2]| [a.min(l), b.max(u)];
+    boxes.reduce(around).into_iter().collect()
+}
