@@ -23,9 +23,11 @@
 // Loops over axes and lanes read several arrays by one index.
 #![allow(clippy::needless_range_loop)]
 
+mod aabb;
 mod blas;
 mod build;
 mod error;
+mod limits;
 mod node;
 mod platform;
 mod ray;
@@ -33,7 +35,8 @@ mod scene;
 mod simd;
 mod traverse;
 
-pub use crate::blas::{Bvh, MAX_TRIANGLES};
+pub use crate::blas::Bvh;
+pub use crate::limits::MAX_TRIANGLES;
 pub use crate::platform::dispatch::{InstructionSet, WithSimd, dispatch_simd};
 pub use crate::platform::huge_page_vec::zeroed_huge;
 pub use crate::platform::streaming_store::{Pod, StreamingWriter, with_streaming_stores};

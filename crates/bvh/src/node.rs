@@ -1,5 +1,7 @@
 //! What a tree is made of: 256-byte blocks, each an inner node of eight children or a leaf of sixteen triangles.
 
+use crate::aabb::Aabb;
+
 /// Reference to a node or a leaf: an index into the blocks of a tree, with [`NodeRef::LEAF_FLAG`] for leaves. A leaf of
 /// the TLAS has no block: its index is that of a subtree of an instance.
 #[repr(transparent)]
@@ -73,15 +75,15 @@ impl WideNode {
     };
 
     /// Adds a child.
-    pub fn push_child(&mut self, lower: [f32; 3], upper: [f32; 3], child: NodeRef) {
+    pub fn push_child(&mut self, bounds: Aabb, child: NodeRef) {
         let lane = self.child_count as usize;
-        self.set_child_bounds(lane, (lower, upper));
+        self.set_child_bounds(lane, bounds);
         self.children[lane] = child;
         self.child_count += 1;
     }
 
     /// Gives a child another box, by its lower and upper corner.
-    pub fn set_child_bounds(&mut self, lane: usize, (lower, upper): ([f32; 3], [f32; 3])) {
+    pub fn set_child_bounds(&mut self, lane: usize, Aabb { lower, upper }: Aabb) {
         for axis in 0..3 {
             self.bounds[2 * axis][lane] = lower[axis];
             self.bounds[2 * axis + 1][lane] = upper[axis];
@@ -89,9 +91,12 @@ impl WideNode {
     }
 
     /// The lower and the upper corner of a child's box.
-    pub fn child_bounds(&self, lane: usize) -> ([f32; 3], [f32; 3]) {
+    pub fn child_bounds(&self, lane: usize) -> Aabb {
         let corner = |side: usize| std::array::from_fn(|axis| self.bounds[2 * axis + side][lane]);
-        (corner(0), corner(1))
+        Aabb {
+            lower: corner(0),
+            upper: corner(1),
+        }
     }
 }
 
@@ -171,10 +176,7 @@ impl LeafNode {
     }
 
     /// Moves the triangles to other corners; returns their box. What shared a vertex still does.
-    pub fn refit(
-        &mut self,
-        triangles: impl Iterator<Item = [[f32; 3]; 3]>,
-    ) -> ([f32; 3], [f32; 3]) {
+    pub fn refit(&mut self, triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Aabb {
         let mut vertices = [[0.0; 3]; MAX_LEAF_TRIANGLES];
         let mut corners = [[0; 3]; MAX_LEAF_TRIANGLES];
         let (mut used, mut count) = (0, 0);
@@ -189,7 +191,10 @@ impl LeafNode {
         }
         *self = Self::new(&vertices[..used], &corners[..count], self.first_prim);
         let corner = |side: usize| std::array::from_fn(|axis| self.bounds[2 * axis + side]);
-        (corner(0), corner(1))
+        Aabb {
+            lower: corner(0),
+            upper: corner(1),
+        }
     }
 }
 

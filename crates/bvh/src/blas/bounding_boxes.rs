@@ -1,23 +1,20 @@
 //! What a mesh looks like from afar: a few boxes around all of it.
 
+use crate::aabb::Aabb;
 use crate::blas::Bvh;
 use crate::node::{NodeRef, node};
 
-/// Lower and upper corner; of [`Bvh::bounding_boxes`] in the mesh's coordinates.
-pub type Corners = [[f32; 3]; 2];
-
 impl Bvh {
     /// At most `count` boxes (but one in any case) that hold all triangles; none of a mesh without any.
-    pub fn bounding_boxes(&self, count: usize) -> Vec<Corners> {
-        let extent = self.bounds();
+    pub fn bounding_boxes(&self, count: usize) -> Vec<[[f32; 3]; 2]> {
         if self.triangle_count() == 0 {
             return vec![];
         }
-        let mut boxes = vec![([extent.lower, extent.upper], self.root())];
+        let mut boxes = vec![(*self.bounds(), self.root())];
         loop {
             // The largest is opened, as long as there is room for its children.
-            let inner = |(_, (_, at)): &(usize, &(Corners, NodeRef))| !at.is_leaf();
-            let large = |a: &Corners, b: &Corners| half_area(a).total_cmp(&half_area(b));
+            let inner = |(_, (_, at)): &(usize, &(Aabb, NodeRef))| !at.is_leaf();
+            let large = |a: &Aabb, b: &Aabb| a.half_area().total_cmp(&b.half_area());
             let largest = boxes.iter().enumerate().filter(inner);
             let Some((i, &(_, at))) = largest.max_by(|(_, (a, _)), (_, (b, _))| large(a, b)) else {
                 break;
@@ -28,27 +25,17 @@ impl Bvh {
                 break;
             }
             boxes.swap_remove(i);
-            boxes.extend((0..children).map(|k| {
-                let (lower, upper) = node.child_bounds(k);
-                ([lower, upper], node.children[k])
-            }));
+            boxes.extend((0..children).map(|k| (node.child_bounds(k), node.children[k])));
         }
         let scale = self.scale();
         let in_mesh =
-            |(corners, _): (Corners, NodeRef)| corners.map(|corner| corner.map(|x| x / scale));
+            |(b, _): (Aabb, NodeRef)| [b.lower, b.upper].map(|corner| corner.map(|x| x / scale));
         boxes.into_iter().map(in_mesh).collect()
     }
 }
 
-/// Half the area of a box.
-pub fn half_area([lower, upper]: &Corners) -> f32 {
-    let [x, y, z] = [0, 1, 2].map(|axis| upper[axis] - lower[axis]);
-    x * y + y * z + z * x
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::Bvh;
 
     #[test]
@@ -69,7 +56,7 @@ mod tests {
         for count in [1, 10, 100, 100_000] {
             let boxes = bvh.bounding_boxes(count);
             assert!(!boxes.is_empty() && boxes.len() <= count);
-            let within = |v: [f32; 3], [lower, upper]: &Corners| {
+            let within = |v: [f32; 3], [lower, upper]: &[[f32; 3]; 2]| {
                 (0..3).all(|axis| lower[axis] <= v[axis] && v[axis] <= upper[axis])
             };
             for triangle in &triangles {

@@ -5,17 +5,15 @@ pub(crate) mod refit;
 
 use rayon::prelude::*;
 
+use crate::aabb::Aabb;
 use crate::build;
 use crate::build::triangle_leaves::TrianglePrims;
 use crate::error::BuildError;
+use crate::limits::{MAX_COORD, MAX_TRIANGLES};
 use crate::node::{NodeBlock, NodeRef};
 use crate::platform::dispatch::Dispatch;
 use crate::platform::huge_page_vec::HugePageVec;
 use crate::simd::Isa;
-use crate::traverse::trav_ray::{Aabb, MAX_COORD};
-
-/// The most triangles of a mesh: block indices have 31 bits, and a triangle takes at most two blocks.
-pub const MAX_TRIANGLES: usize = 1 << 30;
 
 /// One mesh, ready to be traced: mesh-local float32 coordinates.
 #[derive(Clone)]
@@ -73,10 +71,7 @@ impl Bvh {
             blocks: tree.blocks,
             root: tree.root,
             prim_ids: tree.ids,
-            bounds: Aabb {
-                lower: tree.lower,
-                upper: tree.upper,
-            },
+            bounds: tree.bounds,
             scale,
         })
     }
@@ -117,8 +112,8 @@ impl Bvh {
         (self.root, &self.prim_ids, &mut self.blocks)
     }
 
-    pub(crate) fn set_bounds(&mut self, (lower, upper): ([f32; 3], [f32; 3])) {
-        self.bounds = Aabb { lower, upper };
+    pub(crate) fn set_bounds(&mut self, bounds: Aabb) {
+        self.bounds = bounds;
     }
 
     pub(crate) fn blocks(&self) -> &[NodeBlock] {

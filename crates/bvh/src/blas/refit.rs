@@ -1,14 +1,9 @@
 //! Moves the vertices of a mesh: its tree keeps its shape, its boxes and leaves follow.
 
+use crate::aabb::Aabb;
 use crate::blas::{Bvh, power_of_two_scale, validate_mesh};
 use crate::error::BuildError;
 use crate::node::{LeafNode, NodeBlock, NodeRef};
-
-/// Lower and upper corner.
-type Corners = ([f32; 3], [f32; 3]);
-
-/// The box of nothing.
-const NOTHING: Corners = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
 
 impl Bvh {
     /// The same tree over the same triangles with vertices elsewhere: answers are those of a tree built anew. The more
@@ -51,12 +46,11 @@ impl Bvh {
         if self.root() == NodeRef::EMPTY {
             return 0.0;
         }
-        let area = |(lower, upper): Corners| {
+        let area = |Aabb { lower, upper }: Aabb| {
             let [x, y, z] = [0, 1, 2].map(|a| f64::from(upper[a]) - f64::from(lower[a]));
             x * y + y * z + z * x
         };
-        let extent = self.bounds();
-        let mut sum = area((extent.lower, extent.upper));
+        let mut sum = area(*self.bounds());
         let whole = sum;
         let mut open = vec![self.root()];
         while let Some(at) = open.pop() {
@@ -74,11 +68,7 @@ impl Bvh {
 }
 
 /// Refits what is at and below a reference; its box. As deep as the tree, whose depth is bounded.
-fn refit(
-    blocks: &mut [NodeBlock],
-    at: NodeRef,
-    moved: &impl Fn(&mut LeafNode) -> Corners,
-) -> Corners {
+fn refit(blocks: &mut [NodeBlock], at: NodeRef, moved: &impl Fn(&mut LeafNode) -> Aabb) -> Aabb {
     let index = at.index();
     if at.is_leaf() {
         // SAFETY: a reference that is a leaf's leads to a leaf.
@@ -86,12 +76,12 @@ fn refit(
     }
     // SAFETY: a reference that is a node's leads to a node.
     let node = unsafe { blocks[index].node };
-    let mut whole = NOTHING;
+    let mut whole = Aabb::EMPTY;
     for k in 0..node.child_count as usize {
         let bounds = refit(blocks, node.children[k], moved);
         for a in 0..3 {
-            whole.0[a] = whole.0[a].min(bounds.0[a]);
-            whole.1[a] = whole.1[a].max(bounds.1[a]);
+            whole.lower[a] = whole.lower[a].min(bounds.lower[a]);
+            whole.upper[a] = whole.upper[a].max(bounds.upper[a]);
         }
         // SAFETY: as above.
         unsafe { blocks[index].node.set_child_bounds(k, bounds) };

@@ -1,8 +1,8 @@
 //! One split of a range of boxes by the binned surface-area heuristic (Wald 2007).
 
-use crate::build::MAX_DEPTH;
 use crate::build::partition::partition;
 use crate::build::prim_ref::{EMPTY_BOUNDS, PackedBounds, PrimInfo, PrimRef, diagonal, half_areas};
+use crate::limits::MAX_DEPTH;
 use crate::simd::{F32x4, Isa, Vector};
 
 /// Boxes and counts by axis and bin.

@@ -158,8 +158,7 @@ pub fn make_wide_node(children: &[(PackedBounds, NodeRef)]) -> WideNode {
     for leaf in [false, true] {
         for (bounds, reference) in children {
             if reference.is_leaf() == leaf {
-                let (lower, upper) = unpack_bounds(bounds);
-                node.push_child(lower, upper, *reference);
+                node.push_child(unpack_bounds(bounds), *reference);
             }
         }
     }

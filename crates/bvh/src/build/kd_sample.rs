@@ -3,6 +3,7 @@
 //! Only the sample is binned and moved, over and over. All other prims are looked at once, to see into which cell they
 //! fall, and made where that is built: they never stand in memory all together.
 
+use crate::limits::MAX_DEPTH;
 use std::array;
 use std::sync::Arc;
 
@@ -12,7 +13,7 @@ use crate::build::large_prims::LargePrimFilter;
 use crate::build::prim_ref::{PackedBounds, PrimInfo, PrimRef};
 use crate::build::top_plan::{TopNode, TreeletInput};
 use crate::build::treelet::TreeletDesc;
-use crate::build::{BuildContext, LeafBuilder, MAX_DEPTH, TREELET_SIZE, parallel_split};
+use crate::build::{BuildContext, LeafBuilder, TREELET_SIZE, parallel_split};
 use crate::simd::Portable;
 
 /// Cells are cut to this depth: below it there are levels left to halve as many prims as there can be.

@@ -76,7 +76,7 @@ pub fn split_large<I: Isa>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::MAX_DEPTH;
+    use crate::limits::MAX_DEPTH;
 
     /// A floor, or as many, among small boxes along a line above it.
     fn prims(floors: usize, small: usize) -> Vec<PrimRef> {

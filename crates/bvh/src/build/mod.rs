@@ -29,8 +29,9 @@ use crate::node::{NodeBlock, NodeRef};
 use crate::platform::dispatch::Dispatch;
 use crate::platform::huge_page_vec::HugePageVec;
 
+pub use crate::aabb::Aabb;
 pub use crate::build::kd_sample::PrimSource;
-pub use crate::build::prim_ref::PrimRef;
+use crate::build::prim_ref::PrimRef;
 
 /// About the most prims of a part that is built by one thread. Few under Miri, which is slow: it sees every path all the same.
 pub const TREELET_SIZE: usize = if cfg!(miri) { 1 << 5 } else { 1 << 12 };
@@ -40,10 +41,6 @@ const PARALLEL_THRESHOLD: usize = 4 * TREELET_SIZE;
 
 /// Items of which a sample is enough to find the top of the tree.
 const SAMPLING_THRESHOLD: usize = 8 * TREELET_SIZE;
-
-/// No path from the root is longer, in binary splits and therefore in nodes: where the heuristic would dig deeper,
-/// the prims are halved. It bounds the stack of every traversal.
-pub const MAX_DEPTH: usize = 56;
 
 /// What becomes of a few prims that the tree does not separate further.
 pub trait LeafBuilder: Sync {
@@ -94,8 +91,7 @@ pub struct BuiltBvh {
     /// PrimRef ids in the order of the leaves.
     pub ids: Vec<u32>,
     /// The box of everything.
-    pub lower: [f32; 3],
-    pub upper: [f32; 3],
+    pub bounds: Aabb,
 }
 
 /// What all parts of a build share.
@@ -130,8 +126,7 @@ pub fn build<L: LeafBuilder, S: PrimSource + ?Sized>(
             blocks: HugePageVec::with_capacity(0),
             root: NodeRef::EMPTY,
             ids: vec![],
-            lower: [0.0; 3],
-            upper: [0.0; 3],
+            bounds: Aabb::ORIGIN,
         };
     };
     TopPlan::new(top, L::TYPICAL_LEAF_PRIMS).build_tree(inputs, &shared)

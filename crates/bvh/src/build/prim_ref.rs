@@ -1,5 +1,6 @@
 //! Boxes to be placed in a tree, and the boxes of many of them.
 
+use crate::aabb::Aabb;
 use crate::simd::{F32x4, Isa, Vector};
 
 /// Eight floats that are read together: a lower corner, any number, a negated upper corner, any number. The union of
@@ -79,10 +80,13 @@ impl PrimRef {
 /// The box of nothing.
 pub const EMPTY_BOUNDS: PackedBounds = [f32::INFINITY; 8];
 
-/// Lower and upper corner of a box.
-pub fn unpack_bounds(bounds: &PackedBounds) -> ([f32; 3], [f32; 3]) {
+/// The bounds unpacked.
+pub fn unpack_bounds(bounds: &PackedBounds) -> Aabb {
     let [a, b, c, _, d, e, f, _] = *bounds;
-    ([a, b, c], [-d, -e, -f])
+    Aabb {
+        lower: [a, b, c],
+        upper: [-d, -e, -f],
+    }
 }
 
 /// How far a box reaches along each axis, and 0.

@@ -1,6 +1,7 @@
 //! Trees over boxes of all kinds.
 
 use super::*;
+use crate::limits::MAX_DEPTH;
 use crate::Bvh;
 
 /// Boxes as leaves, one each; the top of the tree by all of them or by one of so many.
@@ -41,7 +42,7 @@ impl LeafBuilder for Boxes {
 fn check(tree: &BuiltBvh, boxes: &[([f32; 3], [f32; 3])]) -> usize {
     let mut seen = vec![false; boxes.len()];
     let mut deepest = 0;
-    let mut open = vec![(tree.root, tree.lower, tree.upper, 0)];
+    let mut open = vec![(tree.root, tree.bounds.lower, tree.bounds.upper, 0)];
     while let Some((at, lower, upper, depth)) = open.pop() {
         deepest = deepest.max(depth);
         if at.is_leaf() {
@@ -145,18 +146,21 @@ fn boxes_hold_what_is_below_them_where_no_triangles_are_joined() {
             while let Some(at) = open.pop() {
                 let node = crate::node::node(bvh.blocks(), at);
                 for k in 0..node.child_count as usize {
-                    let ((lower, upper), child) = (node.child_bounds(k), node.children[k]);
+                    let (Aabb { lower, upper }, child) = (node.child_bounds(k), node.children[k]);
                     let mut below = vec![];
                     if child.is_leaf() {
                         let [a, b, c, d, e, f] = crate::node::leaf(bvh.blocks(), child).bounds;
-                        below.push(([a, c, e], [b, d, f]));
+                        below.push(Aabb {
+                            lower: [a, c, e],
+                            upper: [b, d, f],
+                        });
                     } else {
                         let inner = crate::node::node(bvh.blocks(), child);
                         below
                             .extend((0..inner.child_count as usize).map(|k| inner.child_bounds(k)));
                         open.push(child);
                     }
-                    let within = |(l, u): &([f32; 3], [f32; 3])| {
+                    let within = |Aabb { lower: l, upper: u }: &Aabb| {
                         (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a])
                     };
                     assert!(below.iter().all(within), "clouds {seed}");
@@ -199,9 +203,9 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
 fn check_floor(blocks: &[NodeBlock], root: NodeRef, case: &str) {
     let root = crate::node::node(blocks, root);
     let children = (0..root.child_count as usize).map(|k| root.child_bounds(k));
-    let (floor, others): (Vec<_>, Vec<_>) = children.partition(|(lower, _)| lower[2] < 0.001);
+    let (floor, others): (Vec<_>, Vec<_>) = children.partition(|bounds| bounds.lower[2] < 0.001);
     assert_eq!(floor.len(), 1, "{case}");
-    assert_eq!([floor[0].0[2], floor[0].1[2]], [0.0; 2], "{case}");
+    assert_eq!([floor[0].lower[2], floor[0].upper[2]], [0.0; 2], "{case}");
     assert!(!others.is_empty(), "{case}");
 }
 

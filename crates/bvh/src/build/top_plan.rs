@@ -152,13 +152,12 @@ impl TopPlan {
             true => roots[0][0],
             false => self.write_nodes(&roots, &mut blocks),
         };
-        let (lower, upper) = unpack_bounds(&root.bounds);
+        let bounds = unpack_bounds(&root.bounds);
         BuiltBvh {
             blocks,
             root: root.reference,
             ids,
-            lower,
-            upper,
+            bounds,
         }
     }
 

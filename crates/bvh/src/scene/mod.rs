@@ -5,9 +5,12 @@ pub(crate) mod rebraid;
 
 use std::sync::Arc;
 
+use crate::aabb::Aabb;
 use crate::blas::{Bvh, power_of_two_scale};
-use crate::build::{self, LeafBuilder, PrimRef, TREELET_SIZE};
+use crate::build::prim_ref::PrimRef;
+use crate::build::{self, LeafBuilder, TREELET_SIZE};
 use crate::error::BuildError;
+use crate::limits::{MACHINE_EPSILON, MAX_INSTANCES};
 use crate::node::{NodeBlock, NodeRef};
 use crate::platform::dispatch::{Dispatch, InstructionSet};
 use crate::platform::huge_page_vec::HugePageVec;
@@ -16,7 +19,6 @@ use crate::scene::flattened::{FlattenedTriangles, InstanceRanges};
 use crate::scene::rebraid::{InstanceTransform, SubtreeRef, rebraid, transform_bounds};
 use crate::traverse;
 use crate::traverse::stream::backoff::Backoff;
-use crate::traverse::trav_ray::{Aabb, MACHINE_EPSILON};
 
 /// A placed mesh: `world_from_mesh` maps mesh-local to scene-local coordinates, rows of a 3 x 4 matrix.
 #[derive(Clone, Debug)]
@@ -131,9 +133,6 @@ impl std::fmt::Debug for Scene {
     }
 }
 
-/// The most instances of a scene.
-const MAX_INSTANCES: usize = (1 << 31) - 2;
-
 /// What moves points by a vector.
 pub(crate) const fn translation([x, y, z]: [f32; 3]) -> [[f32; 4]; 3] {
     [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]]
@@ -180,10 +179,7 @@ impl Scene {
             scale,
             tlas: HugePageVec::with_capacity(0),
             root: NodeRef::EMPTY,
-            bounds: Aabb {
-                lower: [0.0; 3],
-                upper: [0.0; 3],
-            },
+            bounds: Aabb::ORIGIN,
             max_abs_coord: 0.0,
             transform_condition: 1.0,
             is_single_mesh,
@@ -219,10 +215,7 @@ impl Scene {
             .collect();
         let tree = build::build(scene.dispatch, prims.as_slice(), &InstanceLeaves);
         (scene.tlas, scene.root) = (tree.blocks, tree.root);
-        scene.bounds = Aabb {
-            lower: tree.lower,
-            upper: tree.upper,
-        };
+        scene.bounds = tree.bounds;
         Ok(scene)
     }
 

@@ -7,11 +7,10 @@
 
 use std::sync::Arc;
 
+use crate::aabb::Aabb;
 use crate::blas::Bvh;
-use crate::blas::bounding_boxes::{Corners, half_area};
-use crate::build::PrimRef;
+use crate::build::prim_ref::PrimRef;
 use crate::node::{NodeRef, node};
-use crate::traverse::trav_ray::Aabb;
 
 /// Everything at and below a node or leaf of a placed mesh.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +19,7 @@ pub(crate) struct SubtreeRef {
     /// Reference of the node or leaf.
     pub node: NodeRef,
     /// Its box in scaled scene coordinates, padded where the mesh is more than moved.
-    pub corners: Corners,
+    pub bounds: Aabb,
 }
 
 /// A subtree has so many triangles or more, in the mean...
@@ -88,7 +87,7 @@ fn open_recursive(
     let others = BoundsOfOthers::from_refs(&group);
     for i in 0..group.len() {
         let subtree = group[i];
-        if overlap_fraction(&subtree.corners, &others.without(subtree.instance)) < MIN_OVERLAP {
+        if overlap_fraction(&subtree.bounds, &others.without(subtree.instance)) < MIN_OVERLAP {
             continue;
         }
         if let Some(children) = open(transforms, &subtree)
@@ -119,7 +118,7 @@ fn open_recursive(
 /// does.
 fn split_at_center(group: &mut Vec<SubtreeRef>) -> Option<Vec<SubtreeRef>> {
     let twice =
-        |subtree: &SubtreeRef, axis: usize| subtree.corners[0][axis] + subtree.corners[1][axis];
+        |subtree: &SubtreeRef, axis: usize| subtree.bounds.lower[axis] + subtree.bounds.upper[axis];
     let ends = |axis: usize| {
         let centers = group.iter().map(|subtree| twice(subtree, axis));
         centers.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, u), c| {
@@ -155,7 +154,7 @@ impl BoundsOfOthers {
         for subtree in group {
             for (side, bounds) in farthest.iter_mut().enumerate() {
                 for (axis, (first, whose, second)) in bounds.iter_mut().enumerate() {
-                    let out = SIDE_SIGN[side] * subtree.corners[side][axis];
+                    let out = SIDE_SIGN[side] * subtree.bounds.plane(2 * axis + side);
                     if *whose == subtree.instance {
                         *first = first.max(out);
                     } else if out > *first {
@@ -170,12 +169,13 @@ impl BoundsOfOthers {
     }
 
     /// The box of all that is not this instance's.
-    fn without(&self, instance: u32) -> Corners {
-        [0, 1].map(|side: usize| {
+    fn without(&self, instance: u32) -> Aabb {
+        let [lower, upper] = [0, 1].map(|side: usize| {
             self.farthest[side].map(|(first, whose, second)| {
                 SIDE_SIGN[side] * if whose == instance { second } else { first }
             })
-        })
+        });
+        Aabb { lower, upper }
     }
 }
 
@@ -183,15 +183,15 @@ impl BoundsOfOthers {
 const SIDE_SIGN: [f32; 2] = [-1.0, 1.0];
 
 /// How much of the surface of a box is in another one.
-fn overlap_fraction(subtree: &Corners, other: &Corners) -> f32 {
-    let lower = std::array::from_fn(|axis| subtree[0][axis].max(other[0][axis]));
-    let upper: [f32; 3] = std::array::from_fn(|axis| subtree[1][axis].min(other[1][axis]));
+fn overlap_fraction(subtree: &Aabb, other: &Aabb) -> f32 {
+    let lower = std::array::from_fn(|axis| subtree.lower[axis].max(other.lower[axis]));
+    let upper: [f32; 3] = std::array::from_fn(|axis| subtree.upper[axis].min(other.upper[axis]));
     let apart = (0..3).any(|axis| lower[axis] > upper[axis]);
-    let whole = half_area(subtree);
+    let whole = subtree.half_area();
     if apart || whole <= 0.0 {
         0.0
     } else {
-        half_area(&[lower, upper]) / whole
+        Aabb { lower, upper }.half_area() / whole
     }
 }
 
@@ -207,8 +207,7 @@ fn open(transforms: &[Option<InstanceTransform>], subtree: &SubtreeRef) -> Optio
         return None;
     }
     let child = |(lane, &start): (usize, &NodeRef)| {
-        let (lower, upper) = node.child_bounds(lane);
-        transform.subtree_ref(subtree.instance, start, &Aabb { lower, upper })
+        transform.subtree_ref(subtree.instance, start, &node.child_bounds(lane))
     };
     Some(children.iter().enumerate().map(child).collect())
 }
@@ -217,21 +216,21 @@ impl InstanceTransform {
     /// What is at and below a node or leaf, whose box that is in the mesh's tree.
     fn subtree_ref(&self, instance: u32, start: NodeRef, extent: &Aabb) -> SubtreeRef {
         let (lower, upper) = transform_bounds(&self.scene_from_mesh, extent);
-        let corners = [
-            lower.map(|x| ((x - self.pad) as f32).next_down()),
-            upper.map(|x| ((x + self.pad) as f32).next_up()),
-        ];
+        let bounds = Aabb {
+            lower: lower.map(|x| ((x - self.pad) as f32).next_down()),
+            upper: upper.map(|x| ((x + self.pad) as f32).next_up()),
+        };
         SubtreeRef {
             instance,
             node: start,
-            corners,
+            bounds,
         }
     }
 }
 
 impl SubtreeRef {
     pub fn prim_ref(&self, id: u32) -> PrimRef {
-        let [lower, upper] = self.corners;
+        let Aabb { lower, upper } = self.bounds;
         PrimRef::new(lower, upper, id)
     }
 }
@@ -315,9 +314,10 @@ mod tests {
                     let (lower, upper) = ([b[0], b[2], b[4]], [b[1], b[3], b[5]]);
                     let leaf = transform
                         .subtree_ref(0, NodeRef::EMPTY, &Aabb { lower, upper })
-                        .corners;
+                        .bounds;
                     for (side, axis) in (0..6).map(|row| (row % 2, row / 2)) {
-                        let beyond = leaf[side][axis] - subtree.corners[side][axis];
+                        let beyond =
+                            leaf.plane(2 * axis + side) - subtree.bounds.plane(2 * axis + side);
                         let beyond = SIDE_SIGN[side] * beyond;
                         assert!(
                             beyond <= 0.0,
@@ -342,7 +342,7 @@ mod tests {
         let apart = refs.iter().filter(|a| {
             let others = refs.iter().filter(|b| b.instance != a.instance);
             others
-                .map(|b| overlap_fraction(&a.corners, &b.corners))
+                .map(|b| overlap_fraction(&a.bounds, &b.bounds))
                 .sum::<f32>()
                 < MIN_OVERLAP
         });

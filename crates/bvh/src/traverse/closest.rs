@@ -1,6 +1,7 @@
 //! PacketScratch through the scene: the nearest hits.
 
-use crate::blas::{Bvh, MAX_TRIANGLES};
+use crate::blas::Bvh;
+use crate::limits::MAX_TRIANGLES;
 use crate::node::{LeafNode, NodeRef};
 use crate::ray::{Coherence, Hit, INVALID_ID, Ray};
 use crate::scene::rebraid::SubtreeRef;

@@ -4,7 +4,7 @@ use std::mem::MaybeUninit;
 
 use std::hint::select_unpredictable;
 
-use crate::build::MAX_DEPTH;
+use crate::limits::MAX_DEPTH;
 use crate::node::{NodeRef, WideNode};
 use crate::simd::{Isa, Vector};
 

@@ -2,8 +2,8 @@
 
 use std::hint::select_unpredictable;
 
-/// Half an ulp of 1: the relative error of one rounding.
-pub const MACHINE_EPSILON: f32 = 1.0 / (1 << 24) as f32;
+use crate::aabb::Aabb;
+use crate::limits::{MACHINE_EPSILON, MAX_COORD};
 
 /// How far slabs are padded, so that rounding loses no hit and the order of traversal changes no answer.
 ///
@@ -30,33 +30,8 @@ const PARALLEL_PAD: f32 = 2.0;
 
 /// Largest coordinate of a ray's origin, next to meshes that reach at most [`MAX_COORD`]: products of two stay finite.
 pub const MAX_ORIGIN: f32 = (1u64 << 50) as f32;
-/// Meshes and scenes are scaled by a power of two where they reach farther than this.
-pub const MAX_COORD: f32 = (1 << 30) as f32;
 /// The largest reciprocal of a direction: what is flatter runs as if it were this steep, off by 2^-40 of the scene.
 pub const MAX_RECIPROCAL: f32 = (1u128 << 70) as f32;
-
-/// The box of everything in a tree.
-#[derive(Clone, Copy, Debug)]
-pub struct Aabb {
-    pub lower: [f32; 3],
-    pub upper: [f32; 3],
-}
-
-impl Aabb {
-    /// The largest coordinate.
-    #[inline(always)]
-    pub fn max_abs_coord(&self) -> f32 {
-        (0..3).fold(0.0, |r, axis| {
-            self.lower[axis].abs().max(self.upper[axis].abs()).max(r)
-        })
-    }
-
-    /// How far away along an axis anything is from points between two coordinates.
-    #[inline(always)]
-    pub fn max_distance_along(&self, axis: usize, [least, greatest]: [f32; 2]) -> f32 {
-        (self.upper[axis] - least).max(greatest - self.lower[axis])
-    }
-}
 
 /// Where a ray passes the planes that bound slabs on one side.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,7 @@
 //! Float64 answers for rays that run alike: the boxes are those of packets, padded as for a single exact ray.
 
 use crate::blas::Bvh;
+use crate::limits::MACHINE_EPSILON;
 use crate::node::{LeafNode, MAX_LEAF_TRIANGLES, NodeRef};
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::rebraid::SubtreeRef;
@@ -16,7 +17,6 @@ use crate::traverse::packet::tlas::{PacketQuery, PacketScratch};
 use crate::traverse::packet::traversal::{LeafVisitor, traverse_packet};
 use crate::traverse::packet::{PACKET_SIZE, Packet};
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index, ray_mask};
-use crate::traverse::trav_ray::MACHINE_EPSILON;
 use crate::traverse::triangle::single::PacketRay;
 
 /// Rays start where they are given, and so at one point, up to this many times the reach of the scene.

@@ -5,6 +5,7 @@
 //! [`ExactTriangles::corners`] alone. A ray that starts far away is first moved, in float64, to where it enters the
 //! scene's box: the bound counts from there.
 
+use crate::limits::MACHINE_EPSILON;
 use crate::node::{LeafNode, NodeRef, cross, leaf, node};
 use crate::ray::{ExactHit, ExactRay};
 use crate::scene::rebraid::SubtreeRef;
@@ -17,7 +18,7 @@ use crate::traverse::packet::PACKET_SIZE;
 use crate::traverse::packet::tlas::PacketScratch;
 use crate::traverse::stack::Stack;
 use crate::traverse::stream::packet_groups::RayBatch;
-use crate::traverse::trav_ray::{MACHINE_EPSILON, TravRay};
+use crate::traverse::trav_ray::TravRay;
 use crate::traverse::triangle::packet::{corners, indices};
 use crate::traverse::triangle::single::{RayView, shear_vertices};
 

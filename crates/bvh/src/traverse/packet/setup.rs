@@ -1,14 +1,13 @@
 //! How rays are made a packet: in one pass over them, of which the min_max tell whether they run alike.
 
+use crate::aabb::Aabb;
+use crate::limits::{MACHINE_EPSILON, MAX_COORD};
 use crate::ray::Ray;
 use crate::simd::{Isa, Vector};
 use crate::traverse::packet::frustum::Apex;
 use crate::traverse::packet::soa::{min_max, store, to_bitmask};
 use crate::traverse::packet::{PACKET_SIZE, Packet};
-use crate::traverse::trav_ray::{
-    Aabb, MACHINE_EPSILON, MAX_COORD, MAX_ORIGIN, MAX_RECIPROCAL, ORIGIN_PAD, RELATIVE_PAD,
-    SLAB_PAD,
-};
+use crate::traverse::trav_ray::{MAX_ORIGIN, MAX_RECIPROCAL, ORIGIN_PAD, RELATIVE_PAD, SLAB_PAD};
 
 impl Packet {
     /// Makes rays ready; false where they do not run alike, or one of them is odd in any way, and nothing may be

@@ -138,8 +138,7 @@ fn intersect_tlas<I: Isa, Q: PacketQuery>(
             let placed = &scene.instances[subtree.instance as usize];
             let mut entered = 0;
             if !scene.is_single_mesh {
-                entered = packet
-                    .intersect_box::<I>(|row| subtree.corners[row % 2][row / 2], packet.active);
+                entered = packet.intersect_box::<I>(|row| subtree.bounds.plane(row), packet.active);
                 local.gather(rays, indices, entered);
                 for (ray, number) in local.rays[..local.len].iter_mut().zip(&local.indices) {
                     *ray = query.to_instance_space(ray, usize::from(*number), placed);

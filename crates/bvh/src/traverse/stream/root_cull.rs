@@ -1,13 +1,12 @@
 //! Rays that enter no box at the root of the tree meet nothing. In the open many do not: sixteen are asked at a time, before
 //! they are sorted or made ready for anything else.
 
+use crate::limits::{MACHINE_EPSILON, MAX_COORD};
 use crate::node::{WideNode, node};
 use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::simd::{Isa, Vector};
-use crate::traverse::trav_ray::{
-    MACHINE_EPSILON, MAX_COORD, MAX_ORIGIN, MAX_RECIPROCAL, ORIGIN_PAD, RELATIVE_PAD, SLAB_PAD,
-};
+use crate::traverse::trav_ray::{MAX_ORIGIN, MAX_RECIPROCAL, ORIGIN_PAD, RELATIVE_PAD, SLAB_PAD};
 
 /// How many rays are asked before it is seen whether that pays.
 pub const TRIAL_RAYS: usize = 512;
@@ -161,6 +160,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::aabb::Aabb;
     use crate::simd::Portable;
     use crate::{Bvh, Instance};
 
@@ -192,7 +192,7 @@ mod tests {
         let random = |i: usize| ((i as f32 * 78.233).sin() * 43_758.547).fract();
         let ray = |i: usize| {
             let origin = [0, 1, 2].map(|k| 2.0 * random(6 * i + k));
-            let (lower, upper) = root.child_bounds(i / 2 % root.child_count as usize);
+            let Aabb { lower, upper } = root.child_bounds(i / 2 % root.child_count as usize);
             let to: [f32; 3] = std::array::from_fn(|k| match i % 2 {
                 0 => 2.0 * random(6 * i + 3 + k),
                 _ if i >> (k + 5) & 1 == 0 => lower[k],
@@ -212,7 +212,7 @@ mod tests {
     /// Whether a ray enters a child, in float64.
     fn enters(root: &WideNode, ray: &Ray) -> bool {
         (0..root.child_count as usize).any(|child| {
-            let (lower, upper) = root.child_bounds(child);
+            let Aabb { lower, upper } = root.child_bounds(child);
             let (mut enter, mut leave) = (0.0, f64::from(ray.t_max));
             for k in 0..3 {
                 let [o, d] = [ray.origin[k], ray.direction[k]].map(f64::from);
